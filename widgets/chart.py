@@ -1,0 +1,108 @@
+"""Small charts: a Panel whose world is the data, with ticks, axis names and a mark at the current value."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .picture import Array, Label, Mark, Panel, Path, Points, Role, Segments, View, number
+
+PAD = (46.0, 12.0, 14.0, 40.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """One line of a chart: x and y (n,), NaN leaves a gap. `name` is written at its last value."""
+
+    x: ArrayLike
+    y: ArrayLike
+    role: Role
+    name: str = ""
+    dashed: bool = False
+    dots: bool = False
+
+
+def chart(
+    name: str,
+    label: str,
+    series: Sequence[Series],
+    *,
+    x_label: str,
+    y_label: str,
+    x_range: tuple[float, float],
+    y_range: tuple[float, float],
+    log: bool = False,
+    now: float | None = None,
+    width: float = 320.0,
+    height: float = 200.0,
+    caption: str = "",
+) -> Panel:
+    """A line chart. With `log` the y values are drawn by their decimal logarithm, clipped to y_range, which is given in plain values."""
+
+    def scaled(y: ArrayLike) -> Array:
+        y = np.asarray(y, dtype=float)
+        return np.log10(np.clip(y, *y_range)) if log else y
+
+    low, high = (float(v) for v in scaled(y_range))
+    view = View(x_range[0], x_range[1], low, high, width, height, PAD)
+    marks: list[Mark] = [*_axes(view, log), *_names(view, x_label, y_label)]
+    if now is not None:
+        marks.append(Segments([now, low], [now, high], "guide", dashed=True))
+    for one in series:
+        xy = np.stack([np.asarray(one.x, dtype=float), scaled(one.y)], axis=1)
+        marks += [Path(part, one.role, dashed=one.dashed, thick=True) for part in _unbroken(xy)]
+        known = xy[~np.isnan(xy).any(axis=1)]
+        if one.dots and len(known):
+            marks.append(Points(known, one.role, radius=2.5))
+        if one.name and len(known):
+            marks.append(Label(known[-1], one.name, one.role, "end", dx=-4, dy=-7))
+    return Panel(name, label, view, tuple(marks), grid=False, caption=caption)
+
+
+def _unbroken(xy: Array) -> list[Array]:
+    """The runs of xy (n, 2) without NaN that hold at least two points."""
+    gaps = np.flatnonzero(np.isnan(xy).any(axis=1))
+    parts = np.split(xy, gaps)
+    runs = [part if i == 0 else part[1:] for i, part in enumerate(parts)]
+    return [run for run in runs if len(run) > 1]
+
+
+def _axes(view: View, log: bool) -> list[Mark]:
+    xs, ys = ticks(view.x0, view.x1), (_decades(view.y0, view.y1) if log else ticks(view.y0, view.y1))
+    frame = Path([[view.x0, view.y1], [view.x0, view.y0], [view.x1, view.y0]], "guide")
+    across = Segments([[view.x0, y] for y in ys], [[view.x1, y] for y in ys], "guide", weight=[0.3] * len(ys))
+    return [
+        across,
+        frame,
+        *(Label([x, view.y0], _tick(x), "guide", "middle", dy=15) for x in xs),
+        *(Label([view.x0, y], _tick(10.0**y if log else y), "guide", "end", dx=-6, dy=4) for y in ys),
+    ]
+
+
+def _names(view: View, x_label: str, y_label: str) -> list[Mark]:
+    return [
+        Label([view.x1, view.y0], x_label, "guide", "end", dy=32),
+        Label([view.x0, view.y1], y_label, "guide", "start", dx=6, dy=4),
+    ]
+
+
+def ticks(low: float, high: float, about: int = 4) -> list[float]:
+    """Round values within [low, high], about so many."""
+    if not high > low:
+        return [low]
+    raw = (high - low) / about
+    power = 10.0 ** np.floor(np.log10(raw))
+    step = power * next(m for m in (1, 2, 5, 10) if m * power >= raw * (1 - 1e-9))
+    first, last = np.ceil(low / step - 1e-9), np.floor(high / step + 1e-9)
+    return [float(v) for v in np.round(np.arange(first, last + 1) * step, 10)]
+
+
+def _decades(low: float, high: float) -> list[float]:
+    return [float(v) for v in np.arange(np.ceil(low - 1e-9), np.floor(high + 1e-9) + 1)]
+
+
+def _tick(value: float) -> str:
+    return number(value, next((d for d in range(4) if abs(round(value, d) - value) < 1e-9), 4))

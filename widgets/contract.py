@@ -1,0 +1,169 @@
+"""What a figure is: controls, start, act, draw; and the replayable record that is its whole state.
+
+To write a figure, make one module with a frozen controls dataclass, three functions and a WIDGET, and add it to
+`widgets.registry`. `start(controls, seed)` gives the first state, `act(state, action)` the next (states are immutable), and
+`draw(state)` the Picture. Everything else (tape, back, links, pins, the browser) is replay of records.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from math import isfinite
+from typing import Any, Literal
+
+from .controls import Value, nearest, validated, values
+from .picture import Picture, Role, Shape
+
+SEED = 40  # the first of the benchmark's seeds 40 + 13k
+MAX_LOG = 2000
+
+
+@dataclass(frozen=True)
+class Action:
+    """One thing a reader did: pressed a button, put a handle somewhere, or picked a place in a panel (world coordinates)."""
+
+    kind: Literal["press", "drag", "click"]
+    name: str
+    x: float = 0.0
+    y: float = 0.0
+
+    def plain(self) -> list[str | float]:
+        """The action as JSON carries it."""
+        return [self.kind, self.name] if self.kind == "press" else [self.kind, self.name, self.x, self.y]
+
+
+@dataclass(frozen=True)
+class Button:
+    """A button under the figure.
+
+    does: "press" logs the action `name`; "run" repeats the press of `repeats` until the picture disables that;
+    "back" takes the last action off the log; "reset" empties it; "reseed" draws the next seed.
+    """
+
+    name: str
+    label: str
+    does: Literal["press", "run", "back", "reset", "reseed"] = "press"
+    primary: bool = False
+    repeats: str = ""
+
+
+@dataclass(frozen=True)
+class Key:
+    """One entry of the legend."""
+
+    role: Role
+    label: str
+    shape: Shape | Literal["line", "dashed", "area"] = "dot"
+
+
+@dataclass(frozen=True)
+class Motion:
+    """How a group came to its new place: turned by `turn` radians about the world point `about`, then shifted by `shift`."""
+
+    group: str
+    turn: float
+    about: tuple[float, float]
+    shift: tuple[float, float]
+    panel: str = "main"
+
+
+@dataclass(frozen=True)
+class Widget:
+    """A figure. See the module's first lines.
+
+    presets: name → control values that differ from the defaults ("default" should be there).
+    tape: what is recorded at build time, so that the page answers before Python is up: pairs of control values (on top of
+    the preset's) and button presses; every prefix of the presses is recorded.
+    motion: how to animate the last action, from the state before it to the state after it, or None.
+    python: source text that reproduces a state with the solvers package alone.
+    """
+
+    name: str
+    title: str
+    controls: type
+    presets: Mapping[str, Mapping[str, Value]]
+    start: Callable[[Any, int], Any]
+    act: Callable[[Any, Action], Any]
+    draw: Callable[[Any], Picture]
+    buttons: tuple[Button, ...]
+    legend: tuple[Key, ...] = ()
+    handles: tuple[str, ...] = ()
+    clicks: tuple[str, ...] = ()
+    tape: tuple[tuple[Mapping[str, Value], tuple[str, ...]], ...] = ()
+    motion: Callable[[Any, Any], Motion | None] = lambda before, after: None
+    python: Callable[[Any, int, tuple[Action, ...]], str] = lambda controls, seed, log: ""
+    shows: str = ""
+
+
+@dataclass(frozen=True)
+class Record:
+    """A figure's whole state as plain data: enough to rebuild it anywhere, bit for bit."""
+
+    widget: str
+    preset: str
+    controls: Any
+    seed: int = SEED
+    log: tuple[Action, ...] = field(default=())
+
+    def plain(self) -> dict[str, Any]:
+        """The record as JSON carries it, every control value written out."""
+        return {
+            "widget": self.widget,
+            "preset": self.preset,
+            "controls": values(self.controls),
+            "seed": self.seed,
+            "log": [action.plain() for action in self.log],
+        }
+
+
+def preset(widget: Widget, name: str = "default", changes: Mapping[str, Any] | None = None) -> Record:
+    """The untouched record of a preset, with `changes` to its control values.
+
+    Raises ValueError naming the preset or the control that is not there.
+    """
+    if name not in widget.presets:
+        raise ValueError(f"{widget.name}: no preset {name!r}{nearest(name, widget.presets)}")
+    return Record(widget.name, name, validated(widget.controls, {**widget.presets[name], **(changes or {})}))
+
+
+def parsed(widget: Widget, plain: Mapping[str, Any]) -> Record:
+    """A record read from plain data that anybody may have written.
+
+    Raises ValueError that says what is wrong.
+    """
+    seed = plain.get("seed", SEED)
+    if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed < 2**31:
+        raise ValueError(f"seed: {seed!r} is not a whole number from 0 to 2³¹ − 1")
+    log = plain.get("log", [])
+    if not isinstance(log, list) or len(log) > MAX_LOG:
+        raise ValueError(f"log: not a list of at most {MAX_LOG} actions")
+    controls = plain.get("controls", {})
+    if not isinstance(controls, Mapping):
+        raise ValueError("controls: not a mapping of names to values")
+    name = plain.get("preset", "default")
+    start = preset(widget, name if isinstance(name, str) else repr(name), controls)
+    return Record(widget.name, start.preset, start.controls, seed, tuple(action(widget, entry) for entry in log))
+
+
+def action(widget: Widget, entry: Any) -> Action:
+    """One log entry as an Action of this widget.
+
+    Raises ValueError for what is none.
+    """
+    known = {
+        "press": {b.name for b in widget.buttons if b.does == "press"},
+        "drag": set(widget.handles),
+        "click": set(widget.clicks),
+    }
+    if not isinstance(entry, list) or len(entry) < 2 or entry[0] not in known or not isinstance(entry[1], str):
+        raise ValueError(f"log: {entry!r} is no action")
+    kind, name, *place = entry
+    if name not in known[kind]:
+        raise ValueError(f"log: {widget.name} has nothing to {kind} called {name!r}{nearest(name, sorted(known[kind]))}")
+    if kind == "press" and not place:
+        return Action("press", name)
+    numbers = all(isinstance(v, (int, float)) and not isinstance(v, bool) and isfinite(v) and abs(v) < 1e6 for v in place)
+    if kind == "press" or len(place) != 2 or not numbers:
+        raise ValueError(f"log: {entry!r} does not give a place (x, y)")
+    return Action(kind, name, float(place[0]), float(place[1]))

@@ -1,0 +1,136 @@
+"""Records in, frames out: the one place that the build's baking, the tapes and the browser's worker all go through.
+
+A frame is plain data: the panels' SVG, readouts, handles, and what the page needs to carry on. A Host remembers the states
+along the last record of each figure, so that one more action, a replaced drag or a step back costs one `act` at most.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from .contract import Action, Motion, Record, Widget, parsed
+from .controls import nearest, values
+from .picture import Handle, Panel, Picture
+from .registry import WIDGETS
+from .svg import panel_svg
+
+
+@dataclass
+class _Replay:
+    """The states along one log: states[i] is what the first i actions of `log` lead to."""
+
+    key: Any
+    states: list[Any]
+    log: tuple[Action, ...] = field(default=())
+
+    def follow(self, widget: Widget, log: tuple[Action, ...]) -> None:
+        same = 0
+        while same < min(len(log), len(self.log)) and log[same] == self.log[same]:
+            same += 1
+        del self.states[same + 1 :]
+        for one in log[same:]:
+            self.states.append(widget.act(self.states[-1], one))
+        self.log = log
+
+
+class Host:
+    """Draws figures. One lives in a page's worker, one in each baking of the build."""
+
+    def __init__(self, widgets: Mapping[str, Widget] = WIDGETS) -> None:
+        self._widgets = widgets
+        self._replays: dict[str, _Replay] = {}
+
+    def frame(self, request: str) -> str:
+        """The frame for a request, JSON in and out: {"figure": id prefix, "record": record} → frame.
+
+        Raises ValueError for a record that is none.
+        """
+        asked = json.loads(request)
+        return json.dumps(self.render(asked["figure"], asked["record"]), ensure_ascii=False, separators=(",", ":"))
+
+    def render(self, figure: str, plain: Mapping[str, Any]) -> dict[str, Any]:
+        """The frame of the figure with id prefix `figure` in the state that the plain record names."""
+        name = plain.get("widget")
+        if name not in self._widgets:
+            raise ValueError(f"no widget {name!r}{nearest(str(name), self._widgets)}")
+        widget = self._widgets[str(name)]
+        record = parsed(widget, plain)
+        states = self._states(figure, widget, record)
+        picture = widget.draw(states[-1])
+        moved = widget.motion(states[-2], states[-1]) if len(states) > 1 else None
+        return frame(figure, widget, record, picture, moved)
+
+    def _states(self, figure: str, widget: Widget, record: Record) -> list[Any]:
+        key = (widget.name, record.controls, record.seed)
+        replay = self._replays.get(figure)
+        if replay is None or replay.key != key:
+            replay = _Replay(key, [widget.start(record.controls, record.seed)])
+        self._replays.pop(figure, None)  # a replay that raises half way is not kept
+        replay.follow(widget, record.log)
+        self._replays[figure] = replay
+        return replay.states
+
+
+def frame(figure: str, widget: Widget, record: Record, picture: Picture, moved: Motion | None) -> dict[str, Any]:
+    """A picture as plain data for the page."""
+    panels = {panel.name: panel for panel in picture.panels}
+    return {
+        "panels": [{"name": p.name, "svg": panel_svg(p, f"{figure}-{p.name}"), "view": _view(p)} for p in picture.panels],
+        "readouts": [
+            {"name": r.name, "label": r.label, "value": r.value, "unit": r.unit, "role": r.role or ""}
+            for r in picture.readouts
+        ],
+        "handles": [_handle(h, panels[h.panel]) for h in picture.handles],
+        "description": picture.description,
+        "note": picture.note,
+        "disabled": sorted(picture.disabled),
+        "motion": None if moved is None else _motion(figure, moved, panels[moved.panel]),
+        "controls": values(record.controls),
+        "python": widget.python(record.controls, record.seed, record.log),
+    }
+
+
+def _view(panel: Panel) -> list[float]:
+    """Window of the world, nominal size and padding: what the page needs to turn a pointer's place into world units."""
+    v = panel.view
+    return [v.x0, v.x1, v.y0, v.y1, *(round(side, 4) for side in v.size), *v.pad]
+
+
+def _handle(handle: Handle, panel: Panel) -> dict[str, Any]:
+    """The handle with its place in percent of the panel, which is how the page's overlay puts it there."""
+    (place,) = panel.view.px([handle.xy])
+    left, top = np.round(100 * place / np.array(panel.view.size) + 1e-9, 3).tolist()
+    return {
+        "name": handle.name,
+        "panel": handle.panel,
+        "kind": handle.kind,
+        "label": handle.label,
+        "value": handle.value,
+        "left": left,
+        "top": top,
+        "radius": handle.radius,
+        "world": _place(handle.xy),
+        "keys": {key: _place(xy) for key, xy in handle.keys.items()},
+    }
+
+
+def _place(xy: tuple[float, float]) -> list[float]:
+    """World coordinates as records carry them: four decimals, 0.1 mm where a unit is a metre, no negative zero."""
+    return [round(float(v) + 1e-9, 4) + 0.0 for v in xy]
+
+
+def _motion(figure: str, moved: Motion, panel: Panel) -> dict[str, Any]:
+    """The motion in SVG user units and degrees, y down, as the page's transform wants it."""
+    (about,) = panel.view.px([moved.about])
+    scale = panel.view.scale
+    return {
+        "group": f"{figure}-{panel.name}-{moved.group}",
+        "turn": round(-float(np.degrees(moved.turn)), 3) + 0.0,
+        "about": np.round(about * 10, 1).tolist(),
+        "shift": [round(moved.shift[0] * scale * 10, 1) + 0.0, round(-moved.shift[1] * scale * 10, 1) + 0.0],
+    }

@@ -1,0 +1,233 @@
+"""Picture → SVG: the one renderer, run by the build and by the browser's worker.
+
+Coordinates are integers in tenths of a nominal px, so that a point costs few bytes and prints the same everywhere: before
+rounding, values are snapped by a nudge far above the difference between two processors and far below what is seen.
+Marks carry classes, never colours or style attributes: themes, print and a strict Content-Security-Policy do the rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from html import escape
+from typing import Any
+
+import numpy as np
+
+from .picture import (
+    Array,
+    Arrow,
+    Ellipses,
+    Group,
+    Heat,
+    Label,
+    Mark,
+    Panel,
+    Path,
+    Points,
+    Ring,
+    Segments,
+    Ticks,
+    View,
+    rows,
+)
+
+UNIT = 10  # SVG user units per nominal px
+NUDGE = 1e-6  # breaks ties the same way natively and in wasm, whose results differ by some 1e-14
+WEIGHT_LEVELS = 6
+HEAT_LEVELS = 24
+FAR = 1e6  # px; what lies beyond is clamped, so that no exponent or overflow reaches the markup
+
+
+def snap(values: Any) -> list[Any]:
+    """Px values as integers in SVG units, nested lists of the same shape."""
+    clamped = np.clip(np.nan_to_num(np.asarray(values, dtype=float), nan=0.0), -FAR, FAR)
+    return np.floor(clamped * UNIT + 0.5 + NUDGE).astype(np.int64).tolist()  # type: ignore[no-any-return]
+
+
+def panel_svg(panel: Panel, prefix: str) -> str:
+    """The panel as one <svg> element whose ids begin with `prefix`."""
+    width, height = panel.view.size
+    w, h = snap([width, height])
+    body = "".join(_draw(mark, panel.view, prefix) for mark in panel.marks)
+    grid = _grid(panel.view) if panel.grid else ""
+    return (
+        f'<svg class="plot" viewBox="0 0 {w} {h}" role="img" aria-label="{escape(panel.label)}" '
+        f'focusable="false">{grid}{body}</svg>'
+    )
+
+
+def _draw(mark: Mark, view: View, prefix: str) -> str:
+    return _DRAW[type(mark)](mark, view, prefix)
+
+
+def _path(classes: str, d: str) -> str:
+    return f'<path class="{classes}" d="{d}"/>' if d else ""
+
+
+def _levels(weight: Any, count: int) -> Array:
+    """Weights in [0, 1] as level numbers 1 … WEIGHT_LEVELS; a weight that rounds to nothing gets 0 and is not drawn."""
+    w = np.clip(np.asarray(weight, dtype=float).reshape(count), 0.0, 1.0)
+    return np.ceil(np.round(w * WEIGHT_LEVELS, 6) - 0.5 + NUDGE)
+
+
+def _by_weight(weight: Any, count: int, classes: str, draw: Callable[[Any], str]) -> str:
+    """One path for all rows, or one for each weight level in use, faint first."""
+    if weight is None:
+        return _path(classes, draw(slice(None)))
+    levels = _levels(weight, count)
+    return "".join(
+        _path(f"{classes} w{level}", draw(levels == level)) for level in range(1, WEIGHT_LEVELS + 1) if (levels == level).any()
+    )
+
+
+def _points(mark: Points, view: View, prefix: str) -> str:
+    px = view.px(mark.xy)
+    if mark.shape in ("dot", "square"):  # zero-length strokes with round or square caps: one size on every screen
+        size = "s" if mark.radius < 3 else "m" if mark.radius < 5 else "l"
+        classes = f"{mark.shape} {size} {mark.role}"
+
+        def draw(rows_: Any) -> str:
+            return "".join(f"M{x} {y}h1" for x, y in snap(px[rows_]))
+    else:
+        outline = _outline(mark.shape, *snap([mark.radius]))
+        classes = f"shape {mark.shape} {mark.role}"
+
+        def draw(rows_: Any) -> str:
+            return "".join(f"M{x} {y}{outline}" for x, y in snap(px[rows_]))
+
+    return _by_weight(mark.weight, len(px), classes, draw)
+
+
+def _outline(shape: str, r: int) -> str:
+    """A small shape of radius r as relative path commands from its centre."""
+    if shape == "cross":
+        return f"m{-r} {-r}l{2 * r} {2 * r}m0 {-2 * r}l{-2 * r} {2 * r}"
+    if shape == "diamond":
+        return f"m0 {-r}l{r} {r}l{-r} {r}l{-r} {-r}z"
+    if shape == "ring":
+        return f"m{-r} 0a{r} {r} 0 1 0 {2 * r} 0a{r} {r} 0 1 0 {-2 * r} 0"
+    raise ValueError(f"shape: no shape {shape!r}; there are dot, square, cross, ring, diamond")
+
+
+def _segments(mark: Segments, view: View, prefix: str) -> str:
+    a, b = view.px(mark.a), view.px(mark.b)
+    ends = np.concatenate([a, b], axis=1)
+    classes = f"line {mark.role}" + (" dashed" if mark.dashed else "")
+
+    def draw(rows_: Any) -> str:
+        return "".join(f"M{x} {y}L{u} {v}" for x, y, u, v in snap(ends[rows_]))
+
+    return _by_weight(mark.weight, len(a), classes, draw)
+
+
+def _polyline(px: Array, closed: bool) -> str:
+    places = snap(px)
+    if not places:
+        return ""
+    (x, y), rest = places[0], places[1:]
+    return f"M{x} {y}L" + " ".join(f"{u} {v}" for u, v in rest) + ("z" if closed else "") if rest else f"M{x} {y}h1"
+
+
+def _polyline_mark(mark: Path, view: View, prefix: str) -> str:
+    flags = (("filled", mark.filled), ("dashed", mark.dashed), ("thick", mark.thick))
+    classes = " ".join(["line", mark.role, *(name for name, on in flags if on)])
+    return _path(classes, _polyline(view.px(mark.xy), mark.closed))
+
+
+def _ellipses(mark: Ellipses, view: View, prefix: str) -> str:
+    centre = rows(mark.centre)
+    covariance = np.asarray(mark.covariance, dtype=float).reshape(-1, 2, 2)
+    values, axes = np.linalg.eigh(covariance)
+    spread = axes * (mark.sigmas * np.sqrt(np.maximum(values, 0.0)))[:, None, :]
+    turn = np.linspace(0.0, 2 * np.pi, 37)[:-1]
+    rim = centre[:, None, :] + np.einsum("nij,kj->nki", spread, np.stack([np.cos(turn), np.sin(turn)], axis=1))
+    classes = " ".join(["line", mark.role, *(["filled"] if mark.filled else []), *(["dashed"] if mark.dashed else [])])
+    return _path(classes, "".join(_polyline(view.px(one), True) for one in rim))
+
+
+def _ticks(mark: Ticks, view: View, prefix: str) -> str:
+    px = view.px(mark.xy)
+    half = rows(mark.direction) * np.array([1.0, -1.0]) * (mark.length / 2)
+    ends = snap(np.concatenate([px - half, px + half], axis=1))
+    return _path(f"line {mark.role}", "".join(f"M{x} {y}L{u} {v}" for x, y, u, v in ends))
+
+
+def _arrow(mark: Arrow, view: View, prefix: str) -> str:
+    tail, head = view.px(mark.a)[0], view.px(mark.b)[0]
+    along = head - tail
+    length = float(np.hypot(*along))
+    if length < 1e-9:
+        return ""
+    along = along / length
+    back = head - along * min(11.0, length)
+    side = np.array([-along[1], along[0]]) * 4.5
+    (x, y), (u, v), (p, q), (r, s), (m, n) = snap([tail, back, back + side, back - side, head])
+    return _path(f"line thick {mark.role}", f"M{x} {y}L{u} {v}") + _path(f"tip {mark.role}", f"M{m} {n}L{p} {q} {r} {s}z")
+
+
+def _heat(mark: Heat, view: View, prefix: str) -> str:
+    values = np.asarray(mark.values, dtype=float)
+    ny, nx = values.shape
+    x0, x1, y0, y1 = mark.window
+    across = snap(view.px(np.stack([np.linspace(x0, x1, nx + 1), np.full(nx + 1, y0)], axis=1))[:, 0])
+    down = snap(view.px(np.stack([np.full(ny + 1, x0), np.linspace(y0, y1, ny + 1)], axis=1))[:, 1])
+    span = mark.high - mark.low
+    part = np.zeros_like(values) if span <= 0 else (values - mark.low) / span
+    level = np.where(np.isnan(part), -1, np.clip(np.floor(np.nan_to_num(part) * HEAT_LEVELS + NUDGE), 0, HEAT_LEVELS - 1))
+    runs: list[list[str]] = [[] for _ in range(HEAT_LEVELS)]
+    for row in range(ny):
+        edges = np.flatnonzero(np.diff(level[row], prepend=-2, append=-2))
+        for left, right in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
+            here = int(level[row, left])
+            if here >= 0:
+                width, height = across[right] - across[left], down[row + 1] - down[row]
+                runs[here].append(f"M{across[left]} {down[row]}h{width}v{height}h{-width}z")
+    return '<g class="heat">' + "".join(_path(f"h{i}", "".join(run)) for i, run in enumerate(runs)) + "</g>"
+
+
+def _ring(mark: Ring, view: View, prefix: str) -> str:
+    (x, y), = snap(view.px(mark.xy))
+    (r,) = snap([mark.radius if mark.reach is None else mark.reach * view.scale])
+    classes = f"line ring {mark.role}" + (" dashed" if mark.dashed else "")
+    return _path(classes, f"M{x} {y}{_outline('ring', r)}")
+
+
+def _label(mark: Label, view: View, prefix: str) -> str:
+    (x, y), = snap(view.px(mark.xy) + np.array([mark.dx, mark.dy]))
+    return f'<text class="label {mark.role} {mark.anchor}" x="{x}" y="{y}">{escape(mark.text, quote=False)}</text>'
+
+
+def _group(mark: Group, view: View, prefix: str) -> str:
+    return f'<g id="{prefix}-{mark.name}" class="group">' + "".join(_draw(m, view, prefix) for m in mark.marks) + "</g>"
+
+
+def _grid(view: View) -> str:
+    """A faint line at every whole world unit, or at the first of 2, 5, 10 … that leaves them 24 px apart."""
+    step = next(s for s in _steps() if s * view.scale >= 24)
+    xs = np.arange(np.ceil(view.x0 / step), np.floor(view.x1 / step) + 1) * step
+    ys = np.arange(np.ceil(view.y0 / step), np.floor(view.y1 / step) + 1) * step
+    x_px = view.px(np.stack([xs, np.full_like(xs, view.y0)], axis=1))[:, 0]
+    y_px = view.px(np.stack([np.full_like(ys, view.x0), ys], axis=1))[:, 1]
+    _, h = snap(view.size)
+    w, _ = snap(view.size)
+    lines = "".join(f"M{x} 0V{h}" for x in snap(x_px)) + "".join(f"M0 {y}H{w}" for y in snap(y_px))
+    return _path("grid", lines)
+
+
+def _steps() -> Iterable[float]:
+    for power in range(12):
+        yield from (1 * 10.0**power, 2 * 10.0**power, 5 * 10.0**power)
+
+
+_DRAW: dict[type, Callable[[Any, View, str], str]] = {
+    Points: _points,
+    Segments: _segments,
+    Path: _polyline_mark,
+    Ellipses: _ellipses,
+    Ticks: _ticks,
+    Arrow: _arrow,
+    Heat: _heat,
+    Ring: _ring,
+    Label: _label,
+    Group: _group,
+}
