@@ -1,0 +1,138 @@
+"""Poses: `T(p) = s R p + t`, one or a batch of them, in the plane or in space."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from solvers.arrays import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """A rigid motion or similarity `T(p) = s R p + t` that takes source coordinates to target coordinates.
+
+    R: (..., d, d) orthogonal matrices. A pose has det R = +1; the one exception is `fit_rigid(..., proper=False)`,
+       whose answer may be a reflection and is not a pose in this sense.
+    t: (..., d) translations, in world units.
+    scale: (...) scales, 1 for a rigid motion.
+
+    The leading axes of the three are broadcast to one batch shape. The arrays are copied and cannot be written to.
+    Raises ValueError when the shapes do not fit together.
+    """
+
+    R: FloatArray
+    t: FloatArray
+    scale: FloatArray | float = 1.0
+
+    def __post_init__(self) -> None:
+        R, t, scale = (np.asarray(x, dtype=np.float64) for x in (self.R, self.t, self.scale))
+        if R.ndim < 2 or R.shape[-1] != R.shape[-2]:
+            raise ValueError(f"R: expected shape (..., d, d), got {R.shape}")
+        d = R.shape[-1]
+        if t.ndim < 1 or t.shape[-1] != d:
+            raise ValueError(f"t: expected shape (..., {d}) to go with R, got {t.shape}")
+        try:
+            batch = np.broadcast_shapes(R.shape[:-2], t.shape[:-1], scale.shape)
+        except ValueError:
+            raise ValueError(
+                f"R, t, scale: leading axes {R.shape[:-2]}, {t.shape[:-1]} and {scale.shape} do not broadcast"
+            ) from None
+        object.__setattr__(self, "R", _frozen(R, (*batch, d, d)))
+        object.__setattr__(self, "t", _frozen(t, (*batch, d)))
+        object.__setattr__(self, "scale", _frozen(scale, batch))
+
+    @classmethod
+    def identity(cls, d: int = 2, batch: tuple[int, ...] = ()) -> Pose:
+        """The pose that moves nothing, in d dimensions, repeated over `batch`."""
+        return cls(np.broadcast_to(np.eye(d), (*batch, d, d)), np.zeros(d))
+
+    @classmethod
+    def from_angle(cls, theta: ArrayLike, t: ArrayLike = (0.0, 0.0), scale: ArrayLike = 1.0) -> Pose:
+        """The planar pose that rotates by `theta` (..., radians, anticlockwise) about the origin, then moves by `t`."""
+        c, s = np.cos(np.asarray(theta, dtype=np.float64)), np.sin(np.asarray(theta, dtype=np.float64))
+        R = np.stack([np.stack([c, -s], axis=-1), np.stack([s, c], axis=-1)], axis=-2)
+        return cls(R, np.asarray(t, dtype=np.float64), np.asarray(scale, dtype=np.float64))
+
+    @property
+    def dim(self) -> int:
+        """d, the dimension of the points it moves."""
+        return int(self.R.shape[-1])
+
+    @property
+    def batch(self) -> tuple[int, ...]:
+        """The leading axes: () for a single pose."""
+        return self.R.shape[:-2]
+
+    @property
+    def angle(self) -> FloatArray:
+        """The rotation angle in radians, shape (...): signed, in (−π, π], in the plane; in [0, π] in space.
+
+        Both come from atan2 of the sine (skew part) and the cosine (trace), which is accurate at 0 and at π alike.
+        Raises ValueError in other dimensions, where a rotation has more than one angle.
+        """
+        R = self.R
+        if self.dim == 2:
+            planar: FloatArray = np.arctan2(R[..., 1, 0] - R[..., 0, 1], R[..., 0, 0] + R[..., 1, 1])
+            return planar[()]
+        if self.dim == 3:
+            skew = np.stack(
+                [R[..., 2, 1] - R[..., 1, 2], R[..., 0, 2] - R[..., 2, 0], R[..., 1, 0] - R[..., 0, 1]], axis=-1
+            )
+            spatial: FloatArray = np.arctan2(np.linalg.norm(skew, axis=-1), np.trace(R, axis1=-2, axis2=-1) - 1.0)
+            return spatial[()]
+        raise ValueError(f"angle: defined in 2 and 3 dimensions, not in {self.dim}")
+
+    @property
+    def matrix(self) -> FloatArray:
+        """The homogeneous matrices [[s R, t], [0, 1]], shape (..., d + 1, d + 1)."""
+        d = self.dim
+        M = np.zeros((*self.batch, d + 1, d + 1))
+        M[..., :d, :d] = np.asarray(self.scale)[..., None, None] * self.R
+        M[..., :d, d] = self.t
+        M[..., d, d] = 1.0
+        return M
+
+    def apply(self, points: ArrayLike) -> FloatArray:
+        """The moved points `s R p + t`: points (..., n, d), leading axes broadcast against the pose's."""
+        p = np.asarray(points, dtype=np.float64)
+        if p.ndim < 2 or p.shape[-1] != self.dim:
+            raise ValueError(f"points: expected shape (..., n, {self.dim}), got {p.shape}")
+        moved = p @ (np.asarray(self.scale)[..., None, None] * self.R).swapaxes(-1, -2)
+        return moved + self.t[..., None, :]
+
+    def compose(self, first: Pose) -> Pose:
+        """`self ∘ first`: the pose that applies `first`, then this one."""
+        s = np.asarray(self.scale)
+        turned = (self.R @ first.t[..., None])[..., 0]
+        return Pose(self.R @ first.R, s[..., None] * turned + self.t, s * first.scale)
+
+    def inverse(self) -> Pose:
+        """The pose that undoes this one: `T⁻¹(q) = Rᵀ (q − t) / s`. A scale of zero has none: ValueError."""
+        s = np.asarray(self.scale)
+        if np.any(s == 0.0):
+            raise ValueError("scale: a pose with scale 0 has no inverse")
+        Rt = self.R.swapaxes(-1, -2)
+        return Pose(Rt, -(Rt @ self.t[..., None])[..., 0] / s[..., None], 1.0 / s)
+
+    def __getitem__(self, rows: Any) -> Pose:
+        """The poses at `rows` of the batch: any numpy index of the leading axes."""
+        if not self.batch:
+            raise IndexError("a single pose has no rows")
+        return Pose(self.R[rows], self.t[rows], np.asarray(self.scale)[rows])
+
+    def __repr__(self) -> str:
+        if self.batch:
+            return f"Pose(batch={self.batch}, dim={self.dim})"
+        t = ", ".join(f"{x:.6g}" for x in self.t)
+        turn = f"angle={np.degrees(self.angle):.6g}°, " if self.dim in (2, 3) else ""
+        return f"Pose({turn}t=({t}), scale={float(self.scale):.6g})"
+
+
+def _frozen(values: FloatArray, shape: tuple[int, ...]) -> FloatArray:
+    out = np.array(np.broadcast_to(values, shape), dtype=np.float64)
+    out.flags.writeable = False
+    return out

@@ -1,0 +1,213 @@
+"""The pose that best takes known partners to each other: the weighted rigid and similarity fits, in closed form.
+
+Row i of `source` and row i of `target` are partners. Both functions minimise `Σ wᵢ ‖s R pᵢ + t − qᵢ‖²` over rotations
+R, translations t and, where asked, scales s. The optimum needs no starting pose; it is the optimum of that objective,
+which noise and wrong pairs move away from the true motion.
+
+Sources: Arun, Huang & Blostein 1987, Least-squares fitting of two 3-D point sets; Umeyama 1991, Least-squares
+estimation of transformation parameters between two point patterns, eqs. 39-43 (the determinant's correction and the
+scale); Kabsch 1976, A solution for the best rotation to relate two sets of vectors.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from solvers import validate
+from solvers.arrays import AnyArray, BoolArray, FloatArray, ReasonArray, StatusArray
+from solvers.pose import Pose
+from solvers.status import Status, reasons, statuses
+
+_EPS = float(np.finfo(np.float64).eps)
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """The answer of a closed-form fit, one per problem of the batch (a batch of none gives numpy scalars).
+
+    pose: the optimum; where degenerate, the translation between the centroids with no rotation and scale 1 (the
+        identity when all weights are zero).
+    status: (...) int8, `Status.CONVERGED` or `Status.DEGENERATE`.
+    reason: (...) words, empty unless degenerate.
+    singular_values: (..., d) of H, the weighted correlation of the centred clouds, largest first.
+    determinant: (...) int8, det(V Uᵀ): +1, or −1 where the best orthogonal matrix is a reflection, or 0 where H is
+        singular to rounding, so that a rotation and a reflection fit equally well.
+    cost: (...) the weighted sum of squared residuals at `pose`.
+    condition: (...) ‖H‖ / (λ_{d−1} ± λ_d): the relative error of H times this bounds the error of R in radians, up
+        to a small factor; infinite where degenerate. In the plane the denominator is hypot(S, C).
+    """
+
+    pose: Pose
+    status: StatusArray
+    reason: ReasonArray
+    singular_values: FloatArray
+    determinant: AnyArray
+    cost: FloatArray
+    condition: FloatArray
+
+
+def fit_rigid(
+    source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = None, *, scale: bool = False, proper: bool = True
+) -> Fit:
+    """The weighted least-squares pose of known partners, in any dimension, by singular values.
+
+    source, target: (..., n, d) partners row by row, in world units; weights: (..., n), not negative, default all one.
+    scale: also fit a scale (Umeyama's similarity). proper: keep det R = +1; False gives the best orthogonal matrix,
+    which may be a reflection and then is no rigid motion.
+
+    With p̃, q̃ the clouds about their weighted centroids p̄, q̄: `H = Σ wᵢ p̃ᵢ q̃ᵢᵀ = U Λ Vᵀ`,
+    `D = diag(1, …, 1, det(V Uᵀ))`, `R = V D Uᵀ`, `s = tr(Λ D) / Σ wᵢ ‖p̃ᵢ‖²` (or 1), `t = q̄ − s R p̄`.
+
+    Degenerate: all weights zero; source or target points equal; points that span fewer than d − 1 dimensions (collinear
+    in space); or an H whose rotation is undefined although the points spread. All are judged to rounding.
+    Raises ValueError for what is no pair of matched clouds.
+    """
+    m = _moments(source, target, weights)
+    U, values, Vt = np.linalg.svd(m.H)
+    V, Ut = Vt.swapaxes(-1, -2), U.swapaxes(-1, -2)
+    sign = np.where(np.linalg.det(V) * np.linalg.det(Ut) < 0.0, -1, 1).astype(np.int8)
+    # Where H is singular to rounding its sign is an accident, and the rotation is as good as the reflection.
+    tied = values[..., -1] <= m.tolerance
+    flip = np.where(tied | proper, sign, np.int8(1))
+    signed = values.copy()
+    signed[..., -1] *= flip
+    D = np.ones_like(values)
+    D[..., -1] = flip
+    R = (V * D[..., None, :]) @ Ut
+    gap = values[..., -2] + np.where(tied, 0, sign if proper else 1) * values[..., -1]
+    return _finish(m, R, signed.sum(axis=-1), values, np.where(tied, np.int8(0), sign), gap, scale)
+
+
+def fit_planar(
+    source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = None, *, scale: bool = False
+) -> Fit:
+    """`fit_rigid` in the plane without singular values: `θ = atan2(S, C)`, the angle in closed form.
+
+    `S = Σ wᵢ p̃ᵢ × q̃ᵢ` and `C = Σ wᵢ p̃ᵢ · q̃ᵢ`, with `a × b = aₓ b_y − a_y bₓ`. Takes (..., n, 2) clouds; answers,
+    degenerate cases and errors as in `fit_rigid`, with which it agrees to `1e-14 ‖H‖ / hypot(S, C)` in the angle.
+    """
+    m = _moments(source, target, weights, dim=2)
+    H = m.H
+    C, S = H[..., 0, 0] + H[..., 1, 1], H[..., 0, 1] - H[..., 1, 0]
+    turn = np.hypot(S, C)
+    # The best reflection's value; the two singular values are half the sum and half the difference.
+    mirror = np.hypot(H[..., 0, 0] - H[..., 1, 1], H[..., 0, 1] + H[..., 1, 0])
+    values = np.stack([0.5 * (turn + mirror), 0.5 * np.abs(turn - mirror)], axis=-1)
+    safe = np.where(turn > 0.0, turn, 1.0)
+    c, s = C / safe, S / safe
+    R = np.stack([np.stack([c, -s], axis=-1), np.stack([s, c], axis=-1)], axis=-2)
+    sign = np.where(values[..., 1] <= m.tolerance, 0, np.where(turn < mirror, -1, 1)).astype(np.int8)
+    return _finish(m, R, turn, values, sign, turn, scale)
+
+
+@dataclass(frozen=True, eq=False)
+class _Moments:
+    """What both fits start from. The clouds and weights are divided by powers of two, which rounds nothing, so that no
+    square overflows or vanishes; H, the spreads and the tolerance are of the divided clouds."""
+
+    source: FloatArray  # (..., n, d), as given, broadcast to the batch
+    target: FloatArray
+    weights: FloatArray  # (..., n), as given
+    exponents: tuple[AnyArray, AnyArray, AnyArray]  # of source, target, weights, each (...)
+    mean_p: FloatArray  # (..., d), divided
+    mean_q: FloatArray
+    p: FloatArray  # (..., n, d), divided and centred
+    q: FloatArray
+    w: FloatArray  # (..., n), divided
+    H: FloatArray  # (..., d, d)
+    square_p: FloatArray  # (...) Σ w ‖p̃‖²
+    still_p: BoolArray  # (...) the points of positive weight are equal to rounding
+    still_q: BoolArray
+    tolerance: FloatArray  # (...) what of H's singular values is rounding
+
+
+def _moments(
+    source: ArrayLike, target: ArrayLike, weights: ArrayLike | None, dim: int | None = None
+) -> _Moments:
+    p, q = validate.matched(source, target)
+    if dim is not None and p.shape[-1] != dim:
+        raise ValueError(f"source: expected {dim} coordinates a point, got {p.shape[-1]}")
+    w = validate.weights(weights, p.shape[-2])
+    batch = validate.batch_shape(source=p.shape[:-2], target=q.shape[:-2], weights=w.shape[:-1])
+    p, q = (np.broadcast_to(x, (*batch, *x.shape[-2:])) for x in (p, q))
+    w = np.broadcast_to(w, (*batch, w.shape[-1]))
+
+    counted = (w > 0.0)[..., None]
+    big_p, big_q = (np.max(np.abs(x), axis=(-2, -1), where=counted, initial=0.0) for x in (p, q))
+    ep, eq, ew = (np.frexp(x)[1] for x in (big_p, big_q, w.max(axis=-1)))
+    sw = np.ldexp(w, -ew[..., None])
+    # A point without weight counts for nothing, however far away it lies.
+    sp, sq = (np.where(counted, np.ldexp(x, -e[..., None, None]), 0.0) for x, e in ((p, ep), (q, eq)))
+    total = sw.sum(axis=-1)
+    share = sw / np.where(total > 0.0, total, 1.0)[..., None]
+    mean_p, mean_q = ((share[..., None, :] @ x)[..., 0, :] for x in (sp, sq))
+    cp, cq = sp - mean_p[..., None, :], sq - mean_q[..., None, :]
+    H = (sw[..., None] * cp).swapaxes(-1, -2) @ cq
+    square_p, square_q = (np.einsum("...n,...nd,...nd->...", sw, x, x) for x in (cp, cq))
+
+    # Coordinates carry rounding of half a unit in the last place of the largest, so a spread below a few of these is
+    # none; the same rounding, relative to the spread, is what H cannot resolve.
+    spread_p, spread_q = (np.sqrt(x / np.where(total > 0.0, total, 1.0)) for x in (square_p, square_q))
+    blur_p, blur_q = 8.0 * _EPS * np.ldexp(big_p, -ep), 8.0 * _EPS * np.ldexp(big_q, -eq)
+    still_p, still_q = spread_p <= blur_p, spread_q <= blur_q
+    blur = blur_p / np.where(still_p, 1.0, spread_p) + blur_q / np.where(still_q, 1.0, spread_q)
+    tolerance = blur * np.sqrt(square_p * square_q)
+    return _Moments(
+        p, q, w, (ep, eq, ew), mean_p, mean_q, cp, cq, sw, H, square_p, still_p, still_q, tolerance
+    )
+
+
+def _finish(
+    m: _Moments, R: FloatArray, turned: FloatArray, values: FloatArray, sign: AnyArray, gap: FloatArray, scale: bool
+) -> Fit:
+    """From the rotation to the answer: scale, translation, degenerate cases, cost. `turned` is tr(Λ D)."""
+    ep, eq, ew = m.exponents
+    bad = m.still_p | m.still_q | (gap <= m.tolerance) | (m.w.max(axis=-1) == 0.0)
+    R = np.where(bad[..., None, None], np.eye(R.shape[-1]), R)
+    s = np.ones(bad.shape)
+    if scale:
+        # The ratio of the divided clouds, multiplied back; a ratio that is no float64 is no scale either.
+        with np.errstate(over="ignore", under="ignore"):
+            s = np.ldexp(np.where(bad, 1.0, turned / np.where(bad, 1.0, m.square_p)), np.where(bad, 0, eq - ep))
+    mean_p, mean_q = np.ldexp(m.mean_p, ep[..., None]), np.ldexp(m.mean_q, eq[..., None])
+    t = mean_q - s[..., None] * (R @ mean_p[..., None])[..., 0]
+    pose = Pose(R, t, s)
+
+    # About the centroids the residuals lose nothing to the translation's size.
+    with np.errstate(over="ignore", under="ignore"):
+        turned_p = np.ldexp(m.p, ep[..., None, None]) @ (s[..., None, None] * R).swapaxes(-1, -2)
+        left = np.where(m.w[..., None] > 0.0, turned_p - np.ldexp(m.q, eq[..., None, None]), 0.0)
+        cost = np.einsum("...n,...nd,...nd->...", m.weights, left, left)
+        unit = ep + eq + ew
+        condition = np.where(bad, np.inf, np.linalg.norm(values, axis=-1) / np.where(bad, 1.0, gap))
+        singular = np.ldexp(values, unit[..., None])
+
+    status = np.where(bad, np.int8(Status.DEGENERATE), statuses(bad.shape, Status.CONVERGED))
+    reason = reasons(bad.shape)
+    for i in np.argwhere(bad):
+        reason[tuple(i)] = _why(m, tuple(i))
+    return Fit(pose, status[()], reason[()], singular, sign[()], cost[()], condition[()])
+
+
+def _why(m: _Moments, i: tuple[int, ...]) -> str:
+    """Why problem i of the batch does not determine its rotation, in words."""
+    d = m.p.shape[-1]
+    if m.w[i].max() == 0.0:
+        return "all weights are zero"
+    if m.still_p[i]:
+        return "all source points with weight are equal: the rotation is undefined"
+    if m.still_q[i]:
+        return "all target points with weight are equal: the rotation is undefined"
+    if d > 2:
+        for name, x in (("source", m.p[i]), ("target", m.q[i])):
+            spans = np.linalg.svd(np.sqrt(m.w[i])[:, None] * x, compute_uv=False)
+            rank = int(np.count_nonzero(spans > 1e-7 * spans[0]))
+            if rank == 1:
+                return f"the {name} points are collinear: the rotation about their line is free"
+            if rank < d - 1:
+                return f"the {name} points span {rank} of {d} dimensions: rotations across them are free"
+        return "the pairs fit several rotations equally well: the rotation is undefined"
+    return "both sums of the planar fit are zero: the angle is undefined"
