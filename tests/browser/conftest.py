@@ -1,0 +1,117 @@
+"""A reader's browser on the built site. Whatever goes wrong unasked (console errors, foreign requests) fails the test."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser, BrowserContext, Page, Playwright, sync_playwright
+
+from tests.browser.server import SiteServer
+
+ROOT = Path(__file__).resolve().parents[2]
+SITE = Path(os.environ.get("LADDER_SITE", ROOT / "site"))
+FLAGS = [
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+]
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    if "engine" in metafunc.fixturenames:
+        metafunc.parametrize("engine", os.environ.get("LADDER_ENGINES", "chromium").split(","), scope="session")
+
+
+@pytest.fixture(scope="session")
+def playwright() -> Iterator[Playwright]:
+    with sync_playwright() as running:
+        yield running
+
+
+@pytest.fixture(scope="session")
+def browser(playwright: Playwright, engine: str) -> Iterator[Browser]:
+    if engine == "chromium":
+        path = os.environ.get("LADDER_CHROMIUM") or shutil.which("chromium") or shutil.which("google-chrome")
+        running = playwright.chromium.launch(executable_path=path, args=FLAGS)
+    else:
+        running = getattr(playwright, engine).launch()
+    yield running
+    running.close()
+
+
+@pytest.fixture(scope="session")
+def site() -> Path:
+    assert (SITE / "index.html").is_file(), f"no built site in {SITE}: run `python3 build.py` first"
+    return SITE
+
+
+@pytest.fixture(scope="session")
+def pages(site: Path) -> list[str]:
+    return sorted(p.name for p in site.glob("*.html"))
+
+
+@pytest.fixture
+def server(site: Path) -> Iterator[SiteServer]:
+    running = SiteServer(site)
+    yield running
+    running.stop()
+
+
+class Reader:
+    """One browser context on the site, and what went wrong in it."""
+
+    def __init__(self, context: BrowserContext, origin: str) -> None:
+        self.context, self.origin = context, origin
+        self.wrong: list[str] = []
+        self.foreign: list[str] = []
+        self.expected: tuple[str, ...] = ()
+        context.on("request", self._request)
+        context.on(
+            "console", lambda m: self.wrong.append(f"console: {m.text}") if m.type in ("error", "warning") else None
+        )
+        context.on("weberror", lambda e: self.wrong.append(f"error: {e.error}"))
+
+    def _request(self, request: Any) -> None:
+        if not request.url.startswith((self.origin, "data:", "blob:", "file:")):
+            self.foreign.append(request.url)
+
+    def open(self, path: str = "index.html") -> Page:
+        page = self.context.new_page()
+        page.goto(f"{self.origin}/{path}")
+        return page
+
+    def expect(self, *parts: str) -> None:
+        """Messages holding one of these parts are part of the test."""
+        self.expected = parts
+
+    def unexpected(self) -> list[str]:
+        return [m for m in self.wrong if not any(part in m for part in self.expected)]
+
+
+@pytest.fixture
+def reader(browser: Browser, server: SiteServer) -> Iterator[Callable[..., Reader]]:
+    made: list[Reader] = []
+
+    def make(width: int = 1280, height: int = 1000, **options: Any) -> Reader:
+        options.setdefault("service_workers", "block")
+        context = browser.new_context(viewport={"width": width, "height": height}, **options)
+        context.set_default_timeout(60_000)
+        made.append(Reader(context, server.origin))
+        return made[-1]
+
+    yield make
+    foreign = [url for one in made for url in one.foreign]
+    wrong = [message for one in made for message in one.unexpected()]
+    for one in made:
+        one.context.close()
+    assert not foreign, f"requests to another origin: {foreign}"
+    assert not wrong, f"the browser complained: {wrong}"

@@ -1,0 +1,97 @@
+"""What a reader does to a figure, in words."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from playwright.sync_api import Locator, Page, expect
+
+LIVE = 60_000
+
+
+class Figure:
+    """One figure on an open page."""
+
+    def __init__(self, page: Page, name: str) -> None:
+        self.page, self.name = page, name
+        self.root = page.locator(f"#{name}")
+
+    def seen(self) -> Figure:
+        self.root.scroll_into_view_if_needed()
+        return self
+
+    def becomes(self, state: str) -> Figure:
+        """Waits for the figure's state: static, tape, waiting, live or failed."""
+        expect(self.root).to_have_attribute("data-state", state, timeout=LIVE)
+        return self
+
+    def live(self) -> Figure:
+        self.seen()
+        expect(self.page.locator("html")).to_have_attribute("data-runtime", "live", timeout=LIVE)
+        return self
+
+    def button(self, name: str) -> Locator:
+        return self.root.locator(f'[data-button="{name}"]')
+
+    def handle(self, name: str) -> Locator:
+        return self.root.locator(f'[data-handle="{name}"]')
+
+    def control(self, name: str) -> Locator:
+        return self.root.locator(f'[name="{name}"]')
+
+    def readout(self, name: str) -> str:
+        return self.root.locator(f'[data-readout="{name}"] .value').inner_text()
+
+    def shows(self, name: str, value: str) -> Figure:
+        expect(self.root.locator(f'[data-readout="{name}"] .value')).to_have_text(value)
+        return self
+
+    def changes(self, name: str, before: str) -> str:
+        """Waits until the readout is no longer `before`."""
+        expect(self.root.locator(f'[data-readout="{name}"] .value')).not_to_have_text(before)
+        return self.readout(name)
+
+    def frames(self) -> int:
+        return int(self.root.get_attribute("data-frame") or 0)
+
+    def record(self) -> dict[str, Any]:
+        return self.page.evaluate("name => Ladder.figures.get(name).record", self.name)  # type: ignore[no-any-return]
+
+    def frame(self) -> dict[str, Any]:
+        return self.page.evaluate("name => Ladder.figures.get(name).frame", self.name)  # type: ignore[no-any-return]
+
+    def settled(self) -> Figure:
+        """Waits until nothing is asked or moving."""
+        self.page.wait_for_function("name => !Ladder.figures.get(name).busy", arg=self.name)
+        return self
+
+    def set(self, name: str, value: str | bool) -> None:
+        """Moves a control as a reader would, by the keyboard's or pointer's end result."""
+        control = self.control(name)
+        kind = control.first.get_attribute("type")
+        if kind == "radio":
+            self.root.locator(f'[name="{name}"][value="{value}"]').check(force=True)
+        elif kind == "checkbox":
+            control.set_checked(bool(value), force=True)
+        else:
+            control.fill(str(value))
+
+    def drag(self, name: str, dx: float, dy: float, steps: int = 8) -> None:
+        """Drags a handle by so many px with the mouse."""
+        box = self.handle(name).bounding_box()
+        assert box is not None
+        x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+        self.page.mouse.move(x, y)
+        self.page.mouse.down()
+        self.page.mouse.move(x + dx, y + dy, steps=steps)
+        self.page.mouse.up()
+
+
+def figures(page: Page) -> list[Figure]:
+    return [Figure(page, node.get_attribute("id") or "") for node in page.locator("figure.figure").all()]
+
+
+def first_record(figure: Figure) -> dict[str, Any]:
+    """The record that the build wrote into the page."""
+    return json.loads(figure.root.locator("script.figure-record").text_content() or "")["record"]  # type: ignore[no-any-return]

@@ -1,0 +1,124 @@
+"""What a reader keeps: pins, links, experiments, the theme; and citation cards."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+from playwright.sync_api import expect
+
+from tests.browser.conftest import Reader
+from tests.browser.figures import Figure
+
+
+def test_pins_hold_controls_and_readouts_and_restore(reader: Callable[..., Reader]) -> None:
+    """Two pinned runs differ in the control that was moved; Restore brings the run back; they outlive a reload."""
+    page = reader(reduced_motion="reduce").open("kabsch.html")
+    solve = Figure(page, "fig-solve").live()
+    before = solve.readout("rms")
+    solve.button("solve").click()
+    first = solve.changes("rms", before)
+    solve.root.locator("[data-pin]").click()
+    solve.set("noise", "0.4")
+    second = solve.changes("rms", first)
+    solve.root.locator("[data-pin]").click()
+    rows = solve.root.locator(".runs tbody tr")
+    expect(rows).to_have_count(2)
+    expect(rows.nth(0)).to_contain_text(first)
+    expect(rows.nth(1)).to_contain_text(second)
+    expect(rows.nth(1)).to_contain_text("0.4")
+    rows.nth(0).get_by_role("button", name=re.compile("restore", re.I)).click()
+    solve.shows("rms", first)
+    page.reload()
+    expect(Figure(page, "fig-solve").root.locator(".runs tbody tr")).to_have_count(2)
+    Figure(page, "fig-solve").root.locator(".runs tbody tr").nth(0).get_by_role(
+        "button", name=re.compile("remove", re.I)
+    ).click()
+    expect(Figure(page, "fig-solve").root.locator(".runs tbody tr")).to_have_count(1)
+
+
+def test_a_link_restores_the_state(reader: Callable[..., Reader]) -> None:
+    """The copied link opened in a new page shows the same frame."""
+    one = reader(reduced_motion="reduce")
+    solve = Figure(one.open("kabsch.html"), "fig-solve").live()
+    before = solve.readout("rms")
+    solve.drag("source", -70, 50)
+    moved = solve.changes("rms", before)
+    link = solve.page.evaluate("name => Ladder.figures.get(name).link()", solve.name)
+    page = one.context.new_page()
+    page.goto(link)
+    Figure(page, "fig-solve").live().shows("rms", moved)
+
+
+def test_a_hostile_link_harms_nothing(reader: Callable[..., Reader]) -> None:
+    """Broken and hostile states in the address leave the figure at its preset, with a note."""
+    one = reader()
+    for state in (
+        "%%%",
+        "bm90IGpzb24",
+        "eyJ3aWRnZXQiOiJrYWJzY2giLCJjb250cm9scyI6eyJub2lzZSI6OTl9LCJzZWVkIjo0MCwibG9nIjpbXX0",
+    ):
+        page = one.open(f"kabsch.html#fig-solve?s={state}")
+        solve = Figure(page, "fig-solve").live()
+        expect(solve.root.locator(".figure-status")).not_to_be_empty()
+        expect(solve.root.locator("svg.plot").first).to_be_visible()
+        solve.button("reset").click()
+        before = solve.readout("rms")
+        solve.button("solve").click()
+        solve.changes("rms", before)
+        page.close()
+
+
+def test_experiments_set_the_figure(reader: Callable[..., Reader]) -> None:
+    """Every Try this button sets the controls that it names and brings the figure into view."""
+    page = reader(reduced_motion="reduce").open("kabsch.html")
+    Figure(page, "fig-solve").live()
+    buttons = page.locator("button.try")
+    assert buttons.count() >= 4
+    for i in range(buttons.count()):
+        button = buttons.nth(i)
+        figure = Figure(page, button.get_attribute("data-figure") or "")
+        button.click()
+        wanted = page.evaluate("b => JSON.parse(b.dataset.record)", button.element_handle())
+        figure.settled()
+        record = figure.record()
+        assert {**record["controls"], **wanted["controls"]} == record["controls"]
+        assert record["log"] == wanted["log"]
+        expect(figure.root.locator("svg.plot").first).to_be_in_viewport()
+
+
+def test_the_theme_switch_keeps(reader: Callable[..., Reader]) -> None:
+    """Auto, light, dark: the choice changes the colours and outlives a reload."""
+    page = reader(color_scheme="light").open("kabsch.html")
+    ground = "getComputedStyle(document.body).backgroundColor"
+    light = page.evaluate(ground)
+    for _ in range(3):
+        page.locator("button.theme").click()
+        if page.locator("html").get_attribute("data-theme") == "dark":
+            break
+    dark = page.evaluate(ground)
+    assert dark != light
+    page.reload()
+    assert page.evaluate(ground) == dark
+
+
+def test_citation_cards(reader: Callable[..., Reader]) -> None:
+    """A card opens on hover and on focus, closes with Escape, and on touch opens at the first tap."""
+    page = reader().open("kabsch.html")
+    cite = page.locator("a.cite").first
+    card = page.locator("#" + (cite.get_attribute("data-card") or "none"))
+    expect(card).to_be_hidden()
+    cite.hover()
+    expect(card).to_be_visible()
+    page.keyboard.press("Escape")
+    expect(card).to_be_hidden()
+    page.mouse.move(0, 0)
+    cite.focus()
+    expect(card).to_be_visible()
+    page.keyboard.press("Escape")
+    expect(card).to_be_hidden()
+    phone = reader(390, 800, has_touch=True).open("kabsch.html")
+    cite = phone.locator("a.cite").first
+    cite.tap()
+    expect(phone.locator("#" + (cite.get_attribute("data-card") or "none"))).to_be_visible()
+    assert phone.url.endswith("kabsch.html")

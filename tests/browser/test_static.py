@@ -1,0 +1,98 @@
+"""Before any script runs: every page is complete."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import expect
+
+from tests.browser.conftest import Reader
+from tests.browser.figures import Figure, figures
+
+SHIFT = """() => new Promise(done => {
+  let moved = 0;
+  new PerformanceObserver(list => { for (const e of list.getEntries()) if (!e.hadRecentInput) moved += e.value; })
+    .observe({type: 'layout-shift', buffered: true});
+  requestAnimationFrame(() => requestAnimationFrame(() => done(moved)));
+})"""
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+def test_every_page_is_complete_without_scripts(reader: Callable[..., Reader], pages: list[str], width: int) -> None:
+    """Text, mathematics and every figure are there with scripts switched off, and nothing overflows."""
+    one = reader(width, java_script_enabled=False)
+    for name in pages:
+        page = one.open(name)
+        assert page.locator("h1").count() == 1, name
+        assert page.title().strip()
+        for figure in figures(page):
+            drawings = figure.root.locator("svg.plot")
+            assert drawings.count() >= 1, f"{name}#{figure.name}: nothing drawn"
+            for i in range(drawings.count()):
+                assert drawings.nth(i).locator("path").count() > 2, f"{name}#{figure.name}: an empty drawing"
+            expect(figure.root.locator(".buttons")).to_be_hidden()
+            expect(figure.root.locator("form.controls")).to_be_hidden()
+            assert figure.root.locator("figcaption").inner_text().startswith("Figure")
+        page.close()
+
+
+def test_mathematics_is_rendered_at_build_time(reader: Callable[..., Reader]) -> None:
+    """The chapter on known pairs holds MathML and numbered equations, and no dollar signs left over."""
+    page = reader(java_script_enabled=False).open("kabsch.html")
+    assert page.locator("math").count() > 10
+    assert page.locator("main").inner_text().count("$") == 0
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("width", [1280, 390])
+def test_no_accessibility_violations(reader: Callable[..., Reader], pages: list[str], width: int, scheme: str) -> None:
+    """axe-core finds nothing on any page, with every figure alive, in both themes and at both widths."""
+    one = reader(width, color_scheme=scheme, reduced_motion="reduce")
+    found = []
+    for name in pages:
+        page = one.open(name)
+        for figure in figures(page)[:1]:
+            figure.live()
+        result = Axe().run(page)
+        found += [f"{name}: {v['id']}: {node['target']}" for v in result.response["violations"] for node in v["nodes"]]
+        page.close()
+    assert not found, "\n".join(found)
+
+
+@pytest.mark.parametrize("width", [1280, 768, 390])
+def test_nothing_overflows_or_moves(reader: Callable[..., Reader], pages: list[str], width: int) -> None:
+    """No page scrolls sideways, uses an id twice, sets text under 11 px, or shifts while it becomes alive."""
+    one = reader(width)
+    for name in pages:
+        page = one.open(name)
+        for figure in figures(page):
+            figure.live()
+        assert page.evaluate("document.documentElement.scrollWidth - innerWidth") <= 0, f"{name} at {width}"
+        twice = page.evaluate(
+            "(ids => ids.filter((x, i) => ids.indexOf(x) !== i))([...document.querySelectorAll('[id]')].map(e => e.id))"
+        )
+        assert twice == [], name
+        small = page.evaluate(SMALL_TEXT)
+        assert small == [], f"{name} at {width}"
+        assert page.evaluate(SHIFT) < 0.001, f"{name} at {width} shifts"
+        page.close()
+
+
+SMALL_TEXT = """() => [...document.querySelectorAll('body *')].filter(e => {
+  if (![...e.childNodes].some(n => n.nodeType === 3 && n.data.trim())) return false;
+  const r = e.getBoundingClientRect();
+  if (!r.width || !r.height || e.closest('.visually-hidden, math')) return false;
+  const svg = e.closest('svg');
+  const scale = svg ? svg.getBoundingClientRect().width / svg.viewBox.baseVal.width : 1;
+  return parseFloat(getComputedStyle(e).fontSize) * scale < 10.95;
+}).map(e => e.tagName + '.' + (e.getAttribute('class') || '') + ': ' + e.textContent.slice(0, 30)).slice(0, 8)"""
+
+
+def test_figure_numbers_and_anchors_agree(reader: Callable[..., Reader]) -> None:
+    """A link to a figure leads to the figure with that number."""
+    page = reader().open("kabsch.html")
+    for link in page.locator('main a[href^="#fig-"]').all():
+        target = (link.get_attribute("href") or "#")[1:]
+        assert Figure(page, target).root.locator(".figure-number").inner_text() == link.inner_text()
