@@ -40,7 +40,7 @@ def chart(
     height: float = 200.0,
     caption: str = "",
 ) -> Panel:
-    """A line chart. With `log` the y values are drawn by their decimal logarithm, clipped to y_range, which is given in plain values."""
+    """A line chart. With `log` the y values, clipped to y_range, are drawn by their decimal logarithm."""
 
     def scaled(y: ArrayLike) -> Array:
         y = np.asarray(y, dtype=float)

@@ -1,18 +1,17 @@
 """What a figure is: controls, start, act, draw; and the replayable record that is its whole state.
 
 To write a figure, make one module with a frozen controls dataclass, three functions and a WIDGET, and add it to
-`widgets.registry`. `start(controls, seed)` gives the first state, `act(state, action)` the next (states are immutable), and
-`draw(state)` the Picture. Everything else (tape, back, links, pins, the browser) is replay of records.
+`widgets.registry`. `start(controls, seed)` gives the first state, `act(state, action)` the next (states are immutable),
+and `draw(state)` the Picture. Everything else (tape, back, links, pins, the browser) is replay of records.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from math import isfinite
 from typing import Any, Literal
 
-from .controls import Value, nearest, validated, values
+from .controls import Value, finite, nearest, validated, values
 from .picture import Picture, Role, Shape
 
 SEED = 40  # the first of the benchmark's seeds 40 + 13k
@@ -21,7 +20,7 @@ MAX_LOG = 2000
 
 @dataclass(frozen=True)
 class Action:
-    """One thing a reader did: pressed a button, put a handle somewhere, or picked a place in a panel (world coordinates)."""
+    """One thing a reader did: pressed a button, put a handle at, or picked, a place in a panel (world coordinates)."""
 
     kind: Literal["press", "drag", "click"]
     name: str
@@ -59,7 +58,7 @@ class Key:
 
 @dataclass(frozen=True)
 class Motion:
-    """How a group came to its new place: turned by `turn` radians about the world point `about`, then shifted by `shift`."""
+    """How a group came to its new place: turned by `turn` radians about the world point `about`, then moved."""
 
     group: str
     turn: float
@@ -73,8 +72,8 @@ class Widget:
     """A figure. See the module's first lines.
 
     presets: name → control values that differ from the defaults ("default" should be there).
-    tape: what is recorded at build time, so that the page answers before Python is up: pairs of control values (on top of
-    the preset's) and button presses; every prefix of the presses is recorded.
+    tape: what is recorded at build time, so that the page answers before Python is up: pairs of control values (on top
+    of the preset's) and button presses; every prefix of the presses is recorded.
     motion: how to animate the last action, from the state before it to the state after it, or None.
     python: source text that reproduces a state with the solvers package alone.
     """
@@ -132,9 +131,11 @@ def parsed(widget: Widget, plain: Mapping[str, Any]) -> Record:
 
     Raises ValueError that says what is wrong.
     """
+    if not isinstance(plain, Mapping):
+        raise ValueError(f"record: {_clip(plain)} is not a mapping")
     seed = plain.get("seed", SEED)
     if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed < 2**31:
-        raise ValueError(f"seed: {seed!r} is not a whole number from 0 to 2³¹ − 1")
+        raise ValueError(f"seed: {_clip(seed)} is not a whole number from 0 to 2³¹ − 1")
     log = plain.get("log", [])
     if not isinstance(log, list) or len(log) > MAX_LOG:
         raise ValueError(f"log: not a list of at most {MAX_LOG} actions")
@@ -142,7 +143,7 @@ def parsed(widget: Widget, plain: Mapping[str, Any]) -> Record:
     if not isinstance(controls, Mapping):
         raise ValueError("controls: not a mapping of names to values")
     name = plain.get("preset", "default")
-    start = preset(widget, name if isinstance(name, str) else repr(name), controls)
+    start = preset(widget, name if isinstance(name, str) else _clip(name), controls)
     return Record(widget.name, start.preset, start.controls, seed, tuple(action(widget, entry) for entry in log))
 
 
@@ -156,14 +157,25 @@ def action(widget: Widget, entry: Any) -> Action:
         "drag": set(widget.handles),
         "click": set(widget.clicks),
     }
-    if not isinstance(entry, list) or len(entry) < 2 or entry[0] not in known or not isinstance(entry[1], str):
-        raise ValueError(f"log: {entry!r} is no action")
+    if not isinstance(entry, list) or len(entry) < 2 or not isinstance(entry[0], str) or not isinstance(entry[1], str):
+        raise ValueError(f"log: {_clip(entry)} is no action")
+    if entry[0] not in known:
+        raise ValueError(f"log: no kind of action {_clip(entry[0])}{nearest(entry[0], known)}")
     kind, name, *place = entry
     if name not in known[kind]:
-        raise ValueError(f"log: {widget.name} has nothing to {kind} called {name!r}{nearest(name, sorted(known[kind]))}")
+        raise ValueError(
+            f"log: {widget.name} has nothing to {kind} called {_clip(name)}{nearest(name, sorted(known[kind]))}"
+        )
     if kind == "press" and not place:
         return Action("press", name)
-    numbers = all(isinstance(v, (int, float)) and not isinstance(v, bool) and isfinite(v) and abs(v) < 1e6 for v in place)
-    if kind == "press" or len(place) != 2 or not numbers:
-        raise ValueError(f"log: {entry!r} does not give a place (x, y)")
-    return Action(kind, name, float(place[0]), float(place[1]))
+    if kind == "press":
+        raise ValueError(f"log: {_clip(entry)} presses a button at a place")
+    if len(place) != 2 or not all(finite(v, 1e6) for v in place):
+        raise ValueError(f"log: {_clip(entry)} does not give a place (x, y)")
+    return Action("drag" if kind == "drag" else "click", name, float(place[0]), float(place[1]))
+
+
+def _clip(value: Any) -> str:
+    """What was given, short enough for a message."""
+    text = repr(value)
+    return text if len(text) <= 60 else text[:59] + "…"

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from difflib import get_close_matches
-from math import isfinite
 from typing import Any, Literal
 
 Value = bool | float | str
@@ -21,6 +20,8 @@ class Spec:
 
     keeps: what of the reader's actions survives a change of this control: the whole log (replayed with the new value),
     the placing of the start (drags), or nothing.
+    sets: for a choice, what each option puts the other controls to, as a scene brings its own noise. The page applies
+    it when the reader picks the option, `validated` where an option is given and the other control is not.
     """
 
     kind: Literal["slider", "choice", "toggle"]
@@ -32,6 +33,7 @@ class Spec:
     options: Mapping[str, str] = field(default_factory=dict)
     help: str = ""
     keeps: Keeps = "log"
+    sets: Mapping[str, Mapping[str, Value]] = field(default_factory=dict)
 
     @property
     def decimals(self) -> int:
@@ -40,15 +42,32 @@ class Spec:
 
 
 def slider(
-    default: float, label: str, low: float, high: float, step: float, unit: str = "", help: str = "", keeps: Keeps = "log"
+    default: float,
+    label: str,
+    low: float,
+    high: float,
+    step: float,
+    unit: str = "",
+    help: str = "",
+    keeps: Keeps = "log",
 ) -> Any:
     """A number in [low, high] by steps of `step`."""
-    return field(default=float(default), metadata={"spec": Spec("slider", label, low, high, step, unit, {}, help, keeps)})
+    return field(
+        default=float(default), metadata={"spec": Spec("slider", label, low, high, step, unit, {}, help, keeps)}
+    )
 
 
-def choice(default: str, label: str, options: Mapping[str, str], help: str = "", keeps: Keeps = "nothing") -> Any:
-    """One of `options` (value → what the reader sees)."""
-    return field(default=default, metadata={"spec": Spec("choice", label, options=options, help=help, keeps=keeps)})
+def choice(
+    default: str,
+    label: str,
+    options: Mapping[str, str],
+    help: str = "",
+    keeps: Keeps = "nothing",
+    sets: Mapping[str, Mapping[str, Value]] | None = None,
+) -> Any:
+    """One of `options` (value → what the reader sees), which may bring values of other controls with it."""
+    spec = Spec("choice", label, options=options, help=help, keeps=keeps, sets=sets or {})
+    return field(default=default, metadata={"spec": spec})
 
 
 def toggle(default: bool, label: str, help: str = "", keeps: Keeps = "log") -> Any:
@@ -68,12 +87,12 @@ def values(controls: Any) -> dict[str, Value]:
 
 def nearest(name: str, names: Any) -> str:
     """'; did you mean …?' for the closest of `names`, or a list of them all where none is close."""
-    close = get_close_matches(str(name), [str(n) for n in names], n=1)
+    close = get_close_matches(str(name)[:60], [str(n) for n in names], n=1)
     return f"; did you mean {close[0]!r}?" if close else f"; there are {', '.join(map(str, names))}"
 
 
 def validated(controls: type, given: Mapping[str, Any]) -> Any:
-    """The controls with `given` in place of defaults.
+    """The controls with `given` in place of defaults, and of what the chosen options set.
 
     Raises ValueError that names the control, says what is wrong with the value and what was expected.
     """
@@ -81,20 +100,27 @@ def validated(controls: type, given: Mapping[str, Any]) -> Any:
     for name in given:
         if name not in known:
             raise ValueError(f"no control {name!r}{nearest(name, known)}")
-    return controls(**{name: _value(name, known[name], raw) for name, raw in given.items()})
+    chosen = {name: _value(name, known[name], raw) for name, raw in given.items()}
+    brought = {k: v for name, value in chosen.items() for k, v in known[name].sets.get(str(value), {}).items()}
+    return controls(**{**brought, **chosen})
+
+
+def finite(raw: Any, limit: float) -> bool:
+    """Whether raw is a number, no truth value, of magnitude below `limit` (which NaN and infinity are not)."""
+    return isinstance(raw, (int, float)) and not isinstance(raw, bool) and -limit < raw < limit
 
 
 def _value(name: str, spec: Spec, raw: Any) -> Value:
     if spec.kind == "choice":
-        if raw not in spec.options:
+        if not isinstance(raw, str) or raw not in spec.options:
             raise ValueError(f"{name}: no option {raw!r}{nearest(raw, spec.options)}")
-        return str(raw)
+        return raw
     if spec.kind == "toggle":
         if not isinstance(raw, bool):
             raise ValueError(f"{name}: {raw!r} is neither true nor false")
         return raw
-    if isinstance(raw, bool) or not isinstance(raw, (int, float)) or not isfinite(raw):
+    if not finite(raw, 1e15):
         raise ValueError(f"{name}: {raw!r} is not a number")
     if not spec.low - 1e-9 <= raw <= spec.high + 1e-9:
         raise ValueError(f"{name}: {raw:g} lies outside {spec.low:g} … {spec.high:g}")
-    return float(raw)
+    return min(max(float(raw), spec.low), spec.high)

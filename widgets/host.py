@@ -1,7 +1,8 @@
 """Records in, frames out: the one place that the build's baking, the tapes and the browser's worker all go through.
 
-A frame is plain data: the panels' SVG, readouts, handles, and what the page needs to carry on. A Host remembers the states
-along the last record of each figure, so that one more action, a replaced drag or a step back costs one `act` at most.
+A frame is plain data: the panels' SVG, readouts, handles, and what the page needs to carry on. A Host remembers the
+states along the last record of each figure, so that one more action, a replaced drag or a step back costs one `act` at
+most.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from .contract import Action, Motion, Record, Widget, parsed
 from .controls import nearest, values
 from .picture import Handle, Panel, Picture
 from .registry import WIDGETS
-from .svg import panel_svg
+from .svg import UNIT, panel_svg
 
 
 @dataclass
@@ -55,10 +56,10 @@ class Host:
 
     def render(self, figure: str, plain: Mapping[str, Any]) -> dict[str, Any]:
         """The frame of the figure with id prefix `figure` in the state that the plain record names."""
-        name = plain.get("widget")
-        if name not in self._widgets:
-            raise ValueError(f"no widget {name!r}{nearest(str(name), self._widgets)}")
-        widget = self._widgets[str(name)]
+        name = plain.get("widget") if isinstance(plain, Mapping) else None
+        if not isinstance(name, str) or name not in self._widgets:
+            raise ValueError(f"no widget {name!r:.60}{nearest(str(name)[:60], self._widgets)}")
+        widget = self._widgets[name]
         record = parsed(widget, plain)
         states = self._states(figure, widget, record)
         picture = widget.draw(states[-1])
@@ -80,7 +81,9 @@ def frame(figure: str, widget: Widget, record: Record, picture: Picture, moved: 
     """A picture as plain data for the page."""
     panels = {panel.name: panel for panel in picture.panels}
     return {
-        "panels": [{"name": p.name, "svg": panel_svg(p, f"{figure}-{p.name}"), "view": _view(p)} for p in picture.panels],
+        "panels": [
+            {"name": p.name, "svg": panel_svg(p, f"{figure}-{p.name}"), "view": _view(p)} for p in picture.panels
+        ],
         "readouts": [
             {"name": r.name, "label": r.label, "value": r.value, "unit": r.unit, "role": r.role or ""}
             for r in picture.readouts
@@ -104,7 +107,7 @@ def _view(panel: Panel) -> list[float]:
 def _handle(handle: Handle, panel: Panel) -> dict[str, Any]:
     """The handle with its place in percent of the panel, which is how the page's overlay puts it there."""
     (place,) = panel.view.px([handle.xy])
-    left, top = np.round(100 * place / np.array(panel.view.size) + 1e-9, 3).tolist()
+    left, top = (_rounded(100 * v / size, 3) for v, size in zip(place, panel.view.size, strict=True))
     return {
         "name": handle.name,
         "panel": handle.panel,
@@ -121,7 +124,12 @@ def _handle(handle: Handle, panel: Panel) -> dict[str, Any]:
 
 def _place(xy: tuple[float, float]) -> list[float]:
     """World coordinates as records carry them: four decimals, 0.1 mm where a unit is a metre, no negative zero."""
-    return [round(float(v) + 1e-9, 4) + 0.0 for v in xy]
+    return [_rounded(v, 4) for v in xy]
+
+
+def _rounded(value: float, decimals: int) -> float:
+    """Ties broken by a nudge, as in the SVG, and no negative zero: the same digits natively and in the browser."""
+    return round(float(value) + 1e-9, decimals) + 0.0
 
 
 def _motion(figure: str, moved: Motion, panel: Panel) -> dict[str, Any]:
@@ -130,7 +138,7 @@ def _motion(figure: str, moved: Motion, panel: Panel) -> dict[str, Any]:
     scale = panel.view.scale
     return {
         "group": f"{figure}-{panel.name}-{moved.group}",
-        "turn": round(-float(np.degrees(moved.turn)), 3) + 0.0,
-        "about": np.round(about * 10, 1).tolist(),
-        "shift": [round(moved.shift[0] * scale * 10, 1) + 0.0, round(-moved.shift[1] * scale * 10, 1) + 0.0],
+        "turn": _rounded(-np.degrees(moved.turn), 3),
+        "about": [_rounded(v * UNIT, 1) for v in about],
+        "shift": [_rounded(moved.shift[0] * scale * UNIT, 1), _rounded(-moved.shift[1] * scale * UNIT, 1)],
     }

@@ -1,7 +1,7 @@
 """What a figure shows, as data: marks in world coordinates with semantic roles, readouts, handles and a sentence.
 
-A Picture knows nothing of pixels, colours or browsers. `widgets.svg` turns it into markup, natively for the printed page
-and in the browser for every live frame, so the two cannot disagree.
+A Picture knows nothing of pixels, colours or browsers. `widgets.svg` turns it into markup, natively for the printed
+page and in the browser for every live frame, so the two cannot disagree.
 """
 
 from __future__ import annotations
@@ -99,7 +99,10 @@ class Arrow:
 
 @dataclass(frozen=True, eq=False)
 class Heat:
-    """A field over a window (x0, x1, y0, y1): values (rows, columns), row 0 at y0, NaN left empty, 24 levels from low to high."""
+    """A field over a window (x0, x1, y0, y1): values (rows, columns), row 0 at y0, in 24 levels from low to high.
+
+    NaN is left empty.
+    """
 
     values: ArrayLike
     window: tuple[float, float, float, float]
@@ -208,8 +211,8 @@ class Readout:
 class Handle:
     """A place that can be taken hold of.
 
-    keys maps a key ("ArrowLeft", "Shift+ArrowLeft" …) to the world position that a drag would have to reach for the same
-    effect: the keyboard is a drag by other means, so nothing a pointer does is out of its reach.
+    keys maps a key ("ArrowLeft", "Shift+ArrowLeft" …) to the world position that a drag would have to reach for the
+    same effect: the keyboard is a drag by other means, so nothing a pointer does is out of its reach.
     """
 
     name: str
@@ -235,17 +238,31 @@ class Picture:
 
 
 def number(value: float, decimals: int = 2) -> str:
-    """A number as the site prints it: fixed decimals, a true minus sign, never a negative zero."""
-    text = f"{value:.{decimals}f}"
+    """A number as the site prints it: fixed decimals, a true minus sign, never a negative zero.
+
+    A nudge far below what is printed decides ties, which rounding error would else decide differently in the browser.
+    """
+    text = f"{value + 1e-9:.{decimals}f}"
     return text.lstrip("-") if float(text) == 0 else text.replace("-", "−")
 
 
 def small(value: float) -> str:
-    """A magnitude that may be rounding error: three decimals, or one digit and a power of ten below a thousandth."""
-    if value == 0 or abs(value) >= 1e-3:
+    """A magnitude that may be rounding error: three decimals, or one digit and a power of ten below a thousandth.
+
+    Below 10⁻¹² no digit is told: two processors round differently.
+    """
+    if value < 1e-12:
+        return "< 10⁻¹²"
+    if value >= 1e-3:
         return number(value, 3)
-    mantissa, exponent = f"{value:.0e}".split("e")
-    return f"{mantissa}·10".replace("-", "−") + str(int(exponent)).translate(SUPERSCRIPT)
+    mantissa, exponent = f"{value * (1 + 1e-9):.0e}".split("e")
+    return f"{mantissa}·10" + str(int(exponent)).translate(SUPERSCRIPT)
+
+
+def degrees(radians: float, decimals: int = 0) -> str:
+    """An angle in (−180°, 180°], as text; half a turn is always 180, whichever side rounding puts it on."""
+    turned = 180.0 - (180.0 - float(np.degrees(radians)) + 1e-6) % 360.0
+    return number(turned + 1e-6, decimals)
 
 
 def move_keys(x: float, y: float, step: float = 0.05, leap: float = 0.5) -> dict[str, tuple[float, float]]:

@@ -1,7 +1,8 @@
 """Picture → SVG: the one renderer, run by the build and by the browser's worker.
 
-Coordinates are integers in tenths of a nominal px, so that a point costs few bytes and prints the same everywhere: before
-rounding, values are snapped by a nudge far above the difference between two processors and far below what is seen.
+Coordinates are integers in tenths of a nominal px, so that a point costs few bytes and prints the same everywhere:
+before rounding, values are snapped by a nudge far above the difference between two processors and far below what is
+seen.
 Marks carry classes, never colours or style attributes: themes, print and a strict Content-Security-Policy do the rest.
 """
 
@@ -35,12 +36,21 @@ UNIT = 10  # SVG user units per nominal px
 NUDGE = 1e-6  # breaks ties the same way natively and in wasm, whose results differ by some 1e-14
 WEIGHT_LEVELS = 6
 HEAT_LEVELS = 24
+_K = 0.5522847498307936  # 4/3 (√2 − 1): control points of a quarter circle's cubic Bézier curve
+_QUARTER = np.array([(1, 0), (1, _K), (_K, 1)])
+CIRCLE = np.concatenate([_QUARTER, _QUARTER @ [[0, 1], [-1, 0]], -_QUARTER, _QUARTER @ [[0, -1], [1, 0]], [(1, 0)]])
 FAR = 1e6  # px; what lies beyond is clamped, so that no exponent or overflow reaches the markup
 
 
 def snap(values: Any) -> list[Any]:
-    """Px values as integers in SVG units, nested lists of the same shape."""
-    clamped = np.clip(np.nan_to_num(np.asarray(values, dtype=float), nan=0.0), -FAR, FAR)
+    """Px values as integers in SVG units, nested lists of the same shape. NaN is refused: a point that is nowhere is no
+    point at the origin.
+
+    Raises ValueError for NaN.
+    """
+    clamped = np.clip(np.asarray(values, dtype=float), -FAR, FAR)
+    if np.isnan(clamped).any():
+        raise ValueError("a mark has a coordinate that is not a number")
     return np.floor(clamped * UNIT + 0.5 + NUDGE).astype(np.int64).tolist()  # type: ignore[no-any-return]
 
 
@@ -67,7 +77,7 @@ def _path(classes: str, d: str) -> str:
 def _levels(weight: Any, count: int) -> Array:
     """Weights in [0, 1] as level numbers 1 … WEIGHT_LEVELS; a weight that rounds to nothing gets 0 and is not drawn."""
     w = np.clip(np.asarray(weight, dtype=float).reshape(count), 0.0, 1.0)
-    return np.ceil(np.round(w * WEIGHT_LEVELS, 6) - 0.5 + NUDGE)
+    return np.asarray(np.ceil(np.round(w * WEIGHT_LEVELS, 6) - 0.5 + NUDGE), dtype=float)
 
 
 def _by_weight(weight: Any, count: int, classes: str, draw: Callable[[Any], str]) -> str:
@@ -76,7 +86,9 @@ def _by_weight(weight: Any, count: int, classes: str, draw: Callable[[Any], str]
         return _path(classes, draw(slice(None)))
     levels = _levels(weight, count)
     return "".join(
-        _path(f"{classes} w{level}", draw(levels == level)) for level in range(1, WEIGHT_LEVELS + 1) if (levels == level).any()
+        _path(f"{classes} w{level}", draw(levels == level))
+        for level in range(1, WEIGHT_LEVELS + 1)
+        if (levels == level).any()
     )
 
 
@@ -135,14 +147,15 @@ def _polyline_mark(mark: Path, view: View, prefix: str) -> str:
 
 
 def _ellipses(mark: Ellipses, view: View, prefix: str) -> str:
-    centre = rows(mark.centre)
     covariance = np.asarray(mark.covariance, dtype=float).reshape(-1, 2, 2)
-    values, axes = np.linalg.eigh(covariance)
-    spread = axes * (mark.sigmas * np.sqrt(np.maximum(values, 0.0)))[:, None, :]
-    turn = np.linspace(0.0, 2 * np.pi, 37)[:-1]
-    rim = centre[:, None, :] + np.einsum("nij,kj->nki", spread, np.stack([np.cos(turn), np.sin(turn)], axis=1))
+    # The symmetric root in closed form: an eigenvector's sign would differ between LAPACKs, and with it the bytes.
+    area = np.sqrt(np.maximum(np.linalg.det(covariance), 0.0))
+    trace = np.sqrt(np.maximum(np.trace(covariance, axis1=1, axis2=2) + 2 * area, 1e-300))
+    root = mark.sigmas * (covariance + area[:, None, None] * np.eye(2)) / trace[:, None, None]
+    rim = rows(mark.centre)[:, None, :] + CIRCLE @ root
+    places = snap(view.px(rim).reshape(-1, 2 * len(CIRCLE)))
     classes = " ".join(["line", mark.role, *(["filled"] if mark.filled else []), *(["dashed"] if mark.dashed else [])])
-    return _path(classes, "".join(_polyline(view.px(one), True) for one in rim))
+    return _path(classes, "".join(f"M{x} {y}C" + " ".join(map(str, rest)) + "z" for x, y, *rest in places))
 
 
 def _ticks(mark: Ticks, view: View, prefix: str) -> str:
@@ -162,7 +175,9 @@ def _arrow(mark: Arrow, view: View, prefix: str) -> str:
     back = head - along * min(11.0, length)
     side = np.array([-along[1], along[0]]) * 4.5
     (x, y), (u, v), (p, q), (r, s), (m, n) = snap([tail, back, back + side, back - side, head])
-    return _path(f"line thick {mark.role}", f"M{x} {y}L{u} {v}") + _path(f"tip {mark.role}", f"M{m} {n}L{p} {q} {r} {s}z")
+    return _path(f"line thick {mark.role}", f"M{x} {y}L{u} {v}") + _path(
+        f"tip {mark.role}", f"M{m} {n}L{p} {q} {r} {s}z"
+    )
 
 
 def _heat(mark: Heat, view: View, prefix: str) -> str:
@@ -172,8 +187,10 @@ def _heat(mark: Heat, view: View, prefix: str) -> str:
     across = snap(view.px(np.stack([np.linspace(x0, x1, nx + 1), np.full(nx + 1, y0)], axis=1))[:, 0])
     down = snap(view.px(np.stack([np.full(ny + 1, x0), np.linspace(y0, y1, ny + 1)], axis=1))[:, 1])
     span = mark.high - mark.low
-    part = np.zeros_like(values) if span <= 0 else (values - mark.low) / span
-    level = np.where(np.isnan(part), -1, np.clip(np.floor(np.nan_to_num(part) * HEAT_LEVELS + NUDGE), 0, HEAT_LEVELS - 1))
+    part = np.clip((values - mark.low) / (span if span > 0 else np.inf), 0.0, 1.0)
+    level = np.where(
+        np.isnan(values), -1, np.minimum(np.floor(np.nan_to_num(part) * HEAT_LEVELS + NUDGE), HEAT_LEVELS - 1)
+    )
     runs: list[list[str]] = [[] for _ in range(HEAT_LEVELS)]
     for row in range(ny):
         edges = np.flatnonzero(np.diff(level[row], prepend=-2, append=-2))
@@ -186,14 +203,14 @@ def _heat(mark: Heat, view: View, prefix: str) -> str:
 
 
 def _ring(mark: Ring, view: View, prefix: str) -> str:
-    (x, y), = snap(view.px(mark.xy))
+    ((x, y),) = snap(view.px(mark.xy))
     (r,) = snap([mark.radius if mark.reach is None else mark.reach * view.scale])
     classes = f"line ring {mark.role}" + (" dashed" if mark.dashed else "")
     return _path(classes, f"M{x} {y}{_outline('ring', r)}")
 
 
 def _label(mark: Label, view: View, prefix: str) -> str:
-    (x, y), = snap(view.px(mark.xy) + np.array([mark.dx, mark.dy]))
+    ((x, y),) = snap(view.px(mark.xy) + np.array([mark.dx, mark.dy]))
     return f'<text class="label {mark.role} {mark.anchor}" x="{x}" y="{y}">{escape(mark.text, quote=False)}</text>'
 
 
@@ -208,8 +225,7 @@ def _grid(view: View) -> str:
     ys = np.arange(np.ceil(view.y0 / step), np.floor(view.y1 / step) + 1) * step
     x_px = view.px(np.stack([xs, np.full_like(xs, view.y0)], axis=1))[:, 0]
     y_px = view.px(np.stack([np.full_like(ys, view.x0), ys], axis=1))[:, 1]
-    _, h = snap(view.size)
-    w, _ = snap(view.size)
+    w, h = snap(view.size)
     lines = "".join(f"M{x} 0V{h}" for x in snap(x_px)) + "".join(f"M0 {y}H{w}" for y in snap(y_px))
     return _path("grid", lines)
 
