@@ -103,6 +103,15 @@ def fit_planar(
     return _finish(m, R, turn, values, sign, turn, scale)
 
 
+def pair_cost(pose: Pose, source: FloatArray, target: FloatArray, weights: FloatArray) -> FloatArray:
+    """`Σ wᵢ ‖T pᵢ − qᵢ‖²`, (...): what the fits minimise. Infinite where that is beyond float64, never NaN."""
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        left = pose.apply(source) - target
+        squares = np.einsum("...nd,...nd->...n", left, left)
+        total: FloatArray = np.where(weights > 0.0, weights * squares, 0.0).sum(axis=-1)
+        return np.where(np.isnan(total), np.inf, total)
+
+
 @dataclass(frozen=True, eq=False)
 class _Moments:
     """What both fits start from. The clouds and weights are divided by powers of two, which rounds nothing, so that no
@@ -176,11 +185,8 @@ def _finish(
     t = mean_q - s[..., None] * (R @ mean_p[..., None])[..., 0]
     pose = Pose(R, t, s)
 
-    # About the centroids the residuals lose nothing to the translation's size.
     with np.errstate(over="ignore", under="ignore"):
-        turned_p = np.ldexp(m.p, ep[..., None, None]) @ (s[..., None, None] * R).swapaxes(-1, -2)
-        left = np.where(m.w[..., None] > 0.0, turned_p - np.ldexp(m.q, eq[..., None, None]), 0.0)
-        cost = np.einsum("...n,...nd,...nd->...", m.weights, left, left)
+        cost = pair_cost(pose, m.source, m.target, m.weights)
         unit = ep + eq + ew
         condition = np.where(bad, np.inf, np.linalg.norm(values, axis=-1) / np.where(bad, 1.0, gap))
         singular = np.ldexp(values, unit[..., None])

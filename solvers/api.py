@@ -1,0 +1,175 @@
+"""The front door: `register(source, target, method=…) -> Result`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from solvers import validate
+from solvers.arrays import FloatArray, IntArray
+from solvers.methods import METHODS
+from solvers.pose import Pose
+from solvers.result import Result, from_batch, side_by_side
+from solvers.stepper import Callback, Method, Problem, begin, run
+
+_COMMON = ("start", "pairs", "weights", "seed", "max_steps", "callback")
+
+
+def register(
+    source: ArrayLike | Sequence[ArrayLike],
+    target: ArrayLike | Sequence[ArrayLike],
+    method: str = "kabsch",
+    *,
+    start: Pose | None = None,
+    pairs: ArrayLike | None = None,
+    weights: ArrayLike | Sequence[ArrayLike | None] | None = None,
+    seed: int | Sequence[int] | IntArray = 0,
+    max_steps: int | None = None,
+    callback: Callback | None = None,
+    **options: Any,
+) -> Result:
+    """Find the pose that takes `source` (..., m, d) to `target` (..., n, d).
+
+    Leading axes are a batch, and those of source, target, start, seed, pairs and weights broadcast against each
+    other: one pair of clouds with a thousand starts is a batch of a thousand. Clouds of unequal size come as a list
+    of (m, d) arrays (source, target or both; `weights` and `pairs` may then be lists too) and are run one by one; the
+    result is that of a batch.
+
+    method: a name of `METHODS`. start: where local methods begin (None: the identity).
+    pairs: (..., k, 2) rows of source and target that are partners, for paired methods; without it row i's partner is
+    row i.
+    weights: (..., m), of the source rows, or (..., k) of the pairs; not negative, None is all one.
+    seed: what random methods draw from, one for all problems or one each (then a batch equals its single runs).
+    max_steps: the cap; None is the method's own. callback(k, state): called after every step k with the states of all
+    problems (one leading axis, also for a single problem); a true answer ends the run.
+    options: the method's own, see the fields of `METHODS[method].options`.
+
+    Raises ValueError, naming the argument, for what is no point cloud and for unknown methods and options. Geometry
+    never raises: a problem that does not determine its answer has `Status.DEGENERATE` and a reason, and the rest of its
+    batch goes on.
+    """
+    chosen = METHODS[validate.one_of(method, METHODS, "method")]
+    own = _options(chosen, options)
+    cap = None if max_steps is None else validate.count(max_steps, "max_steps")
+
+    def solve(source: Any, target: Any, start: Any, pairs: Any, weights: Any, seed: Any) -> Result:
+        problem, axes = _problem(chosen, source, target, start, pairs, weights, seed)
+        return from_batch(*run(begin(chosen, problem, own, cap), callback), axes)
+
+    if _is_list(source) or _is_list(target):
+        return _one_by_one(source, target, start, pairs, weights, seed, solve)
+    return solve(source, target, start, pairs, weights, seed)
+
+
+def _options(method: Method[Any], given: dict[str, Any]) -> Any:
+    known = [f.name for f in fields(method.options)]
+    for name in given:
+        if name not in known:
+            near = validate.nearest(name, [*known, *_COMMON])
+            listed = ", ".join([*known, *_COMMON])
+            raise ValueError(f"{name}: no option of method {method.name!r}{near}; it has: {listed}")
+    return method.options(**given)
+
+
+def _problem(
+    method: Method[Any], source: Any, target: Any, start: Any, pairs: Any, weights: Any, seed: Any
+) -> tuple[Problem, tuple[int, ...]]:
+    """The validated problem with its leading axes made one, and those axes."""
+    p = validate.cloud(source, "source")
+    d = p.shape[-1]
+    q = validate.cloud(target, "target", d)
+    if method.dims is not None and d not in method.dims:
+        allowed = " or ".join(str(k) for k in method.dims)
+        raise ValueError(f"source: method {method.name!r} works in {allowed} dimensions, the points have {d}")
+    if pairs is not None:
+        if not method.paired:
+            raise ValueError(f"pairs: method {method.name!r} finds its own partners and takes none")
+        k = validate.pairs(pairs, p.shape[-2], q.shape[-2])
+        p, q = _gather(p, k[..., 0], "source"), _gather(q, k[..., 1], "target")
+    elif method.paired:
+        p, q = validate.matched(p, q)
+    if weights is not None and not method.weighted:
+        raise ValueError(f"weights: method {method.name!r} takes none")
+    w = validate.weights(weights, p.shape[-2])
+    pose = validate.pose(start, d)
+    seeds = _seeds(seed)
+    batch = validate.batch_shape(
+        source=p.shape[:-2], target=q.shape[:-2], weights=w.shape[:-1], start=pose.batch, seed=seeds.shape
+    )
+    if 0 in batch:
+        raise ValueError(f"start, seed: a batch of shape {batch} holds no problem")
+
+    def flat(a: Any, tail: tuple[int, ...]) -> Any:
+        return np.broadcast_to(a, (*batch, *tail)).reshape(-1, *tail)
+
+    poses = Pose(flat(pose.R, (d, d)), flat(pose.t, (d,)), flat(np.asarray(pose.scale), ()))
+    return Problem(
+        flat(p, p.shape[-2:]), flat(q, q.shape[-2:]), flat(w, w.shape[-1:]), poses, flat(seeds, ())
+    ), batch
+
+
+def _gather(points: FloatArray, rows: IntArray, name: str) -> FloatArray:
+    batch = validate.batch_shape(**{name: points.shape[:-2], "pairs": rows.shape[:-1]})
+    points = np.broadcast_to(points, (*batch, *points.shape[-2:]))
+    rows = np.broadcast_to(rows, (*batch, rows.shape[-1]))
+    return np.take_along_axis(points, rows[..., None], axis=-2)
+
+
+def _seeds(seed: Any) -> IntArray:
+    seeds = np.asarray(seed)
+    if seeds.dtype.kind not in "iu" or seeds.size == 0:
+        raise ValueError(f"seed: expected a non-negative integer or an array of them, got {seed!r}")
+    if seeds.min() < 0 or seeds.max() > np.iinfo(np.int64).max:
+        raise ValueError("seed: expected non-negative integers of at most 63 bits")
+    return seeds.astype(np.int64)
+
+
+def _is_list(clouds: Any) -> bool:
+    """Whether this is a list of clouds, rather than one array or nested numbers."""
+    if not isinstance(clouds, list | tuple) or not clouds:
+        return False
+    return all(_ndim(c) == 2 for c in clouds)
+
+
+def _ndim(value: Any) -> int:
+    try:
+        return np.ndim(value)
+    except ValueError:
+        return -1
+
+
+def _one_by_one(
+    source: Any, target: Any, start: Any, pairs: Any, weights: Any, seed: Any, solve: Callable[..., Result]
+) -> Result:
+    """A list of clouds: each its own run."""
+    lists = {name: x for name, x in (("source", source), ("target", target)) if _is_list(x)}
+    n = len(next(iter(lists.values())))
+    # What may be one for all or one each: a list (pairs: of arrays), or, for start and seed, one leading axis.
+    if isinstance(weights, list | tuple):
+        lists["weights"] = weights
+    if isinstance(pairs, list | tuple) and _ndim(pairs) != 2:
+        lists["pairs"] = pairs
+    if isinstance(start, Pose) and start.batch:
+        lists["start"] = [start[i] for i in range(len(start.t))]
+    seeds = _seeds(seed)
+    if seeds.ndim:
+        lists["seed"] = seeds
+    for name, x in lists.items():
+        if len(x) != n:
+            raise ValueError(f"{name}: there are {len(x)}, but {n} clouds")
+    given = {"source": source, "target": target, "start": start, "pairs": pairs, "weights": weights, "seed": seeds}
+    results = []
+    for i in range(n):
+        try:
+            results.append(solve(**{name: lists[name][i] if name in lists else x for name, x in given.items()}))
+        except ValueError as error:
+            raise ValueError(f"cloud {i} of the list: {error}") from None
+        if results[-1].pose.batch:
+            raise ValueError(
+                f"cloud {i} of the list: is to be one problem, but has leading axes {results[-1].pose.batch}"
+            )
+    return side_by_side(results)

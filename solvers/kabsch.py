@@ -1,0 +1,92 @@
+"""The closed-form fits as methods: one step from any start to the same optimum."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from solvers.arrays import AnyArray, FloatArray, ReasonArray, StatusArray
+from solvers.pose import Pose
+from solvers.rigid import fit_rigid, pair_cost
+from solvers.rows import CONSTANT, SHARED
+from solvers.status import reasons, statuses
+from solvers.stepper import Method, NoOptions, Problem
+
+
+@dataclass(frozen=True, eq=False)
+class KabschState:
+    """A paired fit before and after its one step; the fields beyond `State`'s are those of `solvers.rigid.Fit`, and say
+    nothing (zeros, condition infinite) before the step. The objective is Σ wᵢ ‖T pᵢ − qᵢ‖², (b,)."""
+
+    problem: Problem = field(metadata=CONSTANT)
+    scaled: bool = field(metadata=SHARED)
+    pose: Pose
+    objective: FloatArray
+    status: StatusArray
+    reason: ReasonArray
+    singular_values: FloatArray
+    determinant: AnyArray
+    condition: FloatArray
+
+
+def _start(problem: Problem, scaled: bool) -> KabschState:
+    b = problem.size
+    return KabschState(
+        problem=problem,
+        scaled=scaled,
+        pose=problem.start,
+        objective=pair_cost(problem.start, problem.source, problem.target, problem.weights),
+        status=statuses((b,)),
+        reason=reasons((b,)),
+        singular_values=np.zeros((b, problem.dim)),
+        determinant=np.zeros(b, dtype=np.int8),
+        condition=np.full(b, np.inf),
+    )
+
+
+def _step(state: KabschState) -> KabschState:
+    fit = fit_rigid(state.problem.source, state.problem.target, state.problem.weights, scale=state.scaled)
+    return replace(
+        state,
+        pose=fit.pose,
+        objective=fit.cost,
+        status=fit.status,
+        reason=fit.reason,
+        singular_values=fit.singular_values,
+        determinant=fit.determinant,
+        condition=fit.condition,
+    )
+
+
+def _start_rigid(problem: Problem, options: NoOptions) -> KabschState:
+    return _start(problem, scaled=False)
+
+
+def _start_similarity(problem: Problem, options: NoOptions) -> KabschState:
+    return _start(problem, scaled=True)
+
+
+KABSCH = Method(
+    name="kabsch",
+    summary="the rigid motion of known pairs with the least weighted sum of squares, in closed form",
+    source="Kabsch 1976; Arun, Huang & Blostein 1987",
+    start=_start_rigid,
+    step=_step,
+    paired=True,
+    weighted=True,
+    dims=None,
+    max_steps=1,
+)
+
+SIMILARITY = Method(
+    name="similarity",
+    summary="the rigid motion and scale of known pairs with the least weighted sum of squares, in closed form",
+    source="Umeyama 1991",
+    start=_start_similarity,
+    step=_step,
+    paired=True,
+    weighted=True,
+    dims=None,
+    max_steps=1,
+)

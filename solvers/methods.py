@@ -1,0 +1,13 @@
+"""The list of methods: the one place that knows them all."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
+from solvers import kabsch
+from solvers.stepper import Method
+
+_LIST: tuple[Method[Any], ...] = (kabsch.KABSCH, kabsch.SIMILARITY)
+
+METHODS: Mapping[str, Method[Any]] = MappingProxyType({method.name: method for method in _LIST})
+"""Every method by name, in the order of the ladder; read-only."""

@@ -1,0 +1,128 @@
+"""What a registration hands back, for one problem, a batch or a list."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from solvers import validate
+from solvers.arrays import AnyArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.pose import Pose
+from solvers.status import Status
+from solvers.stepper import Batch, History, State
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """What `register` found. The leading axes `...` are those of the problem: none for a single one.
+
+    method: its name. pose: T with T(source) ≈ target. status: (...) int8 (a `Status` for a single problem).
+    reason: (...) words on how it stopped, possibly empty. steps: (...) taken. objective: (...) what the method
+    minimises, at `pose`. history: poses and objective from the start to the last step, (k + 1, ...).
+    states: the method's final states with all their details, one for a batch, one a cloud for a list of clouds; their
+    arrays have one leading problem axis. `detail` reads them in the shape of the problem.
+    """
+
+    method: str
+    pose: Pose
+    status: StatusArray | Status
+    reason: ReasonArray | str
+    steps: IntArray | int
+    objective: FloatArray
+    history: History
+    states: tuple[State, ...]
+
+    @property
+    def matrix(self) -> FloatArray:
+        """The pose as homogeneous matrices, (..., d + 1, d + 1)."""
+        return self.pose.matrix
+
+    def transform(self, points: ArrayLike) -> FloatArray:
+        """The points (..., n, d) moved by the pose."""
+        return self.pose.apply(points)
+
+    def inverse(self) -> Pose:
+        """The pose that takes target to source coordinates."""
+        return self.pose.inverse()
+
+    def detail(self, name: str) -> Any:
+        """A field of the final state, in the shape of the problem: `result.detail("singular_values")`.
+
+        For a list of clouds it is a list, one entry a cloud. Raises ValueError for an unknown name.
+        """
+        known = [f.name for f in fields(cast(Any, self.states[0]))]
+        validate.one_of(name, known, "name")
+        batch = self.pose.batch
+        if len(self.states) > 1:
+            return [_shaped(getattr(state, name), ()) for state in self.states]
+        return _shaped(getattr(self.states[0], name), batch)
+
+    def __repr__(self) -> str:
+        if self.pose.batch:
+            count = np.bincount(np.ravel(self.status), minlength=len(Status))
+            said = ", ".join(f"{n} {Status(k).label}" for k, n in enumerate(count) if n)
+        else:
+            said = f"{Status(int(self.status)).label}{f' ({self.reason})' if self.reason else ''}, steps={self.steps}"
+        return f"Result({self.method}: {said}, pose={self.pose!r})"
+
+
+def from_batch(done: Batch[Any], history: History, axes: tuple[int, ...]) -> Result:
+    """The result of one run, its single problem axis made into the leading axes `axes`."""
+    state = done.state()
+    return Result(
+        method=done.method.name,
+        pose=_shaped(state.pose, axes),
+        status=_shaped(state.status, axes) if axes else Status(int(state.status[0])),
+        reason=_shaped(state.reason, axes),
+        steps=_shaped(done.steps, axes) if axes else int(done.steps[0]),
+        objective=_shaped(state.objective, axes),
+        history=History(_shaped(history.poses, axes, 1), _shaped(history.objective, axes, 1)),
+        states=(state,),
+    )
+
+
+def side_by_side(results: Sequence[Result]) -> Result:
+    """Single results put together as those of a batch; shorter histories repeat their last entry."""
+    longest = max(len(r.history.objective) for r in results)
+
+    def course(read: Callable[[History], AnyArray]) -> AnyArray:
+        return np.stack([_lengthened(read(r.history), longest) for r in results], axis=1)
+
+    return Result(
+        method=results[0].method,
+        pose=Pose(
+            np.stack([r.pose.R for r in results]),
+            np.stack([r.pose.t for r in results]),
+            np.stack([np.asarray(r.pose.scale) for r in results]),
+        ),
+        status=np.array([r.status for r in results], dtype=np.int8),
+        reason=np.array([r.reason for r in results], dtype=object),
+        steps=np.array([r.steps for r in results], dtype=np.int64),
+        objective=np.array([r.objective for r in results]),
+        history=History(
+            Pose(
+                course(lambda h: h.poses.R),
+                course(lambda h: h.poses.t),
+                course(lambda h: np.asarray(h.poses.scale)),
+            ),
+            course(lambda h: h.objective),
+        ),
+        states=tuple(state for r in results for state in r.states),
+    )
+
+
+def _lengthened(course: AnyArray, length: int) -> AnyArray:
+    return course[np.minimum(np.arange(length), len(course) - 1)]
+
+
+def _shaped(value: Any, axes: tuple[int, ...], at: int = 0) -> Any:
+    """The one problem axis at `at` made into `axes`; what then is a single number or word loses its array."""
+    if isinstance(value, Pose):
+        return Pose(*(_shaped(np.asarray(getattr(value, part)), axes, at) for part in ("R", "t", "scale")))
+    if isinstance(value, np.ndarray):
+        return value.reshape(*value.shape[:at], *axes, *value.shape[at + 1 :])[()]
+    return value
