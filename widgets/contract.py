@@ -91,7 +91,7 @@ class Widget:
     clicks: tuple[str, ...] = ()
     tape: tuple[tuple[Mapping[str, Value], tuple[str, ...]], ...] = ()
     motion: Callable[[Any, Any], Motion | None] = lambda before, after: None
-    python: Callable[[Any, int, tuple[Action, ...]], str] = lambda controls, seed, log: ""
+    python: Callable[[Any], str] = lambda state: ""
     shows: str = ""
 
 

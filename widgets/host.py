@@ -64,7 +64,7 @@ class Host:
         states = self._states(figure, widget, record)
         picture = widget.draw(states[-1])
         moved = widget.motion(states[-2], states[-1]) if len(states) > 1 else None
-        return frame(figure, widget, record, picture, moved)
+        return frame(figure, record, picture, moved, widget.python(states[-1]))
 
     def _states(self, figure: str, widget: Widget, record: Record) -> list[Any]:
         key = (widget.name, record.controls, record.seed)
@@ -77,7 +77,7 @@ class Host:
         return replay.states
 
 
-def frame(figure: str, widget: Widget, record: Record, picture: Picture, moved: Motion | None) -> dict[str, Any]:
+def frame(figure: str, record: Record, picture: Picture, moved: Motion | None, python: str) -> dict[str, Any]:
     """A picture as plain data for the page."""
     panels = {panel.name: panel for panel in picture.panels}
     return {
@@ -94,7 +94,7 @@ def frame(figure: str, widget: Widget, record: Record, picture: Picture, moved: 
         "disabled": sorted(picture.disabled),
         "motion": None if moved is None else _motion(figure, moved, panels[moved.panel]),
         "controls": values(record.controls),
-        "python": widget.python(record.controls, record.seed, record.log),
+        "python": python,
     }
 
 

@@ -1,0 +1,377 @@
+"""Chapter 1: known pairs. Put the source anywhere, press Solve, and the closed form finds the same pose every time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from solvers import Fit, Pose, fit_rigid
+from solvers.metrics import rms, rre, rte
+from solvers.scenes import Scene, kabsch_scene
+
+from .contract import Action, Button, Key, Motion, Widget
+from .controls import choice, slider, toggle
+from .picture import (
+    Array,
+    Group,
+    Handle,
+    Label,
+    Mark,
+    Panel,
+    Path,
+    Picture,
+    Points,
+    Readout,
+    Role,
+    Segments,
+    View,
+    degrees,
+    move_keys,
+    number,
+    small,
+    turn_keys,
+)
+
+VIEW = View(-6.0, 6.0, -4.0, 4.0)
+REACH = 2.4  # u from the centroid to the turning handle
+LIMIT = np.array([4.25, 2.25])  # how far from the middle the centroid may be put, so that both handles stay in view
+GHOSTS = 6
+SCENE_NAMES = {"clean": "clean", "noisy": "noisy", "outliers": "outliers", "reflect": "would-reflect"}
+
+
+@dataclass(frozen=True)
+class Controls:
+    """What the reader sets. A scene brings its own noise and wrong pairs, which the sliders then change."""
+
+    scene: str = choice(
+        "clean",
+        "Scene",
+        {"clean": "Clean", "noisy": "Noisy", "outliers": "Outliers", "reflect": "Would reflect"},
+        sets={
+            "clean": {"noise": 0.0, "wrong": 0.0},
+            "noisy": {"noise": 0.12, "wrong": 0.0},
+            "outliers": {"noise": 0.0, "wrong": 3.0},
+            "reflect": {"noise": 0.12, "wrong": 0.0},
+        },
+    )
+    noise: float = slider(0.0, "Noise σ", 0.0, 0.6, 0.02, "u", "Stretches the same draw of noise on the target")
+    wrong: float = slider(0.0, "Wrong pairs", 0.0, 6.0, 1.0, "", "How many of the 13 points have a wrong partner")
+    correct: bool = toggle(True, "Keep to rotations", "The determinant correction")
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """pose: where the source is drawn. start: where it lay before the last Solve, or lies now.
+
+    free: the fit over all orthogonal matrices. starts and solutions: one of each for every Solve so far.
+    spread: the largest distance, in u, between places that two of the solutions give one point.
+    """
+
+    controls: Controls
+    scene: Scene
+    free: Fit
+    pose: Pose
+    start: Pose
+    solved: bool = False
+    starts: tuple[Pose, ...] = ()
+    solutions: tuple[Pose, ...] = ()
+    spread: float = 0.0
+
+    @property
+    def mirrored(self) -> bool:
+        """Whether the source is drawn as its mirror image."""
+        return bool(np.linalg.det(self.pose.R) < 0)
+
+
+def start(controls: Controls, seed: int) -> State:
+    """The scene with the source at its first start, unsolved."""
+    name = SCENE_NAMES[controls.scene]
+    scene = kabsch_scene(name, seed=seed, noise=controls.noise, outliers=round(controls.wrong))
+    free = fit_rigid(scene.source, scene.target, proper=False)
+    return State(controls, scene, free, scene.start, scene.start)
+
+
+def act(state: State, action: Action) -> State:
+    """Solve, or put the source elsewhere."""
+    if action.kind == "press":
+        return _solved(state)
+    centre, heading = _place(state)
+    to = np.array([action.x, action.y])
+    if action.name == "source":
+        centre = np.clip(to, -LIMIT, LIMIT)
+    elif np.hypot(*(to - centre)) > 1e-9:
+        heading = float(np.arctan2(*(to - centre)[::-1]))
+    turned = Pose.from_angle(heading)
+    placed = Pose(turned.R, centre - turned.R @ state.scene.source.mean(axis=0))
+    return replace(state, pose=placed, start=placed, solved=False)
+
+
+def _solved(state: State) -> State:
+    """The fit is handed the source as it lies now and knows nothing of how it came there."""
+    if state.solved:
+        return state
+    scene = state.scene
+    fit = fit_rigid(state.pose.apply(scene.source), scene.target, proper=state.controls.correct)
+    pose = fit.pose.compose(state.pose)
+    places = pose.apply(scene.source)
+    apart = [np.linalg.norm(places - other.apply(scene.source), axis=1).max() for other in state.solutions]
+    return replace(
+        state,
+        pose=pose,
+        solved=True,
+        starts=(*state.starts, state.start),
+        solutions=(*state.solutions, pose),
+        spread=max([state.spread, *map(float, apart)]),
+    )
+
+
+def _place(state: State) -> tuple[Array, float]:
+    """Centroid of the moved source, and the direction of its own x axis in radians."""
+    x, y = state.pose.R[:, 0]
+    return state.pose.apply(state.scene.source).mean(axis=0), float(np.arctan2(y, x))
+
+
+def motion(before: State, after: State) -> Motion | None:
+    """The rigid motion of a Solve, about the source's centroid; a reflection is no motion."""
+    if before.solved or not after.solved or after.mirrored:
+        return None
+    there, _ = _place(after)
+    here, _ = _place(before)
+    turn = float((after.pose.compose(before.pose.inverse())).angle)
+    shift = there - here
+    return Motion("source", turn, (float(here[0]), float(here[1])), (float(shift[0]), float(shift[1])))
+
+
+def draw(state: State) -> Picture:
+    """The panel, the readouts and the words."""
+    scene, said = state.scene, _numbers(state)
+    moved, wrong = state.pose.apply(scene.source), scene.target_outlier
+    centre, heading = _place(state)
+    grip = _grip(centre, heading)
+    marks: list[Mark] = [
+        *(path for pose in state.starts[-GHOSTS:] for path in _outline(scene, pose, "ghost")),
+        *_outline(scene, scene.truth, "truth"),
+    ]
+    if state.solved and said.det < 0 and not state.mirrored:
+        marks += [*_outline(scene, state.free.pose, "ghost", dashed=True), _reflection_label(state)]
+    marks += [
+        Segments(moved[~wrong], scene.target[~wrong], "pair"),
+        Segments(moved[wrong], scene.target[wrong], "outlier", dashed=True),
+        Points(scene.target[~wrong], "target", "square"),
+        Points(scene.target[wrong], "outlier", "cross", radius=6.0),
+        Group(
+            "source",
+            (
+                Segments(centre, grip, "guide"),
+                *_outline(scene, state.pose, "source"),
+                Points(moved, "source"),
+            ),
+        ),
+    ]
+    x, y = float(centre[0]), float(centre[1])
+    handles = (
+        Handle("source", "Move the source", (x, y), f"x {number(x, 2)}, y {number(y, 2)} u", move_keys(x, y)),
+        Handle(
+            "turn",
+            "Turn the source",
+            (float(grip[0]), float(grip[1])),
+            f"{degrees(heading)}°",
+            turn_keys(centre, REACH, heading),
+            "turn",
+        ),
+    )
+    return Picture(
+        (Panel("main", "Source and target in the target's coordinates", VIEW, tuple(marks)),),
+        _readouts(state, said),
+        _description(state, said),
+        handles,
+        _note(state, said),
+        frozenset({"solve"} if state.solved else ()),
+    )
+
+
+def _outline(scene: Scene, pose: Pose, role: Role, dashed: bool = False) -> tuple[Path, ...]:
+    return tuple(Path(pose.apply(line), role, dashed=dashed) for line in scene.outline)
+
+
+def _grip(centre: Array, heading: float) -> Array:
+    """Where the turning handle is: along the heading, nearer where the window would cut it off."""
+    along = np.array([np.cos(heading), np.sin(heading)])
+    border = np.array([VIEW.x1, VIEW.y1]) - 0.25
+    room = (border - np.sign(along) * centre) / np.maximum(np.abs(along), 1e-9)
+    return np.asarray(centre + along * max(1.4, min(REACH, float(room.min()))))
+
+
+def _reflection_label(state: State) -> Label:
+    """Beside the point of the reflected outline that lies farthest out from the cloud, on that side."""
+    pose = state.free.pose
+    middle = pose.apply(state.scene.source).mean(axis=0)
+    rim = pose.apply(np.concatenate(state.scene.outline))
+    tip = rim[np.argmax(np.round(np.abs(rim[:, 0] - middle[0]), 6))]
+    right = tip[0] > middle[0]
+    return Label(tip, "unconstrained: a reflection", "ghost", "start" if right else "end", dx=8 if right else -8, dy=-8)
+
+
+@dataclass(frozen=True)
+class _Numbers:
+    before: float
+    now: float
+    truth: float
+    free: float
+    turn: float
+    shift: float
+    det: int
+
+
+def _numbers(state: State) -> _Numbers:
+    scene, p, q = state.scene, state.scene.source, state.scene.target
+    turn = float(np.degrees(rre(state.pose, scene.truth)))
+    poses = (state.start, state.pose, scene.truth, state.free.pose)
+    before, now, truth, free = (float(rms(pose, p, q)) for pose in poses)
+    shift = float(rte(state.pose, scene.truth))
+    return _Numbers(before, now, truth, free, turn, shift, int(state.free.determinant))
+
+
+def _readouts(state: State, said: _Numbers) -> tuple[Readout, ...]:
+    mirrored = state.mirrored
+    return (
+        Readout("rms_before", "RMS residual at the start", number(said.before, 3), "u", "ghost"),
+        Readout("rms", "RMS residual now", number(said.now, 3), "u", "source"),
+        Readout("rms_truth", "RMS residual at the truth", number(said.truth, 3), "u", "truth"),
+        Readout(
+            "rotation_error",
+            "Rotation error",
+            "not a rotation" if mirrored else number(said.turn, 1),
+            "" if mirrored else "°",
+        ),
+        Readout("translation_error", "Translation error", "–" if mirrored else number(said.shift), "u"),
+        Readout("determinant", "det VUᵀ", {1: "+1", -1: "−1", 0: "0"}[said.det]),
+        Readout(
+            "spread",
+            "Largest difference between solutions",
+            small(state.spread) if len(state.solutions) > 1 else "–",
+            "u",
+        ),
+    )
+
+
+def _note(state: State, said: _Numbers) -> str:
+    if not state.solved:
+        return ""
+    if state.mirrored:
+        return (
+            f"Solved without the correction: residual {number(said.before, 3)} → {number(said.now, 3)} u, but by a reflection,"
+            " which no motion of the robot can make."
+        )
+    note = f"Solved in closed form: residual {number(said.before, 3)} → {number(said.now, 3)} u; no starting pose entered."
+    if said.det < 0:
+        note += f" A reflection would leave {number(said.free, 3)} u."
+    return note
+
+
+def _description(state: State, said: _Numbers) -> str:
+    scene = state.scene
+    n, wrong = len(scene.source), int(scene.target_outlier.sum())
+    (x, y), heading = _place(state)
+    figure = "a mast with a pennant" if scene.name == "would-reflect" else "a bird"
+    lies = f"centred at ({number(x, 1)}, {number(y, 1)}) u"
+    turned = "mirrored" if state.mirrored else f"turned by {degrees(heading)}°"
+    noise = f"noise of σ = {number(state.controls.noise)} u" if state.controls.noise else "no noise"
+    partners = {0: "no partner is wrong", 1: "one partner is wrong"}.get(wrong, f"{wrong} partners are wrong")
+    words = [
+        f"{n} source points on the outline of {figure} lie {lies}, {turned}; a line joins each to its target point."
+        f" The targets have {noise} and {partners}."
+    ]
+    error = "" if state.mirrored else f", {number(said.turn, 1)}° and {number(said.shift)} u from the true pose"
+    if not state.solved:
+        words.append(f"The residual is {number(said.now, 3)} u RMS{error}.")
+    else:
+        words.append(
+            f"Solve took the residual from {number(said.before, 3)} to {number(said.now, 3)} u RMS{error};"
+            f" at the truth it is {number(said.truth, 3)} u."
+        )
+    if state.mirrored:
+        words.append("The source now lies there as its mirror image: the answer is a reflection and not a rotation.")
+    elif state.solved and said.det < 0:
+        words.append(
+            f"A dashed grey outline shows the unconstrained optimum, a mirror image with a residual of"
+            f" {number(said.free, 3)} u."
+        )
+    if len(state.solutions) > 1:
+        words.append(
+            f"Solutions from {len(state.solutions)} starts, the last of which stay as grey outlines,"
+            f" differ by {small(state.spread)} u at most."
+        )
+    return " ".join(words)
+
+
+def python(state: State) -> str:
+    """The same numbers from the solvers package alone."""
+    c, s = state.controls, state.scene
+    x, y = (repr(round(float(v), 9) + 0.0) for v in state.start.t)
+    turn = repr(round(float(np.degrees(state.start.angle)), 9) + 0.0)
+    lines = [
+        "import numpy as np",
+        "from solvers import Pose, fit_rigid",
+        "from solvers.metrics import rms, rre, rte",
+        "from solvers.scenes import kabsch_scene",
+        "",
+        f'scene = kabsch_scene("{s.name}", seed={s.seed}, noise={c.noise!r}, outliers={round(c.wrong)})',
+        f"start = Pose.from_angle(np.radians({turn}), ({x}, {y}))",
+        "moved = start.apply(scene.source)",
+        f"fit = fit_rigid(moved, scene.target{'' if c.correct else ', proper=False'})",
+        f"pose = {'fit.pose.compose(start)' if state.solved else 'start  # solved: fit.pose.compose(start)'}",
+        "",
+        'print("rms_before", rms(start, scene.source, scene.target))',
+        'print("rms", rms(pose, scene.source, scene.target))',
+        'print("rms_truth", rms(scene.truth, scene.source, scene.target))',
+        'print("determinant", fit.determinant)',
+    ]
+    if not state.mirrored:
+        lines += [
+            'print("rotation_error", np.degrees(rre(pose, scene.truth)))',
+            'print("translation_error", rte(pose, scene.truth))',
+        ]
+    return "\n".join(lines) + "\n"
+
+
+WIDGET = Widget(
+    name="kabsch",
+    title="Known pairs: one step to the optimum",
+    controls=Controls,
+    presets={
+        "default": {},
+        "noisy": {"scene": "noisy"},
+        "outliers": {"scene": "outliers"},
+        "reflect": {"scene": "reflect"},
+    },
+    start=start,
+    act=act,
+    draw=draw,
+    buttons=(
+        Button("solve", "Solve", primary=True),
+        Button("back", "Back", "back"),
+        Button("reset", "Reset", "reset"),
+        Button("new", "New draw", "reseed"),
+    ),
+    legend=(
+        Key("source", "source, which moves"),
+        Key("target", "target", "square"),
+        Key("pair", "known pair", "line"),
+        Key("outlier", "wrong partner", "cross"),
+        Key("truth", "source at the true pose", "line"),
+        Key("ghost", "where it started", "line"),
+    ),
+    handles=("source", "turn"),
+    tape=(
+        ({"scene": "clean"}, ("solve",)),
+        ({"scene": "noisy"}, ("solve",)),
+        ({"scene": "outliers"}, ("solve",)),
+        ({"scene": "reflect"}, ("solve",)),
+        ({"scene": "reflect", "correct": False}, ("solve",)),
+    ),
+    motion=motion,
+    python=python,
+    shows="Moves a cloud of known pairs onto its target in closed form, from any start.",
+)
