@@ -158,7 +158,7 @@ def draw(state: State) -> Picture:
     marks += [
         Segments(moved[~wrong], scene.target[~wrong], "pair"),
         Segments(moved[wrong], scene.target[wrong], "outlier", dashed=True),
-        Points(scene.target[~wrong], "target", "square"),
+        Points(scene.target[~wrong], "target", "square", radius=5.0),
         Points(scene.target[wrong], "outlier", "cross", radius=6.0),
         Group(
             "source",
@@ -192,7 +192,8 @@ def draw(state: State) -> Picture:
 
 
 def _outline(scene: Scene, pose: Pose, role: Role, dashed: bool = False) -> tuple[Path, ...]:
-    return tuple(Path(pose.apply(line), role, dashed=dashed) for line in scene.outline)
+    thick = role == "truth"  # shows as a rim under a source that lies on it
+    return tuple(Path(pose.apply(line), role, dashed=dashed, thick=thick) for line in scene.outline)
 
 
 def _grip(centre: Array, heading: float) -> Array:
@@ -204,13 +205,11 @@ def _grip(centre: Array, heading: float) -> Array:
 
 
 def _reflection_label(state: State) -> Label:
-    """Beside the point of the reflected outline that lies farthest out from the cloud, on that side."""
-    pose = state.free.pose
-    middle = pose.apply(state.scene.source).mean(axis=0)
-    rim = pose.apply(np.concatenate(state.scene.outline))
-    tip = rim[np.argmax(np.round(np.abs(rim[:, 0] - middle[0]), 6))]
-    right = tip[0] > middle[0]
-    return Label(tip, "unconstrained: a reflection", "ghost", "start" if right else "end", dx=8 if right else -8, dy=-8)
+    """Under the corner of the reflected outline that lies farthest from the true one: the pennant's tip, on the mast."""
+    rim = np.concatenate(state.scene.outline)
+    reflected = state.free.pose.apply(rim)
+    apart = np.linalg.norm(reflected - state.scene.truth.apply(rim), axis=1)
+    return Label(reflected[np.argmax(np.round(apart, 6))], "unconstrained: a reflection", "ghost", "middle", dy=20)
 
 
 @dataclass(frozen=True)
@@ -259,14 +258,12 @@ def _readouts(state: State, said: _Numbers) -> tuple[Readout, ...]:
 def _note(state: State, said: _Numbers) -> str:
     if not state.solved:
         return ""
+    residual = f"residual {number(said.before, 3)} → {number(said.now, 3)} u"
     if state.mirrored:
-        return (
-            f"Solved without the correction: residual {number(said.before, 3)} → {number(said.now, 3)} u, but by a reflection,"
-            " which no motion of the robot can make."
-        )
-    note = f"Solved in closed form: residual {number(said.before, 3)} → {number(said.now, 3)} u; no starting pose entered."
+        return f"Solved without the correction: {residual}, but by a reflection, which no motion of the robot can make."
+    note = f"Solved in closed form: {residual}; no starting pose entered."
     if said.det < 0:
-        note += f" A reflection would leave {number(said.free, 3)} u."
+        note += f" A reflection would leave {number(said.now - said.free, 4)} u less."
     return note
 
 
@@ -340,12 +337,7 @@ WIDGET = Widget(
     name="kabsch",
     title="Known pairs: one step to the optimum",
     controls=Controls,
-    presets={
-        "default": {},
-        "noisy": {"scene": "noisy"},
-        "outliers": {"scene": "outliers"},
-        "reflect": {"scene": "reflect"},
-    },
+    presets={"default": {}} | {scene: {"scene": scene} for scene in ("noisy", "outliers", "reflect")},
     start=start,
     act=act,
     draw=draw,
