@@ -124,5 +124,5 @@ def _shaped(value: Any, axes: tuple[int, ...], at: int = 0) -> Any:
     if isinstance(value, Pose):
         return Pose(*(_shaped(np.asarray(getattr(value, part)), axes, at) for part in ("R", "t", "scale")))
     if isinstance(value, np.ndarray):
-        return value.reshape(*value.shape[:at], *axes, *value.shape[at + 1 :])[()]
+        return value.reshape((*value.shape[:at], *axes, *value.shape[at + 1 :]))[()]
     return value

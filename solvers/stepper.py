@@ -10,7 +10,8 @@ How to add a method
 1. A module with a frozen options dataclass, whose `__post_init__` refuses bad values by `solvers.validate` (a
    ValueError that names the option), and a frozen state dataclass with at least the fields of `State`: `problem`
    (declared as `field(metadata=CONSTANT)`), `pose`, `objective`, `status`, `reason`, and whatever a figure is to show:
-   pairs, weights, cells … The options ride along as `field(metadata=SHARED)`. See `solvers.rows` for what a field may hold.
+   pairs, weights, cells … The options ride along as `field(metadata=SHARED)`. `solvers.rows` says what a field may
+   hold.
 2. `start` fills the state at `problem.start`. What is precomputed (normals, a map) is another constant field. All
    random numbers of the run are drawn here, per problem, by `numpy.random.default_rng(problem.seed[i])`; no generator
    is kept. A problem that is hopeless from the outset gets `Status.DEGENERATE` and a reason (`solvers.status.mark`).
