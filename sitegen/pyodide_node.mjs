@@ -1,0 +1,36 @@
+// Runs Python inside Pyodide under Node: one JSON request on stdin, one JSON answer as the last line of stdout.
+//
+// Request: { folder, site?, mounts?, python, input }
+//   folder    with pyodide.mjs, its wasm, python_stdlib.zip and pyodide-lock.json
+//   site      a folder to be site-packages
+//   mounts    { "/path inside": "folder outside" }
+//   python    source that defines main(text: str) -> str, both JSON
+//   input     what main is given
+// What Python prints goes to stderr.
+
+import { readFileSync } from "node:fs";
+import { join } from "node:path";
+import { pathToFileURL } from "node:url";
+
+const request = JSON.parse(readFileSync(0, "utf8"));
+const { loadPyodide } = await import(pathToFileURL(join(request.folder, "pyodide.mjs")).href);
+
+const say = (line) => process.stderr.write(line + "\n");
+const mount = (FS, inside, outside) => {
+  FS.mkdirTree(inside);
+  FS.mount(FS.filesystems.NODEFS, { root: outside }, inside);
+};
+const pyodide = await loadPyodide({
+  indexURL: request.folder,
+  stdout: say,
+  stderr: say,
+  fsInit(FS, { sitePackages }) {
+    if (request.site) mount(FS, sitePackages, request.site);
+    for (const [inside, outside] of Object.entries(request.mounts ?? {})) mount(FS, inside, outside);
+  },
+});
+await pyodide.runPythonAsync(request.python);
+const main = pyodide.globals.get("main");
+const answer = main(JSON.stringify(request.input ?? null));
+main.destroy();
+process.stdout.write("\n" + answer + "\n", () => process.exit(0));

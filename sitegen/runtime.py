@@ -1,0 +1,281 @@
+"""The browser runtime: Pyodide, its library and numpy as bytecode without what is never imported, and our wheel.
+
+A `.pack` is a gzipped zip of stored members: compressed from any host, inflated by the browser and not by Python.
+Every file lies in a folder named by its content's hash, so that caches may keep it for ever.
+"""
+
+from __future__ import annotations
+
+import gzip
+import hashlib
+import io
+import json
+import os
+import shutil
+import tempfile
+import zipfile
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pyodide_lock import PackageSpec
+
+from sitegen.node import run_node
+from sitegen.outside import Progress, cache_dir, gather, quiet
+from sitegen.wheel import build_wheel, fingerprint
+
+HERE = Path(__file__).parent
+RUNNER = HERE / "pyodide_node.mjs"
+COMPILER = HERE / "pycompile.py"
+KEPT_MODULES = HERE / "kept_modules.txt"
+CORE = ("pyodide.mjs", "pyodide.asm.mjs", "pyodide.asm.wasm")
+SITE_PACKAGES = "/lib/python3.14/site-packages/"
+_DATE = (1980, 1, 1, 0, 0, 0)
+_GZIP_DATE = 0
+
+# numpy's modules that are replaced before compiling. The docstrings are 200 kB of strings that nobody reads in a page;
+# the legacy random generator and the bit generators beside PCG64 are four of ten shared libraries.
+REPLACED = {
+    "numpy/_core/_add_newdocs.py": "",
+    "numpy/_core/_add_newdocs_scalars.py": "",
+    "numpy/random/__init__.py": '''\
+from . import _bounded_integers, _common
+from ._generator import Generator, default_rng
+from ._pcg64 import PCG64, PCG64DXSM
+from .bit_generator import BitGenerator, SeedSequence
+
+__all__ = ["BitGenerator", "Generator", "PCG64", "PCG64DXSM", "SeedSequence", "default_rng"]
+
+
+class RandomState:
+    """Left out of this numpy; the name stays because default_rng asks whether it was given one."""
+
+    def __init__(self, seed=None):
+        raise NotImplementedError("this numpy has default_rng, and no legacy generator")
+''',
+}
+
+
+@dataclass(frozen=True)
+class RuntimeFile:
+    """A file the worker loads: name below the runtime's folder, bytes on disk, their sha256, bytes by gzip -9."""
+
+    name: str
+    size: int
+    sha256: str
+    gzipped: int
+
+
+@dataclass(frozen=True)
+class RuntimeInfo:
+    """An assembled runtime: its folder, what the worker loads from it, and the wheel that readers may install."""
+
+    folder: Path
+    files: tuple[RuntimeFile, ...]
+    wheel: str
+    version: str
+
+    @property
+    def size(self) -> int:
+        """Bytes of all files as they lie."""
+        return sum(file.size for file in self.files)
+
+    @property
+    def gzipped(self) -> int:
+        """Bytes of all files by gzip -9: what a reader loads once."""
+        return sum(file.gzipped for file in self.files)
+
+    def start_files(self) -> list[dict[str, str | int]]:
+        """The `files` of the worker's start message."""
+        return [{"name": file.name, "size": file.size, "sha256": file.sha256} for file in self.files]
+
+
+def assemble(dest: Path, *, cache: Path | None = None, progress: Progress = quiet) -> RuntimeInfo:
+    """Write the runtime into the folder `dest`; what is there and right is left alone, what is not of it is removed.
+
+    Raises OutsideError, NodeError or WheelError.
+    """
+    cache = cache or cache_dir()
+    outside = gather(["numpy", "pyodide"], cache=cache, progress=progress)
+    numpy_given = numpy_wheel(outside)
+    kept = kept_modules()
+
+    stdlib = compiled(outside["pyodide/python_stdlib.zip"], "/lib/python314.zip/", 2, cache, progress)
+    numpy = compiled(numpy_given, SITE_PACKAGES, 2, cache, progress, replaced=REPLACED)
+    wheel = build_wheel(cache)
+    ladder = compiled(wheel, SITE_PACKAGES, 0, cache, progress)
+
+    stdlib_zip = stored_zip(pick(stdlib, lambda name: module_name(name) in kept))
+    numpy_zip = stored_zip(pick(numpy, lambda name: in_numpy(name, kept)))
+    ladder_zip = stored_zip(pick(ladder, lambda name: ".dist-info/" not in name or name.endswith("/METADATA")))
+    lock = lock_text(outside["pyodide/pyodide-lock.json"], {numpy_given.name: numpy_zip, wheel.name: ladder_zip})
+
+    core = {name: outside[f"pyodide/{name}"].read_bytes() for name in CORE}
+    contents = {f"core-{fingerprint(core)[:10]}/{name}": data for name, data in core.items()}
+    packs = {"python_stdlib.pack": stdlib_zip, "numpy.pack": numpy_zip, "ladder.pack": ladder_zip}
+    for name, data in packs.items():
+        contents[f"{short(data)}/{name}"] = packed(data, cache)
+    contents[f"{short(lock)}/pyodide-lock.json"] = lock
+
+    files = tuple(
+        RuntimeFile(name, len(data), hashlib.sha256(data).hexdigest(), len(packed(data, cache)))
+        for name, data in contents.items()
+    )
+    write_folder(dest, {**contents, wheel.name: wheel.read_bytes()})
+    version = fingerprint({file.name: file.sha256.encode() for file in files})[:12]
+    return RuntimeInfo(dest, files, wheel.name, version)
+
+
+def numpy_wheel(outside: Mapping[str, Path]) -> Path:
+    """numpy's wheel for Pyodide among gathered files."""
+    return next(path for key, path in outside.items() if key.startswith("numpy/"))
+
+
+def kept_modules(path: Path = KEPT_MODULES) -> frozenset[str]:
+    """The dotted names of the modules that are shipped (made by `python -m sitegen.trace`)."""
+    lines = path.read_text("utf-8").splitlines()
+    return frozenset(line for line in lines if line and not line.startswith("#"))
+
+
+def module_name(member: str) -> str:
+    """The dotted name of an archive's member: "a/b/__init__.pyc" is a.b, "a/c.cpython-314-….so" is a.c."""
+    stem = member.removesuffix(".pyc") if member.endswith(".pyc") else member.partition(".")[0]
+    return stem.removesuffix("/__init__").replace("/", ".")
+
+
+def in_numpy(member: str, kept: Iterable[str]) -> bool:
+    """Whether a member of numpy's wheel is shipped: modules that are kept; of the rest only what names the version."""
+    if member.endswith((".pyc", ".so")):
+        return module_name(member) in kept
+    return member.endswith(".dist-info/METADATA")
+
+
+def compiled(
+    archive: Path,
+    prefix: str,
+    optimize: int,
+    cache: Path,
+    progress: Progress = quiet,
+    *,
+    replaced: Mapping[str, str] | None = None,
+) -> Path:
+    """The archive with its .py compiled by Pyodide's own Python; kept by the hash of all that goes into it."""
+    pyodide = gather(["pyodide"], cache=cache)
+    job = {"prefix": prefix, "optimize": optimize, "replaced": dict(replaced or {})}
+    inputs = {
+        "archive": archive.read_bytes(),
+        "compiler": COMPILER.read_bytes(),
+        "engine": hashlib.sha256(pyodide["pyodide/pyodide.asm.wasm"].read_bytes()).digest(),
+        "job": json.dumps(job, sort_keys=True).encode(),
+    }
+    target = cache / "compiled" / f"{archive.stem}-{fingerprint(inputs)[:16]}.zip"
+    if target.is_file():
+        return target
+    progress(f"compiling {archive.name}", 0, 1)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=target.parent, prefix=".compile-") as temporary:
+        beside = Path(temporary, "out.zip")
+        request = {
+            "folder": str(pyodide["pyodide/pyodide.mjs"].parent),
+            "mounts": {"/in": str(archive.parent), "/out": temporary},
+            "python": COMPILER.read_text("utf-8"),
+            "input": [{"source": f"/in/{archive.name}", "target": "/out/out.zip", **job}],
+        }
+        run_node(RUNNER, request)
+        os.replace(beside, target)
+    progress(f"compiling {archive.name}", 1, 1)
+    return target
+
+
+def pick(archive: Path, wanted: Callable[[str], bool]) -> dict[str, bytes]:
+    """The members of a zip whose names are wanted, sorted by name."""
+    with zipfile.ZipFile(archive) as given:
+        return {name: given.read(name) for name in sorted(given.namelist()) if wanted(name)}
+
+
+def stored_zip(members: Mapping[str, bytes]) -> bytes:
+    """A zip of stored members with one fixed date: the same members give the same bytes."""
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_STORED) as made:
+        for name, data in members.items():
+            info = zipfile.ZipInfo(name, _DATE)
+            info.create_system = 3  # else the host's system is written down
+            made.writestr(info, data)
+    return out.getvalue()
+
+
+def lock_text(stock: Path, wheels: Mapping[str, bytes]) -> bytes:
+    """A pyodide-lock.json of our packages alone, with the sha256 of the wheels in the packs; platform as in `stock`."""
+    packages: dict[str, Any] = {}
+    for file_name, data in wheels.items():
+        name, version = file_name.split("-")[:2]
+        name = name.replace("_", "-")
+        ours = name != "numpy"
+        spec = PackageSpec(
+            name=name,
+            version=version,
+            file_name=file_name,
+            install_dir="site",
+            sha256=hashlib.sha256(data).hexdigest(),
+            imports=["solvers", "widgets"] if ours else ["numpy"],
+            depends=["numpy"] if ours else [],
+        )
+        packages[name] = spec.model_dump()
+    info = json.loads(stock.read_text("utf-8"))["info"]
+    return json.dumps({"info": info, "packages": packages}, indent=1, sort_keys=True).encode()
+
+
+def short(data: bytes) -> str:
+    """The first ten hex digits of the data's sha256."""
+    return hashlib.sha256(data).hexdigest()[:10]
+
+
+def packed(data: bytes, cache: Path) -> bytes:
+    """The data by gzip -9 without a date, kept by its hash; data that is gzip already is left as it is."""
+    if data[:2] == b"\x1f\x8b":
+        return data
+    kept = cache / "gzip" / hashlib.sha256(data).hexdigest()
+    if kept.is_file():
+        return kept.read_bytes()
+    made = gzip.compress(data, 9, mtime=_GZIP_DATE)
+    kept.parent.mkdir(parents=True, exist_ok=True)
+    beside = kept.with_name(f".{kept.name}.{os.getpid()}")
+    beside.write_bytes(made)
+    beside.replace(kept)
+    return made
+
+
+def write_folder(dest: Path, contents: Mapping[str, bytes]) -> None:
+    """Make the folder hold exactly these files; those that are right already are not touched."""
+    dest.mkdir(parents=True, exist_ok=True)
+    for name, data in contents.items():
+        path = dest / name
+        if path.is_file() and path.stat().st_size == len(data) and path.read_bytes() == data:
+            continue
+        path.parent.mkdir(parents=True, exist_ok=True)
+        beside = path.with_name(f".{path.name}.new")
+        beside.write_bytes(data)
+        beside.replace(path)
+    wanted = {dest / name for name in contents}
+    for path in sorted(dest.rglob("*"), reverse=True):
+        if path.is_dir() and not any(path.iterdir()):
+            path.rmdir()
+        elif path.is_file() and path not in wanted:
+            path.unlink()
+
+
+def unpack(info: RuntimeInfo, dest: Path) -> dict[str, Any]:
+    """The shipped runtime laid out in the folder `dest` for Node: the keys folder, stdlib, lock and site for RUNNER."""
+    dest.mkdir(parents=True, exist_ok=True)
+    request: dict[str, Any] = {"folder": str(dest), "site": str(dest / "site")}
+    for file in info.files:
+        source = info.folder / file.name
+        if source.suffix != ".pack":
+            shutil.copyfile(source, dest / source.name)
+        elif source.stem == "python_stdlib":
+            (dest / "python_stdlib.zip").write_bytes(gzip.decompress(source.read_bytes()))
+        else:
+            with zipfile.ZipFile(io.BytesIO(gzip.decompress(source.read_bytes()))) as pack:
+                pack.extractall(dest / "site")
+    return request

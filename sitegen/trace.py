@@ -1,0 +1,59 @@
+"""Makes kept_modules.txt: `python -m sitegen.trace`, to be run again when a page comes to need more of Python or numpy.
+
+The exercise runs on the complete runtime under Node; what it imported is what is shipped, with the few modules named
+here.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+import zipfile
+from pathlib import Path
+
+from sitegen.node import run_node
+from sitegen.outside import cache_dir, gather
+from sitegen.runtime import HERE, KEPT_MODULES, REPLACED, RUNNER, SITE_PACKAGES, compiled, numpy_wheel
+from sitegen.wheel import build_wheel
+
+STDLIB = "/lib/python314.zip/"
+# What solvers and figures may come to use any day.
+ALSO = [
+    *("base64", "bisect", "copy", "dataclasses", "difflib", "fractions", "functools", "graphlib", "heapq", "html"),
+    *("json", "numbers", "random", "statistics", "string", "textwrap", "traceback"),
+    *("encodings.ascii", "encodings.latin_1"),
+]
+
+
+def traced(cache: Path) -> list[str]:
+    """The dotted names to ship, sorted: what the exercise imported, and ALSO with what that imports."""
+    outside = gather(["numpy", "pyodide"], cache=cache)
+    numpy = compiled(numpy_wheel(outside), SITE_PACKAGES, 2, cache, replaced=REPLACED)
+    ladder = compiled(build_wheel(cache), SITE_PACKAGES, 0, cache)
+    with tempfile.TemporaryDirectory(prefix="ladder-trace-") as site:
+        for archive in (numpy, ladder):
+            with zipfile.ZipFile(archive) as given:
+                given.extractall(site)
+        request = {
+            "folder": str(outside["pyodide/pyodide.mjs"].parent),
+            "site": site,
+            "python": (HERE / "exercise.py").read_text("utf-8"),
+            "input": ALSO,
+        }
+        origins = run_node(RUNNER, request)["origins"]
+    return sorted(n for n, o in origins.items() if o.startswith((STDLIB, SITE_PACKAGES + "numpy/")))
+
+
+def main() -> int:
+    """Write kept_modules.txt anew and say how it changed."""
+    before = set(KEPT_MODULES.read_text("utf-8").split("\n")) if KEPT_MODULES.is_file() else set()
+    names = traced(cache_dir())
+    head = "# The modules of the standard library and of numpy that are shipped; made by `python -m sitegen.trace`.\n"
+    KEPT_MODULES.write_text(head + "\n".join(names) + "\n", "utf-8")
+    new, gone = sorted(set(names) - before), sorted(n for n in before - set(names) if n and not n.startswith("#"))
+    print(f"{len(names)} modules; new: {', '.join(new) or 'none'}; gone: {', '.join(gone) or 'none'}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,80 @@
+"""Our own wheel: solvers and widgets as pip installs them, the same bytes each time."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+PACKAGES = ("solvers", "widgets")
+_METADATA = ("pyproject.toml", "README.md", "LICENSE")
+_EPOCH = "315532800"  # 1980-01-01, the first date a zip can hold
+_SETUPTOOLS_NEEDED = 77  # pyproject.toml's own demand
+
+
+class WheelError(RuntimeError):
+    """The wheel could not be built; the message holds what pip said."""
+
+
+def sources(root: Path = ROOT) -> dict[str, bytes]:
+    """The files of our packages that are installed, by their path in the wheel, sorted."""
+    found = {
+        path.relative_to(root).as_posix(): path.read_bytes()
+        for package in PACKAGES
+        for path in (root / package).rglob("*")
+        if path.suffix == ".py" or path.name == "py.typed"
+    }
+    return dict(sorted(found.items()))
+
+
+def fingerprint(files: dict[str, bytes]) -> str:
+    """A hash of names and contents together."""
+    digest = hashlib.sha256()
+    for name, data in files.items():
+        digest.update(f"{name}\0{len(data)}\0".encode())
+        digest.update(data)
+    return digest.hexdigest()
+
+
+def build_wheel(cache: Path, root: Path = ROOT) -> Path:
+    """The wheel of the checkout at `root`, from the cache when nothing of it has changed. Raises WheelError."""
+    metadata = {name: (root / name).read_bytes() for name in _METADATA if (root / name).is_file()}
+    inputs = sources(root) | metadata
+    home = cache / "wheel" / fingerprint(inputs)[:16]
+    kept = sorted(home.glob("*.whl"))
+    if kept:
+        return kept[0]
+    with tempfile.TemporaryDirectory(prefix="ladder-wheel-") as temporary:
+        # Built from a copy: no build/ or egg-info is left in the checkout, and build.py hides no package there.
+        copy, out = Path(temporary, "source"), Path(temporary, "out")
+        for name, data in inputs.items():
+            target = copy / name
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_bytes(data)
+        command = [sys.executable, "-P", "-m", "pip", "wheel", "--no-deps", "--wheel-dir", str(out)]
+        if _setuptools_is_enough():
+            command.append("--no-build-isolation")
+        env = {**os.environ, "SOURCE_DATE_EPOCH": _EPOCH, "PYTHONHASHSEED": "0"}
+        done = subprocess.run(
+            [*command, str(copy)], cwd=temporary, env=env, capture_output=True, text=True, check=False
+        )
+        made = sorted(out.glob("*.whl"))
+        if done.returncode != 0 or len(made) != 1:
+            raise WheelError(f"pip wheel ended with code {done.returncode}:\n{(done.stdout + done.stderr).strip()}")
+        home.mkdir(parents=True, exist_ok=True)
+        beside = home / f".{made[0].name}"
+        shutil.copyfile(made[0], beside)
+        return beside.replace(home / made[0].name)
+
+
+def _setuptools_is_enough() -> bool:
+    try:
+        return int(version("setuptools").split(".")[0]) >= _SETUPTOOLS_NEEDED
+    except PackageNotFoundError:
+        return False

@@ -1,0 +1,214 @@
+// The page's one worker: Python with numpy, the solvers and the widgets. Strings and numbers in, strings and numbers out.
+//
+// page → worker                                            worker → page
+//   { type: "start", runtime, files, modules? }              { type: "progress", loaded, total }    bytes
+//       runtime: absolute address of the runtime's folder    { type: "stage", stage }               download, python, numpy, widgets
+//       files: [{ name, size, sha256 }]                      { type: "ready", milliseconds }
+//                                                            { type: "failed", message, detail }
+//   { type: "frame", id, request }                           { type: "frame", id, frame, python_ms }
+//                                                            { type: "error", id, message, trace }
+//   { type: "heap" }                                         { type: "heap", bytes }
+
+const PROGRESS_EVERY = 100; // ms
+
+let python = null; // Pyodide, once it is up
+let frame = null; // widgets.host.Host().frame, the one Python object that is held
+let failed = false;
+
+const post = (message) => self.postMessage(message);
+
+function fail(message, error) {
+  if (failed) return; // the first failure names the cause; what follows from it does not help
+  failed = true;
+  post({ type: "failed", message, detail: String(error?.stack ?? error ?? "") });
+}
+
+// Promises that other code waits for as well must not count as unhandled when they fail here first.
+const shared = (promise) => (promise.catch(() => {}), promise);
+
+function progressTeller(files) {
+  const total = files.reduce((sum, file) => sum + file.size, 0);
+  let loaded = 0;
+  let told = 0;
+  return (bytes) => {
+    loaded = Math.min(total, loaded + bytes);
+    const now = performance.now();
+    if (now - told < PROGRESS_EVERY && loaded < total) return;
+    told = now;
+    post({ type: "progress", loaded, total });
+  };
+}
+
+async function open(url, file) {
+  const response = await fetch(url).catch((error) => {
+    throw new Error(`${file.name} could not be loaded: ${error.message}`);
+  });
+  if (!response.ok) throw new Error(`${file.name} could not be loaded: the server answered ${response.status}`);
+  return response;
+}
+
+function counted(response, count) {
+  const counter = new TransformStream({
+    transform(chunk, controller) {
+      count(chunk.byteLength);
+      controller.enqueue(chunk);
+    },
+  });
+  return response.body.pipeThrough(counter);
+}
+
+const hex = (buffer) => Array.from(new Uint8Array(buffer), (byte) => byte.toString(16).padStart(2, "0")).join("");
+
+// The file's bytes, verified against its pin (where a page has no crypto.subtle, gzip's own checksum is left); a .pack is
+// a gzipped zip of stored members, so that it travels compressed from any host and is inflated by the browser itself.
+async function bytesOf(url, file, count) {
+  const response = await open(url, file);
+  const packed = await new Response(counted(response, count)).arrayBuffer();
+  if (self.crypto?.subtle && hex(await crypto.subtle.digest("SHA-256", packed)) !== file.sha256) {
+    throw new Error(`${file.name} is not the file that was built: its checksum differs`);
+  }
+  if (!file.name.endsWith(".pack")) return new Uint8Array(packed);
+  try {
+    const inflated = new Response(packed).body.pipeThrough(new DecompressionStream("gzip"));
+    return new Uint8Array(await new Response(inflated).arrayBuffer());
+  } catch (error) {
+    throw new Error(`${file.name} is damaged: ${error.message}`);
+  }
+}
+
+// The members of a zip whose members are stored, as views into it.
+function members(zip) {
+  const view = new DataView(zip.buffer, zip.byteOffset, zip.byteLength);
+  const text = new TextDecoder();
+  const end = zip.byteLength - 22;
+  if (view.getUint32(end, true) !== 0x06054b50) throw new Error("not a zip as the build writes it");
+  const found = [];
+  for (let at = view.getUint32(end + 16, true), left = view.getUint16(end + 10, true); left > 0; left--) {
+    const size = view.getUint32(at + 24, true);
+    const nameLength = view.getUint16(at + 28, true);
+    const local = view.getUint32(at + 42, true);
+    const start = local + 30 + view.getUint16(local + 26, true) + view.getUint16(local + 28, true);
+    found.push([text.decode(zip.subarray(at + 46, at + 46 + nameLength)), zip.subarray(start, start + size)]);
+    at += 46 + nameLength + view.getUint16(at + 30, true) + view.getUint16(at + 32, true);
+  }
+  return found;
+}
+
+function install(FS, folder, zip) {
+  const made = new Set();
+  for (const [name, bytes] of members(zip)) {
+    const path = `${folder}/${name}`;
+    const parent = path.slice(0, path.lastIndexOf("/"));
+    if (!made.has(parent)) {
+      FS.mkdirTree(parent);
+      made.add(parent);
+    }
+    FS.writeFile(path, bytes, { canOwn: true });
+  }
+}
+
+async function start({ runtime, files, modules = ["solvers", "widgets.host"] }) {
+  const began = performance.now();
+  post({ type: "stage", stage: "download" });
+  const count = progressTeller(files);
+  const pick = (ending) => {
+    const file = files.find(({ name }) => name.endsWith(ending));
+    if (!file) throw new Error(`the page names no ${ending} among the runtime's files`);
+    return file;
+  };
+  const address = (file) => new URL(file.name, runtime).href;
+  const load = (file) => shared(bytesOf(address(file), file, count));
+  const script = (file) =>
+    shared(
+      import(address(file)).then(
+        (module) => (count(file.size), module),
+        (error) => {
+          throw new Error(`${file.name} could not be loaded: ${error.message}`);
+        },
+      ),
+    );
+
+  const wasm = pick("pyodide.asm.wasm");
+  const stdlibFile = pick("python_stdlib.pack");
+  const wheels = files.filter(({ name }) => name.endsWith(".pack") && name !== stdlibFile.name);
+
+  // Everything at once; what Pyodide fetches later by itself, it is handed from here.
+  const streamed = shared(
+    open(address(wasm), wasm).then(
+      (response) => new Response(counted(response, count), { headers: { "content-type": "application/wasm" } }),
+    ),
+  );
+  const loader = script(pick("/pyodide.mjs"));
+  const engine = script(pick("pyodide.asm.mjs"));
+  const lock = load(pick(".json")).then((bytes) => JSON.parse(new TextDecoder().decode(bytes)));
+  const stdlib = load(stdlibFile);
+  const archives = wheels.map(load);
+  // An engine keeps a compiled module while somebody holds it: dlopen then finds these ready.
+  const compiled = archives.map((archive) =>
+    shared(archive.then((zip) => Promise.all(members(zip).filter(([name]) => name.endsWith(".so")).map(([, so]) => WebAssembly.compile(so))))),
+  );
+
+  const handed = new Map([
+    [address(wasm), () => streamed],
+    [address(stdlibFile), async () => new Response(await stdlib)],
+  ]);
+  const plainFetch = self.fetch;
+  self.fetch = (input, init) => (handed.get(String(input?.url ?? input)) ?? (() => plainFetch(input, init)))();
+  // Pyodide only warns when its wasm cannot be instantiated, and then waits for ever.
+  const instantiate = WebAssembly.instantiateStreaming;
+  let brokenWasm;
+  const broken = new Promise((_, reject) => (brokenWasm = reject));
+  WebAssembly.instantiateStreaming = (source, imports) =>
+    instantiate.call(WebAssembly, source, imports).catch((error) => {
+      brokenWasm(new Error(`${wasm.name} is damaged or incomplete: ${error.message}`));
+      throw error;
+    });
+
+  const downloads = Promise.all([streamed, loader, engine, lock, stdlib, ...archives]);
+  const begin = async () => {
+    const { loadPyodide } = await loader;
+    return loadPyodide({
+      indexURL: new URL("./", address(wasm)).href,
+      stdLibURL: address(stdlibFile),
+      lockFileContents: lock,
+      packageBaseUrl: runtime,
+      stdout: (line) => console.log(line),
+      stderr: (line) => console.warn(line),
+      fsInit: async (FS, { sitePackages }) => {
+        for (const archive of archives) install(FS, sitePackages, await archive);
+        post({ type: "stage", stage: "python" });
+      },
+    });
+  };
+  // A download that fails must be told as such, not as what Python makes of its absence.
+  const up = shared(begin());
+  await Promise.race([downloads.then(() => up), broken]);
+  python = await Promise.race([up, broken]);
+  self.fetch = plainFetch;
+  WebAssembly.instantiateStreaming = instantiate;
+
+  post({ type: "stage", stage: "numpy" });
+  python.runPython("import numpy.random, numpy.linalg");
+  post({ type: "stage", stage: "widgets" });
+  for (const name of modules) python.pyimport(name).destroy();
+  if (modules.includes("widgets.host")) frame = python.runPython("import widgets.host; widgets.host.Host().frame");
+  await Promise.allSettled(compiled);
+  post({ type: "ready", milliseconds: performance.now() - began });
+}
+
+function answer({ id, request }) {
+  const began = performance.now();
+  try {
+    const drawn = frame(request);
+    post({ type: "frame", id, frame: drawn, python_ms: performance.now() - began });
+  } catch (error) {
+    const trace = String(error?.message ?? error).trim();
+    post({ type: "error", id, message: trace.slice(trace.lastIndexOf("\n") + 1), trace });
+  }
+}
+
+self.onmessage = ({ data }) => {
+  if (data.type === "start") start(data).catch((error) => fail(error.message, error));
+  else if (data.type === "frame") answer(data);
+  else if (data.type === "heap") post({ type: "heap", bytes: python ? python._module.HEAPU8.byteLength : 0 });
+};
