@@ -1,0 +1,364 @@
+"""The checkable claims of the chapters 'Start here' and 'Correspondences known', against the solvers."""
+
+import numpy as np
+import pytest
+
+from solvers import Pose, Status, fit_planar, fit_rigid, metrics
+from solvers.scenes import BIRD, KABSCH_TRUTH, MAST, kabsch_scene
+
+
+def rotation_3d(rng):
+    """A random rotation in space."""
+    q, r = np.linalg.qr(rng.standard_normal((3, 3)))
+    q = q * np.sign(np.diag(r))
+    return q if np.linalg.det(q) > 0.0 else -q
+
+
+def noisy_pairs(n, d, seed=7, noise=0.3):
+    """Random pairs in d dimensions: a source, and a target that is the source moved and disturbed."""
+    rng = np.random.default_rng(seed)
+    source = rng.standard_normal((n, d)) * np.arange(1.0, d + 1.0)
+    truth = Pose(rotation_3d(rng), (0.5, -2.0, 1.0)) if d == 3 else Pose.from_angle(2.0, (0.5, -2.0))
+    return source, truth.apply(source) + noise * rng.standard_normal((n, d)), truth
+
+
+def draws(points, truth, sigma, count, seed=11):
+    """`count` targets: the points moved by the truth, each coordinate with a Gaussian error of deviation sigma."""
+    rng = np.random.default_rng(seed)
+    return truth.apply(points) + sigma * rng.standard_normal((count, *points.shape))
+
+
+def squares(pose, source, target):
+    """The sum of squared residuals of a pose."""
+    return float((metrics.residuals(pose, source, target) ** 2).sum())
+
+
+# Start here
+
+
+def test_transform_between_scans():
+    """The transform from source to target coordinates is the target pose's inverse after the source pose."""
+    at_target, at_source = Pose.from_angle(0.4, (1.0, 2.0)), Pose.from_angle(1.3, (-0.5, 3.0))
+    world = np.random.default_rng(1).standard_normal((20, 2))
+    source_scan, target_scan = at_source.inverse().apply(world), at_target.inverse().apply(world)
+    T = at_target.inverse().compose(at_source)
+    np.testing.assert_allclose(T.apply(source_scan), target_scan, atol=1e-12)
+
+
+def test_transform_is_the_robots_motion():
+    """The same transform places the robot of the source scan in the coordinates of the target scan."""
+    at_target, at_source = Pose.from_angle(0.4, (1.0, 2.0)), Pose.from_angle(1.3, (-0.5, 3.0))
+    T = at_target.inverse().compose(at_source)
+    robot = at_source.apply([(0.0, 0.0), (1.0, 0.0)])  # where it stands in the world, and one unit ahead of it
+    np.testing.assert_allclose(T.apply([(0.0, 0.0), (1.0, 0.0)]), at_target.inverse().apply(robot), atol=1e-12)
+
+
+def test_translation_error_depends_on_the_origin():
+    """Of one and the same estimate, the rotation error does not depend on the origin, the translation error does."""
+    truth, estimate = Pose.from_angle(0.5, (1.0, 0.0)), Pose.from_angle(0.6, (1.0, 0.0))
+    shift = Pose.from_angle(0.0, (30.0, 0.0))
+    moved = [shift.compose(pose).compose(shift.inverse()) for pose in (estimate, truth)]
+    assert metrics.rre(estimate, truth) == pytest.approx(0.1)
+    assert metrics.rre(*moved) == pytest.approx(0.1)
+    assert metrics.rte(estimate, truth) == pytest.approx(0.0, abs=1e-12)
+    assert metrics.rte(*moved) == pytest.approx(2.0 * np.sin(0.05) * 30.0)
+
+
+# The derivation
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_centroids_coincide(d):
+    """At the optimum the moved source's weighted centroid lies on the target's, noise and weights or not."""
+    source, target, _ = noisy_pairs(20, d)
+    w = np.random.default_rng(3).uniform(0.0, 2.0, 20)
+    pose = fit_rigid(source, target, w).pose
+    np.testing.assert_allclose(w @ pose.apply(source) / w.sum(), w @ target / w.sum(), atol=1e-12)
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_only_sums_matter(d):
+    """The fit depends on the pairs only through sums that one pass over them collects."""
+    source, target, _ = noisy_pairs(300, d)
+    n, sum_p, sum_q, sum_pq = 0, np.zeros(d), np.zeros(d), np.zeros((d, d))
+    for p, q in zip(source, target, strict=True):
+        n, sum_p, sum_q, sum_pq = n + 1, sum_p + p, sum_q + q, sum_pq + np.outer(p, q)
+    H = sum_pq - np.outer(sum_p, sum_q) / n
+    U, _, Vt = np.linalg.svd(H)
+    D = np.diag([1.0] * (d - 1) + [np.linalg.det(Vt.T @ U.T)])
+    R = Vt.T @ D @ U.T
+    pose = fit_rigid(source, target).pose
+    np.testing.assert_allclose(pose.R, R, atol=1e-10)
+    np.testing.assert_allclose(pose.t, (sum_q - R @ sum_p) / n, atol=1e-9)
+
+
+def test_weight_two_is_a_pair_twice():
+    """A weight of two is the same as listing the pair twice, a weight of zero the same as leaving it out."""
+    source, target, _ = noisy_pairs(6, 2)
+    w = np.array([2.0, 1.0, 0.0, 1.0, 2.0, 1.0])
+    rows = [0, 0, 1, 3, 4, 4, 5]
+    weighted, listed = fit_rigid(source, target, w).pose, fit_rigid(source[rows], target[rows]).pose
+    np.testing.assert_allclose(weighted.matrix, listed.matrix, atol=1e-12)
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_no_pose_beats_the_fit(d):
+    """No other rigid motion has a smaller sum of squares: not a near one, not a far one."""
+    source, target, _ = noisy_pairs(12, d)
+    fit = fit_rigid(source, target)
+    rng = np.random.default_rng(5)
+    for k in range(400):
+        size = 10.0 ** rng.uniform(-4.0, 0.5)
+        if d == 2:
+            turn, *shift = size * rng.standard_normal(3)
+            other = Pose.from_angle(fit.pose.angle + turn, fit.pose.t + shift)
+        elif k % 2:
+            other = Pose(rotation_3d(rng), fit.pose.t + size * rng.standard_normal(3))
+        else:
+            skew = np.cross(np.eye(3), size * rng.standard_normal(3))
+            cayley = np.linalg.solve(np.eye(3) - skew, np.eye(3) + skew)
+            other = Pose(cayley @ fit.pose.R, fit.pose.t)
+        assert squares(other, source, target) >= fit.cost
+
+
+def test_planar_formula_equals_singular_values():
+    """In the plane, atan2 of the two sums and the singular value decomposition give the same pose."""
+    for seed in range(50):
+        source, target, _ = noisy_pairs(8, 2, seed=seed, noise=0.5)
+        planar, general = fit_planar(source, target).pose, fit_rigid(source, target).pose
+        np.testing.assert_allclose(planar.matrix, general.matrix, atol=1e-10)
+
+
+def test_one_valley_over_the_angle():
+    """With the translation eliminated, the planar objective is one cosine in the angle: one minimum, no other dip."""
+    source, target, _ = noisy_pairs(9, 2, noise=1.5)
+    fit = fit_planar(source, target)
+    p, q = source - source.mean(axis=0), target - target.mean(axis=0)
+    S, C = (p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]).sum(), (p * q).sum()
+    for offset in np.linspace(-np.pi, np.pi, 73):
+        turned = Pose.from_angle(fit.pose.angle + offset)
+        cost = squares(turned, p, q)
+        assert cost == pytest.approx(fit.cost + 4.0 * np.hypot(S, C) * np.sin(offset / 2.0) ** 2)
+
+
+# The determinant
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_price_of_staying_a_rotation(d):
+    """Where a reflection would be the best orthogonal matrix, the fit costs 4 λ_d more, and no rotation costs less."""
+    source, target, _ = noisy_pairs(10, d, noise=0.1)
+    target[:, 0] *= -1.0
+    proper, free = fit_rigid(source, target), fit_rigid(source, target, proper=False)
+    assert proper.determinant == -1
+    assert np.linalg.det(free.pose.R) == pytest.approx(-1.0)
+    assert np.linalg.det(proper.pose.R) == pytest.approx(1.0)
+    assert proper.cost - free.cost == pytest.approx(4.0 * proper.singular_values[-1])
+    rng = np.random.default_rng(2)
+    for _ in range(300):
+        R = rotation_3d(rng) if d == 3 else Pose.from_angle(rng.uniform(-np.pi, np.pi)).R
+        other = Pose(R, target.mean(axis=0) - R @ source.mean(axis=0))
+        assert squares(other, source, target) >= proper.cost
+
+
+def test_noise_alone_can_ask_for_a_reflection():
+    """Of a cloud far thinner than its noise, nearly half of the draws ask for a reflection; of the bird, none does."""
+    thin = fit_rigid(MAST, draws(MAST, KABSCH_TRUTH, 0.12, 4000))
+    bird = fit_rigid(BIRD, draws(BIRD, KABSCH_TRUTH, 0.12, 4000))
+    assert 0.42 < np.mean(thin.determinant == -1) < 0.5
+    assert np.mean(bird.determinant == -1) == 0.0
+
+
+def test_rotation_is_good_where_the_reflection_wins():
+    """In the scene that would reflect, the rotation is a few degrees from the truth and its residual hardly larger."""
+    scene = kabsch_scene("would-reflect")
+    proper, free = (fit_rigid(scene.source, scene.target, proper=kept) for kept in (True, False))
+    assert np.linalg.det(free.pose.R) < 0.0
+    assert np.degrees(metrics.rre(proper.pose, scene.truth)) < 5.0
+    assert free.cost < proper.cost < 1.1 * free.cost
+
+
+# Start, and what determines the pose
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_start_plays_no_part(d):
+    """However the source is moved beforehand, the fit brings it to the same final place."""
+    source, target, _ = noisy_pairs(13, d)
+    rng = np.random.default_rng(8)
+    placed = fit_rigid(source, target).pose.apply(source)
+    for _ in range(20):
+        R = rotation_3d(rng) if d == 3 else Pose.from_angle(rng.uniform(-np.pi, np.pi)).R
+        begun = Pose(R, 10.0 * rng.standard_normal(d)).apply(source)
+        np.testing.assert_allclose(fit_rigid(begun, target).pose.apply(begun), placed, atol=1e-11)
+
+
+def test_two_points_are_enough_in_the_plane():
+    """Two pairs of distinct points determine a planar pose; one pair, or two equal points, do not."""
+    truth = Pose.from_angle(2.5, (1.0, 1.0))
+    two = np.array([(0.0, 0.0), (1.0, 0.5)])
+    np.testing.assert_allclose(fit_rigid(two, truth.apply(two)).pose.matrix, truth.matrix, atol=1e-12)
+    for cloud in (two[:1], two[[0, 0]]):
+        fit = fit_rigid(cloud, truth.apply(cloud))
+        assert fit.status == Status.DEGENERATE
+        assert fit.reason
+
+
+def test_three_noncollinear_points_are_enough_in_space():
+    """Three noncollinear pairs determine a pose in space; collinear ones, however many, do not."""
+    rng = np.random.default_rng(4)
+    truth = Pose(rotation_3d(rng), (1.0, 2.0, 3.0))
+    three = rng.standard_normal((3, 3))
+    np.testing.assert_allclose(fit_rigid(three, truth.apply(three)).pose.matrix, truth.matrix, atol=1e-10)
+    line = np.linspace(-1.0, 1.0, 9)[:, None] * np.array([1.0, 2.0, -1.0])
+    fit = fit_rigid(line, truth.apply(line))
+    assert fit.status == Status.DEGENERATE
+    assert "collinear" in fit.reason
+
+
+def test_collinear_points_leave_one_rotation_free():
+    """On collinear points in space, turning about their line changes no residual."""
+    rng = np.random.default_rng(4)
+    truth = Pose(rotation_3d(rng), (1.0, 2.0, 3.0))
+    axis = np.array([1.0, 2.0, -1.0]) / np.sqrt(6.0)
+    line = np.linspace(-1.0, 1.0, 9)[:, None] * axis
+    K = np.cross(np.eye(3), axis)
+    for angle in (0.7, 2.0, 3.0):
+        about = np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * K @ K
+        turned = truth.compose(Pose(about, np.zeros(3)))
+        np.testing.assert_allclose(metrics.residuals(turned, line, truth.apply(line)), 0.0, atol=1e-12)
+        assert metrics.rre(turned, truth) == pytest.approx(angle)
+
+
+# Residual and error
+
+
+def test_residual_at_the_optimum_is_below_that_at_the_truth():
+    """With noise or wrong pairs the minimum lies elsewhere than the truth, and its residual is the smaller one."""
+    for name in ("noisy", "outliers", "would-reflect"):
+        for seed in range(40, 40 + 13 * 25, 13):
+            scene = kabsch_scene(name, seed=seed)
+            pose = fit_rigid(scene.source, scene.target).pose
+            assert metrics.rms(pose, scene.source, scene.target) < metrics.rms(scene.truth, scene.source, scene.target)
+            assert metrics.point_error(pose, scene.truth, scene.source) > 1e-3
+
+
+@pytest.mark.parametrize(("d", "free"), [(2, 3), (3, 6)])
+def test_expected_residual(d, free):
+    """With small isotropic noise on n true pairs, the mean sum of squares at the optimum is σ² (d n − parameters)."""
+    rng = np.random.default_rng(6)
+    points, sigma, n = 2.0 * rng.standard_normal((13, d)), 0.05, 13
+    truth = KABSCH_TRUTH if d == 2 else Pose(rotation_3d(rng), (1.0, 2.0, 3.0))
+    costs = fit_rigid(points, draws(points, truth, sigma, 20_000)).cost
+    standard_error = costs.std() / np.sqrt(len(costs))
+    assert costs.mean() == pytest.approx(sigma**2 * (d * n - free), abs=4.0 * standard_error)
+
+
+def test_noise_of_both_clouds_adds():
+    """Isotropic noise on both clouds gives the residual of one noise whose variance is the sum."""
+    rng = np.random.default_rng(9)
+    target = draws(BIRD, KABSCH_TRUTH, 0.04, 20_000)
+    source = BIRD + 0.03 * rng.standard_normal(target.shape)
+    costs = fit_rigid(source, target).cost
+    standard_error = costs.std() / np.sqrt(len(costs))
+    assert costs.mean() == pytest.approx(0.05**2 * (2 * 13 - 3), abs=4.0 * standard_error)
+
+
+def test_fitted_scale_takes_one_more_square():
+    """Fitting the scale as well lowers the expected sum of squares by one more σ²."""
+    target = draws(BIRD, KABSCH_TRUTH, 0.05, 20_000)
+    costs = fit_rigid(BIRD, target, scale=True).cost
+    standard_error = costs.std() / np.sqrt(len(costs))
+    assert costs.mean() == pytest.approx(0.05**2 * (2 * 13 - 4), abs=4.0 * standard_error)
+
+
+def test_two_pairs_leave_one_square():
+    """Two pairs leave one degree of freedom to the residual: half the difference of the two lengths, at each pair."""
+    source, target = np.array([(0.0, 0.0), (2.0, 0.0)]), np.array([(1.0, 1.0), (1.0, 3.4)])
+    pose = fit_rigid(source, target).pose
+    np.testing.assert_allclose(metrics.residuals(pose, source, target), 0.2, atol=1e-12)
+
+
+def test_spread_of_the_angle():
+    """The fitted angle scatters with σ / √Σ‖p̃‖², the centroid with σ / √n a coordinate."""
+    sigma, n = 0.05, len(BIRD)
+    pose = fit_rigid(BIRD, draws(BIRD, KABSCH_TRUTH, sigma, 20_000)).pose
+    p = BIRD - BIRD.mean(axis=0)
+    assert (pose.angle - KABSCH_TRUTH.angle).std() == pytest.approx(sigma / np.sqrt((p**2).sum()), rel=0.03)
+    centroid = pose.apply(BIRD).mean(axis=-2)
+    np.testing.assert_allclose(centroid.std(axis=0), sigma / np.sqrt(n), rtol=0.03)
+
+
+def test_residual_does_not_predict_the_error():
+    """Over many draws of one scene with small isotropic noise, the RMS of a fit and its error are uncorrelated."""
+    target = draws(BIRD, KABSCH_TRUTH, 0.05, 20_000)
+    pose = fit_rigid(BIRD, target).pose
+    rms = metrics.rms(pose, BIRD, target)
+    for error in (metrics.rre(pose, KABSCH_TRUTH), metrics.point_error(pose, KABSCH_TRUTH, BIRD)):
+        assert abs(np.corrcoef(rms, error)[0, 1]) < 4.0 / np.sqrt(20_000)
+
+
+# Wrong pairs
+
+
+def test_a_wrong_pair_pulls_in_proportion():
+    """A partner displaced by δ moves the fitted cloud's centroid by δ/n exactly, however large δ is."""
+    target = KABSCH_TRUTH.apply(BIRD)
+    for delta in (0.1, 10.0, 1e4, 1e8):
+        moved = target.copy()
+        moved[4] += (delta, 0.0)
+        centroid = fit_rigid(BIRD, moved).pose.apply(BIRD).mean(axis=0)
+        assert centroid[0] - target.mean(axis=0)[0] == pytest.approx(delta / 13, rel=1e-6)
+
+
+def test_one_wrong_pair_among_many_is_bounded_by_its_distance():
+    """One partner displaced by 1 u among a thousand pairs moves the fit by about a thousandth of a unit."""
+    rng = np.random.default_rng(10)
+    source = rng.uniform(-3.0, 3.0, (1000, 2))
+    target = KABSCH_TRUTH.apply(source)
+    target[0] += (0.6, 0.8)
+    pose = fit_rigid(source, target).pose
+    assert metrics.point_error(pose, KABSCH_TRUTH, source) < 0.002
+
+
+def test_partners_wrong_alike_hide_one_another():
+    """Six of thirteen partners shifted alike, with noise: some right pair is left farther apart than some wrong one."""
+    wrong = np.arange(13) % 2 == 1
+    target = draws(BIRD, KABSCH_TRUTH, 0.12, 200)
+    target[:, wrong] += (1.5, 0.0)
+    left = metrics.residuals(fit_rigid(BIRD, target).pose, BIRD, target)
+    assert np.mean(left[:, ~wrong].max(axis=1) > left[:, wrong].min(axis=1)) > 0.9
+
+
+def test_far_wrong_partners_show_in_the_largest_residual():
+    """With one to three far and unrelated wrong partners, the largest residual belongs to one of them."""
+    for wrong in (1, 2, 3):
+        for seed in range(40, 40 + 13 * 25, 13):
+            scene = kabsch_scene("outliers", seed=seed, outliers=wrong)
+            left = metrics.residuals(fit_rigid(scene.source, scene.target).pose, scene.source, scene.target)
+            assert scene.target_outlier[left.argmax()]
+
+
+def test_enough_wrong_pairs_reflect_a_bird():
+    """Wrong pairs alone, without noise, can make a reflection the best orthogonal matrix of the bird's pairs."""
+    scene = kabsch_scene("outliers", outliers=6)
+    assert fit_rigid(scene.source, scene.target).determinant == -1
+
+
+# Scale
+
+
+def test_rotation_is_the_same_with_scale():
+    """Fitting a scale changes neither the rotation nor the coincidence of the centroids."""
+    source, target, _ = noisy_pairs(15, 3)
+    rigid, similar = fit_rigid(source, 1.7 * target), fit_rigid(source, 1.7 * target, scale=True)
+    np.testing.assert_allclose(rigid.pose.R, similar.pose.R, atol=1e-12)
+    np.testing.assert_allclose(similar.pose.apply(source).mean(axis=0), 1.7 * target.mean(axis=0), atol=1e-12)
+
+
+def test_scale_of_the_swapped_problem_is_not_the_inverse():
+    """Swapping the clouds inverts the fitted rotation but not the scale: with noise the two multiply to less than 1."""
+    source, target, _ = noisy_pairs(15, 2)
+    there, back = fit_rigid(source, target, scale=True), fit_rigid(target, source, scale=True)
+    np.testing.assert_allclose(there.pose.R @ back.pose.R, np.eye(2), atol=1e-12)
+    assert there.pose.scale * back.pose.scale < 0.99
