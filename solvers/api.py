@@ -96,7 +96,7 @@ def _problem(
         raise ValueError(f"weights: method {method.name!r} takes none")
     w = validate.weights(weights, p.shape[-2])
     pose = validate.pose(start, d)
-    seeds = _seeds(seed)
+    seeds = validate.seeds(seed)
     batch = validate.batch_shape(
         source=p.shape[:-2], target=q.shape[:-2], weights=w.shape[:-1], start=pose.batch, seed=seeds.shape
     )
@@ -117,15 +117,6 @@ def _gather(points: FloatArray, rows: IntArray, name: str) -> FloatArray:
     points = np.broadcast_to(points, (*batch, *points.shape[-2:]))
     rows = np.broadcast_to(rows, (*batch, rows.shape[-1]))
     return np.take_along_axis(points, rows[..., None], axis=-2)
-
-
-def _seeds(seed: Any) -> IntArray:
-    seeds = np.asarray(seed)
-    if seeds.dtype.kind not in "iu" or seeds.size == 0:
-        raise ValueError(f"seed: expected a non-negative integer or an array of them, got {seed!r}")
-    if seeds.min() < 0 or seeds.max() > np.iinfo(np.int64).max:
-        raise ValueError("seed: expected non-negative integers of at most 63 bits")
-    return seeds.astype(np.int64)
 
 
 def _is_list(clouds: Any) -> bool:
@@ -155,7 +146,7 @@ def _one_by_one(
         lists["pairs"] = pairs
     if isinstance(start, Pose) and start.batch:
         lists["start"] = [start[i] for i in range(len(start.t))]
-    seeds = _seeds(seed)
+    seeds = validate.seeds(seed)
     if seeds.ndim:
         lists["seed"] = seeds
     for name, x in lists.items():

@@ -99,6 +99,19 @@ def pose(value: Pose | None, dim: int, name: str = "start") -> Pose:
     return value
 
 
+def seeds(values: ArrayLike, name: str = "seed") -> IntArray:
+    """Non-negative seeds of at most 63 bits, (...)."""
+    try:
+        s = np.asarray(values)
+    except ValueError:
+        raise ValueError(f"{name}: rows of unequal length are no array") from None
+    if s.dtype.kind not in "iu" or s.size == 0:
+        raise ValueError(f"{name}: expected a non-negative integer or an array of them, got {values!r}")
+    if s.min() < 0 or s.max() > np.iinfo(np.int64).max:
+        raise ValueError(f"{name}: expected non-negative integers of at most 63 bits")
+    return s.astype(np.int64)
+
+
 def count(value: object, name: str, least: int = 0) -> int:
     """An integer of at least `least`."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer):

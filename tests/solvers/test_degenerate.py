@@ -1,0 +1,148 @@
+"""Scenes that do not determine a pose: told apart, said in words, and harmless to their neighbours in the batch."""
+
+import numpy as np
+import pytest
+
+from solvers import Pose, Status, fit_planar, fit_rigid, register
+from solvers.rigid import pair_cost
+
+pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
+
+SQUARE = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
+TRIANGLE = np.array([[0.0, 0.0], [2.0, 0.0], [0.0, 1.0]])
+LINE = np.linspace(-1.0, 2.0, 6)[:, None] * [1.0, 2.0, -0.5] + [3.0, 0.1, 0.7]
+
+
+def planar(reason, source, target, weights=None):
+    return pytest.param(source, target, weights, reason, id=reason)
+
+
+PLANAR = [
+    planar("all weights are zero", TRIANGLE, TRIANGLE, np.zeros(3)),
+    planar("all source points with weight are equal", np.full((5, 2), 0.1), np.arange(10.0).reshape(5, 2)),
+    planar("all target points with weight are equal", np.arange(10.0).reshape(5, 2), np.full((5, 2), 0.7)),
+    planar("both sums of the planar fit are zero", SQUARE, SQUARE * [1.0, -1.0]),
+]
+
+
+@pytest.mark.parametrize("scale", [False, True])
+@pytest.mark.parametrize("fit", [fit_rigid, fit_planar])
+@pytest.mark.parametrize(("source", "target", "weights", "reason"), PLANAR)
+def test_what_the_plane_leaves_open_is_said(fit, source, target, weights, reason, scale):
+    """No weight, equal points, or two vanishing sums: degenerate, the reason in words, and a finite pose."""
+    found = fit(source, target, weights, scale=scale)
+    assert found.status == Status.DEGENERATE
+    assert reason in found.reason
+    assert np.array_equal(found.pose.R, np.eye(2))
+    assert found.pose.scale == 1.0
+    assert np.isfinite(found.pose.t).all()
+    assert found.condition == np.inf
+
+
+@pytest.mark.parametrize("fit", [fit_rigid, fit_planar])
+def test_a_degenerate_answer_still_brings_the_centroids_together(fit):
+    """Where the rotation is open, the pose handed back only moves the centroid; with no weight at all it is the identity."""
+    found = fit(SQUARE + 5.0, SQUARE * [1.0, -1.0] - 2.0)
+    assert np.allclose(found.pose.t, [-7.0, -7.0])
+    nothing = fit(TRIANGLE, TRIANGLE + 4.0, np.zeros(3))
+    assert np.array_equal(nothing.pose.t, [0.0, 0.0])
+
+
+@pytest.mark.parametrize("fit", [fit_rigid, fit_planar])
+def test_one_point_is_not_enough_and_two_are_in_the_plane(fit):
+    """A single pair leaves the rotation open; two distinct pairs fix it, whatever their number of copies."""
+    assert fit([[1.0, 2.0]], [[3.0, 4.0]]).status == Status.DEGENERATE
+    truth = Pose.from_angle(2.5, (1.0, -3.0))
+    two = np.array([[1.0, 2.0], [1.5, 2.0]])
+    for points in (two, np.repeat(two, 4, axis=0)):
+        found = fit(points, truth.apply(points))
+        assert found.status == Status.CONVERGED
+        assert np.allclose(found.pose.matrix, truth.matrix, atol=1e-13)
+    only_one_counts = fit(two, truth.apply(two), [1.0, 0.0])
+    assert only_one_counts.status == Status.DEGENERATE
+
+
+def test_points_equal_but_for_rounding_are_equal(rng):
+    """Copies of one point that differ in the last bit do not pretend to know a rotation."""
+    source = np.full((20, 2), 1234.567) * (1.0 + 2.2e-16 * rng.integers(-1, 2, (20, 2)))
+    assert fit_planar(source, rng.standard_normal((20, 2))).status == Status.DEGENERATE
+
+
+def test_in_space_a_line_leaves_the_turn_about_itself_free(rng, random_pose):
+    """Collinear points in 3-D fit equally well after any turn about their line, so no rotation is claimed."""
+    truth = random_pose(rng, 3)
+    found = fit_rigid(LINE, truth.apply(LINE))
+    assert found.status == Status.DEGENERATE
+    assert "collinear" in found.reason
+    assert "about their line is free" in found.reason
+    # The claim itself: a turn about the line changes nothing of the sum of squares.
+    axis = (LINE[1] - LINE[0]) / np.linalg.norm(LINE[1] - LINE[0])
+    K = np.cross(np.eye(3), axis)
+    turn = np.eye(3) + np.sin(1.0) * K + (1.0 - np.cos(1.0)) * K @ K
+    about_line = Pose(turn, LINE[0] - turn @ LINE[0])
+    assert pair_cost(truth.compose(about_line), LINE, truth.apply(LINE), np.ones(6)) < 1e-24
+
+
+def test_in_space_three_noncollinear_pairs_suffice(rng, random_pose):
+    """Three correct pairs off one line fix the rotation in 3-D; two pairs do not."""
+    truth = random_pose(rng, 3)
+    source = rng.standard_normal((3, 3))
+    found = fit_rigid(source, truth.apply(source))
+    assert found.status == Status.CONVERGED
+    assert found.determinant == 0
+    assert np.allclose(found.pose.matrix, truth.matrix, atol=1e-12)
+    two = fit_rigid(source[:2], truth.apply(source[:2]))
+    assert two.status == Status.DEGENERATE
+    assert "collinear" in two.reason
+
+
+def test_the_cloud_at_fault_is_named(rng):
+    spread = rng.standard_normal((6, 3))
+    assert "source points are collinear" in fit_rigid(LINE, spread).reason
+    assert "target points are collinear" in fit_rigid(spread, LINE).reason
+    flat = np.zeros((8, 4))
+    flat[:, :2] = rng.standard_normal((8, 2))
+    assert "span 2 of 4 dimensions" in fit_rigid(flat, rng.standard_normal((8, 4))).reason
+
+
+def test_in_space_a_correlation_without_direction_is_said():
+    """A mirrored regular cross in 3-D fits several rotations equally well, although its points spread."""
+    cross = np.vstack([np.eye(3), -np.eye(3)])
+    found = fit_rigid(cross, -cross)
+    assert found.status == Status.DEGENERATE
+    assert "several rotations equally well" in found.reason
+    free = fit_rigid(cross, -cross, proper=False)
+    assert free.status == Status.CONVERGED
+    assert free.cost < 1e-28
+
+
+def test_where_rotation_and_reflection_tie_the_rotation_is_taken(rng):
+    """Points on a line in the plane fit a mirror image as well: the determinant says 0, the answer is the rotation."""
+    source = np.linspace(-1.0, 1.0, 5)[:, None] * [1.0, 0.3]
+    truth = Pose.from_angle(1.0, (0.5, 0.5))
+    for found in (fit_rigid(source, truth.apply(source), proper=False), fit_planar(source, truth.apply(source))):
+        assert found.determinant == 0
+        assert np.allclose(found.pose.matrix, truth.matrix, atol=1e-13)
+
+
+@pytest.mark.parametrize("fit", [fit_rigid, fit_planar])
+def test_a_hopeless_problem_leaves_its_batch_alone(fit, rng):
+    """Degenerate problems in a batch get their own reasons; the others come out as if alone."""
+    source, target = rng.standard_normal((5, 4, 2)), rng.standard_normal((5, 4, 2))
+    source[1] = 0.3
+    source[3], target[3] = SQUARE, SQUARE * [1.0, -1.0]
+    found = fit(source, target)
+    assert found.status.tolist() == [1, 4, 1, 4, 1]
+    assert "source" in found.reason[1]
+    assert "both sums" in found.reason[3]
+    assert [bool(r) for r in found.reason] == [False, True, False, True, False]
+    for i in (0, 2, 4):
+        assert np.allclose(found.pose[i].matrix, fit(source[i], target[i]).pose.matrix, atol=1e-13)
+
+
+@pytest.mark.parametrize("method", ["kabsch", "similarity"])
+def test_the_front_door_reports_the_same(method):
+    result = register(SQUARE, SQUARE * [1.0, -1.0], method)
+    assert result.status is Status.DEGENERATE
+    assert "angle is undefined" in result.reason
+    assert result.steps == 1

@@ -1,0 +1,137 @@
+"""Whatever is handed in: a clear error that names the argument, or an answer without NaN, and never an endless loop."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from solvers import METHODS, Pose, Result, Status, fit_planar, fit_rigid, register
+
+pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
+
+AWKWARD = [0.0, -0.0, 1.0, -1.0, 0.1, 3.0, 1e-8, 1e-150, -1e-150, 5e-324, 1e8, 1e150, -1e150, 1.0 + 2**-52]
+NO_NUMBERS = [float("nan"), float("inf"), float("-inf"), 1e200, 1.7e308]
+numbers = st.sampled_from(AWKWARD) | st.floats(-10.0, 10.0)
+hostile = settings(max_examples=150, deadline=None, derandomize=True)
+
+
+def clouds(n, d, values=numbers):
+    return st.lists(st.lists(values, min_size=d, max_size=d), min_size=n, max_size=n).map(np.array)
+
+
+@st.composite
+def paired(draw):
+    n, d = draw(st.integers(1, 6)), draw(st.sampled_from([2, 2, 3, 4]))
+    source = draw(clouds(n, d))
+    # Unrelated, equal, coincident and mirrored targets: each is a way to be degenerate, or nearly.
+    target = draw(
+        st.one_of(
+            clouds(n, d),
+            st.just(source),
+            clouds(1, d).map(lambda one: np.repeat(one, n, axis=0)),
+            st.just(source * np.r_[-1.0, np.ones(d - 1)]),
+        )
+    )
+    weights = draw(st.none() | st.lists(st.sampled_from([0.0, 1.0, 2.5, 1e-150, 1e150]), min_size=n, max_size=n))
+    return source, target, weights
+
+
+def check(pose, status, reason, objective):
+    assert status in (Status.CONVERGED, Status.STALLED, Status.CAPPED, Status.DEGENERATE)
+    assert (status == Status.DEGENERATE) <= bool(reason)
+    assert np.isfinite(pose.R).all()
+    assert np.isfinite(pose.t).all()
+    assert np.isfinite(pose.scale)
+    assert np.linalg.det(pose.R) == pytest.approx(1.0, abs=1e-12)
+    assert objective >= 0.0
+
+
+@hostile
+@given(paired(), st.booleans())
+def test_any_finite_pairs_get_a_finite_answer(pairs, scale):
+    """Coincident, collinear, mirrored, huge and tiny points: always a proper rotation or degenerate, never NaN."""
+    source, target, weights = pairs
+    for fit in [fit_rigid, fit_planar] if source.shape[1] == 2 else [fit_rigid]:
+        found = fit(source, target, weights, scale=scale)
+        check(found.pose, found.status, found.reason, found.cost)
+        assert not np.isnan(found.singular_values).any()
+        assert not np.isnan(found.condition)
+    free = fit_rigid(source, target, weights, scale=scale, proper=False)
+    assert np.isfinite(free.pose.matrix).all()
+    assert free.cost <= fit_rigid(source, target, weights, scale=scale).cost * (1 + 1e-6) + 1e-300 or not np.isfinite(
+        free.cost
+    )
+
+
+@hostile
+@given(paired(), st.sampled_from(sorted(METHODS)))
+def test_every_method_survives_any_finite_pairs(pairs, method):
+    """Each method of the front door stops, with a true status, on whatever finite clouds it is given."""
+    source, target, weights = pairs
+    allowed = METHODS[method].dims
+    if allowed is not None and source.shape[1] not in allowed:
+        with pytest.raises(ValueError, match="dimensions"):
+            register(source, target, method)
+        return
+    result = register(source, target, method, weights=weights if METHODS[method].weighted else None)
+    check(result.pose, result.status, result.reason, result.objective)
+    assert result.steps <= METHODS[method].max_steps
+
+
+JUNK = st.one_of(
+    st.none(),
+    st.text(max_size=3),
+    st.integers(-3, 3),
+    st.lists(st.integers(0, 3), max_size=3),
+    st.lists(st.lists(st.integers(0, 3), max_size=3), max_size=3),
+    clouds(3, 2, st.sampled_from(NO_NUMBERS + AWKWARD)),
+    st.just(np.zeros((0, 2))),
+    st.just(np.zeros((3, 0))),
+    st.just(np.zeros((3, 1))),
+    st.just(np.zeros((0, 3, 2))),
+    st.just(np.ones((3, 2), dtype=complex)),
+    st.just(np.ones((3, 2), dtype=bool)),
+    st.just(np.array([["a", "b"]])),
+    st.just(np.array([[None, 1.0]])),
+    st.just({"x": 1}),
+    st.just(object()),
+)
+NAMES = ["source", "target", "weights", "pairs", "start", "seed", "max_steps"]
+
+
+@hostile
+@given(st.sampled_from(NAMES), JUNK, st.sampled_from(sorted(METHODS)))
+def test_what_is_no_input_is_refused_by_name(name, junk, method):
+    """Text, ragged lists, NaN, infinities, wrong shapes: a ValueError that names an argument, or a proper result."""
+    rng = np.random.default_rng(3)
+    arguments = {"source": rng.standard_normal((3, 2)), "target": rng.standard_normal((3, 2)), name: junk}
+    try:
+        result = register(method=method, **arguments)
+    except ValueError as error:
+        # A source that is a cloud after all, of another size, is found out at its target.
+        assert name in str(error) or (name == "source" and str(error).startswith("target"))
+    else:
+        assert isinstance(result, Result)
+        assert np.isfinite(result.pose.matrix).all()
+
+
+@pytest.mark.parametrize("value", NO_NUMBERS)
+@pytest.mark.parametrize("name", ["source", "target", "weights"])
+def test_a_single_bad_number_is_reported(name, value):
+    """One NaN, infinity or number too large to square is refused, and the message says in which argument."""
+    arguments = {"source": np.eye(3), "target": np.eye(3), "weights": np.ones(3)}
+    arguments[name] = arguments[name].copy()
+    arguments[name].flat[1] = value
+    for solve in (fit_rigid, register):
+        with pytest.raises(ValueError, match=rf"^{name}: .*(not finite|overflow)"):
+            solve(**arguments)
+
+
+@hostile
+@given(clouds(3, 2), clouds(3, 2))
+def test_a_start_pose_never_matters_to_a_closed_form(source, target):
+    """Whatever the start, even absurdly far, the answer of a closed form is the same, bit for bit."""
+    a = register(source, target)
+    b = register(source, target, start=Pose.from_angle(2.0, (1e100, -1e100)))
+    assert np.array_equal(a.pose.matrix, b.pose.matrix)
+    assert a.status == b.status

@@ -1,0 +1,99 @@
+import numpy as np
+import pytest
+
+from solvers import Pose
+
+
+@pytest.mark.parametrize("d", [2, 3, 4])
+def test_a_pose_followed_by_its_inverse_moves_nothing(d, rng, random_pose):
+    """Moving points by a pose and then by its inverse puts them back, in every dimension, with scale."""
+    pose = random_pose(rng, d, (7,), scaled=True)
+    points = rng.standard_normal((7, 9, d))
+    assert np.allclose(pose.inverse().apply(pose.apply(points)), points, atol=1e-13)
+    assert np.allclose(pose.compose(pose.inverse()).matrix, np.eye(d + 1), atol=1e-13)
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_composing_poses_is_moving_points_twice(d, rng, random_pose):
+    """`a.compose(b)` applies b first, then a: checked on large rotations, where the order matters."""
+    a, b = random_pose(rng, d, (5,), scaled=True), random_pose(rng, d, (5,), scaled=True)
+    points = rng.standard_normal((5, 4, d))
+    assert np.allclose(a.compose(b).apply(points), a.apply(b.apply(points)), atol=1e-12)
+    assert not np.allclose(a.compose(b).apply(points), b.apply(a.apply(points)), atol=1e-2)
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_the_matrix_does_what_the_pose_does(d, rng, random_pose):
+    """The homogeneous matrix moves homogeneous points exactly as the pose moves points."""
+    pose = random_pose(rng, d, scaled=True)
+    points = rng.standard_normal((6, d))
+    moved = np.column_stack([points, np.ones(6)]) @ pose.matrix.T
+    assert np.allclose(moved[:, :d], pose.apply(points), atol=1e-13)
+    assert np.array_equal(moved[:, d], np.ones(6))
+
+
+def test_a_planar_rotation_is_anticlockwise_and_comes_before_the_translation():
+    """A quarter turn takes (1, 0) to (0, 1); the translation is added after the rotation about the origin."""
+    pose = Pose.from_angle(np.pi / 2, (10.0, 0.0))
+    assert np.allclose(pose.apply([[1.0, 0.0]]), [[10.0, 1.0]])
+
+
+@pytest.mark.parametrize("theta", [0.0, 1e-12, -1e-12, 0.5, -2.0, np.pi - 1e-12, -np.pi + 1e-12])
+def test_the_angle_is_read_back_to_rounding_even_near_180_degrees(theta):
+    """The rotation angle survives the way through the matrix, at 0 and at 180° alike, in the plane and in space."""
+    assert Pose.from_angle(theta).angle == pytest.approx(theta, abs=4e-16)
+    c, s = np.cos(theta), np.sin(theta)
+    about_z = Pose(np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]), np.zeros(3))
+    assert about_z.angle == pytest.approx(abs(theta), abs=4e-16)
+
+
+def test_angles_are_refused_where_a_rotation_has_several():
+    with pytest.raises(ValueError, match="angle"):
+        _ = Pose.identity(4).angle
+
+
+def test_leading_axes_broadcast_and_index_like_arrays():
+    poses = Pose.from_angle(np.linspace(0.0, 1.0, 6).reshape(2, 3), (1.0, 2.0))
+    assert poses.batch == (2, 3)
+    assert poses.t.shape == (2, 3, 2)
+    assert poses[1, 2].batch == ()
+    assert poses[1, 2].angle == pytest.approx(1.0)
+    assert poses.apply(np.zeros((5, 2))).shape == (2, 3, 5, 2)
+    with pytest.raises(IndexError):
+        Pose.identity()[0]
+
+
+def test_a_pose_cannot_be_changed():
+    R = np.eye(2)
+    pose = Pose(R, np.zeros(2))
+    R[0, 0] = 5.0
+    assert pose.R[0, 0] == 1.0
+    with pytest.raises(ValueError, match="read-only"):
+        pose.R[0, 0] = 2.0
+    with pytest.raises(AttributeError):
+        pose.t = np.ones(2)
+
+
+@pytest.mark.parametrize(
+    ("R", "t", "scale", "named"),
+    [
+        (np.eye(2)[0], np.zeros(2), 1.0, "R"),
+        (np.zeros((2, 3)), np.zeros(2), 1.0, "R"),
+        (np.eye(2), np.zeros(3), 1.0, "t"),
+        (np.eye(2), 0.0, 1.0, "t"),
+        (np.zeros((4, 2, 2)), np.zeros((3, 2)), 1.0, "broadcast"),
+    ],
+)
+def test_shapes_that_do_not_fit_are_refused_by_name(R, t, scale, named):
+    with pytest.raises(ValueError, match=named):
+        Pose(R, t, scale)
+
+
+def test_a_pose_of_scale_zero_has_no_inverse():
+    with pytest.raises(ValueError, match="scale"):
+        Pose(np.eye(2), np.zeros(2), 0.0).inverse()
+
+
+def test_a_pose_shows_itself_in_degrees():
+    assert repr(Pose.from_angle(np.radians(30.0), (1.5, 0.0))) == "Pose(angle=30°, t=(1.5, 0), scale=1)"
+    assert repr(Pose.identity(3, (4,))) == "Pose(batch=(4,), dim=3)"
