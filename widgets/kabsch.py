@@ -205,7 +205,7 @@ def _grip(centre: Array, heading: float) -> Array:
 
 
 def _reflection_label(state: State) -> Label:
-    """Under the corner of the reflected outline that lies farthest from the true one: the pennant's tip, on the mast."""
+    """Under the corner of the reflected outline that lies farthest from the true one: the tip of the pennant."""
     rim = np.concatenate(state.scene.outline)
     reflected = state.free.pose.apply(rim)
     apart = np.linalg.norm(reflected - state.scene.truth.apply(rim), axis=1)
@@ -298,7 +298,7 @@ def _description(state: State, said: _Numbers) -> str:
     if len(state.solutions) > 1:
         words.append(
             f"Solutions from {len(state.solutions)} starts, the last of which stay as grey outlines,"
-            f" differ by {small(state.spread)} u at most."
+            f" differ by {small(state.spread).replace('< ', 'less than ')} u."
         )
     return " ".join(words)
 
