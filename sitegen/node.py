@@ -69,8 +69,13 @@ def run_node(script: Path, request: Any, *, args: Sequence[str] = (), timeout: f
         raise NodeError(f"{script.name} did not answer within {timeout:g} s") from error
     lines = done.stdout.splitlines()
     if done.returncode != 0:
-        raise NodeError(f"{script.name} ended with code {done.returncode}:\n{(done.stderr or done.stdout).strip()}")
+        raise NodeError(f"{script.name} ended with code {done.returncode}:\n{_shown(done.stderr or done.stdout)}")
     try:
         return json.loads(lines[-1])
     except (IndexError, ValueError) as error:
-        raise NodeError(f"{script.name} gave no JSON:\n{(done.stdout + done.stderr).strip()[-2000:]}") from error
+        raise NodeError(f"{script.name} gave no JSON:\n{_shown(done.stdout + done.stderr)}") from error
+
+
+def _shown(text: str) -> str:
+    """What a process wrote, without the minified source lines that Node quotes."""
+    return "\n".join(line if len(line) <= 1000 else line[:200] + " …" for line in text.strip().splitlines())

@@ -1,7 +1,8 @@
 // Runs Python inside Pyodide under Node: one JSON request on stdin, one JSON answer as the last line of stdout.
 //
-// Request: { folder, site?, mounts?, python, input }
+// Request: { folder, stdlib?, site?, mounts?, python, input }
 //   folder    with pyodide.mjs, its wasm, python_stdlib.zip and pyodide-lock.json
+//   stdlib    another python_stdlib.zip
 //   site      a folder to be site-packages
 //   mounts    { "/path inside": "folder outside" }
 //   python    source that defines main(text: str) -> str, both JSON
@@ -22,6 +23,7 @@ const mount = (FS, inside, outside) => {
 };
 const pyodide = await loadPyodide({
   indexURL: request.folder,
+  ...(request.stdlib && { stdLibURL: request.stdlib }),
   stdout: say,
   stderr: say,
   fsInit(FS, { sitePackages }) {

@@ -30,13 +30,36 @@ RUNNER = HERE / "pyodide_node.mjs"
 COMPILER = HERE / "pycompile.py"
 KEPT_MODULES = HERE / "kept_modules.txt"
 CORE = ("pyodide.mjs", "pyodide.asm.mjs", "pyodide.asm.wasm")
+STDLIB = "/lib/python314.zip/"
 SITE_PACKAGES = "/lib/python3.14/site-packages/"
 _DATE = (1980, 1, 1, 0, 0, 0)
 _GZIP_DATE = 0
 
-# numpy's modules that are replaced before compiling. The docstrings are 200 kB of strings that nobody reads in a page;
-# the legacy random generator and the bit generators beside PCG64 are four of ten shared libraries.
+# Modules that are replaced before compiling: what they cost at every start is for what a page does not do.
+# Pyodide's package loader brings zipfile, tempfile and three compressors; here all packages lie in place already.
+# numpy's docstrings are 200 kB of strings; its legacy random generator and the bit generators beside PCG64 are four of
+# its ten shared libraries.
 REPLACED = {
+    "pyodide/_package_loader.py": '''\
+class Folder:
+    def __init__(self, path):
+        self.path = path
+
+    def __str__(self):
+        return self.path
+
+
+SITE_PACKAGES = Folder("/lib/python3.14/site-packages")
+DSO_DIR = Folder("/usr/lib")
+
+
+def init_loaded_packages():
+    pass
+
+
+def unpack_buffer(*args, **kwargs):
+    raise NotImplementedError("this runtime has its packages in place and unpacks no others")
+''',
     "numpy/_core/_add_newdocs.py": "",
     "numpy/_core/_add_newdocs_scalars.py": "",
     "numpy/random/__init__.py": '''\
@@ -45,7 +68,7 @@ from ._generator import Generator, default_rng
 from ._pcg64 import PCG64, PCG64DXSM
 from .bit_generator import BitGenerator, SeedSequence
 
-__all__ = ["BitGenerator", "Generator", "PCG64", "PCG64DXSM", "SeedSequence", "default_rng"]
+__all__ = ["PCG64", "PCG64DXSM", "BitGenerator", "Generator", "SeedSequence", "default_rng"]
 
 
 class RandomState:
@@ -55,6 +78,8 @@ class RandomState:
         raise NotImplementedError("this numpy has default_rng, and no legacy generator")
 ''',
 }
+# Modules that are imported where they are there, and never used: asyncio's TLS, numpy's bridge to C.
+LEFT_OUT = frozenset({"_ssl", "ssl", "ctypes", "ctypes._endian"})
 
 
 @dataclass(frozen=True)
@@ -101,8 +126,8 @@ def assemble(dest: Path, *, cache: Path | None = None, progress: Progress = quie
     numpy_given = numpy_wheel(outside)
     kept = kept_modules()
 
-    stdlib = compiled(outside["pyodide/python_stdlib.zip"], "/lib/python314.zip/", 2, cache, progress)
-    numpy = compiled(numpy_given, SITE_PACKAGES, 2, cache, progress, replaced=REPLACED)
+    stdlib = compiled(outside["pyodide/python_stdlib.zip"], STDLIB, 2, cache, progress)
+    numpy = compiled(numpy_given, SITE_PACKAGES, 2, cache, progress)
     wheel = build_wheel(cache)
     ladder = compiled(wheel, SITE_PACKAGES, 0, cache, progress)
 
@@ -157,12 +182,10 @@ def compiled(
     optimize: int,
     cache: Path,
     progress: Progress = quiet,
-    *,
-    replaced: Mapping[str, str] | None = None,
 ) -> Path:
     """The archive with its .py compiled by Pyodide's own Python; kept by the hash of all that goes into it."""
     pyodide = gather(["pyodide"], cache=cache)
-    job = {"prefix": prefix, "optimize": optimize, "replaced": dict(replaced or {})}
+    job = {"prefix": prefix, "optimize": optimize, "replaced": REPLACED}
     inputs = {
         "archive": archive.read_bytes(),
         "compiler": COMPILER.read_bytes(),

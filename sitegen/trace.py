@@ -13,10 +13,9 @@ from pathlib import Path
 
 from sitegen.node import run_node
 from sitegen.outside import cache_dir, gather
-from sitegen.runtime import HERE, KEPT_MODULES, REPLACED, RUNNER, SITE_PACKAGES, compiled, numpy_wheel
+from sitegen.runtime import HERE, KEPT_MODULES, LEFT_OUT, RUNNER, SITE_PACKAGES, STDLIB, compiled, numpy_wheel
 from sitegen.wheel import build_wheel
 
-STDLIB = "/lib/python314.zip/"
 # What solvers and figures may come to use any day.
 ALSO = [
     *("base64", "bisect", "copy", "dataclasses", "difflib", "fractions", "functools", "graphlib", "heapq", "html"),
@@ -28,7 +27,8 @@ ALSO = [
 def traced(cache: Path) -> list[str]:
     """The dotted names to ship, sorted: what the exercise imported, and ALSO with what that imports."""
     outside = gather(["numpy", "pyodide"], cache=cache)
-    numpy = compiled(numpy_wheel(outside), SITE_PACKAGES, 2, cache, replaced=REPLACED)
+    stdlib = compiled(outside["pyodide/python_stdlib.zip"], STDLIB, 2, cache)
+    numpy = compiled(numpy_wheel(outside), SITE_PACKAGES, 2, cache)
     ladder = compiled(build_wheel(cache), SITE_PACKAGES, 0, cache)
     with tempfile.TemporaryDirectory(prefix="ladder-trace-") as site:
         for archive in (numpy, ladder):
@@ -36,12 +36,14 @@ def traced(cache: Path) -> list[str]:
                 given.extractall(site)
         request = {
             "folder": str(outside["pyodide/pyodide.mjs"].parent),
+            "stdlib": str(stdlib),
             "site": site,
             "python": (HERE / "exercise.py").read_text("utf-8"),
             "input": ALSO,
         }
         origins = run_node(RUNNER, request)["origins"]
-    return sorted(n for n, o in origins.items() if o.startswith((STDLIB, SITE_PACKAGES + "numpy/")))
+    places = (STDLIB, SITE_PACKAGES + "numpy/")
+    return sorted(name for name, origin in origins.items() if origin.startswith(places) and name not in LEFT_OUT)
 
 
 def main() -> int:

@@ -132,11 +132,15 @@ async function start({ runtime, files, modules = ["solvers", "widgets.host"] }) 
   const stdlibFile = pick("python_stdlib.pack");
   const wheels = files.filter(({ name }) => name.endsWith(".pack") && name !== stdlibFile.name);
 
-  // Everything at once; what Pyodide fetches later by itself, it is handed from here.
-  const streamed = shared(
-    open(address(wasm), wasm).then(
-      (response) => new Response(counted(response, count), { headers: { "content-type": "application/wasm" } }),
-    ),
+  // Everything at once.
+  // The engine compiles while the rest still loads; instantiation, later, finds the module ready.
+  const compiledCore = shared(
+    open(address(wasm), wasm)
+      .then((response) => new Response(counted(response, count), { headers: { "content-type": "application/wasm" } }))
+      .then((response) => WebAssembly.compileStreaming(response))
+      .catch((error) => {
+        throw error.message.startsWith(wasm.name) ? error : new Error(`${wasm.name} is damaged: ${error.message}`);
+      }),
   );
   const loader = script(pick("/pyodide.mjs"));
   const engine = script(pick("pyodide.asm.mjs"));
@@ -148,23 +152,19 @@ async function start({ runtime, files, modules = ["solvers", "widgets.host"] }) 
     shared(archive.then((zip) => Promise.all(members(zip).filter(([name]) => name.endsWith(".so")).map(([, so]) => WebAssembly.compile(so))))),
   );
 
+  // What Pyodide asks the network for by itself, it is handed from here.
   const handed = new Map([
-    [address(wasm), () => streamed],
+    [address(wasm), async () => new Response()],
     [address(stdlibFile), async () => new Response(await stdlib)],
   ]);
-  const plainFetch = self.fetch;
-  self.fetch = (input, init) => (handed.get(String(input?.url ?? input)) ?? (() => plainFetch(input, init)))();
-  // Pyodide only warns when its wasm cannot be instantiated, and then waits for ever.
-  const instantiate = WebAssembly.instantiateStreaming;
-  let brokenWasm;
-  const broken = new Promise((_, reject) => (brokenWasm = reject));
-  WebAssembly.instantiateStreaming = (source, imports) =>
-    instantiate.call(WebAssembly, source, imports).catch((error) => {
-      brokenWasm(new Error(`${wasm.name} is damaged or incomplete: ${error.message}`));
-      throw error;
-    });
+  const plain = { fetch: self.fetch, instantiateStreaming: WebAssembly.instantiateStreaming };
+  self.fetch = (input, init) => (handed.get(String(input?.url ?? input)) ?? (() => plain.fetch(input, init)))();
+  WebAssembly.instantiateStreaming = async (_, imports) => {
+    const module = await compiledCore;
+    return { module, instance: await WebAssembly.instantiate(module, imports) };
+  };
 
-  const downloads = Promise.all([streamed, loader, engine, lock, stdlib, ...archives]);
+  const downloads = Promise.all([compiledCore, loader, engine, lock, stdlib, ...archives]);
   const begin = async () => {
     const { loadPyodide } = await loader;
     return loadPyodide({
@@ -182,10 +182,10 @@ async function start({ runtime, files, modules = ["solvers", "widgets.host"] }) 
   };
   // A download that fails must be told as such, not as what Python makes of its absence.
   const up = shared(begin());
-  await Promise.race([downloads.then(() => up), broken]);
-  python = await Promise.race([up, broken]);
-  self.fetch = plainFetch;
-  WebAssembly.instantiateStreaming = instantiate;
+  await downloads;
+  python = await up;
+  self.fetch = plain.fetch;
+  WebAssembly.instantiateStreaming = plain.instantiateStreaming;
 
   post({ type: "stage", stage: "numpy" });
   python.runPython("import numpy.random, numpy.linalg");
