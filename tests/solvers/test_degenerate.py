@@ -41,7 +41,7 @@ def test_what_the_plane_leaves_open_is_said(fit, source, target, weights, reason
 
 @pytest.mark.parametrize("fit", [fit_rigid, fit_planar])
 def test_a_degenerate_answer_still_brings_the_centroids_together(fit):
-    """Where the rotation is open, the pose handed back only moves the centroid; with no weight at all it is the identity."""
+    """Where the rotation is open, the pose only brings the centroids together; with no weight it is the identity."""
     found = fit(SQUARE + 5.0, SQUARE * [1.0, -1.0] - 2.0)
     assert np.allclose(found.pose.t, [-7.0, -7.0])
     nothing = fit(TRIANGLE, TRIANGLE + 4.0, np.zeros(3))

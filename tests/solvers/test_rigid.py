@@ -216,7 +216,7 @@ def test_a_batch_equals_its_problems_one_by_one(d, scale, rng, random_pose):
 
 
 def test_the_similarity_scale_is_umeyamas(rng, random_pose):
-    """With noise the scale is tr(Λ D) / Σ w ‖p̃‖²; fitting backwards does not give its inverse, as least squares must."""
+    """With noise the scale is tr(Λ D) / Σ w ‖p̃‖²; fitting backwards gives less than its inverse."""
     source, target, weights, _ = noisy_pairs(rng, random_pose, 3, sigma=0.5)
     fit = fit_rigid(source, target, weights, scale=True)
     p = source - (weights / weights.sum()) @ source

@@ -1,0 +1,201 @@
+import dataclasses
+
+import numpy as np
+import pytest
+
+import solvers
+from solvers import METHODS, Pose, Result, Status, register
+from solvers.scenes import kabsch_scene
+
+
+@pytest.fixture
+def scene():
+    return kabsch_scene("noisy")
+
+
+@pytest.mark.parametrize("method", sorted(METHODS))
+def test_every_method_describes_itself(method):
+    """Each method has a one-line summary, names its source, and its options have defaults."""
+    entry = METHODS[method]
+    assert entry.name == method
+    assert entry.summary
+    assert "\n" not in entry.summary
+    assert entry.source
+    assert dataclasses.is_dataclass(entry.options())
+    assert entry.max_steps >= 1
+
+
+@pytest.mark.parametrize("method", sorted(METHODS))
+def test_every_method_runs_from_the_front_door(method, scene):
+    """Each method, given nothing but two clouds, stops with a pose, a status and a history that belong together."""
+    result = register(scene.source, scene.target, method)
+    assert isinstance(result, Result)
+    assert result.method == method
+    assert result.status in (Status.CONVERGED, Status.STALLED, Status.CAPPED, Status.DEGENERATE)
+    assert isinstance(result.status, Status)
+    assert isinstance(result.reason, str)
+    assert 1 <= result.steps <= METHODS[method].max_steps
+    assert result.history.poses.batch == result.history.objective.shape == (result.steps + 1,)
+    assert np.array_equal(result.history.poses[-1].matrix, result.matrix)
+    assert result.history.objective[-1] == result.objective
+    assert np.allclose(result.inverse().apply(result.transform(scene.source)), scene.source, atol=1e-12)
+
+
+def test_the_answer_of_a_closed_form_does_not_depend_on_the_start(scene):
+    """From 500 starting poses all over the plane the fit ends at the same pose, bit for bit."""
+    rng = np.random.default_rng(1)
+    starts = Pose.from_angle(rng.uniform(-np.pi, np.pi, 500), 10.0 * rng.standard_normal((500, 2)))
+    result = register(scene.source, scene.target, start=starts)
+    assert np.all(result.status == Status.CONVERGED)
+    assert np.all(result.pose.matrix == register(scene.source, scene.target).matrix)
+    assert np.array_equal(result.history.poses.t[0], starts.t)
+    assert np.all(result.history.objective[0] >= result.history.objective[1])
+
+
+def test_leading_axes_are_a_batch(scene):
+    """Clouds, starts and seeds broadcast against each other, and every answer has their common leading axes."""
+    source = np.stack([scene.source, scene.source[::-1]])
+    result = register(source, scene.target, start=Pose.identity(2, (3, 1)), seed=[1, 2])
+    assert result.pose.batch == result.status.shape == result.steps.shape == result.reason.shape == (3, 2)
+    assert result.objective.shape == (3, 2)
+    assert result.history.poses.batch == (2, 3, 2)
+    assert result.detail("singular_values").shape == (3, 2, 2)
+    assert result.transform(scene.source).shape == (3, 2, 13, 2)
+    for i in range(2):
+        alone = register(source[i], scene.target)
+        assert np.allclose(result.pose[0, i].matrix, alone.matrix, atol=1e-12)
+
+
+def test_clouds_of_unequal_size_come_as_a_list(scene):
+    """A list of clouds is run one by one, and the result reads like a batch's."""
+    sizes = (5, 13, 2)
+    sources, targets = ([cloud[:n] for n in sizes] for cloud in (scene.source, scene.target))
+    result = register(sources, targets, "similarity", weights=[None, np.arange(13.0), None])
+    assert result.pose.batch == result.status.shape == result.steps.shape == (3,)
+    assert result.status.tolist() == [Status.CONVERGED] * 3
+    for i, n in enumerate(sizes):
+        weights = np.arange(13.0) if n == 13 else None
+        alone = register(sources[i], targets[i], "similarity", weights=weights)
+        assert np.array_equal(result.pose[i].matrix, alone.matrix)
+        assert np.array_equal(result.history.objective[:, i], alone.history.objective)
+    assert [len(s.problem.source[0]) for s in result.states] == list(sizes)
+    assert len(result.detail("condition")) == 3
+
+
+def test_a_list_against_one_target_with_a_start_and_pairs_each(scene):
+    sources = [scene.source, scene.source[:6]]
+    starts = Pose.from_angle([0.1, 0.2])
+    pairs = [np.c_[np.arange(13), np.arange(13)], np.c_[np.arange(6), np.arange(6)]]
+    result = register(sources, scene.target, pairs=pairs, start=starts, seed=[5, 6])
+    assert np.array_equal(result.history.poses.R[0], starts.R)
+    assert np.allclose(result.pose[1].matrix, register(scene.source[:6], scene.target[:6]).matrix, atol=1e-13)
+    assert register([scene.source], [scene.target]).pose.batch == (1,)
+
+
+def test_a_shorter_history_repeats_its_last_entry(scene):
+    """Of listed problems that take unequal numbers of steps, each history ends at its own last pose."""
+    stopped = register([scene.source] * 2, [scene.target] * 2, max_steps=0)
+    assert stopped.history.objective.shape == (1, 2)
+    joined = solvers.result.side_by_side(
+        [register(scene.source, scene.target, max_steps=0), register(scene.source, scene.target)]
+    )
+    assert joined.steps.tolist() == [0, 1]
+    assert joined.history.objective.shape == (2, 2)
+    assert joined.history.objective[0, 0] == joined.history.objective[1, 0]
+    assert joined.status.tolist() == [Status.CAPPED, Status.CONVERGED]
+
+
+def test_pairs_name_the_partners(scene):
+    """With `pairs` the clouds may have any sizes and orders; weights then belong to the pairs."""
+    rng = np.random.default_rng(2)
+    order = rng.permutation(13)
+    target = np.vstack([scene.target[order], [[9.0, 9.0]]])
+    pairs = np.c_[order, np.arange(13)]
+    plain = register(scene.source, scene.target)
+    assert np.allclose(register(scene.source, target, pairs=pairs).matrix, plain.matrix, atol=1e-13)
+    weights = rng.uniform(0.5, 1.0, 13)
+    assert np.allclose(
+        register(scene.source, target, pairs=pairs, weights=weights[order]).matrix,
+        register(scene.source, scene.target, weights=weights).matrix,
+        atol=1e-13,
+    )
+    each = register(scene.source, target, pairs=np.stack([pairs[:5], pairs[5:10]]))
+    assert each.pose.batch == (2,)
+    assert np.allclose(each.pose[1].matrix, register(scene.source, target, pairs=pairs[5:10]).matrix, atol=1e-13)
+
+
+def test_a_callback_is_called_after_every_step(scene):
+    seen = []
+    register(scene.source, scene.target, callback=lambda k, state: seen.append((k, state.pose.batch)))
+    assert seen == [(1, (1,))]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"method": "kabash"}, r"method: 'kabash' is unknown, did you mean 'kabsch'\?"),
+        ({"method": 3}, "method: 3 is unknown"),
+        ({"wieghts": None}, r"wieghts: no option of method 'kabsch', did you mean 'weights'\?"),
+        ({"maxsteps": 3}, r"did you mean 'max_steps'\?"),
+        ({"frobnicate": 1}, "frobnicate: no option of method 'kabsch'; it has:"),
+        ({"source": np.zeros(3)}, r"source: expected shape \(\.\.\., n, d\)"),
+        ({"source": np.zeros((13, 1))}, "source: expected at least 2 coordinates"),
+        ({"source": np.zeros((0, 2))}, "source: is empty"),
+        ({"source": [[1.0, 2.0], [3.0]]}, "source: rows of unequal length"),
+        ({"target": np.zeros((13, 3))}, "target: expected 2 coordinates a point, got 3"),
+        ({"target": np.zeros((12, 2))}, r"target: .*pass pairs=\(k, 2\)"),
+        ({"target": np.full((13, 2), "x")}, "target: expected real numbers"),
+        ({"source": np.zeros((2, 13, 2)), "target": np.zeros((3, 13, 2))}, "do not broadcast"),
+        ({"weights": np.ones(4)}, r"weights: expected shape \(\.\.\., 13\)"),
+        ({"weights": -np.ones(13)}, "weights: must not be negative"),
+        ({"pairs": [[0, 13]]}, "pairs: column 1 names target row 13, but the rows go from 0 to 12"),
+        ({"pairs": [[-1, 0]]}, "pairs: column 0 names source row -1"),
+        ({"pairs": [[0.0, 1.0]]}, "pairs: expected integers"),
+        ({"pairs": [0, 1]}, r"pairs: expected shape \(\.\.\., k, 2\)"),
+        ({"start": np.eye(3)}, "start: expected a Pose"),
+        ({"start": Pose.identity(3)}, "start: moves points in 3 dimensions"),
+        ({"start": Pose(np.diag([1.0, -1.0]), np.zeros(2))}, "start.R: is a reflection"),
+        ({"start": Pose(2.0 * np.eye(2), np.zeros(2))}, "start.R: is not orthogonal"),
+        ({"start": Pose(np.eye(2), np.array([np.nan, 0.0]))}, "start.t: 1 of 2 numbers are not finite"),
+        ({"start": Pose(np.eye(2), np.zeros(2), -1.0)}, "start.scale: must be positive"),
+        ({"start": Pose.identity(2, (0,))}, "holds no problem"),
+        ({"seed": -1}, "seed: expected non-negative"),
+        ({"seed": 1.5}, "seed: expected a non-negative integer"),
+        ({"max_steps": -1}, "max_steps: must be at least 0"),
+        ({"max_steps": 2.0}, "max_steps: expected an integer"),
+        ({"source": [np.zeros((13, 2))] * 2, "target": [np.zeros((13, 2))] * 3}, "target: there are 3, but 2 clouds"),
+        ({"source": [np.eye(2), np.full((2, 2), np.nan)], "target": [np.eye(2)] * 2}, "cloud 1 of the list: source"),
+        ({"source": [np.eye(2)] * 2, "target": np.ones((2, 2, 2))}, "cloud 0 of the list: .*one problem"),
+        ({"source": [np.eye(2)] * 2, "target": np.eye(2), "seed": [1, 2, 3]}, "seed: there are 3, but 2 clouds"),
+    ],
+)
+def test_what_is_wrong_is_said_by_name(arguments, message, scene):
+    """Wrong shapes, unknown names and options, bad pairs and poses: a ValueError with the nearest right name."""
+    with pytest.raises(ValueError, match=message):
+        register(**{"source": scene.source, "target": scene.target, **arguments})
+
+
+def test_details_are_read_by_name(scene):
+    result = register(scene.source, scene.target)
+    assert result.detail("determinant") == 1
+    assert result.detail("singular_values").shape == (2,)
+    with pytest.raises(ValueError, match=r"did you mean 'determinant'\?"):
+        result.detail("determinent")
+
+
+def test_a_result_shows_how_it_stopped(scene):
+    assert repr(register(scene.source, scene.target)).startswith("Result(kabsch: converged, steps=1, pose=Pose(angle=")
+    assert "degenerate (all source points" in repr(register(np.zeros((3, 2)), np.eye(3)[:, :2]))
+    batch = register(np.stack([scene.source, 0 * scene.source]), scene.target)
+    assert repr(batch) == "Result(kabsch: 1 converged, 1 degenerate, pose=Pose(batch=(2,), dim=2))"
+
+
+def test_the_list_of_methods_cannot_be_changed():
+    with pytest.raises(TypeError):
+        METHODS["mine"] = METHODS["kabsch"]
+
+
+def test_the_package_names_its_version_and_little_else():
+    assert solvers.__version__
+    assert len(solvers.__all__) <= 10
+    assert all(hasattr(solvers, name) for name in solvers.__all__)
