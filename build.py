@@ -1,0 +1,30 @@
+"""The project's commands: `python3 build.py --help` lists them. Needs Python 3.11 or newer and nothing else."""
+
+import sys
+
+if sys.version_info < (3, 11):  # noqa: UP036  (this is where an older Python is told so)
+    sys.exit("build.py needs Python 3.11 or newer; this is Python %d.%d" % sys.version_info[:2])  # noqa: UP031
+
+from pathlib import Path
+
+from sitegen import cli, venv
+
+ROOT = Path(__file__).resolve().parent
+
+
+def main(words):
+    """Run one command: parse it, be inside .venv (made on first use), hand over. Returns the exit code."""
+    asked = cli.parse(words)  # --help and mistakes end here, before anything is set up
+    try:
+        if cli.COMMANDS[asked.command].needs_venv:
+            venv.enter(ROOT, Path(__file__).resolve(), words)
+        return cli.run(ROOT, asked)
+    except venv.SetupError as error:
+        sys.stderr.write("build.py: " + str(error) + "\n")
+        return 1
+    except KeyboardInterrupt:
+        return 130
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

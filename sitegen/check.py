@@ -1,0 +1,204 @@
+"""`check`: what can be wrong with a built site, however it was built: rules that yield problems, told all at once."""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import html5lib
+from html5lib.constants import E as HTML_ERRORS
+
+from sitegen.building import attempt, tell
+from sitegen.built import Element, Page, css_addresses, inside, is_foreign, read_pages
+from sitegen.problems import Problem, hint
+from sitegen.progress import shown
+from sitegen.weight import PAGE_LIMIT, RUNTIME_LIMIT, page_weight, runtime_weight
+
+SHOWN = "site"  # how problems name the site, wherever it was built
+POINTING = ("aria-controls", "aria-describedby", "aria-details", "aria-labelledby", "aria-owns", "for", "list")
+DATA_SCRIPTS = ("application/json", "application/ld+json")
+# An address in a script's string; a namespace is a name and never asked for.
+SCRIPT_ADDRESS = re.compile(r"""["'`](?:(?:https?|wss?):)?//(?!www\.w3\.org/)[\w.-]+\.\w+""")
+
+
+def check_site(site: Path) -> list[Problem]:
+    """All problems of a built site, in order."""
+    pages = read_pages(site)
+    found: list[Problem] = []
+    for page in pages.values():
+        for rule in (html_is_valid, ids_are_unique, links_lead_somewhere, policy_holds, images_have_words):
+            found += rule(page, pages)
+    found += [*styles_and_scripts_stay_home(site), *names_are_ascii(site, pages), *is_light(pages)]
+    return sorted(set(found))
+
+
+def at(page: Page, element: Element, message: str) -> Problem:
+    """A problem at an element."""
+    return Problem(f"{SHOWN}/{page.name}", element.line, element.column, message)
+
+
+def html_is_valid(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
+    """The page parses without an error by the HTML standard's own algorithm."""
+    parser = html5lib.HTMLParser(strict=False)
+    parser.parse(page.source)
+    for (line, column), code, values in parser.errors:
+        message = HTML_ERRORS.get(code, code)
+        yield Problem(f"{SHOWN}/{page.name}", line, column, f"HTML: {message % values if values else message}")
+
+
+def ids_are_unique(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
+    """No id stands twice, and what points at an id of the page finds it."""
+    for name, elements in page.ids.items():
+        for element in elements[1:]:
+            yield at(page, element, f"the id {name!r} stands here again; first in line {elements[0].line}")
+    for element in page.elements:
+        for attribute in POINTING:
+            for name in element.get(attribute).split():
+                if name not in page.ids:
+                    yield at(page, element, f"{attribute}: no id {name!r} on this page{hint(name, page.ids)}")
+
+
+def links_lead_somewhere(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
+    """Every file and anchor of the site that is linked, loaded or redirected to is there; nothing foreign is loaded."""
+    for element in page.elements:
+        for address in element.loads:
+            if is_foreign(address):
+                yield at(page, element, f"{address}: a page loads nothing from another origin")
+        here = [*element.loads, *element.links]
+        here += [element.get("data-tape")] if element.get("data-tape") else []
+        if element.tag == "body" and element.get("data-runtime"):
+            files = json.loads(element.get("data-runtime-files") or "[]")
+            here += [element.get("data-runtime") + file["name"] for file in files]
+        for address in here:
+            if fault := address_fault(address, page, pages):
+                yield at(page, element, f"{address}: {fault}")
+
+
+def address_fault(address: str, page: Page, pages: dict[str, Page]) -> str:
+    """What is wrong with an address on a page; "" for a good or a foreign one."""
+    if address.lower().startswith("javascript:"):
+        return "the policy blocks it"
+    target = inside(address, page.name)
+    if target is None:
+        return ""
+    file, fragment = target
+    if not address:
+        return "an empty address"
+    if file.startswith(("/", "..")):
+        return "leads out of the site: addresses are relative, since the site may lie in any folder"
+    if not (page.site / file).is_file():
+        return f"there is no {file}{hint(file, pages)}"
+    anchor = fragment.partition("?")[0]  # behind the question mark stands a figure's state
+    if anchor and anchor != "top" and file in pages and anchor not in pages[file].ids:
+        return f"{file} has no anchor {anchor!r}{hint(anchor, pages[file].ids)}"
+    return ""
+
+
+def policy_holds(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
+    """The page states its Content-Security-Policy and holds nothing that the policy would block."""
+    policies = [e for e in page.elements if e.get("http-equiv").lower() == "content-security-policy"]
+    if not policies:
+        yield Problem(f"{SHOWN}/{page.name}", 1, 1, "no Content-Security-Policy")
+    for element in page.elements:
+        inline = element.tag == "script" and "src" not in element.attributes
+        if (inline and element.get("type") not in DATA_SCRIPTS) or element.tag == "style":
+            yield at(page, element, f"an inline <{element.tag}>: the policy blocks it")
+        for name in element.attributes:
+            if name == "style" or name.startswith("on"):
+                yield at(page, element, f"the attribute {name!r} on <{element.tag}>: the policy blocks it")
+
+
+def images_have_words(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
+    """Images say what they show, or that they show nothing (alt="")."""
+    for element in page.elements:
+        if element.tag == "img" and "alt" not in element.attributes:
+            yield at(page, element, f"{element.get('src')}: an image without alt")
+        if element.get("role") == "img" and not (element.get("aria-label") or element.get("aria-labelledby")):
+            yield at(page, element, f"<{element.tag} role=img> without aria-label or aria-labelledby")
+
+
+def styles_and_scripts_stay_home(site: Path) -> Iterator[Problem]:
+    """Style sheets load what is there, scripts name no other origin; the runtime, others' code, is not read."""
+    for path in sorted(site.rglob("*")):
+        name = path.relative_to(site).as_posix()
+        if name.startswith("runtime/") or path.suffix not in (".css", ".js", ".mjs"):
+            continue
+        text = path.read_text("utf-8")
+        if path.suffix == ".css":
+            for address, offset in css_addresses(text):
+                target = None if is_foreign(address) else inside(address, name)
+                if is_foreign(address):
+                    yield _in_text(name, text, offset, f"{address}: a page loads nothing from another origin")
+                elif target and not (site / target[0]).is_file():
+                    yield _in_text(name, text, offset, f"{address}: there is no {target[0]}")
+        else:
+            for match in SCRIPT_ADDRESS.finditer(text):
+                message = f"{match.group()[1:]}: a script names another origin"
+                yield _in_text(name, text, match.start(), message)
+
+
+def _in_text(name: str, text: str, offset: int, message: str) -> Problem:
+    before = text[:offset]
+    return Problem(f"{SHOWN}/{name}", before.count("\n") + 1, offset - before.rfind("\n"), message)
+
+
+def names_are_ascii(site: Path, pages: dict[str, Page]) -> Iterator[Problem]:
+    """File names and ids are plain ASCII, so that addresses read the same everywhere."""
+    for path in sorted(site.rglob("*")):
+        name = path.relative_to(site).as_posix()
+        if not re.fullmatch(r"[A-Za-z0-9._/+-]+", name):
+            yield Problem(f"{SHOWN}/{name}", 0, 0, "a file name beyond ASCII letters, digits and .-_+")
+    for page in pages.values():
+        for name, elements in page.ids.items():
+            if not name.isascii() or not name or " " in name:
+                yield at(page, elements[0], f"the id {name!r} is not plain ASCII")
+
+
+def is_light(pages: dict[str, Page]) -> Iterator[Problem]:
+    """The heaviest page and the runtime stay within their limits (gzip -9)."""
+    for page in pages.values():
+        weight = page_weight(page)
+        if weight.total > PAGE_LIMIT:
+            most = ", ".join(f"{n} {s // 1000}" for n, s in sorted(weight.parts.items(), key=lambda p: -p[1])[:4])
+            message = f"{weight.total / 1000:.0f} kB compressed, more than {PAGE_LIMIT / 1000:.0f} kB"
+            yield Problem(f"{SHOWN}/{page.name}", 0, 0, f"{message} (most, in kB: {most})")
+    runtimes = {tuple(sorted(weight.parts.items())): weight for weight in map(runtime_weight, pages.values())}
+    for weight in runtimes.values():
+        if weight.total > RUNTIME_LIMIT:
+            message = f"its runtime has {weight.total / 1e6:.2f} MB compressed, more than {RUNTIME_LIMIT / 1e6:.1f} MB"
+            yield Problem(f"{SHOWN}/{weight.page}", 0, 0, message)
+
+
+def summary(site: Path) -> str:
+    """The sizes, for reading."""
+    pages = read_pages(site)
+    heaviest = max(map(page_weight, pages.values()), key=lambda weight: weight.total)
+    runtime = max(map(runtime_weight, pages.values()), key=lambda weight: weight.total)
+    return (
+        f"{len(pages)} pages; the heaviest, {heaviest.page}, has {heaviest.total / 1000:.0f} kB compressed, "
+        f"the runtime {runtime.total / 1e6:.2f} MB"
+    )
+
+
+def publish_and_check(root: Path, dest: Path) -> int:
+    """A strict build into `dest`, then every check of it. The exit code is 1 when there is something to mend."""
+    with shown() as progress:
+        outcome = attempt(root, dest, strict=True, progress=progress)
+    tell(outcome)
+    if not outcome.good:
+        return 1
+    problems = check_site(dest)
+    for problem in problems:
+        print(problem, file=sys.stderr)
+    print(f"{len(problems)} problems" if problems else f"no problems; {summary(dest)}", flush=True)
+    return 1 if problems else 0
+
+
+def check_command(root: Path) -> int:
+    """Build strictly into a temporary folder and check that; site/ stays as it is."""
+    with tempfile.TemporaryDirectory(prefix="ladder-check-") as folder:
+        return publish_and_check(root, Path(folder) / "site")

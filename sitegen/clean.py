@@ -1,0 +1,53 @@
+"""Removes what the other commands made. Standard library only, and outside .venv, which may be among it."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+from sitegen import venv
+
+CACHES = (".mypy_cache", ".pytest_cache", ".ruff_cache", ".hypothesis", "build")
+SOURCES = ("sitegen", "solvers", "widgets", "tests")
+
+
+def clean(root: Path, *, everything: bool = False) -> int:
+    """Empty site/ (but for its .gitignore) and remove the caches; `everything`: also .venv and the user's cache."""
+    gone = [path for path in sorted((root / "site").glob("*")) if path.name != ".gitignore"]
+    gone += [root / name for name in CACHES]
+    gone += [root / "__pycache__", *root.glob("*.egg-info")]
+    gone += [path for name in SOURCES for path in (root / name).rglob("__pycache__")]
+    code = 0
+    if everything:
+        if venv.is_inside(root):
+            print("clean --all cannot remove the .venv that it runs in: use the machine's own python3", file=sys.stderr)
+            return 2
+        cache = user_cache(root)
+        if cache is None:
+            print("without a working .venv it is not known where the user's cache lies; it stays", file=sys.stderr)
+            code = 1
+        else:
+            gone.append(cache)
+        gone.append(venv.folder(root))
+    for path in gone:
+        if path.is_dir() and not path.is_symlink():
+            shutil.rmtree(path)
+        elif path.exists() or path.is_symlink():
+            path.unlink()
+        else:
+            continue
+        print(f"removed {path.relative_to(root) if path.is_relative_to(root) else path}")
+    return code
+
+
+def user_cache(root: Path) -> Path | None:
+    """The folder that sitegen.outside caches in, asked of the environment; None where that cannot say."""
+    if not venv.python(root).is_file():
+        return None
+    asks = "from sitegen.outside import cache_dir; print(cache_dir())"
+    done = subprocess.run(
+        [str(venv.python(root)), "-c", asks], cwd=root, capture_output=True, text=True, encoding="utf-8", check=False
+    )
+    return Path(done.stdout.strip()) if done.returncode == 0 and done.stdout.strip() else None

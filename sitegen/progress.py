@@ -1,0 +1,74 @@
+"""Progress of what takes long: bars on a terminal, plain lines in a log."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from tqdm import tqdm
+
+from sitegen.outside import Progress
+
+LOG_SECONDS = 10.0
+BYTES = 100_000  # totals from here on are bytes: nothing else that is counted comes near
+
+
+@contextmanager
+def shown() -> Iterator[Progress]:
+    """A Progress on stderr, cleared away at the end."""
+    show = _Bars() if sys.stderr.isatty() else _Lines()
+    try:
+        yield show
+    finally:
+        show.close()
+
+
+class _Bars:
+    """One bar, for what is under way now; it goes when that is done."""
+
+    def __init__(self) -> None:
+        self._what = ""
+        self._bar: tqdm[Any] | None = None
+
+    def __call__(self, what: str, done: int, total: int) -> None:
+        if self._bar is None or what != self._what:
+            self.close()
+            size = total >= BYTES
+            self._what = what
+            options: dict[str, Any] = {"unit": "B" if size else "", "unit_scale": size, "leave": False, "delay": 0.3}
+            self._bar = tqdm(desc=what, total=total or None, **options)
+        self._bar.total = total or None
+        self._bar.update(done - self._bar.n)
+        if total and done >= total:
+            self.close()
+
+    def close(self) -> None:
+        if self._bar is not None:
+            self._bar.close()
+            self._bar = None
+
+
+class _Lines:
+    """A line when something has taken ten seconds, and every ten from then on; and one when such a thing is done."""
+
+    def __init__(self) -> None:
+        self._what = ""
+        self._told = 0.0
+        self._spoke = False
+
+    def __call__(self, what: str, done: int, total: int) -> None:
+        now = time.monotonic()
+        if what != self._what:
+            self._what, self._told, self._spoke = what, now, False
+        ends = bool(total) and done >= total
+        if now - self._told >= LOG_SECONDS or (ends and self._spoke):
+            scale, unit = (1e6, " MB") if total >= BYTES else (1.0, "")
+            digits = 1 if unit else 0
+            print(f"{what}: {done / scale:.{digits}f} of {total / scale:.{digits}f}{unit}", file=sys.stderr, flush=True)
+            self._told, self._spoke = now, True
+
+    def close(self) -> None:
+        """Nothing stays open."""

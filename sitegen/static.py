@@ -1,0 +1,160 @@
+"""A folder served over HTTP as a static host would: types, the headers that its `_headers` file asks for, 304s."""
+
+from __future__ import annotations
+
+import fnmatch
+import hashlib
+import mimetypes
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from threading import Thread
+from typing import Any
+from urllib.parse import unquote, urlsplit
+
+# Written down, since what a machine's own tables say of these differs (or is nothing).
+TYPES = {
+    ".css": "text/css; charset=utf-8",
+    ".html": "text/html; charset=utf-8",
+    ".ico": "image/x-icon",
+    ".jpg": "image/jpeg",
+    ".js": "text/javascript; charset=utf-8",
+    ".json": "application/json; charset=utf-8",
+    ".mjs": "text/javascript; charset=utf-8",
+    ".png": "image/png",
+    ".svg": "image/svg+xml; charset=utf-8",
+    ".txt": "text/plain; charset=utf-8",
+    ".wasm": "application/wasm",
+    ".webmanifest": "application/manifest+json",
+    ".webp": "image/webp",
+    ".whl": "application/zip",
+    ".woff2": "font/woff2",
+    ".xml": "application/xml; charset=utf-8",
+}
+
+Rule = tuple[str, tuple[tuple[str, str], ...]]
+
+
+def content_type(path: Path) -> str:
+    """The Content-Type of a file by its name."""
+    guess = mimetypes.guess_type(path.name)[0]
+    return TYPES.get(path.suffix.lower()) or guess or "application/octet-stream"
+
+
+def header_rules(root: Path) -> list[Rule]:
+    """The rules of `_headers` as static hosts read it: a path pattern, then indented `Name: value` lines."""
+    file = root / "_headers"
+    rules: list[Rule] = []
+    for line in file.read_text("utf-8").splitlines() if file.is_file() else []:
+        if not line.strip() or line.lstrip().startswith("#"):
+            continue
+        if not line[0].isspace():
+            rules.append((line.strip(), ()))
+        elif rules and ":" in line:
+            name, _, value = line.strip().partition(":")
+            rules[-1] = (rules[-1][0], (*rules[-1][1], (name.strip(), value.strip())))
+    return rules
+
+
+def headers_for(path: str, rules: list[Rule]) -> dict[str, str]:
+    """The headers that the rules give a request path ("/kabsch.html"); a later rule wins."""
+    return {name: value for pattern, headers in rules if fnmatch.fnmatchcase(path, pattern) for name, value in headers}
+
+
+def locate(root: Path, url: str) -> tuple[str, Path] | None:
+    """The request path and the file that a URL names below `root`; None for what would lead outside of it."""
+    asked = unquote(urlsplit(url).path)
+    file = (root / asked.lstrip("/")).resolve()
+    if "\0" in asked or not file.is_relative_to(root.resolve()):
+        return None
+    if asked.endswith("/"):
+        return asked + "index.html", file / "index.html"
+    return asked, file
+
+
+class StaticHandler(BaseHTTPRequestHandler):
+    """GET and HEAD of the files below the server's `root`."""
+
+    protocol_version = "HTTP/1.1"
+    server: StaticServer
+
+    def do_HEAD(self) -> None:
+        self.do_GET()
+
+    def do_GET(self) -> None:
+        found = locate(self.server.root, self.path)
+        data = self.read(found[1]) if found else None
+        if found is None or data is None:
+            self.missing()
+        else:
+            self.answer(HTTPStatus.OK, data, content_type(found[1]), self.headers_of(found[0]))
+
+    def read(self, file: Path) -> bytes | None:
+        """The file's bytes at once, so that no answer mixes two builds; None where there is no such file."""
+        try:
+            return file.read_bytes()
+        except OSError:
+            return None
+
+    def headers_of(self, path: str) -> dict[str, str]:
+        """The headers of one answer."""
+        return headers_for(path, header_rules(self.server.root))
+
+    def missing(self) -> None:
+        """Answer that there is no such file, with the site's own page for it where it has one."""
+        page = self.read(self.server.root / "404.html") or b"<!doctype html><title>404</title><p>No such page."
+        self.answer(HTTPStatus.NOT_FOUND, page, TYPES[".html"], self.headers_of("/404.html"))
+
+    def answer(self, status: HTTPStatus, data: bytes, kind: str, headers: dict[str, str]) -> None:
+        """Send one whole answer, or a 304 where the browser has these bytes."""
+        tag = f'"{hashlib.sha256(data).hexdigest()[:20]}"'
+        fresh = status == HTTPStatus.OK and self.headers.get("If-None-Match") == tag
+        self.send_response(HTTPStatus.NOT_MODIFIED if fresh else status)
+        for name, value in {"Cache-Control": "no-cache", **headers, "Content-Type": kind, "ETag": tag}.items():
+            self.send_header(name, value)
+        if not fresh:
+            self.send_header("Content-Length", str(len(data)))
+        self.end_headers()
+        if not fresh and self.command != "HEAD":
+            self.wfile.write(data)
+
+    def log_message(self, format: str, *args: Any) -> None:
+        """Requests are not worth a line each."""
+
+
+class StaticServer(ThreadingHTTPServer):
+    """The server of one folder; its threads never keep the process alive."""
+
+    daemon_threads = True
+
+    def __init__(self, root: Path, address: tuple[str, int], handler: type[StaticHandler] = StaticHandler) -> None:
+        self.root = root
+        super().__init__(address, handler)
+
+    @property
+    def origin(self) -> str:
+        """The address to open."""
+        host, port = self.server_address[:2]
+        return f"http://{'127.0.0.1' if host == '0.0.0.0' else host!s}:{port}"
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """A browser that goes away in the middle of an answer is no event; everything else is told."""
+        if not isinstance(sys.exc_info()[1], ConnectionError):
+            super().handle_error(request, client_address)
+
+
+@contextmanager
+def serving(root: Path) -> Iterator[StaticServer]:
+    """The folder served on a free loopback port for as long as the context lasts."""
+    server = StaticServer(root, ("127.0.0.1", 0))
+    thread = Thread(target=server.serve_forever, kwargs={"poll_interval": 0.05}, daemon=True)
+    thread.start()
+    try:
+        yield server
+    finally:
+        server.shutdown()
+        server.server_close()
+        thread.join()

@@ -1,0 +1,71 @@
+"""`test`: lint, types, a strict build with its checks, then pytest over everything, in a real browser."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import pytest
+
+from sitegen import browser, claims
+from sitegen.check import publish_and_check
+
+
+class Ledger:
+    """A pytest plugin: notes every outcome for the claims, and closes with what failed before pytest began."""
+
+    def __init__(self, failed: Sequence[str]) -> None:
+        self.failed = failed
+        self.reports: list[tuple[str, claims.Outcome]] = []
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """A test has passed when its call did; set-up and tear-down can only fail it."""
+        if report.failed:
+            self.reports.append((report.nodeid, "failed"))
+        elif report.when == "call" and report.passed:
+            self.reports.append((report.nodeid, "passed"))
+
+    def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
+        """Shown just before the closing line, which would else be all that one sees."""
+        if self.failed:
+            terminalreporter.section("before the tests", red=True)
+            terminalreporter.write_line(f"failed: {', '.join(self.failed)} (see above)", red=True)
+
+
+def test(root: Path, engines: Sequence[str], given: Path | None, further: Sequence[str]) -> int:
+    """Run everything; `further` arguments go to pytest. The exit code is 0 only when nothing at all failed."""
+    os.chdir(root)
+    faults = []
+    if "chromium" in engines or given:
+        try:
+            os.environ["LADDER_CHROMIUM"] = str(browser.chromium(given))
+        except browser.BrowserMissing as error:
+            faults.append(str(error))
+    faults += [fault for name in engines if name != "chromium" and (fault := browser.other_engine_fault(name))]
+    if faults:
+        print("\n".join(faults), file=sys.stderr)
+        return 1
+    os.environ["LADDER_ENGINES"] = ",".join(engines)
+    steps: dict[str, Callable[[], int]] = {
+        "ruff": lambda: module("ruff", "check", "."),
+        "mypy": lambda: module("mypy"),
+        "check": lambda: publish_and_check(root, root / "site"),
+    }
+    failed = []
+    for name, step in steps.items():
+        print(f"== {name}", flush=True)
+        if step() != 0:
+            failed.append(name)
+    print("== pytest", flush=True)
+    ledger = Ledger(failed)
+    code = int(pytest.main(list(further), plugins=[ledger]))
+    claims.write_results(root, claims.merged(ledger.reports))
+    return 1 if code or failed else 0
+
+
+def module(*words: str) -> int:
+    """Run a tool of the environment."""
+    return subprocess.run([sys.executable, "-P", "-m", *words], stdin=subprocess.DEVNULL, check=False).returncode

@@ -1,0 +1,158 @@
+"""The project's .venv: made on first use from requirements.lock, entered by starting Python anew inside it.
+
+Standard library only, since it runs before anything is installed. The stamp in .venv is written last and holds the
+lock's hash: no stamp means that a set-up was interrupted, another hash that the lock has changed since.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import os
+import subprocess
+import sys
+import time
+from collections import deque
+from pathlib import Path
+
+LOCK = "requirements.lock"
+STAMP = "made-from.sha256"
+
+
+class SetupError(RuntimeError):
+    """.venv could not be made; the message says what to do."""
+
+
+def folder(root: Path) -> Path:
+    """Where the checkout at `root` keeps its environment."""
+    return root / ".venv"
+
+
+def python(root: Path) -> Path:
+    """The environment's interpreter."""
+    return folder(root) / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+
+
+def lock_hash(root: Path) -> str:
+    """What the stamp must say."""
+    return hashlib.sha256((root / LOCK).read_bytes()).hexdigest()
+
+
+def is_ready(root: Path) -> bool:
+    """Whether .venv stands complete and is made from today's lock."""
+    stamp = folder(root) / STAMP
+    return python(root).is_file() and stamp.is_file() and stamp.read_text("utf-8").strip() == lock_hash(root)
+
+
+def is_inside(root: Path) -> bool:
+    """Whether this very process runs in the environment."""
+    return Path(sys.prefix).resolve() == folder(root).resolve()
+
+
+def enter(root: Path, script: Path, words: list[str]) -> None:
+    """Be inside the environment, set up where it is not; returns only there. Raises SetupError."""
+    if not is_ready(root):
+        set_up(root)
+    if is_inside(root):
+        return
+    command = [str(python(root)), str(script), *words]
+    sys.stdout.flush()
+    sys.stderr.flush()
+    if os.name == "nt":  # exec would give the console back before the command has ended
+        raise SystemExit(subprocess.call(command))
+    os.execv(command[0], command)
+
+
+def set_up(root: Path) -> None:
+    """Make the environment, or bring a complete one up to the lock. Raises SetupError."""
+    began = time.monotonic()
+    stamp = folder(root) / STAMP
+    complete = stamp.is_file() and python(root).is_file()
+    stamp.unlink(missing_ok=True)
+    if not complete and not is_inside(root):
+        _create(root)
+    _install(root)
+    stamp.write_text(lock_hash(root) + "\n", "utf-8")
+    _say(f"set up .venv in {time.monotonic() - began:.0f} s")
+
+
+def _create(root: Path) -> None:
+    for needed in ("venv", "ensurepip"):
+        if importlib.util.find_spec(needed) is None:
+            version = f"{sys.version_info.major}.{sys.version_info.minor}"
+            raise SetupError(
+                f"this Python ({sys.executable}) comes without {needed}, which makes the project's .venv.\n"
+                f"On Debian or Ubuntu: apt-get install python3-venv   (or python{version}-venv). Then run this again."
+            )
+    _say("setting up .venv, once: making it")
+    done = subprocess.run(
+        [sys.executable, "-P", "-m", "venv", "--clear", str(folder(root))],
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        errors="replace",
+        check=False,
+    )
+    if done.returncode != 0:
+        raise SetupError(f".venv could not be made:\n{(done.stdout + done.stderr).strip()}")
+
+
+def _install(root: Path) -> None:
+    command = [str(python(root)), "-P", "-m", "pip", "install", "--require-hashes", "--no-input"]
+    command += ["--disable-pip-version-check", "--progress-bar", "off", "-r", str(root / LOCK)]
+    lines = (root / LOCK).read_text("utf-8").splitlines()
+    total = sum("==" in line and not line.startswith((" ", "#")) for line in lines)
+    show = _Line()
+    last: deque[str] = deque(maxlen=20)
+    seen = 0
+    with subprocess.Popen(
+        command,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        errors="replace",
+    ) as process:
+        assert process.stdout is not None
+        try:
+            for line in process.stdout:
+                last.append(line.rstrip())
+                words = line.split()
+                if words[:1] in (["Collecting"], ["Requirement"]):  # "Requirement already satisfied: …"
+                    seen += 1
+                    name = words[1] if words[0] == "Collecting" else words[3]
+                    show(f"setting up .venv: {seen} of at most {total}: {name}")
+                elif words[:1] == ["Downloading"]:
+                    show(f"setting up .venv: {seen} of at most {total}: {Path(words[1]).name} {' '.join(words[2:])}")
+                elif words[:2] == ["Installing", "collected"]:
+                    show(f"setting up .venv: installing {len(words) - 3} packages")
+        except BaseException:
+            process.kill()
+            raise
+        finally:
+            show.end()
+    if process.returncode != 0:
+        raise SetupError("pip could not install the locked packages:\n  " + "\n  ".join(last))
+
+
+class _Line:
+    """One line that is written over on a terminal; elsewhere a line every ten seconds, since logs keep everything."""
+
+    def __init__(self) -> None:
+        self._over = sys.stderr.isatty()
+        self._said = 0.0
+
+    def __call__(self, text: str) -> None:
+        if self._over:
+            print(f"\r\x1b[K{text[:100]}", end="", file=sys.stderr, flush=True)
+        elif time.monotonic() - self._said > 10:
+            self._said = time.monotonic()
+            _say(text)
+
+    def end(self) -> None:
+        if self._over:
+            print("\r\x1b[K", end="", file=sys.stderr, flush=True)
+
+
+def _say(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)

@@ -1,0 +1,45 @@
+"""A process that waits for one build: it has imported other people's modules, which takes a while, and none of ours.
+
+`serve` keeps one of these ready, so that a build always runs the newest sources and still begins at once. Run as a
+script: waiting.py ROOT DEST MODULES (JSON). A line on stdin starts the build, its end without one ends the process; the
+outcome is one line of JSON on stdout.
+"""
+
+import contextlib
+import importlib
+import json
+import signal
+import sys
+import traceback
+
+OURS = ("sitegen", "widgets", "solvers", "tests")
+
+
+def main(root: str, dest: str, modules: str) -> None:
+    """Import `modules`, wait, build the checkout `root` into `dest`, say how it went and what it had imported."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that started this one
+    for name in json.loads(modules):
+        with contextlib.suppress(Exception):  # if it matters, the build will say so
+            importlib.import_module(name)
+    if not sys.stdin.readline():
+        return
+    answers, sys.stdout = sys.stdout, sys.stderr  # nothing printed on the way is taken for the answer
+    sys.path.insert(0, root)
+    try:
+        from pathlib import Path
+
+        from sitegen.building import attempt
+        from sitegen.progress import shown
+
+        with shown() as progress:
+            outcome = attempt(Path(root), Path(dest), progress=progress).plain()
+    except Exception:  # the very modules that tell of problems may be what is being edited
+        outcome = {"trouble": traceback.format_exc()}
+    known = (*sys.stdlib_module_names, *OURS, "__main__", "__mp_main__")
+    outcome["modules"] = [name for name in sys.modules if name.split(".")[0] not in known]
+    answers.write(json.dumps(outcome) + "\n")
+    answers.flush()
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
