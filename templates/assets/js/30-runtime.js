@@ -1,0 +1,187 @@
+// The page's side of its one worker: starting, asking for frames one at a time, noticing when it fails or falls silent.
+(() => {
+  "use strict";
+
+  const { emitter, limits } = Ladder;
+  const { on, emit } = emitter();
+  const page = document.documentElement;
+  const { runtime: folder, runtimeFiles, runtimeBytes, worker: script } = document.body.dataset;
+  const files = JSON.parse(runtimeFiles || "[]");
+
+  let worker = null;
+  let last = 0; // id of the latest question
+  let asked = null; // the question the worker has
+  let queue = []; // the others, in the order they came
+  let heaps = [];
+  let patience = 0;
+
+  const runtime = {
+    /** idle, loading, live, failed or file (opened from disk, where browsers allow no worker) */
+    state: "",
+    total: Number(runtimeBytes) || files.reduce((sum, { size }) => sum + size, 0),
+    loaded: 0,
+    stage: "",
+    message: "",
+    /** it was live once and died, so that starting anew is what helps */
+    stopped: false,
+    /** the figure that the reader has a hand on: its questions go first */
+    touched: null,
+    on,
+    start,
+    restart,
+    frame,
+    heap,
+    kill: () => worker?.terminate(),
+    get urls() {
+      return [script, ...files.map(({ name }) => folder + name)].map((url) => new URL(url, document.baseURI).href);
+    },
+  };
+
+  function become(state, message = "") {
+    runtime.state = state;
+    runtime.message = message;
+    page.dataset.runtime = state;
+    emit("change");
+  }
+
+  /** Starts once; what failed is started again by `restart` only. */
+  function start() {
+    if (runtime.state !== "idle") return;
+    runtime.loaded = 0;
+    runtime.stage = "";
+    try {
+      worker = new Worker(new URL(script, document.baseURI), { type: "module" });
+    } catch (error) {
+      become("failed", `Python could not start: ${error.message}`);
+      return;
+    }
+    worker.onmessage = ({ data }) => heard[data.type]?.(data);
+    worker.onerror = (event) => {
+      event.preventDefault();
+      die(event.message ? `Python could not go on: ${event.message}` : `${script.split("/").at(-1)} could not be loaded`);
+    };
+    worker.onmessageerror = () => die("Python sent something unreadable");
+    worker.postMessage({ type: "start", runtime: new URL(folder, document.baseURI).href, files });
+    become("loading");
+    wait();
+  }
+
+  function restart() {
+    if (runtime.state === "file") return;
+    drop();
+    runtime.state = "idle";
+    start();
+  }
+
+  /** Takes the worker away; what it was asked is the askers' to keep. */
+  function drop() {
+    clearTimeout(patience);
+    worker?.terminate();
+    worker = null;
+    const lost = asked ? [asked, ...queue] : queue;
+    asked = null;
+    queue = [];
+    heaps = [];
+    for (const { reject } of lost) reject(Object.assign(new Error("Python stopped"), { stopped: true }));
+  }
+
+  function die(message) {
+    runtime.stopped ||= runtime.state === "live";
+    become("failed", message);
+    drop();
+  }
+
+  /** A start is alive as long as it tells something; one that does not is left running, but the reader is asked. */
+  function wait() {
+    clearTimeout(patience);
+    const limit = globalThis.LADDER_PATIENCE ?? limits.start;
+    const seconds = Math.max(1, Math.round(limit / 1000));
+    patience = setTimeout(() => become("failed", `Python has not come any further for ${seconds} s`), limit);
+  }
+
+  function told() {
+    if (runtime.state !== "loading") return;
+    wait();
+    emit("change");
+  }
+
+  const heard = {
+    progress({ loaded, total }) {
+      runtime.loaded = loaded;
+      runtime.total = total;
+      told();
+    },
+    stage({ stage }) {
+      runtime.stage = stage;
+      told();
+    },
+    ready() {
+      clearTimeout(patience);
+      runtime.stopped = false;
+      become("live");
+      next();
+    },
+    failed({ message, detail }) {
+      if (detail) console.info(detail);
+      die(message);
+    },
+    frame: ({ id, frame: drawn }) => answered(id, ({ resolve }) => resolve(JSON.parse(drawn))),
+    error({ id, message, trace }) {
+      console.info(trace);
+      answered(id, ({ reject }) => reject(new Error(message)));
+    },
+    heap({ bytes }) {
+      heaps.splice(0).forEach((resolve) => resolve(bytes));
+    },
+  };
+
+  function answered(id, settle) {
+    if (asked?.id !== id) return;
+    clearTimeout(patience);
+    const question = asked;
+    asked = null;
+    settle(question);
+    next();
+  }
+
+  /** The touched figure's question first, else the oldest. */
+  function next() {
+    if (asked || !queue.length || runtime.state !== "live") return;
+    const first = queue.findIndex(({ figure }) => figure === runtime.touched);
+    [asked] = queue.splice(Math.max(0, first), 1);
+    worker.postMessage({ type: "frame", id: asked.id, request: asked.request });
+    listen();
+  }
+
+  /** Silence counts only while the page is seen: browsers slow hidden pages down. */
+  function listen() {
+    clearTimeout(patience);
+    const seconds = Math.round(limits.frame / 1000);
+    patience = setTimeout(() => {
+      if (document.hidden) listen();
+      else die(`Python has not answered for ${seconds} s`);
+    }, limits.frame);
+  }
+
+  /**
+   * The frame of a record; asked before Python is up, it comes when it is.
+   * Rejects with the Python error, or with `stopped: true` where the worker died.
+   */
+  function frame({ figure, record }) {
+    return new Promise((resolve, reject) => {
+      queue.push({ id: ++last, figure, request: JSON.stringify({ figure, record }), resolve, reject });
+      next();
+    });
+  }
+
+  /** Bytes of the worker's memory. */
+  function heap() {
+    return new Promise((resolve) => {
+      heaps.push(resolve);
+      worker.postMessage({ type: "heap" });
+    });
+  }
+
+  Ladder.runtime = runtime;
+  become(location.protocol === "file:" ? "file" : "idle");
+})();

@@ -1,0 +1,37 @@
+// When Python starts: a figure has been seen, the page has loaded, the browser is idle. On a line that must be spared, at
+// the first touch that needs it.
+(() => {
+  "use strict";
+
+  const { on, idle, make, runtime } = Ladder;
+  const line = navigator.connection;
+
+  /** Whether the reader's line is to be spared: asked to, metered, or slow. */
+  Ladder.frugal = Boolean(line && (line.saveData || line.type === "cellular" || /2g|^3g/.test(line.effectiveType ?? "")));
+
+  /** A hand near a figure before the start: the largest file is fetched already. */
+  function preload() {
+    const wasm = runtime.urls.find((url) => url.endsWith(".wasm"));
+    if (wasm && runtime.state === "idle") {
+      document.head.append(make("link", { rel: "preload", as: "fetch", href: wasm, crossorigin: "anonymous" }));
+    }
+  }
+
+  Ladder.startWhenSeen = function (roots) {
+    if (runtime.state !== "idle" || Ladder.frugal) return;
+    const watch = new IntersectionObserver((entries) => {
+      if (!entries.some((entry) => entry.isIntersecting)) return;
+      watch.disconnect();
+      idle(runtime.start);
+    });
+    const intent = [];
+    const once = () => {
+      intent.splice(0).forEach((dispose) => dispose());
+      preload();
+    };
+    for (const root of roots) {
+      watch.observe(root);
+      intent.push(on(root, "pointerover", once), on(root, "focusin", once));
+    }
+  };
+})();

@@ -1,0 +1,168 @@
+// One figure's controller: holds its record, asks for frames, swaps them in. The parts (handles, controls, buttons …)
+// listen to its events: "asked" (a new record is wanted), "frame" (one is shown), "state" (anything the status tells).
+(() => {
+  "use strict";
+
+  const { emitter, mark, record: records, runtime, taped } = Ladder;
+
+  /**
+   * @typedef {{name: string, svg: string, view: number[]}} PanelFrame
+   * @typedef {{panels: PanelFrame[], readouts: Object[], handles: Object[], description: string, note: string,
+   *   disabled: string[], motion: ?Object, controls: Object, python: string}} Frame
+   * @typedef {{record: Object, merge: ?string}} Question
+   */
+
+  class Figure {
+    constructor(root) {
+      const { record, frame, spec } = JSON.parse(root.querySelector("script.figure-record").textContent);
+      this.root = root;
+      this.id = root.id;
+      this.spec = spec;
+      this.stage = root.querySelector(".figure-stage");
+      /** what the reader wants to see, what the page was built with, and what is seen */
+      this.record = this.initial = this.shown = record;
+      this.frame = frame;
+      this.visible = false;
+      /** why the last question has no answer, in words; cleared by the next answer */
+      this.error = "";
+      this.kept = "static";
+      /** @type {Question[]} not yet asked; while Python is not up, the latest only */
+      this.waiting = [];
+      /** @type {?Question} being drawn */
+      this.asked = null;
+      this.moving = null;
+      this.speaks = false;
+      this.disposers = [];
+      Object.assign(this, emitter());
+      this.disposers.push(runtime.on("change", () => this.runtimeChanged()));
+      this.tell();
+    }
+
+    /** Whether something is asked, waiting or moving. */
+    get busy() {
+      return Boolean(this.asked || this.waiting.length || this.moving);
+    }
+
+    get state() {
+      if (this.error || (this.waiting.length && runtime.state === "failed")) return "failed";
+      return this.waiting.length && runtime.state !== "live" ? "waiting" : this.kept;
+    }
+
+    /**
+     * Wants the figure to show `record`. Questions with the same `merge` that still wait become the latest one; without
+     * it they are answered one by one, in order. `by` names who asks, for those who step aside when others do.
+     */
+    ask(record, { merge = null, by = "", at } = {}) {
+      mark("ladder:input", this.id, at);
+      this.error = "";
+      this.speaks ||= merge === null;
+      const frame = runtime.state === "live" ? undefined : taped(this.id, record);
+      if (!frame && runtime.state === "file") {
+        this.refuse("This state is not on the figure's tape, and a page opened from disk has no Python.");
+        return;
+      }
+      this.record = record;
+      this.emit("asked", by);
+      if (frame) {
+        this.waiting = [];
+        this.show(record, frame, "tape");
+        return;
+      }
+      const question = { record, merge };
+      if (runtime.state !== "live") this.waiting = [question];
+      else if (merge && this.waiting.at(-1)?.merge === merge) this.waiting[this.waiting.length - 1] = question;
+      else this.waiting.push(question);
+      runtime.start();
+      this.pump();
+      this.tell();
+    }
+
+    /** Hands the oldest waiting question on, unless one is being drawn. */
+    pump() {
+      if (this.asked || !this.waiting.length || runtime.state !== "live") return;
+      const question = (this.asked = this.waiting.shift());
+      runtime.frame({ figure: this.id, record: question.record }).then(
+        (frame) => {
+          this.asked = null;
+          this.pump(); // Python draws the next while the page swaps this one in
+          this.show(question.record, frame, "live");
+        },
+        (error) => {
+          this.asked = null;
+          if (error.stopped) this.waiting = [{ record: this.record, merge: null }];
+          else this.refuse(`This state cannot be drawn: ${error.message.replace(/^ValueError: /, "")}.`);
+          this.tell();
+        },
+      );
+    }
+
+    /** Keeps the last picture and takes back what led away from it. */
+    refuse(message) {
+      this.waiting = [];
+      this.error = message;
+      this.record = this.shown;
+      this.emit("asked", "");
+      this.emit("frame", this.frame);
+      this.tell();
+    }
+
+    show(record, frame, kept) {
+      const motion = records.pressed(this.shown, record) ? frame.motion : null;
+      this.moving?.end();
+      this.shown = record;
+      this.frame = frame;
+      this.kept = kept;
+      this.error = "";
+      Ladder.swap(this.stage, frame.panels);
+      this.root.dataset.frame = Number(this.root.dataset.frame ?? 0) + 1;
+      mark("ladder:swap", this.id);
+      if (motion) Ladder.move(this, motion);
+      this.emit("frame", frame);
+      this.tell();
+    }
+
+    tell() {
+      this.root.dataset.state = this.state;
+      this.emit("state");
+    }
+
+    /** Says what is seen, once nothing waits: after a discrete action, not on every frame of a drag. */
+    speak() {
+      this.speaks = true;
+      this.tell();
+    }
+
+    runtimeChanged() {
+      this.pump();
+      this.tell();
+    }
+
+    tapeArrived() {
+      if (runtime.state === "live" || !this.waiting.length) return;
+      const frame = taped(this.id, this.record);
+      if (!frame) return;
+      this.waiting = [];
+      this.show(this.record, frame, "tape");
+    }
+
+    /** The start of this setting; from there, or from a failure without any actions, the figure as the page has it. */
+    reset() {
+      const again = runtime.stopped && runtime.state === "failed";
+      if (again) this.waiting = [];
+      this.ask(this.record.log.length ? records.reset(this.record) : this.initial);
+      if (again) runtime.restart();
+    }
+
+    /** The address of the figure in the state that is seen. */
+    link() {
+      return `${location.href.split("#")[0]}#${this.id}?s=${records.encode(this.shown)}`;
+    }
+
+    dispose() {
+      this.moving?.end();
+      for (const dispose of this.disposers.splice(0)) dispose();
+    }
+  }
+
+  Ladder.Figure = Figure;
+})();

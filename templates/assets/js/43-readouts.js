@@ -1,0 +1,54 @@
+// The numbers, the words and the Python beside a figure follow its frames.
+(() => {
+  "use strict";
+
+  const { copy, make, on, text } = Ladder;
+
+  const row = ({ name, label, role }) =>
+    make(
+      "div",
+      { class: `readout ${role}`.trim(), "data-readout": name },
+      make("dt", {}, label),
+      make("dd", {}, make("span", { class: "value" }), " ", make("span", { class: "unit" })),
+    );
+
+  function readouts(list, frame) {
+    if (!list) return;
+    const there = [...list.children].map((each) => each.dataset.readout);
+    if (there.join() !== frame.readouts.map(({ name }) => name).join()) list.replaceChildren(...frame.readouts.map(row));
+    frame.readouts.forEach(({ label, value, unit }, i) => {
+      text(list.children[i].querySelector("dt"), label);
+      text(list.children[i].querySelector(".value"), value);
+      text(list.children[i].querySelector(".unit"), unit);
+    });
+  }
+
+  Ladder.showReadouts = (figure) => {
+    const list = figure.root.querySelector(".readouts");
+    return figure.on("frame", (frame) => readouts(list, frame));
+  };
+
+  Ladder.showWords = function (figure) {
+    const { root } = figure;
+    const words = root.querySelector(".figure-words");
+    const code = root.querySelector(".figure-python code");
+    const disposers = [
+      figure.on("frame", (frame) => {
+        text(words, frame.description);
+        text(code, frame.python);
+      }),
+    ];
+    if (code) {
+      const button = make("button", { type: "button", class: "copy" }, "Copy the Python");
+      code.closest("pre").after(button);
+      disposers.push(
+        on(button, "click", async () => {
+          if (await copy(code.textContent)) figure.status.say("Python copied.");
+          else getSelection().selectAllChildren(code);
+        }),
+        () => button.remove(),
+      );
+    }
+    return () => disposers.forEach((dispose) => dispose());
+  };
+})();

@@ -1,0 +1,51 @@
+// The overlay over a figure's panels: buttons at world places (handles, crosshairs) that outlive every swap.
+(() => {
+  "use strict";
+
+  const { drawing, make } = Ladder;
+
+  /**
+   * Keeps buttons at places in percent of a panel. Boxes are measured when sizes change and not on every frame, which
+   * would make each swap wait for layout.
+   */
+  Ladder.overlay = function (figure) {
+    const { stage } = figure;
+    const layer = stage.querySelector(".figure-handles") ?? stage.appendChild(make("div", { class: "figure-handles" }));
+    const boxes = new Map();
+    const places = new Map(); // button → [panel, left %, top %]
+
+    function measure() {
+      const from = layer.getBoundingClientRect();
+      for (const panel of stage.querySelectorAll(".figure-panel")) {
+        const box = drawing(stage, panel.dataset.panel)?.getBoundingClientRect();
+        if (box) boxes.set(panel.dataset.panel, [box.left - from.left, box.top - from.top, box.width, box.height]);
+      }
+      for (const button of places.keys()) settle(button);
+    }
+
+    function settle(button) {
+      const [panel, left, top] = places.get(button);
+      const [x, y, width, height] = boxes.get(panel) ?? [0, 0, 0, 0];
+      button.style.left = `${x + (left / 100) * width}px`;
+      button.style.top = `${y + (top / 100) * height}px`;
+    }
+
+    const watch = new ResizeObserver(measure);
+    [stage, ...stage.querySelectorAll(".figure-panel")].forEach((each) => watch.observe(each));
+    measure();
+    return {
+      layer,
+      /** Puts a button, whose centre is meant, at a place in percent of a panel. */
+      put(button, panel, left, top) {
+        places.set(button, [panel, left, top]);
+        if (boxes.has(panel)) settle(button);
+        else measure();
+      },
+      remove(button) {
+        places.delete(button);
+        button.remove();
+      },
+      dispose: () => watch.disconnect(),
+    };
+  };
+})();

@@ -1,0 +1,113 @@
+// Pinned runs: a small table beside the figure of states worth keeping, with the settings in which they differ.
+(() => {
+  "use strict";
+
+  const { copy, make, on, shownValue, store } = Ladder;
+  const MOST = 50;
+
+  /** @typedef {{record: Object, readouts: {name: string, label: string, value: string, unit: string}[]}} Pin */
+
+  const differ = (pins, of) => new Set(pins.map(of)).size > 1;
+  const withUnit = ({ label, unit }) => (unit ? `${label} (${unit})` : label);
+
+  /** [heading, cell of a pin as text] of every column; `all` also takes the settings that are equal in all rows. */
+  function columns(specs, pins, all) {
+    const shown = (name) => (pin) => pin.record.controls[name];
+    const settings = Object.entries(specs).filter(([name]) => all || differ(pins, shown(name)));
+    const seed = all || differ(pins, (pin) => pin.record.seed);
+    const { readouts } = pins.at(-1);
+    return [
+      ...settings.map(([name, spec]) => [withUnit(spec), (pin) => shownValue({ ...spec, unit: "" }, shown(name)(pin))]),
+      ...(seed ? [["Seed", (pin) => String(pin.record.seed)]] : []),
+      ["Actions", (pin) => String(pin.record.log.length)],
+      ...readouts.map((each) => [withUnit(each), (pin) => pin.readouts.find((r) => r.name === each.name)?.value ?? "–"]),
+    ];
+  }
+
+  function csv(specs, pins) {
+    const cell = (value) => (/[",\n]/.test(value) ? `"${value.replaceAll('"', '""')}"` : value).replaceAll("−", "-");
+    const all = columns(specs, pins, true);
+    const rows = [all.map(([heading]) => heading), ...pins.map((pin) => all.map(([, of]) => of(pin)))];
+    return rows.map((row) => row.map(cell).join(",")).join("\n") + "\n";
+  }
+
+  function table(specs, pins) {
+    const shown = columns(specs, pins, false);
+    const button = (what, i) =>
+      make("button", { type: "button", "data-do": what, "data-row": i, "aria-label": `${what} run ${i + 1}` }, what);
+    const row = (pin, i) =>
+      make(
+        "tr",
+        {},
+        make("th", { scope: "row" }, String(i + 1)),
+        ...shown.map(([, of]) => make("td", {}, of(pin))),
+        make("td", { class: "runs-do" }, button("Restore", i), " ", button("Remove", i)),
+      );
+    const heads = ["Run", ...shown.map(([heading]) => heading)].map((heading) => make("th", { scope: "col" }, heading));
+    return make(
+      "table",
+      {},
+      make("caption", {}, "Pinned runs"),
+      make("thead", {}, make("tr", {}, ...heads, make("td"))),
+      make("tbody", {}, ...pins.map(row)),
+    );
+  }
+
+  /** What an earlier visit kept, as far as it still is a pin of this figure. */
+  function kept(key, { initial }) {
+    const pins = store.get(key);
+    if (!Array.isArray(pins)) return [];
+    return pins.filter(
+      (pin) => pin?.record?.widget === initial.widget && Array.isArray(pin.record.log) && Array.isArray(pin.readouts),
+    );
+  }
+
+  Ladder.pins = function (figure) {
+    const box = figure.root.querySelector(".runs");
+    const pin = figure.root.querySelector("[data-pin]");
+    if (!box || !pin) return () => {};
+    const specs = figure.spec.controls;
+    const key = `ladder-pins:${location.pathname}#${figure.id}`;
+    let pins = kept(key, figure);
+
+    function show() {
+      box.hidden = pins.length === 0;
+      if (box.hidden) return box.replaceChildren();
+      const scroll = make("div", { class: "runs-scroll", tabindex: "0", role: "group", "aria-label": "Pinned runs" });
+      scroll.append(table(specs, pins));
+      box.replaceChildren(scroll, make("button", { type: "button", "data-do": "Copy" }, "Copy as CSV"));
+    }
+
+    function keep(next) {
+      pins = next.slice(-MOST);
+      store.set(key, pins);
+      show();
+    }
+
+    const does = {
+      Restore: (row) => figure.ask(pins[row].record),
+      Remove(row) {
+        keep(pins.filter((_, i) => i !== row));
+        (box.querySelectorAll('[data-do="Remove"]')[Math.min(row, pins.length - 1)] ?? pin).focus();
+      },
+      async Copy() {
+        const text = csv(specs, pins);
+        if (await copy(text)) figure.status.say("Pinned runs copied.");
+        else figure.status.offer("Pinned runs:", text);
+      },
+    };
+    const disposers = [
+      on(pin, "click", () => {
+        const readouts = figure.frame.readouts.map(({ name, label, value, unit }) => ({ name, label, value, unit }));
+        keep([...pins, { record: figure.shown, readouts }]);
+        figure.status.say(`Run ${pins.length} pinned.`);
+      }),
+      on(box, "click", (event) => {
+        const node = event.target.closest("[data-do]");
+        if (node) does[node.dataset.do](Number(node.dataset.row));
+      }),
+    ];
+    show();
+    return () => disposers.forEach((dispose) => dispose());
+  };
+})();

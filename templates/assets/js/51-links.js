@@ -1,0 +1,61 @@
+// Links to a state (#fig-solve?s=…) and buttons in the text (Try this): both put a figure into a record and show it.
+(() => {
+  "use strict";
+
+  const { calm, copy, figures, on, record: records, runtime, taped } = Ladder;
+
+  /** Brings the stage into view, if it is not, and puts the focus on it. */
+  function visit(figure) {
+    const { stage } = figure;
+    const { top, bottom } = stage.getBoundingClientRect();
+    if (top < 0 || bottom > innerHeight) stage.scrollIntoView({ block: "center", behavior: calm() ? "auto" : "smooth" });
+    stage.tabIndex = -1;
+    stage.focus({ preventScroll: true });
+  }
+
+  /** Shows a record. Where it ends in a press that can be seen as a motion, the state before the press comes first. */
+  function show(figure, wanted) {
+    const before = records.back(wanted);
+    const pressed = wanted.log.at(-1)?.[0] === "press" && !records.pressed(figure.shown, wanted);
+    if (pressed && !calm() && (runtime.state === "live" || taped(figure.id, before))) figure.ask(before);
+    figure.ask(wanted);
+  }
+
+  function tried(event) {
+    const button = event.target.closest("button.try");
+    const figure = figures.get(button?.dataset.figure);
+    if (!figure) return;
+    const given = JSON.parse(button.dataset.record);
+    const { initial } = figure;
+    visit(figure);
+    show(figure, { ...initial, ...given, controls: { ...initial.controls, ...given.controls } });
+  }
+
+  function linked() {
+    const [id, data] = location.hash.slice(1).split("?s=");
+    const figure = figures.get(id);
+    if (!figure || data === undefined) return;
+    visit(figure);
+    try {
+      figure.ask(records.decode(data, figure.initial));
+    } catch (error) {
+      figure.refuse(`The state in this page's address cannot be shown: ${error.message}.`);
+    }
+  }
+
+  Ladder.linkButton = function (figure) {
+    const button = figure.root.querySelector("[data-link]");
+    if (!button) return () => {};
+    return on(button, "click", async () => {
+      const link = figure.link();
+      if (await copy(link)) figure.status.say("Link copied.");
+      else figure.status.offer("Link to this state:", link);
+    });
+  };
+
+  Ladder.links = function () {
+    linked();
+    const disposers = [on(document, "click", tried), on(globalThis, "hashchange", linked)];
+    return () => disposers.forEach((dispose) => dispose());
+  };
+})();

@@ -1,0 +1,73 @@
+// Brings the page to life: its figures with their parts, the theme's button, links, cards, the runtime's start.
+(() => {
+  "use strict";
+
+  const { figures, on, runtime } = Ladder;
+  const THEMES = ["auto", "light", "dark"];
+
+  function live(root) {
+    const figure = new Ladder.Figure(root);
+    figures.set(figure.id, figure);
+    const overlay = Ladder.overlay(figure);
+    const touch = () => {
+      runtime.touched = figure.id;
+    };
+    figure.disposers.push(
+      Ladder.status(figure),
+      Ladder.handles(figure, overlay),
+      Ladder.picks(figure, overlay),
+      Ladder.controls(figure),
+      Ladder.buttons(figure),
+      Ladder.showReadouts(figure),
+      Ladder.showWords(figure),
+      Ladder.pins(figure),
+      Ladder.linkButton(figure),
+      Ladder.loadTape(figure),
+      overlay.dispose,
+      on(root, "pointerdown", touch),
+      on(root, "focusin", touch),
+      () => figures.delete(figure.id),
+    );
+  }
+
+  /** Figures know whether they are on screen: runs pause off it. */
+  function watch() {
+    const seen = new IntersectionObserver((entries) => {
+      for (const { target, isIntersecting } of entries) {
+        const figure = figures.get(target.id);
+        if (!figure) continue;
+        figure.visible = isIntersecting;
+        figure.emit("seen");
+      }
+    });
+    for (const { root } of figures.values()) seen.observe(root);
+  }
+
+  function theme(button) {
+    const page = document.documentElement;
+    const now = () => (THEMES.includes(page.dataset.theme) ? page.dataset.theme : "auto");
+    const show = () => {
+      button.setAttribute("aria-label", `Theme: ${now()}`);
+      button.dataset.now = now();
+    };
+    on(button, "click", () => {
+      page.dataset.theme = THEMES[(THEMES.indexOf(now()) + 1) % THEMES.length];
+      try {
+        localStorage.setItem("ladder-theme", now());
+      } catch {
+        // holds for this page
+      }
+      show();
+    });
+    show();
+  }
+
+  const roots = [...document.querySelectorAll("figure.figure")].filter((root) => root.querySelector("script.figure-record"));
+  for (const root of roots) live(root);
+  watch();
+  document.querySelectorAll("button.theme").forEach(theme);
+  Ladder.cards();
+  Ladder.links();
+  Ladder.startWhenSeen(roots);
+  Ladder.keepOffline();
+})();
