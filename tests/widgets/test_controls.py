@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from typing import Any
 
@@ -68,6 +69,5 @@ def test_rounding_at_the_ends_is_clamped() -> None:
     ],
 )
 def test_refusals_name_the_control_and_the_nearest_right_name(given: dict[str, Any], message: str) -> None:
-    with pytest.raises(ValueError) as caught:
+    with pytest.raises(ValueError, match=re.escape(message)):
         validated(Some, given)
-    assert message in str(caught.value)

@@ -1,0 +1,145 @@
+"""What holds for every figure, in every preset and every state that its tape records."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import re
+from collections.abc import Iterator
+from math import dist
+from typing import Any
+
+import pytest
+
+from widgets.contract import preset
+from widgets.controls import specs
+from widgets.host import Host
+from widgets.picture import ROLES
+from widgets.registry import WIDGETS
+
+SHAPES = {"dot", "square", "cross", "ring", "diamond", "line", "dashed", "area"}
+
+
+def taped(name: str) -> Iterator[dict[str, Any]]:
+    """Every record that a page's tape may hold, for every preset, and one more draw of each."""
+    widget = WIDGETS[name]
+    for start in widget.presets:
+        for changes, presses in (({}, ()), *widget.tape):
+            plain = preset(widget, start, changes).plain()
+            for k in range(len(presses) + 1):
+                for seed in (plain["seed"], plain["seed"] + 13):
+                    yield {**plain, "seed": seed, "log": [["press", press] for press in presses[:k]]}
+
+
+STATES = [pytest.param(plain, id=f"{name}-{i}") for name in WIDGETS for i, plain in enumerate(taped(name))]
+
+
+@pytest.mark.parametrize("plain", STATES)
+def test_a_state_draws_reads_and_describes(plain: dict[str, Any]) -> None:
+    """Panels, readouts as finite text, a description in sentences; prefixed ids; no colour or float in the SVG."""
+    widget = WIDGETS[plain["widget"]]
+    frame = Host().render("fig-x", plain)
+    assert frame["panels"]
+    names = [panel["name"] for panel in frame["panels"]]
+    assert len(set(names)) == len(names)
+    for panel in frame["panels"]:
+        svg = panel["svg"]
+        assert svg.startswith('<svg class="plot" viewBox="0 0 ')
+        assert "<path" in svg
+        assert all(i.startswith(f"fig-x-{panel['name']}-") for i in re.findall(r' id="([^"]*)"', svg))
+        assert not re.search(r"style=|fill=|stroke=|nan|inf|\d\.\d", re.sub(r">[^<]*</text>", "", svg), re.IGNORECASE)
+    assert frame["readouts"]
+    for readout in frame["readouts"]:
+        assert readout["value"].strip()
+        assert not re.search(r"nan|inf|e-\d|-", readout["value"])
+        assert readout["role"] == "" or readout["role"] in ROLES
+    assert re.fullmatch(r"[A-Z0-9].{60,}\.", frame["description"])
+    assert not re.search(r"\bnan\b|\binf\b|  ", frame["description"] + frame["note"])
+    assert set(frame["disabled"]) <= {button.name for button in widget.buttons}
+    assert frame["controls"] == plain["controls"]
+    if frame["motion"]:
+        assert f'id="{frame["motion"]["group"]}"' in "".join(panel["svg"] for panel in frame["panels"])
+
+
+@pytest.mark.parametrize("name", WIDGETS)
+def test_readout_names_and_panels_stay(name: str) -> None:
+    """A page lays out readouts and panels once: the same names, labels and views in every state."""
+    frames = [Host().render("f", plain) for plain in taped(name)]
+    layouts = {
+        json.dumps([[(r["name"], r["label"]) for r in f["readouts"]], [(p["name"], p["view"]) for p in f["panels"]]])
+        for f in frames
+    }
+    assert len(layouts) == 1
+
+
+@pytest.mark.parametrize("plain", STATES)
+def test_keys_are_drags(plain: dict[str, Any]) -> None:
+    """Each arrow key of each handle is a drag that the record accepts and that takes the handle where the key says."""
+    widget, host = WIDGETS[plain["widget"]], Host()
+    frame = host.render("f", plain)
+    assert {handle["name"] for handle in frame["handles"]} <= set(widget.handles)
+    for handle in frame["handles"]:
+        assert set(handle["keys"]) == {f"{s}Arrow{w}" for s in ("", "Shift+") for w in ("Left", "Right", "Up", "Down")}
+        assert handle["panel"] in {panel["name"] for panel in frame["panels"]}
+        assert 0 <= handle["left"] <= 100
+        assert 0 <= handle["top"] <= 100
+        for key, place in handle["keys"].items():
+            after = host.render("f", {**plain, "log": [*plain["log"], ["drag", handle["name"], *place]]})
+            (there,) = (h for h in after["handles"] if h["name"] == handle["name"])
+            assert there["world"] != handle["world"] or there["value"] != handle["value"], key
+            if handle["kind"] == "move":
+                assert dist(there["world"], place) < 2e-4, key
+
+
+@pytest.mark.parametrize("name", WIDGETS)
+def test_two_handles_do_not_cover_each_other(name: str) -> None:
+    """At 358 px wide, two touch targets of 44 px have their centres at least 40 px apart."""
+    for plain in taped(name):
+        frame = Host().render("f", plain)
+        views = {panel["name"]: panel["view"] for panel in frame["panels"]}
+        for i, one in enumerate(frame["handles"]):
+            for other in frame["handles"][:i]:
+                if one["panel"] == other["panel"]:
+                    x0, x1, *_ = views[one["panel"]]
+                    assert dist(one["world"], other["world"]) * 358 / (x1 - x0) >= 40
+
+
+@pytest.mark.parametrize("name", WIDGETS)
+def test_legend_names_only_what_is_drawn(name: str) -> None:
+    """Each key of the legend appears in at least one recorded state."""
+    drawn = "".join(p["svg"] for plain in taped(name) for p in Host().render("f", plain)["panels"])
+    classes = {word for group in re.findall(r'class="([^"]*)"', drawn) for word in group.split()}
+    for key in WIDGETS[name].legend:
+        assert key.shape in SHAPES
+        assert key.role in classes, key.label
+
+
+@pytest.mark.parametrize("name", WIDGETS)
+def test_options_bring_values_that_are_accepted(name: str) -> None:
+    """What an option sets are controls of the same figure within their ranges."""
+    widget = WIDGETS[name]
+    for control, spec in specs(widget.controls).items():
+        assert set(spec.sets) <= set(spec.options)
+        for option, brought in spec.sets.items():
+            plain = preset(widget, "default", {control: option}).plain()
+            assert {key: plain["controls"][key] for key in brought} == dict(brought)
+            assert preset(widget, "default", plain["controls"]).plain() == plain
+
+
+@pytest.mark.parametrize("plain", STATES)
+def test_the_snippet_prints_the_readouts(plain: dict[str, Any]) -> None:
+    """What the page offers to paste runs on the solvers package alone and prints the figure's own numbers."""
+    frame = Host().render("f", plain)
+    if not frame["python"]:
+        return
+    assert "widgets" not in frame["python"]
+    out = io.StringIO()
+    with contextlib.redirect_stdout(out):
+        exec(compile(frame["python"], "snippet", "exec"), {})
+    printed = dict(line.split(" ", 1) for line in out.getvalue().splitlines())
+    shown = {r["name"]: r["value"].replace("−", "-") for r in frame["readouts"]}
+    assert len(printed) >= 3
+    for name, value in printed.items():
+        decimals = len(shown[name].partition(".")[2])
+        assert float(value) == pytest.approx(float(shown[name]), abs=0.51 * 10**-decimals), name

@@ -1,0 +1,141 @@
+"""Replay: the same record is the same frame, however the host came there."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from widgets.contract import preset
+from widgets.host import Host
+from widgets.kabsch import WIDGET
+
+PLAIN = preset(WIDGET, "noisy").plain()
+SOLVE = ["press", "solve"]
+
+
+def record(*log: list[Any], **controls: Any) -> dict[str, Any]:
+    return {**PLAIN, "controls": {**PLAIN["controls"], **controls}, "log": list(log)}
+
+
+def fresh(plain: dict[str, Any]) -> str:
+    """The frame from a host that has seen nothing."""
+    return Host().frame(json.dumps({"figure": "fig-solve", "record": plain}))
+
+
+ACTION = st.one_of(
+    st.just(SOLVE),
+    st.tuples(st.just("drag"), st.sampled_from(["source", "turn"]), st.floats(-6, 6), st.floats(-4, 4)).map(list),
+)
+STEP = st.tuples(st.sampled_from(["append", "replace", "back", "reset", "noise", "reseed"]), ACTION, st.floats(0, 0.6))
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.lists(STEP, min_size=1, max_size=10))
+def test_a_host_with_a_past_draws_what_a_fresh_one_draws(steps: list[tuple[str, list[Any], float]]) -> None:
+    """After every append, replaced drag, back, reset, control change and new draw: byte for byte."""
+    host, log, noise, seed = Host(), [], 0.12, 40
+    for kind, action, value in steps:
+        if kind == "append":
+            log = [*log, action]
+        elif kind == "replace":
+            log = [*log[:-1], action]
+        elif kind == "back":
+            log = log[:-1]
+        elif kind == "reset":
+            log = []
+        elif kind == "noise":
+            noise = value
+        else:
+            seed += 13
+        plain = {**record(*log, noise=noise), "seed": seed}
+        assert host.frame(json.dumps({"figure": "fig-solve", "record": plain})) == fresh(plain)
+
+
+def _counting() -> tuple[Host, list[str]]:
+    """A host over the Kabsch widget that notes every start and act."""
+    calls: list[str] = []
+
+    def start(controls: Any, seed: int) -> Any:
+        calls.append("start")
+        return WIDGET.start(controls, seed)
+
+    def act(state: Any, action: Any) -> Any:
+        calls.append("act")
+        return WIDGET.act(state, action)
+
+    return Host({"kabsch": replace(WIDGET, start=start, act=act)}), calls
+
+
+def test_one_action_costs_one_act() -> None:
+    """An appended action, a replaced drag and a step back replay nothing that is already known."""
+    host, calls = _counting()
+    host.render("f", record(SOLVE, ["drag", "source", 0, 0]))
+    assert calls == ["start", "act", "act"]
+    for log, cost in (
+        ([SOLVE, ["drag", "source", 0, 1]], ["act"]),
+        ([SOLVE, ["drag", "source", 0, 1], SOLVE], ["act"]),
+        ([SOLVE, ["drag", "source", 0, 1]], []),
+        ([], []),
+        ([SOLVE], ["act"]),
+    ):
+        calls.clear()
+        host.render("f", record(*log))
+        assert calls == cost
+
+
+def test_figures_do_not_share_their_past() -> None:
+    """Two figures of one widget on one page are two replays, and their ids differ."""
+    host, calls = _counting()
+    one, other = host.render("fig-a", record(SOLVE)), host.render("fig-b", record())
+    assert calls.count("start") == 2
+    assert host.render("fig-a", record(SOLVE)) == one
+    assert 'id="fig-b-main-source"' in other["panels"][0]["svg"]
+    assert "fig-a" not in json.dumps(other)
+
+
+def test_a_failure_leaves_no_half_replayed_log() -> None:
+    """When an action raises, the next record is drawn from scratch and right."""
+
+    def act(state: Any, action: Any) -> Any:
+        if action.x == 3.0:
+            raise RuntimeError("broken")
+        return WIDGET.act(state, action)
+
+    host = Host({"kabsch": replace(WIDGET, act=act)})
+    host.render("fig-solve", record(SOLVE))
+    with pytest.raises(RuntimeError, match="broken"):
+        host.render("fig-solve", record(SOLVE, ["drag", "source", 1, 1], ["drag", "source", 3, 1]))
+    plain = record(SOLVE, ["drag", "source", 1, 1])
+    assert host.frame(json.dumps({"figure": "fig-solve", "record": plain})) == fresh(plain)
+
+
+def test_an_unknown_widget_is_named() -> None:
+    with pytest.raises(ValueError, match="no widget 'kabsh'; did you mean 'kabsch'"):
+        Host().render("f", {**PLAIN, "widget": "kabsh"})
+
+
+def test_the_frame_is_plain_and_its_numbers_are_short() -> None:
+    """Places in four decimals, percentages in three, no negative zero: nothing that differs between processors."""
+    text = fresh(record(["drag", "source", -0.0, 0.0], ["drag", "turn", 1, 0]))
+    frame = json.loads(text)
+    assert "-0.0," not in text
+    assert "NaN" not in text
+    for handle in frame["handles"]:
+        for place in (handle["world"], *handle["keys"].values()):
+            assert all(v == round(v, 4) for v in place)
+        assert all(v == round(v, 3) for v in (handle["left"], handle["top"]))
+
+
+def test_motion_is_given_for_the_last_action_only() -> None:
+    """Solve moves; a drag after it, and the same record's redrawing, say what they are."""
+    host = Host()
+    assert host.render("f", record())["motion"] is None
+    motion = host.render("f", record(SOLVE))["motion"]
+    assert motion["group"] == "f-main-source"
+    assert host.render("f", record(SOLVE))["motion"] == motion
+    assert host.render("f", record(SOLVE, ["drag", "source", 1, 1]))["motion"] is None
