@@ -77,7 +77,7 @@ def fit_rigid(
     D = np.ones_like(values)
     D[..., -1] = flip
     R = (V * D[..., None, :]) @ Ut
-    gap = values[..., -2] + np.where(tied, 0, sign if proper else 1) * values[..., -1]
+    gap = values[..., -2] + (sign if proper else 1) * values[..., -1]
     return _finish(m, R, signed.sum(axis=-1), values, np.where(tied, np.int8(0), sign), gap, scale)
 
 
@@ -149,7 +149,7 @@ def _moments(
     ep, eq, ew = (np.frexp(x)[1] for x in (big_p, big_q, w.max(axis=-1)))
     sw = np.ldexp(w, -ew[..., None])
     # A point without weight counts for nothing, however far away it lies.
-    sp, sq = (np.where(counted, np.ldexp(x, -e[..., None, None]), 0.0) for x, e in ((p, ep), (q, eq)))
+    sp, sq = (np.ldexp(np.where(counted, x, 0.0), -e[..., None, None]) for x, e in ((p, ep), (q, eq)))
     total = sw.sum(axis=-1)
     share = sw / np.where(total > 0.0, total, 1.0)[..., None]
     mean_p, mean_q = ((share[..., None, :] @ x)[..., 0, :] for x in (sp, sq))

@@ -76,8 +76,8 @@ def kabsch_scene(
 
     'would-reflect' measures a bowed mast: a cloud far thinner than its noise. The noise across the mast then decides
     whether the best orthogonal matrix is a rotation or a reflection, either being as likely. The scene takes, of a draw
-    and its mirror image across the mast (equally probable), the one that leans towards the reflection; so at least 22 of the 25 seeds 40 + 13k reflect at the
-    scene's own noise, and none without noise.
+    and its mirror image across the mast (equally probable), the one that leans towards the reflection. A test counts:
+    at least 22 of the 25 seeds 40 + 13k reflect at the scene's own noise, none does without noise.
 
     Raises ValueError for an unknown name, a negative noise, a wrong count.
     """

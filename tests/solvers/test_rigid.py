@@ -50,11 +50,16 @@ def test_the_answer_is_always_a_proper_rotation(d, rng):
     assert {-1, 1} <= set(found.determinant.tolist())
 
 
+@pytest.mark.parametrize("mirrored", [False, True])
 @pytest.mark.parametrize("scale", [False, True])
 @pytest.mark.parametrize("d", [2, 3])
-def test_no_nearby_pose_fits_better(d, scale, rng, random_pose):
+def test_no_nearby_pose_fits_better(d, scale, mirrored, rng, random_pose):
     """Random small changes of the pose, from 10⁻⁷ to 1 in size, never lower the weighted sum of squares."""
     source, target, weights, _ = noisy_pairs(rng, random_pose, d)
+    if mirrored:
+        # Squeezed along the mirrored axis, so that a rotation still fits well and the best scale is not near zero.
+        target = target * np.r_[-0.4, np.ones(d - 1)]
+        source = source * np.r_[np.ones(d - 1), 0.7]
     best = fit_rigid(source, target, weights, scale=scale)
     for size in np.logspace(-7, 0, 15):
         for _ in range(20):
@@ -136,6 +141,10 @@ def test_a_pair_without_weight_counts_for_nothing_however_far_it_lies(rng, rando
     a, b = fit_rigid(far_source, far_target, weights), fit_rigid(source[1:], target[1:])
     assert np.allclose(a.pose.matrix, b.pose.matrix, atol=1e-13)
     assert a.cost == pytest.approx(b.cost, rel=1e-12)
+    # So far that, in units of the small cloud that does count, its coordinates are no numbers any more.
+    a = fit_rigid(1e-200 * source + np.r_[1e149, np.zeros(11)][:, None], 1e-200 * target, weights)
+    assert a.status == Status.CONVERGED
+    assert rre(a.pose, b.pose) < 1e-13
 
 
 def test_the_planar_formula_and_the_singular_values_agree(rng):
@@ -220,8 +229,12 @@ def test_the_similarity_scale_is_umeyamas(rng, random_pose):
     source, target, weights, _ = noisy_pairs(rng, random_pose, 3, sigma=0.5)
     fit = fit_rigid(source, target, weights, scale=True)
     p = source - (weights / weights.sum()) @ source
-    D = np.array([1.0, 1.0, fit.determinant])
-    assert fit.pose.scale == pytest.approx((fit.singular_values @ D) / (weights @ (p**2).sum(axis=1)), rel=1e-12)
+    assert fit.pose.scale == pytest.approx(fit.singular_values.sum() / (weights @ (p**2).sum(axis=1)), rel=1e-12)
+    mirror = fit_rigid(source, -target, weights, scale=True)
+    assert (fit.determinant, mirror.determinant) == (1, -1)
+    # −target has the same singular values; D turns the smallest one's sign, and the scale shrinks by it.
+    turned = mirror.singular_values @ [1.0, 1.0, -1.0]
+    assert mirror.pose.scale == pytest.approx(turned / (weights @ (p**2).sum(axis=1)), rel=1e-12)
     back = fit_rigid(target, source, weights, scale=True)
     assert float(fit.pose.scale) * float(back.pose.scale) < 1.0 - 1e-3
     rigid = fit_rigid(source, target, weights)

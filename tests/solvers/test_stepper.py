@@ -73,7 +73,7 @@ def test_finished_problems_leave_the_batch():
     batch, _ = run(begin(HALVING, problems(1.0, 100.0, 0.1, 10.0)))
     assert batch.done
     assert batch.steps.tolist() == [10, 17, 7, 14]
-    assert SEEN == [4] * 7 + [3] * 3 + [2] * 4 + [1] * 3  # noqa: SIM300
+    assert SEEN == [4] * 7 + [3] * 3 + [2] * 4 + [1] * 3
     assert batch.state().status.tolist() == [Status.CONVERGED] * 4
 
 
