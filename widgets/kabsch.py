@@ -13,9 +13,7 @@ from solvers.scenes import Scene, kabsch_scene
 from .contract import Action, Button, Key, Motion, Widget
 from .controls import choice, slider, toggle
 from .picture import (
-    Array,
     Group,
-    Handle,
     Label,
     Mark,
     Panel,
@@ -27,15 +25,13 @@ from .picture import (
     Segments,
     View,
     degrees,
-    move_keys,
     number,
     small,
-    turn_keys,
 )
+from .placing import HANDLES, Placing, place
 
 VIEW = View(-6.0, 6.0, -4.0, 4.0)
-REACH = 2.4  # u from the centroid to the turning handle
-LIMIT = np.array([4.25, 2.25])  # how far from the middle the centroid may be put, so that both handles stay in view
+PLACING = Placing(VIEW, limit=(4.25, 2.25), reach=2.4, least=1.4)
 GHOSTS = 6
 SCENE_NAMES = {"clean": "clean", "noisy": "noisy", "outliers": "outliers", "reflect": "would-reflect"}
 
@@ -96,14 +92,7 @@ def act(state: State, action: Action) -> State:
     """Solve, or put the source elsewhere."""
     if action.kind == "press":
         return _solved(state)
-    centre, heading = _place(state)
-    to = np.array([action.x, action.y])
-    if action.name == "source":
-        centre = np.clip(to, -LIMIT, LIMIT)
-    elif np.hypot(*(to - centre)) > 1e-9:
-        heading = float(np.arctan2(*(to - centre)[::-1]))
-    turned = Pose.from_angle(heading)
-    placed = Pose(turned.R, centre - turned.R @ state.scene.source.mean(axis=0))
+    placed = PLACING.act(state.pose, state.scene.source, action)
     return replace(state, pose=placed, start=placed, solved=False)
 
 
@@ -126,18 +115,12 @@ def _solved(state: State) -> State:
     )
 
 
-def _place(state: State) -> tuple[Array, float]:
-    """Centroid of the moved source, and the direction of its own x axis in radians."""
-    x, y = state.pose.R[:, 0]
-    return state.pose.apply(state.scene.source).mean(axis=0), float(np.arctan2(y, x))
-
-
 def motion(before: State, after: State) -> Motion | None:
     """The rigid motion of a Solve, about the source's centroid; a reflection is no motion."""
     if before.solved or not after.solved or after.mirrored:
         return None
-    there, _ = _place(after)
-    here, _ = _place(before)
+    there, _ = place(after.pose, after.scene.source)
+    here, _ = place(before.pose, before.scene.source)
     turn = float((after.pose.compose(before.pose.inverse())).angle)
     shift = there - here
     return Motion("source", turn, (float(here[0]), float(here[1])), (float(shift[0]), float(shift[1])))
@@ -147,8 +130,6 @@ def draw(state: State) -> Picture:
     """The panel, the readouts and the words."""
     scene, said = state.scene, _numbers(state)
     moved, wrong = state.pose.apply(scene.source), scene.target_outlier
-    centre, heading = _place(state)
-    grip = _grip(centre, heading)
     marks: list[Mark] = [
         *(path for pose in state.starts[-GHOSTS:] for path in _outline(scene, pose, "ghost")),
         *_outline(scene, scene.truth, "truth"),
@@ -163,29 +144,17 @@ def draw(state: State) -> Picture:
         Group(
             "source",
             (
-                Segments(centre, grip, "guide"),
+                PLACING.stalk(state.pose, scene.source),
                 *_outline(scene, state.pose, "source"),
                 Points(moved, "source"),
             ),
         ),
     ]
-    x, y = float(centre[0]), float(centre[1])
-    handles = (
-        Handle("source", "Move the source", (x, y), f"x {number(x, 2)}, y {number(y, 2)} u", move_keys(x, y)),
-        Handle(
-            "turn",
-            "Turn the source",
-            (float(grip[0]), float(grip[1])),
-            f"{degrees(heading)}°",
-            turn_keys(centre, REACH, heading),
-            "turn",
-        ),
-    )
     return Picture(
         (Panel("main", "Source and target in the target's coordinates", VIEW, tuple(marks)),),
         _readouts(state, said),
         _description(state, said),
-        handles,
+        PLACING.handles(state.pose, scene.source),
         _note(state, said),
         frozenset({"solve"} if state.solved else ()),
     )
@@ -194,14 +163,6 @@ def draw(state: State) -> Picture:
 def _outline(scene: Scene, pose: Pose, role: Role, dashed: bool = False) -> tuple[Path, ...]:
     thick = role == "truth"  # shows as a rim under a source that lies on it
     return tuple(Path(pose.apply(line), role, dashed=dashed, thick=thick) for line in scene.outline)
-
-
-def _grip(centre: Array, heading: float) -> Array:
-    """Where the turning handle is: along the heading, nearer where the window would cut it off."""
-    along = np.array([np.cos(heading), np.sin(heading)])
-    border = np.array([VIEW.x1, VIEW.y1]) - 0.25
-    room = (border - np.sign(along) * centre) / np.maximum(np.abs(along), 1e-9)
-    return np.asarray(centre + along * max(1.4, min(REACH, float(room.min()))))
 
 
 def _reflection_label(state: State) -> Label:
@@ -270,7 +231,7 @@ def _note(state: State, said: _Numbers) -> str:
 def _description(state: State, said: _Numbers) -> str:
     scene = state.scene
     n, wrong = len(scene.source), int(scene.target_outlier.sum())
-    (x, y), heading = _place(state)
+    (x, y), heading = place(state.pose, scene.source)
     figure = "a mast with a pennant" if scene.name == "would-reflect" else "a bird"
     lies = f"centred at ({number(x, 1)}, {number(y, 1)}) u"
     turned = "mirrored" if state.mirrored else f"turned by {degrees(heading)}°"
@@ -355,7 +316,7 @@ WIDGET = Widget(
         Key("truth", "source at the true pose", "line"),
         Key("ghost", "where it started", "line"),
     ),
-    handles=("source", "turn"),
+    handles=HANDLES,
     tape=(
         ({"scene": "clean"}, ("solve",)),
         ({"scene": "noisy"}, ("solve",)),

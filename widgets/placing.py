@@ -1,0 +1,71 @@
+"""Placing a cloud by hand: a handle at its centroid moves it, one on a stalk along its heading turns it about there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from solvers import Pose
+
+from .contract import Action
+from .picture import Array, Handle, Segments, View, degrees, move_keys, number, turn_keys
+
+HANDLES = ("source", "turn")
+
+
+@dataclass(frozen=True)
+class Placing:
+    """How a cloud may be placed in one panel.
+
+    limit: how far from the world's origin, along x and y, the centroid may be put. reach: u from the centroid to the
+    turning handle; the window's border may bring it nearer, down to `least`, where two fingertips still fit.
+    """
+
+    view: View
+    limit: tuple[float, float]
+    reach: float
+    least: float
+    panel: str = "main"
+
+    def act(self, pose: Pose, points: Array, action: Action) -> Pose:
+        """The pose after a drag of one of the two handles: always a rotation, also where `pose` is a reflection."""
+        centre, heading = place(pose, points)
+        to = np.array([action.x, action.y])
+        if action.name == "source":
+            centre = np.clip(to, np.negative(self.limit), self.limit)
+        elif np.hypot(*(to - centre)) > 1e-9:
+            heading = float(np.arctan2(*(to - centre)[::-1]))
+        turned = Pose.from_angle(heading)
+        return Pose(turned.R, centre - turned.R @ points.mean(axis=0))
+
+    def grip(self, centre: Array, heading: float) -> Array:
+        """Where the turning handle is."""
+        along = np.array([np.cos(heading), np.sin(heading)])
+        middle = np.array([self.view.x0 + self.view.x1, self.view.y0 + self.view.y1]) / 2
+        half = np.array([self.view.x1 - self.view.x0, self.view.y1 - self.view.y0]) / 2 - 0.25
+        room = (half - np.sign(along) * (centre - middle)) / np.maximum(np.abs(along), 1e-9)
+        return np.asarray(centre + along * max(self.least, min(self.reach, float(room.min()))))
+
+    def stalk(self, pose: Pose, points: Array) -> Segments:
+        """The line from the one handle to the other."""
+        centre, heading = place(pose, points)
+        return Segments(centre, self.grip(centre, heading), "guide")
+
+    def handles(self, pose: Pose, points: Array) -> tuple[Handle, Handle]:
+        """The two handles of the cloud `points` at `pose`."""
+        centre, heading = place(pose, points)
+        x, y = centre.tolist()
+        u, v = self.grip(centre, heading).tolist()
+        where = f"x {number(x)}, y {number(y)} u"
+        keys = turn_keys(centre, self.reach, heading)
+        return (
+            Handle("source", "Move the source", (x, y), where, move_keys(x, y), "move", self.panel),
+            Handle("turn", "Turn the source", (u, v), f"{degrees(heading)}°", keys, "turn", self.panel),
+        )
+
+
+def place(pose: Pose, points: Array) -> tuple[Array, float]:
+    """Centroid of the moved points, and the direction of their own x axis in radians."""
+    x, y = pose.R[:, 0]
+    return pose.apply(points).mean(axis=0), float(np.arctan2(y, x))
