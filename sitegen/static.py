@@ -67,8 +67,10 @@ def headers_for(path: str, rules: list[Rule]) -> dict[str, str]:
 def locate(root: Path, url: str) -> tuple[str, Path] | None:
     """The request path and the file that a URL names below `root`; None for what would lead outside of it."""
     asked = unquote(urlsplit(url).path)
+    if "\0" in asked:
+        return None
     file = (root / asked.lstrip("/")).resolve()
-    if "\0" in asked or not file.is_relative_to(root.resolve()):
+    if not file.is_relative_to(root.resolve()):
         return None
     if asked.endswith("/"):
         return asked + "index.html", file / "index.html"

@@ -1,0 +1,246 @@
+"""`serve` with real requests, real edits and a small generator that can fail, and renames like the real one."""
+
+from __future__ import annotations
+
+import http.client
+import json
+import shutil
+import socket
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from sitegen import serve
+from sitegen.static import content_type, headers_for, serving
+
+ROOT = Path(__file__).resolve().parents[2]
+PATIENCE = 30.0  # seconds until a wait counts as failed
+
+# A generator of one page. It says how often it ran by a module of its own, so that an edit of Python shows too.
+BUILD = '''\
+import os
+from dataclasses import dataclass
+from sitegen.problems import BuildFailed, Problem
+from sitegen.tone import TONE
+
+@dataclass
+class Report:
+    pages: tuple = ("index.html",)
+    warnings: tuple = ()
+
+def build(root, dest, *, strict=False, progress=None):
+    text = (root / "content" / "page.md").read_text("utf-8")
+    if "wrong" in text:
+        raise BuildFailed([Problem("content/page.md", 1, 1 + text.index("wrong"), "this is wrong")])
+    beside = dest.with_name("site.beside")
+    beside.mkdir()
+    (beside / "index.html").write_text(f"<!doctype html><html><head><title>x</title></head><body>{text}{TONE}</body>")
+    (beside / "_headers").write_text("/*\\n  Content-Security-Policy: script-src 'self'\\n  Cache-Control: immutable")
+    (beside / "code.mjs").write_text("export {};")
+    if dest.exists():
+        os.rename(dest, root / "site.old")
+        if (root / "slowly").exists():  # the moment in which there is no site, held open until the test has asked
+            (root / "swapping").touch()
+            while (root / "slowly").exists():
+                pass
+    os.rename(beside, dest)
+    __import__("shutil").rmtree(root / "site.old", ignore_errors=True)
+    return Report()
+'''
+
+
+@pytest.fixture
+def root(tmp_path: Path) -> Path:
+    (tmp_path / "content").mkdir()
+    (tmp_path / "content" / "page.md").write_text("first", "utf-8")
+    (tmp_path / "sitegen").mkdir()
+    for name in ("__init__", "building", "problems", "progress", "outside", "node"):
+        shutil.copy(ROOT / "sitegen" / f"{name}.py", tmp_path / "sitegen")
+    (tmp_path / "sitegen" / "build.py").write_text(BUILD, "utf-8")
+    (tmp_path / "sitegen" / "tone.py").write_text("TONE = '.'\n", "utf-8")
+    return tmp_path
+
+
+@pytest.fixture
+def live(root: Path) -> Iterator[serve.LiveSite]:
+    site = serve.LiveSite(root, root / "site")
+    assert site.rebuild().good
+    watcher = threading.Thread(target=site.watch)
+    watcher.start()
+    yield site
+    site.close()
+    watcher.join(PATIENCE)
+    assert not watcher.is_alive()
+
+
+class Events:
+    """The stream that a page listens to."""
+
+    def __init__(self, site: serve.LiveSite) -> None:
+        self.connection = http.client.HTTPConnection(*site.server.server_address[:2], timeout=PATIENCE)  # type: ignore[arg-type]
+        self.connection.request("GET", "/.ladder/events")
+        self.answer = self.connection.getresponse()
+        assert self.answer.headers["Content-Type"] == "text/event-stream"
+
+    def next(self) -> dict[str, Any]:
+        """Waits for the next event."""
+        while line := self.answer.readline():
+            if line.startswith(b"data: "):
+                return json.loads(line[6:])  # type: ignore[no-any-return]
+        raise AssertionError("the stream has ended")
+
+
+def get(site: Any, path: str = "/", **headers: str) -> tuple[int, http.client.HTTPMessage, str]:
+    server = getattr(site, "server", site)
+    connection = http.client.HTTPConnection(*server.server_address[:2], timeout=PATIENCE)
+    connection.request("GET", path, headers={name.replace("_", "-"): value for name, value in headers.items()})
+    answer = connection.getresponse()
+    return answer.status, answer.headers, answer.read().decode()
+
+
+def test_a_page_carries_the_reload_script_and_the_built_file_does_not(live: serve.LiveSite, root: Path) -> None:
+    """The script is a file of the same origin, so the site's own policy lets it run; pages are never kept by caches."""
+    status, headers, text = get(live)
+    assert status == 200
+    assert f'<script src="/.ladder/reload.js" data-build="{live.live.build}" defer></script></head>' in text
+    assert headers["Content-Security-Policy"] == "script-src 'self'"
+    assert headers["Cache-Control"] == "no-cache"
+    assert ".ladder" not in (root / "site" / "index.html").read_text("utf-8")
+    assert "EventSource" in get(live, "/.ladder/reload.js")[2]
+
+
+def test_an_edit_is_built_and_told(live: serve.LiveSite, root: Path) -> None:
+    """The stream tells the state at once, then the new build after an edit of content, and after one of Python."""
+    events = Events(live)
+    first = events.next()
+    assert first == {"build": live.live.build, "title": first["title"], "lines": []}
+    (root / "content" / "page.md").write_text("second", "utf-8")
+    second = events.next()
+    assert second["build"] != first["build"]
+    assert "second." in get(live)[2]
+    (root / "sitegen" / "tone.py").write_text("TONE = '!'\n", "utf-8")
+    assert events.next()["build"] != second["build"]
+    assert "second!" in get(live)[2]
+
+
+def test_a_failed_build_is_told_and_leaves_the_page(
+    live: serve.LiveSite, root: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """File, line, column and message reach the page and the terminal; the next good build takes them away."""
+    events = Events(live)
+    good = events.next()
+    (root / "content" / "page.md").write_text("all wrong", "utf-8")
+    failed = events.next()
+    assert failed["lines"] == ["content/page.md:1:5: this is wrong"]
+    assert failed["title"] == "The build found 1 problem"
+    assert failed["build"] == good["build"]
+    assert "first." in get(live)[2]
+    (root / "content" / "page.md").write_text("right", "utf-8")
+    mended = events.next()
+    assert mended["lines"] == []
+    assert mended["build"] != good["build"]
+    assert "content/page.md:1:5: this is wrong" in capfd.readouterr().err
+
+
+def test_a_mistake_in_python_is_told_with_its_traceback(live: serve.LiveSite, root: Path) -> None:
+    """Also one in the very module that reports; and mending it is enough."""
+    events = Events(live)
+    events.next()
+    (root / "sitegen" / "tone.py").write_text("TONE = 1 / 0\n", "utf-8")
+    assert "ZeroDivisionError: division by zero" in events.next()["lines"]
+    (root / "sitegen" / "tone.py").write_text("TONE = '.'\n", "utf-8")
+    assert events.next()["lines"] == []
+    reporter = (root / "sitegen" / "problems.py").read_text("utf-8")
+    (root / "sitegen" / "problems.py").write_text(reporter + "\nraise RuntimeError('half an edit')\n", "utf-8")
+    assert "RuntimeError: half an edit" in events.next()["lines"]
+    (root / "sitegen" / "problems.py").write_text(reporter, "utf-8")
+    assert events.next()["lines"] == []
+
+
+def test_a_request_during_the_swap_waits_for_the_new_site(live: serve.LiveSite, root: Path) -> None:
+    """While the folder is away there is no 404 and no half page."""
+    (root / "slowly").touch()
+    (root / "content" / "page.md").write_text("swapped", "utf-8")
+    deadline = time.monotonic() + PATIENCE
+    while not (root / "swapping").exists():
+        assert time.monotonic() < deadline
+    answers: list[tuple[int, http.client.HTTPMessage, str]] = []
+    asking = threading.Thread(target=lambda: answers.append(get(live)))
+    asking.start()
+    assert not (root / "site").exists()
+    (root / "slowly").unlink()
+    asking.join(PATIENCE)
+    assert answers[0][0] == 200
+    assert "swapped." in answers[0][2]
+
+
+def test_the_end_does_not_wait_for_open_pages(root: Path) -> None:
+    """With a page listening, closing takes well under a second, and its stream ends."""
+    site = serve.LiveSite(root, root / "site")
+    site.rebuild()
+    events = Events(site)
+    events.next()
+    began = time.monotonic()
+    site.close()
+    assert time.monotonic() - began < 1.0
+    assert events.answer.read().strip() == b""
+
+
+def test_a_service_worker_of_an_earlier_visit_is_sent_away(live: serve.LiveSite) -> None:
+    """Else it would answer with the pages of that visit, whatever is edited."""
+    status, _, text = get(live, "/sw.js", Service_Worker="script")
+    assert status == 200
+    assert "unregister" in text
+
+
+def test_a_taken_port_leads_to_the_next(root: Path) -> None:
+    """And a range without a free port is an error that says so."""
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        taken = other.getsockname()[1]
+        server = serve.listening(root, "127.0.0.1", taken, serve.Live())
+        assert server.server_address[1] > taken
+        server.server_close()
+    with pytest.raises(OSError, match="ports 70000 to"):
+        serve.listening(root, "127.0.0.1", 70000, serve.Live())
+
+
+def test_files_are_served_as_a_static_host_does(tmp_path: Path) -> None:
+    """Types, 304s, the rules of _headers, and nothing from outside of the folder."""
+    site = tmp_path / "site"
+    site.mkdir()
+    (tmp_path / "secret.txt").write_text("secret")
+    (site / "code.mjs").write_text("export {};")
+    (site / "index.html").write_text("<p>hello")
+    (site / "_headers").write_text("# rules\n/*\n  X-A: 1\n  X-B: 1\n/*.mjs\n  X-B: 2\n")
+    with serving(site) as server:
+        status, headers, text = get(server, "/code.mjs")
+        assert (status, text) == (200, "export {};")
+        assert headers["Content-Type"].startswith("text/javascript")
+        assert (headers["X-A"], headers["X-B"]) == ("1", "2")
+        assert get(server, "/code.mjs", If_None_Match=headers["ETag"])[0] == 304
+        assert get(server, "/")[2] == "<p>hello"
+        assert get(server, "/gone.html")[0] == 404
+        for sneaky in ("/../secret.txt", "/%2e%2e/secret.txt", "/..%2fsecret.txt", "//etc/passwd", "/a%00b"):
+            assert get(server, sneaky)[0] == 404, sneaky
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [("a.wasm", "application/wasm"), ("a.woff2", "font/woff2"), ("a.svg", "image/svg"), ("a.mjs", "text/javascript")],
+)
+def test_types_do_not_depend_on_the_machine(name: str, kind: str) -> None:
+    """Browsers refuse modules and streaming compilation of the wrong type."""
+    assert content_type(Path(name)).startswith(kind)
+
+
+def test_header_patterns_match_as_hosts_do() -> None:
+    """A star stands for anything; later rules win."""
+    rules: list[Any] = [("/*", (("A", "1"),)), ("/runtime/*", (("A", "2"),))]
+    assert headers_for("/index.html", rules) == {"A": "1"}
+    assert headers_for("/runtime/x/y.wasm", rules) == {"A": "2"}

@@ -1,0 +1,148 @@
+"""build.py as it is started: by hand, from anywhere, on a machine that has nothing yet."""
+
+from __future__ import annotations
+
+import ast
+import importlib.util
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from sitegen import venv
+from sitegen.clean import clean
+
+ROOT = Path(__file__).resolve().parent.parent
+
+# Stands in for the generator where only the way to it is tested.
+BUILDING = """\
+import json, sys
+def build_command(root):
+    print(json.dumps({"prefix": sys.prefix, "root": str(root)}))
+    return 1
+"""
+
+
+def run(*words: str | Path, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+    env = {**os.environ, "PYTHONIOENCODING": "utf-8"}
+    command = [sys.executable, *map(str, words)]
+    return subprocess.run(command, cwd=cwd, env=env, capture_output=True, text=True, encoding="utf-8", check=False)
+
+
+@pytest.fixture
+def checkout(tmp_path: Path) -> Path:
+    """The commands alone, in a folder whose name has what names have, with a lock that asks for nothing."""
+    root = tmp_path / "a checkout ½"
+    (root / "sitegen").mkdir(parents=True)
+    shutil.copy(ROOT / "build.py", root)
+    for name in ("__init__", "cli", "venv", "clean"):
+        shutil.copy(ROOT / "sitegen" / f"{name}.py", root / "sitegen")
+    (root / "sitegen" / "building.py").write_text(BUILDING, "utf-8")
+    (root / "requirements.lock").write_text("# nothing\n", "utf-8")
+    return root
+
+
+def test_the_first_use_sets_up_and_later_ones_do_not(checkout: Path, tmp_path: Path) -> None:
+    """.venv is made once, follows a changed lock, is made anew after an interruption; the exit code is passed on."""
+    first = run(checkout / "build.py", cwd=tmp_path)
+    assert first.returncode == 1, first.stderr
+    assert json.loads(first.stdout) == {"prefix": str(checkout / ".venv"), "root": str(checkout)}
+    assert "set up .venv" in first.stderr
+    kept = checkout / ".venv" / "kept"
+    kept.touch()
+
+    again = run(checkout / "build.py", "build", cwd=tmp_path)
+    assert (again.returncode, again.stdout, again.stderr) == (1, first.stdout, "")
+
+    (checkout / "requirements.lock").write_text("# still nothing\n", "utf-8")
+    assert not venv.is_ready(checkout)
+    changed = run(checkout / "build.py", cwd=tmp_path)
+    assert "set up .venv" in changed.stderr
+    assert venv.is_ready(checkout)
+    assert kept.exists(), "a complete environment is brought up to date in place"
+
+    (checkout / ".venv" / venv.STAMP).unlink()
+    redone = run(checkout / "build.py", cwd=tmp_path)
+    assert "set up .venv" in redone.stderr
+    assert json.loads(redone.stdout) == json.loads(first.stdout)
+    assert not kept.exists(), "what an interrupted set-up left is not built upon"
+
+
+def test_a_lock_that_cannot_be_installed_ends_with_what_pip_said(checkout: Path) -> None:
+    """No traceback, exit code 1, no stamp: the next call tries again."""
+    (checkout / "requirements.lock").write_text(f"./absent-1.0-py3-none-any.whl --hash=sha256:{'0' * 64}\n", "utf-8")
+    done = run(checkout / "build.py", cwd=checkout)
+    assert done.returncode == 1
+    assert "pip could not install the locked packages" in done.stderr
+    assert "absent-1.0" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not (checkout / ".venv" / venv.STAMP).exists()
+
+
+def test_a_python_that_cannot_make_environments_says_what_to_install(
+    checkout: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Debian keeps ensurepip in a package of its own."""
+    find = importlib.util.find_spec
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "ensurepip" else find(name))
+    with pytest.raises(venv.SetupError, match="apt-get install python3-venv"):
+        venv.set_up(checkout)
+
+
+def test_an_older_python_is_told_so_in_one_line() -> None:
+    """build.py is read by old Pythons without a syntax error, and ends with a sentence."""
+    ast.parse((ROOT / "build.py").read_text("utf-8"), feature_version=(3, 4))
+    older = "import runpy, sys; sys.version_info = (3, 10, 4, 'final', 0)"
+    asks = f"{older}; runpy.run_path(sys.argv[1], run_name='__main__')"
+    done = run("-c", asks, ROOT / "build.py")
+    assert done.returncode == 1
+    assert done.stderr.strip() == "build.py needs Python 3.11 or newer; this is Python 3.10"
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "says"),
+    [
+        (["--help"], 0, "serve"),
+        (["serve", "--help"], 0, "--no-open"),
+        (["biuld"], 2, "no command 'biuld'; did you mean 'build'?"),
+        (["xyzzy"], 2, "no command 'xyzzy'; there are build, serve"),
+        (["serve", "--prot", "1"], 2, "serve does not know --prot 1"),
+        (["build", "everything"], 2, "build does not know everything"),
+        (["serve", "--port", "x"], 2, "invalid int value"),
+    ],
+)
+def test_help_and_mistakes_are_answered_before_any_set_up(
+    checkout: Path, words: list[str], code: int, says: str
+) -> None:
+    """Exit code 0 for help, 2 for what is no command, and no .venv for either."""
+    done = run(checkout / "build.py", *words)
+    assert done.returncode == code
+    assert says in done.stdout + done.stderr
+    assert not (checkout / ".venv").exists()
+
+
+def test_test_passes_further_arguments_on_in_order() -> None:
+    """`build.py test -k drag -x tests/browser` reaches pytest as written."""
+    from sitegen import cli
+
+    asked = cli.parse(["test", "--engines", "firefox", "-k", "drag", "-x", "tests/browser"])
+    assert asked.engines == "firefox"
+    assert asked.further == ["-k", "drag", "-x", "tests/browser"]
+
+
+def test_clean_leaves_the_site_folder_and_the_sources(checkout: Path) -> None:
+    """What the commands made is gone, what people made stays; .venv only with --all."""
+    made = ["site/index.html", "site/assets/a.css", ".mypy_cache/x", "sitegen/__pycache__/x.pyc", ".venv/bin/x"]
+    stays = ["site/.gitignore", "sitegen/cli.py", "content/01-a.md"]
+    for name in [*made, *stays]:
+        (checkout / name).parent.mkdir(parents=True, exist_ok=True)
+        (checkout / name).touch()
+    assert clean(checkout) == 0
+    assert [name for name in made if (checkout / name).exists()] == [".venv/bin/x"]
+    assert clean(checkout, everything=True) == 1, "the cache of a broken .venv cannot be found, and that is said"
+    assert not (checkout / ".venv").exists()
+    assert all((checkout / name).exists() for name in stays)

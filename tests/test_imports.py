@@ -1,0 +1,121 @@
+"""The house rules that hold everywhere: which way imports run, how long a file may be, which hosts are never named."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+STDLIB = frozenset(sys.stdlib_module_names)
+SOURCES = ("build.py", "solvers", "widgets", "sitegen", "templates", "tests")
+LONGEST = 400
+LONGER: dict[str, str] = {}  # file → why it is one thing all the same
+
+# Written in parts, so that this file does not name them either.
+REGISTRIES = [".".join(parts) for parts in (
+    ("pypi", "org"), ("pythonhosted", "org"), ("npmjs", "org"), ("npmjs", "com"), ("deb", "debian", "org"),
+)]  # fmt: skip
+CDN, MANIFEST = ".".join(("jsdelivr", "net")), "sitegen/outside.toml"
+
+
+def python_files(package: str) -> list[Path]:
+    return sorted((ROOT / package).rglob("*.py"))
+
+
+def imports(path: Path) -> Iterator[tuple[str, bool]]:
+    """Top names of what a file imports, and whether at once, when it is imported itself. Relative ones are its own."""
+    tree = ast.parse(path.read_text("utf-8"))
+    inner = {id(n) for f in ast.walk(tree) if isinstance(f, (ast.FunctionDef, ast.Lambda)) for n in ast.walk(f)}
+    own = path.relative_to(ROOT).parts[0]
+    for node in ast.walk(tree):
+        names = []
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            names = [own if node.level else node.module or ""]
+        for name in names:
+            yield name.partition(".")[0], id(node) not in inner
+
+
+def foreign(path: Path, allowed: frozenset[str] | set[str]) -> list[str]:
+    return sorted({name for name, _ in imports(path)} - STDLIB - allowed)
+
+
+@pytest.mark.parametrize("path", python_files("solvers"), ids=lambda p: p.relative_to(ROOT).as_posix())
+def test_solvers_import_numpy_and_the_standard_library_alone(path: Path) -> None:
+    """What the browser runs: no other package, save that the command line may draw with the figures' pictures."""
+    allowed = {"numpy", "solvers", "scipy"}
+    if path.name == "__main__.py":
+        allowed.add("widgets")
+        assert ("widgets", True) not in set(imports(path)), "solvers borrow widgets only at call time"
+    assert foreign(path, allowed) == []
+
+
+def test_scipy_is_asked_in_one_place_and_only_when_called() -> None:
+    """At most one file of the solvers knows scipy, and it imports without it, as it must in the browser."""
+    found = {path: at_once for path in python_files("solvers") for name, at_once in imports(path) if name == "scipy"}
+    assert len(found) <= 1
+    assert not any(found.values())
+
+
+@pytest.mark.parametrize("path", python_files("widgets"), ids=lambda p: p.relative_to(ROOT).as_posix())
+def test_widgets_import_solvers_numpy_and_the_standard_library_alone(path: Path) -> None:
+    """The figures know the solvers, not the generator."""
+    assert foreign(path, {"numpy", "solvers", "widgets"}) == []
+
+
+@pytest.mark.parametrize("path", python_files("sitegen"), ids=lambda p: p.relative_to(ROOT).as_posix())
+def test_the_generator_knows_neither_the_commands_nor_the_tests(path: Path) -> None:
+    """Nothing imports upwards."""
+    assert {"build", "tests"}.isdisjoint(name for name, _ in imports(path))
+
+
+def test_the_commands_begin_with_python_alone() -> None:
+    """Help, mistakes and the set-up run before anything is installed: with no site-packages at all."""
+    asks = (
+        "import runpy, sys; sys.argv = ['build.py', '--help']\n"
+        "try: runpy.run_path('build.py', run_name='__main__')\n"
+        "except SystemExit as end: assert not end.code, end.code\n"
+        "import sitegen.clean\n"
+        "tops = {name.partition('.')[0] for name in sys.modules}\n"
+        "print('beyond:', sorted(tops - set(sys.stdlib_module_names) - {'sitegen', '__main__', '__mp_main__'}))"
+    )
+    command = [sys.executable, "-S", "-E", "-c", asks]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, encoding="utf-8", check=False)
+    assert done.returncode == 0, done.stderr
+    assert "beyond: []" in done.stdout
+
+
+def test_no_file_is_longer_than_one_idea() -> None:
+    """Four hundred lines is where a file has become two; exceptions are named with their reason."""
+    long = {}
+    for source in SOURCES:
+        place = ROOT / source
+        for path in [place] if place.is_file() else sorted(place.rglob("*")):
+            if path.suffix in (".py", ".js", ".mjs", ".css") and "__pycache__" not in path.parts:
+                lines = len(path.read_text("utf-8").splitlines())
+                if lines > LONGEST:
+                    long[path.relative_to(ROOT).as_posix()] = lines
+    assert set(long) == set(LONGER), long
+
+
+def tracked_files() -> list[Path]:
+    listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=False).stdout
+    names = listed.split("\0") if listed else [str(p) for name in SOURCES for p in (ROOT / name).rglob("*")]
+    return [ROOT / name for name in names if name and (ROOT / name).is_file()]
+
+
+def test_no_registry_is_named_and_the_cdn_only_in_the_manifest() -> None:
+    """Packages are asked for by name through their clients, so any mirror that a machine is set to will do."""
+    found = []
+    for path in tracked_files():
+        text, name = path.read_bytes().decode("utf-8", "ignore"), path.relative_to(ROOT).as_posix()
+        found += [(name, host) for host in REGISTRIES if host in text]
+        if CDN in text and name != MANIFEST:
+            found.append((name, CDN))
+    assert found == []
