@@ -1,0 +1,112 @@
+"""What pages load beside their text: one style sheet, one script, the worker, images of the look, all named by content."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from .files import hashed_name
+from .problems import Place, Problems, hint
+
+POLICY = (
+    "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; img-src 'self' data:; font-src 'self'; "
+    "connect-src 'self'; worker-src 'self'; manifest-src 'self'; base-uri 'none'; form-action 'none'"
+)
+HEADERS = f"""\
+/*
+  Content-Security-Policy: {POLICY}; frame-ancestors 'none'
+  X-Content-Type-Options: nosniff
+  Referrer-Policy: strict-origin-when-cross-origin
+/assets/*
+  Cache-Control: public, max-age=31536000, immutable
+/images/*
+  Cache-Control: public, max-age=31536000, immutable
+/tapes/*
+  Cache-Control: public, max-age=31536000, immutable
+/runtime/*
+  Cache-Control: public, max-age=31536000, immutable
+/sw.js
+  Cache-Control: no-cache
+"""
+PICTURES = (".svg", ".png", ".ico", ".webp", ".jpg")
+URL = re.compile(r"""url\(\s*(["']?)(?!data:|#)([^"')]+)\1\s*\)""")
+
+
+@dataclass
+class Assets:
+    """Names of the loaded files relative to the site, and all their contents."""
+
+    files: dict[str, bytes] = field(default_factory=dict)
+    css: str = ""
+    js: str = ""
+    theme: str = ""
+    worker: str = ""
+    pictures: dict[str, str] = field(default_factory=dict)
+    preload: tuple[str, ...] = ()
+    runtime: dict[str, object] | None = None
+
+    def has(self, name: str) -> bool:
+        """Whether templates/assets holds this picture."""
+        return name in self.pictures
+
+    def get(self, name: str) -> str:
+        """The picture's name on the site."""
+        return self.pictures[name]
+
+    def add(self, name: str, data: bytes) -> str:
+        """Put a file under assets/, named by its content."""
+        hashed = hashed_name(f"assets/{name}", data)
+        self.files[hashed] = data
+        return hashed
+
+
+def read_assets(
+    root: Path, styles: Iterable[str], fonts: Mapping[str, bytes], preload: Iterable[str], problems: Problems
+) -> Assets:
+    """The assets of templates/assets; `styles` stand before its own style sheets."""
+    home = root / "templates" / "assets"
+    assets = Assets()
+    for path in sorted(home.glob("*")):
+        if path.suffix in PICTURES:
+            assets.pictures[path.name] = assets.add(path.name, path.read_bytes())
+    for name, data in fonts.items():
+        assets.files[f"assets/fonts/{name}"] = data
+    assets.preload = tuple(f"assets/fonts/{name}" for name in preload)
+    sheets = [_linked(path, root, assets, problems) for path in sorted((home / "css").glob("*.css"))]
+    assets.css = assets.add("site.css", "\n".join([*styles, *sheets]).encode())
+    scripts = [path.read_text("utf-8") for path in sorted((home / "js").glob("*.js"))]
+    if scripts:
+        assets.js = assets.add("site.js", "\n".join(scripts).encode())
+    for name, attribute in (("theme.js", "theme"), ("worker.mjs", "worker")):
+        if (home / name).is_file():
+            setattr(assets, attribute, assets.add(name, (home / name).read_bytes()))
+    return assets
+
+
+def _linked(path: Path, root: Path, assets: Assets, problems: Problems) -> str:
+    """A style sheet whose url(…) of pictures in templates/assets are their names on the site."""
+    text = path.read_text("utf-8")
+
+    def swap(match: re.Match[str]) -> str:
+        name = match[2]
+        if name in assets.pictures:
+            return f'url("{assets.pictures[name].removeprefix("assets/")}")'
+        line = text.count("\n", 0, match.start()) + 1
+        column = match.start(2) - text.rfind("\n", 0, match.start(2))
+        where = Place(path.relative_to(root).as_posix(), line, column)
+        problems.add(where, f"no picture {name!r} in templates/assets{hint(name, assets.pictures)}")
+        return match[0]
+
+    return URL.sub(swap, text)
+
+
+def service_worker(root: Path, names: Iterable[str], version: str) -> bytes | None:
+    """The service worker with the site's files and their version filled in; None where templates/assets has none."""
+    path = root / "templates" / "assets" / "sw.js"
+    if not path.is_file():
+        return None
+    text = path.read_text("utf-8")
+    return text.replace("__VERSION__", version).replace("__FILES__", json.dumps(sorted(names))).encode()

@@ -1,0 +1,141 @@
+"""Claims: statements in chapters that name the test which checks them, and what that test last said.
+
+The build reads tests as text and never runs them. `write_results` is for the test run: it keeps, in a small file that is
+committed, the outcome of every claimed test with the hash of the code that it ran on.
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import inspect
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from .content import read_chapters
+from .problems import Problems
+
+RESULTS = Path("tests/results.json")
+TESTED = ("solvers", "widgets")
+Outcome = Literal["passed", "failed"]
+
+
+@dataclass(frozen=True)
+class Test:
+    """A test function: id (file::function or file::Class::function), docstring, source, line in its file."""
+
+    id: str
+    doc: str
+    source: str
+    line: int
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a test last said. `current`: on the code as it is now."""
+
+    outcome: Outcome
+    current: bool
+
+
+def read_tests(root: Path, files: Iterable[str]) -> dict[str, Test]:
+    """The tests of the named files (relative to the root; what is no file has none) by id."""
+    found: dict[str, Test] = {}
+    for name in sorted(set(files)):
+        path = root / name
+        if path.suffix != ".py" or not path.is_file():
+            continue
+        source = path.read_text("utf-8")
+        try:
+            tree = ast.parse(source)
+        except SyntaxError:
+            continue
+        lines = source.splitlines()
+        for node in tree.body:
+            members = node.body if isinstance(node, ast.ClassDef) and node.name.startswith("Test") else [node]
+            owner = f"{node.name}::" if isinstance(node, ast.ClassDef) else ""
+            for member in members:
+                if isinstance(member, (ast.FunctionDef, ast.AsyncFunctionDef)) and member.name.startswith("test"):
+                    first = min([member.lineno, *(d.lineno for d in member.decorator_list)])
+                    text = inspect.cleandoc("\n" + "\n".join(lines[first - 1 : member.end_lineno]))
+                    test_id = f"{name}::{owner}{member.name}"
+                    found[test_id] = Test(test_id, ast.get_docstring(member) or "", text, first)
+    return found
+
+
+def test_files(root: Path) -> list[str]:
+    """Every test file of the project, relative to the root."""
+    return sorted(path.relative_to(root).as_posix() for path in (root / "tests").rglob("test_*.py"))
+
+
+def anchor(test_id: str) -> str:
+    """The id of a test's entry on the page of checks."""
+    return "check-" + hashlib.sha256(test_id.encode()).hexdigest()[:10]
+
+
+def tested_code(root: Path) -> dict[str, str]:
+    """The hash of each tested package's sources."""
+    result = {}
+    for name in TESTED:
+        digest = hashlib.sha256()
+        for path in sorted((root / name).rglob("*.py")):
+            data = path.read_bytes()
+            digest.update(f"{path.relative_to(root).as_posix()} {len(data)}\n".encode() + data)
+        result[name] = digest.hexdigest()
+    return result
+
+
+def code_hash(root: Path, test_id: str, packages: Mapping[str, str]) -> str:
+    """The hash of what a test depends on: its file, the solvers, and the widgets where it tests those."""
+    file = root / test_id.partition("::")[0]
+    names = TESTED if test_id.startswith(("tests/widgets/", "tests/browser/")) else TESTED[:1]
+    own = hashlib.sha256(file.read_bytes() if file.is_file() else b"").hexdigest()
+    return hashlib.sha256("".join([own, *(packages[name] for name in names)]).encode()).hexdigest()[:16]
+
+
+def claimed(root: Path) -> list[str]:
+    """The ids of all tests that chapters, drafts too, name."""
+    ids = set()
+    for chapter in read_chapters(root, Problems(), drafts=True):
+        flows = [chapter.document.tokens, *chapter.document.footnotes.values()]
+        for child in (child for flow in flows for token in flow for child in token.children or []):
+            if child.type == "claim_open":
+                ids.add(child.meta["directive"].attributes.strip())
+    return sorted(ids)
+
+
+def read_results(root: Path) -> dict[str, Result]:
+    """The last results of the claimed tests."""
+    path = root / RESULTS
+    if not path.is_file():
+        return {}
+    packages = tested_code(root)
+    kept = json.loads(path.read_text("utf-8"))
+    return {
+        test_id: Result(entry["outcome"], entry["code"] == code_hash(root, test_id, packages)) for test_id, entry in sorted(kept.items())
+    }
+
+
+def write_results(root: Path, outcomes: Mapping[str, Outcome]) -> None:
+    """Keep the outcomes of the claimed tests that ran; those that did not run keep what they had."""
+    path = root / RESULTS
+    kept = json.loads(path.read_text("utf-8")) if path.is_file() else {}
+    wanted = claimed(root)
+    packages = tested_code(root)
+    new = {i: {"outcome": outcomes[i], "code": code_hash(root, i, packages)} for i in wanted if i in outcomes}
+    result = {i: new.get(i) or kept[i] for i in wanted if i in new or i in kept}
+    text = json.dumps(result, indent=1, sort_keys=True) + "\n"
+    if not path.is_file() or path.read_text("utf-8") != text:
+        path.write_text(text, "utf-8")
+
+
+def merged(reports: Iterable[tuple[str, Outcome]]) -> dict[str, Outcome]:
+    """Outcomes by test function from reports of parametrised cases: failed where any case failed."""
+    result: dict[str, Outcome] = {}
+    for node_id, outcome in reports:
+        test_id = node_id.partition("[")[0]
+        result[test_id] = "failed" if "failed" in (outcome, result.get(test_id)) else "passed"
+    return result

@@ -1,0 +1,151 @@
+"""Numbers in the text that a call gives: `solvers.ransac.trials(0.5, 0.99, 2)`, evaluated at build time and kept by its code's hash."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import json
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from widgets.picture import SUPERSCRIPT
+
+from .files import write
+from .problems import hint
+
+NAMESPACES = ("solvers", "widgets")
+
+
+class CallError(ValueError):
+    """A call that cannot be made; `offset` is where in its text the fault lies."""
+
+    def __init__(self, message: str, offset: int) -> None:
+        super().__init__(message)
+        self.offset = offset
+
+
+@dataclass(frozen=True)
+class Call:
+    """A call as written: dotted names with their offsets, and literal arguments."""
+
+    text: str
+    names: tuple[tuple[str, int], ...]
+    positional: tuple[Any, ...]
+    named: dict[str, Any]
+
+
+def read_call(text: str) -> Call:
+    """The call that a text is. Raises CallError where it is none, or has an argument that is not a literal."""
+    try:
+        tree = ast.parse(text, mode="eval").body
+    except SyntaxError as error:
+        raise CallError(f"not a call: {error.msg}", max((error.offset or 1) - 1, 0)) from None
+    if not isinstance(tree, ast.Call):
+        raise CallError("a call is expected, like solvers.ransac.trials(0.5, 0.99, 2)", 0)
+    names: list[tuple[str, int]] = []
+    node: ast.expr = tree.func
+    while isinstance(node, ast.Attribute):
+        names.append((node.attr, _offset(text, node.end_col_offset or 0) - len(node.attr)))
+        node = node.value
+    if not isinstance(node, ast.Name) or node.id not in NAMESPACES or not names:
+        root = node.id if isinstance(node, ast.Name) else ast.unparse(node)
+        raise CallError(f"calls begin with solvers. or widgets., not {root!r}{hint(root, NAMESPACES)}", 0)
+    names.append((node.id, 0))
+    positional = tuple(_literal(text, argument) for argument in tree.args)
+    named: dict[str, Any] = {}
+    for keyword in tree.keywords:
+        if keyword.arg is None:
+            raise CallError("arguments are literals, not **", _offset(text, keyword.col_offset))
+        named[keyword.arg] = _literal(text, keyword.value)
+    return Call(text, tuple(reversed(names)), positional, named)
+
+
+def _offset(text: str, column: int) -> int:
+    """ast counts bytes of UTF-8, we count characters."""
+    return len(text.encode()[:column].decode(errors="ignore"))
+
+
+def _literal(text: str, node: ast.expr) -> Any:
+    try:
+        return ast.literal_eval(node)
+    except ValueError:
+        said = ast.get_source_segment(text, node)
+        raise CallError(f"arguments are literals, {said!r} is none", _offset(text, node.col_offset)) from None
+
+
+def resolve(call: Call) -> Any:
+    """The function that a call names. Raises CallError at the first name that is not there, with the nearest that is."""
+    here: Any = importlib.import_module(call.names[0][0])
+    dotted = call.names[0][0]
+    for name, offset in call.names[1:]:
+        if isinstance(here, ModuleType) and not hasattr(here, name) and hasattr(here, "__path__"):
+            try:
+                importlib.import_module(f"{dotted}.{name}")
+            except ModuleNotFoundError:
+                pass
+        if name.startswith("_") or not hasattr(here, name):
+            raise CallError(f"{dotted} has no {name!r}{hint(name, _names(here))}", offset)
+        here, dotted = getattr(here, name), f"{dotted}.{name}"
+    if not callable(here):
+        raise CallError(f"{dotted} is nothing to call", call.names[-1][1])
+    return here
+
+
+def _names(thing: Any) -> list[str]:
+    names = [name for name in dir(thing) if not name.startswith("_")]
+    if isinstance(thing, ModuleType):
+        folders = [Path(p) for p in getattr(thing, "__path__", [])]
+        names += [p.stem for folder in folders for p in folder.glob("*.py") if not p.stem.startswith("_")]
+    return names
+
+
+def evaluate(call: Call) -> int | float:
+    """The number that the call gives. Raises CallError where it gives none, or fails."""
+    function = resolve(call)
+    try:
+        result = function(*call.positional, **call.named)
+    except Exception as error:  # whatever the solver objects to is the author's to see
+        raise CallError(f"{type(error).__name__}: {error}", 0) from error
+    value = result.item() if hasattr(result, "item") and getattr(result, "ndim", 1) == 0 else result
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise CallError(f"a finite number is expected, not {type(result).__name__}", 0)
+    return value
+
+
+class Values:
+    """Evaluated calls, kept in a file for one state of the code."""
+
+    def __init__(self, cache: Path, code: str) -> None:
+        self._path = cache / "values" / f"{code}.json"
+        self._known: dict[str, int | float] = json.loads(self._path.read_text("utf-8")) if self._path.is_file() else {}
+        self._new = False
+
+    def value(self, call: Call) -> int | float:
+        """The call's number, from the file where it is there. Raises CallError."""
+        if call.text not in self._known:
+            self._known[call.text] = evaluate(call)
+            self._new = True
+        return self._known[call.text]
+
+    def keep(self) -> None:
+        """Write down what is new."""
+        if self._new:
+            write(self._path, json.dumps(self._known, sort_keys=True).encode())
+
+
+def printed(value: int | float, spec: str = "") -> str:
+    """A number as the site prints it: true minus sign, no negative zero, powers of ten written out.
+
+    Raises ValueError for a format that is none.
+    """
+    text = format(value, spec or ("d" if isinstance(value, int) else ".6g"))
+    mantissa, e, exponent = text.partition("e")
+    if re.fullmatch(r"-[0.,]*", mantissa):
+        mantissa = mantissa[1:]
+    power = f"·10{str(int(exponent)).translate(SUPERSCRIPT)}" if e else ""
+    return mantissa.replace("-", "−") + power
+

@@ -1,0 +1,223 @@
+"""What authors write: the site's settings and the chapters with their front matter, read and checked, not yet rendered."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from . import schema
+from .markdown import Document, Source, parse
+from .problems import Place, Problems
+
+FILE_NAME = re.compile(r"(?P<number>\d+(?:\.\d+)?)(?P<letter>[a-z]?)-(?P<slug>[a-z0-9-]+)\.md")
+SLUG = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
+OWN_PAGES = ("references", "checks", "licences", "404")
+
+SITE = {
+    "title": schema.text(required=True),
+    "description": schema.text(required=True),
+    "author": schema.text(required=True),
+    "year": schema.year(required=True),
+    "language": schema.text(default="en"),
+    "url": schema.text(),
+    "report": schema.text(),
+    "licence": schema.Field("a mapping of name and url", lambda v: isinstance(v, dict), required=True, default={}),
+    "ladder": schema.Field("a list of rungs", lambda v: isinstance(v, list), default=[]),
+    "macros": schema.Field("a mapping of macros to LaTeX", lambda v: isinstance(v, dict), default={}),
+}
+LICENCE = {"name": schema.text(required=True), "url": schema.text(required=True)}
+RUNG = {"rung": schema.text(required=True), "title": schema.text(required=True)}
+FRONT = {
+    "title": schema.text(required=True),
+    "slug": schema.text(),
+    "rung": schema.text(),
+    "question": schema.text(),
+    "summary": schema.text(),
+    "redirects": schema.texts(),
+    "draft": schema.flag(),
+}
+
+
+@dataclass(frozen=True)
+class Rung:
+    """One step of the ladder as the navigation shows it, published or not."""
+
+    rung: str
+    title: str
+
+
+@dataclass(frozen=True)
+class Site:
+    """The settings of content/site.yaml. `url` is "" or ends with a slash; `report` may hold {title} and {page}."""
+
+    title: str
+    description: str
+    author: str
+    year: int
+    language: str
+    url: str
+    report: str
+    licence: str
+    licence_url: str
+    ladder: tuple[Rung, ...]
+    macros: dict[str, str]
+
+
+@dataclass(frozen=True)
+class Chapter:
+    """One chapter, parsed. `name` is its page without .html; `number` leads its figures' and equations' numbers."""
+
+    source: Source
+    document: Document
+    name: str
+    slug: str
+    title: str
+    rung: str
+    question: str
+    summary: str
+    redirects: tuple[str, ...]
+    draft: bool
+
+    @property
+    def page(self) -> str:
+        """The chapter's file name on the site."""
+        return f"{self.name}.html"
+
+    @property
+    def number(self) -> str:
+        """What its figures' and equations' numbers begin with."""
+        return self.rung or self.name.upper()[:1]
+
+
+def read_site(root: Path, problems: Problems) -> Site:
+    """The settings; defaults where they are faulty."""
+    path = root / "content" / "site.yaml"
+    name = path.relative_to(root).as_posix()
+    document = None
+    if path.is_file():
+        document = schema.read(path.read_text("utf-8"), name, problems)
+    else:
+        problems.add(Place(name), "the site's settings are missing")
+    document = document or schema.Yaml({}, {}, Place(name, 1, 1))
+    had = len(problems.found)
+    values = schema.validated(document, SITE, problems) if path.is_file() and document.places else _defaults(SITE)
+    licence = schema.validated(document, LICENCE, problems, "licence") if values["licence"] else _defaults(LICENCE)
+    rungs = []
+    for i in range(len(values["ladder"])):
+        rung = schema.validated(document, RUNG, problems, "ladder", i)
+        rungs.append(Rung(rung["rung"], rung["title"]))
+    for macro, meaning in values["macros"].items():
+        if not re.fullmatch(r"\\[A-Za-z]+", str(macro)) or not isinstance(meaning, str):
+            problems.add(document.at("macros", macro), "a macro is written '\\name': LaTeX")
+    url = values["url"]
+    if url and not re.fullmatch(r"https?://[^\s]+", url):
+        problems.add(document.at("url"), f"url: an address that begins with https:// is expected, not {url!r}")
+    if not document.places and len(problems.found) == had:
+        problems.add(Place(name, 1, 1), "the site's settings are empty")
+    return Site(
+        values["title"],
+        values["description"],
+        values["author"],
+        values["year"] or 0,
+        values["language"],
+        url.rstrip("/") + "/" if url else "",
+        values["report"],
+        licence["name"],
+        licence["url"],
+        tuple(rungs),
+        values["macros"],
+    )
+
+
+def _defaults(fields: dict[str, schema.Field]) -> dict[str, Any]:
+    return {name: field.default for name, field in fields.items()}
+
+
+def read_chapters(root: Path, problems: Problems, drafts: bool = False) -> list[Chapter]:
+    """The chapters in reading order, which is that of the numbers their file names begin with."""
+    found: list[tuple[tuple[float, str], Path]] = []
+    for path in sorted((root / "content").glob("*.md")):
+        match = FILE_NAME.fullmatch(path.name)
+        if match is None:
+            problems.add(Place(f"content/{path.name}"), "a chapter's file is called like 01-kabsch.md: number, hyphen, name")
+        else:
+            found.append(((float(match["number"]), match["letter"]), path))
+    found.sort()
+    if not found and not problems.found:
+        problems.add(Place("content"), "no chapter found")
+    for (one, first), (other, second) in zip(found, found[1:], strict=False):
+        if one == other:
+            problems.add(Place(f"content/{second.name}"), f"has the same number as {first.name}")
+    chapters: list[Chapter] = []
+    for _, path in found:
+        chapter = _chapter(root, path, problems, first=not chapters)
+        if drafts or not chapter.draft:
+            chapters.append(chapter)
+    _check_names(chapters, problems)
+    return chapters
+
+
+def _chapter(root: Path, path: Path, problems: Problems, first: bool) -> Chapter:
+    name = path.relative_to(root).as_posix()
+    raw = path.read_bytes()
+    try:
+        text = raw.decode("utf-8").replace("\r\n", "\n").replace("\0", "\ufffd")
+    except UnicodeDecodeError as error:
+        line = raw[: error.start].count(b"\n") + 1
+        problems.add(Place(name, line, 1), "not UTF-8")
+        text = raw.decode("utf-8", "replace")
+    front, body = _split(text)
+    source = Source(name, body, problems)
+    values = _defaults(FRONT)
+    document = schema.read(front, name, problems, first_line=2) if front else None
+    if not front:
+        problems.add(Place(name, 1, 1), "front matter is missing: lines between --- and --- with at least a title")
+    elif document is not None:
+        values = schema.validated(document, FRONT, problems)
+        for where, slug in [(("slug",), values["slug"]), *((("redirects", i), s) for i, s in enumerate(values["redirects"]))]:
+            if slug and not SLUG.fullmatch(slug):
+                problems.add(document.at(*where), f"{slug!r} is no page name: small ASCII letters, digits and hyphens")
+        if not values["summary"]:
+            problems.warn(document.at(), "summary is missing: it describes the page to search engines and shared links")
+    match = FILE_NAME.fullmatch(path.name)
+    slug = values["slug"] or (match["slug"] if match else path.stem)
+    return Chapter(
+        source,
+        parse(source),
+        "index" if first else slug,
+        slug,
+        values["title"] or slug,
+        values["rung"],
+        values["question"],
+        values["summary"],
+        tuple(values["redirects"]),
+        values["draft"],
+    )
+
+
+def _split(text: str) -> tuple[str, str]:
+    """Front matter and the rest, with blank lines in the front matter's place so that line numbers hold."""
+    if not text.startswith("---\n"):
+        return "", text
+    end = text.find("\n---\n", 3)
+    if end < 0:
+        return "", text
+    front = text[4 : end + 1]
+    return front or "\n", "\n" * (front.count("\n") + 2) + text[end + 5 :]
+
+
+def _check_names(chapters: list[Chapter], problems: Problems) -> None:
+    """No two pages of one name, and no redirect from a page that is there."""
+    taken = dict.fromkeys(OWN_PAGES, "the site's own page")
+    for chapter in chapters:
+        for name in {chapter.name, chapter.slug}:
+            if name in taken:
+                problems.add(Place(chapter.source.path, 1, 1), f"the page name {name!r} is taken by {taken[name]}")
+            taken[name] = chapter.source.path
+    for chapter in chapters:
+        for name in chapter.redirects:
+            if name in taken:
+                problems.add(Place(chapter.source.path, 1, 1), f"redirect from {name!r}: that name is taken by {taken[name]}")
+            taken[name] = chapter.source.path

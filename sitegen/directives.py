@@ -1,0 +1,119 @@
+"""Directives, the generator's one extension of Markdown: `:name[text]{attributes}` in a line, `::name[text]{attributes}` as a line.
+
+Everything carries its offset in the text it was read from, so that a problem can name the very word that is wrong.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+NAME = re.compile(r"[a-z][a-z-]*")
+ATTRIBUTE = re.compile(r'\s*(?:(?P<name>[A-Za-z_][\w-]*)=)?(?P<value>"(?:[^"\\]|\\.)*"|[^\s"]+)')
+CLOSING = {"[": "]", "{": "}"}
+
+
+class DirectiveError(ValueError):
+    """A directive that is not well-formed; `offset` is where in the text it was read from."""
+
+    def __init__(self, message: str, offset: int) -> None:
+        super().__init__(message)
+        self.offset = offset
+
+
+@dataclass(frozen=True)
+class Directive:
+    """A directive as written. Offsets point at `:`, at the text's first character and at the attributes' first."""
+
+    name: str
+    text: str
+    attributes: str
+    start: int
+    text_start: int
+    attributes_start: int
+    end: int
+
+
+@dataclass(frozen=True)
+class Attribute:
+    """`value`, or `name=value`; quotes are taken off. `start` is the offset of the name, `value_start` of the value."""
+
+    name: str
+    value: str
+    start: int
+    value_start: int
+
+    @property
+    def plain(self) -> bool | int | float | str:
+        """The value as data: true, false, a number, or text."""
+        if self.value in ("true", "false"):
+            return self.value == "true"
+        for kind in (int, float):
+            try:
+                return kind(self.value)
+            except ValueError:
+                continue
+        return self.value
+
+
+def read(source: str, start: int, stop: int, colons: str) -> Directive | None:
+    """The directive that begins at `start` with `colons`, or None where there is none. It ends before `stop`.
+
+    Raises DirectiveError for one that begins and never closes.
+    """
+    if not source.startswith(colons, start):
+        return None
+    named = NAME.match(source, start + len(colons), stop)
+    if named is None or named.end() >= stop or source[named.end()] != "[":
+        return None
+    text_start = named.end() + 1
+    text_end = _close(source, named.end(), stop)
+    end, attributes, attributes_start = text_end + 1, "", text_end + 1
+    if end < stop and source[end] == "{":
+        attributes_start = end + 1
+        end = _close(source, end, stop) + 1
+        attributes = source[attributes_start : end - 1]
+    text = source[text_start:text_end]
+    return Directive(named.group(), text, attributes, start, text_start, attributes_start, end)
+
+
+def _close(source: str, start: int, stop: int) -> int:
+    """Where the bracket at `start` closes; in a text, code and formulas are passed over, in attributes quoted values."""
+    opening = source[start]
+    closing = CLOSING[opening]
+    passed = "`$" if opening == "[" else '"'
+    depth, i = 0, start
+    while i < stop:
+        char = source[i]
+        if char == "\\":
+            i += 1
+        elif char in passed:
+            after = source.find(char, i + 1, stop)
+            i = after if after >= 0 else i
+        elif char == opening:
+            depth += 1
+        elif char == closing:
+            depth -= 1
+            if depth == 0:
+                return i
+        i += 1
+    raise DirectiveError(f"{opening!r} is never closed by {closing!r}", start)
+
+
+def attributes(directive: Directive) -> list[Attribute]:
+    """The attributes in order. Raises DirectiveError where they are none."""
+    found, i = [], 0
+    source = directive.attributes
+    while source[i:].strip():
+        match = ATTRIBUTE.match(source, i)
+        if match is None:
+            offset = i + len(source[i:]) - len(source[i:].lstrip())
+            raise DirectiveError("a value in quotes is never closed", directive.attributes_start + offset)
+        value = match["value"]
+        if value.startswith('"'):
+            value = re.sub(r"\\(.)", r"\1", value[1:-1])
+        start = match.start("name") if match["name"] else match.start("value")
+        base = directive.attributes_start
+        found.append(Attribute(match["name"] or "", value, base + start, base + match.start("value")))
+        i = match.end()
+    return found

@@ -1,0 +1,217 @@
+"""Figures as chapters place them: which widget in which state, what the page needs of it, and its frames, baked and kept.
+
+Nothing is drawn here: frames come from widgets.host, which the browser runs too.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from widgets.contract import MAX_LOG, Record, Widget, parsed, preset
+from widgets.controls import Spec, specs, validated, values
+from widgets.host import Host
+
+from .files import write
+from .directives import Attribute, Directive, DirectiveError, attributes
+from .problems import Place, Problems, hint
+
+Plain = dict[str, Any]
+
+
+@dataclass
+class Figure:
+    """A figure in a chapter. `records` are the states of its tape, the first of them its own."""
+
+    id: str
+    number: str
+    widget: Widget
+    record: Record
+    place: Place
+    records: list[Plain] = field(default_factory=list)
+
+    @property
+    def dom_id(self) -> str:
+        """The id of its element, and what its SVG's ids begin with."""
+        return f"fig-{self.id}"
+
+    def remember(self, record: Record) -> None:
+        """Put a state, and all that lead to it, on the tape."""
+        plain = record.plain()
+        for length in range(len(plain["log"]) + 1):
+            state = {**plain, "log": plain["log"][:length]}
+            if state not in self.records:
+                self.records.append(state)
+
+
+def listed(directive: Directive, at: Callable[[int], Place], problems: Problems) -> list[Attribute]:
+    """The directive's attributes; none, and a problem, where they cannot be read or one stands twice."""
+    try:
+        found = attributes(directive)
+    except DirectiveError as error:
+        problems.add(at(error.offset), str(error))
+        return []
+    seen: set[str] = set()
+    for attribute in found:
+        if attribute.name and attribute.name in seen:
+            problems.add(at(attribute.start), f"{attribute.name!r} stands twice")
+        seen.add(attribute.name)
+    return found
+
+
+def placed(
+    directive: Directive, at: Callable[[int], Place], number: str, widgets: Mapping[str, Widget], problems: Problems
+) -> Figure | None:
+    """The figure that a `::figure` line places, its tape holding what its widget records; None where it names no widget."""
+    given = listed(directive, at, problems)
+    bare = [a for a in given if not a.name]
+    if not bare:
+        problems.add(at(directive.attributes_start), "a figure names its widget first: {kabsch preset=default id=solve}")
+        return None
+    if bare[0].value not in widgets:
+        problems.add(at(bare[0].start), f"no widget {bare[0].value!r}{hint(bare[0].value, widgets)}")
+        return None
+    for extra in bare[1:]:
+        problems.add(at(extra.start), f"name=value is expected, not {extra.value!r}")
+    widget = widgets[bare[0].value]
+    named = {a.name: a for a in given if a.name}
+    chosen = named.pop("preset", None)
+    name = chosen.value if chosen else "default"
+    if name not in widget.presets:
+        problems.add(at(chosen.value_start if chosen else bare[0].start), f"{widget.name} has no preset {name!r}{hint(name, widget.presets)}")
+        return None
+    figure_id = named.pop("id", None)
+    if figure_id and not figure_id.value.replace("-", "").isalnum() or figure_id and not figure_id.value.isascii():
+        problems.add(at(figure_id.value_start), f"{figure_id.value!r} is no id: ASCII letters, digits and hyphens")
+    if not directive.text.strip():
+        problems.add(at(directive.text_start), "a figure has a caption")
+    base = preset(widget, name)
+    record = changed(widget, base, named.values(), at, problems)
+    figure = Figure(figure_id.value if figure_id else widget.name, number, widget, record, at(directive.start))
+    figure.remember(record)
+    for changes, presses in widget.tape:
+        log = [["press", press] for press in presses]
+        figure.remember(parsed(widget, {**record.plain(), "controls": merged(widget, record, changes), "log": log}))
+    return figure
+
+
+def merged(widget: Widget, base: Record, changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Control values with `changes` in place and, where they do not say, what their chosen options bring along."""
+    known = specs(widget.controls)
+    brought = {k: v for name, value in changes.items() for k, v in known[name].sets.get(str(value), {}).items()}
+    return {**values(base.controls), **brought, **changes}
+
+
+def changed(
+    widget: Widget, base: Record, given: Iterable[Attribute], at: Callable[[int], Place], problems: Problems
+) -> Record:
+    """A record with other control values, `seed=`, and `press=a,b` for a log; what is wrong goes to `problems`."""
+    known = specs(widget.controls)
+    presses = {b.name for b in widget.buttons if b.does == "press"}
+    controls: dict[str, Any] = {}
+    seed, log = base.seed, []
+    for attribute in given:
+        where = at(attribute.value_start)
+        if attribute.name == "seed":
+            if isinstance(attribute.plain, bool) or not isinstance(attribute.plain, int) or not 0 <= attribute.plain < 2**31:
+                problems.add(where, f"seed: a whole number is expected, not {attribute.value!r}")
+            else:
+                seed = attribute.plain
+        elif attribute.name == "press":
+            offset = attribute.value_start
+            for name in attribute.value.split(","):
+                if name not in presses:
+                    problems.add(at(offset), f"{widget.name} has no button {name!r} to press{hint(name, presses)}")
+                else:
+                    log.append(["press", name])
+                offset += len(name) + 1
+        elif attribute.name not in known:
+            names = [*known, "seed", "press"]
+            problems.add(at(attribute.start), f"{widget.name} has no control {attribute.name!r}{hint(attribute.name, names)}")
+        else:
+            value = attribute.value if known[attribute.name].kind == "choice" else attribute.plain
+            try:
+                validated(widget.controls, {attribute.name: value})
+                controls[attribute.name] = value
+            except ValueError as error:
+                problems.add(where, str(error))
+    if len(log) > MAX_LOG:
+        problems.add(at(0), f"a log holds at most {MAX_LOG} actions")
+        log = []
+    return parsed(widget, {**base.plain(), "controls": merged(widget, base, controls), "seed": seed, "log": log})
+
+
+def code_hash(packages: Sequence[str] = ("solvers", "widgets")) -> str:
+    """The hash of what frames and values are made by: the packages' sources as imported, and numpy's version."""
+    import importlib
+
+    digest = hashlib.sha256(np.__version__.encode())
+    for name in packages:
+        folder = Path(next(iter(importlib.import_module(name).__path__)))
+        for path in sorted(folder.rglob("*.py")):
+            data = path.read_bytes()
+            digest.update(f"{name}/{path.relative_to(folder).as_posix()} {len(data)}\n".encode() + data)
+    return digest.hexdigest()
+
+
+class Bakery:
+    """Frames for records, kept by the hash of the code, the figure and the records."""
+
+    def __init__(self, widgets: Mapping[str, Widget], cache: Path, code: str) -> None:
+        self._host = Host(widgets)
+        self._cache = cache / "frames"
+        self._code = code
+
+    def frames(self, dom_id: str, records: Sequence[Plain]) -> list[Plain]:
+        """One frame for each record, in order. What a widget raises is raised."""
+        key = hashlib.sha256(json.dumps([self._code, dom_id, records]).encode()).hexdigest()
+        kept = self._cache / f"{key}.json"
+        if kept.is_file():
+            found: list[Plain] = json.loads(kept.read_bytes())
+            return found
+        made = [json.loads(self._host.frame(json.dumps({"figure": dom_id, "record": record}))) for record in records]
+        write(kept, dumps(made).encode())
+        return made
+
+
+def dumps(data: Any) -> str:
+    """JSON as pages carry it: short, and unable to end a script element."""
+    text = json.dumps(data, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+    return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
+
+
+def spec(widget: Widget) -> Plain:
+    """What the page's script needs to know of a widget."""
+    return {
+        "buttons": [
+            {"name": b.name, "label": b.label, "does": b.does, "primary": b.primary, "repeats": b.repeats}
+            for b in widget.buttons
+        ],
+        "controls": {name: _control(control) for name, control in specs(widget.controls).items()},
+        "handles": list(widget.handles),
+        "clicks": list(widget.clicks),
+    }
+
+
+def _control(control: Spec) -> Plain:
+    shared: Plain = {"kind": control.kind, "label": control.label, "keeps": control.keeps}
+    if control.kind == "slider":
+        numbers = {"low": control.low, "high": control.high, "step": control.step}
+        return {**shared, **numbers, "unit": control.unit, "decimals": control.decimals}
+    return {**shared, "options": dict(control.options), "sets": {k: dict(v) for k, v in control.sets.items()}} if control.kind == "choice" else shared
+
+
+def first_frame(frame: Plain) -> Plain:
+    """A frame without its drawings, which stand in the page already."""
+    return {**frame, "panels": [{k: v for k, v in panel.items() if k != "svg"} for panel in frame["panels"]]}
+
+
+def tape_script(dom_id: str, records: Sequence[Plain], frames: Sequence[Plain]) -> str:
+    """The classic script that hands a figure its tape."""
+    entries = [{"record": record, "frame": frame} for record, frame in zip(records, frames, strict=True)]
+    return f"Ladder.tape({dumps(dom_id)}, {dumps(entries)});\n"

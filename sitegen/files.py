@@ -1,0 +1,66 @@
+"""Files as the build writes them: atomically, named by their content, packed beside."""
+
+from __future__ import annotations
+
+import gzip
+import hashlib
+import os
+import tempfile
+from collections.abc import Iterable
+from pathlib import Path, PurePosixPath
+
+import brotli
+
+PACKED = {".html", ".css", ".js", ".mjs", ".json", ".svg", ".xml", ".txt", ".wasm", ".webmanifest", ".ico"}
+WORTH = 1024  # bytes below which packing saves nothing that a reader would notice
+
+
+def write(path: Path, data: bytes) -> None:
+    """Write beside, then rename: nobody meets half a file."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.NamedTemporaryFile(dir=path.parent, prefix=".", delete=False) as beside:
+        beside.write(data)
+    os.chmod(beside.name, 0o644)
+    os.replace(beside.name, path)
+
+
+def short_hash(data: bytes) -> str:
+    """Ten hex digits of the content's sha256."""
+    return hashlib.sha256(data).hexdigest()[:10]
+
+
+def hashed_name(name: str, data: bytes) -> str:
+    """The name with its content's hash before the ending: 'a/site.css' → 'a/site.0123456789.css'."""
+    path = PurePosixPath(name)
+    return str(path.with_name(f"{path.stem}.{short_hash(data)}{path.suffix}"))
+
+
+def packed(name: str, data: bytes, cache: Path) -> dict[str, bytes]:
+    """The .gz and .br that belong beside a file, made once for each content; none where they would save nothing."""
+    if PurePosixPath(name).suffix not in PACKED or len(data) < WORTH:
+        return {}
+    home = cache / "packed" / hashlib.sha256(data).hexdigest()
+    result = {}
+    for ending, pack in ((".gz", _gzip), (".br", _brotli)):
+        kept = home.with_suffix(ending)
+        if not kept.is_file():
+            write(kept, pack(data))
+        result[name + ending] = kept.read_bytes()
+    return result
+
+
+def _gzip(data: bytes) -> bytes:
+    return gzip.compress(data, 9, mtime=0)
+
+
+def _brotli(data: bytes) -> bytes:
+    # The highest quality takes seconds for a megabyte and saves little over this one there.
+    return bytes(brotli.compress(data, quality=11 if len(data) < 1 << 18 else 9))
+
+
+def fingerprint(files: Iterable[tuple[str, bytes]]) -> str:
+    """A hash of names and contents together, whatever their order."""
+    digest = hashlib.sha256()
+    for name, data in sorted(files):
+        digest.update(f"{name}\0{len(data)}\0".encode() + data)
+    return digest.hexdigest()

@@ -1,0 +1,107 @@
+"""LaTeX → MathML by Temml: all formulas of a build in one call of Node, each kept by the hash of what it was made from.
+
+A strict Content-Security-Policy blocks style attributes, so each distinct one becomes a class, and the classes a style sheet.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from . import outside
+from .files import write
+from .node import run_node
+from .problems import Place, Problems
+
+SCRIPT = Path(__file__).with_name("temml.mjs")
+FORMAT = "1"  # of what is kept; raised when the making changes in a way that its inputs do not tell
+STYLE = re.compile(r'<(?P<tag>\w+)(?P<before>[^<>]*?) style="(?P<style>[^"]*)"(?P<after>[^<>]*)>')
+COMBINING = "\u0332"  # Temml underlines what it objects to with these
+SEEN_BY_CLASS = {"display:block math;"}  # said by the class tml-display
+
+
+@dataclass(frozen=True)
+class Formula:
+    """A formula as an author wrote it."""
+
+    source: str
+    display: bool
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A formula and where its characters stand: `at` takes an offset in the source to a place."""
+
+    formula: Formula
+    at: Callable[[int], Place]
+
+
+@dataclass(frozen=True)
+class Mathematics:
+    """MathML for each formula, and the rules for the classes that stand for style attributes."""
+
+    mathml: Mapping[Formula, str]
+    css: str
+
+
+def render(
+    asked: Iterable[Asked], macros: Mapping[str, str], cache: Path, problems: Problems, progress: outside.Progress = outside.quiet
+) -> Mathematics:
+    """All formulas as MathML; those that are no LaTeX go to `problems` and become empty."""
+    wanted = list(asked)
+    version = outside.read_manifest()["temml"].version
+    kept = cache / "maths" / f"{_hash([FORMAT, version, SCRIPT.read_text('utf-8'), sorted(macros.items())])}.json"
+    known: dict[str, dict[str, object]] = json.loads(kept.read_text("utf-8")) if kept.is_file() else {}
+    new = sorted({f.formula for f in wanted if _key(f.formula) not in known}, key=_key)
+    if new:
+        module = outside.gather(["temml"], cache=cache, progress=progress)["temml/dist/temml.mjs"]
+        formulas = [{"source": f.source, "display": f.display} for f in new]
+        answers = run_node(SCRIPT, {"module": str(module), "macros": dict(macros), "formulas": formulas}, timeout=120)
+        known |= {_key(f): answer for f, answer in zip(new, answers, strict=True)}
+        write(kept, json.dumps(known, ensure_ascii=False, sort_keys=True).encode())
+    styles: dict[str, str] = {}
+    mathml: dict[Formula, str] = {}
+    for one in wanted:
+        answer = known[_key(one.formula)]
+        if "mathml" in answer:
+            mathml[one.formula] = _classed(str(answer["mathml"]), styles)
+        else:
+            mathml[one.formula] = ""
+            position = answer["position"]
+            place = one.at(min(position, len(one.formula.source)) if isinstance(position, int) else 0)
+            problems.add(place, f"formula: {_said(str(answer['message']))}")
+    return Mathematics(mathml, "".join(f".{name}{{{style}}}\n" for style, name in sorted(styles.items())))
+
+
+def _key(formula: Formula) -> str:
+    return ("display " if formula.display else "inline ") + formula.source
+
+
+def _hash(data: object) -> str:
+    return hashlib.sha256(json.dumps(data).encode()).hexdigest()[:24]
+
+
+def _said(message: str) -> str:
+    """Temml's message without the excerpt that it appends: the place says it better."""
+    first = message.strip().split("\n")[0].replace(COMBINING, "")
+    return re.sub(r",?\s*at (position \d+|end of input).*$", "", first).strip(" :")
+
+
+def _classed(mathml: str, styles: dict[str, str]) -> str:
+    """The MathML with classes in place of style attributes; `styles` gathers style → class."""
+
+    def swap(match: re.Match[str]) -> str:
+        style, rest = match["style"], match["before"] + match["after"]
+        if style in SEEN_BY_CLASS:
+            return f"<{match['tag']}{rest}>"
+        name = styles.setdefault(style, f"m{hashlib.sha256(style.encode()).hexdigest()[:6]}")
+        if ' class="' in rest:
+            joined = rest.replace(' class="', f' class="{name} ', 1)
+            return f"<{match['tag']}{joined}>"
+        return f'<{match["tag"]} class="{name}"{rest}>'
+
+    return STYLE.sub(swap, mathml)

@@ -1,0 +1,231 @@
+"""Everything known of the site → its HTML pages, through the templates."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote, urlsplit
+from xml.sax.saxutils import escape as xml_escape
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
+from widgets.contract import Widget
+from widgets.controls import Spec, specs
+from widgets.picture import number
+
+from .assets import POLICY, Assets
+from .cite import Reference
+from .claims import Result, Test, anchor
+from .content import Chapter, Site
+from .figures import Figure, Plain, dumps, first_frame, spec
+from .outside import Licence
+from .render import Body, highlighted
+
+SAID = {
+    "passed": "Passed on this code.",
+    "failed": "Failed on this code.",
+    "unknown": "Not yet run on this code.",
+}
+
+
+@dataclass(frozen=True)
+class FigureView:
+    """What the figure's template shows."""
+
+    id: str
+    number: str
+    widget: Widget
+    controls: Mapping[str, Spec]
+    frame: Plain
+    record: Markup
+    tape: str
+    seeded: bool
+    caption: Markup
+
+
+@dataclass(frozen=True)
+class Page:
+    """What base.html needs of a page. `hidden` keeps it from search engines."""
+
+    name: str
+    title: str
+    description: str
+    kind: str
+    canonical: str = ""
+    report: str = ""
+    home: bool = False
+    hidden: bool = False
+    previous: Chapter | None = None
+    next: Chapter | None = None
+
+
+def environment(root: Path) -> Environment:
+    """The templates of a checkout; a name that is not there is an error, text is escaped."""
+    made = Environment(
+        loader=FileSystemLoader(root / "templates"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    made.globals |= {"shown": shown, "plain": plain, "wheel": ""}
+    return made
+
+
+def shown(spec: Spec, value: float) -> str:
+    """A slider's value as its output says it."""
+    text = number(value, spec.decimals)
+    return f"{text}\u00a0{spec.unit}" if spec.unit else text
+
+
+def plain(value: float) -> str:
+    """A number as an attribute of an input holds it."""
+    return f"{value:.10g}"
+
+
+def figure_view(figure: Figure, frame: Plain, tape: str, caption: Markup) -> FigureView:
+    """The view of a figure whose first frame is drawn."""
+    record = {"record": figure.records[0], "frame": first_frame(frame), "spec": spec(figure.widget)}
+    return FigureView(
+        figure.dom_id,
+        figure.number,
+        figure.widget,
+        specs(figure.widget.controls),
+        frame,
+        Markup(dumps(record)),
+        tape,
+        any(button.does == "reseed" for button in figure.widget.buttons),
+        caption,
+    )
+
+
+@dataclass(frozen=True)
+class Writer:
+    """Fills the templates of one build."""
+
+    templates: Environment
+    site: Site
+    chapters: Sequence[Chapter]
+    assets: Assets
+
+    def _page(self, name: str, title: str, description: str, kind: str, **more: Any) -> Page:
+        url = self.site.url
+        canonical = (url if name == "index.html" else url + name) if url else ""
+        report = self.site.report.replace("{title}", quote(title)).replace("{page}", quote(name))
+        return Page(name, title, description, kind, canonical, report, **more)
+
+    def _fill(self, template: str, page: Page, **values: Any) -> str:
+        absolute = page.kind == "lost" and self.site.url
+        return self.templates.get_template(template).render(
+            site=self.site,
+            page=page,
+            assets=self.assets,
+            policy=POLICY,
+            ladder=self._ladder(page.name),
+            root=urlsplit(self.site.url).path if absolute else "",
+            **values,
+        )
+
+    def _ladder(self, current: str) -> list[dict[str, Any]]:
+        """Every rung in order: those published as links, the rest as text; chapters without a rung stand at the end."""
+        by_rung = {c.rung: c for c in self.chapters if c.rung}
+        planned = [(r.rung, r.title, by_rung.get(r.rung)) for r in self.site.ladder]
+        listed = {c.name for _, _, c in planned if c}
+        rest = [(c.rung, c.title, c) for c in self.chapters if c.name not in listed]
+        return [
+            {
+                "rung": rung,
+                "title": chapter.title if chapter else title,
+                "page": chapter.page if chapter else "",
+                "current": bool(chapter) and chapter.page == current,
+            }
+            for rung, title, chapter in [*planned, *rest]
+        ]
+
+    def chapter(self, chapter: Chapter, body: Body, references: Mapping[str, Reference]) -> str:
+        """A chapter's page."""
+        i = self.chapters.index(chapter)
+        page = self._page(
+            chapter.page,
+            chapter.title,
+            chapter.summary or self.site.description,
+            "chapter-page",
+            home=i == 0,
+            previous=self.chapters[i - 1] if i else None,
+            next=self.chapters[i + 1] if i + 1 < len(self.chapters) else None,
+        )
+        if page.home:
+            page = Page(**{**page.__dict__, "title": self.site.title})
+        cards = [references[key] for key in body.cited]
+        return self._fill("chapter.html", page, chapter=chapter, body=body.html, contents=_tree(body.contents), cards=cards)
+
+    def references(self, references: Mapping[str, Reference], cited: Mapping[str, Sequence[Chapter]]) -> str:
+        """The bibliography, each work with the chapters that cite it."""
+        entries = [{"reference": r, "chapters": cited.get(r.key, [])} for r in references.values()]
+        page = self._page("references.html", "References", f"Works cited in {self.site.title}.", "references-page")
+        return self._fill("references.html", page, references=entries)
+
+    def checks(
+        self, bodies: Sequence[tuple[Chapter, Body]], tests: Mapping[str, Test], results: Mapping[str, Result]
+    ) -> str:
+        """Every claim with its test and what that last said."""
+        claimed: dict[str, list[dict[str, Any]]] = {}
+        for chapter, body in bodies:
+            for claim in body.claims:
+                entry = {"page": chapter.page, "chapter": chapter.title, "id": claim.anchor, "html": claim.html}
+                claimed.setdefault(claim.test_id, []).append(entry)
+        checks = []
+        for test_id, claims in claimed.items():
+            result = results.get(test_id)
+            state = result.outcome if result and result.current else "unknown"
+            source = highlighted(tests[test_id].source, "python")
+            checks.append(
+                {
+                    "anchor": anchor(test_id),
+                    "claims": claims,
+                    "test": tests[test_id],
+                    "source": source,
+                    "state": state,
+                    "said": SAID[state],
+                }
+            )
+        page = self._page("checks.html", "About the checks", "The tests behind the statements in the text.", "checks-page")
+        return self._fill("checks.html", page, checks=checks)
+
+    def licences(self, licences: Sequence[Licence]) -> str:
+        """The licences of what the site serves."""
+        page = self._page("licences.html", "Licences", f"Licences of what {self.site.title} serves.", "licences-page")
+        return self._fill("licences.html", page, licences=licences)
+
+    def lost(self) -> str:
+        """What hosts answer for an address that is none."""
+        page = self._page("404.html", "No such page", self.site.description, "lost", hidden=True)
+        return self._fill("404.html", Page(**{**page.__dict__, "canonical": ""}))
+
+    def redirect(self, chapter: Chapter) -> str:
+        """The page under a chapter's old name."""
+        return self.templates.get_template("redirect.html").render(site=self.site, chapter=chapter)
+
+    def sitemap(self, pages: Sequence[str]) -> str:
+        """sitemap.xml; only a site with an address has one."""
+        entries = (f"<url><loc>{xml_escape(self.site.url + ('' if p == 'index.html' else p))}</loc></url>\n" for p in pages)
+        head = '<?xml version="1.0" encoding="UTF-8"?>\n<urlset xmlns="http://www.sitemaps.org/schemas/sitemap/0.9">\n'
+        return head + "".join(entries) + "</urlset>\n"
+
+
+def figure_html(templates: Environment) -> Callable[[FigureView], Markup]:
+    """The figure macro of the templates."""
+    macro = templates.get_template("figure.html").module.figure  # type: ignore[attr-defined]
+    return lambda view: Markup(macro(view))
+
+
+def _tree(contents: Sequence[tuple[int, str, Markup]]) -> list[dict[str, Any]]:
+    """Second- and third-level headings as entries with children."""
+    entries: list[dict[str, Any]] = []
+    for level, name, html in contents:
+        entry: dict[str, Any] = {"id": name, "html": html, "children": []}
+        (entries[-1]["children"] if level == 3 and entries else entries).append(entry)
+    return entries

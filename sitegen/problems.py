@@ -1,0 +1,68 @@
+"""What is wrong with the content: collected over the whole build and shown at once, each with its place and the nearest right name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+
+
+@dataclass(frozen=True, order=True)
+class Problem:
+    """One thing to mend; line and column count from 1, 0 where a file as a whole is meant."""
+
+    path: str
+    line: int
+    column: int
+    message: str
+
+    def __str__(self) -> str:
+        return f"{self.path}:{self.line}:{self.column}: {self.message}"
+
+
+@dataclass
+class Problems:
+    """The problems of one build, and its warnings, which only a strict build counts as problems."""
+
+    found: list[Problem] = field(default_factory=list)
+    warnings: list[Problem] = field(default_factory=list)
+
+    def add(self, place: Place, message: str) -> None:
+        """Note a problem at a place, once."""
+        problem = Problem(place.path, place.line, place.column, message)
+        if problem not in self.found:
+            self.found.append(problem)
+
+    def warn(self, place: Place, message: str) -> None:
+        """Note what only a strict build minds."""
+        problem = Problem(place.path, place.line, place.column, message)
+        if problem not in self.warnings:
+            self.warnings.append(problem)
+
+
+@dataclass(frozen=True)
+class Place:
+    """A place in a source file."""
+
+    path: str
+    line: int = 0
+    column: int = 0
+
+
+class BuildFailed(Exception):
+    """The build has problems; nothing was published."""
+
+    def __init__(self, problems: Iterable[Problem]) -> None:
+        self.problems = tuple(sorted(problems))
+        super().__init__("\n".join(map(str, self.problems)))
+
+
+def hint(name: str, names: Iterable[str]) -> str:
+    """'; did you mean 'x'?' for the closest of `names`; a list of them where none is close and they are few."""
+    known = sorted(set(names))
+    close = get_close_matches(name, known, n=1)
+    if close:
+        return f"; did you mean {close[0]!r}?"
+    if not known:
+        return "; there are none"
+    return f"; there are {', '.join(known)}" if len(known) <= 12 else ""

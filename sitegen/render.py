@@ -1,0 +1,394 @@
+"""Tokens → the HTML of a chapter, with everything that other chapters, references, tests and figures bring to it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from markdown_it.renderer import RendererHTML
+from markdown_it.token import Token
+from markupsafe import Markup, escape
+from pygments import highlight
+from pygments.formatters import HtmlFormatter
+from pygments.lexers import find_lexer_class_by_name, get_all_lexers
+from pygments.util import ClassNotFound
+
+from .cite import Reference
+from .claims import Result, Test, anchor
+from .computed import CallError, Values, printed, read_call
+from .figures import Figure, Plain, changed, dumps, listed
+from .images import Image, read_image
+from .markdown import parser, text_of
+from .maths import Mathematics
+from .problems import Place, Problems, hint
+from .survey import LINKS, Survey, figure_of
+
+
+@dataclass
+class Known:
+    """All that rendering looks things up in. `pages`: page name → its anchors, None where any will do."""
+
+    root: Path
+    surveys: Sequence[Survey]
+    pages: Mapping[str, Mapping[str, Place] | None]
+    references: Mapping[str, Reference]
+    tests: Mapping[str, Test]
+    results: Mapping[str, Result]
+    mathematics: Mathematics
+    values: Values
+    frames: Callable[[str, Sequence[Plain]], list[Plain]]
+    figure_html: Callable[[Figure, Markup], Markup]
+    problems: Problems
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A claim in a chapter: its sentence and the test that checks it."""
+
+    html: Markup
+    test_id: str
+    anchor: str
+
+
+@dataclass
+class Body:
+    """A rendered chapter: its text, its contents (level, id, HTML), the keys it cites, its claims, its images."""
+
+    html: Markup = Markup("")
+    contents: list[tuple[int, str, Markup]] = field(default_factory=list)
+    cited: list[str] = field(default_factory=list)
+    claims: list[Claim] = field(default_factory=list)
+    images: list[Image] = field(default_factory=list)
+
+
+def render(survey: Survey, known: Known) -> Body:
+    """The chapter's body; what is wrong goes to known.problems."""
+    return _Renderer(survey, known).body()
+
+
+def highlighted(code: str, language: str) -> Markup:
+    """Code with Pygments' classes. Raises ValueError for a language that it does not know."""
+    if not language:
+        return Markup(escape(code))
+    try:
+        lexer = find_lexer_class_by_name(language)(stripnl=False)
+    except ClassNotFound:
+        names = {alias for _, aliases, _, _ in get_all_lexers() for alias in aliases}
+        raise ValueError(f"no language {language!r}{hint(language, names)}") from None
+    return Markup(highlight(code, lexer, HtmlFormatter(nowrap=True)))
+
+
+class _Renderer:
+    def __init__(self, survey: Survey, known: Known) -> None:
+        self._survey, self._known = survey, known
+        self._chapter = survey.chapter
+        self._problems = known.problems
+        self._body = Body()
+        self._claims: list[tuple[Any, list[Token]]] = []
+        self._html = RendererHTML(parser())
+        self._options = parser().options
+        rules = {
+            "heading_open": self._heading_open,
+            "heading_close": self._heading_close,
+            "fence": self._fence,
+            "code_block": self._fence,
+            "table_open": lambda token: '<div class="table" tabindex="0">\n<table>\n',
+            "table_close": lambda token: "</table>\n</div>\n",
+            "math_inline": lambda token: self._known.mathematics.mathml[token.meta["formula"]],
+            "math_block": self._equation,
+            "math_block_label": self._equation,
+            "image": self._image,
+            "link_open": self._link_open,
+            "footnote_ref": self._note_reference,
+            "figure": self._figure,
+            "try": self._try,
+            "aside": lambda token: f'<div class="aside" role="note"><p>{self._inline(token.children)}</p></div>\n',
+            "value": self._value,
+            "readout": self._readout,
+            "claim_open": self._claim_open,
+            "claim_close": self._claim_close,
+            "ref": self._ref,
+            "cite": self._cite,
+        }
+        for name, rule in rules.items():
+            self._html.rules[name] = _simple(rule)
+
+    def body(self) -> Body:
+        blocks = _blocks(self._chapter.document.tokens)
+        parts: list[str] = []
+        for i, block in enumerate(blocks):
+            tries = [b[0].type == "try" for b in (blocks[i - 1] if i else block, block, (*blocks, block)[i + 1])]
+            if block[0].type == "try":
+                opens, closes = i == 0 or not tries[0], i + 1 == len(blocks) or not tries[2]
+                item = f"<li>{self._blocks(block)}</li>\n"
+                parts.append(('<ul class="tries">\n' if opens else "") + item + ("</ul>\n" if closes else ""))
+                continue
+            html = self._blocks(block)
+            notes = [child.meta["label"] for token in block for child in token.children or [] if child.meta.get("first")]
+            if notes:
+                html = f'<div class="noted">\n{html}<div class="notes">\n{"".join(map(self._note, notes))}</div>\n</div>\n'
+            parts.append(html)
+        self._body.html = Markup("".join(parts))
+        for heading in self._survey.headings:
+            if heading.level in (2, 3):
+                self._body.contents.append((heading.level, heading.id, Markup(self._inline(_unlinked(heading.tokens)))))
+        return self._body
+
+    def _blocks(self, tokens: Sequence[Token]) -> str:
+        return str(self._html.render(tokens, self._options, {}))
+
+    def _inline(self, tokens: Sequence[Token] | None) -> str:
+        return str(self._html.renderInline(tokens or [], self._options, {}))
+
+    def _heading_open(self, token: Token) -> str:
+        return f'<{token.tag} id="{escape(token.meta["id"])}">'
+
+    def _heading_close(self, token: Token) -> str:
+        return f"</{token.tag}>\n"
+
+    def _fence(self, token: Token) -> str:
+        language = token.info.split()[0] if token.info.strip() else ""
+        try:
+            code = highlighted(token.content, language)
+        except ValueError as error:
+            self._problems.add(token.meta["place"], str(error))
+            return ""
+        return f'<pre class="code" tabindex="0"><code>{code}</code></pre>\n'
+
+    def _equation(self, token: Token) -> str:
+        mathml = self._known.mathematics.mathml[token.meta["formula"]]
+        number = token.meta.get("number")
+        if number is None:
+            return f'<div class="equation"><div class="formula">{mathml}</div></div>\n'
+        name = f"eq-{token.info}"
+        return (
+            f'<div class="equation numbered" id="{escape(name)}"><div class="formula">{mathml}</div>'
+            f'<a class="equation-number" href="#{escape(name)}">({escape(number)})</a></div>\n'
+        )
+
+    def _image(self, token: Token) -> str:
+        place, source = token.meta["place"], str(token.attrs["src"])
+        alt = text_of(token.children or []).strip()
+        if not alt:
+            self._problems.add(place, f"the image {source} needs a text in its place: ![what it shows]({source})")
+        path = Path(self._known.root, "content", source)
+        folder = (self._known.root / "content").resolve()
+        if "://" in source or folder not in path.resolve().parents or not path.is_file():
+            files = [p.relative_to(self._known.root / "content").as_posix() for p in (self._known.root / "content").rglob("*")]
+            self._problems.add(place, f"no image content/{source}{hint(source, [f for f in files if not f.endswith('.md')])}")
+            return ""
+        try:
+            image = read_image(path)
+        except ValueError as error:
+            self._problems.add(place, str(error))
+            return ""
+        self._body.images.append(image)
+        title = f' title="{escape(token.attrs["title"])}"' if "title" in token.attrs else ""
+        size = f'width="{image.width}" height="{image.height}"'
+        return f'<img src="{escape(image.name)}" alt="{escape(alt)}"{title} {size} loading="lazy" decoding="async">'
+
+    def _link_open(self, token: Token) -> str:
+        href = self._target(str(token.attrs["href"]), token.meta["place"])
+        title = f' title="{escape(token.attrs["title"])}"' if "title" in token.attrs else ""
+        return f'<a href="{escape(href)}"{title}>'
+
+    def _target(self, href: str, place: Place) -> str:
+        """A link's address on the site, checked where it leads into it."""
+        if href.startswith(("https://", "http://", "mailto:")):
+            return href
+        page, _, fragment = href.partition("#")
+        name = self._page_named(page) if page else self._chapter.page
+        if name is None:
+            self._problems.add(place, f"no page {page!r}{hint(page, self._known.pages)}")
+            return href
+        return self._address(name, fragment, place)
+
+    def _page_named(self, page: str) -> str | None:
+        """The page that a link means by its name, its chapter's slug or its chapter's file."""
+        if page in self._known.pages:
+            return page
+        for survey in self._known.surveys:
+            if page in (f"{survey.chapter.slug}.html", Path(survey.chapter.source.path).name):
+                return survey.chapter.page
+        return None
+
+    def _address(self, page: str, fragment: str, place: Place) -> str:
+        anchors = self._known.pages[page]
+        if fragment and anchors is not None and fragment not in anchors:
+            self._problems.add(place, f"no anchor {fragment!r} on {page}{hint(fragment, anchors)}")
+        here = page == self._chapter.page
+        return (("" if here else page) + (f"#{fragment}" if fragment else "")) or page
+
+    def _note_reference(self, token: Token) -> str:
+        number = self._survey.notes.get(token.meta["label"], 0)
+        name = f' id="noteref-{number}"' if token.meta.get("first") else ""
+        return f'<sup class="note-mark"><a href="#note-{number}"{name} aria-label="Note {number}">{number}</a></sup>'
+
+    def _note(self, label: str) -> str:
+        number = self._survey.notes[label]
+        back = f'<a class="note-number" href="#noteref-{number}" aria-label="Back to the text from note {number}">{number}</a>'
+        tokens = self._chapter.document.footnotes[label]
+        return f'<div class="note" role="note" id="note-{number}">{back}\n{self._blocks(tokens)}</div>\n'
+
+    def _figure(self, token: Token) -> str:
+        figure = token.meta["figure"]
+        return "" if figure is None else str(self._known.figure_html(figure, Markup(self._inline(token.children))))
+
+    def _try(self, token: Token) -> str:
+        text = self._inline(token.children)
+        if "record" not in token.meta:
+            return ""
+        dom_id = escape(token.meta["figure"].dom_id)
+        record = escape(dumps(token.meta["record"].plain()))
+        return f'<button type="button" class="try" data-figure="{dom_id}" data-record="{record}">{text}</button>'
+
+    def _value(self, token: Token) -> str:
+        directive, at = token.meta["directive"], token.meta["at"]
+        try:
+            call = read_call(directive.text)
+            number = self._known.values.value(call)
+        except CallError as error:
+            self._problems.add(at(directive.text_start + error.offset), str(error))
+            return ""
+        try:
+            text = printed(number, directive.attributes.strip())
+        except ValueError as error:
+            self._problems.add(at(directive.attributes_start), f"no format {directive.attributes!r}: {error}")
+            return ""
+        return f'<span class="computed">{escape(text)}</span>'
+
+    def _readout(self, token: Token) -> str:
+        directive, at = token.meta["directive"], token.meta["at"]
+        words = [(word, directive.text.index(word)) for word in directive.text.split()]
+        if len(words) != 2:
+            self._problems.add(at(directive.text_start), "a readout is named :readout[figure readout]{changes}")
+            return ""
+        (figure_id, figure_at), (name, _) = words
+        name_at = directive.text.rindex(name)
+        figure = self._survey.figures.get(figure_id)
+        if figure is None:
+            where = at(directive.text_start + figure_at)
+            self._problems.add(where, f"no figure {figure_id!r} in this chapter{hint(figure_id, self._survey.figures)}")
+            return ""
+        given = listed(directive, at, self._problems)
+        for extra in (a for a in given if not a.name):
+            self._problems.add(at(extra.start), f"name=value is expected, not {extra.value!r}")
+        record = changed(figure.widget, figure.record, [a for a in given if a.name], at, self._problems)
+        (frame,) = self._known.frames(figure.dom_id, [record.plain()])
+        readouts = {r["name"]: r["value"] for r in frame["readouts"]}
+        if name not in readouts:
+            self._problems.add(at(directive.text_start + name_at), f"no readout {name!r}{hint(name, readouts)}")
+            return ""
+        return f'<span class="computed">{escape(readouts[name])}</span>'
+
+    def _claim_open(self, token: Token) -> str:
+        directive, at = token.meta["directive"], token.meta["at"]
+        test_id = directive.attributes.strip()
+        lead = len(directive.attributes) - len(directive.attributes.lstrip())
+        if test_id not in self._known.tests:
+            where = at(directive.attributes_start + lead)
+            self._problems.add(where, f"no test {test_id!r}{hint(test_id, self._known.tests)}")
+        elif not self._known.tests[test_id].doc:
+            self._problems.warn(at(directive.attributes_start + lead), f"{test_id} has no docstring that tells readers what it checks")
+        number = len(self._body.claims) + 1
+        claim = Claim(Markup(self._inline(_unlinked(self._claim_tokens(token)))), test_id, f"claim-{number}")
+        self._body.claims.append(claim)
+        return f'<span class="claim" id="claim-{number}">'
+
+    def _claim_tokens(self, opening: Token) -> list[Token]:
+        """The tokens between an opening claim and its end, wherever they stand."""
+        document = self._chapter.document
+        for token in [t for flow in (document.tokens, *document.footnotes.values()) for t in flow]:
+            children = token.children or []
+            for i, child in enumerate(children):
+                if child is opening:
+                    end = next(j for j in range(i, len(children)) if children[j].type == "claim_close")
+                    return children[i + 1 : end]
+        return []
+
+    def _claim_close(self, token: Token) -> str:
+        test_id = token.meta["directive"].attributes.strip()
+        result = self._known.results.get(test_id)
+        state = "unknown" if result is None or not result.current else result.outcome
+        said = {"passed": "checked", "failed": "check failed", "unknown": "check not yet run on this code"}[state]
+        return (
+            f'<a class="claim-mark" data-outcome="{state}" href="checks.html#{anchor(test_id)}" '
+            f'title="{said}: see how" aria-label="{said}: see how"></a></span>'
+        )
+
+    def _ref(self, token: Token) -> str:
+        directive, at = token.meta["directive"], token.meta["at"]
+        text, where = directive.text.strip(), at(directive.text_start)
+        kind, _, name = text.partition(":")
+        if kind == "fig" and name:
+            found = {s.chapter.page: f for s in self._known.surveys if (f := s.figures.get(name))}
+            names = [f for s in self._known.surveys for f in s.figures]
+            return self._numbered(name, {p: (f.dom_id, f"Figure {f.number}") for p, f in found.items()}, names, "figure", where)
+        if kind == "eq" and name:
+            numbers = {s.chapter.page: s.equations[name] for s in self._known.surveys if name in s.equations}
+            names = [e for s in self._known.surveys for e in s.equations]
+            return self._numbered(name, {p: (f"eq-{name}", f"({n})") for p, n in numbers.items()}, names, "equation", where)
+        slug, _, fragment = text.partition("#")
+        for survey in self._known.surveys:
+            if slug in (survey.chapter.slug, survey.chapter.name):
+                return self._chapter_ref(survey, fragment, where)
+        slugs = [s.chapter.slug for s in self._known.surveys]
+        self._problems.add(where, f"no chapter {slug!r}{hint(slug, slugs)}; figures are fig:id, equations eq:label")
+        return ""
+
+    def _chapter_ref(self, survey: Survey, fragment: str, where: Place) -> str:
+        href = self._address(survey.chapter.page, fragment, where)
+        heading = next((h for h in survey.headings if h.id == fragment), None)
+        text = self._inline(_unlinked(heading.tokens)) if heading else escape(survey.chapter.title)
+        return f'<a class="ref" href="{escape(href)}">{text}</a>'
+
+    def _numbered(self, name: str, found: Mapping[str, tuple[str, str]], names: list[str], what: str, where: Place) -> str:
+        """A link to a numbered thing: this chapter's own, or the only one elsewhere."""
+        page = self._chapter.page if self._chapter.page in found else next(iter(found), None)
+        if page is None:
+            self._problems.add(where, f"no {what} {name!r}{hint(name, names)}")
+            return ""
+        if page != self._chapter.page and len(found) > 1:
+            self._problems.add(where, f"{what} {name!r} stands on {' and '.join(sorted(found))}: write a link to the one meant")
+        fragment, text = found[page]
+        href = ("" if page == self._chapter.page else page) + f"#{fragment}"
+        return f'<a class="ref" href="{escape(href)}">{escape(text)}</a>'
+
+    def _cite(self, token: Token) -> str:
+        parts = []
+        for key, locator, offset in token.meta["cited"]:
+            reference = self._known.references.get(key)
+            if reference is None:
+                self._problems.add(token.meta["at"](offset), f"no reference {key!r}{hint(key, self._known.references)}")
+                continue
+            if key not in self._body.cited:
+                self._body.cited.append(key)
+            more = f", {escape(locator)}" if locator else ""
+            parts.append(
+                f'<a class="cite" href="references.html#ref-{key}" data-card="card-{key}">{escape(reference.label)}</a>{more}'
+            )
+        return f'<span class="cites">({"; ".join(parts)})</span>'
+
+
+def _simple(rule: Callable[[Token], str]) -> Callable[..., str]:
+    return lambda tokens, idx, options, env: rule(tokens[idx])
+
+
+def _blocks(tokens: Sequence[Token]) -> list[list[Token]]:
+    """Top-level blocks, each with all the tokens inside it."""
+    blocks: list[list[Token]] = []
+    depth = 0
+    for token in tokens:
+        if depth == 0:
+            blocks.append([])
+        blocks[-1].append(token)
+        depth += token.nesting
+    return blocks
+
+
+def _unlinked(tokens: Sequence[Token]) -> list[Token]:
+    """Inline tokens without what becomes a link, an anchor or a target of its own, for use a second time."""
+    dropped = {*LINKS, "link_close", "claim_close"}
+    return [token for token in tokens if token.type not in dropped]

@@ -1,0 +1,115 @@
+"""YAML that authors write, read against a small schema, every fault with the line and column of the thing itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import yaml
+
+from .problems import Place, Problems, hint
+
+Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+Path = tuple[str | int, ...]
+
+
+@dataclass(frozen=True)
+class Field:
+    """What one key may hold: `expects` says it in words, `accepts` tells a good value, `default` stands where there is none."""
+
+    expects: str
+    accepts: Callable[[Any], bool]
+    required: bool = False
+    default: Any = None
+
+
+def text(required: bool = False, default: str = "") -> Field:
+    """A text."""
+    return Field("a text", lambda v: isinstance(v, str) and bool(v.strip()), required, default)
+
+
+def texts() -> Field:
+    """A list of texts."""
+    return Field("a list of texts", lambda v: isinstance(v, list) and all(isinstance(t, str) and t for t in v), False, [])
+
+
+def flag() -> Field:
+    """true or false."""
+    return Field("true or false", lambda v: isinstance(v, bool), False, False)
+
+
+def year(required: bool = False) -> Field:
+    """A year."""
+    return Field("a year", lambda v: isinstance(v, int) and not isinstance(v, bool) and 1000 <= v <= 2999, required)
+
+
+@dataclass(frozen=True)
+class Yaml:
+    """Read data with the place of every key and list item, by its path."""
+
+    data: Any
+    places: Mapping[Path, Place]
+    root: Place
+
+    def at(self, *path: str | int) -> Place:
+        """The place of a key or item, or of the nearest thing around it."""
+        while path:
+            if path in self.places:
+                return self.places[path]
+            path = path[:-1]
+        return self.root
+
+
+def read(source: str, path: str, problems: Problems, first_line: int = 1) -> Yaml | None:
+    """Parsed YAML; None, and a problem, where it is none."""
+    loader = Loader(source)
+    try:
+        node = loader.get_single_node()
+        places: dict[Path, Place] = {}
+        if node is not None:
+            _collect(node, (), places, path, first_line, problems)
+        return Yaml(None if node is None else loader.construct_document(node), places, Place(path, first_line, 1))
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        place = Place(path, first_line + mark.line, mark.column + 1) if mark else Place(path, first_line, 1)
+        problems.add(place, f"not YAML: {error.problem}")
+        return None
+    finally:
+        loader.dispose()
+
+
+def _collect(node: Any, at: Path, places: dict[Path, Place], path: str, first: int, problems: Problems) -> None:
+    if isinstance(node, yaml.MappingNode):
+        for key, value in node.value:
+            here = Place(path, first + key.start_mark.line, key.start_mark.column + 1)
+            if (*at, key.value) in places:
+                problems.add(here, f"{key.value!r} stands twice")
+            places[(*at, key.value)] = here
+            _collect(value, (*at, key.value), places, path, first, problems)
+    elif isinstance(node, yaml.SequenceNode):
+        for i, item in enumerate(node.value):
+            places[(*at, i)] = Place(path, first + item.start_mark.line, item.start_mark.column + 1)
+            _collect(item, (*at, i), places, path, first, problems)
+
+
+def validated(document: Yaml, fields: Mapping[str, Field], problems: Problems, *at: str | int) -> dict[str, Any]:
+    """The mapping at a path with defaults filled in; unknown, missing and wrong keys go to `problems`."""
+    given = document.data
+    for step in at:
+        given = given[step]
+    result = {name: field.default for name, field in fields.items()}
+    if not isinstance(given, dict):
+        problems.add(document.at(*at), "a mapping of names to values is expected")
+        return result
+    for name, value in given.items():
+        if name not in fields:
+            problems.add(document.at(*at, name), f"no key {str(name)!r}{hint(str(name), fields)}")
+        elif not fields[name].accepts(value):
+            problems.add(document.at(*at, name), f"{name}: {fields[name].expects} is expected, not {value!r}")
+        else:
+            result[name] = value
+    for name, field in fields.items():
+        if field.required and name not in given:
+            problems.add(document.at(*at), f"{name} is missing: {field.expects}")
+    return result

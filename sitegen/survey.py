@@ -1,0 +1,185 @@
+"""A first pass over a parsed chapter: numbers, anchors, figures, formulas, all that other chapters may refer to.
+
+What is found is noted on the tokens' meta, so that rendering only looks it up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+
+from markdown_it.token import Token
+from widgets.contract import Widget
+
+from .content import Chapter
+from .directives import Attribute
+from .figures import Figure, changed, listed, placed
+from .markdown import ANCHOR, ascii_slug, text_of
+from .maths import Asked, Formula
+from .problems import Place, Problems, hint
+
+LINKS = ("link_open", "claim_open", "cite", "ref", "footnote_ref")
+
+
+@dataclass(frozen=True)
+class Heading:
+    """A heading with its anchor, for the table of contents and for references."""
+
+    level: int
+    id: str
+    tokens: list[Token]
+
+
+@dataclass
+class Survey:
+    """What a chapter holds. `notes`: footnote label → number; `equations`: label → number."""
+
+    chapter: Chapter
+    anchors: dict[str, Place] = field(default_factory=dict)
+    headings: list[Heading] = field(default_factory=list)
+    figures: dict[str, Figure] = field(default_factory=dict)
+    equations: dict[str, str] = field(default_factory=dict)
+    notes: dict[str, int] = field(default_factory=dict)
+    formulas: list[Asked] = field(default_factory=list)
+
+
+def survey(chapter: Chapter, widgets: Mapping[str, Widget], problems: Problems) -> Survey:
+    """The chapter's survey; what is wrong in itself goes to `problems`."""
+    found = Survey(chapter)
+    flow = chapter.document.tokens
+    _notes(found, problems)
+    for i, token in enumerate(flow):
+        match token.type:
+            case "heading_open":
+                _heading(found, token, flow[i + 1], problems)
+            case "figure":
+                _figure(found, token, widgets, problems)
+    every = [*flow, *(token for tokens in chapter.document.footnotes.values() for token in tokens)]
+    for token in every:
+        if token.type in ("math_block", "math_block_label"):
+            _equation(found, token, problems)
+        for child in token.children or []:
+            if child.type == "math_inline":
+                formula = Formula(child.content, False)
+                child.meta["formula"] = formula
+                found.formulas.append(Asked(formula, _shifted(child)))
+    for token in every:
+        if token.type == "try":
+            _try(found, token, widgets, problems)
+        if token.type in ("figure", "try", "aside") and not token.children:
+            problems.add(token.meta["place"], f"::{token.type} has no text")
+    return found
+
+
+def inline(tokens: Iterable[Token]) -> Iterator[Token]:
+    """All inline tokens, those of headings, cells and captions among them."""
+    for token in tokens:
+        yield from token.children or []
+
+
+def _shifted(token: Token):  # type: ignore[no-untyped-def]
+    at, offset = token.meta["at"], token.meta["offset"]
+    return lambda inside: at(offset + 1 + inside)
+
+
+def _anchor(found: Survey, name: str, place: Place, what: str, problems: Problems) -> None:
+    if name in found.anchors:
+        problems.add(place, f"{what} stands twice in this chapter (first in line {found.anchors[name].line})")
+    found.anchors.setdefault(name, place)
+
+
+def _heading(found: Survey, token: Token, content: Token, problems: Problems) -> None:
+    level, place = int(token.tag[1]), token.meta["place"]
+    if level == 1:
+        problems.add(place, "the chapter's title stands in its front matter: headings begin with ##")
+    before = found.headings[-1].level if found.headings else 1
+    if level > before + 1:
+        problems.add(place, f"a heading of level {level} after one of level {before}: a level is left out")
+    name = token.meta.get("id") or ""
+    if not name:
+        base = name = ascii_slug(text_of(content.children or []))
+        count = 1
+        while name in found.anchors:
+            count += 1
+            name = f"{base}-{count}"
+    _anchor(found, name, place, f"the anchor {name!r}", problems)
+    token.meta["id"] = name
+    found.headings.append(Heading(level, name, content.children or []))
+
+
+def _figure(found: Survey, token: Token, widgets: Mapping[str, Widget], problems: Problems) -> None:
+    number = f"{found.chapter.number}.{len([a for a in found.anchors if a.startswith('fig-')]) + 1}"
+    figure = placed(token.meta["directive"], token.meta["at"], number, widgets, problems)
+    token.meta["figure"] = figure
+    if figure is not None:
+        _anchor(found, figure.dom_id, figure.place, f"the figure {figure.id!r}", problems)
+        found.figures.setdefault(figure.id, figure)
+
+
+def _equation(found: Survey, token: Token, problems: Problems) -> None:
+    source = token.content
+    lead = len(source) - len(source.lstrip())
+    formula = Formula(source.strip(), True)
+    at = token.meta["at"]
+    token.meta["formula"] = formula
+    found.formulas.append(Asked(formula, lambda inside: at(lead + inside)))
+    if token.type == "math_block_label":
+        label, place = token.info, token.meta["label_place"]
+        if not ANCHOR.fullmatch(label):
+            problems.add(place, f"{label!r} is no label: small letters, digits and hyphens, a letter first")
+        _anchor(found, f"eq-{label}", place, f"the equation {label!r}", problems)
+        number = f"{found.chapter.number}.{len(found.equations) + 1}"
+        token.meta["number"] = found.equations.setdefault(label, number)
+
+
+def _notes(found: Survey, problems: Problems) -> None:
+    """Number the footnotes in the order of their first references."""
+    document = found.chapter.document
+    places = {}
+    for child in inline(document.tokens):
+        if child.type != "footnote_ref":
+            continue
+        label = child.meta["label"]
+        if label not in document.footnotes:
+            problems.add(child.meta["place"], f"no footnote [^{label}]{hint(label, document.footnotes)}")
+        elif label not in found.notes:
+            found.notes[label] = len(found.notes) + 1
+            places[label] = child.meta["place"]
+            child.meta["first"] = True
+    for label, tokens in document.footnotes.items():
+        for child in inline(tokens):
+            if child.type == "footnote_ref":
+                problems.add(child.meta["place"], "a footnote cannot refer to a footnote")
+        if label not in found.notes:
+            line = next((t.map[0] + 1 for t in tokens if t.map), 1)
+            problems.add(Place(found.chapter.source.path, line, 1), f"footnote [^{label}] is never referred to")
+    for label, number in found.notes.items():
+        _anchor(found, f"note-{number}", places[label], f"the note {label!r}", problems)
+
+
+def figure_of(found: Survey, given: list[Attribute], token: Token, problems: Problems) -> Figure | None:
+    """The figure that a directive's first bare word names; None, and a problem, where there is none."""
+    at = token.meta["at"]
+    bare = [a for a in given if not a.name]
+    for extra in bare[1:]:
+        problems.add(at(extra.start), f"name=value is expected, not {extra.value!r}")
+    if not bare:
+        problems.add(at(token.meta["directive"].attributes_start), "a figure's id is expected first: {solve noise=0.2}")
+        return None
+    figure = found.figures.get(bare[0].value)
+    if figure is None:
+        problems.add(at(bare[0].start), f"no figure {bare[0].value!r} in this chapter{hint(bare[0].value, found.figures)}")
+    return figure
+
+
+def _try(found: Survey, token: Token, widgets: Mapping[str, Widget], problems: Problems) -> None:
+    at = token.meta["at"]
+    given = listed(token.meta["directive"], at, problems)
+    figure = figure_of(found, given, token, problems)
+    for child in token.children or []:
+        if child.type in LINKS:
+            problems.add(child.meta.get("place", token.meta["place"]), "a button's text holds no links")
+    if figure is not None:
+        record = changed(figure.widget, figure.record, [a for a in given if a.name], at, problems)
+        figure.remember(record)
+        token.meta["figure"], token.meta["record"] = figure, record
