@@ -6,24 +6,46 @@ unchecked-hash kind in its place, everything else is as it was. Which of it is s
 
 from __future__ import annotations
 
+import builtins
+import dataclasses
+import importlib
 import importlib._bootstrap_external as bootstrap
 import json
+import marshal
+import pkgutil
+import sys
 import zipfile
+from types import CodeType
 
 DATE = (1980, 1, 1, 0, 0, 0)
 
 
-def compile_archive(source: str, target: str, prefix: str, optimize: int, replaced: dict[str, str]) -> int:
+def compile_archive(
+    source: str,
+    target: str,
+    prefix: str,
+    optimize: int,
+    replaced: dict[str, str],
+    changed: dict[str, tuple[str, str, str]],
+    packages: list[str],
+    prepared: str,
+) -> int:
     """Compile archive `source` into `target` and return the number of modules.
 
-    `prefix` goes before file names in tracebacks; `replaced` gives members another source.
+    `prefix` goes before file names in tracebacks. `replaced` gives members another source, `changed` another line and
+    an end. The methods of the dataclasses of `packages`, which lie in the archive, go into the member `prepared`.
+    Raises ValueError where a line to be changed does not stand there exactly once.
     """
     count = 0
     with zipfile.ZipFile(source) as given, zipfile.ZipFile(target, "w", zipfile.ZIP_STORED) as made:
+        if packages:
+            made.writestr(zipfile.ZipInfo(prepared, DATE), dataclass_code(source, packages))
         for name in sorted(given.namelist()):
             if name.endswith("/"):
                 continue
             data = replaced[name].encode() if name in replaced else given.read(name)
+            if name in changed:
+                data = change(name, data.decode(), *changed[name]).encode()
             if name.endswith(".py"):
                 code = compile(data, prefix + name, "exec", dont_inherit=True, optimize=optimize)
                 # Unchecked: the loader neither looks for the source nor compares anything.
@@ -32,6 +54,31 @@ def compile_archive(source: str, target: str, prefix: str, optimize: int, replac
                 count += 1
             made.writestr(zipfile.ZipInfo(name, DATE), data)
     return count
+
+
+def change(name: str, text: str, line: str, instead: str, end: str) -> str:
+    """The text with its one `line` exchanged and `end` added."""
+    if text.count(line) != 1:
+        raise ValueError(f"{name}: the line to be changed stands there {text.count(line)} times: {line.strip()}")
+    return text.replace(line, instead) + end
+
+
+def dataclass_code(archive: str, packages: list[str]) -> bytes:
+    """Import the packages from the archive; the marshalled code of all texts that dataclasses compiled on the way."""
+    texts: dict[str, CodeType] = {}
+
+    def record(text: str, *scopes: dict[str, object]) -> None:
+        texts[text] = compile(text, "<string>", "exec", dont_inherit=True)
+        builtins.exec(texts[text], *scopes)
+
+    dataclasses.exec = record  # type: ignore[attr-defined]
+    sys.path.insert(0, archive)
+    for top in packages:
+        package = importlib.import_module(top)
+        for module in pkgutil.walk_packages(package.__path__, top + "."):
+            if not module.name.endswith("__main__"):
+                importlib.import_module(module.name)
+    return marshal.dumps(dict(sorted(texts.items())))
 
 
 def main(text: str) -> str:

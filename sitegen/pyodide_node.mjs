@@ -21,18 +21,24 @@ const mount = (FS, inside, outside) => {
   FS.mkdirTree(inside);
   FS.mount(FS.filesystems.NODEFS, { root: outside }, inside);
 };
-const pyodide = await loadPyodide({
-  indexURL: request.folder,
-  ...(request.stdlib && { stdLibURL: request.stdlib }),
-  stdout: say,
-  stderr: say,
-  fsInit(FS, { sitePackages }) {
-    if (request.site) mount(FS, sitePackages, request.site);
-    for (const [inside, outside] of Object.entries(request.mounts ?? {})) mount(FS, inside, outside);
-  },
-});
-await pyodide.runPythonAsync(request.python);
-const main = pyodide.globals.get("main");
-const answer = main(JSON.stringify(request.input ?? null));
-main.destroy();
-process.stdout.write("\n" + answer + "\n", () => process.exit(0));
+async function run() {
+  const pyodide = await loadPyodide({
+    indexURL: request.folder,
+    ...(request.stdlib && { stdLibURL: request.stdlib }),
+    stdout: say,
+    stderr: say,
+    fsInit(FS, { sitePackages }) {
+      if (request.site) mount(FS, sitePackages, request.site);
+      for (const [inside, outside] of Object.entries(request.mounts ?? {})) mount(FS, inside, outside);
+    },
+  });
+  await pyodide.runPythonAsync(request.python);
+  return pyodide.globals.get("main")(JSON.stringify(request.input ?? null));
+}
+
+// Left to itself, Node would quote the minified line that threw and drop what Python said.
+const [code, stream, text] = await run().then(
+  (answer) => [0, process.stdout, answer],
+  (error) => [1, process.stderr, error.message],
+);
+stream.write("\n" + text + "\n", () => process.exit(code));

@@ -21,6 +21,7 @@ from typing import Any
 
 from pyodide_lock import PackageSpec
 
+from sitegen.lighter import CHANGED, PREPARED, REPLACED, SITE_PACKAGES, STDLIB
 from sitegen.node import run_node
 from sitegen.outside import Progress, cache_dir, gather, quiet
 from sitegen.wheel import build_wheel, fingerprint
@@ -30,57 +31,8 @@ RUNNER = HERE / "pyodide_node.mjs"
 COMPILER = HERE / "pycompile.py"
 KEPT_MODULES = HERE / "kept_modules.txt"
 CORE = ("pyodide.mjs", "pyodide.asm.mjs", "pyodide.asm.wasm")
-STDLIB = "/lib/python314.zip/"
-SITE_PACKAGES = "/lib/python3.14/site-packages/"
 _DATE = (1980, 1, 1, 0, 0, 0)
 _GZIP_DATE = 0
-
-# Modules that are replaced before compiling: what they cost at every start is for what a page does not do.
-# Pyodide's package loader brings zipfile, tempfile and three compressors; here all packages lie in place already.
-# numpy's docstrings are 200 kB of strings; its legacy random generator and the bit generators beside PCG64 are four of
-# its ten shared libraries.
-REPLACED = {
-    "pyodide/_package_loader.py": '''\
-class Folder:
-    def __init__(self, path):
-        self.path = path
-
-    def __str__(self):
-        return self.path
-
-
-SITE_PACKAGES = Folder("/lib/python3.14/site-packages")
-DSO_DIR = Folder("/usr/lib")
-
-
-def init_loaded_packages():
-    pass
-
-
-def unpack_buffer(*args, **kwargs):
-    raise NotImplementedError("this runtime has its packages in place and unpacks no others")
-''',
-    "numpy/_core/_add_newdocs.py": "",
-    "numpy/_core/_add_newdocs_scalars.py": "",
-    "numpy/random/__init__.py": '''\
-from . import _bounded_integers, _common
-from ._generator import Generator, default_rng
-from ._pcg64 import PCG64, PCG64DXSM
-from .bit_generator import BitGenerator, SeedSequence
-
-__all__ = ["PCG64", "PCG64DXSM", "BitGenerator", "Generator", "SeedSequence", "default_rng"]
-
-
-class RandomState:
-    """Left out of this numpy; the name stays because default_rng asks whether it was given one."""
-
-    def __init__(self, seed=None):
-        raise NotImplementedError("this numpy has default_rng, and no legacy generator")
-''',
-}
-# Modules that are imported where they are there, and never used: asyncio's TLS, numpy's bridge to C.
-LEFT_OUT = frozenset({"_ssl", "ssl", "ctypes", "ctypes._endian"})
-
 
 @dataclass(frozen=True)
 class RuntimeFile:
@@ -129,7 +81,7 @@ def assemble(dest: Path, *, cache: Path | None = None, progress: Progress = quie
     stdlib = compiled(outside["pyodide/python_stdlib.zip"], STDLIB, 2, cache, progress)
     numpy = compiled(numpy_given, SITE_PACKAGES, 2, cache, progress)
     wheel = build_wheel(cache)
-    ladder = compiled(wheel, SITE_PACKAGES, 0, cache, progress)
+    ladder = compiled(wheel, SITE_PACKAGES, 0, cache, progress, ours=True)
 
     stdlib_zip = stored_zip(pick(stdlib, lambda name: module_name(name) in kept))
     numpy_zip = stored_zip(pick(numpy, lambda name: in_numpy(name, kept)))
@@ -177,19 +129,20 @@ def in_numpy(member: str, kept: Iterable[str]) -> bool:
 
 
 def compiled(
-    archive: Path,
-    prefix: str,
-    optimize: int,
-    cache: Path,
-    progress: Progress = quiet,
+    archive: Path, prefix: str, optimize: int, cache: Path, progress: Progress = quiet, *, ours: bool = False
 ) -> Path:
-    """The archive with its .py compiled by Pyodide's own Python; kept by the hash of all that goes into it."""
-    pyodide = gather(["pyodide"], cache=cache)
-    job = {"prefix": prefix, "optimize": optimize, "replaced": REPLACED}
+    """The archive with its .py compiled by Pyodide's own Python; kept by the hash of all that goes into it.
+
+    Of our own wheel the methods of dataclasses are compiled too, for which its modules are imported.
+    """
+    outside = gather(["numpy", "pyodide"], cache=cache)
+    engine = outside["pyodide/pyodide.asm.wasm"]
+    job: dict[str, Any] = {"prefix": prefix, "optimize": optimize, "replaced": REPLACED, "changed": CHANGED}
+    job |= {"packages": ["solvers", "widgets"] if ours else [], "prepared": PREPARED}
     inputs = {
         "archive": archive.read_bytes(),
         "compiler": COMPILER.read_bytes(),
-        "engine": hashlib.sha256(pyodide["pyodide/pyodide.asm.wasm"].read_bytes()).digest(),
+        "engine": hashlib.sha256(engine.read_bytes()).digest(),
         "job": json.dumps(job, sort_keys=True).encode(),
     }
     target = cache / "compiled" / f"{archive.stem}-{fingerprint(inputs)[:16]}.zip"
@@ -198,15 +151,19 @@ def compiled(
     progress(f"compiling {archive.name}", 0, 1)
     target.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=target.parent, prefix=".compile-") as temporary:
-        beside = Path(temporary, "out.zip")
-        request = {
-            "folder": str(pyodide["pyodide/pyodide.mjs"].parent),
+        request: dict[str, Any] = {
+            "folder": str(engine.parent),
             "mounts": {"/in": str(archive.parent), "/out": temporary},
             "python": COMPILER.read_text("utf-8"),
             "input": [{"source": f"/in/{archive.name}", "target": "/out/out.zip", **job}],
         }
+        if ours:
+            with zipfile.ZipFile(compiled(numpy_wheel(outside), SITE_PACKAGES, 2, cache, progress)) as numpy:
+                numpy.extractall(Path(temporary, "site"))
+            stdlib = compiled(outside["pyodide/python_stdlib.zip"], STDLIB, 2, cache, progress)
+            request |= {"site": str(Path(temporary, "site")), "stdlib": str(stdlib)}
         run_node(RUNNER, request)
-        os.replace(beside, target)
+        os.replace(Path(temporary, "out.zip"), target)
     progress(f"compiling {archive.name}", 1, 1)
     return target
 

@@ -11,9 +11,10 @@ import tempfile
 import zipfile
 from pathlib import Path
 
+from sitegen.lighter import LEFT_OUT, SITE_PACKAGES, STDLIB
 from sitegen.node import run_node
 from sitegen.outside import cache_dir, gather
-from sitegen.runtime import HERE, KEPT_MODULES, LEFT_OUT, RUNNER, SITE_PACKAGES, STDLIB, compiled, numpy_wheel
+from sitegen.runtime import HERE, KEPT_MODULES, RUNNER, compiled, numpy_wheel
 from sitegen.wheel import build_wheel
 
 # What solvers and figures may come to use any day.
@@ -29,7 +30,7 @@ def traced(cache: Path) -> list[str]:
     outside = gather(["numpy", "pyodide"], cache=cache)
     stdlib = compiled(outside["pyodide/python_stdlib.zip"], STDLIB, 2, cache)
     numpy = compiled(numpy_wheel(outside), SITE_PACKAGES, 2, cache)
-    ladder = compiled(build_wheel(cache), SITE_PACKAGES, 0, cache)
+    ladder = compiled(build_wheel(cache), SITE_PACKAGES, 0, cache, ours=True)
     with tempfile.TemporaryDirectory(prefix="ladder-trace-") as site:
         for archive in (numpy, ladder):
             with zipfile.ZipFile(archive) as given:
