@@ -13,6 +13,7 @@ from solvers.scenes import Scene, kabsch_scene
 from .contract import Action, Button, Key, Motion, Widget
 from .controls import choice, slider, toggle
 from .picture import (
+    Array,
     Group,
     Label,
     Mark,
@@ -75,6 +76,11 @@ class State:
     spread: float = 0.0
 
     @property
+    def centroid(self) -> Array:
+        """Of the source points, in their own coordinates."""
+        return np.asarray(self.scene.source.mean(axis=0))
+
+    @property
     def mirrored(self) -> bool:
         """Whether the source is drawn as its mirror image."""
         return bool(np.linalg.det(self.pose.R) < 0)
@@ -92,7 +98,7 @@ def act(state: State, action: Action) -> State:
     """Solve, or put the source elsewhere."""
     if action.kind == "press":
         return _solved(state)
-    placed = PLACING.act(state.pose, state.scene.source, action)
+    placed = PLACING.act(state.pose, state.centroid, action)
     return replace(state, pose=placed, start=placed, solved=False)
 
 
@@ -119,8 +125,8 @@ def motion(before: State, after: State) -> Motion | None:
     """The rigid motion of a Solve, about the source's centroid; a reflection is no motion."""
     if before.solved or not after.solved or after.mirrored:
         return None
-    there, _ = place(after.pose, after.scene.source)
-    here, _ = place(before.pose, before.scene.source)
+    there, _ = place(after.pose, after.centroid)
+    here, _ = place(before.pose, before.centroid)
     turn = float((after.pose.compose(before.pose.inverse())).angle)
     shift = there - here
     return Motion("source", turn, (float(here[0]), float(here[1])), (float(shift[0]), float(shift[1])))
@@ -144,7 +150,7 @@ def draw(state: State) -> Picture:
         Group(
             "source",
             (
-                PLACING.stalk(state.pose, scene.source),
+                PLACING.stalk(state.pose, state.centroid),
                 *_outline(scene, state.pose, "source"),
                 Points(moved, "source"),
             ),
@@ -154,7 +160,7 @@ def draw(state: State) -> Picture:
         (Panel("main", "Source and target in the target's coordinates", VIEW, tuple(marks)),),
         _readouts(state, said),
         _description(state, said),
-        PLACING.handles(state.pose, scene.source),
+        PLACING.handles(state.pose, state.centroid),
         _note(state, said),
         frozenset({"solve"} if state.solved else ()),
     )
@@ -231,7 +237,7 @@ def _note(state: State, said: _Numbers) -> str:
 def _description(state: State, said: _Numbers) -> str:
     scene = state.scene
     n, wrong = len(scene.source), int(scene.target_outlier.sum())
-    (x, y), heading = place(state.pose, scene.source)
+    (x, y), heading = place(state.pose, state.centroid)
     figure = "a mast with a pennant" if scene.name == "would-reflect" else "a bird"
     lies = f"centred at ({number(x, 1)}, {number(y, 1)}) u"
     turned = "mirrored" if state.mirrored else f"turned by {degrees(heading)}°"

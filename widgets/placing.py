@@ -1,4 +1,4 @@
-"""Placing a cloud by hand: a handle at its centroid moves it, one on a stalk along its heading turns it about there."""
+"""Placing a cloud by hand: a handle at its anchor moves it, one on a stalk along its heading turns it about there."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ HANDLES = ("source", "turn")
 
 @dataclass(frozen=True)
 class Placing:
-    """How a cloud may be placed in one panel.
+    """How a cloud may be placed in one panel. Its anchor is a place (2,) in its own coordinates, such as its centroid.
 
-    limit: how far from the world's origin, along x and y, the centroid may be put. reach: u from the centroid to the
+    limit: how far from the world's origin, along x and y, the anchor may be put. reach: u from the anchor to the
     turning handle; the window's border may bring it nearer, down to `least`, where two fingertips still fit.
     """
 
@@ -28,16 +28,16 @@ class Placing:
     least: float
     panel: str = "main"
 
-    def act(self, pose: Pose, points: Array, action: Action) -> Pose:
+    def act(self, pose: Pose, anchor: Array, action: Action) -> Pose:
         """The pose after a drag of one of the two handles: always a rotation, also where `pose` is a reflection."""
-        centre, heading = place(pose, points)
+        centre, heading = place(pose, anchor)
         to = np.array([action.x, action.y])
         if action.name == "source":
             centre = np.clip(to, np.negative(self.limit), self.limit)
         elif np.hypot(*(to - centre)) > 1e-9:
             heading = float(np.arctan2(*(to - centre)[::-1]))
         turned = Pose.from_angle(heading)
-        return Pose(turned.R, centre - turned.R @ points.mean(axis=0))
+        return Pose(turned.R, centre - turned.R @ anchor)
 
     def grip(self, centre: Array, heading: float) -> Array:
         """Where the turning handle is."""
@@ -47,14 +47,14 @@ class Placing:
         room = (half - np.sign(along) * (centre - middle)) / np.maximum(np.abs(along), 1e-9)
         return np.asarray(centre + along * max(self.least, min(self.reach, float(room.min()))))
 
-    def stalk(self, pose: Pose, points: Array) -> Segments:
+    def stalk(self, pose: Pose, anchor: Array) -> Segments:
         """The line from the one handle to the other."""
-        centre, heading = place(pose, points)
+        centre, heading = place(pose, anchor)
         return Segments(centre, self.grip(centre, heading), "guide")
 
-    def handles(self, pose: Pose, points: Array) -> tuple[Handle, Handle]:
-        """The two handles of the cloud `points` at `pose`."""
-        centre, heading = place(pose, points)
+    def handles(self, pose: Pose, anchor: Array) -> tuple[Handle, Handle]:
+        """The two handles of the cloud at `pose`."""
+        centre, heading = place(pose, anchor)
         x, y = centre.tolist()
         u, v = self.grip(centre, heading).tolist()
         where = f"x {number(x)}, y {number(y)} u"
@@ -65,7 +65,7 @@ class Placing:
         )
 
 
-def place(pose: Pose, points: Array) -> tuple[Array, float]:
-    """Centroid of the moved points, and the direction of their own x axis in radians."""
+def place(pose: Pose, anchor: Array) -> tuple[Array, float]:
+    """Where the anchor lies, and the direction of the cloud's own x axis in radians."""
     x, y = pose.R[:, 0]
-    return pose.apply(points).mean(axis=0), float(np.arctan2(y, x))
+    return pose.apply(anchor[None])[0], float(np.arctan2(y, x))
