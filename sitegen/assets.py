@@ -1,4 +1,4 @@
-"""What pages load beside their text: one style sheet, one script, the worker, images of the look, all named by content."""
+"""What pages load beside their text: one style sheet, one script, the worker, pictures, all named by their content."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from .files import hashed_name
 from .problems import Place, Problems, hint
 
 POLICY = (
-    "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; img-src 'self' data:; font-src 'self'; "
-    "connect-src 'self'; worker-src 'self'; manifest-src 'self'; base-uri 'none'; form-action 'none'"
+    "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; img-src 'self' data:; "
+    "font-src 'self'; connect-src 'self'; worker-src 'self'; manifest-src 'self'; base-uri 'none'; form-action 'none'"
 )
 HEADERS = f"""\
 /*

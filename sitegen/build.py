@@ -1,4 +1,4 @@
-"""content/ → the site: read everything, collect every problem, write beside, then put the new site in the old one's place."""
+"""content/ → the site: read everything, collect every problem, write beside, then take the old site's place."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from typing import Any
 
 from jinja2 import Environment
 from markupsafe import Markup
+
 from widgets.contract import Widget
 from widgets.registry import WIDGETS
 
@@ -37,7 +38,10 @@ SERVED = ("temml", "pyodide", "numpy", *fonts.BUNDLES)
 
 @dataclass(frozen=True)
 class Report:
-    """A build that went well: its pages, its warnings, and how many files of how many bytes (without packed ones)."""
+    """A build that went well: its pages, its warnings (of a strict build: notes that are no fault), files and bytes.
+
+    Packed copies and the runtime are not counted.
+    """
 
     pages: tuple[str, ...]
     warnings: tuple[Problem, ...]
@@ -109,7 +113,7 @@ def build(
     values.keep()
     cited = {key: [chapter for chapter, body in bodies if key in body.cited] for key in references}
     for reference in unused(references, (key for key, by in cited.items() if by)):
-        problems.warn(reference.place, f"{reference.key} is cited by no chapter")
+        problems.note(reference.place, f"{reference.key} is cited by no chapter")
     if problems.found or (strict and problems.warnings):
         raise BuildFailed([*problems.found, *(problems.warnings if strict else [])])
 
@@ -120,7 +124,12 @@ def build(
         raise BuildFailed(problems.found)
     _publish(files, started, dest, pack, cache, progress)
     pages = tuple(sorted(name for name in files if name.endswith(".html")))
-    return Report(pages, tuple(sorted(problems.warnings)), len(files), sum(map(len, files.values())))
+    return Report(
+        pages,
+        tuple(sorted([*problems.warnings, *(problems.notes if strict else [])])),
+        len(files),
+        sum(map(len, files.values())),
+    )
 
 
 @dataclass(frozen=True)
@@ -146,7 +155,9 @@ class _Content:
     licences: Sequence[outside.Licence]
 
 
-def _tapes(surveys: Sequence[Survey], bakery: Bakery, problems: Problems, progress: Progress) -> dict[tuple[str, str], Tape]:
+def _tapes(
+    surveys: Sequence[Survey], bakery: Bakery, problems: Problems, progress: Progress
+) -> dict[tuple[str, str], Tape]:
     """The tape of every figure, by page and figure."""
     figures = [(one.chapter, figure) for one in surveys for figure in one.figures.values()]
     tapes = {}
@@ -250,7 +261,12 @@ def _old_names(chapter: Chapter) -> list[str]:
 
 
 def _publish(
-    files: Mapping[str, bytes], started: runtime.RuntimeInfo | None, dest: Path, pack: bool, cache: Path, progress: Progress
+    files: Mapping[str, bytes],
+    started: runtime.RuntimeInfo | None,
+    dest: Path,
+    pack: bool,
+    cache: Path,
+    progress: Progress,
 ) -> None:
     """Write all files into a folder beside `dest`, then put that in its place."""
     dest.parent.mkdir(parents=True, exist_ok=True)

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from markupsafe import Markup, escape
+from markupsafe import Markup
 
 from . import schema
 from .problems import Place, Problems
@@ -15,12 +15,18 @@ from .problems import Place, Problems
 KEY = re.compile(r"[a-z][a-z0-9-]*")
 FIELDS = {
     "authors": schema.Field(
-        "a list of names", lambda v: isinstance(v, list) and bool(v) and all(isinstance(n, str) and n for n in v), required=True
+        "a list of names",
+        lambda v: isinstance(v, list) and bool(v) and all(isinstance(n, str) and n for n in v),
+        required=True,
     ),
     "title": schema.text(required=True),
     "year": schema.year(required=True),
     "venue": schema.text(),
-    "doi": schema.Field("a DOI like 10.1109/34.88573", lambda v: isinstance(v, str) and bool(re.match(r"10\.\d{4,}/\S+$", v)), default=""),
+    "doi": schema.Field(
+        "a DOI like 10.1109/34.88573",
+        lambda v: isinstance(v, str) and bool(re.match(r"10\.\d{4,}/\S+$", v)),
+        default="",
+    ),
     "url": schema.Field("an address", lambda v: isinstance(v, str) and bool(re.match(r"https?://\S+$", v)), default=""),
     "note": schema.text(),
 }
@@ -52,10 +58,7 @@ class Reference:
     def label(self) -> str:
         """Author and year as a citation shows them."""
         names = [family_name(name) for name in self.authors]
-        if len(names) > 2:
-            who = f"{names[0]} et al."
-        else:
-            who = " and ".join(names)
+        who = f"{names[0]} et al." if len(names) > 2 else " and ".join(names)
         return f"{who} {self.year}{self.letter}"
 
     @property
@@ -102,7 +105,9 @@ def read_references(root: Path, problems: Problems) -> dict[str, Reference]:
     found = []
     for key in document.data:
         if not KEY.fullmatch(str(key)):
-            problems.add(document.at(key), f"{key!r} is no key: small ASCII letters, digits and hyphens, a letter first")
+            problems.add(
+                document.at(key), f"{key!r} is no key: small ASCII letters, digits and hyphens, a letter first"
+            )
         before = len(problems.found)
         values = schema.validated(document, FIELDS, problems, key)
         if not values["doi"] and not values["url"] and len(problems.found) == before:

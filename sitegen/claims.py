@@ -1,7 +1,7 @@
 """Claims: statements in chapters that name the test which checks them, and what that test last said.
 
-The build reads tests as text and never runs them. `write_results` is for the test run: it keeps, in a small file that is
-committed, the outcome of every claimed test with the hash of the code that it ran on.
+The build reads tests as text and never runs them. `write_results` is for the test run: it keeps, in a small file that
+is committed, the outcome of every claimed test with the hash of the code that it ran on.
 """
 
 from __future__ import annotations
@@ -115,7 +115,8 @@ def read_results(root: Path) -> dict[str, Result]:
     packages = tested_code(root)
     kept = json.loads(path.read_text("utf-8"))
     return {
-        test_id: Result(entry["outcome"], entry["code"] == code_hash(root, test_id, packages)) for test_id, entry in sorted(kept.items())
+        test_id: Result(entry["outcome"], entry["code"] == code_hash(root, test_id, packages))
+        for test_id, entry in sorted(kept.items())
     }
 
 

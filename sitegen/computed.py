@@ -1,4 +1,4 @@
-"""Numbers in the text that a call gives: `solvers.ransac.trials(0.5, 0.99, 2)`, evaluated at build time and kept by its code's hash."""
+"""Numbers in the text given by a call, like `solvers.ransac.trials(0.5, 0.99, 2)`: evaluated by the build, and kept."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import importlib
 import json
 import math
 import re
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -78,15 +79,13 @@ def _literal(text: str, node: ast.expr) -> Any:
 
 
 def resolve(call: Call) -> Any:
-    """The function that a call names. Raises CallError at the first name that is not there, with the nearest that is."""
+    """The function that a call names. Raises CallError at the first name that is not there, with the nearest."""
     here: Any = importlib.import_module(call.names[0][0])
     dotted = call.names[0][0]
     for name, offset in call.names[1:]:
         if isinstance(here, ModuleType) and not hasattr(here, name) and hasattr(here, "__path__"):
-            try:
+            with suppress(ModuleNotFoundError):
                 importlib.import_module(f"{dotted}.{name}")
-            except ModuleNotFoundError:
-                pass
         if name.startswith("_") or not hasattr(here, name):
             raise CallError(f"{dotted} has no {name!r}{hint(name, _names(here))}", offset)
         here, dotted = getattr(here, name), f"{dotted}.{name}"
@@ -148,4 +147,3 @@ def printed(value: int | float, spec: str = "") -> str:
         mantissa = mantissa[1:]
     power = f"·10{str(int(exponent)).translate(SUPERSCRIPT)}" if e else ""
     return mantissa.replace("-", "−") + power
-

@@ -1,9 +1,10 @@
-"""What authors write: the site's settings and the chapters with their front matter, read and checked, not yet rendered."""
+"""What authors write: the site's settings and the chapters with their front matter, read and checked."""
 
 from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -141,13 +142,15 @@ def read_chapters(root: Path, problems: Problems, drafts: bool = False) -> list[
     for path in sorted((root / "content").glob("*.md")):
         match = FILE_NAME.fullmatch(path.name)
         if match is None:
-            problems.add(Place(f"content/{path.name}"), "a chapter's file is called like 01-kabsch.md: number, hyphen, name")
+            problems.add(
+                Place(f"content/{path.name}"), "a chapter's file is called like 01-kabsch.md: number, hyphen, name"
+            )
         else:
             found.append(((float(match["number"]), match["letter"]), path))
     found.sort()
     if not found and not problems.found:
         problems.add(Place("content"), "no chapter found")
-    for (one, first), (other, second) in zip(found, found[1:], strict=False):
+    for (one, first), (other, second) in pairwise(found):
         if one == other:
             problems.add(Place(f"content/{second.name}"), f"has the same number as {first.name}")
     chapters: list[Chapter] = []
@@ -176,7 +179,10 @@ def _chapter(root: Path, path: Path, problems: Problems, first: bool) -> Chapter
         problems.add(Place(name, 1, 1), "front matter is missing: lines between --- and --- with at least a title")
     elif document is not None:
         values = schema.validated(document, FRONT, problems)
-        for where, slug in [(("slug",), values["slug"]), *((("redirects", i), s) for i, s in enumerate(values["redirects"]))]:
+        for where, slug in [
+            (("slug",), values["slug"]),
+            *((("redirects", i), s) for i, s in enumerate(values["redirects"])),
+        ]:
             if slug and not SLUG.fullmatch(slug):
                 problems.add(document.at(*where), f"{slug!r} is no page name: small ASCII letters, digits and hyphens")
         if not values["summary"]:
@@ -219,5 +225,7 @@ def _check_names(chapters: list[Chapter], problems: Problems) -> None:
     for chapter in chapters:
         for name in chapter.redirects:
             if name in taken:
-                problems.add(Place(chapter.source.path, 1, 1), f"redirect from {name!r}: that name is taken by {taken[name]}")
+                problems.add(
+                    Place(chapter.source.path, 1, 1), f"redirect from {name!r}: that name is taken by {taken[name]}"
+                )
             taken[name] = chapter.source.path

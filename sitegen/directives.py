@@ -1,4 +1,4 @@
-"""Directives, the generator's one extension of Markdown: `:name[text]{attributes}` in a line, `::name[text]{attributes}` as a line.
+"""Directives, our one extension of Markdown: `:name[text]{attributes}` in a line, `::name[text]{attributes}` as a line.
 
 Everything carries its offset in the text it was read from, so that a problem can name the very word that is wrong.
 """
@@ -78,7 +78,7 @@ def read(source: str, start: int, stop: int, colons: str) -> Directive | None:
 
 
 def _close(source: str, start: int, stop: int) -> int:
-    """Where the bracket at `start` closes; in a text, code and formulas are passed over, in attributes quoted values."""
+    """Where the bracket at `start` closes; code and formulas in a text, quoted values in attributes are passed over."""
     opening = source[start]
     closing = CLOSING[opening]
     passed = "`$" if opening == "[" else '"'

@@ -1,4 +1,4 @@
-"""Figures as chapters place them: which widget in which state, what the page needs of it, and its frames, baked and kept.
+"""Figures as chapters place them: which widget in which state, what the page needs of it, its frames, baked and kept.
 
 Nothing is drawn here: frames come from widgets.host, which the browser runs too.
 """
@@ -13,12 +13,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
 from widgets.contract import MAX_LOG, Record, Widget, parsed, preset
 from widgets.controls import Spec, specs, validated, values
 from widgets.host import Host
 
-from .files import write
 from .directives import Attribute, Directive, DirectiveError, attributes
+from .files import write
 from .problems import Place, Problems, hint
 
 Plain = dict[str, Any]
@@ -67,11 +68,13 @@ def listed(directive: Directive, at: Callable[[int], Place], problems: Problems)
 def placed(
     directive: Directive, at: Callable[[int], Place], number: str, widgets: Mapping[str, Widget], problems: Problems
 ) -> Figure | None:
-    """The figure that a `::figure` line places, its tape holding what its widget records; None where it names no widget."""
+    """The figure that a `::figure` line places, its tape as its widget wants it; None where it names no widget."""
     given = listed(directive, at, problems)
     bare = [a for a in given if not a.name]
     if not bare:
-        problems.add(at(directive.attributes_start), "a figure names its widget first: {kabsch preset=default id=solve}")
+        problems.add(
+            at(directive.attributes_start), "a figure names its widget first: {kabsch preset=default id=solve}"
+        )
         return None
     if bare[0].value not in widgets:
         problems.add(at(bare[0].start), f"no widget {bare[0].value!r}{hint(bare[0].value, widgets)}")
@@ -83,10 +86,13 @@ def placed(
     chosen = named.pop("preset", None)
     name = chosen.value if chosen else "default"
     if name not in widget.presets:
-        problems.add(at(chosen.value_start if chosen else bare[0].start), f"{widget.name} has no preset {name!r}{hint(name, widget.presets)}")
+        problems.add(
+            at(chosen.value_start if chosen else bare[0].start),
+            f"{widget.name} has no preset {name!r}{hint(name, widget.presets)}",
+        )
         return None
     figure_id = named.pop("id", None)
-    if figure_id and not figure_id.value.replace("-", "").isalnum() or figure_id and not figure_id.value.isascii():
+    if (figure_id and not figure_id.value.replace("-", "").isalnum()) or (figure_id and not figure_id.value.isascii()):
         problems.add(at(figure_id.value_start), f"{figure_id.value!r} is no id: ASCII letters, digits and hyphens")
     if not directive.text.strip():
         problems.add(at(directive.text_start), "a figure has a caption")
@@ -118,7 +124,11 @@ def changed(
     for attribute in given:
         where = at(attribute.value_start)
         if attribute.name == "seed":
-            if isinstance(attribute.plain, bool) or not isinstance(attribute.plain, int) or not 0 <= attribute.plain < 2**31:
+            if (
+                isinstance(attribute.plain, bool)
+                or not isinstance(attribute.plain, int)
+                or not 0 <= attribute.plain < 2**31
+            ):
                 problems.add(where, f"seed: a whole number is expected, not {attribute.value!r}")
             else:
                 seed = attribute.plain
@@ -132,7 +142,9 @@ def changed(
                 offset += len(name) + 1
         elif attribute.name not in known:
             names = [*known, "seed", "press"]
-            problems.add(at(attribute.start), f"{widget.name} has no control {attribute.name!r}{hint(attribute.name, names)}")
+            problems.add(
+                at(attribute.start), f"{widget.name} has no control {attribute.name!r}{hint(attribute.name, names)}"
+            )
         else:
             value = attribute.value if known[attribute.name].kind == "choice" else attribute.plain
             try:
@@ -203,7 +215,11 @@ def _control(control: Spec) -> Plain:
     if control.kind == "slider":
         numbers = {"low": control.low, "high": control.high, "step": control.step}
         return {**shared, **numbers, "unit": control.unit, "decimals": control.decimals}
-    return {**shared, "options": dict(control.options), "sets": {k: dict(v) for k, v in control.sets.items()}} if control.kind == "choice" else shared
+    return (
+        {**shared, "options": dict(control.options), "sets": {k: dict(v) for k, v in control.sets.items()}}
+        if control.kind == "choice"
+        else shared
+    )
 
 
 def first_frame(frame: Plain) -> Plain:

@@ -1,7 +1,7 @@
-"""Markdown → tokens: markdown-it with formulas, footnotes and our directives, every token that can be wrong with its place.
+"""Markdown → tokens: markdown-it with formulas, footnotes and directives, every token that can be wrong with its place.
 
-After parsing, the tree holds what the pages need and nothing else: directives are single tokens ("figure", "try", "aside",
-"value", "readout", "ref", "cite") or pairs ("claim_open", "claim_close"), and footnote definitions are taken out of the flow.
+After parsing, directives are single tokens ("figure", "try", "aside", "value", "readout", "ref", "cite") or pairs
+("claim_open", "claim_close"), and footnote definitions are taken out of the flow.
 """
 
 from __future__ import annotations
@@ -79,7 +79,9 @@ def parser() -> MarkdownIt:
     dollarmath_plugin(md, allow_digits=False, allow_blank_lines=False)
     footnote_plugin(md, inline=False, move_to_end=False, always_match_refs=True)
     md.inline.add_terminator_char(":")
-    md.block.ruler.before("paragraph", "directive", _block_directive, {"alt": ["paragraph", "reference", "blockquote", "list"]})
+    md.block.ruler.before(
+        "paragraph", "directive", _block_directive, {"alt": ["paragraph", "reference", "blockquote", "list"]}
+    )
     md.inline.ruler.before("link", "directive", _inline_directive)
     md.inline.ruler.before("link", "citation", _citation)
     rules = {rule.name: rule.fn for rule in md.inline.ruler.__rules__}
@@ -131,13 +133,19 @@ def _block_directive(state: StateBlock, start_line: int, end_line: int, silent: 
     last = source.at(directive.end).line - 1
     rest = state.src[directive.end : state.eMarks[last]]
     if rest.strip():
-        source.problems.add(source.at(directive.end), f"nothing may follow a directive on its line, but {rest.strip()!r} does")
+        source.problems.add(
+            source.at(directive.end), f"nothing may follow a directive on its line, but {rest.strip()!r} does"
+        )
     if directive.name not in BLOCK:
         why = "; in a line it has one colon" if directive.name in INLINE else hint(directive.name, BLOCK)
         source.problems.add(source.at(start), f"no directive ::{directive.name}{why}")
     state.line = last + 1
     token = state.push("directive_open", "", 1)
-    token.map, token.info, token.meta = [start_line, state.line], directive.name, {"directive": directive, "at": source.at}
+    token.map, token.info, token.meta = (
+        [start_line, state.line],
+        directive.name,
+        {"directive": directive, "at": source.at},
+    )
     token.meta["place"] = source.at(start)
     inline = state.push("inline", "", 0)
     inline.map, inline.content, inline.children = [start_line, state.line], directive.text, []
@@ -163,7 +171,9 @@ def _inline_directive(state: StateInline, silent: bool) -> bool:
     if not silent:
         if directive.name not in INLINE:
             wrong = state.push("fault", "", 0)
-            why = "; as a line of its own it has two colons" if directive.name in BLOCK else hint(directive.name, INLINE)
+            why = (
+                "; as a line of its own it has two colons" if directive.name in BLOCK else hint(directive.name, INLINE)
+            )
             wrong.meta = {"offset": start, "message": f"no directive :{directive.name}{why}"}
         elif directive.name == "claim":
             _claim(state, directive)
@@ -192,12 +202,17 @@ def _citation(state: StateInline, silent: bool) -> bool:
         token = state.push("cite", "", 0)
         base = match.start(1)
         found = [
-            (m["key"], (m["locator"] or "").strip(), base + m.start("key")) for m in CITED.finditer(match[1]) if m.group()
+            (m["key"], (m["locator"] or "").strip(), base + m.start("key"))
+            for m in CITED.finditer(match[1])
+            if m.group()
         ]
         token.meta = {"offset": state.pos, "cited": found}
         if "".join(m.group() for m in CITED.finditer(match[1])) != match[1] or not all(key for key, _, _ in found):
             wrong = state.push("fault", "", 0)
-            wrong.meta = {"offset": state.pos, "message": "a citation is written [@key], [@key, p. 3] or [@one; @other]"}
+            wrong.meta = {
+                "offset": state.pos,
+                "message": "a citation is written [@key], [@key, p. 3] or [@one; @other]",
+            }
             token.meta["cited"] = []
     state.pos = match.end()
     return True
@@ -228,7 +243,9 @@ def _heading_ids(state: StateCore) -> None:
             if ANCHOR.fullmatch(match[1]):
                 heading.meta = {"id": match[1]}
             else:
-                source.problems.add(place, f"{match[1]!r} is no anchor: small letters, digits and hyphens, a letter first")
+                source.problems.add(
+                    place, f"{match[1]!r} is no anchor: small letters, digits and hyphens, a letter first"
+                )
             inline.content = inline.content[: match.start()]
         heading.meta = {**heading.meta, "place": Place(source.path, (heading.map or [0])[0] + 1, 1)}
 
@@ -293,7 +310,9 @@ def _fold(state: StateCore) -> None:
             case "footnote_reference_open":
                 label = token.meta["label"]
                 if label in notes:
-                    source.problems.add(Place(source.path, (token.map or [0])[0] + 1, 1), f"footnote [^{label}] is defined twice")
+                    source.problems.add(
+                        Place(source.path, (token.map or [0])[0] + 1, 1), f"footnote [^{label}] is defined twice"
+                    )
                 into = notes[label] = []
             case "footnote_reference_close":
                 into = flow

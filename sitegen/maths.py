@@ -1,6 +1,6 @@
 """LaTeX → MathML by Temml: all formulas of a build in one call of Node, each kept by the hash of what it was made from.
 
-A strict Content-Security-Policy blocks style attributes, so each distinct one becomes a class, and the classes a style sheet.
+A strict Content-Security-Policy blocks style attributes, so each distinct one becomes a class.
 """
 
 from __future__ import annotations
@@ -49,7 +49,11 @@ class Mathematics:
 
 
 def render(
-    asked: Iterable[Asked], macros: Mapping[str, str], cache: Path, problems: Problems, progress: outside.Progress = outside.quiet
+    asked: Iterable[Asked],
+    macros: Mapping[str, str],
+    cache: Path,
+    problems: Problems,
+    progress: outside.Progress = outside.quiet,
 ) -> Mathematics:
     """All formulas as MathML; those that are no LaTeX go to `problems` and become empty."""
     wanted = list(asked)

@@ -11,6 +11,7 @@ from xml.sax.saxutils import escape as xml_escape
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
+
 from widgets.contract import Widget
 from widgets.controls import Spec, specs
 from widgets.picture import number
@@ -140,7 +141,7 @@ class Writer:
                 "rung": rung,
                 "title": chapter.title if chapter else title,
                 "page": chapter.page if chapter else "",
-                "current": bool(chapter) and chapter.page == current,
+                "current": chapter is not None and chapter.page == current,
             }
             for rung, title, chapter in [*planned, *rest]
         ]
@@ -160,7 +161,9 @@ class Writer:
         if page.home:
             page = Page(**{**page.__dict__, "title": self.site.title})
         cards = [references[key] for key in body.cited]
-        return self._fill("chapter.html", page, chapter=chapter, body=body.html, contents=_tree(body.contents), cards=cards)
+        return self._fill(
+            "chapter.html", page, chapter=chapter, body=body.html, contents=_tree(body.contents), cards=cards
+        )
 
     def references(self, references: Mapping[str, Reference], cited: Mapping[str, Sequence[Chapter]]) -> str:
         """The bibliography, each work with the chapters that cite it."""
@@ -192,7 +195,9 @@ class Writer:
                     "said": SAID[state],
                 }
             )
-        page = self._page("checks.html", "About the checks", "The tests behind the statements in the text.", "checks-page")
+        page = self._page(
+            "checks.html", "About the checks", "The tests behind the statements in the text.", "checks-page"
+        )
         return self._fill("checks.html", page, checks=checks)
 
     def licences(self, licences: Sequence[Licence]) -> str:
@@ -211,7 +216,9 @@ class Writer:
 
     def sitemap(self, pages: Sequence[str]) -> str:
         """sitemap.xml; only a site with an address has one."""
-        entries = (f"<url><loc>{xml_escape(self.site.url + ('' if p == 'index.html' else p))}</loc></url>\n" for p in pages)
+        entries = (
+            f"<url><loc>{xml_escape(self.site.url + ('' if p == 'index.html' else p))}</loc></url>\n" for p in pages
+        )
         head = '<?xml version="1.0" encoding="UTF-8"?>\n<urlset xmlns="http://www.sitemaps.org/schemas/sitemap/0.9">\n'
         return head + "".join(entries) + "</urlset>\n"
 

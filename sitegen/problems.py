@@ -1,4 +1,4 @@
-"""What is wrong with the content: collected over the whole build and shown at once, each with its place and the nearest right name."""
+"""What is wrong with the content: collected over the whole build, each with its place and the nearest right name."""
 
 from __future__ import annotations
 
@@ -22,22 +22,29 @@ class Problem:
 
 @dataclass
 class Problems:
-    """The problems of one build, and its warnings, which only a strict build counts as problems."""
+    """The problems of one build; its warnings, which are problems in a strict one; notes, which are no fault."""
 
     found: list[Problem] = field(default_factory=list)
     warnings: list[Problem] = field(default_factory=list)
+    notes: list[Problem] = field(default_factory=list)
 
     def add(self, place: Place, message: str) -> None:
         """Note a problem at a place, once."""
-        problem = Problem(place.path, place.line, place.column, message)
-        if problem not in self.found:
-            self.found.append(problem)
+        _append(self.found, place, message)
 
     def warn(self, place: Place, message: str) -> None:
         """Note what only a strict build minds."""
-        problem = Problem(place.path, place.line, place.column, message)
-        if problem not in self.warnings:
-            self.warnings.append(problem)
+        _append(self.warnings, place, message)
+
+    def note(self, place: Place, message: str) -> None:
+        """Note what an author may want to know."""
+        _append(self.notes, place, message)
+
+
+def _append(problems: list[Problem], place: Place, message: str) -> None:
+    problem = Problem(place.path, place.line, place.column, message)
+    if problem not in problems:
+        problems.append(problem)
 
 
 @dataclass(frozen=True)

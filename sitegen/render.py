@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from markdown_it.renderer import RendererHTML
 from markdown_it.token import Token
@@ -20,10 +19,11 @@ from .claims import Result, Test, anchor
 from .computed import CallError, Values, printed, read_call
 from .figures import Figure, Plain, changed, dumps, listed
 from .images import Image, read_image
+from .links import Links
 from .markdown import parser, text_of
 from .maths import Mathematics
 from .problems import Place, Problems, hint
-from .survey import LINKS, Survey, figure_of
+from .survey import LINKS, Survey
 
 
 @dataclass
@@ -56,7 +56,7 @@ class Claim:
 class Body:
     """A rendered chapter: its text, its contents (level, id, HTML), the keys it cites, its claims, its images."""
 
-    html: Markup = Markup("")
+    html: Markup = field(default_factory=Markup)
     contents: list[tuple[int, str, Markup]] = field(default_factory=list)
     cited: list[str] = field(default_factory=list)
     claims: list[Claim] = field(default_factory=list)
@@ -86,7 +86,13 @@ class _Renderer:
         self._chapter = survey.chapter
         self._problems = known.problems
         self._body = Body()
-        self._claims: list[tuple[Any, list[Token]]] = []
+        self._links = Links(
+            survey.chapter.page,
+            known.surveys,
+            known.pages,
+            known.problems,
+            lambda tokens: self._inline(_unlinked(tokens)),
+        )
         self._html = RendererHTML(parser())
         self._options = parser().options
         rules = {
@@ -113,7 +119,7 @@ class _Renderer:
             "cite": self._cite,
         }
         for name, rule in rules.items():
-            self._html.rules[name] = _simple(rule)
+            self._html.rules[name] = _simple(rule)  # type: ignore[assignment]
 
     def body(self) -> Body:
         blocks = _blocks(self._chapter.document.tokens)
@@ -126,9 +132,13 @@ class _Renderer:
                 parts.append(('<ul class="tries">\n' if opens else "") + item + ("</ul>\n" if closes else ""))
                 continue
             html = self._blocks(block)
-            notes = [child.meta["label"] for token in block for child in token.children or [] if child.meta.get("first")]
+            notes = [
+                child.meta["label"] for token in block for child in token.children or [] if child.meta.get("first")
+            ]
             if notes:
-                html = f'<div class="noted">\n{html}<div class="notes">\n{"".join(map(self._note, notes))}</div>\n</div>\n'
+                html = (
+                    f'<div class="noted">\n{html}<div class="notes">\n{"".join(map(self._note, notes))}</div>\n</div>\n'
+                )
             parts.append(html)
         self._body.html = Markup("".join(parts))
         for heading in self._survey.headings:
@@ -176,8 +186,13 @@ class _Renderer:
         path = Path(self._known.root, "content", source)
         folder = (self._known.root / "content").resolve()
         if "://" in source or folder not in path.resolve().parents or not path.is_file():
-            files = [p.relative_to(self._known.root / "content").as_posix() for p in (self._known.root / "content").rglob("*")]
-            self._problems.add(place, f"no image content/{source}{hint(source, [f for f in files if not f.endswith('.md')])}")
+            files = [
+                p.relative_to(self._known.root / "content").as_posix()
+                for p in (self._known.root / "content").rglob("*")
+            ]
+            self._problems.add(
+                place, f"no image content/{source}{hint(source, [f for f in files if not f.endswith('.md')])}"
+            )
             return ""
         try:
             image = read_image(path)
@@ -190,36 +205,9 @@ class _Renderer:
         return f'<img src="{escape(image.name)}" alt="{escape(alt)}"{title} {size} loading="lazy" decoding="async">'
 
     def _link_open(self, token: Token) -> str:
-        href = self._target(str(token.attrs["href"]), token.meta["place"])
+        href = self._links.target(str(token.attrs["href"]), token.meta["place"])
         title = f' title="{escape(token.attrs["title"])}"' if "title" in token.attrs else ""
         return f'<a href="{escape(href)}"{title}>'
-
-    def _target(self, href: str, place: Place) -> str:
-        """A link's address on the site, checked where it leads into it."""
-        if href.startswith(("https://", "http://", "mailto:")):
-            return href
-        page, _, fragment = href.partition("#")
-        name = self._page_named(page) if page else self._chapter.page
-        if name is None:
-            self._problems.add(place, f"no page {page!r}{hint(page, self._known.pages)}")
-            return href
-        return self._address(name, fragment, place)
-
-    def _page_named(self, page: str) -> str | None:
-        """The page that a link means by its name, its chapter's slug or its chapter's file."""
-        if page in self._known.pages:
-            return page
-        for survey in self._known.surveys:
-            if page in (f"{survey.chapter.slug}.html", Path(survey.chapter.source.path).name):
-                return survey.chapter.page
-        return None
-
-    def _address(self, page: str, fragment: str, place: Place) -> str:
-        anchors = self._known.pages[page]
-        if fragment and anchors is not None and fragment not in anchors:
-            self._problems.add(place, f"no anchor {fragment!r} on {page}{hint(fragment, anchors)}")
-        here = page == self._chapter.page
-        return (("" if here else page) + (f"#{fragment}" if fragment else "")) or page
 
     def _note_reference(self, token: Token) -> str:
         number = self._survey.notes.get(token.meta["label"], 0)
@@ -228,7 +216,8 @@ class _Renderer:
 
     def _note(self, label: str) -> str:
         number = self._survey.notes[label]
-        back = f'<a class="note-number" href="#noteref-{number}" aria-label="Back to the text from note {number}">{number}</a>'
+        says = f"Back to the text from note {number}"
+        back = f'<a class="note-number" href="#noteref-{number}" aria-label="{says}">{number}</a>'
         tokens = self._chapter.document.footnotes[label]
         return f'<div class="note" role="note" id="note-{number}">{back}\n{self._blocks(tokens)}</div>\n'
 
@@ -291,7 +280,9 @@ class _Renderer:
             where = at(directive.attributes_start + lead)
             self._problems.add(where, f"no test {test_id!r}{hint(test_id, self._known.tests)}")
         elif not self._known.tests[test_id].doc:
-            self._problems.warn(at(directive.attributes_start + lead), f"{test_id} has no docstring that tells readers what it checks")
+            self._problems.warn(
+                at(directive.attributes_start + lead), f"{test_id} has no docstring that tells readers what it checks"
+            )
         number = len(self._body.claims) + 1
         claim = Claim(Markup(self._inline(_unlinked(self._claim_tokens(token)))), test_id, f"claim-{number}")
         self._body.claims.append(claim)
@@ -319,42 +310,8 @@ class _Renderer:
         )
 
     def _ref(self, token: Token) -> str:
-        directive, at = token.meta["directive"], token.meta["at"]
-        text, where = directive.text.strip(), at(directive.text_start)
-        kind, _, name = text.partition(":")
-        if kind == "fig" and name:
-            found = {s.chapter.page: f for s in self._known.surveys if (f := s.figures.get(name))}
-            names = [f for s in self._known.surveys for f in s.figures]
-            return self._numbered(name, {p: (f.dom_id, f"Figure {f.number}") for p, f in found.items()}, names, "figure", where)
-        if kind == "eq" and name:
-            numbers = {s.chapter.page: s.equations[name] for s in self._known.surveys if name in s.equations}
-            names = [e for s in self._known.surveys for e in s.equations]
-            return self._numbered(name, {p: (f"eq-{name}", f"({n})") for p, n in numbers.items()}, names, "equation", where)
-        slug, _, fragment = text.partition("#")
-        for survey in self._known.surveys:
-            if slug in (survey.chapter.slug, survey.chapter.name):
-                return self._chapter_ref(survey, fragment, where)
-        slugs = [s.chapter.slug for s in self._known.surveys]
-        self._problems.add(where, f"no chapter {slug!r}{hint(slug, slugs)}; figures are fig:id, equations eq:label")
-        return ""
-
-    def _chapter_ref(self, survey: Survey, fragment: str, where: Place) -> str:
-        href = self._address(survey.chapter.page, fragment, where)
-        heading = next((h for h in survey.headings if h.id == fragment), None)
-        text = self._inline(_unlinked(heading.tokens)) if heading else escape(survey.chapter.title)
-        return f'<a class="ref" href="{escape(href)}">{text}</a>'
-
-    def _numbered(self, name: str, found: Mapping[str, tuple[str, str]], names: list[str], what: str, where: Place) -> str:
-        """A link to a numbered thing: this chapter's own, or the only one elsewhere."""
-        page = self._chapter.page if self._chapter.page in found else next(iter(found), None)
-        if page is None:
-            self._problems.add(where, f"no {what} {name!r}{hint(name, names)}")
-            return ""
-        if page != self._chapter.page and len(found) > 1:
-            self._problems.add(where, f"{what} {name!r} stands on {' and '.join(sorted(found))}: write a link to the one meant")
-        fragment, text = found[page]
-        href = ("" if page == self._chapter.page else page) + f"#{fragment}"
-        return f'<a class="ref" href="{escape(href)}">{escape(text)}</a>'
+        directive = token.meta["directive"]
+        return str(self._links.reference(directive.text.strip(), token.meta["at"](directive.text_start)))
 
     def _cite(self, token: Token) -> str:
         parts = []
@@ -366,9 +323,8 @@ class _Renderer:
             if key not in self._body.cited:
                 self._body.cited.append(key)
             more = f", {escape(locator)}" if locator else ""
-            parts.append(
-                f'<a class="cite" href="references.html#ref-{key}" data-card="card-{key}">{escape(reference.label)}</a>{more}'
-            )
+            attributes = f'class="cite" href="references.html#ref-{key}" data-card="card-{key}"'
+            parts.append(f"<a {attributes}>{escape(reference.label)}</a>{more}")
         return f'<span class="cites">({"; ".join(parts)})</span>'
 
 

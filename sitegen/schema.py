@@ -16,7 +16,7 @@ Path = tuple[str | int, ...]
 
 @dataclass(frozen=True)
 class Field:
-    """What one key may hold: `expects` says it in words, `accepts` tells a good value, `default` stands where there is none."""
+    """What one key may hold: `expects` says it in words, `accepts` knows a good value, `default` is for none."""
 
     expects: str
     accepts: Callable[[Any], bool]
@@ -31,7 +31,9 @@ def text(required: bool = False, default: str = "") -> Field:
 
 def texts() -> Field:
     """A list of texts."""
-    return Field("a list of texts", lambda v: isinstance(v, list) and all(isinstance(t, str) and t for t in v), False, [])
+    return Field(
+        "a list of texts", lambda v: isinstance(v, list) and all(isinstance(t, str) and t for t in v), False, []
+    )
 
 
 def flag() -> Field:

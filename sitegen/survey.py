@@ -5,10 +5,11 @@ What is found is noted on the tokens' meta, so that rendering only looks it up.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 from markdown_it.token import Token
+
 from widgets.contract import Widget
 
 from .content import Chapter
@@ -77,9 +78,10 @@ def inline(tokens: Iterable[Token]) -> Iterator[Token]:
         yield from token.children or []
 
 
-def _shifted(token: Token):  # type: ignore[no-untyped-def]
+def _shifted(token: Token) -> Callable[[int], Place]:
+    """From offsets inside an inline formula to places."""
     at, offset = token.meta["at"], token.meta["offset"]
-    return lambda inside: at(offset + 1 + inside)
+    return lambda inside: at(offset + 1 + inside)  # type: ignore[no-any-return]
 
 
 def _anchor(found: Survey, name: str, place: Place, what: str, problems: Problems) -> None:
@@ -168,7 +170,9 @@ def figure_of(found: Survey, given: list[Attribute], token: Token, problems: Pro
         return None
     figure = found.figures.get(bare[0].value)
     if figure is None:
-        problems.add(at(bare[0].start), f"no figure {bare[0].value!r} in this chapter{hint(bare[0].value, found.figures)}")
+        problems.add(
+            at(bare[0].start), f"no figure {bare[0].value!r} in this chapter{hint(bare[0].value, found.figures)}"
+        )
     return figure
 
 

@@ -1,0 +1,94 @@
+"""Where references and links lead: figures, equations, chapters, anchors; checked, and written relative to a page."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from markdown_it.token import Token
+from markupsafe import Markup
+
+from .problems import Place, Problems, hint
+from .survey import Survey
+
+
+@dataclass(frozen=True)
+class Links:
+    """The links of one page. `pages`: page name → its anchors, None where they are not known here.
+
+    inline: renders a heading's tokens for the text of a link.
+    """
+
+    page: str
+    surveys: Sequence[Survey]
+    pages: Mapping[str, Mapping[str, Place] | None]
+    problems: Problems
+    inline: Callable[[Sequence[Token]], str]
+
+    def target(self, href: str, place: Place) -> str:
+        """A link's address, checked where it leads into the site."""
+        if href.startswith(("https://", "http://", "mailto:")):
+            return href
+        page, _, fragment = href.partition("#")
+        name = self._page_named(page) if page else self.page
+        if name is None:
+            self.problems.add(place, f"no page {page!r}{hint(page, self.pages)}")
+            return href
+        return self._address(name, fragment, place)
+
+    def reference(self, text: str, place: Place) -> Markup:
+        """The link that `:ref[text]` means; empty, and a problem, where it means none."""
+        kind, _, name = text.partition(":")
+        if kind == "fig" and name:
+            figures = {s.chapter.page: f for s in self.surveys if (f := s.figures.get(name))}
+            found = {page: (figure.dom_id, f"Figure {figure.number}") for page, figure in figures.items()}
+            return self._numbered("figure", name, found, [f for s in self.surveys for f in s.figures], place)
+        if kind == "eq" and name:
+            numbers = {s.chapter.page: s.equations[name] for s in self.surveys if name in s.equations}
+            found = {page: (f"eq-{name}", f"({number})") for page, number in numbers.items()}
+            return self._numbered("equation", name, found, [e for s in self.surveys for e in s.equations], place)
+        slug, _, fragment = text.partition("#")
+        for survey in self.surveys:
+            if slug in (survey.chapter.slug, survey.chapter.name):
+                return self._chapter(survey, fragment, place)
+        near = hint(slug, [survey.chapter.slug for survey in self.surveys])
+        self.problems.add(place, f"no chapter {slug!r}{near} (figures are fig:id, equations eq:label)")
+        return Markup("")
+
+    def _chapter(self, survey: Survey, fragment: str, place: Place) -> Markup:
+        href = self._address(survey.chapter.page, fragment, place)
+        heading = next((h for h in survey.headings if h.id == fragment), None)
+        text = Markup(self.inline(heading.tokens)) if heading else survey.chapter.title
+        return Markup('<a class="ref" href="{}">{}</a>').format(href, text)
+
+    def _numbered(
+        self, what: str, name: str, found: Mapping[str, tuple[str, str]], names: Sequence[str], place: Place
+    ) -> Markup:
+        """A link to a numbered thing: this chapter's own, or the only one elsewhere."""
+        page = self.page if self.page in found else next(iter(found), None)
+        if page is None:
+            self.problems.add(place, f"no {what} {name!r}{hint(name, names)}")
+            return Markup("")
+        if page != self.page and len(found) > 1:
+            where = " and ".join(sorted(found))
+            self.problems.add(place, f"{what} {name!r} stands on {where}: a plain link tells which is meant")
+        fragment, text = found[page]
+        href = f"{'' if page == self.page else page}#{fragment}"
+        return Markup('<a class="ref" href="{}">{}</a>').format(href, text)
+
+    def _page_named(self, page: str) -> str | None:
+        """The page that a link means by its name, its chapter's slug or its chapter's file."""
+        if page in self.pages:
+            return page
+        for survey in self.surveys:
+            if page in (f"{survey.chapter.slug}.html", Path(survey.chapter.source.path).name):
+                return survey.chapter.page
+        return None
+
+    def _address(self, page: str, fragment: str, place: Place) -> str:
+        anchors = self.pages[page]
+        if fragment and anchors is not None and fragment not in anchors:
+            self.problems.add(place, f"no anchor {fragment!r} on {page}{hint(fragment, anchors)}")
+        path = "" if page == self.page else page
+        return (path + (f"#{fragment}" if fragment else "")) or page
