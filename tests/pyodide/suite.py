@@ -1,0 +1,25 @@
+"""Runs pytest inside Pyodide: the checkout is mounted at /repo, the virtualenv's packages at /venv.
+
+numpy and Hypothesis are those built for Pyodide and come first on the path; pytest, pure Python, is the virtualenv's.
+"""
+
+import contextlib
+import io
+import json
+import os
+import sys
+
+
+def main(text):
+    """{"code": pytest's exit code, "output": what it printed} for {"args": its arguments}."""
+    sys.dont_write_bytecode = True
+    sys.path.insert(0, "/repo")
+    sys.path.append("/venv")
+    os.environ |= {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "HYPOTHESIS_STORAGE_DIRECTORY": "/tmp/hypothesis"}
+    os.chdir("/repo")
+    import pytest
+
+    output = io.StringIO()
+    with contextlib.redirect_stdout(output), contextlib.redirect_stderr(output):
+        code = pytest.main(["-p", "_hypothesis_pytestplugin", "-p", "no:cacheprovider", *json.loads(text)["args"]])
+    return json.dumps({"code": int(code), "output": output.getvalue()})
