@@ -90,11 +90,12 @@ class Ticks:
 
 @dataclass(frozen=True, eq=False)
 class Arrow:
-    """One arrow from a to b, (2,) world each."""
+    """One arrow from a to b, (2,) world each; `head` is its length in px, and a small head has a thin shaft."""
 
     a: ArrayLike
     b: ArrayLike
     role: Role
+    head: float = 11.0
 
 
 @dataclass(frozen=True, eq=False)

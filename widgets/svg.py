@@ -172,12 +172,11 @@ def _arrow(mark: Arrow, view: View, prefix: str) -> str:
     if length < 1e-9:
         return ""
     along = along / length
-    back = head - along * min(11.0, length)
-    side = np.array([-along[1], along[0]]) * 4.5
+    back = head - along * min(mark.head, length)
+    side = np.array([-along[1], along[0]]) * (0.41 * mark.head)
     (x, y), (u, v), (p, q), (r, s), (m, n) = snap([tail, back, back + side, back - side, head])
-    return _path(f"line thick {mark.role}", f"M{x} {y}L{u} {v}") + _path(
-        f"tip {mark.role}", f"M{m} {n}L{p} {q} {r} {s}z"
-    )
+    shaft = _path(f"line {'thick ' if mark.head > 8 else ''}{mark.role}", f"M{x} {y}L{u} {v}")
+    return shaft + _path(f"tip {mark.role}", f"M{m} {n}L{p} {q} {r} {s}z")
 
 
 def _heat(mark: Heat, view: View, prefix: str) -> str:

@@ -40,9 +40,9 @@ def test_the_answer_is_where_the_robot_stood() -> None:
 
 @pytest.mark.parametrize("seed", range(SEED, SEED + 25 * 13, 13))
 def test_the_answer_is_nearer_than_the_start(seed: int) -> None:
-    """In every draw the truth brings the source nearer to the target, though not to nothing: each pose sees its own."""
+    """In every draw the truth brings the source nearer to the target, if not to zero: each sees its own corners."""
     before = start(Controls(), seed)
-    assert 0.0 < nearest(act(before, ANSWER)) < 0.5 * nearest(before)
+    assert 0.0 < nearest(act(before, ANSWER)) < 0.6 * nearest(before)
 
 
 @given(st.floats(-4.4, 4.4), st.floats(-2.9, 2.9), st.floats(-3, 3))
