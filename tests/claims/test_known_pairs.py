@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from solvers import Pose, Status, fit_planar, fit_rigid, metrics
+from solvers.scans import two_scans
 from solvers.scenes import BIRD, KABSCH_TRUTH, MAST, kabsch_scene
 
 
@@ -62,6 +63,26 @@ def test_translation_error_depends_on_the_origin():
     assert metrics.rre(*moved) == pytest.approx(0.1)
     assert metrics.rte(estimate, truth) == pytest.approx(0.0, abs=1e-12)
     assert metrics.rte(*moved) == pytest.approx(2.0 * np.sin(0.05) * 30.0)
+
+
+def nearest_distance(pose, source, target):
+    """The RMS distance from a moved source point to the target point nearest to it."""
+    apart = np.linalg.norm(pose.apply(source)[:, None] - target, axis=2).min(axis=1)
+    return np.sqrt((apart**2).mean())
+
+
+def test_nearest_distance_is_not_the_error():
+    """Even without noise, the distance to the nearest points is not zero at the true pose, and smaller beside it."""
+    for seed in range(40, 40 + 13 * 10, 13):
+        scans = two_scans(seed=seed, noise=0.0)
+        at_truth = nearest_distance(scans.truth, scans.source, scans.target)
+        beside = [
+            nearest_distance(Pose(scans.truth.R, scans.truth.t + np.array((x, y))), scans.source, scans.target)
+            for x in np.linspace(-0.06, 0.06, 13)
+            for y in np.linspace(-0.06, 0.06, 13)
+        ]
+        assert at_truth > 0.05
+        assert min(beside) < at_truth
 
 
 # The derivation
