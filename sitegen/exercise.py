@@ -109,7 +109,7 @@ def errors() -> list[str]:
     import numpy as np
 
     shown = []
-    wrongs = ("np.linalg.inv(np.zeros((2, 2)))", "np.zeros(2) + np.zeros(3)", "{}['key']", "undefined", "1 +")
+    wrongs = ("np.linalg.inv(np.zeros((2, 3)))", "np.zeros(2) + np.zeros(3)", "{}['key']", "undefined", "1 +")
     for wrong in wrongs:
         try:
             eval(wrong, {"np": np})

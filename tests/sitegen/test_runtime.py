@@ -1,0 +1,163 @@
+"""The runtime: the same bytes each time, small, complete, and our wheel as pip installs it."""
+
+from __future__ import annotations
+
+import gzip
+import hashlib
+import io
+import json
+import os
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from sitegen import wheel
+from sitegen.inside import run_python_in_shipped_runtime
+from sitegen.lighter import PREPARED
+from sitegen.node import NodeError, run_node
+from sitegen.outside import cache_dir, gather
+from sitegen.pycompile import change
+from sitegen.runtime import RUNNER, RuntimeInfo, assemble, kept_modules, module_name
+from sitegen.wheel import build_wheel
+
+MOST = 7_500_000  # bytes by gzip -9 that a reader may have to load
+
+
+@pytest.fixture(scope="module")
+def info(tmp_path_factory: pytest.TempPathFactory) -> RuntimeInfo:
+    return assemble(tmp_path_factory.mktemp("runtime"))
+
+
+def pack(info: RuntimeInfo, name: str) -> zipfile.ZipFile:
+    (file,) = [file for file in info.files if file.name.endswith(f"/{name}.pack")]
+    return zipfile.ZipFile(io.BytesIO(gzip.decompress((info.folder / file.name).read_bytes())))
+
+
+def test_files_are_what_is_said_of_them_and_small_enough(info: RuntimeInfo) -> None:
+    for file in info.files:
+        data = (info.folder / file.name).read_bytes()
+        assert len(data) == file.size
+        assert hashlib.sha256(data).hexdigest() == file.sha256
+        assert len(data if data[:2] == b"\x1f\x8b" else gzip.compress(data, 9)) == pytest.approx(file.gzipped, rel=0.02)
+    on_disk = {p.relative_to(info.folder).as_posix() for p in info.folder.rglob("*") if p.is_file()}
+    assert on_disk == {file.name for file in info.files} | {info.wheel}
+    assert info.gzipped <= MOST
+    assert [entry["name"] for entry in info.start_files()] == [file.name for file in info.files]
+
+
+def test_a_second_build_from_an_empty_cache_gives_the_same_bytes(info: RuntimeInfo, tmp_path: Path) -> None:
+    cache = tmp_path / "cache"
+    cache.mkdir()
+    gather(["numpy", "pyodide"])
+    (cache / "outside").symlink_to(cache_dir() / "outside", target_is_directory=True)
+    again = assemble(tmp_path / "runtime", cache=cache)
+    assert again.files == info.files
+    assert again.version == info.version
+    assert (again.folder / again.wheel).read_bytes() == (info.folder / info.wheel).read_bytes()
+
+
+def test_what_is_right_already_is_not_written_and_what_is_old_goes(info: RuntimeInfo) -> None:
+    old = info.folder / "old" / "ladder.pack"
+    old.parent.mkdir()
+    old.write_bytes(b"of an earlier build")
+    spoilt = info.folder / info.files[0].name
+    spoilt.write_bytes(b"")
+    before = {p: p.stat().st_mtime_ns for p in info.folder.rglob("*") if p.is_file() and p not in (old, spoilt)}
+    assert assemble(info.folder) == info
+    assert not old.parent.exists()
+    assert hashlib.sha256(spoilt.read_bytes()).hexdigest() == info.files[0].sha256
+    assert {p: p.stat().st_mtime_ns for p in before} == before
+
+
+def test_packs_hold_bytecode_alone_dated_alike(info: RuntimeInfo) -> None:
+    kept = kept_modules()
+    for name in ("python_stdlib", "numpy", "ladder"):
+        with pack(info, name) as members:
+            for member in members.infolist():
+                assert member.date_time == (1980, 1, 1, 0, 0, 0)
+                assert member.compress_type == zipfile.ZIP_STORED
+                assert member.filename.endswith((".pyc", ".so", "METADATA", "py.typed", PREPARED)), member.filename
+            names = members.namelist()
+        assert names == sorted(names)
+        if name != "ladder":
+            assert {module_name(n) for n in names if n.endswith((".pyc", ".so"))} <= kept
+    assert not [name for name in kept if ".tests" in name or ".f2py" in name or ".testing" in name]
+
+
+def test_the_lock_names_our_packages_with_the_hashes_of_their_packs(info: RuntimeInfo) -> None:
+    (lock,) = [file for file in info.files if file.name.endswith("pyodide-lock.json")]
+    packages = json.loads((info.folder / lock.name).read_text("utf-8"))["packages"]
+    assert sorted(packages) == ["numpy", "registration-ladder"]
+    for package, name in (("numpy", "numpy"), ("registration-ladder", "ladder")):
+        (file,) = [file for file in info.files if file.name.endswith(f"/{name}.pack")]
+        unpacked = gzip.decompress((info.folder / file.name).read_bytes())
+        assert packages[package]["sha256"] == hashlib.sha256(unpacked).hexdigest()
+    assert packages["registration-ladder"]["file_name"] == info.wheel
+
+
+def test_no_dataclass_is_compiled_in_the_page(info: RuntimeInfo) -> None:
+    code = """
+import dataclasses, json
+
+class Watched(dict):
+    def get(self, text, other):
+        if text not in self:
+            missed.append(text)
+        return dict.get(self, text, other)
+
+def main(text):
+    global missed
+    missed = []
+    dataclasses._PREPARED = Watched(dataclasses._PREPARED)
+    import solvers, widgets.host
+    return json.dumps([len(dataclasses._PREPARED), missed])
+"""
+    prepared, missed = run_python_in_shipped_runtime(code, info=info)
+    assert prepared > 0
+    assert missed == []
+
+
+def test_a_line_to_be_changed_must_be_there_once() -> None:
+    assert change("m.py", "a\nb\n", "b", "c", "d\n") == "a\nc\nd\n"
+    with pytest.raises(ValueError, match=r"m\.py: the line to be changed stands there 2 times"):
+        change("m.py", "b\nb\n", "b", "c", "")
+
+
+def test_our_wheel_installs_and_holds_the_sources(info: RuntimeInfo, tmp_path: Path) -> None:
+    built = info.folder / info.wheel
+    with zipfile.ZipFile(built) as archive:
+        inside = {n: archive.read(n) for n in archive.namelist() if ".dist-info/" not in n}
+    assert inside == wheel.sources()
+    pip = [sys.executable, "-P", "-m", "pip", "install", "--quiet", "--no-deps", "--no-index"]
+    subprocess.run([*pip, "--target", str(tmp_path), str(built)], check=True, cwd=tmp_path)
+    command = [sys.executable, "-c", "import solvers, widgets; print(solvers.__version__, solvers.__file__)"]
+    env = {**os.environ, "PYTHONPATH": str(tmp_path)}
+    shown = subprocess.run(command, env=env, cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert str(tmp_path) in shown.stdout
+    assert built.name.split("-")[1] == shown.stdout.split()[0]
+
+
+def test_the_wheel_is_kept_until_a_source_changes(tmp_path: Path) -> None:
+    root = tmp_path / "checkout"
+    for name in ("solvers", "widgets"):
+        (root / name).mkdir(parents=True)
+        (root / name / "__init__.py").write_text('__version__ = "1.2"\n', "utf-8")
+        (root / name / "py.typed").touch()
+    (root / "pyproject.toml").write_bytes((wheel.ROOT / "pyproject.toml").read_bytes())
+    (root / "README.md").write_text("A readme.", "utf-8")
+    (root / "LICENSE").write_text("A licence.", "utf-8")
+    first = build_wheel(tmp_path / "cache", root)
+    assert first.name == "registration_ladder-1.2-py3-none-any.whl"
+    assert build_wheel(tmp_path / "cache", root) == first
+    (root / "solvers" / "__init__.py").write_text('__version__ = "1.3"\n', "utf-8")
+    assert build_wheel(tmp_path / "cache", root).name == "registration_ladder-1.3-py3-none-any.whl"
+    assert not [p for p in root.rglob("*") if p.suffix == ".egg-info" or p.name == "build"]
+
+
+def test_a_failing_script_shows_what_python_said() -> None:
+    folder = gather(["pyodide"])["pyodide/pyodide.mjs"].parent
+    with pytest.raises(NodeError, match="ZeroDivisionError: division by zero"):
+        run_node(RUNNER, {"folder": str(folder), "python": "def main(text):\n    return 1 / 0\n"})
