@@ -81,9 +81,7 @@ def frame(figure: str, record: Record, picture: Picture, moved: Motion | None, p
     """A picture as plain data for the page."""
     panels = {panel.name: panel for panel in picture.panels}
     return {
-        "panels": [
-            {"name": p.name, "svg": panel_svg(p, f"{figure}-{p.name}"), "view": _view(p)} for p in picture.panels
-        ],
+        "panels": [_panel(figure, p) for p in picture.panels],
         "readouts": [
             {"name": r.name, "label": r.label, "value": r.value, "unit": r.unit, "role": r.role or ""}
             for r in picture.readouts
@@ -96,6 +94,10 @@ def frame(figure: str, record: Record, picture: Picture, moved: Motion | None, p
         "controls": values(record.controls),
         "python": python,
     }
+
+
+def _panel(figure: str, p: Panel) -> dict[str, Any]:
+    return {"name": p.name, "svg": panel_svg(p, f"{figure}-{p.name}"), "view": _view(p), "caption": p.caption}
 
 
 def _view(panel: Panel) -> list[float]:
