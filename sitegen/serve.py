@@ -44,13 +44,16 @@ class Builder:
     def __init__(self, root: Path, dest: Path) -> None:
         self.root, self.dest = root, dest
         self._modules: list[str] = []
-        self._next = self._spawn()
+        self.ready()
 
-    def _spawn(self) -> subprocess.Popen[str]:
+    def ready(self) -> None:
+        """Have a process wait; returns when it has imported what it may."""
         command = [sys.executable, "-P", str(WAITING), str(self.root), str(self.dest), json.dumps(self._modules)]
-        return subprocess.Popen(
+        self._next = subprocess.Popen(
             command, cwd=self.root, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, encoding="utf-8"
         )
+        assert self._next.stdout is not None
+        self._next.stdout.readline()
 
     def build(self) -> Outcome:
         """One build, of the sources as they are now."""
@@ -61,10 +64,6 @@ class Builder:
             return Outcome(trouble=f"the build ended with code {self._next.returncode}; the terminal says why")
         self._modules = answer.pop("modules")
         return Outcome.parsed(answer)
-
-    def ready(self) -> None:
-        """Have the next process wait."""
-        self._next = self._spawn()
 
     def close(self) -> None:
         """End the process that waits."""
@@ -201,19 +200,22 @@ class LiveSite:
         self.live = Live()
         self.server = listening(dest, host, port, self.live)
         self.builder = Builder(root, dest)
+        self.idle = Event()  # set while nothing is being built and the next build can begin at once
         self._thread = Thread(target=self.server.serve_forever, kwargs={"poll_interval": 0.05}, daemon=True)
         self._thread.start()
 
     def rebuild(self) -> Outcome:
         """Build, and tell the pages and the terminal."""
+        self.idle.clear()
         self.live.begin()
         outcome = Outcome(trouble="the build was interrupted")
         try:
             outcome = self.builder.build()
         finally:
             self.live.end(outcome)
-        self.builder.ready()
         tell(outcome)
+        self.builder.ready()
+        self.idle.set()
         return outcome
 
     def watch(self) -> None:

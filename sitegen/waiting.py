@@ -1,8 +1,8 @@
 """A process that waits for one build: it has imported other people's modules, which takes a while, and none of ours.
 
 `serve` keeps one of these ready, so that a build always runs the newest sources and still begins at once. Run as a
-script: waiting.py ROOT DEST MODULES (JSON). A line on stdin starts the build, its end without one ends the process; the
-outcome is one line of JSON on stdout.
+script: waiting.py ROOT DEST MODULES (JSON). It says "ready"; a line on stdin starts the build, its end without one ends
+the process; the outcome is one line of JSON on stdout.
 """
 
 import contextlib
@@ -21,6 +21,7 @@ def main(root: str, dest: str, modules: str) -> None:
     for name in json.loads(modules):
         with contextlib.suppress(Exception):  # if it matters, the build will say so
             importlib.import_module(name)
+    print("ready", flush=True)
     if not sys.stdin.readline():
         return
     answers, sys.stdout = sys.stdout, sys.stderr  # nothing printed on the way is taken for the answer

@@ -1,0 +1,204 @@
+"""What a reader sees of speed: first paint, the first answer from a figure's tape, a drag on the live figure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from itertools import pairwise
+from math import cos, pi, sin
+from statistics import median, quantiles
+from threading import Event, Thread
+from typing import Any
+
+from playwright.sync_api import Browser, Page, sync_playwright
+
+from sitegen.bench import Bench, Row
+from sitegen.browser import FLAGS
+from sitegen.static import StaticHandler, StaticServer, serving
+
+LOADS = 5
+MOVES = 300
+PATIENCE_MS = 60_000
+CHAPTERS = ("index.html", "kabsch.html")
+
+WATCH = """() => {
+  window.seen = {paint: 0, shift: 0, frames: [], moves: new Map()};
+  addEventListener('pointermove', e => seen.moves.set(e.timeStamp, performance.now()), {capture: true});
+  new PerformanceObserver(list => { for (const e of list.getEntries()) seen.paint = e.startTime; })
+    .observe({type: 'largest-contentful-paint', buffered: true});
+  new PerformanceObserver(list => { for (const e of list.getEntries()) if (!e.hadRecentInput) seen.shift += e.value; })
+    .observe({type: 'layout-shift', buffered: true});
+}"""
+# The page marks an input with its event's own time stamp, when the browser got it; the page is told at the next frame.
+# `from` says which of the two counts.
+MARKS = """from => performance.getEntriesByType('mark').filter(m => m.name.startsWith('ladder:'))
+  .map(m => [m.name, (from === 'page' && seen.moves.get(m.startTime)) || m.startTime])
+  .sort((a, b) => a[1] - b[1])"""
+IDLE = "[...Ladder.figures.values()].every(figure => !figure.busy)"
+COUNT_FRAMES = """() => { const tick = t => { seen.frames.push(t); seen.next = requestAnimationFrame(tick); };
+  seen.frames = []; seen.next = requestAnimationFrame(tick); }"""
+
+
+@contextmanager
+def browser_of(bench: Bench) -> Iterator[Browser]:
+    """The bench's Chromium."""
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=bench.chromium, args=FLAGS)
+        try:
+            yield browser
+        finally:
+            browser.close()
+
+
+@contextmanager
+def visit(browser: Browser, url: str, foreign: list[str] | None = None) -> Iterator[Page]:
+    """A page in a browser context of its own, where nothing is cached. Foreign requests are added to `foreign`."""
+    context = browser.new_context(viewport={"width": 1280, "height": 900})
+    context.add_init_script(f"({WATCH})()")
+    context.set_default_timeout(PATIENCE_MS)
+    page = context.new_page()
+    origin = "/".join(url.split("/")[:3])
+    if foreign is not None:
+        context.on("request", lambda r: None if r.url.startswith((origin, "data:", "blob:")) else foreign.append(r.url))
+    page.goto(url, wait_until="load")
+    try:
+        yield page
+    finally:
+        context.close()
+
+
+def until(page: Page, condition: str) -> None:
+    """Wait for a condition, looked at once a frame (Playwright's own wait evaluates text, which the policy forbids)."""
+    look = f"const look = () => {condition} ? done() : requestAnimationFrame(look); look();"
+    page.evaluate(f"new Promise(done => {{ {look} }})")
+
+
+def live(page: Page) -> None:
+    """Bring the first figure into sight and wait until Python is up."""
+    page.locator("figure.figure").first.scroll_into_view_if_needed()
+    page.wait_for_selector("html[data-runtime=live]")
+
+
+def paint(bench: Bench) -> list[Row]:
+    """Largest contentful paint and layout shift of every chapter, and whether anything foreign was asked for."""
+    rows, foreign, shifts = [], list[str](), list[float]()
+    with serving(bench.site) as server, browser_of(bench) as browser:
+        for name in CHAPTERS:
+            paints = []
+            for _ in range(LOADS):
+                with visit(browser, f"{server.origin}/{name}", foreign) as page:
+                    until(page, "seen.paint > 0")
+                    paints.append(page.evaluate("seen.paint"))
+                    live(page)
+                    shifts.append(page.evaluate("seen.shift"))
+            note = f"median of {LOADS} cold loads"
+            rows.append(Row(f"largest contentful paint, {name}", median(paints), "ms", 500, note))
+    rows.append(Row("layout shift, until Python is up", max(shifts), "", 0, "worst of all loads"))
+    rows.append(Row("requests to another origin", len(foreign), "", 0))
+    return rows
+
+
+class Holding(StaticHandler):
+    """Keeps every request for the runtime waiting, as a very slow line would."""
+
+    let_go = Event()
+
+    def do_GET(self) -> None:
+        if self.path.startswith("/runtime/"):
+            self.let_go.wait()
+        super().do_GET()
+
+
+def tape(bench: Bench) -> list[Row]:
+    """From the click on a figure's main button to the swapped picture, with Python not up."""
+    Holding.let_go.clear()
+    server = StaticServer(bench.site, ("127.0.0.1", 0), Holding)
+    Thread(target=server.serve_forever, kwargs={"poll_interval": 0.05}, daemon=True).start()
+    delays = []
+    try:
+        with browser_of(bench) as browser:
+            for name in CHAPTERS:
+                for _ in range(LOADS):
+                    with visit(browser, f"{server.origin}/{name}") as page:
+                        button = page.locator("figure.figure button.primary[data-button]").first
+                        button.click()
+                        page.wait_for_selector("figure.figure[data-state=tape]")
+                        delays += answered(page.evaluate(MARKS, "browser"))
+    finally:
+        Holding.let_go.set()
+        server.shutdown()
+        server.server_close()
+    note = f"first click of a page, runtime held back; median {number_ms(median(delays))}"
+    return [Row(f"first answer from the tape, worst of {len(delays)}", max(delays), "ms", 50, note)]
+
+
+def number_ms(value: float) -> str:
+    """Milliseconds for a note."""
+    return f"{value:.1f} ms"
+
+
+def answered(marks: Sequence[Sequence[Any]]) -> list[float]:
+    """How long each input waited for a picture that shows it or something newer, in ms.
+
+    `marks` are [name, time] in order of time. One question is under way at a time; inputs that
+    come meanwhile are merged into the next.
+    """
+    asked: list[float] = []
+    waiting: list[float] = []
+    delays = []
+    for name, at in marks:
+        if name == "ladder:input":
+            (waiting if asked else asked).append(at)
+        else:
+            delays += [at - since for since in asked]
+            asked, waiting = waiting, []
+    return delays
+
+
+def drag(bench: Bench) -> list[Row]:
+    """A drag of every handle of the Kabsch figure around a circle: delay of each input, frames that were missed."""
+    delays: dict[str, list[float]] = {"page": [], "browser": []}
+    missed = total = 0
+    with ExitStack() as stack:
+        server, browser = stack.enter_context(serving(bench.site)), stack.enter_context(browser_of(bench))
+        page = stack.enter_context(visit(browser, f"{server.origin}/kabsch.html"))
+        live(page)
+        figure = page.locator("figure.figure:has(.handle)").first
+        names = [h.get_attribute("data-handle") for h in figure.locator(".handle").all()]
+        for name in names:
+            figure.scroll_into_view_if_needed()
+            late, frames = drag_once(page, figure.locator(f'.handle[data-handle="{name}"]').bounding_box())
+            missed, total = missed + late, total + frames
+            for start, found in delays.items():
+                found += answered(page.evaluate(MARKS, start))
+    note = f"{len(delays['page'])} inputs, median {number_ms(median(delays['page']))}"
+    return [
+        Row("input event to swapped SVG, live, 95th percentile", centile(delays["page"], 95), "ms", 8, note),
+        Row("the same, from when the browser got the input", centile(delays["browser"], 95), "ms"),
+        Row("frames missed in a drag", 100 * missed / total, "%", 2, f"{missed} of {total}"),
+    ]
+
+
+def centile(values: Sequence[float], percent: int) -> float:
+    """The value that so many percent of the values do not exceed."""
+    return quantiles(values, n=100)[percent - 1]
+
+
+def drag_once(page: Page, box: Any) -> tuple[int, int]:
+    """Drag what is in the box once around; frames missed, frames in all."""
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    until(page, IDLE)
+    page.evaluate("performance.clearMarks()")
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.evaluate(COUNT_FRAMES)
+    for i in range(1, MOVES + 1):
+        angle = 2 * pi * i / MOVES
+        page.mouse.move(x - 60 * (1 - cos(angle)), y + 60 * sin(angle))
+    frames = page.evaluate("(cancelAnimationFrame(seen.next), seen.frames)")
+    page.mouse.up()
+    until(page, IDLE)
+    steps = [after - before for before, after in pairwise(frames)]
+    usual = median(steps)
+    late = sum(max(0, round(step / usual) - 1) for step in steps)
+    return late, len(steps) + late
