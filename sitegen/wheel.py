@@ -16,10 +16,13 @@ PACKAGES = ("solvers", "widgets")
 _METADATA = ("pyproject.toml", "README.md", "LICENSE")
 _EPOCH = "315532800"  # 1980-01-01, the first date a zip can hold
 _SETUPTOOLS_NEEDED = 77  # pyproject.toml's own demand
+# Where the environment has the build backend, it is called as pip would call it, in a tenth of the time.
+_BACKEND = ("-c", "import sys, setuptools.build_meta as backend; backend.build_wheel(sys.argv[1])")
+_PIP = ("-m", "pip", "wheel", "--no-deps", ".", "--wheel-dir")
 
 
 class WheelError(RuntimeError):
-    """The wheel could not be built; the message holds what pip said."""
+    """The wheel could not be built; the message holds what the builder said."""
 
 
 def sources(root: Path = ROOT) -> dict[str, bytes]:
@@ -57,16 +60,13 @@ def build_wheel(cache: Path, root: Path = ROOT) -> Path:
             target = copy / name
             target.parent.mkdir(parents=True, exist_ok=True)
             target.write_bytes(data)
-        command = [sys.executable, "-P", "-m", "pip", "wheel", "--no-deps", "--wheel-dir", str(out)]
-        if _setuptools_is_enough():
-            command.append("--no-build-isolation")
+        out.mkdir()
         env = {**os.environ, "SOURCE_DATE_EPOCH": _EPOCH, "PYTHONHASHSEED": "0"}
-        done = subprocess.run(
-            [*command, str(copy)], cwd=temporary, env=env, capture_output=True, text=True, check=False
-        )
+        command = [sys.executable, "-P", *(_BACKEND if _setuptools_is_enough() else _PIP), str(out)]
+        done = subprocess.run(command, cwd=copy, env=env, capture_output=True, text=True, check=False)
         made = sorted(out.glob("*.whl"))
         if done.returncode != 0 or len(made) != 1:
-            raise WheelError(f"pip wheel ended with code {done.returncode}:\n{(done.stdout + done.stderr).strip()}")
+            raise WheelError(f"the build ended with code {done.returncode}:\n{(done.stdout + done.stderr).strip()}")
         home.mkdir(parents=True, exist_ok=True)
         beside = home / f".{made[0].name}"
         shutil.copyfile(made[0], beside)
