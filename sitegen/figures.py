@@ -99,6 +99,7 @@ def placed(
     base = preset(widget, name)
     record = changed(widget, base, named.values(), at, problems)
     figure = Figure(figure_id.value if figure_id else widget.name, number, widget, record, at(directive.start))
+    figure.records.append(record.plain())  # its own comes first, also where presses lead to it
     figure.remember(record)
     for changes, presses in widget.tape:
         log = [["press", press] for press in presses]
