@@ -137,7 +137,7 @@ def draw(state: State) -> Picture:
     )
     panels = tuple(Panel(name, label, VIEW, marks, grid=False, caption=label) for name, label, marks in rungs)
     readouts = (
-        Readout("right_nearest", "Nearest points that are the true partner", str(right), f"of {COUNT}"),
+        Readout("right_nearest", f"Nearest points that are the true partner, of {COUNT}", str(right)),
         Readout("right_soft", "Soft weight on the true partner, mean", number(share)),
         Readout("mean_gap", "Distance between the two means of the wave", number(gap)),
     )
