@@ -76,7 +76,7 @@ def build_command(root: Path) -> int:
 
 def tell(outcome: Outcome) -> None:
     """Tell the terminal how a build went."""
-    for line in [*(f"{warning} (warning)" for warning in outcome.warnings), *outcome.lines()]:
+    for line in [*(f"{warning} (note)" for warning in outcome.warnings), *outcome.lines()]:
         print(line, file=sys.stderr)
     if outcome.good:
         print(f"built {outcome.pages} pages in {outcome.seconds:.1f} s", flush=True)

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import http.client
 import json
-import shutil
 import socket
 import threading
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -17,65 +15,7 @@ import pytest
 from sitegen import serve
 from sitegen.static import content_type, headers_for, serving
 
-ROOT = Path(__file__).resolve().parents[2]
 PATIENCE = 30.0  # seconds until a wait counts as failed
-
-# A generator of one page. It says how often it ran by a module of its own, so that an edit of Python shows too.
-BUILD = '''\
-import os
-from dataclasses import dataclass
-from sitegen.problems import BuildFailed, Problem
-from sitegen.tone import TONE
-
-@dataclass
-class Report:
-    pages: tuple = ("index.html",)
-    warnings: tuple = ()
-
-def build(root, dest, *, strict=False, progress=None):
-    text = (root / "content" / "page.md").read_text("utf-8")
-    if "wrong" in text:
-        raise BuildFailed([Problem("content/page.md", 1, 1 + text.index("wrong"), "this is wrong")])
-    beside = dest.with_name("site.beside")
-    beside.mkdir()
-    (beside / "index.html").write_text(f"<!doctype html><html><head><title>x</title></head><body>{text}{TONE}</body>")
-    (beside / "_headers").write_text("/*\\n  Content-Security-Policy: script-src 'self'\\n  Cache-Control: immutable")
-    (beside / "code.mjs").write_text("export {};")
-    if dest.exists():
-        os.rename(dest, root / "site.old")
-        if (root / "slowly").exists():  # the moment in which there is no site, held open until the test has asked
-            (root / "swapping").touch()
-            while (root / "slowly").exists():
-                pass
-    os.rename(beside, dest)
-    __import__("shutil").rmtree(root / "site.old", ignore_errors=True)
-    return Report()
-'''
-
-
-@pytest.fixture
-def root(tmp_path: Path) -> Path:
-    (tmp_path / "content").mkdir()
-    (tmp_path / "content" / "page.md").write_text("first", "utf-8")
-    (tmp_path / "sitegen").mkdir()
-    for name in ("__init__", "building", "problems", "progress", "outside", "node"):
-        shutil.copy(ROOT / "sitegen" / f"{name}.py", tmp_path / "sitegen")
-    (tmp_path / "sitegen" / "build.py").write_text(BUILD, "utf-8")
-    (tmp_path / "sitegen" / "tone.py").write_text("TONE = '.'\n", "utf-8")
-    return tmp_path
-
-
-@pytest.fixture
-def live(root: Path) -> Iterator[serve.LiveSite]:
-    site = serve.LiveSite(root, root / "site")
-    assert site.rebuild().good
-    watcher = threading.Thread(target=site.watch)
-    watcher.start()
-    yield site
-    site.close()
-    watcher.join(PATIENCE)
-    assert not watcher.is_alive()
-
 
 class Events:
     """The stream that a page listens to."""
@@ -102,85 +42,88 @@ def get(site: Any, path: str = "/", **headers: str) -> tuple[int, http.client.HT
     return answer.status, answer.headers, answer.read().decode()
 
 
-def test_a_page_carries_the_reload_script_and_the_built_file_does_not(live: serve.LiveSite, root: Path) -> None:
+def test_a_page_carries_the_reload_script_and_the_built_file_does_not(
+    live_site: serve.LiveSite, small_checkout: Path
+) -> None:
     """The script is a file of the same origin, so the site's own policy lets it run; pages are never kept by caches."""
-    status, headers, text = get(live)
+    status, headers, text = get(live_site)
     assert status == 200
-    assert f'<script src="/.ladder/reload.js" data-build="{live.live.build}" defer></script></head>' in text
-    assert headers["Content-Security-Policy"] == "script-src 'self'"
+    assert f'<script src="/.ladder/reload.js" data-build="{live_site.live.build}" defer></script></head>' in text
+    assert headers["Content-Security-Policy"].startswith("default-src 'none'; script-src 'self'")
     assert headers["Cache-Control"] == "no-cache"
-    assert ".ladder" not in (root / "site" / "index.html").read_text("utf-8")
-    assert "EventSource" in get(live, "/.ladder/reload.js")[2]
+    assert ".ladder" not in (small_checkout / "site" / "index.html").read_text("utf-8")
+    assert "EventSource" in get(live_site, "/.ladder/reload.js")[2]
 
 
-def test_an_edit_is_built_and_told(live: serve.LiveSite, root: Path) -> None:
+def test_an_edit_is_built_and_told(live_site: serve.LiveSite, small_checkout: Path) -> None:
     """The stream tells the state at once, then the new build after an edit of content, and after one of Python."""
-    events = Events(live)
+    events = Events(live_site)
     first = events.next()
-    assert first == {"build": live.live.build, "title": first["title"], "lines": []}
-    (root / "content" / "page.md").write_text("second", "utf-8")
+    assert first == {"build": live_site.live.build, "title": first["title"], "lines": []}
+    (small_checkout / "content" / "page.md").write_text("second", "utf-8")
     second = events.next()
     assert second["build"] != first["build"]
-    assert "second." in get(live)[2]
-    (root / "sitegen" / "tone.py").write_text("TONE = '!'\n", "utf-8")
+    assert "second." in get(live_site)[2]
+    (small_checkout / "sitegen" / "tone.py").write_text("TONE = '!'\n", "utf-8")
     assert events.next()["build"] != second["build"]
-    assert "second!" in get(live)[2]
+    assert "second!" in get(live_site)[2]
 
 
 def test_a_failed_build_is_told_and_leaves_the_page(
-    live: serve.LiveSite, root: Path, capfd: pytest.CaptureFixture[str]
+    live_site: serve.LiveSite, small_checkout: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     """File, line, column and message reach the page and the terminal; the next good build takes them away."""
-    events = Events(live)
+    events = Events(live_site)
     good = events.next()
-    (root / "content" / "page.md").write_text("all wrong", "utf-8")
+    (small_checkout / "content" / "page.md").write_text("all wrong", "utf-8")
     failed = events.next()
     assert failed["lines"] == ["content/page.md:1:5: this is wrong"]
     assert failed["title"] == "The build found 1 problem"
     assert failed["build"] == good["build"]
-    assert "first." in get(live)[2]
-    (root / "content" / "page.md").write_text("right", "utf-8")
+    assert "first." in get(live_site)[2]
+    (small_checkout / "content" / "page.md").write_text("right", "utf-8")
     mended = events.next()
     assert mended["lines"] == []
     assert mended["build"] != good["build"]
     assert "content/page.md:1:5: this is wrong" in capfd.readouterr().err
 
 
-def test_a_mistake_in_python_is_told_with_its_traceback(live: serve.LiveSite, root: Path) -> None:
+def test_a_mistake_in_python_is_told_with_its_traceback(live_site: serve.LiveSite, small_checkout: Path) -> None:
     """Also one in the very module that reports; and mending it is enough."""
-    events = Events(live)
+    events = Events(live_site)
     events.next()
-    (root / "sitegen" / "tone.py").write_text("TONE = 1 / 0\n", "utf-8")
+    (small_checkout / "sitegen" / "tone.py").write_text("TONE = 1 / 0\n", "utf-8")
     assert "ZeroDivisionError: division by zero" in events.next()["lines"]
-    (root / "sitegen" / "tone.py").write_text("TONE = '.'\n", "utf-8")
+    (small_checkout / "sitegen" / "tone.py").write_text("TONE = '.'\n", "utf-8")
     assert events.next()["lines"] == []
-    reporter = (root / "sitegen" / "problems.py").read_text("utf-8")
-    (root / "sitegen" / "problems.py").write_text(reporter + "\nraise RuntimeError('half an edit')\n", "utf-8")
+    reports = small_checkout / "sitegen" / "problems.py"
+    text = reports.read_text("utf-8")
+    reports.write_text(text + "\nraise RuntimeError('half an edit')\n", "utf-8")
     assert "RuntimeError: half an edit" in events.next()["lines"]
-    (root / "sitegen" / "problems.py").write_text(reporter, "utf-8")
+    reports.write_text(text, "utf-8")
     assert events.next()["lines"] == []
 
 
-def test_a_request_during_the_swap_waits_for_the_new_site(live: serve.LiveSite, root: Path) -> None:
+def test_a_request_during_the_swap_waits_for_the_new_site(live_site: serve.LiveSite, small_checkout: Path) -> None:
     """While the folder is away there is no 404 and no half page."""
-    (root / "slowly").touch()
-    (root / "content" / "page.md").write_text("swapped", "utf-8")
+    (small_checkout / "slowly").touch()
+    (small_checkout / "content" / "page.md").write_text("swapped", "utf-8")
     deadline = time.monotonic() + PATIENCE
-    while not (root / "swapping").exists():
+    while not (small_checkout / "swapping").exists():
         assert time.monotonic() < deadline
     answers: list[tuple[int, http.client.HTTPMessage, str]] = []
-    asking = threading.Thread(target=lambda: answers.append(get(live)))
+    asking = threading.Thread(target=lambda: answers.append(get(live_site)))
     asking.start()
-    assert not (root / "site").exists()
-    (root / "slowly").unlink()
+    assert not (small_checkout / "site").exists()
+    (small_checkout / "slowly").unlink()
     asking.join(PATIENCE)
     assert answers[0][0] == 200
     assert "swapped." in answers[0][2]
 
 
-def test_the_end_does_not_wait_for_open_pages(root: Path) -> None:
+def test_the_end_does_not_wait_for_open_pages(small_checkout: Path) -> None:
     """With a page listening, closing takes well under a second, and its stream ends."""
-    site = serve.LiveSite(root, root / "site")
+    site = serve.LiveSite(small_checkout, small_checkout / "site")
     site.rebuild()
     events = Events(site)
     events.next()
@@ -190,24 +133,24 @@ def test_the_end_does_not_wait_for_open_pages(root: Path) -> None:
     assert events.answer.read().strip() == b""
 
 
-def test_a_service_worker_of_an_earlier_visit_is_sent_away(live: serve.LiveSite) -> None:
+def test_a_service_worker_of_an_earlier_visit_is_sent_away(live_site: serve.LiveSite) -> None:
     """Else it would answer with the pages of that visit, whatever is edited."""
-    status, _, text = get(live, "/sw.js", Service_Worker="script")
+    status, _, text = get(live_site, "/sw.js", Service_Worker="script")
     assert status == 200
     assert "unregister" in text
 
 
-def test_a_taken_port_leads_to_the_next(root: Path) -> None:
+def test_a_taken_port_leads_to_the_next(small_checkout: Path) -> None:
     """And a range without a free port is an error that says so."""
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))
         other.listen()
         taken = other.getsockname()[1]
-        server = serve.listening(root, "127.0.0.1", taken, serve.Live())
+        server = serve.listening(small_checkout, "127.0.0.1", taken, serve.Live())
         assert server.server_address[1] > taken
         server.server_close()
     with pytest.raises(OSError, match="ports 70000 to"):
-        serve.listening(root, "127.0.0.1", 70000, serve.Live())
+        serve.listening(small_checkout, "127.0.0.1", 70000, serve.Live())
 
 
 def test_files_are_served_as_a_static_host_does(tmp_path: Path) -> None:

@@ -1,0 +1,73 @@
+"""What tests of several folders share: a checkout with a small generator, and that checkout being served."""
+
+from __future__ import annotations
+
+import shutil
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from sitegen import serve
+
+ROOT = Path(__file__).resolve().parents[1]
+PATIENCE = 30.0  # seconds until a wait counts as failed
+
+# A generator of one page. It says how often it ran by a module of its own, so that an edit of Python shows too.
+BUILD = '''\
+import os
+from dataclasses import dataclass
+from sitegen.problems import BuildFailed, Problem
+from sitegen.tone import TONE
+
+POLICY = "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'"
+
+@dataclass
+class Report:
+    pages: tuple = ("index.html",)
+    warnings: tuple = ()
+
+def build(root, dest, *, strict=False, progress=None):
+    text = (root / "content" / "page.md").read_text("utf-8")
+    if "wrong" in text:
+        raise BuildFailed([Problem("content/page.md", 1, 1 + text.index("wrong"), "this is wrong")])
+    beside = dest.with_name("site.beside")
+    beside.mkdir()
+    (beside / "index.html").write_text(f"<!doctype html><html><head><title>x</title></head><body>{text}{TONE}</body>")
+    (beside / "_headers").write_text(f"/*\\n  Content-Security-Policy: {POLICY}\\n  Cache-Control: immutable")
+    (beside / "code.mjs").write_text("export {};")
+    if dest.exists():
+        os.rename(dest, root / "site.old")
+        if (root / "slowly").exists():  # the moment in which there is no site, held open until the test has asked
+            (root / "swapping").touch()
+            while (root / "slowly").exists():
+                pass
+    os.rename(beside, dest)
+    __import__("shutil").rmtree(root / "site.old", ignore_errors=True)
+    return Report()
+'''
+
+
+@pytest.fixture
+def small_checkout(tmp_path: Path) -> Path:
+    (tmp_path / "content").mkdir()
+    (tmp_path / "content" / "page.md").write_text("first", "utf-8")
+    (tmp_path / "sitegen").mkdir()
+    for name in ("__init__", "building", "problems", "progress", "outside", "node"):
+        shutil.copy(ROOT / "sitegen" / f"{name}.py", tmp_path / "sitegen")
+    (tmp_path / "sitegen" / "build.py").write_text(BUILD, "utf-8")
+    (tmp_path / "sitegen" / "tone.py").write_text("TONE = '.'\n", "utf-8")
+    return tmp_path
+
+
+@pytest.fixture
+def live_site(small_checkout: Path) -> Iterator[serve.LiveSite]:
+    site = serve.LiveSite(small_checkout, small_checkout / "site")
+    assert site.rebuild().good
+    watcher = threading.Thread(target=site.watch)
+    watcher.start()
+    yield site
+    site.close()
+    watcher.join(PATIENCE)
+    assert not watcher.is_alive()
