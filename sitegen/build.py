@@ -31,7 +31,7 @@ from .outside import Progress, quiet
 from .pages import Writer, environment, figure_html, figure_view
 from .problems import BuildFailed, Place, Problem, Problems
 from .render import Body, Known, render
-from .survey import Survey, survey
+from .survey import OWN_IDS, Survey, survey
 
 SERVED = ("temml", "pyodide", "numpy", *fonts.BUNDLES)
 
@@ -189,7 +189,7 @@ def _pages(surveys: Sequence[Survey], references: Mapping[str, Reference]) -> di
     """Every page that a link may lead to, with its anchors."""
     pages: dict[str, Mapping[str, Place] | None] = {f"{name}.html": None for name in OWN_PAGES if name != "404"}
     pages["references.html"] = {f"ref-{key}": reference.place for key, reference in references.items()}
-    fixed = {name: Place("templates/chapter.html") for name in ("main", "cite-this-page")}
+    fixed = {name: Place("templates/chapter.html") for name in OWN_IDS}
     return pages | {one.chapter.page: {**fixed, **one.anchors} for one in surveys}
 
 

@@ -95,11 +95,17 @@ def resolve(call: Call) -> Any:
 
 
 def _names(thing: Any) -> list[str]:
-    names = [name for name in dir(thing) if not name.startswith("_")]
+    """Ours among the public names of a module or a class."""
+    names = [name for name in dir(thing) if not name.startswith("_") and _is_ours(getattr(thing, name))]
     if isinstance(thing, ModuleType):
         folders = [Path(p) for p in getattr(thing, "__path__", [])]
         names += [p.stem for folder in folders for p in folder.glob("*.py") if not p.stem.startswith("_")]
     return names
+
+
+def _is_ours(thing: Any) -> bool:
+    home = thing.__name__ if isinstance(thing, ModuleType) else getattr(thing, "__module__", "")
+    return (callable(thing) or isinstance(thing, ModuleType)) and str(home).partition(".")[0] in NAMESPACES
 
 
 def evaluate(call: Call) -> int | float:

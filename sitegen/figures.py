@@ -94,8 +94,6 @@ def placed(
     figure_id = named.pop("id", None)
     if (figure_id and not figure_id.value.replace("-", "").isalnum()) or (figure_id and not figure_id.value.isascii()):
         problems.add(at(figure_id.value_start), f"{figure_id.value!r} is no id: ASCII letters, digits and hyphens")
-    if not directive.text.strip():
-        problems.add(at(directive.text_start), "a figure has a caption")
     base = preset(widget, name)
     record = changed(widget, base, named.values(), at, problems)
     figure = Figure(figure_id.value if figure_id else widget.name, number, widget, record, at(directive.start))

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from .files import hashed_name
+from .markdown import ascii_slug
 
 KINDS = (".png", ".jpg", ".jpeg", ".webp", ".gif", ".svg")
 
@@ -28,7 +29,7 @@ def read_image(path: Path) -> Image:
         raise ValueError(f"{path.name} is no image that pages show ({', '.join(kind[1:] for kind in KINDS)})")
     data = path.read_bytes()
     width, height = _svg_size(data) if path.suffix.lower() == ".svg" else _raster_size(path)
-    return Image(hashed_name(f"images/{path.name}", data), data, width, height)
+    return Image(hashed_name(f"images/{ascii_slug(path.stem)}{path.suffix.lower()}", data), data, width, height)
 
 
 def _raster_size(path: Path) -> tuple[int, int]:

@@ -30,7 +30,7 @@ INLINE = ("value", "readout", "claim", "ref")
 PLACED = ("link", "image", "math_inline", "footnote_ref", "autolink")
 CITATION = re.compile(r"\[(@[^\]\n]*)\]")
 CITED = re.compile(r"\s*@(?P<key>[^\s,;\]]*)(?:,\s*(?P<locator>[^;\]]*?))?\s*(?:;|$)")
-HEADING_ID = re.compile(r"\s*\{#([^}\s]*)\}\s*$")
+HEADING_ID = re.compile(r"\s*\{#([^}]*)\}\s*$")
 ANCHOR = re.compile(r"[a-z][a-z0-9-]*")
 
 

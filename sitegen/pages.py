@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-from urllib.parse import quote, urlsplit
+from urllib.parse import quote
 from xml.sax.saxutils import escape as xml_escape
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
@@ -119,14 +119,12 @@ class Writer:
         return Page(name, title, description, kind, canonical, report, **more)
 
     def _fill(self, template: str, page: Page, **values: Any) -> str:
-        absolute = page.kind == "lost" and self.site.url
         return self.templates.get_template(template).render(
             site=self.site,
             page=page,
             assets=self.assets,
             policy=POLICY,
             ladder=self._ladder(page.name),
-            root=urlsplit(self.site.url).path if absolute else "",
             **values,
         )
 
@@ -212,7 +210,9 @@ class Writer:
 
     def redirect(self, chapter: Chapter) -> str:
         """The page under a chapter's old name."""
-        return self.templates.get_template("redirect.html").render(site=self.site, chapter=chapter)
+        return self.templates.get_template("redirect.html").render(
+            site=self.site, chapter=chapter, policy=POLICY
+        )
 
     def sitemap(self, pages: Sequence[str]) -> str:
         """sitemap.xml; only a site with an address has one."""

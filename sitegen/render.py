@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from urllib.parse import unquote
 
 from markdown_it.renderer import RendererHTML
 from markdown_it.token import Token
@@ -179,7 +180,7 @@ class _Renderer:
         )
 
     def _image(self, token: Token) -> str:
-        place, source = token.meta["place"], str(token.attrs["src"])
+        place, source = token.meta["place"], unquote(str(token.attrs["src"]))
         alt = text_of(token.children or []).strip()
         if not alt:
             self._problems.add(place, f"the image {source} needs a text in its place: ![what it shows]({source})")

@@ -19,6 +19,9 @@ from .markdown import ANCHOR, ascii_slug, text_of
 from .maths import Asked, Formula
 from .problems import Place, Problems, hint
 
+# Ids that the templates and the figures give; no heading may have them.
+OWN_IDS = ("main", "cite-this-page")
+OWN_PREFIXES = ("fig-", "eq-", "note-", "noteref-", "claim-", "card-")
 LINKS = ("link_open", "claim_open", "cite", "ref", "footnote_ref")
 
 
@@ -81,7 +84,7 @@ def inline(tokens: Iterable[Token]) -> Iterator[Token]:
 def _shifted(token: Token) -> Callable[[int], Place]:
     """From offsets inside an inline formula to places."""
     at, offset = token.meta["at"], token.meta["offset"]
-    return lambda inside: at(offset + 1 + inside)  # type: ignore[no-any-return]
+    return lambda inside: at(offset + 1 + inside)
 
 
 def _anchor(found: Survey, name: str, place: Place, what: str, problems: Problems) -> None:
@@ -98,8 +101,11 @@ def _heading(found: Survey, token: Token, content: Token, problems: Problems) ->
     if level > before + 1:
         problems.add(place, f"a heading of level {level} after one of level {before}: a level is left out")
     name = token.meta.get("id") or ""
-    if not name:
-        base = name = ascii_slug(text_of(content.children or []))
+    if name and _is_own(name):
+        problems.add(place, f"the anchor {name!r} is one that the page gives itself")
+    elif not name:
+        base = ascii_slug(text_of(content.children or []))
+        base = name = f"section-{base}" if _is_own(base) else base
         count = 1
         while name in found.anchors:
             count += 1
@@ -107,6 +113,10 @@ def _heading(found: Survey, token: Token, content: Token, problems: Problems) ->
     _anchor(found, name, place, f"the anchor {name!r}", problems)
     token.meta["id"] = name
     found.headings.append(Heading(level, name, content.children or []))
+
+
+def _is_own(name: str) -> bool:
+    return name in OWN_IDS or name.startswith(OWN_PREFIXES)
 
 
 def _figure(found: Survey, token: Token, widgets: Mapping[str, Widget], problems: Problems) -> None:

@@ -1,0 +1,260 @@
+"""A good site: what is on its pages, that it is valid and safe, and that building it twice gives the same bytes."""
+
+from __future__ import annotations
+
+import json
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import html5lib
+import pytest
+
+from sitegen.check import check_site
+from tests.sitegen.conftest import START, Project, fresh_cache
+
+
+class Elements(HTMLParser):
+    """Start tags with attributes, and the text of scripts."""
+
+    def __init__(self, source: str) -> None:
+        super().__init__()
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.scripts: list[str] = []
+        self.feed(source)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+
+    def handle_data(self, data: str) -> None:
+        if self.tags and self.tags[-1][0] == "script":
+            self.scripts.append(data)
+
+    def of_class(self, name: str) -> list[dict[str, str | None]]:
+        return [a for _, a in self.tags if name in (a.get("class") or "").split()]
+
+
+@pytest.fixture
+def built(project: Project) -> Project:
+    project.build(strict=True)
+    return project
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {p.relative_to(folder).as_posix(): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+
+
+def test_every_page_is_valid_and_every_link_leads_somewhere(built: Project) -> None:
+    for path in built.site.glob("*.html"):
+        parser = html5lib.HTMLParser(strict=False)
+        parser.parse(path.read_text("utf-8"))
+        assert parser.errors == [], path.name
+    assert [str(p) for p in check_site(built.site) if "runtime" not in p.message] == []
+
+
+def test_two_builds_are_the_same_bytes(built: Project, tmp_path: Path) -> None:
+    first = contents(built.site)
+    built.cache = fresh_cache(tmp_path / "cold")
+    built.build(strict=True)
+    assert contents(built.site) == first
+
+
+def test_markup_in_titles_and_data_is_text(built: Project) -> None:
+    page = built.page("second.html")
+    assert "<script>alert" not in page
+    assert "<title>The &lt;/title&gt;&lt;script&gt;" in page
+    assert '<meta name="description" content="It is &lt;b&gt;not&lt;/b&gt; bold.">' in page
+    assert "Noisy </script>" not in page
+    found = Elements(page)
+    records = [json.loads(text) for text in found.scripts if text.strip().startswith('{"record"')]
+    assert len(records) == 1
+    assert records[0]["frame"]["description"].startswith("</script> 0 presses")
+
+
+def test_the_figure_and_its_tape(built: Project) -> None:
+    """The page holds the first frame, the tape every prefix of what the widget records and of what buttons ask for."""
+    page = built.page("second.html")
+    (figure,) = Elements(page).of_class("figure")
+    assert figure["id"] == "fig-demo"
+    assert re.fullmatch(r"tapes/second-demo\.[0-9a-f]{10}\.js", figure["data-tape"] or "")
+    script = built.page(figure["data-tape"] or "")
+    assert script.startswith('Ladder.tape("fig-demo", [')
+    assert "</" not in script
+    entries: list[dict[str, Any]] = json.loads(script.removeprefix('Ladder.tape("fig-demo", ').removesuffix(");\n"))
+    states = [(e["record"]["controls"], e["record"]["seed"], len(e["record"]["log"])) for e in entries]
+    default = {"scene": "clean", "noise": 0.5, "loud": False}
+    noisy = {"scene": "noisy", "noise": 0.9, "loud": False}
+    assert states == [
+        *((default, 40, n) for n in range(4)),
+        *((noisy, 40, n) for n in range(2)),
+        *(({**default, "noise": 0.25}, 40, n) for n in range(3)),
+        ({**noisy, "loud": True}, 5, 0),
+    ]
+    assert all(entry["frame"]["panels"][0]["svg"].startswith("<svg") for entry in entries)
+    assert entries[0]["frame"]["panels"][0]["svg"] in page
+    record = json.loads(next(t for t in Elements(page).scripts if '"record"' in t))
+    assert record["record"] == entries[0]["record"]
+    assert "svg" not in record["frame"]["panels"][0]
+    assert record["spec"]["controls"]["scene"]["sets"] == {"noisy": {"noise": 0.9}}
+
+
+def test_buttons_in_the_text(built: Project) -> None:
+    page = built.page("second.html")
+    tries = Elements(page).of_class("try")
+    assert [b["data-figure"] for b in tries] == ["fig-demo", "fig-demo"]
+    first = json.loads(tries[0]["data-record"] or "")
+    assert (first["controls"]["noise"], first["log"]) == (0.25, [["press", "go"], ["press", "go"]])
+    assert page.count('<ul class="tries">') == 1
+    assert "Press <strong>go</strong> twice." in page
+
+
+def test_numbers_and_references(built: Project) -> None:
+    page = built.page("second.html")
+    assert '<a href="#fig-demo">Figure 1.1</a></span> The <em>caption</em>' in page
+    assert '<a class="ref" href="#eq-energy">(1.1)</a>, <a class="ref" href="#fig-demo">Figure 1.1</a>' in page
+    assert 'id="eq-energy"' in page
+    assert '<span class="computed">2</span> presses and\n<span class="computed">−7.250</span>.' in page
+    start = built.page("index.html")
+    assert '<a class="ref" href="second.html">The &lt;/title&gt;' in start
+    assert '<a href="second.html#deep">its section</a>' in start
+
+
+def test_mathematics_is_markup_without_styles(built: Project) -> None:
+    page = built.page("second.html")
+    assert page.count("<math") == 5  # in the text, a caption, an equation, a table, a note
+    assert "ℝ" in page
+    assert "$" not in re.sub(r"<script.*?</script>", "", page, flags=re.S)
+    assert not [tag for tag, attributes in Elements(page).tags if "style" in attributes]
+
+
+def test_footnotes_stand_beside_their_paragraph(built: Project) -> None:
+    page = built.page("second.html")
+    noted = page[page.index('<div class="noted">') :]
+    assert noted.index('<a href="#note-1" id="noteref-1"') < noted.index('role="note" id="note-1"')
+    assert noted.index('id="note-1"') < noted.index("<figure")
+    assert page.count('id="note-1"') == 1
+
+
+def test_citations_have_links_cards_and_a_bibliography(built: Project) -> None:
+    page = built.page("second.html")
+    assert ">One 2001</a>; " in page
+    assert ">Two et al. 2002</a>, §3)" in page
+    cards = Elements(page).of_class("card")
+    assert [(c["id"], "hidden" in c) for c in cards] == [("card-one2001", True), ("card-two2002", True)]
+    bibliography = built.page("references.html")
+    assert bibliography.index('id="ref-one2001"') < bibliography.index('id="ref-two2002"')
+    assert "Ben Two, Cy van der Three and Di Four" in bibliography
+    assert "More &amp; &lt;more&gt;?" in bibliography
+    assert 'href="https://doi.org/10.1000/one"' in bibliography
+    assert '<a href="second.html">' in bibliography
+
+
+def test_claims_open_what_was_checked(built: Project) -> None:
+    page, checks = built.page("second.html"), built.page("checks.html")
+    (mark,) = Elements(page).of_class("claim-mark")
+    target = (mark["href"] or "").removeprefix("checks.html#")
+    assert f'id="{target}"' in checks
+    assert "It <em>holds</em>." in checks
+    assert "What holds &amp; what &lt;does not&gt;." in checks
+    assert "Not yet run on this code." in checks
+    assert mark["data-outcome"] == "unknown"
+
+
+def test_contents_ladder_and_neighbours(built: Project) -> None:
+    page = built.page("second.html")
+    nav = page[page.index('class="contents"') :] if 'class="contents"' in page else ""
+    assert not nav, "one section needs no list"
+    assert 'rel="prev" href="index.html"' in page
+    assert "Not yet written" in page
+    assert 'href="index.html"' in page
+    assert page.count('aria-current="page"') == 1
+    built.chapter("\n## One\n\n### In *it*\n\n## Two $x$\n")
+    built.write("content/00-start.md", START.partition("Read")[0])
+    built.build()
+    page = built.page("second.html")
+    nav = page[page.index('class="contents"') :]
+    assert re.findall(r'href="#([^"]*)"', nav[: nav.index("</nav>")]) == ["one", "in-it", "two-x"]
+    assert "In <em>it</em>" in nav
+
+
+def test_redirects_metadata_and_site_map(built: Project) -> None:
+    old = built.page("old-second.html")
+    assert '<meta http-equiv="refresh" content="0; url=second.html">' in old
+    assert '<link rel="canonical" href="https://example.org/ladder/second.html">' in old
+    page = built.page("second.html")
+    assert '<link rel="canonical" href="https://example.org/ladder/second.html">' in page
+    assert '<meta property="og:title" content="The &lt;/title&gt;' in page
+    assert "https://example.org/issues/new?title=The%20%3C/title%3E" in page
+    assert re.findall(r"<loc>(.*?)</loc>", built.page("sitemap.xml")) == [
+        "https://example.org/ladder/",
+        "https://example.org/ladder/second.html",
+        "https://example.org/ladder/references.html",
+        "https://example.org/ladder/checks.html",
+    ]
+    assert 'name="robots" content="noindex"' in built.page("404.html")
+
+
+def test_code_tables_and_asides(built: Project) -> None:
+    page = built.page("second.html")
+    assert '<span class="nb">print</span>' in page
+    assert "&lt;hello&gt;" in page
+    assert "<td><code>code</code></td>" in page
+    assert '<div class="aside" role="note"><p>Beside the <em>point</em>.</p></div>' in page
+
+
+def test_images_are_measured_copied_and_named_by_content(project: Project) -> None:
+    svg = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 30 20"><path d="M0 0h9"/></svg>'
+    project.write("content/My drawing.svg", svg)
+    project.chapter("\n![A line](<My drawing.svg>)\n")
+    project.write("content/00-start.md", START.partition("Read")[0])
+    project.build()
+    image = next(a for tag, a in Elements(project.page("second.html")).tags if tag == "img")
+    assert (image["alt"], image["width"], image["height"]) == ("A line", "30", "20")
+    assert re.fullmatch(r"images/my-drawing\.[0-9a-f]{10}\.svg", image["src"] or "")
+    assert project.page(image["src"] or "") == svg
+
+
+def test_drafts_are_left_out_unless_asked_for(project: Project) -> None:
+    project.write("content/02-draft.md", "---\ntitle: D\nslug: third\nsummary: S\ndraft: true\n---\n\nText.\n")
+    assert "third.html" not in project.build().pages
+    assert "third.html" in project.build(drafts=True).pages
+
+
+def test_the_service_worker_knows_every_file_and_their_version(built: Project) -> None:
+    worker = built.page("sw.js")
+    files = json.loads(re.search(r"const FILES = (\[.*?\]);", worker)[1])  # type: ignore[index]
+    there = {n for n in contents(built.site) if n not in ("sw.js", "_headers")}
+    assert set(files) == there
+    version = re.search(r'const VERSION = "(\w+)"', worker)[1]  # type: ignore[index]
+    built.write("content/00-start.md", START + "\nMore.\n")
+    built.build()
+    assert f'"{version}"' not in built.page("sw.js")
+
+
+def test_a_failed_build_leaves_the_last_good_site(built: Project) -> None:
+    (built.site / ".gitignore").write_text("*\n")
+    before = contents(built.site)
+    built.chapter("\n:ref[nowhere]\n")
+    assert built.problems()
+    assert contents(built.site) == before
+    assert [p.name for p in built.root.iterdir() if p.name.startswith(".site")] == []
+    built.chapter("\n## Deep {#deep}\n")
+    built.build()
+    assert (built.site / ".gitignore").read_text() == "*\n"
+    assert "Deep" in built.page("second.html")
+
+
+def test_packed_copies_hold_the_same(project: Project) -> None:
+    import gzip
+
+    import brotli
+
+    from sitegen.files import packed
+
+    data = b"<p>text</p>" * 300
+    made = packed("a/b.html", data, project.cache)
+    assert gzip.decompress(made["a/b.html.gz"]) == data
+    assert brotli.decompress(made["a/b.html.br"]) == data
+    assert made["a/b.html.gz"][4:8] == b"\0\0\0\0", "no date"
+    assert packed("a/b.woff2", data, project.cache) == {}
