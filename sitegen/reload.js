@@ -19,16 +19,16 @@
 
   const show = (title, lines) => {
     hide();
-    panel = document.body.appendChild(document.createElement("div"));
-    panel.id = "build-problems";
-    panel.setAttribute("role", "alert");
-    const box = element(
-      panel.attachShadow({ mode: "open" }), // the site's styles stay out
+    panel = element(
+      document.body,
       "div",
       "position: fixed; inset: auto 0 0 0; z-index: 2147483647; box-sizing: border-box; max-height: 70vh; overflow: auto;" +
         "padding: 16px 24px 20px; background: #1d1b1a; color: #f6f2ec; border-top: 4px solid #e5674c;" +
         "font: 15px/1.5 ui-monospace, Menlo, Consolas, monospace; white-space: pre-wrap; overflow-wrap: anywhere",
     );
+    panel.id = "build-problems";
+    panel.setAttribute("role", "alert");
+    const box = panel.attachShadow({ mode: "open" }); // the site's styles stay out
     const button = element(
       box,
       "button",
