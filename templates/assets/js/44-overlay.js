@@ -2,7 +2,7 @@
 (() => {
   "use strict";
 
-  const { drawing, make } = Ladder;
+  const { drawing, make, on } = Ladder;
 
   /**
    * Keeps buttons at places in percent of a panel. Boxes are measured when sizes change and not on every frame, which
@@ -13,9 +13,10 @@
     const layer = stage.querySelector(".figure-handles") ?? stage.appendChild(make("div", { class: "figure-handles" }));
     const boxes = new Map();
     const places = new Map(); // button → [panel, left %, top %]
+    let origin = null; // the layer's place on the screen, until something scrolls
 
     function measure() {
-      const from = layer.getBoundingClientRect();
+      const from = (origin = layer.getBoundingClientRect());
       for (const panel of stage.querySelectorAll(".figure-panel")) {
         const box = drawing(stage, panel.dataset.panel)?.getBoundingClientRect();
         if (box) boxes.set(panel.dataset.panel, [box.left - from.left, box.top - from.top, box.width, box.height]);
@@ -33,8 +34,16 @@
     const watch = new ResizeObserver(measure);
     [stage, ...stage.querySelectorAll(".figure-panel")].forEach((each) => watch.observe(each));
     measure();
+    const scrolled = on(document, "scroll", () => (origin = null), { capture: true, passive: true });
     return {
       layer,
+      measure,
+      /** Where a panel's drawing is on the screen. */
+      rect(panel) {
+        origin ??= layer.getBoundingClientRect();
+        const [x, y, width, height] = boxes.get(panel);
+        return { left: origin.left + x, top: origin.top + y, width, height };
+      },
       /** Puts a button, whose centre is meant, at a place in percent of a panel. */
       put(button, panel, left, top) {
         places.set(button, [panel, left, top]);
@@ -45,7 +54,10 @@
         places.delete(button);
         button.remove();
       },
-      dispose: () => watch.disconnect(),
+      dispose() {
+        watch.disconnect();
+        scrolled();
+      },
     };
   };
 })();

@@ -2,7 +2,7 @@
 (() => {
   "use strict";
 
-  const { drawing, make, on, percent, record: records, world } = Ladder;
+  const { make, on, percent, record: records, world } = Ladder;
   const HINT = "handle-hint";
 
   function hint() {
@@ -11,7 +11,7 @@
   }
 
   Ladder.handles = function (figure, overlay) {
-    const { root, stage } = figure;
+    const { root } = figure;
     const buttons = new Map();
     // pointer, name, before: the record to go back to, grip: px from the handle's place to the pointer,
     // to: a place not yet asked for, at: when it came, ahead: the animation frame that will ask
@@ -51,6 +51,7 @@
       const button = event.target.closest(".handle");
       if (!button || drag || event.button !== 0) return;
       const name = button.dataset.handle;
+      overlay.measure();
       const box = button.getBoundingClientRect();
       const grip = [event.clientX - (box.left + box.right) / 2, event.clientY - (box.top + box.bottom) / 2];
       drag = { pointer: event.pointerId, name, before: figure.record, grip, to: null, at: 0, ahead: 0 };
@@ -69,8 +70,7 @@
       const handle = handleOf(drag.name);
       if (!handle) return;
       const { view } = figure.frame.panels.find(({ name }) => name === handle.panel);
-      const rect = drawing(stage, handle.panel).getBoundingClientRect();
-      drag.to = world(rect, view, event.clientX - drag.grip[0], event.clientY - drag.grip[1]);
+      drag.to = world(overlay.rect(handle.panel), view, event.clientX - drag.grip[0], event.clientY - drag.grip[1]);
       overlay.put(buttons.get(drag.name), handle.panel, ...percent(view, drag.to));
       drag.at = event.timeStamp;
       if (!drag.ahead) ahead();

@@ -2,7 +2,7 @@
 (() => {
   "use strict";
 
-  const { drawing, make, on, percent, record: records, world } = Ladder;
+  const { make, on, percent, record: records, world } = Ladder;
   const WAYS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
   const clamp = (value, low, high) => Math.min(high, Math.max(low, value));
 
@@ -41,8 +41,8 @@
         if (event.detail === 0) pick(at);
       }),
       on(panel, "click", (event) => {
-        const rect = drawing(figure.stage, name).getBoundingClientRect();
-        const [x, y] = world(rect, view(), event.clientX, event.clientY);
+        overlay.measure();
+        const [x, y] = world(overlay.rect(name), view(), event.clientX, event.clientY);
         const [a, b, c, d] = view();
         if (x >= a && x <= b && y >= c && y <= d) pick([x, y]);
       }),
