@@ -1,0 +1,28 @@
+"""The Python that chapters show is Python that runs."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+SNIPPETS = [
+    pytest.param(code, id=f"{path.stem}-{k}")
+    for path in sorted((ROOT / "content").glob("*.md"))
+    for k, code in enumerate(BLOCK.findall(path.read_text("utf-8")))
+]
+
+
+@pytest.mark.native
+def test_there_are_snippets():
+    """The chapters are found, and show code."""
+    assert SNIPPETS
+
+
+@pytest.mark.native
+@pytest.mark.parametrize("code", SNIPPETS)
+def test_a_chapters_code_runs(code, capsys):
+    """A code block of a chapter runs by itself, as a reader would run it, and prints something."""
+    exec(compile(code, "chapter", "exec"), {"__name__": "__main__"})
+    assert capsys.readouterr().out
