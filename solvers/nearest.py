@@ -206,8 +206,6 @@ class _Tree:
 
 def _first_k(squares: FloatArray, k: int) -> IntArray:
     """The columns of the k smallest in each row (m, n), smallest first, of equal ones the lowest first."""
-    if k == 1:
-        return squares.argmin(axis=-1)[:, None]
     if k > _MANY:
         ordered: IntArray = np.argsort(squares, axis=-1, kind="stable")[:, :k]
         return ordered
