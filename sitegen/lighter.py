@@ -1,7 +1,8 @@
 """What the page's Python and numpy are made to do without: what it costs at every start is for what a page never does.
 
-Each entry was measured in Chromium as part of the cold start. All of it is the page's runtime alone: the tests of the
-solvers run on the complete one as well, and the exercise (exercise.py) runs on this one.
+What an entry saves is seen in Python's own list of import times (PYTHONPROFILEIMPORTTIME) and in the cold start
+(bench_start.py). All of it is the page's runtime alone: the tests of the solvers run on the complete one, and the
+exercise (exercise.py) on this one.
 """
 
 from __future__ import annotations
@@ -32,6 +33,19 @@ def init_loaded_packages():
 
 def unpack_buffer(*args, **kwargs):
     raise NotImplementedError("this runtime has its packages in place and unpacks no others")
+''',
+    # asyncio without its own loops, streams and processes: Pyodide's loop is the browser's.
+    "asyncio/__init__.py": '''\
+from .coroutines import *
+from .events import *
+from .events import _BaseDefaultEventLoopPolicy as DefaultEventLoopPolicy
+from .exceptions import *
+from .futures import *
+from .locks import *
+from .queues import *
+from .runners import *
+from .tasks import *
+from .timeouts import *
 ''',
     # numpy's docstrings: 200 kB of strings.
     "numpy/_core/_add_newdocs.py": "",

@@ -1,0 +1,138 @@
+"""The worker without a page around it: its messages, and what it says when a file is missing or wrong."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser, Page
+
+from sitegen.bench_start import POLICY, WORKER
+from sitegen.runtime import RuntimeInfo, assemble
+from sitegen.static import serving
+from widgets.contract import preset
+from widgets.host import Host
+from widgets.registry import WIDGETS
+
+pytestmark = pytest.mark.browser
+
+# Sends `messages` one after the other, each when `wanted` of the one before has come; gives back all that was heard.
+TALK = """([worker, talk]) => new Promise((resolve) => {
+  const heard = [];
+  const running = new Worker(worker, { type: "module" });
+  const next = () => (talk.length ? running.postMessage(talk[0].send) : (running.terminate(), resolve(heard)));
+  running.onmessage = ({ data }) => {
+    heard.push(data);
+    if (data.type === "failed") talk.length = 1;
+    if (data.type === "failed" || talk[0].until === data.type) (talk.shift(), next());
+  };
+  next();
+})"""
+
+
+@pytest.fixture(scope="module")
+def info(tmp_path_factory: pytest.TempPathFactory) -> RuntimeInfo:
+    return assemble(tmp_path_factory.mktemp("runtime"))
+
+
+class Served:
+    """A copy of the runtime on loopback that a test may spoil."""
+
+    def __init__(self, root: Path, origin: str, info: RuntimeInfo, page: Page) -> None:
+        self.root, self.origin, self.info, self.page = root, origin, info, page
+
+    def file(self, ending: str) -> Path:
+        (name,) = [file.name for file in self.info.files if file.name.endswith(ending)]
+        return self.root / "runtime" / name
+
+    def talk(self, *said: tuple[dict[str, Any], str]) -> list[dict[str, Any]]:
+        start = {"type": "start", "runtime": f"{self.origin}/runtime/", "files": self.info.start_files()}
+        talk = [{"send": start, "until": "ready"}, *({"send": send, "until": until} for send, until in said)]
+        self.page.goto(self.origin)
+        heard: list[dict[str, Any]] = self.page.evaluate(TALK, ["worker.mjs", talk])
+        return heard
+
+    def failure(self) -> str:
+        heard = self.talk()
+        assert [m["type"] for m in heard].count("failed") == 1
+        assert heard[-1]["type"] == "failed"
+        return str(heard[-1]["message"])
+
+
+@pytest.fixture
+def served(info: RuntimeInfo, browser: Browser, tmp_path: Path) -> Iterator[Served]:
+    shutil.copytree(info.folder, tmp_path / "runtime")
+    shutil.copyfile(WORKER, tmp_path / "worker.mjs")
+    (tmp_path / "index.html").write_text("<!doctype html><title>worker</title>", "utf-8")
+    (tmp_path / "_headers").write_text(f"/*\n  Content-Security-Policy: {POLICY}\n", "utf-8")
+    context = browser.new_context()
+    with serving(tmp_path) as server:
+        yield Served(tmp_path, server.origin, info, context.new_page())
+        context.close()
+
+
+def test_it_starts_draws_and_says_what_went_wrong(served: Served) -> None:
+    name, widget = next(iter(WIDGETS.items()))
+    request = json.dumps({"figure": "f", "record": preset(widget).plain()})
+    heard = served.talk(
+        ({"type": "frame", "id": 7, "request": request}, "frame"),
+        ({"type": "frame", "id": 8, "request": '{"figure": "f", "record": {"widget": "no such"}}'}, "error"),
+        ({"type": "frame", "id": 9, "request": request}, "frame"),
+        ({"type": "heap"}, "heap"),
+    )
+    by_type: dict[str, list[dict[str, Any]]] = {}
+    for message in heard:
+        by_type.setdefault(message["type"], []).append(message)
+    assert [m["stage"] for m in by_type["stage"]] == ["download", "python", "numpy", "widgets"]
+    loaded = [m["loaded"] for m in by_type["progress"]]
+    assert loaded == sorted(loaded)
+    assert loaded[-1] == served.info.size == by_type["progress"][-1]["total"]
+    assert len(loaded) <= by_type["ready"][0]["milliseconds"] / 100 + 2
+    first, second = by_type["frame"]
+    assert (first["id"], second["id"]) == (7, 9)
+    assert first["frame"] == second["frame"] == Host().frame(request), f"{name}: not the same bytes as natively"
+    assert first["python_ms"] > 0
+    (error,) = by_type["error"]
+    assert error["id"] == 8
+    assert error["message"].startswith("ValueError: no widget 'no such'")
+    assert "widgets/host.py" in error["trace"]
+    assert by_type["heap"][0]["bytes"] > 10_000_000
+
+
+@pytest.mark.parametrize(
+    "ending", ["pyodide.mjs", "pyodide.asm.mjs", "pyodide.asm.wasm", "python_stdlib.pack", "numpy.pack", "lock.json"]
+)
+def test_a_missing_file_is_named(served: Served, ending: str) -> None:
+    path = served.file(f"/{ending}" if ending == "pyodide.mjs" else ending)
+    path.unlink()
+    message = served.failure()
+    assert path.name in message
+    assert "could not be loaded" in message
+
+
+@pytest.mark.parametrize("ending", ["python_stdlib.pack", "numpy.pack", "ladder.pack"])
+def test_a_changed_file_is_named(served: Served, ending: str) -> None:
+    path = served.file(ending)
+    data = bytearray(path.read_bytes())
+    data[len(data) // 2] ^= 1
+    path.write_bytes(data)
+    assert f"{ending} is not the file that was built" in served.failure()
+
+
+def test_a_damaged_engine_is_named(served: Served) -> None:
+    path = served.file("pyodide.asm.wasm")
+    path.write_bytes(path.read_bytes()[:-1000])
+    assert "pyodide.asm.wasm is damaged" in served.failure()
+
+
+def test_a_module_that_is_not_there_is_told(served: Served) -> None:
+    start = {"type": "start", "runtime": f"{served.origin}/runtime/", "files": served.info.start_files()}
+    served.page.goto(served.origin)
+    talk = [{"send": {**start, "modules": ["solvers", "no_such_module"]}, "until": "ready"}]
+    heard = served.page.evaluate(TALK, ["worker.mjs", talk])
+    assert heard[-1]["type"] == "failed"
+    assert "No module named 'no_such_module'" in heard[-1]["message"]
