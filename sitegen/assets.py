@@ -64,14 +64,19 @@ class Assets:
 
 
 def read_assets(
-    root: Path, styles: Iterable[str], fonts: Mapping[str, bytes], preload: Iterable[str], problems: Problems
+    root: Path,
+    pictures: Mapping[str, bytes],
+    styles: Iterable[str],
+    fonts: Mapping[str, bytes],
+    preload: Iterable[str],
+    problems: Problems,
 ) -> Assets:
-    """The assets of templates/assets; `styles` stand before its own style sheets."""
+    """The assets of templates/assets with the pictures drawn by the build; `styles` stand before its own style sheets."""
     home = root / "templates" / "assets"
     assets = Assets()
-    for path in sorted(home.glob("*")):
-        if path.suffix in PICTURES:
-            assets.pictures[path.name] = assets.add(path.name, path.read_bytes())
+    lying = {path.name: path.read_bytes() for path in sorted(home.glob("*")) if path.suffix in PICTURES}
+    for name, data in {**pictures, **lying}.items():
+        assets.pictures[name] = assets.add(name, data)
     for name, data in fonts.items():
         assets.files[f"assets/fonts/{name}"] = data
     assets.preload = tuple(f"assets/fonts/{name}" for name in preload)

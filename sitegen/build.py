@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import shutil
-import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,21 +14,23 @@ from markupsafe import Markup
 from widgets.contract import Widget
 from widgets.registry import WIDGETS
 
-from . import fonts, outside, runtime
+from . import emblem, fonts, outside, runtime
 from .assets import HEADERS, Assets, read_assets, service_worker
 from .cite import Reference, read_references, unused
 from .claims import read_results, read_tests, test_files
 from .computed import Values
 from .content import OWN_PAGES, Chapter, Site, read_chapters, read_site
-from .figures import Bakery, Figure, code_hash, tape_script
-from .files import fingerprint, hashed_name, packed
+from .figures import Bakery, Figure, code_hash
+from .files import fingerprint, short_hash, write
 from .maths import Mathematics
 from .maths import render as render_formulas
 from .outside import Progress, quiet
 from .pages import Writer, environment, figure_html, figure_view
 from .problems import BuildFailed, Place, Problem, Problems
+from .publish import publish
 from .render import Body, Known, render
 from .survey import OWN_IDS, Survey, survey
+from .tape import Tape, record_tapes
 
 SERVED = ("temml", "pyodide", "numpy", *fonts.BUNDLES)
 
@@ -56,6 +55,7 @@ class Parts:
     widgets: Mapping[str, Widget]
     assemble: Callable[..., runtime.RuntimeInfo] | None = runtime.assemble
     cut_fonts: Callable[..., fonts.FontSet] | None = fonts.make
+    draw_emblem: Callable[..., Mapping[str, bytes]] | None = emblem.make
     licences: Callable[..., Sequence[outside.Licence]] = outside.licences
 
 
@@ -91,7 +91,7 @@ def build(
     code = code_hash()
     bakery = Bakery(parts.widgets, cache, code)
     values = Values(cache, code)
-    tapes = _tapes(surveys, bakery, problems, progress)
+    tapes = record_tapes(surveys, bakery, problems, progress)
     known = Known(
         root,
         surveys,
@@ -122,7 +122,7 @@ def build(
     files = _files(content, templates, mathematics, tapes, started, parts, cache, progress, problems)
     if problems.found:
         raise BuildFailed(problems.found)
-    _publish(files, started, dest, pack, cache, progress)
+    publish(files, started, dest, pack, cache, progress)
     pages = tuple(sorted(name for name in files if name.endswith(".html")))
     return Report(
         pages,
@@ -130,15 +130,6 @@ def build(
         len(files),
         sum(map(len, files.values())),
     )
-
-
-@dataclass(frozen=True)
-class Tape:
-    """A figure's tape: its file on the site, its script, and the first frame, which the page itself shows."""
-
-    name: str
-    script: bytes
-    first: dict[str, Any]
 
 
 @dataclass(frozen=True)
@@ -153,26 +144,6 @@ class _Content:
     cited: Mapping[str, Sequence[Chapter]]
     known: Known
     licences: Sequence[outside.Licence]
-
-
-def _tapes(
-    surveys: Sequence[Survey], bakery: Bakery, problems: Problems, progress: Progress
-) -> dict[tuple[str, str], Tape]:
-    """The tape of every figure, by page and figure."""
-    figures = [(one.chapter, figure) for one in surveys for figure in one.figures.values()]
-    tapes = {}
-    for i, (chapter, figure) in enumerate(figures):
-        progress("drawing figures", i, len(figures))
-        try:
-            frames = bakery.frames(figure.dom_id, figure.records)
-        except Exception as error:  # a widget's own mistake: the author sees which figure and why
-            problems.add(figure.place, f"the figure cannot be drawn: {type(error).__name__}: {error}")
-            continue
-        script = tape_script(figure.dom_id, figure.records, frames).encode()
-        name = hashed_name(f"tapes/{chapter.name}-{figure.id}.js", script)
-        tapes[chapter.name, figure.id] = Tape(name, script, frames[0])
-    progress("drawing figures", len(figures), len(figures))
-    return tapes
 
 
 def _figure_drawer(
@@ -217,11 +188,15 @@ def _files(
     fontset = None
     if parts.cut_fonts is not None:
         # The fonts are cut to what the pages say, and the pages name the style sheet that names the fonts: so, twice.
-        text, signs = fonts.characters(_html(content, templates, Assets()).values())
+        text, signs = _characters(_html(content, templates, Assets()), cache)
         text = "".join(sorted(set(text).union(*(script.decode() for script in scripts.values()))))
         fontset = parts.cut_fonts(text, signs, url="fonts/", cache=cache, progress=progress)
+    pictures: Mapping[str, bytes] = {}
+    if fontset is not None and parts.draw_emblem is not None:
+        pictures = parts.draw_emblem(content.site.title, content.site.description, fontset, cache=cache)
     assets = read_assets(
         content.root,
+        pictures,
         [fontset.css if fontset else "", mathematics.css],
         fontset.files if fontset else {},
         fontset.preload if fontset else (),
@@ -243,6 +218,18 @@ def _files(
     return files
 
 
+def _characters(pages: Mapping[str, str], cache: Path) -> tuple[str, str]:
+    """The characters in the pages' text and in their mathematics; those of pages that did not change are kept."""
+    path = cache / "characters.json"
+    known: dict[str, list[str]] = json.loads(path.read_text("utf-8")) if path.is_file() else {}
+    keys = {name: short_hash(page.encode()) for name, page in pages.items()}
+    found = {key: known.get(key) or list(fonts.characters([pages[name]])) for name, key in keys.items()}
+    if found != known:
+        write(path, json.dumps(found, ensure_ascii=False, sort_keys=True).encode())
+    text, signs = ("".join(sorted(set().union(*both))) for both in zip(*found.values(), strict=True))
+    return text, signs
+
+
 def _html(content: _Content, templates: Environment, assets: Assets) -> dict[str, str]:
     """Every page by name."""
     writer = Writer(templates, content.site, content.chapters, assets)
@@ -258,54 +245,3 @@ def _html(content: _Content, templates: Environment, assets: Assets) -> dict[str
 def _old_names(chapter: Chapter) -> list[str]:
     """Where a chapter was, or would be looked for."""
     return [*chapter.redirects, *([chapter.slug] if chapter.slug != chapter.name else [])]
-
-
-def _publish(
-    files: Mapping[str, bytes],
-    started: runtime.RuntimeInfo | None,
-    dest: Path,
-    pack: bool,
-    cache: Path,
-    progress: Progress,
-) -> None:
-    """Write all files into a folder beside `dest`, then put that in its place."""
-    dest.parent.mkdir(parents=True, exist_ok=True)
-    beside = Path(tempfile.mkdtemp(prefix=f".{dest.name}-", dir=dest.parent))
-    beside.chmod(0o755)
-    try:
-        for i, (name, data) in enumerate(files.items()):
-            progress("writing pages", i, len(files))
-            for each, bytes_ in {name: data, **(packed(name, data, cache) if pack else {})}.items():
-                (beside / each).parent.mkdir(parents=True, exist_ok=True)
-                (beside / each).write_bytes(bytes_)
-        progress("writing pages", len(files), len(files))
-        if started:
-            _copy_runtime(started, beside / "runtime", pack, cache)
-        if (dest / ".gitignore").is_file():  # the folder's own, which is in git and not of the build
-            shutil.copyfile(dest / ".gitignore", beside / ".gitignore")
-        _exchange(beside, dest)
-    finally:
-        shutil.rmtree(beside, ignore_errors=True)
-
-
-def _copy_runtime(started: runtime.RuntimeInfo, folder: Path, pack: bool, cache: Path) -> None:
-    for name in [*(file.name for file in started.files), started.wheel]:
-        (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(started.folder / name, folder / name)
-        if pack:
-            for each, data in packed(name, (folder / name).read_bytes(), cache).items():
-                (folder / each).write_bytes(data)
-
-
-def _exchange(beside: Path, dest: Path) -> None:
-    """Put the new folder in the old one's place; were the second step to fail, the old one comes back."""
-    old = beside.with_name(beside.name + "-old")
-    if dest.exists():
-        os.replace(dest, old)
-    try:
-        os.replace(beside, dest)
-    except OSError:
-        if old.exists():
-            os.replace(old, dest)
-        raise
-    shutil.rmtree(old, ignore_errors=True)

@@ -224,9 +224,3 @@ def _control(control: Spec) -> Plain:
 def first_frame(frame: Plain) -> Plain:
     """A frame without its drawings, which stand in the page already."""
     return {**frame, "panels": [{k: v for k, v in panel.items() if k != "svg"} for panel in frame["panels"]]}
-
-
-def tape_script(dom_id: str, records: Sequence[Plain], frames: Sequence[Plain]) -> str:
-    """The classic script that hands a figure its tape."""
-    entries = [{"record": record, "frame": frame} for record, frame in zip(records, frames, strict=True)]
-    return f"Ladder.tape({dumps(dom_id)}, {dumps(entries)});\n"

@@ -210,9 +210,7 @@ class Writer:
 
     def redirect(self, chapter: Chapter) -> str:
         """The page under a chapter's old name."""
-        return self.templates.get_template("redirect.html").render(
-            site=self.site, chapter=chapter, policy=POLICY
-        )
+        return self.templates.get_template("redirect.html").render(site=self.site, chapter=chapter, policy=POLICY)
 
     def sitemap(self, pages: Sequence[str]) -> str:
         """sitemap.xml; only a site with an address has one."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from urllib.parse import unquote
 
@@ -69,6 +70,7 @@ def render(survey: Survey, known: Known) -> Body:
     return _Renderer(survey, known).body()
 
 
+@cache
 def highlighted(code: str, language: str) -> Markup:
     """Code with Pygments' classes. Raises ValueError for a language that it does not know."""
     if not language:

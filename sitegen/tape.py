@@ -1,0 +1,47 @@
+"""Tapes: the frames of a figure's recorded states, in a classic script beside the page."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from .figures import Bakery, Plain, dumps
+from .files import hashed_name
+from .outside import Progress
+from .problems import Problems
+from .survey import Survey
+
+
+@dataclass(frozen=True)
+class Tape:
+    """A figure's tape: its file on the site, its script, and the first frame, which the page itself shows."""
+
+    name: str
+    script: bytes
+    first: Plain
+
+
+def record_tapes(
+    surveys: Sequence[Survey], bakery: Bakery, problems: Problems, progress: Progress
+) -> dict[tuple[str, str], Tape]:
+    """The tape of every figure, by page and figure."""
+    figures = [(one.chapter, figure) for one in surveys for figure in one.figures.values()]
+    tapes = {}
+    for i, (chapter, figure) in enumerate(figures):
+        progress("drawing figures", i, len(figures))
+        try:
+            frames = bakery.frames(figure.dom_id, figure.records)
+        except Exception as error:  # a widget's own mistake: the author sees which figure and why
+            problems.add(figure.place, f"the figure cannot be drawn: {type(error).__name__}: {error}")
+            continue
+        script = tape_script(figure.dom_id, figure.records, frames).encode()
+        name = hashed_name(f"tapes/{chapter.name}-{figure.id}.js", script)
+        tapes[chapter.name, figure.id] = Tape(name, script, frames[0])
+    progress("drawing figures", len(figures), len(figures))
+    return tapes
+
+
+def tape_script(dom_id: str, records: Sequence[Plain], frames: Sequence[Plain]) -> str:
+    """The classic script that hands a figure its tape."""
+    entries = [{"record": record, "frame": frame} for record, frame in zip(records, frames, strict=True)]
+    return f"Ladder.tape({dumps(dom_id)}, {dumps(entries)});\n"
