@@ -12,8 +12,6 @@ import functools
 import hashlib
 import io
 import json
-import os
-import tempfile
 import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
@@ -27,6 +25,7 @@ from fontTools.ttLib import TTFont
 from fontTools.varLib import instancer
 
 from sitegen import outside
+from sitegen.files import write
 
 BUNDLES = ("serif", "sans", "math-font")
 FORMAT = "3"  # of what is cached; raised when the making changes in a way that its inputs do not tell
@@ -248,23 +247,15 @@ def _cut(face: Face, original: Path, codes: Sequence[int], home: Path) -> bytes:
     font.flavor = "woff2"
     out = io.BytesIO()
     font.save(out)
-    _keep(kept, out.getvalue())
+    write(kept, out.getvalue())
     return out.getvalue()
-
-
-def _keep(path: Path, data: bytes) -> None:
-    """Write beside, then rename: nobody reads half a font."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.NamedTemporaryFile(dir=path.parent, prefix=".", delete=False) as beside:
-        beside.write(data)
-    os.replace(beside.name, path)
 
 
 def _script_places(constants: Any) -> None:
     """Let scripts of single letters sit where TeX has them.
 
     Browsers push a script past the ink of its base also where that is one letter (which TeX does for boxes only): the
-    subscripts of p and w stood at different heights. The font's own minimum shifts do for letters; tall bases still push.
+    subscripts of p and w stood at different heights. The font's minimum shifts do for letters; tall bases still push.
     """
     constants.SubscriptBaselineDropMin.Value = 0
     constants.SuperscriptBaselineDropMax.Value = 300
