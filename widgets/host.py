@@ -2,7 +2,7 @@
 
 A frame is plain data: the panels' SVG, readouts, handles, and what the page needs to carry on. A Host remembers the
 states along the last record of each figure, so that one more action, a replaced drag or a step back costs one `act` at
-most.
+most; and a panel that a state hands on unchanged, the very same object, is not turned into markup again.
 """
 
 from __future__ import annotations
@@ -45,6 +45,7 @@ class Host:
     def __init__(self, widgets: Mapping[str, Widget] = WIDGETS) -> None:
         self._widgets = widgets
         self._replays: dict[str, _Replay] = {}
+        self._markup: dict[str, tuple[Panel, str]] = {}
 
     def frame(self, request: str) -> str:
         """The frame for a request, JSON in and out: {"figure": id prefix, "record": record} → frame.
@@ -64,7 +65,15 @@ class Host:
         states = self._states(figure, widget, record)
         picture = widget.draw(states[-1])
         moved = widget.motion(states[-2], states[-1]) if len(states) > 1 else None
-        return frame(figure, record, picture, moved, widget.python(states[-1]))
+        panels = [_panel(panel, self._svg(f"{figure}-{panel.name}", panel)) for panel in picture.panels]
+        return _frame(figure, record, picture, panels, moved, widget.python(states[-1]))
+
+    def _svg(self, prefix: str, panel: Panel) -> str:
+        known, markup = self._markup.get(prefix, (None, ""))
+        if known is not panel:
+            markup = panel_svg(panel, prefix)
+            self._markup[prefix] = panel, markup
+        return markup
 
     def _states(self, figure: str, widget: Widget, record: Record) -> list[Any]:
         key = (widget.name, record.controls, record.seed)
@@ -77,11 +86,13 @@ class Host:
         return replay.states
 
 
-def frame(figure: str, record: Record, picture: Picture, moved: Motion | None, python: str) -> dict[str, Any]:
-    """A picture as plain data for the page."""
+def _frame(
+    figure: str, record: Record, picture: Picture, drawn: list[dict[str, Any]], moved: Motion | None, python: str
+) -> dict[str, Any]:
+    """A picture, its panels drawn, as plain data for the page."""
     panels = {panel.name: panel for panel in picture.panels}
     return {
-        "panels": [_panel(figure, p) for p in picture.panels],
+        "panels": drawn,
         "readouts": [
             {"name": r.name, "label": r.label, "value": r.value, "unit": r.unit, "role": r.role or ""}
             for r in picture.readouts
@@ -96,8 +107,8 @@ def frame(figure: str, record: Record, picture: Picture, moved: Motion | None, p
     }
 
 
-def _panel(figure: str, p: Panel) -> dict[str, Any]:
-    return {"name": p.name, "svg": panel_svg(p, f"{figure}-{p.name}"), "view": _view(p), "caption": p.caption}
+def _panel(panel: Panel, svg: str) -> dict[str, Any]:
+    return {"name": panel.name, "svg": svg, "view": _view(panel), "caption": panel.caption}
 
 
 def _view(panel: Panel) -> list[float]:

@@ -48,11 +48,13 @@ class Controls:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """pose: where the reader has put the source scan. by_hand: where it was when the answer was asked for."""
+    """world: the panel that no action changes. pose: where the reader has put the source scan. by_hand: where it was
+    when the answer was asked for."""
 
     controls: Controls
     seed: int
     scans: Scans
+    world: Panel
     pose: Pose
     by_hand: Pose | None = None
 
@@ -60,7 +62,7 @@ class State:
 def start(controls: Controls, seed: int) -> State:
     """Both scans as the robot has them: each with itself at the origin."""
     scans = two_scans(seed=seed, noise=controls.noise, turn=controls.turn, distance=controls.distance)
-    return State(controls, seed, scans, Pose.identity())
+    return State(controls, seed, scans, _world(scans), Pose.identity())
 
 
 def act(state: State, action: Action) -> State:
@@ -101,13 +103,7 @@ def draw(state: State) -> Picture:
         note = f"The answer. By hand it was {number(float(off), 1)}° and {number(float(away))} u from here."
     return Picture(
         (
-            Panel(
-                "world",
-                "The room from above, with the robot at its two poses",
-                WORLD,
-                _world(scans),
-                caption="The room",
-            ),
+            state.world,
             Panel(
                 "robot", "Both scans in the robot's own coordinates", ROBOT, _robot(state), caption="What the robot has"
             ),
@@ -120,7 +116,7 @@ def draw(state: State) -> Picture:
     )
 
 
-def _world(scans: Scans) -> tuple[Mark, ...]:
+def _world(scans: Scans) -> Panel:
     seen: list[tuple[Pose, Array, Role]] = [
         (scans.target_pose, scans.target, "target"),
         (scans.source_pose, scans.source, "source"),
@@ -139,7 +135,8 @@ def _world(scans: Scans) -> tuple[Mark, ...]:
         marks.append(Points(pose.apply(cloud), role, "square" if role == "target" else "dot", radius=2.5))
     for pose, _, role in seen:
         marks += _glyph(pose, role)
-    return tuple(marks)
+    name = "The room from above, with the robot at its two poses"
+    return Panel("world", name, WORLD, tuple(marks), caption="The room")
 
 
 def _robot(state: State) -> tuple[Mark, ...]:

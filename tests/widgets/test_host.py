@@ -10,9 +10,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from widgets import two_poses
 from widgets.contract import preset
 from widgets.host import Host
 from widgets.kabsch import WIDGET
+from widgets.picture import Panel
+from widgets.svg import panel_svg
 
 PLAIN = preset(WIDGET, "noisy").plain()
 SOLVE = ["press", "solve"]
@@ -96,6 +99,24 @@ def test_figures_do_not_share_their_past() -> None:
     assert host.render("fig-a", record(SOLVE)) == one
     assert 'id="fig-b-main-source"' in other["panels"][0]["svg"]
     assert "fig-a" not in json.dumps(other)
+
+
+def test_a_panel_that_is_handed_on_is_drawn_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """While a scan is dragged, the room beside it is not turned into markup again; a new room is."""
+    drawn: list[str] = []
+
+    def counted(panel: Panel, prefix: str) -> str:
+        drawn.append(panel.name)
+        return panel_svg(panel, prefix)
+
+    monkeypatch.setattr("widgets.host.panel_svg", counted)
+    plain, host = preset(two_poses.WIDGET).plain(), Host()
+    host.render("f", plain)
+    for x in (1.0, 2.0):
+        host.render("f", {**plain, "log": [["drag", "source", x, 0.0]]})
+    assert drawn == ["world", "robot", "robot", "robot"]
+    other = {**plain, "seed": 53}
+    assert host.render("f", other) == Host().render("f", other)
 
 
 def test_a_failure_leaves_no_half_replayed_log() -> None:
