@@ -22,7 +22,7 @@ _COMMON = ("start", "pairs", "weights", "seed", "max_steps", "callback")
 def register(
     source: ArrayLike | Sequence[ArrayLike],
     target: ArrayLike | Sequence[ArrayLike],
-    method: str = "kabsch",
+    method: str = "icp",
     *,
     start: Pose | None = None,
     pairs: ArrayLike | None = None,

@@ -4,10 +4,16 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
-from solvers import kabsch
+from solvers import icp, kabsch
 from solvers.stepper import Method
 
-_LIST: tuple[Method[Any], ...] = (kabsch.KABSCH, kabsch.SIMILARITY)
+_LIST: tuple[Method[Any], ...] = (
+    kabsch.KABSCH,
+    kabsch.SIMILARITY,
+    icp.ICP,
+    icp.TRIMMED,
+    icp.CAPPED,
+)
 
 METHODS: Mapping[str, Method[Any]] = MappingProxyType({method.name: method for method in _LIST})
 """Every method by name, in the order of the ladder; read-only."""

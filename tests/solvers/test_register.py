@@ -1,4 +1,5 @@
 import dataclasses
+from functools import partial
 
 import numpy as np
 import pytest
@@ -6,6 +7,8 @@ import pytest
 import solvers
 from solvers import METHODS, Pose, Result, Status, register
 from solvers.scenes import kabsch_scene
+
+kabsch = partial(register, method="kabsch")
 
 
 @pytest.fixture
@@ -45,9 +48,9 @@ def test_the_answer_of_a_closed_form_does_not_depend_on_the_start(scene):
     """From 500 starting poses all over the plane the fit ends at the same pose, bit for bit."""
     rng = np.random.default_rng(1)
     starts = Pose.from_angle(rng.uniform(-np.pi, np.pi, 500), 10.0 * rng.standard_normal((500, 2)))
-    result = register(scene.source, scene.target, start=starts)
+    result = kabsch(scene.source, scene.target, start=starts)
     assert np.all(result.status == Status.CONVERGED)
-    assert np.all(result.pose.matrix == register(scene.source, scene.target).matrix)
+    assert np.all(result.pose.matrix == kabsch(scene.source, scene.target).matrix)
     assert np.array_equal(result.history.poses.t[0], starts.t)
     assert np.all(result.history.objective[0] >= result.history.objective[1])
 
@@ -55,14 +58,14 @@ def test_the_answer_of_a_closed_form_does_not_depend_on_the_start(scene):
 def test_leading_axes_are_a_batch(scene):
     """Clouds, starts and seeds broadcast against each other, and every answer has their common leading axes."""
     source = np.stack([scene.source, scene.source[::-1]])
-    result = register(source, scene.target, start=Pose.identity(2, (3, 1)), seed=[1, 2])
+    result = kabsch(source, scene.target, start=Pose.identity(2, (3, 1)), seed=[1, 2])
     assert result.pose.batch == result.status.shape == result.steps.shape == result.reason.shape == (3, 2)
     assert result.objective.shape == (3, 2)
     assert result.history.poses.batch == (2, 3, 2)
     assert result.detail("singular_values").shape == (3, 2, 2)
     assert result.transform(scene.source).shape == (3, 2, 13, 2)
     for i in range(2):
-        alone = register(source[i], scene.target)
+        alone = kabsch(source[i], scene.target)
         assert np.allclose(result.pose[0, i].matrix, alone.matrix, atol=1e-12)
 
 
@@ -86,18 +89,18 @@ def test_a_list_against_one_target_with_a_start_and_pairs_each(scene):
     sources = [scene.source, scene.source[:6]]
     starts = Pose.from_angle([0.1, 0.2])
     pairs = [np.c_[np.arange(13), np.arange(13)], np.c_[np.arange(6), np.arange(6)]]
-    result = register(sources, scene.target, pairs=pairs, start=starts, seed=[5, 6])
+    result = kabsch(sources, scene.target, pairs=pairs, start=starts, seed=[5, 6])
     assert np.array_equal(result.history.poses.R[0], starts.R)
-    assert np.allclose(result.pose[1].matrix, register(scene.source[:6], scene.target[:6]).matrix, atol=1e-13)
-    assert register([scene.source], [scene.target]).pose.batch == (1,)
+    assert np.allclose(result.pose[1].matrix, kabsch(scene.source[:6], scene.target[:6]).matrix, atol=1e-13)
+    assert kabsch([scene.source], [scene.target]).pose.batch == (1,)
 
 
 def test_a_shorter_history_repeats_its_last_entry(scene):
     """Of listed problems that take unequal numbers of steps, each history ends at its own last pose."""
-    stopped = register([scene.source] * 2, [scene.target] * 2, max_steps=0)
+    stopped = kabsch([scene.source] * 2, [scene.target] * 2, max_steps=0)
     assert stopped.history.objective.shape == (1, 2)
     joined = solvers.result.side_by_side(
-        [register(scene.source, scene.target, max_steps=0), register(scene.source, scene.target)]
+        [kabsch(scene.source, scene.target, max_steps=0), kabsch(scene.source, scene.target)]
     )
     assert joined.steps.tolist() == [0, 1]
     assert joined.history.objective.shape == (2, 2)
@@ -111,22 +114,26 @@ def test_pairs_name_the_partners(scene):
     order = rng.permutation(13)
     target = np.vstack([scene.target[order], [[9.0, 9.0]]])
     pairs = np.c_[order, np.arange(13)]
-    plain = register(scene.source, scene.target)
-    assert np.allclose(register(scene.source, target, pairs=pairs).matrix, plain.matrix, atol=1e-13)
+    plain = kabsch(scene.source, scene.target)
+    assert np.allclose(kabsch(scene.source, target, pairs=pairs).matrix, plain.matrix, atol=1e-13)
     weights = rng.uniform(0.5, 1.0, 13)
     assert np.allclose(
-        register(scene.source, target, pairs=pairs, weights=weights[order]).matrix,
-        register(scene.source, scene.target, weights=weights).matrix,
+        kabsch(scene.source, target, pairs=pairs, weights=weights[order]).matrix,
+        kabsch(scene.source, scene.target, weights=weights).matrix,
         atol=1e-13,
     )
-    each = register(scene.source, target, pairs=np.stack([pairs[:5], pairs[5:10]]))
+    each = kabsch(scene.source, target, pairs=np.stack([pairs[:5], pairs[5:10]]))
     assert each.pose.batch == (2,)
-    assert np.allclose(each.pose[1].matrix, register(scene.source, target, pairs=pairs[5:10]).matrix, atol=1e-13)
+    assert np.allclose(each.pose[1].matrix, kabsch(scene.source, target, pairs=pairs[5:10]).matrix, atol=1e-13)
+
+
+def test_icp_is_what_is_asked_for_by_default(scene):
+    assert register(scene.source, scene.target).method == "icp"
 
 
 def test_a_callback_is_called_after_every_step(scene):
     seen = []
-    register(scene.source, scene.target, callback=lambda k, state: seen.append((k, state.pose.batch)))
+    kabsch(scene.source, scene.target, callback=lambda k, state: seen.append((k, state.pose.batch)))
     assert seen == [(1, (1,))]
 
 
@@ -172,11 +179,11 @@ def test_a_callback_is_called_after_every_step(scene):
 def test_what_is_wrong_is_said_by_name(arguments, message, scene):
     """Wrong shapes, unknown names and options, bad pairs and poses: a ValueError with the nearest right name."""
     with pytest.raises(ValueError, match=message):
-        register(**{"source": scene.source, "target": scene.target, **arguments})
+        register(**{"source": scene.source, "target": scene.target, "method": "kabsch", **arguments})
 
 
 def test_details_are_read_by_name(scene):
-    result = register(scene.source, scene.target)
+    result = kabsch(scene.source, scene.target)
     assert result.detail("determinant") == 1
     assert result.detail("singular_values").shape == (2,)
     with pytest.raises(ValueError, match=r"did you mean 'determinant'\?"):
@@ -184,9 +191,9 @@ def test_details_are_read_by_name(scene):
 
 
 def test_a_result_shows_how_it_stopped(scene):
-    assert repr(register(scene.source, scene.target)).startswith("Result(kabsch: converged, steps=1, pose=Pose(angle=")
-    assert "degenerate (all source points" in repr(register(np.zeros((3, 2)), np.eye(3)[:, :2]))
-    batch = register(np.stack([scene.source, 0 * scene.source]), scene.target)
+    assert repr(kabsch(scene.source, scene.target)).startswith("Result(kabsch: converged, steps=1, pose=Pose(angle=")
+    assert "degenerate (all source points" in repr(kabsch(np.zeros((3, 2)), np.eye(3)[:, :2]))
+    batch = kabsch(np.stack([scene.source, 0 * scene.source]), scene.target)
     assert repr(batch) == "Result(kabsch: 1 converged, 1 degenerate, pose=Pose(batch=(2,), dim=2))"
 
 

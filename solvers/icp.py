@@ -1,0 +1,288 @@
+"""Iterative closest point and its two descent variants: pair every point with its nearest, fit, repeat.
+
+One step fits the pairs in closed form, then pairs anew at the new pose, so a state's pose, pairs and objective belong
+together. With r_i the distance of moved point i to its nearest target point and w_i its weight:
+
+- `icp` uses the pairs within `gate`, less the fraction `trim` of the farthest of them. Its objective is the sum over
+  the pairs used. Without gate and trim it never rises, `E(T) = Σ w_i min_j ‖T p_i − q_j‖²`; with them the set that it
+  sums over changes, and both the sum and the RMS may rise.
+- `trimmed-icp` uses always the same number of pairs, the nearest: the sum of the `count` smallest r² never rises.
+- `capped-icp` uses the pairs within `cap` and counts every other one as if it were there: `Σ w_i min(r_i², cap²)` never
+  rises.
+
+With a robust weight (`solvers.robust`) the fit is reweighted and 2ρ(r) takes the place of r². The descent then holds
+for a fixed `scale`; a scale taken from the distances anew at every step changes the objective as it goes.
+
+What converges is the objective's value; the fixed point is a local optimum at best, and a step that has come to rest
+says nothing about the truth.
+
+Sources: Besl & McKay 1992, A method for registration of 3-D shapes, sec. IV (the descent, with exact neighbours and
+fits); Chetverikov et al. 2002, The trimmed iterative closest point algorithm, sec. 2 (left out: the search for the
+overlap); Rusinkiewicz & Levoy 2001, Efficient variants of the ICP algorithm (gate and trim as stages).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from solvers import nearest, robust, validate
+from solvers.arrays import BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.nearest import Index
+from solvers.pose import Pose
+from solvers.rigid import fit_planar, fit_rigid
+from solvers.rows import CONSTANT, SHARED
+from solvers.status import Status, mark, reasons, statuses
+from solvers.stepper import Method, Problem
+
+
+@dataclass(frozen=True)
+class IcpOptions:
+    """gate: pairs farther apart are not used, world units. trim: the fraction of the gated pairs, the farthest, that is
+    not used, 0 to below 1. weight: 'none', 'huber', 'tukey' or 'welsch'; tuning: its constant (None: the usual one);
+    scale: s in world units (None: from the median distance of the pairs used, anew at every step).
+
+    It stops when a step moves the source points, root mean square, by at most `tolerance` of their RMS radius, or when
+    as many pairs as before are used and their RMS has changed by at most the fraction `rms_tolerance`.
+    """
+
+    gate: float = np.inf
+    trim: float = 0.0
+    weight: str = "none"
+    tuning: float | None = None
+    scale: float | None = None
+    tolerance: float = 1e-6
+    rms_tolerance: float = 1e-6
+
+    def __post_init__(self) -> None:
+        _check_length(self.gate, "gate")
+        if not 0.0 <= validate.number(self.trim, "trim") < 1.0:
+            raise ValueError(f"trim: expected a fraction from 0 to below 1, got {self.trim!r}")
+        _check_rest(self)
+
+
+@dataclass(frozen=True)
+class TrimmedOptions:
+    """keep: the fraction of the source points, above 0 to 1, whose pairs are used: the nearest, always
+    `max(1, round(keep · m))` of them. The others as in `IcpOptions`."""
+
+    keep: float = 0.8
+    weight: str = "none"
+    tuning: float | None = None
+    scale: float | None = None
+    tolerance: float = 1e-6
+    rms_tolerance: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not 0.0 < validate.number(self.keep, "keep") <= 1.0:
+            raise ValueError(f"keep: expected a fraction above 0, up to 1, got {self.keep!r}")
+        _check_rest(self)
+
+
+@dataclass(frozen=True)
+class CappedOptions:
+    """cap: the distance at which a pair's loss stops growing, world units (None: half the target's RMS radius).
+    The others as in `IcpOptions`."""
+
+    cap: float | None = None
+    weight: str = "none"
+    tuning: float | None = None
+    scale: float | None = None
+    tolerance: float = 1e-6
+    rms_tolerance: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.cap is not None:
+            _check_length(self.cap, "cap")
+        _check_rest(self)
+
+
+AnyOptions = IcpOptions | TrimmedOptions | CappedOptions
+
+
+def _check_length(value: float, name: str) -> None:
+    if value != np.inf and not validate.number(value, name) > 0.0:
+        raise ValueError(f"{name}: expected a positive length, got {value!r}")
+
+
+def _check_rest(options: AnyOptions) -> None:
+    robust.check_options(options.weight, options.tuning, options.scale)
+    validate.number(options.tolerance, "tolerance", 0.0)
+    validate.number(options.rms_tolerance, "rms_tolerance", 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Pairing:
+    """What stands at a pose: every source point's nearest target point, and which of these pairs the next fit uses.
+
+    moved: (b, m, d) the source points at the pose. rows: (b, m) the target row nearest to each. distances: (b, m).
+    used: (b, m). weights: (b, m) of the pairs in the fit, zero where unused. threshold: (b,) that of the robust weight.
+    count: (b,) pairs used. rms: (b,) √(Σ w r² / Σ w) over them. objective: (b,).
+    """
+
+    moved: FloatArray
+    rows: IntArray
+    distances: FloatArray
+    used: BoolArray
+    weights: FloatArray
+    threshold: FloatArray
+    count: IntArray
+    rms: FloatArray
+    objective: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class IcpState:
+    """A pose and the pairs at it; the objective and the fields of `pairing` are at `pose`.
+
+    change: (b,) how far the last step moved the points, root mean square, as a fraction of `radius`, infinite before
+    the first. condition: (b,) that of the last fit (`solvers.rigid.Fit`).
+    """
+
+    problem: Problem = field(metadata=CONSTANT)
+    index: Index = field(metadata=CONSTANT)
+    radius: FloatArray = field(metadata=CONSTANT)
+    cap: FloatArray = field(metadata=CONSTANT)
+    options: AnyOptions = field(metadata=SHARED)
+    pose: Pose
+    objective: FloatArray
+    status: StatusArray
+    reason: ReasonArray
+    pairing: Pairing
+    change: FloatArray
+    condition: FloatArray
+
+
+def rms_radius(points: FloatArray) -> FloatArray:
+    """Root mean square distance of the points (b, n, d) from their centroid, (b,); 1 where they are equal."""
+    with np.errstate(over="ignore", under="ignore"):
+        centred = points - points.mean(axis=1, keepdims=True)
+        radius = np.sqrt(np.einsum("bnd,bnd->b", centred, centred) / points.shape[1])
+    return np.where(radius > 0.0, radius, 1.0)
+
+
+def fit_pairs(
+    pose: Pose, source: FloatArray, partners: FloatArray, weights: FloatArray
+) -> tuple[Pose, ReasonArray, FloatArray]:
+    """The weighted closed-form fit as one step from `pose`: the new pose, reasons, condition.
+
+    Where the pairs leave the rotation undefined the present one is kept and only the centroids are brought together
+    (the best translation for it), and the reason says why; without any weight the pose stays.
+    """
+    fit = (fit_planar if source.shape[-1] == 2 else fit_rigid)(source, partners, weights)
+    bad = fit.status == Status.DEGENERATE
+    if not bad.any():
+        return fit.pose, fit.reason, fit.condition
+    R, t, scale = np.array(fit.pose.R), np.array(fit.pose.t), np.array(fit.pose.scale)
+    R[bad], t[bad] = pose.R[bad], pose.t[bad]
+    some = bad & (weights > 0.0).any(axis=1)
+    share = weights[some] / weights[some].max(axis=1, keepdims=True)
+    share /= share.sum(axis=1, keepdims=True)
+    mean_p, mean_q = (np.einsum("bm,bmd->bd", share, x[some]) for x in (source, partners))
+    t[some] = mean_q - (R[some] @ mean_p[..., None])[..., 0]
+    scale[bad & ~some] = np.asarray(pose.scale)[bad & ~some]
+    return Pose(R, t, scale), fit.reason, fit.condition
+
+
+def finish(
+    state: IcpState, pose: Pose, pairing: Pairing, reason: ReasonArray, condition: FloatArray
+) -> IcpState:
+    """The state after a step to `pose`, and whether the run stops there. `reason` says why the fit was degenerate, if
+    it was; that ends the run only when the pose has come to rest."""
+    options, old = state.options, state.pairing
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        step = pairing.moved - old.moved
+        change = np.sqrt(np.einsum("bmd,bmd->b", step, step) / step.shape[1]) / state.radius
+        still = np.abs(pairing.rms - old.rms) <= options.rms_tolerance * old.rms
+    at_rest = change <= options.tolerance
+    steady = still & (pairing.count == old.count) & (options.rms_tolerance > 0.0)
+    free = reason != ""
+    status, said = mark(state.status, state.reason, pairing.count == 0, Status.DEGENERATE, _no_pairs(options))
+    for i in np.flatnonzero(free & at_rest):
+        status, said = mark(status, said, np.arange(len(free)) == i, Status.DEGENERATE, str(reason[i]))
+    status, said = mark(status, said, at_rest, Status.CONVERGED, "the pose has come to rest")
+    status, said = mark(status, said, steady & ~free, Status.CONVERGED, "the RMS has come to rest")
+    return replace(
+        state, pose=pose, objective=pairing.objective, status=status, reason=said, pairing=pairing, change=change,
+        condition=condition,
+    )  # fmt: skip
+
+
+def _no_pairs(options: AnyOptions) -> str:
+    if isinstance(options, IcpOptions) and np.isfinite(options.gate):
+        return f"no pair with weight lies within the gate of {options.gate:g} u"
+    if isinstance(options, CappedOptions):
+        return "no pair with weight lies within the cap"
+    return "no pair has a weight"
+
+
+def pair(problem: Problem, index: Index, cap: FloatArray, options: AnyOptions, pose: Pose) -> Pairing:
+    """The nearest neighbours at `pose` and which of them count, (b, m) throughout. cap: (b,), of `capped-icp`."""
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        moved = pose.apply(problem.source)
+        rows, squares = index.nearest(moved)
+        among = (problem.weights > 0.0) & np.isfinite(squares)
+        if isinstance(options, IcpOptions):
+            among = nearest.trimmed(squares, options.trim, among & nearest.within(squares, options.gate))
+        elif isinstance(options, TrimmedOptions):
+            among = nearest.smallest(squares, max(1, round(options.keep * squares.shape[1])), among)
+        else:
+            among = among & (squares <= np.square(cap)[:, None])
+        distances = np.sqrt(squares)
+        k = robust.threshold(options.weight, distances, among, options.tuning, options.scale)
+        kernel = options.weight
+        weights = np.where(among, problem.weights * robust.weights(kernel, distances, k), 0.0)
+        total = weights.sum(axis=1)
+        used = weights > 0.0
+        rms = np.sqrt(np.where(used, weights * squares, 0.0).sum(axis=1) / np.where(total > 0.0, total, 1.0))
+        losses = squares if kernel == "none" else 2.0 * robust.loss(kernel, distances, k)
+        if isinstance(options, CappedOptions):
+            top = np.square(cap) if kernel == "none" else 2.0 * robust.loss(kernel, cap[:, None], k)[:, 0]
+            losses = np.where(among, losses, top[:, None])
+            among = problem.weights > 0.0
+        objective = np.where(among, problem.weights * losses, 0.0).sum(axis=1)
+    return Pairing(moved, rows, distances, used, weights, k, used.sum(axis=1), rms, objective)
+
+
+def start(problem: Problem, options: AnyOptions) -> IcpState:
+    """The pairs at the starting pose; degenerate where none counts."""
+    b = problem.size
+    cap = np.full(b, np.inf)
+    if isinstance(options, CappedOptions):
+        cap = 0.5 * rms_radius(problem.target) if options.cap is None else np.full(b, options.cap)
+    index = nearest.build(problem.target)
+    pairing = pair(problem, index, cap, options, problem.start)
+    status, reason = mark(
+        statuses((b,)), reasons((b,)), pairing.count == 0, Status.DEGENERATE, _no_pairs(options)
+    )
+    return IcpState(
+        problem=problem, index=index, radius=rms_radius(problem.source), cap=cap, options=options, pose=problem.start,
+        objective=pairing.objective, status=status, reason=reason, pairing=pairing, change=np.full(b, np.inf),
+        condition=np.full(b, np.inf),
+    )  # fmt: skip
+
+
+def step(state: IcpState) -> IcpState:
+    """Fit the pairs, then pair anew."""
+    at = state.pairing
+    partners = np.take_along_axis(state.index.points, at.rows[..., None], axis=1)
+    pose, reason, condition = fit_pairs(state.pose, state.problem.source, partners, at.weights)
+    return finish(state, pose, pair(state.problem, state.index, state.cap, state.options, pose), reason, condition)
+
+
+def _method(name: str, summary: str, source: str, options: type, weighted: bool) -> Method[IcpState]:
+    return Method(name, summary, source, start, step, options, weighted=weighted, dims=None)
+
+
+ICP = _method(
+    "icp", "pairs of nearest points within a gate and after trimming, fitted in closed form, again and again",
+    "Besl & McKay 1992", IcpOptions, True,
+)  # fmt: skip
+TRIMMED = _method(
+    "trimmed-icp", "ICP on a fixed number of the nearest pairs", "Chetverikov et al. 2002", TrimmedOptions, False
+)
+CAPPED = _method(
+    "capped-icp", "ICP on the pairs within a cap, descending on the sum of squared distances capped there",
+    "Besl & McKay 1992, with a truncated loss", CappedOptions, True,
+)  # fmt: skip
