@@ -104,7 +104,8 @@ def _edits(bench: Bench, copy: Path) -> list[float]:
                 shows.wait_for(state="attached")
                 seconds.append(time.perf_counter() - began)
     finally:
-        site.close()
+        site.stop()
         if watcher.ident:
             watcher.join()
+        site.close()
     return seconds

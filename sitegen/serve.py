@@ -6,6 +6,7 @@ that listens is put into HTML on its way out, never into what is built.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import subprocess
@@ -67,9 +68,12 @@ class Builder:
 
     def close(self) -> None:
         """End the process that waits."""
-        if self._next.poll() is None:
-            self._next.kill()
-            self._next.communicate()
+        self._next.kill()
+        self._next.wait()
+        for pipe in (self._next.stdin, self._next.stdout):
+            if pipe is not None:
+                with contextlib.suppress(OSError):  # what was about to be written has no reader any more
+                    pipe.close()
 
 
 class Live:
@@ -237,11 +241,11 @@ class LiveSite:
         )
 
     def stop(self) -> None:
-        """End watching."""
+        """End watching, once the build that may be under way is done."""
         self._stop.set()
 
     def close(self) -> None:
-        """End everything, at once."""
+        """End everything, at once; where another thread watches, it has to have ended."""
         self.stop()
         self.live.close()
         self.server.shutdown()

@@ -68,6 +68,7 @@ def live_site(small_checkout: Path) -> Iterator[serve.LiveSite]:
     watcher = threading.Thread(target=site.watch)
     watcher.start()
     yield site
-    site.close()
+    site.stop()
     watcher.join(PATIENCE)
     assert not watcher.is_alive()
+    site.close()
