@@ -82,7 +82,7 @@ FACES = (
     Face("title", "Ladder Title", _serif("normal")[:2], "title", {"opsz": TITLE_SIZE, "wght": 550}, preload=True),
     Face("sans", "Ladder Sans", ("sans/WOFF2/VF/SourceSans3VF-Upright.ttf.woff2",), "controls", {"wght": (400, 600)},
          ("kern", "mark", "ccmp", "pnum"), weight="400 600", preload=True),
-    Face("math", "Ladder Math", ("math-font/files/stix-two-math-latin-400-normal.woff2",), "mathematics"),
+    Face("math", "Ladder Math", ("math-font/files/stix-two-math-latin-400-normal.woff2",), "mathematics", preload=True),
 )  # fmt: skip
 
 
@@ -123,8 +123,8 @@ class FontSet:
     """What a build needs of the fonts.
 
     files: name → WOFF2 bytes, the name carrying its content's hash. css: the @font-face rules. preload: the names worth
-    a <link rel="preload" as="font" type="font/woff2" crossorigin>. missing: characters that no face has, so that a
-    reader's own fonts will show them.
+    a <link rel="preload" as="font" type="font/woff2" crossorigin>, the one that begins with "math" where a page has any.
+    missing: characters that no face has, so that a reader's own fonts will show them.
     """
 
     files: dict[str, bytes]
