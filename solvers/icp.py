@@ -40,8 +40,9 @@ from solvers.stepper import Method, Problem
 @dataclass(frozen=True)
 class IcpOptions:
     """gate: pairs farther apart are not used, world units. trim: the fraction of the gated pairs, the farthest, that is
-    not used, 0 to below 1. weight: 'none', 'huber', 'tukey' or 'welsch'; tuning: its constant (None: the usual one);
-    scale: s in world units (None: from the median distance of the pairs used, anew at every step).
+    not used, 0 to below 1. weight: a kernel of `solvers.robust`, 'none', 'huber', 'tukey', 'welsch' or 'geman-mcclure';
+    tuning: its constant (None: the usual one); scale: s in world units (None: from the median distance of the pairs
+    used, anew at every step).
 
     It stops when a step moves the source points, root mean square, by at most `tolerance` of their RMS radius, or when
     as many pairs as before are used and their RMS has changed by at most the fraction `rms_tolerance`.
@@ -136,6 +137,8 @@ class Pairing:
 class IcpState:
     """A pose and the pairs at it; the objective and the fields of `pairing` are at `pose`.
 
+    radius: (b,) RMS radius of the source. reach: (b,) the gate or the cap, world units. scale: (b,) the fixed s of the
+    robust weight, or None.
     change: (b,) how far the last step moved the points, root mean square, as a fraction of `radius`, infinite before
     the first. condition: (b,) that of the last fit (`solvers.rigid.Fit`).
     """
@@ -143,7 +146,8 @@ class IcpState:
     problem: Problem = field(metadata=CONSTANT)
     index: Index = field(metadata=CONSTANT)
     radius: FloatArray = field(metadata=CONSTANT)
-    cap: FloatArray = field(metadata=CONSTANT)
+    reach: FloatArray = field(metadata=CONSTANT)
+    scale: FloatArray | None = field(metadata=CONSTANT)
     options: AnyOptions = field(metadata=SHARED)
     pose: Pose
     objective: FloatArray
@@ -217,20 +221,20 @@ def _no_pairs(options: AnyOptions) -> str:
     return "no pair has a weight"
 
 
-def pair(problem: Problem, index: Index, cap: FloatArray, options: AnyOptions, pose: Pose) -> Pairing:
-    """The nearest neighbours at `pose` and which of them count, (b, m) throughout. cap: (b,), of `capped-icp`."""
+def pair(
+    problem: Problem, index: Index, reach: FloatArray, scale: FloatArray | None, options: AnyOptions, pose: Pose
+) -> Pairing:
+    """The nearest neighbours at `pose` and which of them count. reach, scale: (b,) as in `IcpState`."""
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         moved = pose.apply(problem.source)
         rows, squares = index.nearest(moved)
-        among = (problem.weights > 0.0) & np.isfinite(squares)
+        among = (problem.weights > 0.0) & nearest.within(squares, reach)
         if isinstance(options, IcpOptions):
-            among = nearest.trimmed(squares, options.trim, among & nearest.within(squares, options.gate))
+            among = nearest.trimmed(squares, options.trim, among)
         elif isinstance(options, TrimmedOptions):
             among = nearest.smallest(squares, max(1, round(options.keep * squares.shape[1])), among)
-        else:
-            among = among & (squares <= np.square(cap)[:, None])
         distances = np.sqrt(squares)
-        k = robust.threshold(options.weight, distances, among, options.tuning, options.scale)
+        k = robust.threshold(options.weight, distances, among, options.tuning, scale)
         kernel = options.weight
         weights = np.where(among, problem.weights * robust.weights(kernel, distances, k), 0.0)
         total = weights.sum(axis=1)
@@ -238,7 +242,7 @@ def pair(problem: Problem, index: Index, cap: FloatArray, options: AnyOptions, p
         rms = np.sqrt(np.where(used, weights * squares, 0.0).sum(axis=1) / np.where(total > 0.0, total, 1.0))
         losses = squares if kernel == "none" else 2.0 * robust.loss(kernel, distances, k)
         if isinstance(options, CappedOptions):
-            top = np.square(cap) if kernel == "none" else 2.0 * robust.loss(kernel, cap[:, None], k)[:, 0]
+            top = np.square(reach) if kernel == "none" else 2.0 * robust.loss(kernel, reach[:, None], k)[:, 0]
             losses = np.where(among, losses, top[:, None])
             among = problem.weights > 0.0
         objective = np.where(among, problem.weights * losses, 0.0).sum(axis=1)
@@ -247,19 +251,25 @@ def pair(problem: Problem, index: Index, cap: FloatArray, options: AnyOptions, p
 
 def start(problem: Problem, options: AnyOptions) -> IcpState:
     """The pairs at the starting pose; degenerate where none counts."""
+    reach = np.full(problem.size, np.inf)
+    if isinstance(options, IcpOptions):
+        reach[:] = options.gate
+    elif isinstance(options, CappedOptions):
+        reach[:] = 0.5 * rms_radius(problem.target) if options.cap is None else options.cap
+    scale = None if options.scale is None else np.full(problem.size, options.scale)
+    return start_with(problem, options, reach, scale)
+
+
+def start_with(problem: Problem, options: AnyOptions, reach: FloatArray, scale: FloatArray | None) -> IcpState:
+    """`start` with a gate or cap and a scale of its own for each problem, (b,)."""
     b = problem.size
-    cap = np.full(b, np.inf)
-    if isinstance(options, CappedOptions):
-        cap = 0.5 * rms_radius(problem.target) if options.cap is None else np.full(b, options.cap)
     index = nearest.build(problem.target)
-    pairing = pair(problem, index, cap, options, problem.start)
-    status, reason = mark(
-        statuses((b,)), reasons((b,)), pairing.count == 0, Status.DEGENERATE, _no_pairs(options)
-    )
+    pairing = pair(problem, index, reach, scale, options, problem.start)
+    status, reason = mark(statuses((b,)), reasons((b,)), pairing.count == 0, Status.DEGENERATE, _no_pairs(options))
     return IcpState(
-        problem=problem, index=index, radius=rms_radius(problem.source), cap=cap, options=options, pose=problem.start,
-        objective=pairing.objective, status=status, reason=reason, pairing=pairing, change=np.full(b, np.inf),
-        condition=np.full(b, np.inf),
+        problem=problem, index=index, radius=rms_radius(problem.source), reach=reach, scale=scale, options=options,
+        pose=problem.start, objective=pairing.objective, status=status, reason=reason, pairing=pairing,
+        change=np.full(b, np.inf), condition=np.full(b, np.inf),
     )  # fmt: skip
 
 
@@ -268,7 +278,8 @@ def step(state: IcpState) -> IcpState:
     at = state.pairing
     partners = np.take_along_axis(state.index.points, at.rows[..., None], axis=1)
     pose, reason, condition = fit_pairs(state.pose, state.problem.source, partners, at.weights)
-    return finish(state, pose, pair(state.problem, state.index, state.cap, state.options, pose), reason, condition)
+    pairing = pair(state.problem, state.index, state.reach, state.scale, state.options, pose)
+    return finish(state, pose, pairing, reason, condition)
 
 
 def _method(name: str, summary: str, source: str, options: type, weighted: bool) -> Method[IcpState]:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
-from solvers import icp, kabsch
+from solvers import icp, kabsch, kiss_icp
 from solvers.stepper import Method
 
 _LIST: tuple[Method[Any], ...] = (
@@ -13,6 +13,7 @@ _LIST: tuple[Method[Any], ...] = (
     icp.ICP,
     icp.TRIMMED,
     icp.CAPPED,
+    kiss_icp.KISS,
 )
 
 METHODS: Mapping[str, Method[Any]] = MappingProxyType({method.name: method for method in _LIST})

@@ -102,11 +102,11 @@ def build(points: FloatArray, *, tree_from: int | None = None) -> Index:
     return Index(q, centre, product, radius, extent, trees)
 
 
-def within(squares: FloatArray, gate: float) -> BoolArray:
-    """Which pairs of squared distance (b, m) are at most `gate` (world units) apart; an infinite gate keeps what is
-    finite."""
+def within(squares: FloatArray, gate: FloatArray | float) -> BoolArray:
+    """Which pairs of squared distance (b, m) are at most `gate` apart (world units, one or (b,)); an infinite gate
+    keeps what is finite."""
     with np.errstate(over="ignore"):
-        inside: BoolArray = (squares <= np.square(gate)) & np.isfinite(squares)
+        inside: BoolArray = (squares <= np.square(np.asarray(gate))[..., None]) & np.isfinite(squares)
     return inside
 
 

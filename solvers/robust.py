@@ -5,6 +5,7 @@ Iteratively reweighted least squares with the weight `w(r) = ρ'(r) / r` minimis
     huber    w = 1 (r ≤ k), k/r beyond            ρ = r²/2, k r − k²/2 beyond: bounded influence, unbounded loss
     tukey    w = (1 − (r/k)²)² (r ≤ k), 0 beyond  ρ = k²/6 (1 − (1 − (r/k)²)³), k²/6 beyond: bounded loss
     welsch   w = exp(−r² / 2k²)                   ρ = k² (1 − exp(−r² / 2k²)): bounded loss
+    geman-mcclure   w = 1 / (1 + (r/k)²)²         ρ = r²/2 / (1 + (r/k)²): bounded loss
 
 The threshold is `k = tuning · s`, with s the scale of the distances that are noise. Distances and threshold are in one
 unit, never squared on one side only: `w(λ r; λ k) = w(r; k)`. The tuning constants give 95 % efficiency on Gaussian
@@ -12,19 +13,24 @@ residuals *with a known sign*; pair distances are not that, and the scale s from
 
 Sources: Huber 1964, Robust estimation of a location parameter; Beaton & Tukey 1974, The fitting of power series;
 Holland & Welsch 1977, Robust regression using iteratively reweighted least-squares (constants 1.345, 4.685, 2.985;
-Welsch's `exp(−(r/c)²)` is the one above with `k = c s/√2`).
+Welsch's `exp(−(r/c)²)` is the one above with `k = c s/√2`); Geman & McClure 1985, Bayesian image analysis.
 """
 
 from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
 
 import numpy as np
 
 from solvers import validate
 from solvers.arrays import BoolArray, FloatArray
 
-KERNELS = ("none", "huber", "tukey", "welsch")
-TUNING = {"none": np.inf, "huber": 1.345, "tukey": 4.685, "welsch": 2.985 / np.sqrt(2.0)}
-"""The usual constants, for a threshold of `TUNING[kernel] · s`."""
+KERNELS = ("none", "huber", "tukey", "welsch", "geman-mcclure")
+TUNING: Mapping[str, float] = MappingProxyType(
+    {"none": np.inf, "huber": 1.345, "tukey": 4.685, "welsch": 2.985 / np.sqrt(2.0), "geman-mcclure": 3.787}
+)
+"""The usual constants, for a threshold of `TUNING[kernel] · s`: each is 95 % efficient on Gaussian residuals."""
 
 FLOOR = 1e-3
 """The smallest scale taken from data, in world units: perfect pairs do not make all others worthless."""
@@ -60,6 +66,8 @@ def weights(kernel: str, distances: FloatArray, threshold: FloatArray | float) -
             return 1.0 / np.maximum(x, 1.0)
         if kernel == "tukey":
             return np.square(1.0 - np.square(np.minimum(x, 1.0)))
+        if kernel == "geman-mcclure":
+            return 1.0 / np.square(1.0 + np.square(x))
         return np.exp(-0.5 * np.square(x))
 
 
@@ -74,18 +82,25 @@ def loss(kernel: str, distances: FloatArray, threshold: FloatArray | float) -> F
             return np.square(k) * (0.5 * np.square(inner) + (x - inner))
         if kernel == "tukey":
             return np.square(k) / 6.0 * (1.0 - (1.0 - np.square(np.minimum(x, 1.0))) ** 3)
+        if kernel == "geman-mcclure":
+            return 0.5 * np.square(k) * (1.0 - 1.0 / (1.0 + np.square(x)))
         return -np.square(k) * np.expm1(-0.5 * np.square(x))
 
 
 def threshold(
-    kernel: str, distances: FloatArray, among: BoolArray | None = None, tuning: float | None = None,
-    scale: float | None = None,
+    kernel: str,
+    distances: FloatArray,
+    among: BoolArray | None = None,
+    tuning: float | None = None,
+    scale: FloatArray | float | None = None,
 ) -> FloatArray:
-    """`k = tuning · s`, (b,): s is `scale` where given, else `mad_scale` of the pairs `among`. Infinite for 'none'."""
+    """`k = tuning · s`, (b,), for distances (b, m): s is `scale`, one or (b,), where given, else `mad_scale` of the
+    pairs `among`. Infinite for 'none'."""
+    if kernel == "none":
+        return np.full(distances.shape[:-1], np.inf)
     c = TUNING[kernel] if tuning is None else tuning
-    if kernel == "none" or scale is not None:
-        return np.full(distances.shape[:-1], np.inf if kernel == "none" or scale is None else c * scale)
-    return c * mad_scale(distances, among)
+    s = mad_scale(distances, among) if scale is None else np.broadcast_to(scale, distances.shape[:-1])
+    return c * s
 
 
 def check_options(weight: str, tuning: float | None, scale: float | None) -> None:
