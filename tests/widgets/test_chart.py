@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from widgets.chart import Series, chart, ticks
@@ -26,6 +26,7 @@ def test_ticks(low: float, high: float, expected: list[float]) -> None:
     assert ticks(low, high) == expected
 
 
+@settings(deadline=None)
 @given(st.floats(-1e6, 1e6), st.floats(1e-3, 1e6))
 def test_ticks_are_evenly_spaced_and_inside(low: float, span: float) -> None:
     """Two to six values, of equal step, none outside the range."""

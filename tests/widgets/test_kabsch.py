@@ -119,6 +119,7 @@ def test_a_drag_unmirrors_the_source() -> None:
     assert run(SOLVE, drag("turn", 0, 0), scene="reflect", correct=False).solved is False
 
 
+@settings(deadline=None)
 @given(st.sampled_from(["clean", "noisy", "reflect"]), st.floats(0.02, 0.6), st.floats(0.02, 0.6))
 def test_the_noise_slider_stretches_one_draw(scene: str, one: float, other: float) -> None:
     """Twice the noise is every target point's offset doubled."""
@@ -172,6 +173,7 @@ def test_the_last_starts_stay_as_ghosts() -> None:
     assert [ghosts(k) for k in (0, 1, GHOSTS, GHOSTS + 2)] == [0, 1, GHOSTS, GHOSTS]
 
 
+@settings(deadline=None)
 @given(st.floats(-99, 99), st.floats(-99, 99))
 def test_the_source_stays_in_reach(x: float, y: float) -> None:
     """Wherever it is dragged, both handles stay inside the window."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from widgets.picture import View, degrees, move_keys, number, small, turn_keys
@@ -49,6 +49,7 @@ def test_degrees_of_half_a_turn_have_one_name(angle: float, text: str) -> None:
     assert degrees(np.radians(angle)) == text
 
 
+@settings(deadline=None)
 @given(st.floats(-5, 5), st.floats(-5, 5))
 def test_arrow_keys_move_the_way_they_point(x: float, y: float) -> None:
     keys = move_keys(x, y)

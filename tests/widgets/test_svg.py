@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from widgets.picture import (
@@ -131,6 +131,7 @@ def test_points_of_different_weight_share_a_path_by_level() -> None:
     )
 
 
+@settings(deadline=None)
 @given(st.lists(st.floats(0, 1), min_size=1, max_size=40))
 def test_every_weight_has_one_of_six_levels(weights: list[float]) -> None:
     text = body(Segments([[0, 0]] * len(weights), [[1, 1]] * len(weights), "pair", weight=weights))
@@ -148,6 +149,7 @@ def test_no_negative_zero_and_ties_up() -> None:
     assert snap([-0.0, 0.05, -0.05, 0.15, -0.15]) == [0, 1, 0, 2, -1]
 
 
+@settings(deadline=None)
 @given(
     st.lists(st.tuples(st.integers(-4000, 8000), st.integers(-4000, 8000)), min_size=1, max_size=20),
     st.integers(0, 2**32 - 1),
@@ -178,6 +180,7 @@ def test_far_away_is_clamped_and_nan_is_refused() -> None:
 # Ellipses
 
 
+@settings(deadline=None)
 @given(st.floats(-3, 3), st.floats(0.05, 4), st.floats(0.05, 4), st.floats(0.5, 3))
 def test_ellipse_passes_through_its_standard_deviations(turn: float, a: float, b: float, sigmas: float) -> None:
     """Every on-curve point lies at Mahalanobis distance `sigmas`, and the curve between stays within 0.1 % of it."""
@@ -215,6 +218,7 @@ def test_heat_runs_merge_and_nan_is_empty() -> None:
     )
 
 
+@settings(deadline=None)
 @given(st.lists(st.floats(-2, 3), min_size=6, max_size=6))
 def test_heat_levels_follow_the_values(values: list[float]) -> None:
     """A cell's level is the share of 24 that its value has reached; outside low … high it is the first or the last."""
@@ -270,6 +274,7 @@ class _Strict(HTMLParser):
         assert self.open.pop() == tag
 
 
+@settings(deadline=None)
 @given(st.text(max_size=40), st.sampled_from(ROLES), st.lists(st.tuples(st.floats(-1e6, 1e6), st.floats(-1e6, 1e6))))
 def test_markup_is_well_formed(text: str, role: Any, xy: list[tuple[float, float]]) -> None:
     """Any text and any finite place give markup that closes what it opens and carries classes alone."""

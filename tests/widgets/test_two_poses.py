@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from widgets.contract import SEED, Action, preset
@@ -45,6 +45,7 @@ def test_the_answer_is_nearer_than_the_start(seed: int) -> None:
     assert 0.0 < nearest(act(before, ANSWER)) < 0.6 * nearest(before)
 
 
+@settings(deadline=None)
 @given(st.floats(-4.4, 4.4), st.floats(-2.9, 2.9), st.floats(-3, 3))
 def test_the_hand_puts_the_robot_where_it_says(x: float, y: float, angle: float) -> None:
     """One drag places the robot, the other turns it there; the answer is then taken back by a drag."""
