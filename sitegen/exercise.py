@@ -35,9 +35,11 @@ def every_method() -> list[str]:
 
     random = np.random.default_rng(40)
     names = []
-    for name in solvers.METHODS:
-        source = random.normal(size=(24, 2))
-        turn = np.array([[np.cos(0.1), -np.sin(0.1)], [np.sin(0.1), np.cos(0.1)]])
+    for name, method in solvers.METHODS.items():
+        d = 2 if method.dims is None else min(method.dims)
+        source = random.normal(size=(24, d))
+        turn = np.eye(d)
+        turn[:2, :2] = [[np.cos(0.1), -np.sin(0.1)], [np.sin(0.1), np.cos(0.1)]]
         result = solvers.register(source, source @ turn.T + 0.05, method=name)
         assert np.isfinite(result.matrix).all(), name
         names.append(str(name))
