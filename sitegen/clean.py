@@ -17,7 +17,7 @@ def clean(root: Path, *, everything: bool = False) -> int:
     """Empty site/ (but for its .gitignore) and remove the caches; `everything`: also .venv and the user's cache."""
     gone = [path for path in sorted((root / "site").glob("*")) if path.name != ".gitignore"]
     gone += [root / name for name in CACHES]
-    gone += [root / "__pycache__", *root.glob("*.egg-info")]
+    gone += [root / "__pycache__", *root.glob("*.egg-info"), *root.glob(".site-*")]  # the last: builds cut off
     gone += [path for name in SOURCES for path in (root / name).rglob("__pycache__")]
     code = 0
     if everything:

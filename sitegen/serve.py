@@ -68,8 +68,12 @@ class Builder:
 
     def close(self) -> None:
         """End the process that waits."""
-        self._next.kill()
-        self._next.wait()
+        self._next.terminate()  # lets a build that is under way clear up
+        try:
+            self._next.wait(5)
+        except subprocess.TimeoutExpired:
+            self._next.kill()
+            self._next.wait()
         for pipe in (self._next.stdin, self._next.stdout):
             if pipe is not None:
                 with contextlib.suppress(OSError):  # what was about to be written has no reader any more

@@ -18,6 +18,7 @@ OURS = ("sitegen", "widgets", "solvers", "tests")
 def main(root: str, dest: str, modules: str) -> None:
     """Import `modules`, wait, build the checkout `root` into `dest`, say how it went and what it had imported."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that started this one
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # as an exception, so that a build under way clears up
     for name in json.loads(modules):
         with contextlib.suppress(Exception):  # if it matters, the build will say so
             importlib.import_module(name)
