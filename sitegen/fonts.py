@@ -123,7 +123,7 @@ class FontSet:
     """What a build needs of the fonts.
 
     files: name → WOFF2 bytes, the name carrying its content's hash. css: the @font-face rules. preload: the names worth
-    a <link rel="preload" as="font" type="font/woff2" crossorigin>, the one that begins with "math" where a page has any.
+    a <link rel="preload" as="font" type="font/woff2" crossorigin>, "math-…" where a page has mathematics.
     missing: characters that no face has, so that a reader's own fonts will show them.
     """
 
