@@ -145,11 +145,11 @@
       this.show(this.record, frame, "tape");
     }
 
-    /** The start of this setting; from there, or from a failure without any actions, the figure as the page has it. */
+    /** Empties the log; where it is empty already, the settings go back to the page's. A dead worker is replaced. */
     reset() {
       const again = runtime.stopped && runtime.state === "failed";
       if (again) this.waiting = [];
-      this.ask(this.record.log.length ? records.reset(this.record) : this.initial);
+      this.ask(records.reset(this.record.log.length ? this.record : this.initial));
       if (again) runtime.restart();
     }
 
