@@ -71,7 +71,7 @@ def read_assets(
     preload: Iterable[str],
     problems: Problems,
 ) -> Assets:
-    """The assets of templates/assets with the pictures drawn by the build; `styles` stand before its own style sheets."""
+    """The assets of templates/assets, with pictures that the build draws; `styles` stand before its own sheets."""
     home = root / "templates" / "assets"
     assets = Assets()
     lying = {path.name: path.read_bytes() for path in sorted(home.glob("*")) if path.suffix in PICTURES}

@@ -17,7 +17,7 @@ from widgets.registry import WIDGETS
 from . import emblem, fonts, outside, runtime
 from .assets import HEADERS, Assets, read_assets, service_worker
 from .cite import Reference, read_references, unused
-from .claims import read_results, read_tests, test_files
+from .claims import read_results, tests_for
 from .computed import Values
 from .content import OWN_PAGES, Chapter, Site, read_chapters, read_site
 from .figures import Bakery, Figure, code_hash
@@ -80,7 +80,7 @@ def build(
     """
     progress, cache, problems = progress or quiet, cache or outside.cache_dir(), Problems()
     site = read_site(root, problems)
-    chapters = read_chapters(root, problems, drafts)
+    chapters = read_chapters(root, site, problems, drafts)
     references = read_references(root, problems)
     surveys = [survey(chapter, parts.widgets, problems) for chapter in chapters]
     formulas = [asked for one in surveys for asked in one.formulas]
@@ -97,7 +97,7 @@ def build(
         surveys,
         _pages(surveys, references),
         references,
-        read_tests(root, test_files(root)),
+        tests_for(root, chapters),
         read_results(root),
         mathematics,
         values,

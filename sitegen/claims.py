@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from .content import read_chapters
+from .content import Chapter, read_chapters, read_site
 from .problems import Problems
 
 RESULTS = Path("tests/results.json")
@@ -98,13 +98,26 @@ def code_hash(root: Path, test_id: str, packages: Mapping[str, str]) -> str:
 
 def claimed(root: Path) -> list[str]:
     """The ids of all tests that chapters, drafts too, name."""
+    problems = Problems()
+    return claimed_by(read_chapters(root, read_site(root, problems), problems, drafts=True))
+
+
+def claimed_by(chapters: Iterable[Chapter]) -> list[str]:
+    """The ids of the tests that chapters name."""
     ids = set()
-    for chapter in read_chapters(root, Problems(), drafts=True):
+    for chapter in chapters:
         flows = [chapter.document.tokens, *chapter.document.footnotes.values()]
         for child in (child for flow in flows for token in flow for child in token.children or []):
             if child.type == "claim_open":
                 ids.add(child.meta["directive"].attributes.strip())
     return sorted(ids)
+
+
+def tests_for(root: Path, chapters: Iterable[Chapter]) -> dict[str, Test]:
+    """The tests in the files that chapters name; all tests where one of theirs is not there, to name the nearest."""
+    wanted = claimed_by(chapters)
+    found = read_tests(root, (test_id.partition("::")[0] for test_id in wanted))
+    return found if set(wanted) <= set(found) else read_tests(root, test_files(root))
 
 
 def read_results(root: Path) -> dict[str, Result]:

@@ -10,7 +10,7 @@ from typing import Any
 
 from . import schema
 from .markdown import Document, Source, parse
-from .problems import Place, Problems
+from .problems import Place, Problems, hint
 
 FILE_NAME = re.compile(r"(?P<number>\d+(?:\.\d+)?)(?P<letter>[a-z]?)-(?P<slug>[a-z0-9-]+)\.md")
 SLUG = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
@@ -68,7 +68,7 @@ class Site:
 
 @dataclass(frozen=True)
 class Chapter:
-    """One chapter, parsed. `name` is its page without .html; `number` leads its figures' and equations' numbers."""
+    """One chapter, parsed. `name` is its page without .html; `front` its front matter, for places."""
 
     source: Source
     document: Document
@@ -80,16 +80,20 @@ class Chapter:
     summary: str
     redirects: tuple[str, ...]
     draft: bool
+    front: schema.Yaml | None = None
+
+    def at(self, *path: str | int) -> Place:
+        """The place of a thing in the front matter."""
+        return self.front.at(*path) if self.front else Place(self.source.path, 1, 1)
 
     @property
     def page(self) -> str:
         """The chapter's file name on the site."""
         return f"{self.name}.html"
 
-    @property
-    def number(self) -> str:
-        """What its figures' and equations' numbers begin with."""
-        return self.rung or self.name.upper()[:1]
+    def numbered(self, count: int) -> str:
+        """The number of its figure or equation: 1.2 on rung 1, 2 where there is no rung."""
+        return f"{self.rung}.{count}" if self.rung else str(count)
 
 
 def read_site(root: Path, problems: Problems) -> Site:
@@ -136,7 +140,7 @@ def _defaults(fields: dict[str, schema.Field]) -> dict[str, Any]:
     return {name: field.default for name, field in fields.items()}
 
 
-def read_chapters(root: Path, problems: Problems, drafts: bool = False) -> list[Chapter]:
+def read_chapters(root: Path, site: Site, problems: Problems, drafts: bool = False) -> list[Chapter]:
     """The chapters in reading order, which is that of the numbers their file names begin with."""
     found: list[tuple[tuple[float, str], Path]] = []
     for path in sorted((root / "content").glob("*.md")):
@@ -159,6 +163,7 @@ def read_chapters(root: Path, problems: Problems, drafts: bool = False) -> list[
         if drafts or not chapter.draft:
             chapters.append(chapter)
     _check_names(chapters, problems)
+    _check_rungs(chapters, site, problems)
     return chapters
 
 
@@ -200,6 +205,7 @@ def _chapter(root: Path, path: Path, problems: Problems, first: bool) -> Chapter
         values["summary"],
         tuple(values["redirects"]),
         values["draft"],
+        document,
     )
 
 
@@ -218,14 +224,27 @@ def _check_names(chapters: list[Chapter], problems: Problems) -> None:
     """No two pages of one name, and no redirect from a page that is there."""
     taken = dict.fromkeys(OWN_PAGES, "the site's own page")
     for chapter in chapters:
-        for name in {chapter.name, chapter.slug}:
+        for name in sorted({chapter.name, chapter.slug}):
             if name in taken:
-                problems.add(Place(chapter.source.path, 1, 1), f"the page name {name!r} is taken by {taken[name]}")
+                problems.add(chapter.at("slug"), f"the page name {name!r} is taken by {taken[name]}")
             taken[name] = chapter.source.path
     for chapter in chapters:
-        for name in chapter.redirects:
+        for i, name in enumerate(chapter.redirects):
             if name in taken:
-                problems.add(
-                    Place(chapter.source.path, 1, 1), f"redirect from {name!r}: that name is taken by {taken[name]}"
-                )
+                problems.add(chapter.at("redirects", i), f"redirect from {name!r}: that name is taken by {taken[name]}")
             taken[name] = chapter.source.path
+
+
+def _check_rungs(chapters: list[Chapter], site: Site, problems: Problems) -> None:
+    """Every chapter's rung is one of the ladder's, and no two chapters stand on one."""
+    known = [rung.rung for rung in site.ladder if rung.rung]
+    taken: dict[str, str] = {}
+    for chapter in chapters:
+        if chapter.rung and known and chapter.rung not in known:
+            problems.add(
+                chapter.at("rung"), f"no rung {chapter.rung!r} in content/site.yaml{hint(chapter.rung, known)}"
+            )
+        if chapter.rung in taken:
+            problems.add(chapter.at("rung"), f"{taken[chapter.rung]} stands on rung {chapter.rung!r} already")
+        if chapter.rung:
+            taken[chapter.rung] = chapter.source.path

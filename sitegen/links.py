@@ -88,7 +88,8 @@ class Links:
 
     def _address(self, page: str, fragment: str, place: Place) -> str:
         anchors = self.pages[page]
-        if fragment and anchors is not None and fragment not in anchors:
-            self.problems.add(place, f"no anchor {fragment!r} on {page}{hint(fragment, anchors)}")
+        name = fragment.partition("?")[0]  # what follows is a figure's state
+        if fragment and anchors is not None and name not in anchors:
+            self.problems.add(place, f"no anchor {name!r} on {page}{hint(name, anchors)}")
         path = "" if page == self.page else page
         return (path + (f"#{fragment}" if fragment else "")) or page

@@ -120,7 +120,7 @@ def _is_own(name: str) -> bool:
 
 
 def _figure(found: Survey, token: Token, widgets: Mapping[str, Widget], problems: Problems) -> None:
-    number = f"{found.chapter.number}.{len([a for a in found.anchors if a.startswith('fig-')]) + 1}"
+    number = found.chapter.numbered(len(found.figures) + 1)
     figure = placed(token.meta["directive"], token.meta["at"], number, widgets, problems)
     token.meta["figure"] = figure
     if figure is not None:
@@ -140,7 +140,7 @@ def _equation(found: Survey, token: Token, problems: Problems) -> None:
         if not ANCHOR.fullmatch(label):
             problems.add(place, f"{label!r} is no label: small letters, digits and hyphens, a letter first")
         _anchor(found, f"eq-{label}", place, f"the equation {label!r}", problems)
-        number = f"{found.chapter.number}.{len(found.equations) + 1}"
+        number = found.chapter.numbered(len(found.equations) + 1)
         token.meta["number"] = found.equations.setdefault(label, number)
 
 

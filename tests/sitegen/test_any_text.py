@@ -62,7 +62,7 @@ FRAGMENTS = [
 def test_any_text_is_parsed(text: str) -> None:
     problems = Problems()
     source = Source("content/01-a.md", text, problems)
-    chapter = Chapter(source, parse(source), "a", "a", "A", "1", "", "", (), False)
+    chapter = Chapter(source, parse(source), "a", "a", "A", "1", "", "", (), False, None)
     survey(chapter, {"toy": TOY}, problems)
     lines = text.split("\n")
     for problem in problems.found:

@@ -195,6 +195,20 @@ def test_redirects_metadata_and_site_map(built: Project) -> None:
     assert 'name="robots" content="noindex"' in built.page("404.html")
 
 
+def test_a_link_may_lead_to_a_state_of_a_figure(project: Project) -> None:
+    project.chapter("::figure[C]{toy id=demo}\n\n[that](#fig-demo?s=eyJ9)\n")
+    project.write("content/00-start.md", START.partition("Read")[0])
+    project.build()
+    assert '<a href="#fig-demo?s=eyJ9">that</a>' in project.page("second.html")
+
+
+def test_a_chapter_off_the_ladder_counts_without_a_rung(project: Project) -> None:
+    project.chapter("::figure[C]{toy id=demo}\n\nSee :ref[fig:demo].\n", "title: T\nslug: second\nsummary: S")
+    project.write("content/00-start.md", START.partition("Read")[0])
+    project.build()
+    assert '<a class="ref" href="#fig-demo">Figure 1</a>' in project.page("second.html")
+
+
 def test_code_tables_and_asides(built: Project) -> None:
     page = built.page("second.html")
     assert '<span class="nb">print</span>' in page
