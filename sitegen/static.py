@@ -81,6 +81,7 @@ class StaticHandler(BaseHTTPRequestHandler):
     """GET and HEAD of the files below the server's `root`."""
 
     protocol_version = "HTTP/1.1"
+    disable_nagle_algorithm = True  # head and body are two writes: the second must not wait for the first's receipt
     server: StaticServer
 
     def do_HEAD(self) -> None:
