@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
-from solvers import icp, kabsch, kiss_icp
+from solvers import fast_robust_icp, icp, kabsch, kiss_icp
 from solvers.stepper import Method
 
 _LIST: tuple[Method[Any], ...] = (
@@ -14,6 +14,7 @@ _LIST: tuple[Method[Any], ...] = (
     icp.TRIMMED,
     icp.CAPPED,
     kiss_icp.KISS,
+    fast_robust_icp.FAST_ROBUST,
 )
 
 METHODS: Mapping[str, Method[Any]] = MappingProxyType({method.name: method for method in _LIST})
