@@ -15,6 +15,7 @@ from tests.browser.server import SiteServer
 
 ROOT = Path(__file__).resolve().parents[2]
 SITE = Path(os.environ.get("LADDER_SITE", ROOT / "site"))
+BLOCKED = "Service Worker registration blocked"  # by the tests themselves, where they are not about being offline
 FLAGS = [
     "--no-sandbox",
     "--disable-gpu",
@@ -73,7 +74,7 @@ class Reader:
         self.context, self.origin = context, origin
         self.wrong: list[str] = []
         self.foreign: list[str] = []
-        self.expected: tuple[str, ...] = ()
+        self.expected: tuple[str, ...] = (BLOCKED,)
         context.on("request", self._request)
         context.on(
             "console", lambda m: self.wrong.append(f"console: {m.text}") if m.type in ("error", "warning") else None
@@ -91,7 +92,7 @@ class Reader:
 
     def expect(self, *parts: str) -> None:
         """Messages holding one of these parts are part of the test."""
-        self.expected = parts
+        self.expected = (BLOCKED, *parts)
 
     def unexpected(self) -> list[str]:
         return [m for m in self.wrong if not any(part in m for part in self.expected)]

@@ -79,6 +79,7 @@ class Figure:
 
     def drag(self, name: str, dx: float, dy: float, steps: int = 8) -> None:
         """Drags a handle by so many px with the mouse."""
+        self.handle(name).scroll_into_view_if_needed()
         box = self.handle(name).bounding_box()
         assert box is not None
         x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2

@@ -90,7 +90,7 @@ def test_experiments_set_the_figure(reader: Callable[..., Reader]) -> None:
 def test_the_theme_switch_keeps(reader: Callable[..., Reader]) -> None:
     """Auto, light, dark: the choice changes the colours and outlives a reload."""
     page = reader(color_scheme="light").open("kabsch.html")
-    ground = "getComputedStyle(document.body).backgroundColor"
+    ground = "getComputedStyle(document.documentElement).backgroundColor"
     light = page.evaluate(ground)
     for _ in range(3):
         page.locator("button.theme").click()

@@ -165,6 +165,7 @@ def test_touch_drags_a_handle_and_scrolls_past_a_figure(reader: Callable[..., Re
 
 def finger(page: Page, figure: Figure, name: str, dx: float, dy: float) -> None:
     """A touch drag: real touch input in Chromium, pointer events of a touch elsewhere."""
+    figure.handle(name).scroll_into_view_if_needed()
     box = figure.handle(name).bounding_box()
     assert box
     assert box["width"] >= 44
@@ -210,8 +211,9 @@ def test_every_control_changes_what_is_drawn(reader: Callable[..., Reader], page
                     primary.click()
                     figure.settled()
                 assert figure.frame()["panels"] != before, f"{name}#{figure.name}: {control} changes nothing"
-                figure.button("reset").click()
-                figure.settled()
+                if figure.button("reset").count():
+                    figure.button("reset").click()
+                    figure.settled()
         page.close()
 
 
