@@ -157,11 +157,13 @@ def _step(state: FastRobustState) -> FastRobustState:
 
     # The proposal where there is a history, the plain step elsewhere; the plain step again where it did not help.
     proposed = (depth > 1) & (free == "")
-    pose = plain if not proposed.any() else _where(proposed, _extrapolated(past_x, past_g, depth), plain)
+    pose = plain
+    if proposed.any():
+        pose = put(plain, proposed, _extrapolated(past_x, past_g, depth)[proposed])
     pairing = _pair(problem, state.index, state.nu, pose)
     worse = proposed & ~(pairing.energy < at.energy)
     if worse.any():
-        pose = _where(worse, plain, pose)
+        pose = put(pose, worse, plain[worse])
         pairing = put(
             pairing, worse, _pair(take(problem, worse), take(state.index, worse), state.nu[worse], pose[worse])
         )
@@ -192,10 +194,6 @@ def _push(past: Pose, pose: Pose) -> Pose:
         np.concatenate([pose.R[:, None], past.R[:, :-1]], axis=1),
         np.concatenate([pose.t[:, None], past.t[:, :-1]], axis=1),
     )
-
-
-def _where(mask: BoolArray, a: Pose, b: Pose) -> Pose:
-    return Pose(np.where(mask[:, None, None], a.R, b.R), np.where(mask[:, None], a.t, b.t))
 
 
 def _extrapolated(past_x: Pose, past_g: Pose, depth: IntArray) -> Pose:

@@ -4,12 +4,13 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
-from solvers import fast_robust_icp, icp, kabsch, kiss_icp
+from solvers import fast_robust_icp, icp, kabsch, kiss_icp, ransac
 from solvers.stepper import Method
 
 _LIST: tuple[Method[Any], ...] = (
     kabsch.KABSCH,
     kabsch.SIMILARITY,
+    ransac.RANSAC,
     icp.ICP,
     icp.TRIMMED,
     icp.CAPPED,
