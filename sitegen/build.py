@@ -191,6 +191,8 @@ def _files(
         text, signs = _characters(_html(content, templates, Assets()), cache)
         text = "".join(sorted(set(text).union(*(script.decode() for script in scripts.values()))))
         fontset = parts.cut_fonts(text, signs, url="fonts/", cache=cache, progress=progress)
+    if fontset and fontset.missing:
+        problems.note(Place("content"), f"no typeface of the site has {' '.join(fontset.missing)}")
     pictures: Mapping[str, bytes] = {}
     if fontset is not None and parts.draw_emblem is not None:
         pictures = parts.draw_emblem(content.site.title, content.site.description, fontset, cache=cache)
