@@ -171,7 +171,7 @@ def _chapter(root: Path, path: Path, problems: Problems, first: bool) -> Chapter
     name = path.relative_to(root).as_posix()
     raw = path.read_bytes()
     try:
-        text = raw.decode("utf-8").replace("\r\n", "\n").replace("\0", "\ufffd")
+        text = raw.decode("utf-8").removeprefix("\ufeff").replace("\r\n", "\n").replace("\0", "\ufffd")
     except UnicodeDecodeError as error:
         line = raw[: error.start].count(b"\n") + 1
         problems.add(Place(name, line, 1), "not UTF-8")

@@ -195,6 +195,20 @@ def test_redirects_metadata_and_site_map(built: Project) -> None:
     assert 'name="robots" content="noindex"' in built.page("404.html")
 
 
+def test_files_of_any_editor(project: Project) -> None:
+    """Carriage returns and a byte order mark change nothing, not even the places of problems."""
+    project.build()
+    before = project.page("second.html")
+    path = project.root / "content/01-second.md"
+    source = path.read_text("utf-8")
+    path.write_bytes(b"\xef\xbb\xbf" + source.replace("\n", "\r\n").encode())
+    project.build()
+    assert project.page("second.html") == before
+    path.write_bytes(path.read_bytes().replace(b"[@one2001]", b"[@no]"))
+    last = len(source.splitlines())
+    assert project.problems()[0].startswith(f"content/01-second.md:{last}:23: no reference 'no'")
+
+
 def test_a_link_may_lead_to_a_state_of_a_figure(project: Project) -> None:
     project.chapter("::figure[C]{toy id=demo}\n\n[that](#fig-demo?s=eyJ9)\n")
     project.write("content/00-start.md", START.partition("Read")[0])
