@@ -206,7 +206,7 @@ def test_files_of_any_editor(project: Project) -> None:
     assert project.page("second.html") == before
     path.write_bytes(path.read_bytes().replace(b"[@one2001]", b"[@no]"))
     last = len(source.splitlines())
-    assert project.problems()[0].startswith(f"content/01-second.md:{last}:23: no reference 'no'")
+    assert project.problems()[0].startswith(f"content/01-second.md:{last}:24: no reference 'no'")
 
 
 def test_a_link_may_lead_to_a_state_of_a_figure(project: Project) -> None:
