@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import socket
@@ -34,7 +35,8 @@ class Web:
                 data = web.files.get(self.path)
                 self.send_response(404 if data is None else 200)
                 self.end_headers()
-                self.wfile.write(data or b"")
+                with contextlib.suppress(ConnectionError):  # who has read enough hangs up
+                    self.wfile.write(data or b"")
 
             def log_message(self, *args: object) -> None:
                 pass
