@@ -4,13 +4,14 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
-from solvers import fast_robust_icp, icp, kabsch, kiss_icp, ransac
+from solvers import congruent, fast_robust_icp, icp, kabsch, kiss_icp, ransac
 from solvers.stepper import Method
 
 _LIST: tuple[Method[Any], ...] = (
     kabsch.KABSCH,
     kabsch.SIMILARITY,
     ransac.RANSAC,
+    congruent.CONGRUENT,
     icp.ICP,
     icp.TRIMMED,
     icp.CAPPED,
