@@ -78,7 +78,7 @@ FACES = (
     Face("serif", "Ladder Serif", _serif("normal"), "text", {"opsz": TEXT_SIZE, "wght": (400, 600)},
          ("kern", "mark", "ccmp", "liga", "pnum"), weight="400 600", preload=True),
     Face("serif-italic", "Ladder Serif", _serif("italic"), "text", {"opsz": TEXT_SIZE, "wght": 400},
-         ("kern", "mark", "ccmp", "liga", "pnum"), style="italic"),
+         ("kern", "mark", "ccmp", "liga", "pnum"), style="italic", preload=True),
     Face("title", "Ladder Title", _serif("normal")[:2], "title", {"opsz": TITLE_SIZE, "wght": 550}, preload=True),
     Face("sans", "Ladder Sans", ("sans/WOFF2/VF/SourceSans3VF-Upright.ttf.woff2",), "controls", {"wght": (400, 600)},
          ("kern", "mark", "ccmp", "pnum"), weight="400 600", preload=True),
@@ -123,7 +123,7 @@ class FontSet:
     """What a build needs of the fonts.
 
     files: name → WOFF2 bytes, the name carrying its content's hash. css: the @font-face rules. preload: the names worth
-    a <link rel="preload" as="font" type="font/woff2" crossorigin>, "math-…" where a page has mathematics.
+    a <link rel="preload" as="font" type="font/woff2" crossorigin>, as far as a page uses them.
     missing: characters that no face has, so that a reader's own fonts will show them.
     """
 
