@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
-from solvers import congruent, fast_robust_icp, icp, kabsch, kiss_icp, ransac
+from solvers import congruent, fast_robust_icp, icp, kabsch, kiss_icp, mmd, ransac
 from solvers.stepper import Method
 
 _LIST: tuple[Method[Any], ...] = (
@@ -17,6 +17,7 @@ _LIST: tuple[Method[Any], ...] = (
     icp.CAPPED,
     kiss_icp.KISS,
     fast_robust_icp.FAST_ROBUST,
+    mmd.MMD,
 )
 
 METHODS: Mapping[str, Method[Any]] = MappingProxyType({method.name: method for method in _LIST})
