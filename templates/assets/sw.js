@@ -1,5 +1,5 @@
 // Offline after the first visit. The build fills in the site's files and the hash of their contents.
-// Pages come from the network while it answers; everything else is kept under names or versions that change with content.
+// Pages come from the network while it answers; all else is kept under names or versions that change with content.
 "use strict";
 
 const VERSION = "__VERSION__";
@@ -62,7 +62,8 @@ async function file(request) {
 }
 
 self.addEventListener("install", (event) => {
-  event.waitUntil(keep(SITE, FILES.map((name) => new URL(name, self.registration.scope).href)).then(() => self.skipWaiting()));
+  const urls = FILES.map((name) => new URL(name, self.registration.scope).href);
+  event.waitUntil(keep(SITE, urls).then(() => self.skipWaiting()));
 });
 
 self.addEventListener("activate", (event) => event.waitUntil(sweep().then(() => self.clients.claim())));

@@ -1,4 +1,4 @@
-// Before the first paint: the reader's theme, and a class that says scripts run, so that what needs them keeps its place.
+// Before the first paint: the reader's theme, and a class that says scripts run: what needs them keeps its place.
 (() => {
   "use strict";
   const root = document.documentElement;

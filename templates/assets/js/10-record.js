@@ -4,7 +4,8 @@
 
   /**
    * @typedef {["press", string] | ["drag" | "click", string, number, number]} Action
-   * @typedef {{widget: string, preset: string, controls: Object<string, number|string|boolean>, seed: number, log: Action[]}} Rec
+   * @typedef {Object<string, number|string|boolean>} Values
+   * @typedef {{widget: string, preset: string, controls: Values, seed: number, log: Action[]}} Rec
    */
 
   const LONGEST_LINK = 200_000;
@@ -23,8 +24,8 @@
   /** A drag of the same handle once more replaces the last one. */
   function drag(record, handle, [x, y]) {
     const last = record.log.at(-1);
-    const before = last && last[0] === "drag" && last[1] === handle ? { ...record, log: record.log.slice(0, -1) } : record;
-    return logged(before, ["drag", handle, four(x), four(y)]);
+    const again = last && last[0] === "drag" && last[1] === handle;
+    return logged(again ? back(record) : record, ["drag", handle, four(x), four(y)]);
   }
 
   const back = (record) => ({ ...record, log: record.log.slice(0, -1) });
@@ -60,7 +61,8 @@
     let given;
     try {
       const binary = atob(data.replaceAll("-", "+").replaceAll("_", "/"));
-      given = JSON.parse(new TextDecoder("utf-8", { fatal: true }).decode(Uint8Array.from(binary, (c) => c.charCodeAt(0))));
+      const bytes = Uint8Array.from(binary, (letter) => letter.charCodeAt(0));
+      given = JSON.parse(new TextDecoder("utf-8", { fatal: true }).decode(bytes));
     } catch {
       throw new Error("it is damaged");
     }

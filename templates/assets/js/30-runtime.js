@@ -58,7 +58,8 @@
     worker.onmessage = ({ data }) => heard[data.type]?.(data);
     worker.onerror = (event) => {
       event.preventDefault();
-      die(event.message ? `Python could not go on: ${event.message}` : `${script.split("/").at(-1)} could not be loaded`);
+      const missing = `${script.split("/").at(-1)} could not be loaded`;
+      die(event.message ? `Python could not go on: ${event.message}` : missing);
     };
     worker.onmessageerror = () => die("Python sent something unreadable");
     worker.postMessage({ type: "start", runtime: new URL(folder, document.baseURI).href, files });

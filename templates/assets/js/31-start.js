@@ -1,5 +1,5 @@
-// When Python starts: a figure has been seen, the page has loaded, the browser is idle. On a line that must be spared, at
-// the first touch that needs it.
+// When Python starts: a figure has been seen, the page has loaded, the browser is idle. On a line that must be spared,
+// at the first touch that needs it.
 (() => {
   "use strict";
 
@@ -7,7 +7,8 @@
   const line = navigator.connection;
 
   /** Whether the reader's line is to be spared: asked to, metered, or slow. */
-  Ladder.frugal = Boolean(line && (line.saveData || line.type === "cellular" || /2g|^3g/.test(line.effectiveType ?? "")));
+  const slow = /2g|^3g/.test(line?.effectiveType ?? "");
+  Ladder.frugal = Boolean(line?.saveData || line?.type === "cellular" || slow);
 
   /** A hand near a figure before the start: the largest file is fetched already. */
   function preload() {

@@ -1,4 +1,4 @@
-// A motion from the old place to the new: Python gives the end pose and how it came about, the page moves the group there.
+// A motion from the old place to the new: Python gives the end pose and how it came about, the page moves the group.
 (() => {
   "use strict";
 

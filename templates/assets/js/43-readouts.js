@@ -14,8 +14,8 @@
 
   function readouts(list, frame) {
     if (!list) return;
-    const there = [...list.children].map((each) => each.dataset.readout);
-    if (there.join() !== frame.readouts.map(({ name }) => name).join()) list.replaceChildren(...frame.readouts.map(row));
+    const there = [...list.children].map((each) => each.dataset.readout).join();
+    if (there !== frame.readouts.map(({ name }) => name).join()) list.replaceChildren(...frame.readouts.map(row));
     frame.readouts.forEach(({ label, value, unit }, i) => {
       text(list.children[i].querySelector("dt"), label);
       text(list.children[i].querySelector(".value"), value);

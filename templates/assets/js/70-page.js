@@ -62,7 +62,7 @@
     show();
   }
 
-  const roots = [...document.querySelectorAll("figure.figure")].filter((root) => root.querySelector("script.figure-record"));
+  const roots = [...document.querySelectorAll("figure.figure:has(> script.figure-record)")];
   for (const root of roots) live(root);
   watch();
   document.querySelectorAll("button.theme").forEach(theme);

@@ -21,7 +21,7 @@
       if (Number(field.value) !== value) field.value = value;
       const shown = Ladder.shownValue(spec, value);
       field.setAttribute("aria-valuetext", shown);
-      text(field.labels?.[0]?.querySelector("output") ?? form.querySelector(`output[for="${CSS.escape(field.id)}"]`), shown);
+      text(field.labels[0]?.querySelector("output"), shown);
     }
   }
 

@@ -16,11 +16,12 @@
     const settings = Object.entries(specs).filter(([name]) => all || differ(pins, shown(name)));
     const seed = all || differ(pins, (pin) => pin.record.seed);
     const { readouts } = pins.at(-1);
+    const value = (pin, name) => pin.readouts.find((each) => each.name === name)?.value ?? "–";
     return [
       ...settings.map(([name, spec]) => [withUnit(spec), (pin) => shownValue({ ...spec, unit: "" }, shown(name)(pin))]),
       ...(seed ? [["Seed", (pin) => String(pin.record.seed)]] : []),
       ["Actions", (pin) => String(pin.record.log.length)],
-      ...readouts.map((each) => [withUnit(each), (pin) => pin.readouts.find((r) => r.name === each.name)?.value ?? "–"]),
+      ...readouts.map((each) => [withUnit(each), (pin) => value(pin, each.name)]),
     ];
   }
 

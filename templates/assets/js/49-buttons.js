@@ -1,5 +1,5 @@
-// Buttons: press, run (and pause), back, reset, reseed. What cannot be pressed is told by aria-disabled, so that a button
-// does not lose the keyboard's focus when its last step is done.
+// Buttons: press, run (and pause), back, reset, reseed. What cannot be pressed is told by aria-disabled, so that a
+// button does not lose the keyboard's focus when its last step is done.
 (() => {
   "use strict";
 

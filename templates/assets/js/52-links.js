@@ -8,7 +8,8 @@
   function visit(figure) {
     const { stage } = figure;
     const { top, bottom } = stage.getBoundingClientRect();
-    if (top < 0 || bottom > innerHeight) stage.scrollIntoView({ block: "center", behavior: calm() ? "auto" : "smooth" });
+    const behavior = calm() ? "auto" : "smooth";
+    if (top < 0 || bottom > innerHeight) stage.scrollIntoView({ block: "center", behavior });
     stage.tabIndex = -1;
     stage.focus({ preventScroll: true });
   }

@@ -8,7 +8,8 @@
   const PAUSE = 300; // ms
   const megabytes = (bytes) => (bytes / 1e6).toFixed(1);
   const STAGES = { python: "unpacking", numpy: "starting numpy", widgets: "starting the solvers" };
-  const FROM_DISK = "Opened from disk: to bring the figures alive, run `python3 build.py serve` in the project's folder.";
+  const FROM_DISK =
+    "Opened from disk: to bring the figures alive, run `python3 build.py serve` in the project's folder.";
 
   function progress() {
     const { loaded, total, stage } = runtime;
@@ -31,7 +32,8 @@
     if (waits && runtime.state !== "live") {
       return { words: "Python is starting; this will then be shown.", progress: progress(), ways: [] };
     }
-    if (runtime.state === "file" && Ladder.figures.values().next().value === figure) return { words: FROM_DISK, ways: [] };
+    const first = Ladder.figures.values().next().value === figure;
+    if (runtime.state === "file" && first) return { words: FROM_DISK, ways: [] };
     if (runtime.state === "idle" && Ladder.frugal && !figure.frame.note) {
       return { words: `Python (${megabytes(runtime.total)} MB) loads when you first need it.`, ways: [] };
     }
