@@ -1,4 +1,4 @@
-"""A reader's browser on the built site. Whatever goes wrong unasked (console errors, foreign requests) fails the test."""
+"""A reader's browser on the built site. What goes wrong unasked (console errors, foreign requests) fails the test."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The built site on loopback, with doors: a test can hold, forbid or count the files that a reader's browser asks for."""
+"""The built site on loopback, with doors: a test can hold, forbid or count the files that a browser asks for."""
 
 from __future__ import annotations
 
@@ -6,12 +6,13 @@ import http.server
 import re
 import threading
 from pathlib import Path
+from typing import ClassVar
 
 TYPES = {".mjs": "text/javascript", ".js": "text/javascript", ".wasm": "application/wasm", ".woff2": "font/woff2"}
 
 
 class SiteServer:
-    """Serves `root`; `hold(pattern)` keeps matching requests waiting until `release()`, `forbid(pattern)` answers 404."""
+    """Serves `root`; `hold(pattern)` keeps requests waiting until `release()`, `forbid(pattern)` answers 404."""
 
     def __init__(self, root: Path) -> None:
         self.asked: list[str] = []
@@ -22,7 +23,7 @@ class SiteServer:
         door = self
 
         class Handler(http.server.SimpleHTTPRequestHandler):
-            extensions_map = {**http.server.SimpleHTTPRequestHandler.extensions_map, **TYPES}
+            extensions_map: ClassVar[dict[str, str]] = {**http.server.SimpleHTTPRequestHandler.extensions_map, **TYPES}
             protocol_version = "HTTP/1.1"
 
             def __init__(self, *args: object) -> None:

@@ -180,9 +180,11 @@ def finger(page: Page, figure: Figure, name: str, dx: float, dy: float) -> None:
         touch.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
         return
     figure.handle(name).evaluate(
-        """(node, path) => path.forEach(([x, y], i) => node.dispatchEvent(new PointerEvent(
-            i === 0 ? 'pointerdown' : i === path.length - 1 ? 'pointerup' : 'pointermove',
-            {bubbles: true, cancelable: true, pointerId: 7, pointerType: 'touch', isPrimary: true, clientX: x, clientY: y})))""",
+        """(node, path) => path.forEach(([x, y], i) => {
+          const type = i === 0 ? 'pointerdown' : i === path.length - 1 ? 'pointerup' : 'pointermove';
+          const place = {clientX: x, clientY: y, pointerId: 7, pointerType: 'touch', isPrimary: true};
+          node.dispatchEvent(new PointerEvent(type, {bubbles: true, cancelable: true, ...place}));
+        })""",
         path,
     )
 
