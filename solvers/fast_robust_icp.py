@@ -8,7 +8,8 @@ It converges slowly, so each step also proposes a point extrapolated from the la
     x = G(x_k) − Σ_j θ_j (G(x_{k−j+1}) − G(x_{k−j})),
 
 which is kept only if its energy lies below that of x_k; else `G(x_k)` is, whose energy never lies above. The pose's
-coordinates x are rotation vector and translation, both relative to `G(x_k)`: small numbers, far from any wrap-around.
+coordinates x are a rotation vector times the source's RMS radius and the place of its moved centroid, both relative to
+`G(x_k)`: lengths of one kind, independent of unit and origin, and far from any wrap-around.
 
 ν begins at three times the median distance of the starting pairs and is halved whenever a stage has come to rest, until
 it is the target's spacing over 3√3, the spacing being the median, over its points, of the median distance to the six
@@ -76,12 +77,14 @@ class FastRobustState:
 
     last: (b,) ν of the last stage. accelerated: (b,) whether the last step kept the extrapolated pose. past_x, past_g:
     the poses x_k and G(x_k) of the steps so far, newest first, (b, history + 1), of which `depth` (b,) count: those
-    since the stage began or an extrapolation failed. radius, change, condition: as in `solvers.icp.IcpState`.
+    since the stage began or an extrapolation failed. centre: (b, d) the source's centroid. radius, change, condition:
+    as in `solvers.icp.IcpState`.
     """
 
     problem: Problem = field(metadata=CONSTANT)
     index: Index = field(metadata=CONSTANT)
     radius: FloatArray = field(metadata=CONSTANT)
+    centre: FloatArray = field(metadata=CONSTANT)
     last: FloatArray = field(metadata=CONSTANT)
     options: FastRobustOptions = field(metadata=SHARED)
     pose: Pose
@@ -141,7 +144,8 @@ def _start(problem: Problem, options: FastRobustOptions) -> FastRobustState:
     status, reason = mark(statuses((b,)), reasons((b,)), lost, Status.DEGENERATE, NO_WEIGHT)
     many = Pose(*(np.repeat(np.asarray(x)[:, None], depth, axis=1) for x in (problem.start.R, problem.start.t)))
     return FastRobustState(
-        problem=problem, index=index, radius=rms_radius(problem.source), last=last, options=options,
+        problem=problem, index=index, radius=rms_radius(problem.source),
+        centre=problem.source.mean(axis=1), last=last, options=options,
         pose=problem.start, objective=pairing.energy, status=status, reason=reason, pairing=pairing, nu=nu,
         accelerated=np.zeros(b, dtype=np.bool_), past_x=many, past_g=many, depth=np.zeros(b, dtype=np.int64),
         change=np.full(b, np.inf), condition=np.full(b, np.inf),
@@ -159,7 +163,8 @@ def _step(state: FastRobustState) -> FastRobustState:
     proposed = (depth > 1) & (free == "")
     pose = plain
     if proposed.any():
-        pose = put(plain, proposed, _extrapolated(past_x, past_g, depth)[proposed])
+        ahead = _extrapolated(past_x, past_g, depth, state.radius, state.centre)
+        pose = put(plain, proposed, ahead[proposed])
     pairing = _pair(problem, state.index, state.nu, pose)
     worse = proposed & ~(pairing.energy < at.energy)
     if worse.any():
@@ -196,40 +201,47 @@ def _push(past: Pose, pose: Pose) -> Pose:
     )
 
 
-def _extrapolated(past_x: Pose, past_g: Pose, depth: IntArray) -> Pose:
+def _extrapolated(
+    past_x: Pose, past_g: Pose, depth: IntArray, radius: FloatArray, centre: FloatArray
+) -> Pose:
     """Anderson's point from the poses x_k and G(x_k), newest first, of which the first `depth` (b,) count."""
     origin = past_g[:, :1]
-    x, g = _coordinates(past_x, origin), _coordinates(past_g, origin)
+    x, g = (_coordinates(p, origin, radius[:, None], centre[:, None]) for p in (past_x, past_g))
     f = g - x
     valid = (np.arange(x.shape[1] - 1) + 1 < depth[:, None])[..., None]
     # Rows are the differences of neighbours in time; a row of zeros takes no part.
     df, dg = (np.where(valid, a[:, :-1] - a[:, 1:], 0.0) for a in (f, g))
+    # Beyond float64 there is nothing to extrapolate; the singular values would not be found.
+    df = np.where(np.isfinite(df), df, 0.0)
     theta = f[:, None, 0] @ np.linalg.pinv(df, rcond=1e-10)
-    return _posed((g[:, None, 0] - theta @ dg)[:, 0], origin[:, 0])
+    return _posed((g[:, None, 0] - theta @ dg)[:, 0], origin[:, 0], radius, centre)
 
 
-def _coordinates(poses: Pose, origin: Pose) -> FloatArray:
-    """Rotation vector (one number in the plane) and translation relative to `origin`, (…, 1 + 2) or (…, 3 + 3)."""
+def _coordinates(poses: Pose, origin: Pose, radius: FloatArray, centre: FloatArray) -> FloatArray:
+    """Rotation vector (one number in the plane) times `radius` (…) and moved `centre` (…, d), relative to `origin`:
+    (…, 1 + 2) or (…, 3 + 3)."""
     relative = Pose(poses.R @ origin.R.swapaxes(-1, -2), np.zeros(poses.dim))
     angle = np.asarray(relative.angle)[..., None]
     if poses.dim == 3:
-        R = relative.R
-        skew = R - R.swapaxes(-1, -2)
+        skew = relative.R - relative.R.swapaxes(-1, -2)
         axis = np.stack([skew[..., 2, 1], skew[..., 0, 2], skew[..., 1, 0]], axis=-1)
         sine = np.linalg.norm(axis, axis=-1, keepdims=True)
         angle = axis * np.where(sine > 0.0, angle / np.where(sine > 0.0, sine, 1.0), 0.0)
-    return np.concatenate([angle, poses.t - origin.t], axis=-1)
+    shift = ((poses.R - origin.R) @ centre[..., None])[..., 0] + poses.t - origin.t
+    return np.concatenate([radius[..., None] * angle, shift], axis=-1)
 
 
-def _posed(x: FloatArray, origin: Pose) -> Pose:
+def _posed(x: FloatArray, origin: Pose, radius: FloatArray, centre: FloatArray) -> Pose:
     """The poses (b,) at the coordinates x."""
-    if origin.dim == 2:
-        return Pose(Pose.from_angle(x[:, 0]).R @ origin.R, origin.t + x[:, 1:])
-    angle = np.linalg.norm(x[:, :3], axis=1)[:, None, None]
-    u = x[:, :3] / np.where(angle > 0.0, angle, 1.0)[:, 0]
-    K = np.cross(np.eye(3), u[:, None, :])
-    turn = np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * (K @ K)
-    return Pose(turn @ origin.R, origin.t + x[:, 3:])
+    d = origin.dim
+    vector = x[:, :-d] / radius[:, None]
+    if d == 2:
+        R = Pose.from_angle(vector[:, 0]).R @ origin.R
+    else:
+        angle = np.linalg.norm(vector, axis=1)[:, None, None]
+        K = np.cross(np.eye(3), (vector / np.where(angle > 0.0, angle, 1.0)[:, 0])[:, None, :])
+        R = (np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * (K @ K)) @ origin.R
+    return Pose(R, origin.t + x[:, -d:] - ((R - origin.R) @ centre[..., None])[..., 0])
 
 
 FAST_ROBUST = Method(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any, cast
 
 import numpy as np
@@ -125,4 +125,7 @@ def _shaped(value: Any, axes: tuple[int, ...], at: int = 0) -> Any:
         return Pose(*(_shaped(np.asarray(getattr(value, part)), axes, at) for part in ("R", "t", "scale")))
     if isinstance(value, np.ndarray):
         return value.reshape((*value.shape[:at], *axes, *value.shape[at + 1 :]))[()]
+    if is_dataclass(value) and not isinstance(value, type):
+        own = [f.name for f in fields(value) if not f.metadata.get("shared")]
+        return replace(value, **{name: _shaped(getattr(value, name), axes, at) for name in own})
     return value
