@@ -66,9 +66,7 @@ def fit_rigid(
     Raises ValueError for what is no pair of matched clouds.
     """
     m = _moments(source, target, weights)
-    U, values, Vt = np.linalg.svd(m.H)
-    V, Ut = Vt.swapaxes(-1, -2), U.swapaxes(-1, -2)
-    sign = np.where(np.linalg.det(V) * np.linalg.det(Ut) < 0.0, -1, 1).astype(np.int8)
+    V, values, Ut, sign = _signed_svd(m.H)
     # Where H is singular to rounding its sign is an accident, and the rotation is as good as the reflection.
     tied = values[..., -1] <= m.tolerance
     flip = np.where(tied | proper, sign, np.int8(1))
@@ -91,16 +89,48 @@ def fit_planar(
     """
     m = _moments(source, target, weights, dim=2)
     H = m.H
-    C, S = H[..., 0, 0] + H[..., 1, 1], H[..., 0, 1] - H[..., 1, 0]
-    turn = np.hypot(S, C)
+    R, turn = _turn(H)
     # The best reflection's value; the two singular values are half the sum and half the difference.
     mirror = np.hypot(H[..., 0, 0] - H[..., 1, 1], H[..., 0, 1] + H[..., 1, 0])
     values = np.stack([0.5 * (turn + mirror), 0.5 * np.abs(turn - mirror)], axis=-1)
-    safe = np.where(turn > 0.0, turn, 1.0)
-    c, s = C / safe, S / safe
-    R = np.stack([np.stack([c, -s], axis=-1), np.stack([s, c], axis=-1)], axis=-2)
     sign = np.where(values[..., 1] <= m.tolerance, 0, np.where(turn < mirror, -1, 1)).astype(np.int8)
     return _finish(m, R, turn, values, sign, turn, scale)
+
+
+def best_rotation(H: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The rotation R (..., d, d) with the largest `tr(R H)`, H (..., d, d) the correlation `Σ wᵢ p̃ᵢ q̃ᵢᵀ`; that trace
+    (...), which over `Σ wᵢ ‖p̃ᵢ‖²` is the best scale; and the gap (...) by which H determines R, zero where it does not.
+
+    The bare step of the fits above, for those who have H already: what is zero to rounding is for them to judge.
+    """
+    if H.shape[-1] == 2:
+        R, turn = _turn(H)
+        return R, turn, turn
+    V, values, Ut, sign = _signed_svd(H)
+    signed = values.copy()
+    signed[..., -1] *= sign
+    D = np.ones_like(values)
+    D[..., -1] = sign
+    return (V * D[..., None, :]) @ Ut, signed.sum(axis=-1), values[..., -2] + signed[..., -1]
+
+
+def _turn(H: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """In the plane: the rotation by atan2(S, C), and hypot(S, C), the trace of R H. Where both vanish R is zero."""
+    C, S = H[..., 0, 0] + H[..., 1, 1], H[..., 0, 1] - H[..., 1, 0]
+    turn = np.hypot(S, C)
+    safe = np.where(turn > 0.0, turn, 1.0)
+    R = np.empty(H.shape)
+    R[..., 0, 0] = R[..., 1, 1] = C / safe
+    R[..., 1, 0] = S / safe
+    R[..., 0, 1] = -R[..., 1, 0]
+    return R, turn
+
+
+def _signed_svd(H: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, AnyArray]:
+    """V, the singular values, Uᵀ and the sign of det(V Uᵀ) of `H = U Λ Vᵀ`."""
+    U, values, Vt = np.linalg.svd(H)
+    V, Ut = Vt.swapaxes(-1, -2), U.swapaxes(-1, -2)
+    return V, values, Ut, np.where(np.linalg.det(V) * np.linalg.det(Ut) < 0.0, -1, 1).astype(np.int8)
 
 
 def pair_cost(pose: Pose, source: FloatArray, target: FloatArray, weights: FloatArray) -> FloatArray:
