@@ -133,6 +133,7 @@ class Pose:
 
 
 def _frozen(values: FloatArray, shape: tuple[int, ...]) -> FloatArray:
-    out = np.array(np.broadcast_to(values, shape), dtype=np.float64)
+    # Broadcasting costs more than the copy, and is seldom needed.
+    out = np.array(values if values.shape == shape else np.broadcast_to(values, shape), dtype=np.float64)
     out.flags.writeable = False
     return out

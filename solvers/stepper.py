@@ -80,6 +80,7 @@ class State(Protocol):
 
 
 S = TypeVar("S", bound=State)
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -132,15 +133,21 @@ class Batch(Generic[S]):
 
     def state(self) -> S:
         """The states of all b problems as they stand."""
-        return self.whole if self.done else put(self.whole, self.rows, self.part)
+        return self._now(self.whole, self.part)
 
     def pose(self) -> Pose:
         """The poses of all b problems as they stand."""
-        return self.whole.pose if self.done else put(self.whole.pose, self.rows, self.part.pose)
+        return self._now(self.whole.pose, self.part.pose)
 
     def objective(self) -> FloatArray:
         """The objective of all b problems as it stands, (b,)."""
-        return self.whole.objective if self.done else put(self.whole.objective, self.rows, self.part.objective)
+        return self._now(self.whole.objective, self.part.objective)
+
+    def _now(self, whole: T, part: T) -> T:
+        if self.done:
+            return whole
+        # Nothing to copy while none has stopped.
+        return part if self.rows.size == self.steps.size else put(whole, self.rows, part)
 
 
 def begin(method: Method[S], problem: Problem, options: Any = None, max_steps: int | None = None) -> Batch[S]:
