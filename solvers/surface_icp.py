@@ -1,0 +1,217 @@
+"""ICP that knows surfaces: pairs of nearest points, a precision matrix for each pair, one Gauss-Newton step, repeat.
+
+What `solvers.point_to_plane` and `solvers.gicp` share. They differ in the precision matrices alone. One step solves the
+pairs of the state (`solvers.gauss_newton`) and pairs anew at the new pose (`solvers.icp.pair`: gate, trim, robust
+weight by Euclidean distance), so a state's pose, pairs, precisions and objective belong together:
+
+    objective = Σ w_i (x_i − q_i)ᵀ M_i (x_i − q_i)    over the pairs used.
+
+It may rise: a Gauss-Newton step is no exact minimisation, and pairs are nearest in another metric than the residual's.
+Robust weights are functions of the pair's distance, not of the residual that is squared, so this is not the iteratively
+reweighted minimisation of any one loss; their scale is a heuristic, and a gate that suits one residual need not suit
+another.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from solvers import gauss_newton, icp, normals, robust, validate
+from solvers.arrays import FloatArray, ReasonArray, StatusArray
+from solvers.gauss_newton import System
+from solvers.icp import IcpOptions, Pairing
+from solvers.nearest import Index
+from solvers.normals import Normals
+from solvers.pose import Pose
+from solvers.rows import CONSTANT, SHARED
+from solvers.status import Status, mark, reasons, statuses
+from solvers.stepper import Problem
+
+
+@dataclass(frozen=True)
+class SurfaceOptions:
+    """gate, trim, weight, tuning, scale: the pairs and their robust weights, as in `solvers.icp.IcpOptions`.
+
+    neighbours: points besides itself that make a point's neighbourhood; roundness: λ₁/λ₂ from which that has no normal.
+    max_shift (world units), max_turn (radians): the longest step. free_below: the fraction of the system's largest
+    eigenvalue below which a direction of motion counts as free.
+    It stops when a step moves the source points, root mean square, by at most `tolerance` of their RMS radius, or when
+    as many pairs as before are used and the RMS of their residuals has changed by at most the fraction `rms_tolerance`.
+    """
+
+    gate: float = np.inf
+    trim: float = 0.0
+    weight: str = "none"
+    tuning: float | None = None
+    scale: float | None = None
+    neighbours: int = normals.NEIGHBOURS
+    roundness: float = normals.ROUNDNESS
+    max_shift: float = np.inf
+    max_turn: float = 0.5
+    free_below: float = 1e-6
+    tolerance: float = 1e-6
+    rms_tolerance: float = 1e-6
+
+    def __post_init__(self) -> None:
+        self.pairing()
+        robust.check_options(self.weight, self.tuning, self.scale)
+        validate.count(self.neighbours, "neighbours", 1)
+        validate.number(self.roundness, "roundness", 1e-100, 1.0)
+        for name, value in (("max_shift", self.max_shift), ("max_turn", self.max_turn)):
+            if value != np.inf and not validate.number(value, name) > 0.0:
+                raise ValueError(f"{name}: expected a positive number, got {value!r}")
+        validate.number(self.free_below, "free_below", 0.0, 1.0)
+
+    def pairing(self) -> IcpOptions:
+        """The part of the options that pairs points."""
+        return IcpOptions(
+            self.gate, self.trim, self.weight, self.tuning, self.scale, self.tolerance, self.rms_tolerance
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceState:
+    """A pose, the pairs at it, their precisions, and the system that the last step solved.
+
+    normals: of the target. covariances: of source (b, m, d, d) and target (b, n, d, d) points, where the method has
+    any. radius: (b,) RMS radius of the source at the start. scale: (b,) the fixed s of the robust weight, or None.
+    pairing: `rms` and `objective` there are those of the residuals here; pairs whose target point has no normal are not
+    used, where the method needs one. precision: (b, m, d, d) of the pairs, at `pose`.
+    system: the normal equations of these pairs at `pose`: what the next step is to solve, with the condition number
+    and the weak direction. change: (b,) as in `solvers.icp.IcpState`.
+    """
+
+    problem: Problem = field(metadata=CONSTANT)
+    index: Index = field(metadata=CONSTANT)
+    normals: Normals = field(metadata=CONSTANT)
+    covariances: tuple[FloatArray, FloatArray] | None = field(metadata=CONSTANT)
+    radius: FloatArray = field(metadata=CONSTANT)
+    scale: FloatArray | None = field(metadata=CONSTANT)
+    options: SurfaceOptions = field(metadata=SHARED)
+    pose: Pose
+    objective: FloatArray
+    status: StatusArray
+    reason: ReasonArray
+    pairing: Pairing
+    precision: FloatArray
+    system: System
+    change: FloatArray
+
+
+def start(
+    problem: Problem,
+    options: SurfaceOptions,
+    index: Index,
+    surface: Normals,
+    covariances: tuple[FloatArray, FloatArray] | None,
+) -> SurfaceState:
+    """The pairs and their precisions at the starting pose; degenerate where there is none to use."""
+    b = problem.size
+    scale = None if options.scale is None else np.full(b, options.scale)
+    with np.errstate(over="ignore", under="ignore"):
+        radius = icp.rms_radius(problem.source) * np.asarray(problem.start.scale)
+    radius = np.where((radius > 0.0) & np.isfinite(radius), radius, 1.0)
+    pairing, precision, system = _at(
+        problem, options, index, surface, covariances, scale, radius, problem.start
+    )
+    status, reason = statuses((b,)), reasons((b,))
+    if covariances is None:
+        none = np.asarray(surface.flagged.all(axis=1))
+        status, reason = mark(status, reason, none, Status.DEGENERATE, "no target point has a normal")
+    status, reason = mark(status, reason, pairing.count == 0, Status.DEGENERATE, _no_pairs(options))
+    return SurfaceState(
+        problem=problem, index=index, normals=surface, covariances=covariances, radius=radius, scale=scale,
+        options=options, pose=problem.start, objective=pairing.objective, status=status, reason=reason,
+        pairing=pairing, precision=precision, system=system, change=np.full(b, np.inf),
+    )  # fmt: skip
+
+
+def step(state: SurfaceState) -> SurfaceState:
+    """Solve the system of the present pairs, then pair anew."""
+    options, old = state.options, state.pairing
+    xi = gauss_newton.solve(state.system, options.max_shift, options.max_turn)
+    pose = gauss_newton.apply(xi, state.system, state.pose)
+    pairing, precision, system = _at(
+        state.problem, options, state.index, state.normals, state.covariances, state.scale, state.radius, pose
+    )
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        moved = pairing.moved - old.moved
+        change = np.sqrt(np.einsum("bmd,bmd->b", moved, moved) / moved.shape[1]) / state.radius
+        still = np.abs(pairing.rms - old.rms) <= options.rms_tolerance * old.rms
+    at_rest = change <= options.tolerance
+    steady = still & (pairing.count == old.count) & (options.rms_tolerance > 0.0)
+    status, reason = mark(state.status, state.reason, pairing.count == 0, Status.DEGENERATE, _no_pairs(options))
+    free = system.free.any(axis=1) & (at_rest | steady)
+    for i in np.flatnonzero(free):
+        words = gauss_newton.freedom(system, int(i))
+        status, reason = mark(status, reason, np.arange(len(free)) == i, Status.DEGENERATE, words)
+    status, reason = mark(status, reason, at_rest, Status.CONVERGED, "the pose has come to rest")
+    status, reason = mark(status, reason, steady, Status.CONVERGED, "the RMS has come to rest")
+    return replace(
+        state, pose=pose, objective=pairing.objective, status=status, reason=reason, pairing=pairing,
+        precision=precision, system=system, change=change,
+    )  # fmt: skip
+
+
+def precisions(cov_p: FloatArray, cov_q: FloatArray, R: FloatArray) -> FloatArray:
+    """`(Σ_q + R Σ_p Rᵀ)⁻¹` of pairs with covariances (b, m, d, d) and rotations (b, d, d), (b, m, d, d)."""
+    turned = R[:, None]
+    return _inverse(cov_q + turned @ cov_p @ turned.swapaxes(-1, -2))
+
+
+def _inverse(S: FloatArray) -> FloatArray:
+    """The inverses of symmetric positive definite (..., d, d)."""
+    if S.shape[-1] != 2:
+        return np.asarray(np.linalg.inv(S), dtype=np.float64)
+    out = np.empty_like(S)
+    out[..., 0, 0], out[..., 1, 1] = S[..., 1, 1], S[..., 0, 0]
+    out[..., 0, 1] = out[..., 1, 0] = -S[..., 0, 1]
+    out /= (S[..., 0, 0] * S[..., 1, 1] - np.square(S[..., 0, 1]))[..., None, None]
+    return out
+
+
+def _at(
+    problem: Problem,
+    options: SurfaceOptions,
+    index: Index,
+    surface: Normals,
+    covariances: tuple[FloatArray, FloatArray] | None,
+    scale: FloatArray | None,
+    radius: FloatArray,
+    pose: Pose,
+) -> tuple[Pairing, FloatArray, System]:
+    """The pairs at a pose, their precisions, and their normal equations."""
+    b = problem.size
+    pairing = icp.pair(problem, index, np.full(b, options.gate), scale, options.pairing(), pose)
+    which = np.arange(b)[:, None]
+    partners = index.points[which, pairing.rows]
+    weights = pairing.weights
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        if covariances is None:
+            n = surface.vectors[which, pairing.rows]
+            precision = n[..., :, None] * n[..., None, :]
+            weights = np.where(surface.flagged[which, pairing.rows], 0.0, weights)
+        else:
+            precision = precisions(covariances[0], covariances[1][which, pairing.rows], pose.R)
+        used = weights > 0.0
+        left = np.where(used[..., None], pairing.moved - partners, 0.0)
+        squares = np.einsum("bmi,bmij,bmj->bm", left, precision, left)
+        objective = np.where(used, weights * squares, 0.0).sum(axis=1)
+        total = weights.sum(axis=1)
+        rms = np.sqrt(objective / np.where(total > 0.0, total, 1.0))
+        centre = (pose.R @ problem.source.mean(axis=1)[..., None])[..., 0] * np.asarray(pose.scale)[:, None] + pose.t
+    pairing = replace(
+        pairing, used=used, weights=weights, count=used.sum(axis=1), rms=rms, objective=objective
+    )
+    system = gauss_newton.system(
+        pairing.moved, partners, precision, weights, centre, radius, options.free_below
+    )
+    return pairing, precision, system
+
+
+def _no_pairs(options: SurfaceOptions) -> str:
+    if np.isfinite(options.gate):
+        return f"no pair that could be used lies within the gate of {options.gate:g} u"
+    return "no pair can be used"
