@@ -12,7 +12,7 @@ from pathlib import Path
 from statistics import median
 
 from sitegen.bench import Bench, Row
-from sitegen.bench_page import browser_of, visit
+from sitegen.bench_page import browser_of, live, visit
 from sitegen.bench_start import measure_start
 from sitegen.built import read_pages
 from sitegen.outside import cache_dir
@@ -97,6 +97,7 @@ def _edits(bench: Bench, copy: Path) -> list[float]:
         watcher.start()
         with browser_of(bench) as browser, visit(browser, f"{site.server.origin}/index.html") as page:
             for i in range(EDITS):
+                live(page)  # an author edits a page that stands still
                 site.idle.wait()
                 shows = page.get_by_text(f"An edit, number {i}.")
                 began = time.perf_counter()

@@ -6,10 +6,8 @@ that listens is put into HTML on its way out, never into what is built.
 
 from __future__ import annotations
 
-import contextlib
 import json
 import os
-import subprocess
 import sys
 import time
 import webbrowser
@@ -22,6 +20,7 @@ from typing import Any
 
 import watchfiles
 
+from sitegen.builder import Builder
 from sitegen.building import Outcome, tell
 from sitegen.static import StaticHandler, StaticServer, content_type
 
@@ -30,54 +29,12 @@ SETTLE_MS = 40  # an editor's save is over when nothing has changed for so long
 SWAP_SECONDS = 30.0  # how long a request may wait for a build that has just moved its file away
 PORTS = 50
 RELOAD = Path(__file__).with_name("reload.js")
-WAITING = Path(__file__).with_name("waiting.py")
 
 # A worker of an earlier visit would answer with what it keeps; this one takes its place and goes.
 NO_SERVICE_WORKER = b"""\
 addEventListener("install", () => skipWaiting());
 addEventListener("activate", (event) => event.waitUntil(registration.unregister()));
 """
-
-
-class Builder:
-    """Builds in fresh processes, of which the next one already waits with other people's modules imported."""
-
-    def __init__(self, root: Path, dest: Path) -> None:
-        self.root, self.dest = root, dest
-        self._modules: list[str] = []
-        self.ready()
-
-    def ready(self) -> None:
-        """Have a process wait; returns when it has imported what it may."""
-        command = [sys.executable, "-P", str(WAITING), str(self.root), str(self.dest), json.dumps(self._modules)]
-        self._next = subprocess.Popen(
-            command, cwd=self.root, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, encoding="utf-8"
-        )
-        assert self._next.stdout is not None
-        self._next.stdout.readline()
-
-    def build(self) -> Outcome:
-        """One build, of the sources as they are now."""
-        said, _ = self._next.communicate("\n")
-        try:
-            answer = json.loads(said.splitlines()[-1])
-        except (IndexError, ValueError):
-            return Outcome(trouble=f"the build ended with code {self._next.returncode}; the terminal says why")
-        self._modules = answer.pop("modules")
-        return Outcome.parsed(answer)
-
-    def close(self) -> None:
-        """End the process that waits."""
-        self._next.terminate()  # lets a build that is under way clear up
-        try:
-            self._next.wait(5)
-        except subprocess.TimeoutExpired:
-            self._next.kill()
-            self._next.wait()
-        for pipe in (self._next.stdin, self._next.stdout):
-            if pipe is not None:
-                with contextlib.suppress(OSError):  # what was about to be written has no reader any more
-                    pipe.close()
 
 
 class Live:
@@ -222,7 +179,7 @@ class LiveSite:
         finally:
             self.live.end(outcome)
         tell(outcome)
-        self.builder.ready()
+        self.builder.renew()
         self.idle.set()
         return outcome
 

@@ -9,6 +9,7 @@ import contextlib
 import importlib
 import importlib.util
 import json
+import os
 import signal
 import sys
 import time
@@ -54,6 +55,7 @@ def main(root: str, dest: str, modules: str) -> None:
     outcome["modules"] = [name for name in sys.modules if name.split(".")[0] not in known]
     answers.write(json.dumps(outcome) + "\n")
     answers.flush()
+    os._exit(0)  # taking a large interpreter apart takes time, and nothing is left to be done
 
 
 if __name__ == "__main__":
