@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -30,6 +31,7 @@ TREE_FROM = 400
 _EPS = float(np.finfo(np.float64).eps)
 _TINY = 1e-160  # its square is 2000 times the smallest number above zero: more than squares lose by underflow
 _CLOSE = 1e-12  # relative: distances that agree to this may be equal but for the tree's rounding
+_SORTED = 2000  # queries from which putting them in order pays
 _MANY = 32  # neighbours beyond which sorting whole rows is no slower
 
 
@@ -181,6 +183,13 @@ class _Tree:
 
     def nearest(self, queries: FloatArray, k: int) -> IntArray:
         """The rows of the k nearest, (m, k), as the definition has them."""
+        # Queries in the order of the cells they lie in find the tree's nodes still in the cache.
+        along = _by_cells(queries) if len(queries) >= _SORTED else np.arange(len(queries))
+        rows = np.empty((len(queries), k), dtype=np.int64)
+        rows[along] = self._nearest(queries[along], k)
+        return rows
+
+    def _nearest(self, queries: FloatArray, k: int) -> IntArray:
         m, rows_at = len(queries), self.rows_at(k)
         places = len(rows_at)
         rows = np.empty((m, k), dtype=np.int64)
@@ -202,6 +211,19 @@ class _Tree:
         for part in _blocks(left.size, able.size):
             rows[left[part]] = able[_first_k(_squares(queries[left[part]], self.points[able]), k)]
         return rows
+
+
+def _by_cells(points: FloatArray) -> IntArray:
+    """An order of the points (m, d) in which those of one cell of a coarse grid follow each other."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    d = points.shape[1]
+    side = max(2, int(2.0 ** (15 // d)))
+    place = (points - low) * (side / np.where(high > low, high - low, 1.0))
+    cells = np.minimum(np.nan_to_num(place), side - 1.0).astype(np.int64)
+    key = np.zeros(len(points), dtype=np.uint16)
+    for k in range(min(d, 15)):
+        key = (key * side + cells[:, k]).astype(np.uint16)
+    return np.argsort(key, kind="stable")
 
 
 def _first_k(squares: FloatArray, k: int) -> IntArray:
@@ -245,4 +267,5 @@ def _tree_maker() -> Any:
         from scipy.spatial import cKDTree  # type: ignore[import-untyped]
     except ImportError:
         return None
-    return cKDTree
+    # Split in the middle of the longest side: on surfaces, queries take half the time of splits at the median.
+    return partial(cKDTree, balanced_tree=False, compact_nodes=False)
