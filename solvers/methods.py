@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
-from solvers import congruent, fast_robust_icp, gicp, icp, kabsch, kiss_icp, mmd, point_to_plane, ransac
+from solvers import congruent, cpd, fast_robust_icp, gicp, icp, kabsch, kiss_icp, mmd, point_to_plane, ransac
 from solvers.stepper import Method
 
 _LIST: tuple[Method[Any], ...] = (
@@ -19,6 +19,8 @@ _LIST: tuple[Method[Any], ...] = (
     fast_robust_icp.FAST_ROBUST,
     point_to_plane.POINT_TO_PLANE,
     gicp.GICP,
+    cpd.RIGID,
+    cpd.SIMILARITY,
     mmd.MMD,
 )
 
