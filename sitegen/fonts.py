@@ -274,9 +274,15 @@ def _rename(font: Any, face: Face) -> None:
 
 
 def _rule(face: Face, url: str, characters: str) -> str:
+    """The face's @font-face.
+
+    "block", because the faces are asked for early and come with the style sheet: in 48 cold loads of three pages
+    nothing moved. With "swap" the first paint sometimes came before them, and text moved (up to 0.11 of layout shift);
+    with "optional" such a page kept its fallback; fonts inside the style sheet always came after the first paint.
+    """
     only = f";unicode-range:{characters}" if characters else ""
     return (
-        f'@font-face{{font-family:"{face.family}";font-style:{face.style};font-weight:{face.weight};font-display:swap;'
+        f'@font-face{{font-family:"{face.family}";font-style:{face.style};font-weight:{face.weight};font-display:block;'
         f'src:url("{url}") format("woff2"){only}}}'
     )
 
