@@ -141,17 +141,25 @@ def _by_products(index: Index, points: FloatArray) -> IntArray:
     bound = 8.0 * (d + 2) * _EPS * reach * (reach + coarse) + _TINY**2
     rows = np.empty((b, m), dtype=np.int64)
     together = max(1, BLOCK // (m * n))
+    parts = list(_blocks(m, n)) if together == 1 else [slice(0, m)]
+    # One pair of buffers for all blocks: fresh memory costs more than what is computed in it.
+    most = min(together, b) * max(part.stop - part.start for part in parts) * n
+    scores, flags = np.empty(most), np.empty(most, dtype=np.bool_)
     for first in range(0, b, together):
-        some = slice(first, first + together)
-        for part in _blocks(m, n) if together == 1 else (slice(0, m),):
-            score = left[some, part] @ index.product[some]
+        some = slice(first, min(first + together, b))
+        for part in parts:
+            shape = (some.stop - first, part.stop - part.start, n)
+            size = shape[0] * shape[1] * n
+            score = np.matmul(left[some, part], index.product[some], out=scores[:size].reshape(shape))
             best = score.argmin(axis=-1)
             limit = np.take_along_axis(score, best[..., None], axis=-1) + bound[some, part, None]
-            near = score <= limit
+            near = np.less_equal(score, limit, out=flags[:size].reshape(shape))
             # Fewer than one a row happens where a score is no number; the definition decides there, too.
             if np.count_nonzero(near) != best.size:
-                for i, j in zip(*np.nonzero(near.sum(axis=-1) != 1), strict=True):
-                    best[i, j] = _squares(points[some][i, part][j : j + 1], index.points[some][i])[0].argmin()
+                unsure = near.sum(axis=-1) != 1
+                for i in np.flatnonzero(unsure.any(axis=1)):
+                    asked = points[first + i, part][unsure[i]]
+                    best[i, unsure[i]] = _squares(asked, index.points[first + i]).argmin(axis=-1)
             rows[some, part] = best
     return rows
 
