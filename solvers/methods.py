@@ -4,7 +4,22 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
-from solvers import congruent, cpd, fast_robust_icp, gicp, icp, kabsch, kiss_icp, mmd, point_to_plane, ransac
+from solvers import (
+    association_bp,
+    congruent,
+    cpd,
+    fast_robust_icp,
+    gicp,
+    hypotheses,
+    icp,
+    kabsch,
+    kiss_icp,
+    mmd,
+    ndt,
+    point_to_plane,
+    ransac,
+    soft_annealed,
+)
 from solvers.stepper import Method
 
 _LIST: tuple[Method[Any], ...] = (
@@ -19,9 +34,13 @@ _LIST: tuple[Method[Any], ...] = (
     fast_robust_icp.FAST_ROBUST,
     point_to_plane.POINT_TO_PLANE,
     gicp.GICP,
+    ndt.NDT,
+    soft_annealed.SOFT,
     cpd.RIGID,
     cpd.SIMILARITY,
     mmd.MMD,
+    association_bp.ASSOCIATION_BP,
+    hypotheses.HYPOTHESIS_MIXTURE,
 )
 
 METHODS: Mapping[str, Method[Any]] = MappingProxyType({method.name: method for method in _LIST})
