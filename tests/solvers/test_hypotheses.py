@@ -34,8 +34,8 @@ def _greedy_one_by_one(psi, miss):
 @settings(max_examples=120, deadline=None, derandomize=True, database=None)
 @given(st.integers(0, 10**6), st.booleans())
 def test_rounds_of_mutual_best_pairs_are_greedy(seed, ties):
-    """With distinct scores it is the definition's answer; with equal ones a greedy answer in some order: no pair is left
-    that would better both of its points."""
+    """With distinct scores it is the definition's answer; with equal ones a greedy answer in some order: no pair that
+    would better both of its points is left."""
     rng = np.random.default_rng(seed)
     m, n = rng.integers(1, 14, 2)
     psi = rng.integers(0, 4, (m, n)) / 3.0 if ties else rng.uniform(0.0, 1.0, (m, n)) * (rng.random((m, n)) < 0.6)
@@ -161,7 +161,7 @@ def test_one_hypothesis_is_the_greedy_one():
     assert runs[0].status in (Status.CONVERGED, Status.CAPPED)
 
 
-@pytest.mark.parametrize("wrong", [{"count": 0}, {"draws": 0}, {"miss": -1.0}, {"least_support": 2.0}])
+@pytest.mark.parametrize("wrong", [{"count": 0}, {"draws": 0}, {"miss": -1.0}, {"support": 2.0}])
 def test_wrong_options_are_named(wrong):
     with pytest.raises(ValueError, match=next(iter(wrong))):
         HypothesisOptions(**wrong)
