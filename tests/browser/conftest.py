@@ -11,20 +11,12 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, Playwright, sync_playwright
 
+from sitegen.browser import FLAGS
 from tests.browser.server import SiteServer
 
 ROOT = Path(__file__).resolve().parents[2]
 SITE = Path(os.environ.get("LADDER_SITE", ROOT / "site"))
 BLOCKED = "Service Worker registration blocked"  # by the tests themselves, where they are not about being offline
-FLAGS = [
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-]
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:

@@ -7,7 +7,9 @@ from typing import Any
 
 from playwright.sync_api import Locator, Page, expect
 
-LIVE = 60_000
+from sitegen.bench_page import until
+
+LIVE = 60_000  # ms: a start of Python on a busy machine
 
 
 class Figure:
@@ -44,12 +46,12 @@ class Figure:
         return self.root.locator(f'[data-readout="{name}"] .value').inner_text()
 
     def shows(self, name: str, value: str) -> Figure:
-        expect(self.root.locator(f'[data-readout="{name}"] .value')).to_have_text(value)
+        expect(self.root.locator(f'[data-readout="{name}"] .value')).to_have_text(value, timeout=LIVE)
         return self
 
     def changes(self, name: str, before: str) -> str:
         """Waits until the readout is no longer `before`."""
-        expect(self.root.locator(f'[data-readout="{name}"] .value')).not_to_have_text(before)
+        expect(self.root.locator(f'[data-readout="{name}"] .value')).not_to_have_text(before, timeout=LIVE)
         return self.readout(name)
 
     def frames(self) -> int:
@@ -63,7 +65,7 @@ class Figure:
 
     def settled(self) -> Figure:
         """Waits until nothing is asked or moving."""
-        self.page.wait_for_function("name => !Ladder.figures.get(name).busy", arg=self.name)
+        until(self.page, f"!Ladder.figures.get({self.name!r}).busy")
         return self
 
     def set(self, name: str, value: str | bool) -> None:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 from playwright.sync_api import expect
 
+from sitegen.bench_page import until
 from tests.browser.conftest import Reader
 from tests.browser.figures import Figure
 from tests.browser.server import SiteServer
@@ -81,7 +82,7 @@ def test_offline_after_the_first_visit(reader: Callable[..., Reader], server: Si
     one = reader(reduced_motion="reduce", service_workers="allow")
     page = one.open("kabsch.html")
     Figure(page, "fig-solve").live()
-    page.wait_for_function("Ladder.offline && Ladder.offline.ready === true", timeout=60_000)
+    until(page, "Ladder.offline && Ladder.offline.ready === true")
     server.stop()
     one.expect("ERR_CONNECTION_REFUSED", "Failed to fetch", "fetching the script")
     for name in pages:
