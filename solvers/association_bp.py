@@ -35,18 +35,18 @@ from solvers.stepper import Method, Problem
 
 @dataclass(frozen=True)
 class BpOptions:
-    """first, last: where σ starts and ends, world units (None: 0.3 and 0.03 of the target's RMS radius), times `factor`
+    """first, last: where σ starts and ends, world units (None: 0.3 and 0.03 of the target's RMS radius), times `shrink`
     at every step. reach: pairs farther apart than this many σ have no score. miss: ψ₀. sweeps: of the messages at every
-    step. support: source points whose marginals sum to less are not fitted. It stops when σ has reached its end
+    step. least_support: source points whose marginals sum to less are not fitted. It stops when σ has reached its end
     and a step moves the source points, root mean square, by at most `tolerance` of their RMS radius."""
 
     first: float | None = None
     last: float | None = None
-    factor: float = 0.9
+    shrink: float = 0.9
     reach: float = 4.0
     miss: float = 0.12
     sweeps: int = 6
-    support: float = 0.15
+    least_support: float = 0.15
     tolerance: float = 1e-5
 
     def __post_init__(self) -> None:

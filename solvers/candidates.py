@@ -111,13 +111,13 @@ def check_schedule(options: Any) -> None:
         value = getattr(options, name)
         if value is not None:
             validate.number(value, name, 1e-100, 1e100)
-    if not 0.0 < validate.number(options.factor, "factor") <= 1.0:
-        raise ValueError(f"factor: expected a factor above 0, up to 1, got {options.factor!r}")
+    if not 0.0 < validate.number(options.shrink, "shrink") <= 1.0:
+        raise ValueError(f"shrink: expected a factor above 0, up to 1, got {options.shrink!r}")
     if options.first is not None and options.last is not None and options.last > options.first:
         raise ValueError(f"last: expected at most first, {options.first:g}, got {options.last!r}")
     validate.number(options.reach, "reach", 0.1, 30.0)
     validate.number(options.miss, "miss", 1e-12, 1e12)
-    validate.number(options.support, "support", 0.0, 1.0)
+    validate.number(options.least_support, "least_support", 0.0, 1.0)
     validate.number(options.tolerance, "tolerance", 0.0)
 
 
@@ -125,7 +125,7 @@ class Scheduled(Protocol):
     """The state fields that an annealed association has beside `State`'s.
 
     sigma: (b,) σ, world units, and last: (b,) where it ends. soft: (b, m, d) the soft target of each source point (its
-    own place where it has none). support: (b, m) s_i, 0 to 1. used: (b, m) whose support is at least `support`.
+    own place where it has none). support: (b, m) s_i, 0 to 1. used: (b, m) whose support is at least `least_support`.
     The objective is `Σ s_i ‖T p_i − soft_i‖²` over these: what the next fit minimises. It is anew another function with
     every association, and may rise. change: (b,) how far the last step moved the points, root mean square, as a
     fraction of `radius` (b,), the source's RMS radius. condition: (b,) of the last fit.
@@ -193,7 +193,7 @@ def associated(state: S, mass: FloatArray, moment: FloatArray) -> S:
     some = mass > 0.0
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         soft = np.where(some[..., None], moment / np.where(some, mass, 1.0)[..., None], moved)
-        used = some & (mass >= state.options.support)
+        used = some & (mass >= state.options.least_support)
         gap = moved - soft
         squares = np.einsum("bmd,bmd->bm", gap, gap)
         objective = np.where(used, mass * squares, 0.0).sum(axis=1)
@@ -216,7 +216,7 @@ def step(state: S, associate: Associate[S]) -> S:
         gap = pose.apply(state.problem.source) - state.pose.apply(state.problem.source)
         change = np.sqrt(np.einsum("bmd,bmd->b", gap, gap) / gap.shape[1]) / state.radius
     ended = state.sigma <= state.last
-    sigma = np.where(ended, state.sigma, np.maximum(options.factor * state.sigma, state.last))
+    sigma = np.where(ended, state.sigma, np.maximum(options.shrink * state.sigma, state.last))
     after = associate(
         replace(state, pose=pose, sigma=sigma, change=change, condition=condition)  # type: ignore[type-var]
     )

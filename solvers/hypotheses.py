@@ -35,16 +35,16 @@ _UNIT = 2.0**32  # scores are drawn from as whole multiples of 2⁻³²: sums ar
 @dataclass(frozen=True)
 class HypothesisOptions:
     """count: hypotheses, the first greedy. draws: turns of drawing before a point is missed. The others as in
-    `solvers.association_bp.BpOptions`; support is a share of the hypotheses."""
+    `solvers.association_bp.BpOptions`; least_support is a share of the hypotheses."""
 
     first: float | None = None
     last: float | None = None
-    factor: float = 0.9
+    shrink: float = 0.9
     reach: float = 4.0
     miss: float = 0.12
     count: int = 12
     draws: int = 4
-    support: float = 0.15
+    least_support: float = 0.15
     tolerance: float = 1e-5
 
     def __post_init__(self) -> None:

@@ -194,7 +194,7 @@ def test_awkward_scenes_end(rng, method, name):
         min_size=1, max_size=5,
     ),
     st.sampled_from(["association-bp", "hypothesis-mixture"]),
-    st.sampled_from([{}, {"first": 1e-100, "last": 1e-100}, {"first": 1e100}, {"factor": 1.0}, {"miss": 1e12}]),
+    st.sampled_from([{}, {"first": 1e-100, "last": 1e-100}, {"first": 1e100}, {"shrink": 1.0}, {"miss": 1e12}]),
 )  # fmt: skip
 def test_hostile_clouds(points, method, options):
     cloud = np.array(points)
@@ -207,7 +207,7 @@ def test_hostile_clouds(points, method, options):
 
 @pytest.mark.parametrize(
     "wrong",
-    [{"first": 0.0}, {"last": -1.0}, {"factor": 0.0}, {"factor": 1.5}, {"reach": 0.0}, {"miss": 0.0}, {"sweeps": 0},
+    [{"first": 0.0}, {"last": -1.0}, {"shrink": 0.0}, {"shrink": 1.5}, {"reach": 0.0}, {"miss": 0.0}, {"sweeps": 0},
      {"last": 2.0, "first": 1.0}],
 )
 def test_wrong_options_are_named(wrong):

@@ -161,7 +161,7 @@ def test_one_hypothesis_is_the_greedy_one():
     assert runs[0].status in (Status.CONVERGED, Status.CAPPED)
 
 
-@pytest.mark.parametrize("wrong", [{"count": 0}, {"draws": 0}, {"miss": -1.0}, {"support": 2.0}])
+@pytest.mark.parametrize("wrong", [{"count": 0}, {"draws": 0}, {"miss": -1.0}, {"least_support": 2.0}])
 def test_wrong_options_are_named(wrong):
     with pytest.raises(ValueError, match=next(iter(wrong))):
         HypothesisOptions(**wrong)
