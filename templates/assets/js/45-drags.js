@@ -86,7 +86,8 @@
 
     const disposers = [
       on(overlay.layer, "pointerdown", take),
-      on(root, "pointermove", follow),
+      // Where the browser tells a move as it comes, Python's answer is there before the frame that pointermove waits for.
+      on(root, "onpointerrawupdate" in window ? "pointerrawupdate" : "pointermove", follow),
       on(root, "pointerup", release),
       on(root, "pointercancel", release),
       on(root, "lostpointercapture", release),
