@@ -28,8 +28,6 @@ WATCH = """() => {
   new PerformanceObserver(list => { for (const e of list.getEntries()) if (!e.hadRecentInput) seen.shift += e.value; })
     .observe({type: 'layout-shift', buffered: true});
 }"""
-# The page marks an input with its event's own time stamp, when the browser got it; the page is told at the next frame.
-# `from` says which of the two counts.
 # An input's mark stands at the event's own time, which is when the browser got it.
 MARKS = """() => performance.getEntriesByType('mark').filter(m => m.name.startsWith('ladder:'))
   .map(m => [m.name, m.startTime]).sort((a, b) => a[1] - b[1])"""
