@@ -2,7 +2,7 @@
 
 With `K_ij = exp(−‖a_i − b_j‖² / 2σ²)` for rows a_i and columns b_j,
 
-- `sums` gives for each row the mass `Σ_j K_ij` and the moments `Σ_j K_ij b_j`, `Σ_j K_ij b_j b_jᵀ` (optional);
+- `sums` gives for each row `Σ_j K_ij v_j`, whatever the columns' values v_j (`powers`: 1, b_j, b_j b_jᵀ for moments);
 - `shares` divides each row by its sum plus a constant c and adds up the columns: the expectation step of a mixture with
   components b_j and observations a_i, `P_ij = K_ij / (Σ_k K_ik + c)`.
 
@@ -26,15 +26,6 @@ BLOCK = 2**15
 
 _FAR = 500.0  # the largest exponent; exp(−500) is 7e-218
 _LOW = 1e-190  # a row's sum below it may be made of such ends, and is taken again relative to its largest term
-
-
-@dataclass(frozen=True, eq=False)
-class Sums:
-    """mass (b, m): Σ_j K_ij. first (b, m, d): Σ_j K_ij b_j. second (b, m, d, d): Σ_j K_ij b_j b_jᵀ, or None."""
-
-    mass: FloatArray
-    first: FloatArray
-    second: FloatArray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,23 +89,29 @@ class _Kernel:
         return squares, kernel
 
 
-def sums(rows: FloatArray, columns: FloatArray, sigma: FloatArray, *, second: bool = False) -> Sums:
-    """Mass and moments of the columns (b, n, d) as seen from each row point (b, m, d), kernel width sigma (b,) > 0.
+def powers(points: FloatArray, order: int = 1) -> FloatArray:
+    """(b, n, 1 + d), the values 1 and b_j of the points (b, n, d); with order 2 (b, n, 1 + d + d²), b_j b_jᵀ row by row
+    beside them."""
+    b, n, d = points.shape
+    out = np.ones((b, n, 1 + d + (d * d if order == 2 else 0)))
+    out[..., 1 : d + 1] = points
+    if order == 2:
+        out[..., d + 1 :] = (points[..., :, None] * points[..., None, :]).reshape(b, n, d * d)
+    return out
 
-    A row that no column reaches has a mass of about 1e-217 n, never zero: see the module's text.
+
+def sums(rows: FloatArray, columns: FloatArray, sigma: FloatArray, values: FloatArray) -> FloatArray:
+    """`Σ_j K_ij v_j`, (b, m, v), of the values (b, n, v) at the columns (b, n, d), seen from the rows (b, m, d), with
+    widths sigma (b,) > 0.
+
+    A row that no column reaches has a sum of about 1e-217, never zero: see the module's text.
     """
-    b, m, d = rows.shape
-    n = columns.shape[1]
-    values = np.ones((b, n, 1 + d + (d * d if second else 0)))
-    values[..., 1 : d + 1] = columns
-    out = np.empty((b, m, values.shape[-1]))
+    out = np.empty((*rows.shape[:2], values.shape[2]))
     with np.errstate(over="ignore", under="ignore"):
-        if second:
-            values[..., d + 1 :] = (columns[..., :, None] * columns[..., None, :]).reshape(b, n, d * d)
         kernel = _Kernel(rows, columns, sigma)
         for some, part in kernel.blocks:
-            out[some, part] = kernel.block(some, part)[1] @ values[some]
-    return Sums(out[..., 0], out[..., 1 : d + 1], out[..., d + 1 :].reshape(b, m, d, d) if second else None)
+            np.matmul(kernel.block(some, part)[1], values[some], out=out[some, part])
+    return out
 
 
 def shares(rows: FloatArray, columns: FloatArray, sigma: FloatArray, c: FloatArray, limit: int | None = None) -> Shares:
