@@ -119,8 +119,15 @@ def apply(xi: FloatArray, system: System, pose: Pose) -> Pose:
     d = pose.dim
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         turn = rotation(xi[:, d:] / system.radius[:, None])
-        t = system.centre + (turn @ (pose.t - system.centre)[..., None])[..., 0] + xi[:, :d]
+        t = system.centre + turned(turn, pose.t - system.centre) + xi[:, :d]
     return Pose(turn @ pose.R, t, pose.scale)
+
+
+def turned(R: FloatArray, v: FloatArray) -> FloatArray:
+    """R v for matrices (b, d, d) and one vector each, (b, d), with rounding that does not depend on the batch, as that
+    of a matrix product by one column may."""
+    product: FloatArray = (R * v[:, None, :]).sum(axis=-1)
+    return product
 
 
 def rotation(omega: FloatArray) -> FloatArray:

@@ -31,7 +31,8 @@ from solvers.surface_icp import SurfaceOptions, SurfaceState
 @dataclass(frozen=True)
 class GicpOptions(SurfaceOptions):
     """tangent, normal: the variances along the surface and across it, squared world units, both above 0 and within
-    1e-9 to 1e9 of each other; their common scale changes the objective and not the steps. The others as in `solvers.surface_icp.SurfaceOptions`."""
+    1e-9 to 1e9 of each other; their common scale changes the objective and not the steps. The others as in
+    `solvers.surface_icp.SurfaceOptions`."""
 
     tangent: float = 1.0
     normal: float = 0.01

@@ -201,7 +201,8 @@ def _at(
         objective = np.where(used, weights * squares, 0.0).sum(axis=1)
         total = weights.sum(axis=1)
         rms = np.sqrt(objective / np.where(total > 0.0, total, 1.0))
-        centre = (pose.R @ problem.source.mean(axis=1)[..., None])[..., 0] * np.asarray(pose.scale)[:, None] + pose.t
+        middle = problem.source.mean(axis=1) * np.asarray(pose.scale)[:, None]
+        centre = gauss_newton.turned(pose.R, middle) + pose.t
     pairing = replace(
         pairing, used=used, weights=weights, count=used.sum(axis=1), rms=rms, objective=objective
     )

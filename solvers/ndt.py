@@ -1,0 +1,260 @@
+"""NDT registration: climb the score of the target's map by damped Newton steps, from coarse cells to fine.
+
+One step solves for (tx, ty, φ) about the moved cloud's centroid, with the angle scaled by the cloud's RMS radius so
+that one λ damps lengths and angle alike, caps it by one common factor, halves it until the score rises, and accepts
+nothing else. A level of cell sizes ends when no shorter step helps or when the step has become small; the next begins
+at its pose, with another objective. Coarse cells reach farther, fine ones resolve more; neither guarantees anything,
+and a run that has stopped is not thereby aligned.
+
+The score at a cell's border jumps, so a run often ends stalled there rather than where the gradient vanishes.
+
+Source: Biber & Straßer 2003 (score and Newton's method); Magnusson 2009, ch. 6 (line search; coarse to fine, sec. 6.3).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from solvers import ndt_map, newton, validate
+from solvers.arrays import BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.gauss_newton import rotation, turned
+from solvers.icp import rms_radius
+from solvers.ndt_map import NdtMap
+from solvers.ndt_score import Score, evaluate
+from solvers.pose import Pose
+from solvers.rows import CONSTANT, SHARED, put, take
+from solvers.spectral import symmetric_eigen
+from solvers.status import Status, mark, reasons, statuses
+from solvers.stepper import Method, Problem
+
+OUTSIDE = "no moved point lies in a cell of the map"
+FREE = 1e-9
+"""At rest, an eigenvalue of the Hessian below this fraction of the largest leaves its direction free."""
+
+
+@dataclass(frozen=True)
+class NdtOptions:
+    """cells: one cell size or several, coarse to fine, world units (None: 0.6 and 0.3 of the target's RMS radius).
+    grids: 1 or 4. offset: where a corner of the first grid lies, world units.
+    max_shift (world units; None: half the first cell size), max_turn (radians): the longest step. halvings: how often a
+    step is halved before the level ends. tolerance: a level ends, too, when a step moves the source points, root mean
+    square, by about this fraction of their RMS radius.
+    """
+
+    cells: float | Sequence[float] | None = None
+    grids: int = 4
+    offset: Sequence[float] = (0.0, 0.0)
+    max_shift: float | None = None
+    max_turn: float = 0.2
+    halvings: int = 8
+    tolerance: float = 1e-5
+
+    def __post_init__(self) -> None:
+        sizes(self.cells)
+        if self.grids not in (1, 4) or isinstance(self.grids, bool):
+            raise ValueError(f"grids: expected 1 or 4, got {self.grids!r}")
+        if not isinstance(self.offset, Sequence | np.ndarray) or len(self.offset) != 2:
+            raise ValueError(f"offset: expected two numbers, got {self.offset!r}")
+        for value in self.offset:
+            validate.number(value, "offset", -1e100, 1e100)
+        if self.max_shift is not None:
+            validate.number(self.max_shift, "max_shift", 1e-100, 1e100)
+        validate.number(self.max_turn, "max_turn", 1e-100, 1e100)
+        validate.count(self.halvings, "halvings")
+        validate.number(self.tolerance, "tolerance", 0.0)
+
+
+def sizes(cells: float | Sequence[float] | None) -> tuple[float, ...] | None:
+    """The cell sizes as a tuple, coarse to fine as given; a ValueError for what is none."""
+    if cells is None:
+        return None
+    if isinstance(cells, str):
+        raise ValueError(f"cells: expected a number or several, got {cells!r}")
+    several = tuple(cells) if isinstance(cells, Sequence | np.ndarray) else (cells,)
+    if not several:
+        raise ValueError("cells: expected at least one cell size, got none")
+    return tuple(ndt_map.check_size(h, "cells") for h in several)
+
+
+@dataclass(frozen=True, eq=False)
+class NdtState:
+    """A pose and its score on the map of the present level; `objective` is −score.
+
+    maps: one for each level. level: (b,) the present one. centre: (b, 2) of the source, radius: (b,) its RMS radius.
+    at: the score with cells, values, gradient and Hessian by (tx, ty, φ) about the moved centroid, at `pose`.
+    Of the last step: damping (b,) λ; step (b, 3) as accepted, or as last tried; halved (b,) how often; accepted (b,).
+    condition: (b,) of the Hessian with the angle scaled by the radius, its largest |eigenvalue| over its smallest.
+    """
+
+    problem: Problem = field(metadata=CONSTANT)
+    maps: tuple[NdtMap, ...] = field(metadata=CONSTANT)
+    centre: FloatArray = field(metadata=CONSTANT)
+    radius: FloatArray = field(metadata=CONSTANT)
+    max_shift: FloatArray = field(metadata=CONSTANT)
+    options: NdtOptions = field(metadata=SHARED)
+    pose: Pose
+    objective: FloatArray
+    status: StatusArray
+    reason: ReasonArray
+    level: IntArray
+    at: Score
+    damping: FloatArray
+    step: FloatArray
+    halved: IntArray
+    accepted: BoolArray
+    condition: FloatArray
+
+
+def moved_by(pose: Pose, step: FloatArray, pivot: FloatArray) -> Pose:
+    """The poses (b,) after a step (tx, ty, φ), (b, 3), about the pivots (b, 2)."""
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        turn = rotation(step[:, 2:])
+        return Pose(turn @ pose.R, pivot + turned(turn, pose.t - pivot) + step[:, :2], pose.scale)
+
+
+def _start(problem: Problem, options: NdtOptions) -> NdtState:
+    b = problem.size
+    given = sizes(options.cells)
+    if given is None:
+        h = ndt_map.default_size(problem.target)
+        steps: list[FloatArray] = [2.0 * h, h]
+    else:
+        steps = [np.full(b, h) for h in given]
+    offset = np.asarray(options.offset, dtype=np.float64)
+    maps = tuple(ndt_map.build(problem.target, h, offset=offset, grids=options.grids) for h in steps)
+    with np.errstate(over="ignore", under="ignore"):
+        radius = rms_radius(problem.source) * np.asarray(problem.start.scale)
+    radius = np.where((radius > 0.0) & np.isfinite(radius), radius, 1.0)
+    shift = 0.5 * steps[0] if options.max_shift is None else np.full(b, options.max_shift)
+    level = np.zeros(b, dtype=np.int64)
+    centre = problem.source.mean(axis=1)
+    at = _score(problem, maps, level, centre, problem.start, np.arange(b))
+    status, reason = statuses((b,)), reasons((b,))
+    for one in maps:
+        for words in sorted(set(one.reason) - {""}):
+            status, reason = mark(status, reason, np.asarray(one.reason == words), Status.DEGENERATE, words)
+    outside = np.asarray((at.cells < 0).all(axis=(1, 2)))
+    status, reason = mark(status, reason, outside, Status.DEGENERATE, OUTSIDE)
+    return NdtState(
+        problem=problem, maps=maps, centre=centre, radius=radius, max_shift=shift, options=options,
+        pose=problem.start, objective=-at.score, status=status, reason=reason, level=level, at=at,
+        damping=np.zeros(b), step=np.zeros((b, 3)), halved=np.zeros(b, dtype=np.int64),
+        accepted=np.zeros(b, dtype=np.bool_), condition=_condition(at.hessian, radius)[0],
+    )  # fmt: skip
+
+
+def _score(
+    problem: Problem, maps: tuple[NdtMap, ...], level: IntArray, centre: FloatArray, pose: Pose, which: IntArray
+) -> Score:
+    """The score of the problems `which` (k,), each at its pose and on the map of its level, both (k,)."""
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        moved, pivot = pose.apply(problem.source[which]), _pivot(pose, centre[which])
+    k, m = moved.shape[:2]
+    shape = (k, maps[0].table.shape[1], m)
+    out = Score(
+        np.zeros(k), np.zeros((k, 3)), np.zeros((k, 3, 3)), np.zeros(shape, dtype=np.int64), np.zeros(shape)
+    )
+    for at, cells in enumerate(maps):
+        rows = np.flatnonzero(level == at)
+        if len(rows) == k:
+            return evaluate(cells, moved, pivot, which)
+        if len(rows):
+            out = put(out, rows, evaluate(cells, moved[rows], pivot[rows], which[rows]))
+    return out
+
+
+def _pivot(pose: Pose, centre: FloatArray) -> FloatArray:
+    """Where the poses (b,) put the centres (b, 2)."""
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        return turned(pose.R, centre * np.asarray(pose.scale)[:, None]) + pose.t
+
+
+def scaled(gradient: FloatArray, hessian: FloatArray, radius: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Gradient and Hessian by (tx, ty, radius · φ), all in world units."""
+    unit = np.stack([np.ones_like(radius), np.ones_like(radius), 1.0 / radius], axis=1)
+    return gradient * unit, hessian * unit[:, :, None] * unit[:, None, :]
+
+
+def _condition(hessian: FloatArray, radius: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The condition number (b,), and the smallest eigenvalue over the largest magnitude (b,)."""
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        values, _ = symmetric_eigen(scaled(hessian[:, 0], hessian, radius)[1])
+        size = np.abs(values)
+        low, high = size.min(axis=1), size.max(axis=1)
+        safe = np.where(high > 0.0, high, 1.0)
+        condition = np.where(low > 0.0, high / np.where(low > 0.0, low, 1.0), np.inf)
+        return np.where(np.isfinite(condition), condition, np.inf), np.where(high > 0.0, low / safe, 0.0)
+
+
+def newton_step(
+    gradient: FloatArray, hessian: FloatArray, radius: FloatArray, max_shift: FloatArray, max_turn: float
+) -> tuple[FloatArray, FloatArray]:
+    """The damped and capped step (tx, ty, φ), (b, 3), and λ, (b,)."""
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        step, damping = newton.damped_step(*scaled(gradient, hessian, radius))
+        step = step / np.stack([np.ones_like(radius), np.ones_like(radius), radius], axis=1)
+        shift, turn = np.linalg.norm(step[:, :2], axis=1) / max_shift, np.abs(step[:, 2]) / max_turn
+        return newton.capped(step, (shift, turn)), damping
+
+
+def _step(state: NdtState) -> NdtState:
+    problem, options, old = state.problem, state.options, state.at
+    pivot = _pivot(state.pose, state.centre)
+    step, damping = newton_step(old.gradient, old.hessian, state.radius, state.max_shift, options.max_turn)
+    pose = moved_by(state.pose, step, pivot)
+    at = _score(problem, state.maps, state.level, state.centre, pose, np.arange(problem.size))
+    better = at.score > old.score
+    halved = np.zeros(len(better), dtype=np.int64)
+    for _ in range(options.halvings):
+        rows = np.flatnonzero(~better)
+        if not rows.size:
+            break
+        step[rows] *= 0.5
+        halved[rows] += 1
+        tried = moved_by(state.pose[rows], step[rows], pivot[rows])
+        again = _score(problem, state.maps, state.level[rows], state.centre, tried, rows)
+        good = again.score > old.score[rows]
+        if good.any():
+            pose, at = put(pose, rows[good], tried[good]), put(at, rows[good], take(again, good))
+            better[rows[good]] = True
+    if not better.all():
+        pose, at = put(pose, ~better, state.pose[~better]), put(at, ~better, take(old, ~better))
+
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        change = np.hypot(np.hypot(step[:, 0], step[:, 1]) / state.radius, step[:, 2])
+    ended = ~better | (change <= options.tolerance)
+    last = state.level == len(state.maps) - 1
+    up = ended & ~last
+    level = state.level + up
+    if up.any():
+        rows = np.flatnonzero(up)
+        at = put(at, rows, _score(problem, state.maps, level[rows], state.centre, pose[rows], rows))
+    condition, ratio = _condition(at.hessian, state.radius)
+    outside = np.asarray((at.cells < 0).all(axis=(1, 2)))
+    status, reason = mark(state.status, state.reason, outside, Status.DEGENERATE, OUTSIDE)
+    status, reason = mark(
+        status, reason, ended & last & (ratio <= FREE), Status.DEGENERATE,
+        "the score does not change along some direction of motion",
+    )  # fmt: skip
+    still = ended & last & (change <= options.tolerance)
+    status, reason = mark(status, reason, still, Status.CONVERGED, "the pose has come to rest")
+    status, reason = mark(
+        status, reason, ended & last, Status.STALLED, "no shorter step raises the score on these cells"
+    )
+    return replace(
+        state, pose=pose, objective=-at.score, status=status, reason=reason, level=level, at=at, damping=damping,
+        step=step, halved=halved, accepted=better, condition=condition,
+    )  # fmt: skip
+
+
+NDT = Method(
+    name="ndt",
+    summary="climbs the score of Gaussians in the target's grid cells by damped Newton steps, coarse to fine",
+    source="Biber & Straßer 2003",
+    start=_start,
+    step=_step,
+    options=NdtOptions,
+)
