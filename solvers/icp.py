@@ -162,7 +162,8 @@ def rms_radius(points: FloatArray) -> FloatArray:
     """Root mean square distance of the points (b, n, d) from their centroid, (b,); 1 where they are equal."""
     with np.errstate(over="ignore", under="ignore"):
         centred = points - points.mean(axis=1, keepdims=True)
-        radius = np.sqrt(np.einsum("bnd,bnd->b", centred, centred) / points.shape[1])
+        # Each problem sums a row of its own, so its rounding does not depend on the batch.
+        radius = np.sqrt(np.square(centred).reshape(len(points), -1).sum(axis=1) / points.shape[1])
     return np.where(radius > 0.0, radius, 1.0)
 
 
