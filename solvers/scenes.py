@@ -127,7 +127,15 @@ def room_start(degrees: float = 45.0, distance: float = 1.43) -> Pose:
     return Pose.from_angle(np.radians(degrees), distance * ROOM_START_DIRECTION)
 
 
-def room(setting: str = "clean", *, seed: int = 40, noise: float | None = None, outliers: float | None = None) -> Scene:
+def room(
+    setting: str = "clean",
+    *,
+    seed: int = 40,
+    noise: float | None = None,
+    outliers: float | None = None,
+    overlap: float = 1.0,
+    density: float = 1.0,
+) -> Scene:
     """An open room as two scans see it: one sees all of its outline, the other the part from 6 % to 94 % of its length.
 
     The target is sampled every 0.15 u, the source every 0.16 u from another phase, so no point has an exact partner.
@@ -137,10 +145,13 @@ def room(setting: str = "clean", *, seed: int = 40, noise: float | None = None, 
     length, both clouds); 'striped' (nine bands of spacing 0.08 and 0.42 u in turn, both clouds); 'outliers' (20 % of
     each cloud replaced by junk over 10 × 6.4 u); 'combo' (noise and outliers).
     noise: σ in u; outliers: the replaced fraction of each cloud, 0 to 1; None is the setting's own.
+    overlap: the fraction of the outline's length, from its beginning, that the target sees, 0.1 to 1; the points of the
+    rest are missing. density: how much denser than usual the source is sampled, 0.2 to 5.
 
-    Raises ValueError for an unknown setting, a negative noise, a fraction outside 0 … 1.
+    Raises ValueError for an unknown setting, a negative noise, a fraction or density out of its range.
     """
     validate.one_of(setting, ROOM_SETTINGS, "setting")
+    seen, denser = validate.number(overlap, "overlap", 0.1, 1.0), validate.number(density, "density", 0.2, 5.0)
     own = 0.11 if setting in ("noise", "combo") else 0.02
     sigma = own if noise is None else validate.number(noise, "noise", 0.0)
     own = 0.2 if setting in ("outliers", "combo") else 0.0
@@ -149,9 +160,13 @@ def room(setting: str = "clean", *, seed: int = 40, noise: float | None = None, 
     total = float(lengths[-1])
 
     rng = np.random.default_rng(validate.count(seed, "seed"))
-    clouds, masks = [], []
-    for spacing, first, last in ((0.15, 0.0, total), (0.16, 0.06 * total + 0.06, 0.94 * total)):
-        along = _stations(setting, spacing, first, last, total)
+    clouds: list[FloatArray] = []
+    masks: list[BoolArray] = []
+    for spacing, first, last, ratio in (
+        (0.15, 0.0, total, 1.0),
+        (0.16, 0.06 * total + 0.06, 0.94 * total, denser),
+    ):
+        along = _stations(setting, spacing, first, last, total, ratio)
         points = np.column_stack([np.interp(along, lengths, ROOM[:, k]) for k in (0, 1)])
         n = len(points)
         unit, order, elsewhere = rng.standard_normal((n, 2)), rng.permutation(n), _junk(rng, n)
@@ -159,22 +174,25 @@ def room(setting: str = "clean", *, seed: int = 40, noise: float | None = None, 
         wrong = np.zeros(n, dtype=np.bool_)
         wrong[order[: round(fraction * n)]] = True
         points[wrong] = elsewhere[wrong]
-        clouds.append(points)
-        masks.append(wrong)
+        # Drawn for all of the outline, then cut: a smaller overlap leaves the other points where they were.
+        kept = along <= (total if clouds else seen * total + 1e-9)
+        clouds.append(points[kept])
+        masks.append(wrong[kept])
     return Scene(
         setting, seed, clouds[1], clouds[0], Pose.identity(), room_start(), masks[1], masks[0], (ROOM.copy(),)
     )
 
 
-def _stations(setting: str, spacing: float, first: float, last: float, total: float) -> FloatArray:
-    """Arc lengths from `first` to `last` at which the outline is sampled."""
+def _stations(setting: str, spacing: float, first: float, last: float, total: float, ratio: float) -> FloatArray:
+    """Arc lengths from `first` to `last` at which the outline is sampled, `ratio` times as densely as usual."""
+    spacing /= ratio
     if setting not in ("gradient", "striped"):
         return first + spacing * np.arange(np.floor((last - first) / spacing + 1e-9) + 1.0)
     stations, s = [], first
     while s <= last:
         stations.append(s)
         f = s / total
-        s += 0.07 + 0.42 * f if setting == "gradient" else (0.08, 0.42)[min(int(9.0 * f), 8) % 2]
+        s += (0.07 + 0.42 * f if setting == "gradient" else (0.08, 0.42)[min(int(9.0 * f), 8) % 2]) / ratio
     return np.array(stations)
 
 

@@ -1,0 +1,119 @@
+"""The race run to its end on many seeds at once: errors against the truth, steps, and time.
+
+`benchmark` does it in one call. Where a page must stay alive it steps by itself: `Contestant.begin`, then
+`solvers.stepper.advance` while there is time, then `line`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from solvers.arrays import FloatArray, IntArray, StatusArray
+from solvers.metrics import rre, rte
+from solvers.pose import Pose
+from solvers.race import CONTESTANTS, MAX_STEPS, SEEDS, Contestant, Controls, race_problem
+from solvers.status import Status
+from solvers.stepper import Batch, advance
+
+CLOSE_DEGREES = 5.0
+CLOSE_DISTANCE = 0.2
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """What one contestant did on s problems.
+
+    rre: (s,) rotation errors in degrees. rte: (s,) translation errors in world units. steps: (s,) taken. status: (s,)
+    how each stopped. pose: the s poses. seconds: wall time of the run, start included.
+    """
+
+    contestant: Contestant
+    rre: FloatArray
+    rte: FloatArray
+    steps: IntArray
+    status: StatusArray
+    pose: Pose
+    seconds: float
+
+    @property
+    def median_rre(self) -> float:
+        """Median rotation error, degrees."""
+        return float(np.median(self.rre))
+
+    @property
+    def median_rte(self) -> float:
+        """Median translation error, world units."""
+        return float(np.median(self.rte))
+
+    @property
+    def turned(self) -> int:
+        """How many have a rotation error below 5°."""
+        return int(np.count_nonzero(self.rre < CLOSE_DEGREES))
+
+    @property
+    def close(self) -> int:
+        """How many have a rotation error below 5° and a translation error below 0.2 u."""
+        return int(np.count_nonzero((self.rre < CLOSE_DEGREES) & (self.rte < CLOSE_DISTANCE)))
+
+    @property
+    def median_steps(self) -> float:
+        """Median number of steps; steps of different methods are different amounts of work."""
+        return float(np.median(self.steps))
+
+    @property
+    def stops(self) -> dict[str, int]:
+        """How many stopped how: 'converged', 'stalled', … No stop is a success."""
+        count = np.bincount(self.status, minlength=len(Status))
+        return {Status(k).label: int(n) for k, n in enumerate(count) if n}
+
+
+def line(contestant: Contestant, batch: Batch[Any], truth: Pose, seconds: float) -> Line:
+    """A contestant's row of the table from its run as it stands; truth: the s true poses."""
+    pose = batch.pose()
+    return Line(
+        contestant, np.degrees(rre(pose, truth)), rte(pose, truth), batch.steps, batch.state().status, pose, seconds
+    )
+
+
+def benchmark(
+    controls: Controls | None = None,
+    *,
+    seeds: Sequence[int] = SEEDS,
+    contestants: Sequence[Contestant] = CONTESTANTS,
+    max_steps: int = MAX_STEPS,
+    progress: Callable[[Contestant], Any] | None = None,
+) -> tuple[Line, ...]:
+    """Run the contestants on the scenes of all seeds, each in one batch, and measure them against the truth.
+
+    controls: of the race (None: its defaults). progress(contestant) is called before each; a true answer ends the
+    benchmark there. Raises ValueError for what is no seed.
+    """
+    problem, truth = race_problem(Controls() if controls is None else controls, seeds)
+    lines = []
+    for contestant in contestants:
+        if progress is not None and progress(contestant):
+            break
+        begun = perf_counter()
+        batch = contestant.begin(problem, max_steps)
+        while not batch.done:
+            batch = advance(batch)
+        lines.append(line(contestant, batch, truth, perf_counter() - begun))
+    return tuple(lines)
+
+
+def table(lines: Sequence[Line]) -> str:
+    """The benchmark's table as text, one row a contestant."""
+    n = len(lines[0].rre) if lines else 0
+    head = f"{'method':20}{'RRE':>9}{'RTE':>9}{'RRE<5°':>9}{'and <.2u':>10}{'steps':>7}{'ms':>8}  stops (of {n})"
+    rows = [
+        f"{x.contestant.label:20}{x.median_rre:8.2f}°{x.median_rte:7.3f} u{x.turned:9d}{x.close:10d}"
+        f"{x.median_steps:7.0f}{1e3 * x.seconds:8.0f}  " + ", ".join(f"{n} {name}" for name, n in x.stops.items())
+        for x in lines
+    ]
+    total = f"{'all':20}{'':44}{1e3 * sum(x.seconds for x in lines):8.0f}"
+    return "\n".join([head, *rows, total])

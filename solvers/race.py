@@ -1,0 +1,135 @@
+"""The race: nine methods on the same two scans from the same start, as panels, benchmark and sweeps run it.
+
+One list of contestants with the options that they race with, one set of controls, one way to make the problems; what
+steps them is `solvers.stepper`. RANSAC takes no start: it ignores the starting pose, and its panel says so.
+
+A controlled experiment: one room, one sampling, options chosen for it. It ranks nothing beyond itself, and steps of
+different methods are different amounts of work.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from solvers import validate
+from solvers.methods import METHODS
+from solvers.pose import Pose
+from solvers.scenes import Scene, room, room_start
+from solvers.stepper import Batch, Problem, begin
+
+SEEDS = tuple(40 + 13 * k for k in range(25))
+"""The seeds of the benchmark."""
+MAX_STEPS = 70
+"""The most steps of a contestant."""
+
+
+@dataclass(frozen=True)
+class Controls:
+    """What the race can be set to.
+
+    degrees, distance: the start's rotation and translation (u). setting: one of `solvers.scenes.ROOM_SETTINGS`. noise:
+    σ in u, outliers: the replaced fraction of each cloud (None: the setting's own). overlap: the fraction of the room
+    that the target sees. density: how much denser than usual the source is sampled. Raises ValueError for a setting
+    that is unknown and a number out of its range.
+    """
+
+    degrees: float = 45.0
+    distance: float = 1.43
+    setting: str = "combo"
+    noise: float | None = None
+    outliers: float | None = None
+    overlap: float = 1.0
+    density: float = 1.0
+
+    def __post_init__(self) -> None:
+        validate.number(self.degrees, "degrees", -180.0, 180.0)
+        validate.number(self.distance, "distance", 0.0, 100.0)
+        self.scene(SEEDS[0])
+
+    def scene(self, seed: int) -> Scene:
+        """The two scans of a seed."""
+        return room(
+            self.setting,
+            seed=seed,
+            noise=self.noise,
+            outliers=self.outliers,
+            overlap=self.overlap,
+            density=self.density,
+        )
+
+    @property
+    def start(self) -> Pose:
+        """The starting pose: turned about the world's origin, then moved."""
+        return room_start(self.degrees, self.distance)
+
+
+@dataclass(frozen=True, eq=False)
+class Contestant:
+    """A method with the options that it races with. label: what its panel and table row are called; note: what a reader
+    must know to read its result."""
+
+    method: str
+    label: str
+    options: Mapping[str, Any] = field(default_factory=dict)
+    note: str = ""
+
+    def begin(self, problem: Problem, max_steps: int = MAX_STEPS) -> Batch[Any]:
+        """The contestant at its start on these problems; step it by `solvers.stepper.advance`."""
+        method = METHODS[self.method]
+        return begin(method, problem, method.options(**self.options), max_steps)
+
+
+_GATE = MappingProxyType({"gate": 2.6})
+_SURFACE = MappingProxyType({"gate": 2.6, "neighbours": 6, "max_turn": 0.5, "max_shift": 1.5})
+_WIDTHS = MappingProxyType({"first": 1.1, "shrink": 0.9, "last": 0.12, "least_support": 0.15, "tolerance": 5e-4})
+
+CONTESTANTS: tuple[Contestant, ...] = (
+    Contestant("icp", "ICP", _GATE),
+    Contestant("point-to-plane", "Point to plane", _SURFACE),
+    Contestant("gicp", "GICP", {**_SURFACE, "tangent": 1.0, "normal": 0.01}),
+    Contestant(
+        "ransac-congruent", "RANSAC", {"per_step": 32, "tolerance": 0.28, "inlier": 0.32, "separation": 2.0},
+        "searches everywhere: it ignores the starting pose",
+    ),
+    Contestant("ndt", "NDT", {"cells": (2.4, 1.2), "max_shift": 0.5, "max_turn": 0.2}),
+    Contestant("soft-annealed", "Soft targets", {**_WIDTHS, "miss": 0.12}, "a heuristic, not CPD"),
+    Contestant(
+        "mmd", "MMD-Reg", {"count": 32, "lengths": (2.4, 1.2, 0.6, 0.3), "tolerance": 1e-5, "decrease": 1e-5}
+    ),
+    Contestant("association-bp", "Association BP", {**_WIDTHS, "miss": 0.12, "sweeps": 6}, "an experiment, no tracker"),
+    Contestant(
+        "hypothesis-mixture", "Hypothesis mixture", {**_WIDTHS, "miss": 0.12, "count": 12},
+        "an experiment, not PMBM: no Poisson part, no existence, no posterior handed on",
+    ),
+)  # fmt: skip
+"""The nine of the race, in the order of their panels."""
+
+
+def contestants(names: Sequence[str] | None = None) -> tuple[Contestant, ...]:
+    """The contestants of these methods, in the race's order; all nine for None. Raises ValueError for a method that
+    does not race."""
+    if names is None:
+        return CONTESTANTS
+    for name in names:
+        validate.one_of(name, [c.method for c in CONTESTANTS], "contestants")
+    return tuple(c for c in CONTESTANTS if c.method in names)
+
+
+def race_problem(controls: Controls, seeds: Sequence[int] = SEEDS) -> tuple[Problem, Pose]:
+    """The problems of these seeds as one batch, and the true poses, one each.
+
+    All seeds of one setting have clouds of one size. Raises ValueError for seeds that are none.
+    """
+    checked = validate.seeds(list(seeds), "seeds")
+    if checked.ndim != 1:
+        raise ValueError(f"seeds: expected a sequence of integers, got {seeds!r}")
+    scenes = [controls.scene(int(s)) for s in checked]
+    source, target = (np.stack([getattr(s, name) for s in scenes]) for name in ("source", "target"))
+    start = Pose(np.broadcast_to(controls.start.R, (len(scenes), 2, 2)), controls.start.t)
+    truth = Pose(np.stack([s.truth.R for s in scenes]), np.stack([s.truth.t for s in scenes]))
+    return Problem(source, target, np.ones(source.shape[:2]), start, checked), truth
