@@ -132,6 +132,7 @@ def test_a_path_says_how_it_ended():
     assert mmd_field(SCENE.source, SCENE.target, w).path([1.0, 1.0], max_steps=1).status == Status.CAPPED
 
 
+@pytest.mark.native
 def test_a_map_of_sixty_by_sixty_takes_well_under_a_second():
     """Both maps, preparation included, in half a second at the very most: the best of three tries on any machine."""
     ticks = np.linspace(-3.0, 3.0, 60)

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from solvers import METHODS, Pose, Status
-from solvers.__main__ import main
 from solvers.benchmark import benchmark, line, table
 from solvers.metrics import rre, rte
 from solvers.race import CONTESTANTS, SEEDS, Controls, contestants, race_problem
@@ -175,7 +174,10 @@ def test_wrong_seeds_and_contestants_are_named():
         contestants(["icpp"])
 
 
+@pytest.mark.native
 def test_the_command_prints_the_table(capsys):
+    from solvers.__main__ import main
+
     assert main(["benchmark", "--setting", "clean", "--seeds", "2", "--only", "icp", "mmd", "--max-steps", "3"]) == 0
     said = capsys.readouterr().out
     assert "clean, start 45° and 1.43 u, 2 seeds" in said
