@@ -8,9 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .picture import Array, Label, Mark, Panel, Path, Points, Role, Segments, View, number
+from .picture import SUPERSCRIPT, Anchor, Array, Label, Mark, Panel, Path, Points, Role, Segments, View, number, small
 
-PAD = (46.0, 12.0, 14.0, 40.0)
+PAD = (46.0, 28.0, 14.0, 40.0)  # the name of the y axis stands above the window, where no grid line crosses it
+LINE = 16.0  # px between the baselines of two names
+NAME = 100.0  # px across within which two names may meet
+DECADES = 6  # labelled at most
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +54,7 @@ def chart(
     marks: list[Mark] = [*_axes(view, log), *_names(view, x_label, y_label)]
     if now is not None:
         marks.append(Segments([now, low], [now, high], "guide", dashed=True))
+    ends: list[tuple[Series, Array]] = []
     for one in series:
         xy = np.stack([np.asarray(one.x, dtype=float), scaled(one.y)], axis=1)
         marks += [Path(part, one.role, dashed=one.dashed, thick=True) for part in _unbroken(xy)]
@@ -58,7 +62,8 @@ def chart(
         if one.dots and len(known):
             marks.append(Points(known, one.role, radius=2.5))
         if one.name and len(known):
-            marks.append(Label(known[-1], one.name, one.role, "end", dx=-4, dy=-7))
+            ends.append((one, known[-1]))
+    marks += _end_names(view, ends)
     return Panel(name, label, view, tuple(marks), grid=False, caption=caption)
 
 
@@ -70,22 +75,39 @@ def _unbroken(xy: Array) -> list[Array]:
     return [run for run in runs if len(run) > 1]
 
 
+def _end_names(view: View, ends: list[tuple[Series, Array]]) -> list[Mark]:
+    """Each line's name above its last value, inwards of it, and a line lower wherever two would meet."""
+    spots = [(one, xy, view.px(xy)[0]) for one, xy in ends]
+    placed: list[tuple[float, float]] = []
+    labels: list[Mark] = []
+    for one, xy, (x, y) in sorted(spots, key=lambda spot: float(spot[2][1])):
+        height = float(y) - 7
+        for there, other in placed:  # from the top down, so that one pass settles it
+            if abs(x - there) < NAME and height - other < LINE:
+                height = other + LINE
+        placed.append((float(x), height))
+        anchor: Anchor = "end" if x > view.width / 2 else "start"
+        labels.append(Label(xy, one.name, one.role, anchor, dx=-4 if anchor == "end" else 4, dy=height - float(y)))
+    return labels
+
+
 def _axes(view: View, log: bool) -> list[Mark]:
     xs, ys = ticks(view.x0, view.x1), (_decades(view.y0, view.y1) if log else ticks(view.y0, view.y1))
+    names = _powers(ys) if log else [_tick(y) for y in ys]
     frame = Path([[view.x0, view.y1], [view.x0, view.y0], [view.x1, view.y0]], "guide")
     across = Segments([[view.x0, y] for y in ys], [[view.x1, y] for y in ys], "guide", weight=[0.3] * len(ys))
     return [
         across,
         frame,
         *(Label([x, view.y0], _tick(x), "guide", "middle", dy=15) for x in xs),
-        *(Label([view.x0, y], _tick(10.0**y if log else y), "guide", "end", dx=-6, dy=4) for y in ys),
+        *(Label([view.x0, y], name, "guide", "end", dx=-6, dy=4) for y, name in zip(ys, names, strict=True)),
     ]
 
 
 def _names(view: View, x_label: str, y_label: str) -> list[Mark]:
     return [
         Label([view.x1, view.y0], x_label, "guide", "end", dy=32),
-        Label([view.x0, view.y1], y_label, "guide", "start", dx=6, dy=4),
+        Label([view.x0, view.y1], y_label, "guide", "start", dy=-10),
     ]
 
 
@@ -101,8 +123,19 @@ def ticks(low: float, high: float, about: int = 4) -> list[float]:
 
 
 def _decades(low: float, high: float) -> list[float]:
-    return [float(v) for v in np.arange(np.ceil(low - 1e-9), np.floor(high + 1e-9) + 1)]
+    """Whole powers within [low, high], every second or third one where there are many."""
+    first, last = np.ceil(low - 1e-9), np.floor(high + 1e-9)
+    return [float(v) for v in np.arange(first, last + 1, max(1.0, np.ceil((last - first + 1) / DECADES)))]
+
+
+def _powers(exponents: Sequence[float]) -> list[str]:
+    """Powers of ten written out, or all as powers where one of them would be too long."""
+    if all(-3 <= e <= 4 for e in exponents):
+        return [_tick(10.0**e) for e in exponents]
+    return ["1" if e == 0 else "10" + str(round(e)).translate(SUPERSCRIPT) for e in exponents]
 
 
 def _tick(value: float) -> str:
+    if 1e-12 < abs(value) < 1e-4:
+        return ("−" if value < 0 else "") + small(abs(value))
     return number(value, next((d for d in range(4) if abs(round(value, d) - value) < 1e-9), 4))

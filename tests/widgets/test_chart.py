@@ -65,6 +65,50 @@ def test_logarithms_are_drawn_by_decades_and_clipped() -> None:
     assert [text for text in labels if text in decades] == decades
 
 
+def _labels(panel: Panel) -> list[Label]:
+    return [mark for mark in panel.marks if isinstance(mark, Label)]
+
+
+def _log_chart(low: float, high: float) -> list[str]:
+    panel = chart("c", "", [], x_label="", y_label="", x_range=(0, 1), y_range=(low, high), log=True)
+    return [label.text for label in _labels(panel) if label.dx == -6]
+
+
+def test_far_decades_are_written_as_powers() -> None:
+    """Ten to the minus five is not printed as 0.0000, and one axis writes all its decades alike."""
+    assert _log_chart(1e-5, 1.0) == ["10⁻⁵", "10⁻⁴", "10⁻³", "10⁻²", "10⁻¹", "1"]
+    assert _log_chart(1e-12, 1e3) == ["10⁻¹²", "10⁻⁹", "10⁻⁶", "10⁻³", "1", "10³"]
+
+
+def test_small_ticks_of_a_linear_axis_keep_their_value() -> None:
+    panel = chart("c", "", [], x_label="", y_label="", x_range=(0, 1), y_range=(-2e-5, 4e-5))
+    assert [label.text for label in _labels(panel) if label.dx == -6] == ["−2·10⁻⁵", "0", "2·10⁻⁵", "4·10⁻⁵"]
+
+
+def test_the_name_of_the_y_axis_stands_clear_of_the_highest_grid_line() -> None:
+    panel = _chart([1.0, 2.0])
+    (name,) = (label for label in _labels(panel) if label.text == "u")
+    assert name.dy <= -8
+    assert panel.view.pad[1] + name.dy >= 13  # the letters have room above it
+
+
+@pytest.mark.parametrize("last", [[5.0, 5.0, 5.0], [5.0, 5.1, 4.9], [9.9, 10.0, 0.0], [1.0, 1.2, 6.0]])
+def test_names_at_the_ends_of_lines_do_not_overlap(last: list[float]) -> None:
+    """Lines may end together; their names stand below one another."""
+    series = [Series([0, 9], [0, y], "source", f"line {i}") for i, y in enumerate(last)]
+    panel = chart("c", "", series, x_label="", y_label="", x_range=(0, 9), y_range=(0, 10))
+    names = [label for label in _labels(panel) if label.text.startswith("line")]
+    heights = sorted(float(panel.view.px(label.xy)[0, 1]) + label.dy for label in names)
+    assert len(heights) == 3
+    assert min(np.diff(heights)) >= 16 - 1e-9
+
+
+def test_a_name_of_a_line_that_has_just_begun_does_not_cover_the_ticks() -> None:
+    panel = _chart([1.0, 2.0])
+    (name,) = (label for label in _labels(panel) if label.text == "RMS")
+    assert name.anchor == "start"
+
+
 def test_all_gaps_is_an_empty_chart() -> None:
     panel = _chart([np.nan, np.nan], now=1.0)
     assert not [mark for mark in panel.marks if isinstance(mark, Points)]
