@@ -176,7 +176,8 @@ def _reflection_label(state: State) -> Label:
     rim = np.concatenate(state.scene.outline)
     reflected = state.free.pose.apply(rim)
     apart = np.linalg.norm(reflected - state.scene.truth.apply(rim), axis=1)
-    return Label(reflected[np.argmax(np.round(apart, 6))], "unconstrained: a reflection", "ghost", "middle", dx=22, dy=38)
+    tip = reflected[np.argmax(np.round(apart, 6))]
+    return Label(tip, "unconstrained: a reflection", "ghost", "middle", dx=22, dy=38)
 
 
 @dataclass(frozen=True)
