@@ -18,7 +18,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from solvers import ndt_map, newton, validate
+from solvers import ndt_d2d_score, ndt_map, newton, validate
 from solvers.arrays import BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
 from solvers.gauss_newton import rotation, turned
 from solvers.icp import rms_radius
@@ -41,7 +41,8 @@ class NdtOptions:
     grids: 1 or 4. offset: where a corner of the first grid lies, world units.
     max_shift (world units; None: half the first cell size), max_turn (radians): the longest step. halvings: how often a
     step is halved before the level ends. tolerance: a level ends, too, when a step moves the source points, root mean
-    square, by about this fraction of their RMS radius.
+    square, by about this fraction of their RMS radius: converged where the step proposed was as short, stalled where
+    only its halves were.
     """
 
     cells: float | Sequence[float] | None = None
@@ -83,14 +84,15 @@ def sizes(cells: float | Sequence[float] | None) -> tuple[float, ...] | None:
 class NdtState:
     """A pose and its score on the map of the present level; `objective` is −score.
 
-    maps: one for each level. level: (b,) the present one. centre: (b, 2) of the source, radius: (b,) its RMS radius.
-    at: the score with cells, values, gradient and Hessian by (tx, ty, φ) about the moved centroid, at `pose`.
-    Of the last step: damping (b,) λ; step (b, 3) as accepted, or as last tried; halved (b,) how often; accepted (b,).
-    condition: (b,) of the Hessian with the angle scaled by the radius, its largest |eigenvalue| over its smallest.
-    """
+    maps: one for each level; sources: of the moving cloud likewise, where cells stand for its points. level: (b,) the
+    present one. centre: (b, 2) of the source, radius: (b,) its RMS radius. at: the score with cells, values, gradient
+    and Hessian by (tx, ty, φ) about the moved centroid, at `pose`. Of the last step: damping (b,) λ; step (b, 3) as
+    accepted, or as last tried; halved (b,) how often; accepted (b,). condition: (b,) of the Hessian with the angle
+    scaled by the radius, its largest |eigenvalue| over its smallest. """
 
     problem: Problem = field(metadata=CONSTANT)
     maps: tuple[NdtMap, ...] = field(metadata=CONSTANT)
+    sources: tuple[NdtMap, ...] | None = field(metadata=CONSTANT)
     centre: FloatArray = field(metadata=CONSTANT)
     radius: FloatArray = field(metadata=CONSTANT)
     max_shift: FloatArray = field(metadata=CONSTANT)
@@ -115,14 +117,19 @@ def moved_by(pose: Pose, step: FloatArray, pivot: FloatArray) -> Pose:
         return Pose(turn @ pose.R, pivot + turned(turn, pose.t - pivot) + step[:, :2], pose.scale)
 
 
-def _start(problem: Problem, options: NdtOptions) -> NdtState:
-    b = problem.size
+def levels(problem: Problem, options: NdtOptions) -> list[FloatArray]:
+    """The cell sizes of each level, (b,) each."""
     given = sizes(options.cells)
     if given is None:
         h = ndt_map.default_size(problem.target)
-        steps: list[FloatArray] = [2.0 * h, h]
-    else:
-        steps = [np.full(b, h) for h in given]
+        return [2.0 * h, h]
+    return [np.full(problem.size, h) for h in given]
+
+
+def start(problem: Problem, options: NdtOptions, sources: tuple[NdtMap, ...] | None = None) -> NdtState:
+    """The score at the starting pose. sources: one map of the moving cloud for each level, to be scored in its
+    place."""
+    b, steps = problem.size, levels(problem, options)
     offset = np.asarray(options.offset, dtype=np.float64)
     maps = tuple(ndt_map.build(problem.target, h, offset=offset, grids=options.grids) for h in steps)
     with np.errstate(over="ignore", under="ignore"):
@@ -131,15 +138,17 @@ def _start(problem: Problem, options: NdtOptions) -> NdtState:
     shift = 0.5 * steps[0] if options.max_shift is None else np.full(b, options.max_shift)
     level = np.zeros(b, dtype=np.int64)
     centre = problem.source.mean(axis=1)
-    at = _score(problem, maps, level, centre, problem.start, np.arange(b))
+    at = _score(problem, maps, sources, level, centre, problem.start, np.arange(b))
     status, reason = statuses((b,)), reasons((b,))
-    for one in maps:
-        for words in sorted(set(one.reason) - {""}):
-            status, reason = mark(status, reason, np.asarray(one.reason == words), Status.DEGENERATE, words)
+    for name, several in (("target", maps), ("source", sources or ())):
+        for one in several:
+            for words in sorted(set(one.reason) - {""}):
+                said = f"{name}: {words}"
+                status, reason = mark(status, reason, np.asarray(one.reason == words), Status.DEGENERATE, said)
     outside = np.asarray((at.cells < 0).all(axis=(1, 2)))
     status, reason = mark(status, reason, outside, Status.DEGENERATE, OUTSIDE)
     return NdtState(
-        problem=problem, maps=maps, centre=centre, radius=radius, max_shift=shift, options=options,
+        problem=problem, maps=maps, sources=sources, centre=centre, radius=radius, max_shift=shift, options=options,
         pose=problem.start, objective=-at.score, status=status, reason=reason, level=level, at=at,
         damping=np.zeros(b), step=np.zeros((b, 3)), halved=np.zeros(b, dtype=np.int64),
         accepted=np.zeros(b, dtype=np.bool_), condition=_condition(at.hessian, radius)[0],
@@ -147,22 +156,35 @@ def _start(problem: Problem, options: NdtOptions) -> NdtState:
 
 
 def _score(
-    problem: Problem, maps: tuple[NdtMap, ...], level: IntArray, centre: FloatArray, pose: Pose, which: IntArray
+    problem: Problem,
+    maps: tuple[NdtMap, ...],
+    sources: tuple[NdtMap, ...] | None,
+    level: IntArray,
+    centre: FloatArray,
+    pose: Pose,
+    which: IntArray,
 ) -> Score:
     """The score of the problems `which` (k,), each at its pose and on the map of its level, both (k,)."""
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         moved, pivot = pose.apply(problem.source[which]), _pivot(pose, centre[which])
     k, m = moved.shape[:2]
-    shape = (k, maps[0].table.shape[1], m)
+    width = max(one.mean.shape[1] for one in sources) if sources else m
+    shape = (k, 1 if sources else maps[0].table.shape[1], width)
+
+    def of(at: int, rows: IntArray) -> Score:
+        if sources:
+            return ndt_d2d_score.evaluate(sources[at], maps[at], pose[rows], pivot[rows], which[rows], width)
+        return evaluate(maps[at], moved[rows], pivot[rows], which[rows])
+
     out = Score(
         np.zeros(k), np.zeros((k, 3)), np.zeros((k, 3, 3)), np.zeros(shape, dtype=np.int64), np.zeros(shape)
     )
-    for at, cells in enumerate(maps):
+    for at in range(len(maps)):
         rows = np.flatnonzero(level == at)
         if len(rows) == k:
-            return evaluate(cells, moved, pivot, which)
+            return of(at, rows)
         if len(rows):
-            out = put(out, rows, evaluate(cells, moved[rows], pivot[rows], which[rows]))
+            out = put(out, rows, of(at, rows))
     return out
 
 
@@ -200,22 +222,25 @@ def newton_step(
         return newton.capped(step, (shift, turn)), damping
 
 
-def _step(state: NdtState) -> NdtState:
+def step(state: NdtState) -> NdtState:
+    """One damped Newton step, halved until the score rises; at a level's end, the next level's score at the pose."""
     problem, options, old = state.problem, state.options, state.at
+    maps, sources = state.maps, state.sources
     pivot = _pivot(state.pose, state.centre)
-    step, damping = newton_step(old.gradient, old.hessian, state.radius, state.max_shift, options.max_turn)
-    pose = moved_by(state.pose, step, pivot)
-    at = _score(problem, state.maps, state.level, state.centre, pose, np.arange(problem.size))
+    move, damping = newton_step(old.gradient, old.hessian, state.radius, state.max_shift, options.max_turn)
+    proposed = _size(move, state.radius)
+    pose = moved_by(state.pose, move, pivot)
+    at = _score(problem, maps, sources, state.level, state.centre, pose, np.arange(problem.size))
     better = at.score > old.score
     halved = np.zeros(len(better), dtype=np.int64)
     for _ in range(options.halvings):
         rows = np.flatnonzero(~better)
         if not rows.size:
             break
-        step[rows] *= 0.5
+        move[rows] *= 0.5
         halved[rows] += 1
-        tried = moved_by(state.pose[rows], step[rows], pivot[rows])
-        again = _score(problem, state.maps, state.level[rows], state.centre, tried, rows)
+        tried = moved_by(state.pose[rows], move[rows], pivot[rows])
+        again = _score(problem, maps, sources, state.level[rows], state.centre, tried, rows)
         good = again.score > old.score[rows]
         if good.any():
             pose, at = put(pose, rows[good], tried[good]), put(at, rows[good], take(again, good))
@@ -223,15 +248,13 @@ def _step(state: NdtState) -> NdtState:
     if not better.all():
         pose, at = put(pose, ~better, state.pose[~better]), put(at, ~better, take(old, ~better))
 
-    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-        change = np.hypot(np.hypot(step[:, 0], step[:, 1]) / state.radius, step[:, 2])
-    ended = ~better | (change <= options.tolerance)
-    last = state.level == len(state.maps) - 1
+    ended = ~better | (_size(move, state.radius) <= options.tolerance)
+    last = state.level == len(maps) - 1
     up = ended & ~last
     level = state.level + up
     if up.any():
         rows = np.flatnonzero(up)
-        at = put(at, rows, _score(problem, state.maps, level[rows], state.centre, pose[rows], rows))
+        at = put(at, rows, _score(problem, maps, sources, level[rows], state.centre, pose[rows], rows))
     condition, ratio = _condition(at.hessian, state.radius)
     outside = np.asarray((at.cells < 0).all(axis=(1, 2)))
     status, reason = mark(state.status, state.reason, outside, Status.DEGENERATE, OUTSIDE)
@@ -239,22 +262,28 @@ def _step(state: NdtState) -> NdtState:
         status, reason, ended & last & (ratio <= FREE), Status.DEGENERATE,
         "the score does not change along some direction of motion",
     )  # fmt: skip
-    still = ended & last & (change <= options.tolerance)
+    still = ended & last & (proposed <= options.tolerance)
     status, reason = mark(status, reason, still, Status.CONVERGED, "the pose has come to rest")
     status, reason = mark(
         status, reason, ended & last, Status.STALLED, "no shorter step raises the score on these cells"
     )
     return replace(
         state, pose=pose, objective=-at.score, status=status, reason=reason, level=level, at=at, damping=damping,
-        step=step, halved=halved, accepted=better, condition=condition,
+        step=move, halved=halved, accepted=better, condition=condition,
     )  # fmt: skip
+
+
+def _size(move: FloatArray, radius: FloatArray) -> FloatArray:
+    """How far a step (b, 3) moves the points, about, as a fraction of the radius."""
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        return np.hypot(np.hypot(move[:, 0], move[:, 1]) / radius, move[:, 2])
 
 
 NDT = Method(
     name="ndt",
     summary="climbs the score of Gaussians in the target's grid cells by damped Newton steps, coarse to fine",
     source="Biber & Straßer 2003",
-    start=_start,
-    step=_step,
+    start=start,
+    step=step,
     options=NdtOptions,
 )

@@ -37,8 +37,8 @@ SHIFTS.flags.writeable = False
 
 TOO_FEW = f"fewer than {LEAST_POINTS} points"
 ONE_PLACE = "all points at one place"
-NO_CELLS = "no cell of the target keeps a Gaussian"
-TOO_SMALL = "the cells are too small for the target's extent"
+NO_CELLS = "no cell keeps a Gaussian"
+TOO_SMALL = "the cells are too small for the extent"
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,11 +151,21 @@ def default_size(points: FloatArray) -> FloatArray:
 
 def inverse(covariance: FloatArray) -> tuple[FloatArray, BoolArray]:
     """The inverses (..., 2, 2) after the floor of the small eigenvalue, and where there is any variance, (...)."""
+    values, vectors, wide = _floored(covariance)
+    return (vectors / values[..., None, :]) @ vectors.swapaxes(-1, -2), wide
+
+
+def floored(covariance: FloatArray) -> FloatArray:
+    """The covariances (..., 2, 2) after the floor of the small eigenvalue; the identity where there is no variance."""
+    values, vectors, _ = _floored(covariance)
+    return np.asarray((vectors * values[..., None, :]) @ vectors.swapaxes(-1, -2))
+
+
+def _floored(covariance: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
     values, vectors = symmetric_eigen(covariance)
     high = values[..., 1]
     wide = np.asarray(high >= LEAST_VARIANCE) & np.isfinite(high)
-    floored = np.where(wide[..., None], np.maximum(values, FLOOR * high[..., None]), 1.0)
-    return (vectors / floored[..., None, :]) @ vectors.swapaxes(-1, -2), wide
+    return np.where(wide[..., None], np.maximum(values, FLOOR * high[..., None]), 1.0), vectors, wide
 
 
 def _box(
