@@ -61,40 +61,101 @@ def listed(row: AnyArray, column: AnyArray, squares: FloatArray, rows: int, colu
 
 
 def within_reach(moved: FloatArray, target: FloatArray, reach: FloatArray) -> Candidates:
-    """All pairs of `moved` (b, m, d) and `target` (b, n, d) at most `reach` (b,) apart."""
+    """All pairs of `moved` (b, m, d) and `target` (b, n, d) at most `reach` (b,) apart.
+
+    They are screened first, by matrix products or, in the plane and for a short reach, by cells; which of the two does
+    not show in the answer.
+    """
     b, m, d = moved.shape
     n = target.shape[1]
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-        # A product screens; what it lets through, with a margin for its rounding, is measured by the definition.
-        centre = target.mean(axis=1, keepdims=True)
-        left, right = np.empty((b, m, d + 1)), np.empty((b, d + 1, n))
-        left[..., :d], left[..., d] = moved - centre, 1.0
-        right[:, :d] = (target - centre).swapaxes(1, 2)
-        own = np.einsum("bmd,bmd->bm", left[..., :d], left[..., :d])
-        right[:, d] = np.einsum("bdn,bdn->bn", right[:, :d], right[:, :d])
-        right[:, :d] *= -2.0
-        limit = np.square(reach)
-        bound = limit[:, None] - own + 1e-13 * (own + right[:, d].max(axis=1)[:, None]) + 1e-300
-        # Problem by problem, so that what is screened stays in the processor's cache.
-        screen, passed, found = np.empty((m, n)), np.empty((m, n), dtype=np.bool_), []
-        for k in range(b):
-            np.matmul(left[k], right[k], out=screen)
-            np.less_equal(screen, bound[k, :, None], out=passed)
-            found.append(np.flatnonzero(passed.ravel()) + k * (m * n))
-        flat = np.concatenate(found)
-        starts = np.searchsorted(flat, n * np.arange(b * m + 1))
-        counts = np.diff(starts)
-        row = np.repeat(np.arange(b * m), counts)
-        column = flat - np.repeat(n * (np.arange(b * m) - np.arange(b * m) // m), counts)
-        squares = np.zeros(len(flat))
+        grid = _Cells.of(target, reach) if d == 2 else None
+        row, column = _by_products(moved, target, reach) if grid is None else grid.pairs(moved)
+        squares = np.zeros(len(row))
         for p, q in zip(moved.reshape(-1, d).T, target.reshape(-1, d).T, strict=True):
             gap = np.ascontiguousarray(p)[row] - np.ascontiguousarray(q)[column]
             gap *= gap
             squares += gap
-        near = squares <= np.repeat(limit, m)[row]
-    if near.all():
-        return Candidates(row, column, squares, starts, b * m, b * n)
-    return listed(row[near], column[near], squares[near], b * m, b * n)
+        near = np.flatnonzero(squares <= np.repeat(np.square(reach), m)[row])
+    if near.size < row.size:
+        row, column, squares = row[near], column[near], squares[near]
+    if grid is not None:
+        order = np.argsort(row.astype(np.int64) * (b * n) + column, kind="stable")
+        row, column, squares = row[order], column[order], squares[order]
+    return listed(row, column, squares, b * m, b * n)
+
+
+def _by_products(moved: FloatArray, target: FloatArray, reach: FloatArray) -> tuple[AnyArray, AnyArray]:
+    """Rows and columns of the pairs within reach and a few beyond: those that rounding leaves in doubt."""
+    b, m, d = moved.shape
+    n = target.shape[1]
+    centre = target.mean(axis=1, keepdims=True)
+    left, right = np.empty((b, m, d + 1)), np.empty((b, d + 1, n))
+    left[..., :d], left[..., d] = moved - centre, 1.0
+    right[:, :d] = (target - centre).swapaxes(1, 2)
+    own = np.einsum("bmd,bmd->bm", left[..., :d], left[..., :d])
+    right[:, d] = np.einsum("bdn,bdn->bn", right[:, :d], right[:, :d])
+    right[:, :d] *= -2.0
+    bound = np.square(reach)[:, None] - own + 1e-13 * (own + right[:, d].max(axis=1)[:, None]) + 1e-300
+    # Problem by problem, so that what is screened stays in the processor's cache.
+    screen, passed, found = np.empty((m, n)), np.empty((m, n), dtype=np.bool_), []
+    for k in range(b):
+        np.matmul(left[k], right[k], out=screen)
+        np.less_equal(screen, bound[k, :, None], out=passed)
+        found.append(np.flatnonzero(passed.ravel()) + k * (m * n))
+    flat = np.concatenate(found)
+    counts = np.diff(np.searchsorted(flat, n * np.arange(b * m + 1)))
+    row = np.repeat(np.arange(b * m), counts)
+    return row, flat - np.repeat(n * (np.arange(b * m) - np.arange(b * m) // m), counts)
+
+
+@dataclass(frozen=True, eq=False)
+class _Cells:
+    """The target points of each problem, sorted into square cells as wide as its reach, with a rim of empty ones."""
+
+    low: FloatArray  # (b, 2) where a problem's cells begin
+    side: FloatArray  # (b,)
+    shape: AnyArray  # (b, 2) cells across and up, without the rim
+    first: AnyArray  # (b,) a problem's first cell in the list of all
+    starts: AnyArray  # (cells + 1,) where a cell's points begin in `order`
+    order: AnyArray  # (b n,) the target points, cell by cell
+
+    @classmethod
+    def of(cls, target: FloatArray, reach: FloatArray) -> _Cells | None:
+        """None where nine cells would be a good part of all, or the cells many more than the points."""
+        n = target.shape[1]
+        low, wide = target.min(axis=1), np.ptp(target, axis=1)
+        side = reach * (1.0 + 1e-9)
+        across = np.floor(wide / side[:, None]) + 1.0
+        count = across.prod(axis=1)
+        if not (count <= 16.0 * n + 64.0).all() or (9.0 / count).mean() > 0.25:
+            return None
+        shape = across.astype(np.intp)
+        size = (shape + 2).prod(axis=1)
+        first = np.cumsum(size) - size
+        cell = np.floor((target - low[:, None]) / side[:, None, None]).astype(np.intp) + 1
+        key = (first[:, None] + cell[..., 1] * (shape[:, None, 0] + 2) + cell[..., 0]).ravel()
+        order = np.argsort(key, kind="stable")
+        starts = np.searchsorted(key[order], np.arange(int(size.sum()) + 1))
+        return cls(low, side, shape, first, starts, order)
+
+    def pairs(self, moved: FloatArray) -> tuple[AnyArray, AnyArray]:
+        """Each moved point with the target points of the nine cells about it: rows, ascending, and columns."""
+        top = self.shape[:, None].astype(np.float64) + 1.0
+        at = np.floor((moved - self.low[:, None]) / self.side[:, None, None]) + 1.0
+        outside = ((at < 0.0) | (at > top)).any(axis=-1)
+        cell = np.clip(at, 0.0, top).astype(np.intp)
+        left, right = np.maximum(cell[..., 0] - 1, 0), np.minimum(cell[..., 0] + 1, self.shape[:, None, 0] + 1)
+        begin, end = (np.empty((*outside.shape, 3), dtype=np.intp) for _ in range(2))
+        for k in range(3):
+            up = np.clip(cell[..., 1] + (k - 1), 0, self.shape[:, None, 1] + 1)
+            line = self.first[:, None] + up * (self.shape[:, None, 0] + 2)
+            begin[..., k], end[..., k] = self.starts[line + left], self.starts[line + right + 1]
+            # On the rim the line above or below is the same one again: it counts once.
+            end[..., k] = np.where(outside | (up != cell[..., 1] + (k - 1)), begin[..., k], end[..., k])
+        count = (end - begin).ravel()
+        place = np.repeat(begin.ravel() - (np.cumsum(count) - count), count) + np.arange(int(count.sum()))
+        return np.repeat(np.arange(len(count)) // 3, count), self.order[place]
 
 
 def scores(found: Candidates, m: int, sigma: FloatArray) -> FloatArray:
@@ -115,7 +176,8 @@ def check_schedule(options: Any) -> None:
         raise ValueError(f"shrink: expected a factor above 0, up to 1, got {options.shrink!r}")
     if options.first is not None and options.last is not None and options.last > options.first:
         raise ValueError(f"last: expected at most first, {options.first:g}, got {options.last!r}")
-    validate.number(options.reach, "reach", 0.1, 30.0)
+    if hasattr(options, "reach"):  # the dense sums of the annealed soft targets have none
+        validate.number(options.reach, "reach", 0.1, 30.0)
     validate.number(options.miss, "miss", 1e-12, 1e12)
     validate.number(options.least_support, "least_support", 0.0, 1.0)
     validate.number(options.tolerance, "tolerance", 0.0)
@@ -193,6 +255,8 @@ def associated(state: S, mass: FloatArray, moment: FloatArray) -> S:
     some = mass > 0.0
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         soft = np.where(some[..., None], moment / np.where(some, mass, 1.0)[..., None], moved)
+        # A mean lies among its points, but for rounding.
+        soft = np.clip(soft, -validate.LARGEST, validate.LARGEST)
         used = some & (mass >= state.options.least_support)
         gap = moved - soft
         squares = np.einsum("bmd,bmd->bm", gap, gap)

@@ -140,7 +140,8 @@ def _spread_of_all(moved: FloatArray, fixed: FloatArray) -> FloatArray:
 
 
 def _within(sigma: FloatArray, last: FloatArray) -> FloatArray:
-    return np.minimum(np.maximum(sigma, last), 1e140)
+    # Beyond the numbers whose squares can be added up, σ stays where it can.
+    return np.clip(np.where(np.isfinite(sigma), sigma, last), last, np.maximum(last, 1e149))
 
 
 def _ask(state: FilterRegState, pose: Pose, sigma: FloatArray) -> FilterRegState:
@@ -167,11 +168,12 @@ def _ask(state: FilterRegState, pose: Pose, sigma: FloatArray) -> FilterRegState
         # −Σ_i log p(x_i), p(x_i) = (1 − w)/N (2πσ²)^{−d/2} (m⁰ + c)
         scale = np.log(n / (1.0 - options.clutter)) + np.log(2.0 * np.pi) + 2.0 * np.log(sigma)
         objective = m * scale - np.log(mass + c).sum(axis=1)
+        real = some & (spread > 0.0) & np.isfinite(spread)
     empty: BoolArray = weights.sum(axis=1) <= 1e-12 * m
     status, reason = mark(state.status, state.reason, empty, Status.DEGENERATE, _NOTHING)
     return replace(
         state, pose=pose, objective=objective, status=status, reason=reason, sigma=sigma, filters=built, moved=moved,
-        mass=mass, targets=targets, spread=np.where(some, np.maximum(spread, 0.0), 0.0), weights=weights,
+        mass=mass, targets=targets, spread=np.where(real, spread, 0.0), weights=weights,
     )  # fmt: skip
 
 
