@@ -37,7 +37,8 @@ FREE = 1e-9
 
 @dataclass(frozen=True)
 class NdtOptions:
-    """cells: one cell size or several, coarse to fine, world units (None: 0.6 and 0.3 of the target's RMS radius).
+    """cells: one cell size or several, coarse to fine, world units (None: twice the target's
+    `solvers.ndt_map.default_size`, then that).
     grids: 1 or 4. offset: where a corner of the first grid lies, world units.
     max_shift (world units; None: half the first cell size), max_turn (radians): the longest step. halvings: how often a
     step is halved before the level ends. tolerance: a level ends, too, when a step moves the source points, root mean

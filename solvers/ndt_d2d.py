@@ -19,7 +19,7 @@ from solvers.stepper import Method, Problem
 @dataclass(frozen=True)
 class D2dOptions(NdtOptions):
     """As `solvers.ndt.NdtOptions`; grids: of the target, the source has one. offset: of the target's grid; the source's
-    has a corner at its own origin. cells None: 0.6 and 0.3 of the target's RMS radius, for both clouds."""
+    has a corner at its own origin. cells: of both clouds."""
 
     grids: int = 1
 

@@ -141,12 +141,15 @@ def build(points: FloatArray, size: FloatArray | float, *, offset: FloatArray | 
 
 
 def default_size(points: FloatArray) -> FloatArray:
-    """A cell size for the clouds (b, n, 2) that goes with their extent: 0.3 of the RMS radius, at least 1e-4 u,
-    (b,)."""
+    """A cell size for the clouds (b, n, 2) that goes with their extent and density, at least 1e-4 u, (b,).
+
+    0.3 of the RMS radius ρ, or, for sparse clouds, what holds three points of n spread over a circle of that radius:
+    `3 · 2πρ/n`.
+    """
     with np.errstate(over="ignore", under="ignore"):
-        spread = points - points.mean(axis=1, keepdims=True)
-        size: FloatArray = 0.3 * np.sqrt(np.square(spread).sum(axis=(1, 2)) / points.shape[1])
-    return np.maximum(size, 1e-4)
+        b, n, _ = points.shape
+        squares = np.square(points - points.mean(axis=1, keepdims=True)).reshape(b, -1).sum(axis=1)
+        return np.asarray(np.maximum(np.sqrt(squares / n) * max(0.3, 6.0 * np.pi / n), 1e-4))
 
 
 def inverse(covariance: FloatArray) -> tuple[FloatArray, BoolArray]:
