@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Literal
 
 from .content import Chapter, read_chapters, read_site
+from .files import fingerprint, write
 from .problems import Problems
 
 RESULTS = Path("tests/results.json")
@@ -78,14 +79,8 @@ def anchor(test_id: str) -> str:
 
 def tested_code(root: Path) -> dict[str, str]:
     """The hash of each tested package's sources."""
-    result = {}
-    for name in TESTED:
-        digest = hashlib.sha256()
-        for path in sorted((root / name).rglob("*.py")):
-            data = path.read_bytes()
-            digest.update(f"{path.relative_to(root).as_posix()} {len(data)}\n".encode() + data)
-        result[name] = digest.hexdigest()
-    return result
+    paths = {name: (root / name).rglob("*.py") for name in TESTED}
+    return {name: fingerprint((p.relative_to(root).as_posix(), p.read_bytes()) for p in paths[name]) for name in TESTED}
 
 
 def code_hash(root: Path, test_id: str, packages: Mapping[str, str]) -> str:
@@ -143,7 +138,7 @@ def write_results(root: Path, outcomes: Mapping[str, Outcome]) -> None:
     result = {i: new.get(i) or kept[i] for i in wanted if i in new or i in kept}
     text = json.dumps(result, indent=1, sort_keys=True) + "\n"
     if not path.is_file() or path.read_text("utf-8") != text:
-        path.write_text(text, "utf-8")
+        write(path, text.encode())
 
 
 def merged(reports: Iterable[tuple[str, Outcome]]) -> dict[str, Outcome]:

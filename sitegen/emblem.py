@@ -21,7 +21,7 @@ import numpy as np
 from fontTools.ttLib import TTFont
 
 from sitegen import fonts, outside
-from sitegen.files import write
+from sitegen.files import kept
 from solvers.scenes import kabsch_scene
 
 FORMAT = "1"  # of what is kept; raised when the drawing changes
@@ -53,10 +53,7 @@ def make(title: str, line: str, faces: fonts.FontSet, *, cache: Path | None = No
     }
     files = {"favicon.svg": _svg().encode()}
     for name, draw in drawn.items():
-        kept = home / f"{key}-{name}"
-        if not kept.is_file():
-            write(kept, draw())
-        files[name] = kept.read_bytes()
+        files[name] = kept(home / f"{key}-{name}", draw)
     return files
 
 

@@ -10,16 +10,19 @@ import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
 
+import solvers
+import widgets
 from widgets.contract import MAX_LOG, Record, Widget, parsed, preset
 from widgets.controls import Spec, specs, validated, values
 from widgets.host import Host
 
 from .directives import Attribute, Directive, DirectiveError, attributes
-from .files import write
+from .files import fingerprint, write
 from .problems import Place, Problems, hint
 
 Plain = dict[str, Any]
@@ -157,17 +160,14 @@ def changed(
     return parsed(widget, {**base.plain(), "controls": merged(widget, base, controls), "seed": seed, "log": log})
 
 
-def code_hash(packages: Sequence[str] = ("solvers", "widgets")) -> str:
+def code_hash(packages: Sequence[ModuleType] = (solvers, widgets)) -> str:
     """The hash of what frames and values are made by: the packages' sources as imported, and numpy's version."""
-    import importlib
-
-    digest = hashlib.sha256(np.__version__.encode())
-    for name in packages:
-        folder = Path(next(iter(importlib.import_module(name).__path__)))
-        for path in sorted(folder.rglob("*.py")):
-            data = path.read_bytes()
-            digest.update(f"{name}/{path.relative_to(folder).as_posix()} {len(data)}\n".encode() + data)
-    return digest.hexdigest()
+    files = [("numpy", np.__version__.encode())]
+    for package in packages:
+        root = Path(package.__path__[0]).parent
+        paths = (root / package.__name__).rglob("*.py")
+        files += [(path.relative_to(root).as_posix(), path.read_bytes()) for path in paths]
+    return fingerprint(files)
 
 
 class Bakery:

@@ -1,4 +1,4 @@
-"""Files as the build writes them: atomically, named by their content, packed beside."""
+"""Files as the build writes them: atomically, named by their content, kept by what they are made from, packed."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import gzip
 import hashlib
 import os
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path, PurePosixPath
 
 import brotli  # type: ignore[import-untyped]
@@ -17,12 +17,24 @@ WORTH = 1024  # bytes below which packing saves nothing that a reader would noti
 
 
 def write(path: Path, data: bytes) -> None:
-    """Write beside, then rename: nobody meets half a file."""
+    """Write beside, then rename: nobody meets half a file, and a full disk leaves none behind."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.NamedTemporaryFile(dir=path.parent, prefix=".", delete=False) as beside:
-        beside.write(data)
-    os.chmod(beside.name, 0o644)
-    os.replace(beside.name, path)
+    descriptor, beside = tempfile.mkstemp(dir=path.parent, prefix=".")
+    try:
+        with os.fdopen(descriptor, "wb") as file:
+            file.write(data)
+        os.chmod(beside, 0o644)
+        os.replace(beside, path)
+    except BaseException:
+        Path(beside).unlink(missing_ok=True)
+        raise
+
+
+def kept(path: Path, make: Callable[[], bytes]) -> bytes:
+    """The bytes of a file in a cache, whose name tells all that they depend on; made where it is not there."""
+    if not path.is_file():
+        write(path, make())
+    return path.read_bytes()
 
 
 def short_hash(data: bytes) -> str:
@@ -40,18 +52,16 @@ def packed(name: str, data: bytes, cache: Path) -> dict[str, bytes]:
     """The .gz and .br that belong beside a file, made once for each content; none where they would save nothing."""
     if PurePosixPath(name).suffix not in PACKED or len(data) < WORTH:
         return {}
-    home = cache / "packed" / f"{FORMAT}-{brotli.__version__}" / hashlib.sha256(data).hexdigest()
-    result = {}
-    for ending, pack in ((".gz", _gzip), (".br", _brotli)):
-        kept = home.with_suffix(ending)
-        if not kept.is_file():
-            write(kept, pack(data))
-        result[name + ending] = kept.read_bytes()
-    return result
+    home = cache / "brotli" / f"{FORMAT}-{brotli.__version__}"
+    small = kept(home / hashlib.sha256(data).hexdigest(), lambda: _brotli(data))
+    return {name + ".gz": gzipped(data, cache), name + ".br": small}
 
 
-def _gzip(data: bytes) -> bytes:
-    return gzip.compress(data, 9, mtime=0)
+def gzipped(data: bytes, cache: Path) -> bytes:
+    """The data by gzip -9 without a date; data that is gzip already is left as it is."""
+    if data[:2] == b"\x1f\x8b":
+        return data
+    return kept(cache / "gzip" / hashlib.sha256(data).hexdigest(), lambda: gzip.compress(data, 9, mtime=0))
 
 
 def _brotli(data: bytes) -> bytes:

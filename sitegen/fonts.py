@@ -25,7 +25,7 @@ from fontTools.ttLib import TTFont
 from fontTools.varLib import instancer
 
 from sitegen import outside
-from sitegen.files import write
+from sitegen.files import kept, short_hash
 
 BUNDLES = ("serif", "sans", "math-font")
 FORMAT = "4"  # of what is cached; raised when the making changes in a way that its inputs do not tell
@@ -194,7 +194,7 @@ def make(
             left -= here
             found |= here
             data = _cut(face, originals[file], sorted(here), home)
-            name = f"{face.name}-{hashlib.sha256(data).hexdigest()[:10]}.woff2"
+            name = f"{face.name}-{short_hash(data)}.woff2"
             files[name] = data
             first = file == face.files[0]
             rules.append(_rule(face, url + name, "" if first else ranges(here)))
@@ -228,9 +228,11 @@ def _cut(face: Face, original: Path, codes: Sequence[int], home: Path) -> bytes:
     """The face as WOFF2 with the code points alone, from the cache where the same was cut before."""
     source = hashlib.sha256(original.read_bytes()).hexdigest()
     recipe = json.dumps([FORMAT, fontTools.version, source, asdict(face), list(codes)], sort_keys=True)
-    kept = home / f"{face.name}-{hashlib.sha256(recipe.encode()).hexdigest()[:24]}.woff2"
-    if kept.is_file():
-        return kept.read_bytes()
+    name = f"{face.name}-{hashlib.sha256(recipe.encode()).hexdigest()[:24]}.woff2"
+    return kept(home / name, lambda: _made(face, original, codes))
+
+
+def _made(face: Face, original: Path, codes: Sequence[int]) -> bytes:
     options = subset.Options(
         layout_features=list(face.features), hinting=False, name_IDs=[0, 1, 2, 4, 6, 13, 14], notdef_outline=True,
         recalc_timestamp=False,
@@ -247,7 +249,6 @@ def _cut(face: Face, original: Path, codes: Sequence[int], home: Path) -> bytes:
     font.flavor = "woff2"
     out = io.BytesIO()
     font.save(out)
-    write(kept, out.getvalue())
     return out.getvalue()
 
 

@@ -13,7 +13,6 @@ import subprocess
 import sys
 import tarfile
 import tempfile
-import time
 import tomllib
 import urllib.request
 import zipfile
@@ -23,6 +22,7 @@ from pathlib import Path
 
 import platformdirs
 
+from sitegen.files import write
 from sitegen.node import environment, npm_command
 
 MANIFEST = Path(__file__).with_name("outside.toml")
@@ -213,19 +213,10 @@ def _fill(bundle: Bundle, home: Path, progress: Progress) -> list[str]:
             if data is None or fault:
                 tried.append(f"{source.name} ({source.spec}): {fault}")
             else:
-                _write(home / file.name, data)
+                write(home / file.name, data)
                 missing.remove(file)
     said = "".join(f"\n  {line}" for line in tried or ["no source is named"])
     return [f"{bundle.title} {bundle.version}: {file.name} could not be had{said}" for file in missing]
-
-
-def _write(path: Path, data: bytes) -> None:
-    """Write beside, then rename: a reader of the cache never meets half a file."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.NamedTemporaryFile(dir=path.parent, prefix=".", delete=False) as beside:
-        beside.write(data)
-    os.chmod(beside.name, 0o644)
-    os.replace(beside.name, path)
 
 
 def _from_url(source: Source, files: Sequence[PinnedFile], progress: Progress) -> dict[str, bytes]:
@@ -325,27 +316,3 @@ def _weight(folder: Path) -> int:
             except OSError:  # moved or removed by the client meanwhile
                 continue
     return total
-
-
-def main() -> int:
-    """Gather everything the manifest names; the exit code is 1 when something could not be had."""
-    last = 0.0
-
-    def show(what: str, done: int, total: int) -> None:
-        nonlocal last
-        if time.monotonic() - last > 0.5 or done == total:
-            last = time.monotonic()
-            end = "\n" if done == total else ""
-            print(f"\r{what}: {done / 1e6:.1f} of {total / 1e6:.1f} MB", end=end, file=sys.stderr)
-
-    try:
-        found = gather(read_manifest(), progress=show)
-    except OutsideError as error:
-        print(error, file=sys.stderr)
-        return 1
-    print(f"{len(found)} files in {cache_dir() / 'outside'}")
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -6,7 +6,6 @@ Every file lies in a folder named by its content's hash, so that caches may keep
 
 from __future__ import annotations
 
-import gzip
 import hashlib
 import io
 import json
@@ -20,10 +19,11 @@ from typing import Any
 
 from pyodide_lock import PackageSpec
 
+from sitegen.files import fingerprint, gzipped, short_hash, write
 from sitegen.lighter import CHANGED, PREPARED, REPLACED, SITE_PACKAGES, STDLIB
 from sitegen.node import run_node
 from sitegen.outside import Progress, cache_dir, gather, quiet
-from sitegen.wheel import build_wheel, fingerprint
+from sitegen.wheel import build_wheel
 
 HERE = Path(__file__).parent
 RUNNER = HERE / "pyodide_node.mjs"
@@ -31,7 +31,7 @@ COMPILER = HERE / "pycompile.py"
 KEPT_MODULES = HERE / "kept_modules.txt"
 CORE = ("pyodide.mjs", "pyodide.asm.mjs", "pyodide.asm.wasm")
 _DATE = (1980, 1, 1, 0, 0, 0)
-_GZIP_DATE = 0
+
 
 @dataclass(frozen=True)
 class RuntimeFile:
@@ -77,10 +77,10 @@ def assemble(dest: Path, *, cache: Path | None = None, progress: Progress = quie
     numpy_given = numpy_wheel(outside)
     kept = kept_modules()
 
-    stdlib = compiled(outside["pyodide/python_stdlib.zip"], STDLIB, 2, cache, progress)
-    numpy = compiled(numpy_given, SITE_PACKAGES, 2, cache, progress)
+    stdlib = compiled(outside["pyodide/python_stdlib.zip"], STDLIB, 2, outside, cache, progress)
+    numpy = compiled(numpy_given, SITE_PACKAGES, 2, outside, cache, progress)
     wheel = build_wheel(cache)
-    ladder = compiled(wheel, SITE_PACKAGES, 0, cache, progress, ours=True)
+    ladder = compiled(wheel, SITE_PACKAGES, 0, outside, cache, progress, ours=True)
 
     stdlib_zip = stored_zip(pick(stdlib, lambda name: module_name(name) in kept))
     numpy_zip = stored_zip(pick(numpy, lambda name: in_numpy(name, kept)))
@@ -88,18 +88,18 @@ def assemble(dest: Path, *, cache: Path | None = None, progress: Progress = quie
     lock = lock_text(outside["pyodide/pyodide-lock.json"], {numpy_given.name: numpy_zip, wheel.name: ladder_zip})
 
     core = {name: outside[f"pyodide/{name}"].read_bytes() for name in CORE}
-    contents = {f"core-{fingerprint(core)[:10]}/{name}": data for name, data in core.items()}
+    contents = {f"core-{fingerprint(core.items())[:10]}/{name}": data for name, data in core.items()}
     packs = {"python_stdlib.pack": stdlib_zip, "numpy.pack": numpy_zip, "ladder.pack": ladder_zip}
     for name, data in packs.items():
-        contents[f"{short(data)}/{name}"] = packed(data, cache)
-    contents[f"{short(lock)}/pyodide-lock.json"] = lock
+        contents[f"{short_hash(data)}/{name}"] = gzipped(data, cache)
+    contents[f"{short_hash(lock)}/pyodide-lock.json"] = lock
 
     files = tuple(
-        RuntimeFile(name, len(data), hashlib.sha256(data).hexdigest(), len(packed(data, cache)))
+        RuntimeFile(name, len(data), hashlib.sha256(data).hexdigest(), len(gzipped(data, cache)))
         for name, data in contents.items()
     )
     write_folder(dest, {**contents, wheel.name: wheel.read_bytes()})
-    version = fingerprint({file.name: file.sha256.encode() for file in files})[:12]
+    version = fingerprint((file.name, file.sha256.encode()) for file in files)[:12]
     return RuntimeInfo(dest, files, wheel.name, version)
 
 
@@ -128,13 +128,20 @@ def in_numpy(member: str, kept: Iterable[str]) -> bool:
 
 
 def compiled(
-    archive: Path, prefix: str, optimize: int, cache: Path, progress: Progress = quiet, *, ours: bool = False
+    archive: Path,
+    prefix: str,
+    optimize: int,
+    outside: Mapping[str, Path],
+    cache: Path,
+    progress: Progress = quiet,
+    *,
+    ours: bool = False,
 ) -> Path:
     """The archive with its .py compiled by Pyodide's own Python; kept by the hash of all that goes into it.
 
-    Of our own wheel the methods of dataclasses are compiled too, for which its modules are imported.
+    outside: the gathered files of numpy and pyodide. Of our own wheel the methods of dataclasses are compiled too, for
+    which its modules are imported.
     """
-    outside = gather(["numpy", "pyodide"], cache=cache)
     engine = outside["pyodide/pyodide.asm.wasm"]
     job: dict[str, Any] = {"prefix": prefix, "optimize": optimize, "replaced": REPLACED, "changed": CHANGED}
     job |= {"packages": ["solvers", "widgets"] if ours else [], "prepared": PREPARED}
@@ -144,7 +151,7 @@ def compiled(
         "engine": hashlib.sha256(engine.read_bytes()).digest(),
         "job": json.dumps(job, sort_keys=True).encode(),
     }
-    target = cache / "compiled" / f"{archive.stem}-{fingerprint(inputs)[:16]}.zip"
+    target = cache / "compiled" / f"{archive.stem}-{fingerprint(inputs.items())[:16]}.zip"
     if target.is_file():
         return target
     progress(f"compiling {archive.name}", 0, 1)
@@ -157,9 +164,9 @@ def compiled(
             "input": [{"source": f"/in/{archive.name}", "target": "/out/out.zip", **job}],
         }
         if ours:
-            with zipfile.ZipFile(compiled(numpy_wheel(outside), SITE_PACKAGES, 2, cache, progress)) as numpy:
+            with zipfile.ZipFile(compiled(numpy_wheel(outside), SITE_PACKAGES, 2, outside, cache, progress)) as numpy:
                 numpy.extractall(Path(temporary, "site"))
-            stdlib = compiled(outside["pyodide/python_stdlib.zip"], STDLIB, 2, cache, progress)
+            stdlib = compiled(outside["pyodide/python_stdlib.zip"], STDLIB, 2, outside, cache, progress)
             request |= {"site": str(Path(temporary, "site")), "stdlib": str(stdlib)}
         run_node(RUNNER, request)
         os.replace(Path(temporary, "out.zip"), target)
@@ -205,26 +212,6 @@ def lock_text(stock: Path, wheels: Mapping[str, bytes]) -> bytes:
     return json.dumps({"info": info, "packages": packages}, indent=1, sort_keys=True).encode()
 
 
-def short(data: bytes) -> str:
-    """The first ten hex digits of the data's sha256."""
-    return hashlib.sha256(data).hexdigest()[:10]
-
-
-def packed(data: bytes, cache: Path) -> bytes:
-    """The data by gzip -9 without a date, kept by its hash; data that is gzip already is left as it is."""
-    if data[:2] == b"\x1f\x8b":
-        return data
-    kept = cache / "gzip" / hashlib.sha256(data).hexdigest()
-    if kept.is_file():
-        return kept.read_bytes()
-    made = gzip.compress(data, 9, mtime=_GZIP_DATE)
-    kept.parent.mkdir(parents=True, exist_ok=True)
-    beside = kept.with_name(f".{kept.name}.{os.getpid()}")
-    beside.write_bytes(made)
-    beside.replace(kept)
-    return made
-
-
 def write_folder(dest: Path, contents: Mapping[str, bytes]) -> None:
     """Make the folder hold exactly these files; those that are right already are not touched."""
     dest.mkdir(parents=True, exist_ok=True)
@@ -232,10 +219,7 @@ def write_folder(dest: Path, contents: Mapping[str, bytes]) -> None:
         path = dest / name
         if path.is_file() and path.stat().st_size == len(data) and path.read_bytes() == data:
             continue
-        path.parent.mkdir(parents=True, exist_ok=True)
-        beside = path.with_name(f".{path.name}.new")
-        beside.write_bytes(data)
-        beside.replace(path)
+        write(path, data)
     wanted = {dest / name for name in contents}
     for path in sorted(dest.rglob("*"), reverse=True):
         if path.is_dir() and not any(path.iterdir()):

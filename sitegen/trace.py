@@ -28,9 +28,9 @@ ALSO = [
 def traced(cache: Path) -> list[str]:
     """The dotted names to ship, sorted: what the exercise imported, and ALSO with what that imports."""
     outside = gather(["numpy", "pyodide"], cache=cache)
-    stdlib = compiled(outside["pyodide/python_stdlib.zip"], STDLIB, 2, cache)
-    numpy = compiled(numpy_wheel(outside), SITE_PACKAGES, 2, cache)
-    ladder = compiled(build_wheel(cache), SITE_PACKAGES, 0, cache, ours=True)
+    stdlib = compiled(outside["pyodide/python_stdlib.zip"], STDLIB, 2, outside, cache)
+    numpy = compiled(numpy_wheel(outside), SITE_PACKAGES, 2, outside, cache)
+    ladder = compiled(build_wheel(cache), SITE_PACKAGES, 0, outside, cache, ours=True)
     with tempfile.TemporaryDirectory(prefix="ladder-trace-") as site:
         for archive in (numpy, ladder):
             with zipfile.ZipFile(archive) as given:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
-import shutil
 import subprocess
 import sys
 import tempfile
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+
+from sitegen.files import fingerprint, write
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGES = ("solvers", "widgets")
@@ -36,20 +36,11 @@ def sources(root: Path = ROOT) -> dict[str, bytes]:
     return dict(sorted(found.items()))
 
 
-def fingerprint(files: dict[str, bytes]) -> str:
-    """A hash of names and contents together."""
-    digest = hashlib.sha256()
-    for name, data in files.items():
-        digest.update(f"{name}\0{len(data)}\0".encode())
-        digest.update(data)
-    return digest.hexdigest()
-
-
 def build_wheel(cache: Path, root: Path = ROOT) -> Path:
     """The wheel of the checkout at `root`, from the cache when nothing of it has changed. Raises WheelError."""
     metadata = {name: (root / name).read_bytes() for name in _METADATA if (root / name).is_file()}
     inputs = sources(root) | metadata
-    home = cache / "wheel" / fingerprint(inputs)[:16]
+    home = cache / "wheel" / fingerprint(inputs.items())[:16]
     kept = sorted(home.glob("*.whl"))
     if kept:
         return kept[0]
@@ -67,10 +58,8 @@ def build_wheel(cache: Path, root: Path = ROOT) -> Path:
         made = sorted(out.glob("*.whl"))
         if done.returncode != 0 or len(made) != 1:
             raise WheelError(f"the build ended with code {done.returncode}:\n{(done.stdout + done.stderr).strip()}")
-        home.mkdir(parents=True, exist_ok=True)
-        beside = home / f".{made[0].name}"
-        shutil.copyfile(made[0], beside)
-        return beside.replace(home / made[0].name)
+        write(home / made[0].name, made[0].read_bytes())
+        return home / made[0].name
 
 
 def _setuptools_is_enough() -> bool:
