@@ -1,4 +1,4 @@
-"""The solvers inside Pyodide: their own tests on the complete runtime, everything once on the one that is shipped."""
+"""Solvers and figures inside Pyodide: their own tests on the complete runtime, everything once on the shipped one."""
 
 from __future__ import annotations
 
@@ -20,11 +20,12 @@ ROOT = HERE.parent
 SUITE = Path(__file__).with_name("suite.py")
 
 
-def test_the_solver_tests_pass_inside_pyodide() -> None:
+@pytest.mark.parametrize("folder", ["tests/solvers", "tests/widgets"])
+def test_the_tests_of_what_runs_in_the_page_pass_inside_pyodide(folder: str) -> None:
     answer = run_python_in_complete_runtime(
         SUITE.read_text("utf-8"),
         # The conftest above is the site's: it serves and drives a browser.
-        {"args": ["tests/solvers", "--confcutdir=tests/solvers", "-m", "not native", "-q"]},
+        {"args": [folder, f"--confcutdir={folder}", "-m", "not native", "-q"]},
         mounts={"/repo": ROOT, "/venv": Path(sysconfig.get_path("purelib"))},
     )
     assert answer["code"] == 0, answer["output"]
