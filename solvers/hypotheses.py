@@ -18,6 +18,7 @@ nothing else of it).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -58,14 +59,14 @@ class HypothesisState:
     """The fields of `solvers.candidates.Scheduled`, and assignments: (b, count, m) the target row that each hypothesis
     gives each source point, −1 where missed; the first is the greedy one.
 
-    uniform: (b, draws, m, count − 1), of [0, 1). order: (b, m, count − 1) each source point's place in the random order
-    of a hypothesis."""
+    uniform: for each turn (b, m, count − 1) numbers of [0, 1). order: (b, m, count − 1) each source point's place in
+    the random order of a hypothesis."""
 
     problem: Problem = field(metadata=CONSTANT)
     options: HypothesisOptions = field(metadata=SHARED)
     radius: FloatArray = field(metadata=CONSTANT)
     last: FloatArray = field(metadata=CONSTANT)
-    uniform: FloatArray = field(metadata=CONSTANT)
+    uniform: tuple[FloatArray, ...] = field(metadata=CONSTANT)
     order: IntArray = field(metadata=CONSTANT)
     pose: Pose
     objective: FloatArray
@@ -109,40 +110,39 @@ def greedy(found: Candidates, psi: FloatArray, miss: float) -> AnyArray:
 
 
 def drawn(
-    found: Candidates, psi: FloatArray, miss: float, uniform: FloatArray, order: IntArray
+    found: Candidates, psi: FloatArray, miss: float, uniform: Sequence[FloatArray], order: IntArray
 ) -> AnyArray:
     """Drawn one-to-one assignments: the column of each row in each hypothesis, (rows, H), −1 where missed.
 
-    uniform: (draws, rows, H) of [0, 1); order: (rows, H) numbers, distinct within a problem and hypothesis, the lowest
-    going first where several draw one column.
+    uniform: for each turn (rows, H) numbers of [0, 1); order: (rows, H) numbers, distinct within a problem and
+    hypothesis, the lowest going first where several draw one column.
     """
     rows, H = order.shape
     scale = _UNIT / max(1.0, miss)
     units = np.rint(psi * scale).astype(np.int64)
     ends = np.concatenate([[0], np.cumsum(units)])
     base, mass = ends[found.starts[:-1]], np.diff(ends[found.starts])
-    total = mass + np.int64(np.rint(miss * scale))
+    total = (mass + np.int64(np.rint(miss * scale))).astype(np.float64)
     out = np.full(rows * H, -1, dtype=np.int64)
     owner = np.full(found.columns * H, np.iinfo(np.int64).max, dtype=np.int64)
     rank = order.ravel()
-    pending = np.flatnonzero(np.repeat(mass > 0, H))
+    pending: AnyArray = np.arange(rows * H)
+    row = np.repeat(np.arange(rows), H)
     for u in uniform:
-        row = pending // H
-        hypothesis = pending - H * row
-        t = np.floor(u.reshape(-1)[pending] * total[row]).astype(np.int64)
-        hit = t < mass[row]
-        pending, row, hypothesis, t = pending[hit], row[hit], hypothesis[hit], t[hit]
-        if not pending.size:
-            break
-        pair = np.searchsorted(ends, base[row] + t, side="right") - 1
-        slot = found.column[pair] * H + hypothesis
-        free = owner[slot] == np.iinfo(np.int64).max
-        np.minimum.at(owner, slot[free], rank[pending[free]])
-        won = free.copy()
-        won[free] = owner[slot[free]] == rank[pending[free]]
-        out[pending[won]] = found.column[pair[won]]
+        t = (u.reshape(-1)[pending] * total[row]).astype(np.int64)
+        hit = np.flatnonzero(t < mass[row])
+        pending, row = pending[hit], row[hit]
+        pair = np.searchsorted(ends, base[row] + t[hit], side="right") - 1
+        column = found.column[pair]
+        slot = column * H + (pending - H * row)
+        free = np.flatnonzero(owner[slot] >= 0)
+        mine, place = rank[pending[free]], slot[free]
+        np.minimum.at(owner, place, mine)
+        won = free[owner[place] == mine]
+        out[pending[won]] = column[won]
         owner[slot[won]] = -1  # taken for good
-        pending = pending[~won]
+        left = np.flatnonzero(out[pending] < 0)
+        pending, row = pending[left], row[left]
     return out.reshape(rows, H)
 
 
@@ -155,15 +155,13 @@ def _associate(state: HypothesisState) -> HypothesisState:
     columns = np.empty((b * m, options.count), dtype=np.int64)
     columns[:, 0] = greedy(found, psi, options.miss)
     if options.count > 1:
-        uniform = state.uniform.swapaxes(0, 1).reshape(options.draws, b * m, -1)
-        columns[:, 1:] = drawn(found, psi, options.miss, uniform, state.order.reshape(b * m, -1))
+        columns[:, 1:] = drawn(found, psi, options.miss, state.uniform, state.order.reshape(b * m, -1))
     assigned = columns >= 0
-    number = assigned.sum(axis=1)
-    flat = problem.target.reshape(-1, d)
+    mass = assigned.sum(axis=1).reshape(b, m) / options.count
     with np.errstate(over="ignore", under="ignore"):
-        shares = assigned / options.count
-        moment = np.stack([(np.where(assigned, x[columns], 0.0) * shares).sum(axis=1) for x in flat.T], axis=-1)
-    mass = number.reshape(b, m) / options.count
+        # A missed point's column, −1, finds the zero that is put last.
+        shares = np.vstack([problem.target.reshape(-1, d) / options.count, np.zeros((1, d))])
+        moment = np.stack([x[columns].sum(axis=1) for x in np.ascontiguousarray(shares.T)], axis=-1)
     inside = columns.reshape(b, m, -1) - n * np.arange(b)[:, None, None]
     assignments = np.where(assigned.reshape(b, m, -1), inside, -1).swapaxes(1, 2)
     return candidates.associated(replace(state, assignments=assignments), mass, moment.reshape(b, m, d))
@@ -172,14 +170,14 @@ def _associate(state: HypothesisState) -> HypothesisState:
 def _start(problem: Problem, options: HypothesisOptions) -> HypothesisState:
     b, m, _ = problem.source.shape
     H = options.count - 1
-    uniform, order = np.empty((b, options.draws, m, H)), np.empty((b, m, H), dtype=np.int64)
+    uniform, order = np.empty((options.draws, b, m, H)), np.empty((b, m, H), dtype=np.int64)
     for i in range(b):
         rng = np.random.default_rng(problem.seed[i])
-        uniform[i] = rng.random((options.draws, m, H))
+        uniform[:, i] = rng.random((options.draws, m, H))
         order[i] = rng.permuted(np.tile(np.arange(m)[:, None], (1, H)), axis=0)
     none = np.full((b, options.count, m), -1, dtype=np.int64)
     return _associate(
-        HypothesisState(**candidates.initial(problem, options), uniform=uniform, order=order, assignments=none)
+        HypothesisState(**candidates.initial(problem, options), uniform=tuple(uniform), order=order, assignments=none)
     )
 
 

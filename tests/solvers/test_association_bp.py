@@ -84,6 +84,30 @@ def test_messages_come_to_rest_and_marginals_are_probabilities(rng):
     assert (p.sum(axis=0) <= 1.0 + 1e-9).all()
 
 
+@settings(max_examples=150, deadline=None, derandomize=True, database=None)
+@given(st.integers(0, 10**6), st.sampled_from(["spread", "line", "grid", "outliers"]))
+def test_screening_loses_no_pair(seed, kind):
+    """Reaches from a fifth to a hundredth of the extent, pairs exactly at the reach, far outliers: all are listed."""
+    rng = np.random.default_rng(seed)
+    b, m, n = rng.integers(1, 5, 3) * [1, 12, 25]
+    moved, target = 3.0 * rng.standard_normal((b, m, 2)), 2.0 * rng.standard_normal((b, n, 2))
+    if kind == "line":
+        target[..., 1] = 0.5
+    if kind == "grid":
+        moved, target = np.rint(moved * 2.0) / 2.0, np.rint(target * 2.0) / 2.0
+    if kind == "outliers":
+        moved[:, 0], target[:, 0] = 1e6, -1e5
+    reach = np.ptp(target, axis=1).max(axis=1) / rng.integers(5, 100, b) if kind != "grid" else np.full(b, 0.5)
+    found = within_reach(moved, target, reach)
+    squares = np.square(moved[:, :, None, 0] - target[:, None, :, 0]) + np.square(
+        moved[:, :, None, 1] - target[:, None, :, 1]
+    )
+    k, i, j = np.nonzero(squares <= np.square(reach)[:, None, None])
+    assert np.array_equal(found.row, i + m * k)
+    assert np.array_equal(found.column, j + n * k)
+    assert np.array_equal(found.squares, squares[k, i, j])
+
+
 @pytest.mark.parametrize("d", [2, 3])
 def test_pairs_within_reach_are_all_listed(rng, d):
     """The screened list is that of all distances, in order, in batches and far from the origin."""
