@@ -9,7 +9,9 @@ weight by Euclidean distance), so a state's pose, pairs, precisions and objectiv
 It may rise: a Gauss-Newton step is no exact minimisation, and pairs are nearest in another metric than the residual's.
 Robust weights are functions of the pair's distance, not of the residual that is squared, so this is not the iteratively
 reweighted minimisation of any one loss; their scale is a heuristic, and a gate that suits one residual need not suit
-another.
+another. And since nothing falls, a run may go round: a few sets of pairs that lead to each other for ever. That is
+found by comparing each pose with one remembered, which is renewed at the steps 1, 2, 4, 8 … (Brent 1980, An improved
+Monte Carlo factorization algorithm, sec. 2), and called stalled.
 """
 
 from __future__ import annotations
@@ -19,7 +21,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from solvers import gauss_newton, icp, normals, robust, validate
-from solvers.arrays import FloatArray, ReasonArray, StatusArray
+from solvers.arrays import FloatArray, IntArray, ReasonArray, StatusArray
 from solvers.gauss_newton import System
 from solvers.icp import IcpOptions, Pairing
 from solvers.nearest import Index
@@ -39,6 +41,7 @@ class SurfaceOptions:
     eigenvalue below which a direction of motion counts as free.
     It stops when a step moves the source points, root mean square, by at most `tolerance` of their RMS radius, or when
     as many pairs as before are used and the RMS of their residuals has changed by at most the fraction `rms_tolerance`.
+    Where poses come round again, to `tolerance`, it has stalled.
     """
 
     gate: float = np.inf
@@ -73,14 +76,15 @@ class SurfaceOptions:
 
 @dataclass(frozen=True, eq=False)
 class SurfaceState:
-    """A pose, the pairs at it, their precisions, and the system that the last step solved.
+    """A pose, the pairs at it, their precisions, and the system that the next step solves.
 
     normals: of the target. covariances: of source (b, m, d, d) and target (b, n, d, d) points, where the method has
     any. radius: (b,) RMS radius of the source at the start. scale: (b,) the fixed s of the robust weight, or None.
     pairing: `rms` and `objective` there are those of the residuals here; pairs whose target point has no normal are not
     used, where the method needs one. precision: (b, m, d, d) of the pairs, at `pose`.
-    system: the normal equations of these pairs at `pose`: what the next step is to solve, with the condition number
-    and the weak direction. change: (b,) as in `solvers.icp.IcpState`.
+    system: the normal equations of these pairs at `pose`, with the condition number and the weak direction.
+    change: (b,) as in `solvers.icp.IcpState`. taken: (b,) steps. remembered: (b, m, d) the points moved at an earlier
+    step, to find cycles by.
     """
 
     problem: Problem = field(metadata=CONSTANT)
@@ -98,6 +102,8 @@ class SurfaceState:
     precision: FloatArray
     system: System
     change: FloatArray
+    taken: IntArray
+    remembered: FloatArray
 
 
 def start(
@@ -125,6 +131,7 @@ def start(
         problem=problem, index=index, normals=surface, covariances=covariances, radius=radius, scale=scale,
         options=options, pose=problem.start, objective=pairing.objective, status=status, reason=reason,
         pairing=pairing, precision=precision, system=system, change=np.full(b, np.inf),
+        taken=np.zeros(b, dtype=np.int64), remembered=pairing.moved,
     )  # fmt: skip
 
 
@@ -137,8 +144,8 @@ def step(state: SurfaceState) -> SurfaceState:
         state.problem, options, state.index, state.normals, state.covariances, state.scale, state.radius, pose
     )
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-        moved = pairing.moved - old.moved
-        change = np.sqrt(np.einsum("bmd,bmd->b", moved, moved) / moved.shape[1]) / state.radius
+        change = _motion(old.moved, pairing.moved) / state.radius
+        again = _motion(state.remembered, pairing.moved) / state.radius <= options.tolerance
         still = np.abs(pairing.rms - old.rms) <= options.rms_tolerance * old.rms
     at_rest = change <= options.tolerance
     steady = still & (pairing.count == old.count) & (options.rms_tolerance > 0.0)
@@ -149,10 +156,20 @@ def step(state: SurfaceState) -> SurfaceState:
         status, reason = mark(status, reason, np.arange(len(free)) == i, Status.DEGENERATE, words)
     status, reason = mark(status, reason, at_rest, Status.CONVERGED, "the pose has come to rest")
     status, reason = mark(status, reason, steady, Status.CONVERGED, "the RMS has come to rest")
+    status, reason = mark(status, reason, again, Status.STALLED, "the same few poses come round again and again")
+    taken = state.taken + 1
+    renew = (taken & (taken - 1)) == 0
     return replace(
         state, pose=pose, objective=pairing.objective, status=status, reason=reason, pairing=pairing,
-        precision=precision, system=system, change=change,
+        precision=precision, system=system, change=change, taken=taken,
+        remembered=np.where(renew[:, None, None], pairing.moved, state.remembered),
     )  # fmt: skip
+
+
+def _motion(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Root mean square distance between rows of (b, m, d), (b,)."""
+    squares = np.square(b - a).reshape(len(a), -1).sum(axis=1)
+    return np.asarray(np.sqrt(squares / a.shape[1]))
 
 
 def precisions(cov_p: FloatArray, cov_q: FloatArray, R: FloatArray) -> FloatArray:
