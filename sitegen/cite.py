@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from markupsafe import Markup
 
 from . import schema
-from .problems import Place, Problems
+from .problems import Place, Problems, read_text
 
 KEY = re.compile(r"[a-z][a-z0-9-]*")
 FIELDS = {
@@ -96,7 +96,8 @@ def read_references(root: Path, problems: Problems) -> dict[str, Reference]:
     path = root / "content" / "references.yaml"
     if not path.is_file():
         return {}
-    document = schema.read(path.read_text("utf-8"), "content/references.yaml", problems)
+    name = "content/references.yaml"
+    document = schema.read(read_text(path, name, problems), name, problems)
     if document is None or document.data is None:
         return {}
     if not isinstance(document.data, dict):
@@ -131,7 +132,7 @@ def _lettered(references: list[Reference]) -> list[Reference]:
         label = reference.label
         seen[label] = seen.get(label, 0) + 1
         letter = chr(ord("a") + seen[label] - 1) if counts[label] > 1 else ""
-        result.append(Reference(**{**reference.__dict__, "letter": letter}))
+        result.append(replace(reference, letter=letter))
     return result
 
 

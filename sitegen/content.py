@@ -10,7 +10,7 @@ from typing import Any
 
 from . import schema
 from .markdown import Document, Source, parse
-from .problems import Place, Problems, hint
+from .problems import Place, Problems, hint, read_text
 
 FILE_NAME = re.compile(r"(?P<number>\d+(?:\.\d+)?)(?P<letter>[a-z]?)-(?P<slug>[a-z0-9-]+)\.md")
 SLUG = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
@@ -102,7 +102,7 @@ def read_site(root: Path, problems: Problems) -> Site:
     name = path.relative_to(root).as_posix()
     document = None
     if path.is_file():
-        document = schema.read(path.read_text("utf-8"), name, problems)
+        document = schema.read(read_text(path, name, problems), name, problems)
     else:
         problems.add(Place(name), "the site's settings are missing")
     document = document or schema.Yaml({}, {}, Place(name, 1, 1))
@@ -169,14 +169,7 @@ def read_chapters(root: Path, site: Site, problems: Problems, drafts: bool = Fal
 
 def _chapter(root: Path, path: Path, problems: Problems, first: bool) -> Chapter:
     name = path.relative_to(root).as_posix()
-    raw = path.read_bytes()
-    try:
-        text = raw.decode("utf-8").removeprefix("\ufeff").replace("\r\n", "\n").replace("\0", "\ufffd")
-    except UnicodeDecodeError as error:
-        line = raw[: error.start].count(b"\n") + 1
-        problems.add(Place(name, line, 1), "not UTF-8")
-        text = raw.decode("utf-8", "replace")
-    front, body = _split(text)
+    front, body = _split(read_text(path, name, problems))
     source = Source(name, body, problems)
     values = _defaults(FRONT)
     document = schema.read(front, name, problems, first_line=2) if front else None

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from difflib import get_close_matches
+from pathlib import Path
 
 
 @dataclass(frozen=True, order=True)
@@ -62,6 +63,17 @@ class BuildFailed(Exception):
     def __init__(self, problems: Iterable[Problem]) -> None:
         self.problems = tuple(sorted(problems))
         super().__init__("\n".join(map(str, self.problems)))
+
+
+def read_text(path: Path, name: str, problems: Problems) -> str:
+    """An author's file as any editor saves it, with plain line ends; what is not UTF-8 goes to `problems`."""
+    raw = path.read_bytes()
+    try:
+        text = raw.decode("utf-8")
+    except UnicodeDecodeError as error:
+        problems.add(Place(name, raw[: error.start].count(b"\n") + 1, 1), "not UTF-8")
+        text = raw.decode("utf-8", "replace")
+    return text.removeprefix("\ufeff").replace("\r\n", "\n").replace("\0", "\ufffd")
 
 
 def hint(name: str, names: Iterable[str]) -> str:

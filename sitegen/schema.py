@@ -65,25 +65,31 @@ class Yaml:
 
 def read(source: str, path: str, problems: Problems, first_line: int = 1) -> Yaml | None:
     """Parsed YAML; None, and a problem, where it is none."""
-    loader = Loader(source)
+    places: dict[Path, Place] = {}
     try:
-        node = loader.get_single_node()
-        places: dict[Path, Place] = {}
-        if node is not None:
-            _collect(node, (), places, path, first_line, problems)
-        return Yaml(None if node is None else loader.construct_document(node), places, Place(path, first_line, 1))
+        loader = Loader(source)
+        try:
+            node = loader.get_single_node()
+            if node is not None:
+                _collect(node, (), places, path, first_line, problems)
+            return Yaml(None if node is None else loader.construct_document(node), places, Place(path, first_line, 1))
+        finally:
+            loader.dispose()
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         place = Place(path, first_line + mark.line, mark.column + 1) if mark else Place(path, first_line, 1)
         problems.add(place, f"not YAML: {error.problem}")
-        return None
-    finally:
-        loader.dispose()
+    # Without a mark come a control character, a 31st of February, a list that holds itself.
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        problems.add(Place(path, first_line, 1), f"not YAML: {str(error).splitlines()[0]}")
+    return None
 
 
 def _collect(node: Any, at: Path, places: dict[Path, Place], path: str, first: int, problems: Problems) -> None:
     if isinstance(node, yaml.MappingNode):
         for key, value in node.value:
+            if not isinstance(key, yaml.ScalarNode):
+                continue  # no key of ours; the loader says so, or it is unknown
             here = Place(path, first + key.start_mark.line, key.start_mark.column + 1)
             if (*at, key.value) in places:
                 problems.add(here, f"{key.value!r} stands twice")

@@ -190,6 +190,10 @@ FRONT = {
     "no title": ("summary: S", "", ["2:1: title is missing: a text"]),
     "another type": ("title: T\nrung: 1\nsummary: S", "", ["3:1: rung: a text is expected, not 1"]),
     "no yaml": ("title: [T", "", ["3:1: not YAML: "]),
+    "a list for a key": ("[title]: T", "", ["2:1: not YAML: "]),
+    "a control character": ('title: "a\x07"', "", ["2:1: not YAML: unacceptable character"]),
+    "a date that is none": ("title: T\nsummary: 2001-02-31", "", ["2:1: not YAML: day is out of range for month"]),
+    "a list within itself": ("title: T\nredirects: &r [*r]", "", ["2:1: not YAML: "]),
     "twice": ("title: T\ntitle: U\nsummary: S", "", ["3:1: 'title' stands twice"]),
     "no page name": ("title: T\nslug: Ätsch\nsummary: S", "", ["3:1: 'Ätsch' is no page name"]),
     "redirect no name": ("title: T\nsummary: S\nredirects: [ok, 'no/name']", "", ["4:17: 'no/name' is no page name"]),
@@ -252,6 +256,17 @@ def test_settings(project: Project, name: str) -> None:
     found = [problem.removeprefix(name) for problem in project.problems() if problem.startswith(name)]
     assert len(found) == len(expected), found
     assert all(said.startswith(wanted) for said, wanted in zip(found, expected, strict=True)), found
+
+
+def test_what_is_not_utf8_is_named_in_every_file(project: Project) -> None:
+    for name in ("site.yaml", "references.yaml", "01-second.md"):
+        path = project.root / "content" / name
+        path.write_bytes(path.read_bytes().replace(b"title: ", b"title: \xff", 1))
+    assert [problem for problem in project.problems() if problem.endswith("not UTF-8")] == [
+        "content/01-second.md:2:1: not UTF-8",
+        "content/references.yaml:3:1: not UTF-8",
+        "content/site.yaml:1:1: not UTF-8",
+    ]
 
 
 def test_references(project: Project) -> None:
