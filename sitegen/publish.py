@@ -51,14 +51,14 @@ def _copy_runtime(started: RuntimeInfo, folder: Path, pack: bool, cache: Path) -
 
 
 def _exchange(beside: Path, dest: Path) -> None:
-    """Put the new folder in the old one's place; were the second step to fail, the old one comes back."""
+    """Put the new folder in the old one's place; where that fails or is cut off half way, the old one comes back."""
     old = beside.with_name(beside.name + "-old")
-    if dest.exists():
-        os.replace(dest, old)
     try:
+        if dest.exists():
+            os.replace(dest, old)
         os.replace(beside, dest)
-    except OSError:
-        if old.exists():
+    except BaseException:
+        if old.exists() and not dest.exists():
             os.replace(old, dest)
         raise
     shutil.rmtree(old, ignore_errors=True)

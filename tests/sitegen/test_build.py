@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import gzip
 import json
+import os
 import re
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
+import brotli
 import html5lib
 import pytest
 
 from sitegen.check import check_site
+from sitegen.files import packed, write
 from tests.sitegen.conftest import START, Project, fresh_cache
 
 
@@ -163,8 +167,7 @@ def test_claims_open_what_was_checked(built: Project) -> None:
 
 def test_contents_ladder_and_neighbours(built: Project) -> None:
     page = built.page("second.html")
-    nav = page[page.index('class="contents"') :] if 'class="contents"' in page else ""
-    assert not nav, "one section needs no list"
+    assert 'class="contents"' not in page, "one section needs no list"
     assert 'rel="prev" href="index.html"' in page
     assert "Not yet written" in page
     assert 'href="index.html"' in page
@@ -273,13 +276,32 @@ def test_a_failed_build_leaves_the_last_good_site(built: Project) -> None:
     assert "Deep" in built.page("second.html")
 
 
+def test_an_interrupted_exchange_brings_the_old_site_back(built: Project, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ctrl-C between the two renames: the site is there as it was, and nothing lies beside it."""
+    before, rename = contents(built.site), os.replace
+
+    def interrupted(source: str | Path, target: str | Path) -> None:
+        if Path(target) == built.site and not Path(source).name.endswith("-old"):
+            raise KeyboardInterrupt
+        rename(source, target)
+
+    monkeypatch.setattr(os, "replace", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        built.build()
+    assert contents(built.site) == before
+    assert [p.name for p in built.root.iterdir() if p.name.startswith(".site")] == []
+
+
+def test_a_write_that_fails_leaves_nothing_behind(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On a full disk the old file stays, and no half of the new one."""
+    write(tmp_path / "a", b"old")
+    monkeypatch.setattr(os, "replace", lambda source, target: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        write(tmp_path / "a", b"new")
+    assert contents(tmp_path) == {"a": b"old"}
+
+
 def test_packed_copies_hold_the_same(project: Project) -> None:
-    import gzip
-
-    import brotli
-
-    from sitegen.files import packed
-
     data = b"<p>text</p>" * 300
     made = packed("a/b.html", data, project.cache)
     assert gzip.decompress(made["a/b.html.gz"]) == data
