@@ -7,14 +7,14 @@ from contextlib import ExitStack, contextmanager
 from itertools import pairwise
 from math import cos, pi, sin
 from statistics import median, quantiles
-from threading import Event, Thread
+from threading import Event
 from typing import Any
 
 from playwright.sync_api import Browser, Page, sync_playwright
 
 from sitegen.bench import Bench, Row
 from sitegen.browser import FLAGS
-from sitegen.static import StaticHandler, StaticServer, serving
+from sitegen.static import StaticHandler, serving
 
 LOADS = 5
 MOVES = 300
@@ -96,9 +96,9 @@ def paint(bench: Bench) -> list[Row]:
 
 
 class Holding(StaticHandler):
-    """Keeps every request for the runtime waiting, as a very slow line would."""
+    """Keeps every request for the runtime waiting until the bench lets go, as a very slow line would."""
 
-    let_go = Event()
+    let_go: Event
 
     def do_GET(self) -> None:
         if self.path.startswith("/runtime/"):
@@ -108,23 +108,18 @@ class Holding(StaticHandler):
 
 def tape(bench: Bench) -> list[Row]:
     """From the click on a figure's main button to the swapped picture, with Python not up."""
-    Holding.let_go.clear()
-    server = StaticServer(bench.site, ("127.0.0.1", 0), Holding)
-    Thread(target=server.serve_forever, kwargs={"poll_interval": 0.05}, daemon=True).start()
+    Holding.let_go = Event()
     delays = []
-    try:
-        with browser_of(bench) as browser:
+    with serving(bench.site, Holding) as server, browser_of(bench) as browser:
+        try:
             for name in CHAPTERS:
                 for _ in range(LOADS):
                     with visit(browser, f"{server.origin}/{name}") as page:
-                        button = page.locator("figure.figure button.primary[data-button]").first
-                        button.click()
+                        page.locator("figure.figure button.primary[data-button]").first.click()
                         page.wait_for_selector("figure.figure[data-state=tape]")
                         delays += answered(page.evaluate(MARKS))
-    finally:
-        Holding.let_go.set()
-        server.shutdown()
-        server.server_close()
+        finally:
+            Holding.let_go.set()
     note = f"first click of a page, runtime held back; median {number_ms(median(delays))}"
     return [Row(f"first answer from the tape, worst of {len(delays)}", max(delays), "ms", 50, note)]
 

@@ -13,7 +13,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from threading import Thread
 from typing import Any
-from urllib.parse import unquote, urlsplit
+from urllib.parse import unquote
 
 # Written down, since what a machine's own tables say of these differs (or is nothing).
 TYPES = {
@@ -66,7 +66,7 @@ def headers_for(path: str, rules: list[Rule]) -> dict[str, str]:
 
 def locate(root: Path, url: str) -> tuple[str, Path] | None:
     """The request path and the file that a URL names below `root`; None for what would lead outside of it."""
-    asked = unquote(urlsplit(url).path)
+    asked = unquote(url.partition("?")[0])  # urlsplit would take "//x" for a host, and "//[" for a mistake of ours
     if "\0" in asked:
         return None
     file = (root / asked.lstrip("/")).resolve()
@@ -150,9 +150,9 @@ class StaticServer(ThreadingHTTPServer):
 
 
 @contextmanager
-def serving(root: Path) -> Iterator[StaticServer]:
+def serving(root: Path, handler: type[StaticHandler] = StaticHandler) -> Iterator[StaticServer]:
     """The folder served on a free loopback port for as long as the context lasts."""
-    server = StaticServer(root, ("127.0.0.1", 0))
+    server = StaticServer(root, ("127.0.0.1", 0), handler)
     thread = Thread(target=server.serve_forever, kwargs={"poll_interval": 0.05}, daemon=True)
     thread.start()
     try:
