@@ -149,7 +149,7 @@ def printed(value: int | float, spec: str = "") -> str:
     """
     text = format(value, spec or ("d" if isinstance(value, int) else ".6g"))
     mantissa, e, exponent = text.partition("e")
-    if re.fullmatch(r"-[0.,]*", mantissa):
+    if re.fullmatch(r"-[0.,]*%?", mantissa):
         mantissa = mantissa[1:]
     power = f"·10{str(int(exponent)).translate(SUPERSCRIPT)}" if e else ""
     return mantissa.replace("-", "−") + power

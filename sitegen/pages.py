@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -157,7 +157,7 @@ class Writer:
             next=self.chapters[i + 1] if i + 1 < len(self.chapters) else None,
         )
         if page.home:
-            page = Page(**{**page.__dict__, "title": self.site.title})
+            page = replace(page, title=self.site.title)
         cards = [references[key] for key in body.cited]
         return self._fill(
             "chapter.html", page, chapter=chapter, body=body.html, contents=_tree(body.contents), cards=cards
@@ -206,7 +206,7 @@ class Writer:
     def lost(self) -> str:
         """What hosts answer for an address that is none."""
         page = self._page("404.html", "No such page", self.site.description, "lost", hidden=True)
-        return self._fill("404.html", Page(**{**page.__dict__, "canonical": ""}))
+        return self._fill("404.html", replace(page, canonical=""))
 
     def redirect(self, chapter: Chapter) -> str:
         """The page under a chapter's old name."""

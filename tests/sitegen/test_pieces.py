@@ -83,6 +83,7 @@ def test_works_of_one_label_get_letters(project: Project) -> None:
         (17, "", "17"),
         (0.25, "", "0.25"),
         (0.5, ".0%", "50%"),
+        (-0.001, ".0%", "0%"),
     ],
 )
 def test_numbers_as_printed(value: float, spec: str, text: str) -> None:
