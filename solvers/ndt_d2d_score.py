@@ -73,7 +73,10 @@ def evaluate(
         q0, q1 = x - mu[b, j, 0], y - mu[b, j, 1]
         lx, ly = x - pivot[b, 0], y - pivot[b, 1]
         d00, d01, d11 = alpha + Q[b, j, 0, 0], beta + Q[b, j, 0, 1], gamma + Q[b, j, 1, 1]
-        det = d00 * d11 - np.square(d01)
+        # Divided by the trace first: the determinant of a vast covariance is beyond float64.
+        trace = d00 + d11
+        d00, d01, d11 = d00 / trace, d01 / trace, d11 / trace
+        det = (d00 * d11 - np.square(d01)) * trace
         p00, p01, p11 = d11 / det, -d01 / det, d00 / det
         u0, u1 = p00 * q0 + p01 * q1, p01 * q0 + p11 * q1
         values = np.exp(-0.5 * (q0 * u0 + q1 * u1))
