@@ -203,11 +203,14 @@ def _step(state: MmdState) -> MmdState:
         step = -along[rows] / (values[rows] + (damping * top)[rows, None])
         step = (V[rows] @ step[..., None])[..., 0]
         size = np.linalg.norm(step, axis=1)
-        step *= np.minimum(1.0, 1.0 / np.maximum(size, 1e-300))[:, None]  # no farther than the length scale reaches
         trial = take(state, rows)
-        shift, turn = step[:, :d] * trial.length[:, None], step[:, d:] * (trial.length / trial.radius)[:, None]
+        per_radius = trial.length / trial.radius
+        # No farther than the length scale reaches, and no more than a radian.
+        cap = 1.0 / np.maximum(np.maximum(1.0, size), np.linalg.norm(step[:, d:], axis=1) * per_radius)
+        step *= cap[:, None]
+        shift, turn = step[:, :d] * trial.length[:, None], step[:, d:] * per_radius[:, None]
         trial = _at(trial, _moved_by(trial.pose, trial.centroid, shift, turn))
-        moved = np.minimum(size, 1.0) * trial.length / trial.radius
+        moved = cap * size * per_radius
         better = trial.objective < state.objective[rows]
         won, lost = rows[better], rows[~better]
         after = put(after, won, take(trial, better))
