@@ -468,3 +468,32 @@ def test_a_run_that_goes_round_is_stalled_not_capped():
         assert on.status in (Status.CAPPED, Status.STALLED)
         assert min(np.abs(m - found.matrix).max() for m in poses[1:]) < 1e-4
         assert np.abs(poses[0] - found.matrix).max() > 1e-6
+
+
+def test_gicp_keeps_a_hundredth_of_its_hold_along_a_wall():
+    """Canonical covariances leave precision along the tangent: on one wall GICP determines the slide, too, from pairs
+    that say nothing about it, at normal/tangent of the precision across. The condition number tells, the status not."""
+    found = register(wall()[::2], wall(), "gicp", start=Pose.from_angle(0.1, (0.3, 0.2)))
+    assert found.status is Status.CONVERGED
+    system = found.states[0].system
+    np.testing.assert_allclose(system.condition, 100.0, rtol=0.05)
+    np.testing.assert_allclose(np.abs(system.directions[0, :, 0]), [1.0, 0.0, 0.0], atol=0.02)
+
+
+def test_gicp_on_a_circle_holds_its_turn_at_a_hundredth():
+    angle = 2.0 * np.pi * np.arange(48) / 48
+    circle = np.column_stack([np.cos(angle), np.sin(angle)])
+    system = register(circle, circle, "gicp", max_steps=0).states[0].system
+    np.testing.assert_allclose(system.eigenvalues[0], [0.5, 25.25, 25.25], rtol=1e-9)
+    np.testing.assert_allclose(np.abs(system.directions[0, :, 0]), [0.0, 0.0, 1.0], atol=1e-9)
+
+
+@BOTH
+def test_pairs_whose_weights_are_all_zero_are_degenerate(method):
+    """Tukey's weight with a scale far below every distance rejects all pairs: said so, and the pose stays."""
+    scene = room("clean")
+    far = Pose.from_angle(0.3, (30.0, 0.0))
+    found = register(scene.source, scene.target, method, start=far, weight="tukey", scale=0.1)
+    assert found.status is Status.DEGENERATE
+    assert "no pair can be used" in found.reason
+    np.testing.assert_allclose(found.pose.t, (30.0, 0.0))
