@@ -42,6 +42,11 @@ class Result:
     current: bool
 
 
+def standing(result: Result | None) -> str:
+    """What readers are told of a test: its outcome, or "unknown" where it did not yet run on this code."""
+    return result.outcome if result is not None and result.current else "unknown"
+
+
 def read_tests(root: Path, files: Iterable[str]) -> dict[str, Test]:
     """The tests of the named files (relative to the root; what is no file has none) by id."""
     found: dict[str, Test] = {}

@@ -18,7 +18,7 @@ from widgets.picture import number
 
 from .assets import POLICY, Assets
 from .cite import Reference
-from .claims import Result, Test, anchor
+from .claims import Result, Test, anchor, standing
 from .content import Chapter, Site
 from .figures import Figure, Plain, dumps, first_frame, spec
 from .outside import Licence
@@ -42,7 +42,6 @@ class FigureView:
     frame: Plain
     record: Markup
     tape: str
-    seeded: bool
     caption: Markup
 
 
@@ -98,7 +97,6 @@ def figure_view(figure: Figure, frame: Plain, tape: str, caption: Markup) -> Fig
         frame,
         Markup(dumps(record)),
         tape,
-        any(button.does == "reseed" for button in figure.widget.buttons),
         caption,
     )
 
@@ -180,8 +178,7 @@ class Writer:
                 claimed.setdefault(claim.test_id, []).append(entry)
         checks = []
         for test_id, claims in claimed.items():
-            result = results.get(test_id)
-            state = result.outcome if result and result.current else "unknown"
+            state = standing(results.get(test_id))
             source = highlighted(tests[test_id].source, "python")
             checks.append(
                 {

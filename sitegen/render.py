@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
+from itertools import groupby, takewhile
 from pathlib import Path
 from urllib.parse import unquote
 
@@ -17,7 +18,7 @@ from pygments.lexers import find_lexer_class_by_name, get_all_lexers
 from pygments.util import ClassNotFound
 
 from .cite import Reference
-from .claims import Result, Test, anchor
+from .claims import Result, Test, anchor, standing
 from .computed import CallError, Values, printed, read_call
 from .figures import Figure, Plain, changed, dumps, listed
 from .images import Image, read_image
@@ -116,38 +117,34 @@ class _Renderer:
             "aside": lambda token: f'<div class="aside" role="note"><p>{self._inline(token.children)}</p></div>\n',
             "value": self._value,
             "readout": self._readout,
-            "claim_open": self._claim_open,
             "claim_close": self._claim_close,
             "ref": self._ref,
             "cite": self._cite,
         }
         for name, rule in rules.items():
             self._html.rules[name] = _simple(rule)  # type: ignore[assignment]
+        self._html.rules["claim_open"] = self._claim_open  # type: ignore[assignment]
 
     def body(self) -> Body:
-        blocks = _blocks(self._chapter.document.tokens)
         parts: list[str] = []
-        for i, block in enumerate(blocks):
-            tries = [b[0].type == "try" for b in (blocks[i - 1] if i else block, block, (*blocks, block)[i + 1])]
-            if block[0].type == "try":
-                opens, closes = i == 0 or not tries[0], i + 1 == len(blocks) or not tries[2]
-                item = f"<li>{self._blocks(block)}</li>\n"
-                parts.append(('<ul class="tries">\n' if opens else "") + item + ("</ul>\n" if closes else ""))
-                continue
-            html = self._blocks(block)
-            notes = [
-                child.meta["label"] for token in block for child in token.children or [] if child.meta.get("first")
-            ]
-            if notes:
-                html = (
-                    f'<div class="noted">\n{html}<div class="notes">\n{"".join(map(self._note, notes))}</div>\n</div>\n'
-                )
-            parts.append(html)
+        for tries, blocks in groupby(_blocks(self._chapter.document.tokens), lambda block: block[0].type == "try"):
+            if tries:
+                items = "".join(f"<li>{self._blocks(block)}</li>\n" for block in blocks)
+                parts.append(f'<ul class="tries">\n{items}</ul>\n')
+            else:
+                parts += map(self._noted, blocks)
         self._body.html = Markup("".join(parts))
         for heading in self._survey.headings:
             if heading.level in (2, 3):
                 self._body.contents.append((heading.level, heading.id, Markup(self._inline(_unlinked(heading.tokens)))))
         return self._body
+
+    def _noted(self, block: Sequence[Token]) -> str:
+        """A block with the notes beside it that it is the first to refer to."""
+        html = self._blocks(block)
+        labels = [child.meta["label"] for token in block for child in token.children or [] if child.meta.get("first")]
+        notes = "".join(map(self._note, labels))
+        return f'<div class="noted">\n{html}<div class="notes">\n{notes}</div>\n</div>\n' if notes else html
 
     def _blocks(self, tokens: Sequence[Token]) -> str:
         return str(self._html.render(tokens, self._options, {}))
@@ -275,7 +272,8 @@ class _Renderer:
             return ""
         return f'<span class="computed">{escape(readouts[name])}</span>'
 
-    def _claim_open(self, token: Token) -> str:
+    def _claim_open(self, tokens: Sequence[Token], idx: int, options: object, env: object) -> str:
+        token = tokens[idx]
         directive, at = token.meta["directive"], token.meta["at"]
         test_id = directive.attributes.strip()
         lead = len(directive.attributes) - len(directive.attributes.lstrip())
@@ -287,25 +285,14 @@ class _Renderer:
                 at(directive.attributes_start + lead), f"{test_id} has no docstring that tells readers what it checks"
             )
         number = len(self._body.claims) + 1
-        claim = Claim(Markup(self._inline(_unlinked(self._claim_tokens(token)))), test_id, f"claim-{number}")
+        inner = list(takewhile(lambda t: t.type != "claim_close", tokens[idx + 1 :]))
+        claim = Claim(Markup(self._inline(_unlinked(inner))), test_id, f"claim-{number}")
         self._body.claims.append(claim)
         return f'<span class="claim" id="claim-{number}">'
 
-    def _claim_tokens(self, opening: Token) -> list[Token]:
-        """The tokens between an opening claim and its end, wherever they stand."""
-        document = self._chapter.document
-        for token in [t for flow in (document.tokens, *document.footnotes.values()) for t in flow]:
-            children = token.children or []
-            for i, child in enumerate(children):
-                if child is opening:
-                    end = next(j for j in range(i, len(children)) if children[j].type == "claim_close")
-                    return children[i + 1 : end]
-        return []
-
     def _claim_close(self, token: Token) -> str:
         test_id = token.meta["directive"].attributes.strip()
-        result = self._known.results.get(test_id)
-        state = "unknown" if result is None or not result.current else result.outcome
+        state = standing(self._known.results.get(test_id))
         said = {"passed": "checked", "failed": "check failed", "unknown": "check not yet run on this code"}[state]
         return (
             f'<a class="claim-mark" data-outcome="{state}" href="checks.html#{anchor(test_id)}" '
