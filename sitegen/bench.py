@@ -49,7 +49,7 @@ class Bench:
 
 def groups() -> dict[str, Callable[[Bench], list[Row]]]:
     """The groups by name, in the order of the table."""
-    from sitegen import bench_build, bench_page
+    from sitegen import bench_build, bench_page, bench_solvers
 
     return {
         "paint": bench_page.paint,
@@ -58,6 +58,8 @@ def groups() -> dict[str, Callable[[Bench], list[Row]]]:
         "drag": bench_page.drag,
         "sizes": bench_build.sizes,
         "build": bench_build.build_times,
+        "race": bench_solvers.race,
+        "peers": bench_solvers.peers,
     }
 
 
