@@ -67,6 +67,11 @@ class State:
     frequency: Array
 
     @property
+    def near(self) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+        """(n,) the target row nearest to each source row; rounded, so that a tie goes the same way everywhere."""
+        return np.asarray(np.round(self.squares, 12).argmin(axis=1))
+
+    @property
     def wrong(self) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
         """Where rung 2 is told a wrong partner."""
         return np.asarray(self.proposed != np.arange(COUNT))
@@ -115,7 +120,7 @@ def feature_means(state: State) -> tuple[Array, Array]:
 def draw(state: State) -> Picture:
     """One small panel a rung, and what the pictures have in numbers."""
     p, q = state.moved, state.target
-    right = int((np.round(state.squares, 12).argmin(axis=1) == np.arange(COUNT)).sum())
+    right = int((state.near == np.arange(COUNT)).sum())
     share = float(weights(state).diagonal().mean())
     here, there = feature_means(state)
     gap = float(np.hypot(*(here - there)))
@@ -159,13 +164,13 @@ def _corrupted(state: State) -> tuple[Mark, ...]:
 
 
 def _nearest(state: State) -> tuple[Mark, ...]:
-    return (Segments(state.moved, state.target[np.round(state.squares, 12).argmin(axis=1)], "pair"),)
+    return (Segments(state.moved, state.target[state.near], "pair"),)
 
 
 def _surface(state: State) -> tuple[Mark, ...]:
     """The foot of each source point on the tangent through its nearest target point, and the normals."""
     normals = _normals(state.target)
-    near = np.round(state.squares, 12).argmin(axis=1)
+    near = state.near
     away = ((state.moved - state.target[near]) * normals[near]).sum(axis=1, keepdims=True)
     return (
         Segments(state.moved, state.moved - away * normals[near], "pair"),
