@@ -53,8 +53,8 @@ class NdtOptions:
     offset: Sequence[float] = (0.0, 0.0)
     max_shift: float | None = None
     max_turn: float = 0.2
-    halvings: int = 8
-    tolerance: float = 1e-5
+    halvings: int = 4
+    tolerance: float = 1e-4
 
     def __post_init__(self) -> None:
         sizes(self.cells)
