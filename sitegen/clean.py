@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 import sys
@@ -24,8 +25,11 @@ def clean(root: Path, *, everything: bool = False) -> int:
         if venv.is_inside(root):
             print("clean --all cannot remove the .venv that it runs in: use the machine's own python3", file=sys.stderr)
             return 2
-        cache = user_cache(root)
-        if cache is None:
+        named = os.environ.get("LADDER_CACHE")
+        cache = None if named else user_cache(root)
+        if named:  # whoever named it may keep other things there
+            print(f"{named} is a folder that LADDER_CACHE names; it stays", file=sys.stderr)
+        elif cache is None:
             print("without a working .venv it is not known where the user's cache lies; it stays", file=sys.stderr)
             code = 1
         else:

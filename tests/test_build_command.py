@@ -134,7 +134,7 @@ def test_test_passes_further_arguments_on_in_order() -> None:
     assert asked.further == ["-k", "drag", "-x", "tests/browser"]
 
 
-def test_clean_leaves_the_site_folder_and_the_sources(checkout: Path) -> None:
+def test_clean_leaves_the_site_folder_and_the_sources(checkout: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """What the commands made is gone, what people made stays; .venv only with --all."""
     made = ["site/index.html", "site/assets/a.css", ".mypy_cache/x", "sitegen/__pycache__/x.pyc", ".venv/bin/x"]
     stays = ["site/.gitignore", "sitegen/cli.py", "content/01-a.md"]
@@ -143,6 +143,19 @@ def test_clean_leaves_the_site_folder_and_the_sources(checkout: Path) -> None:
         (checkout / name).touch()
     assert clean(checkout) == 0
     assert [name for name in made if (checkout / name).exists()] == [".venv/bin/x"]
+    monkeypatch.delenv("LADDER_CACHE", raising=False)
     assert clean(checkout, everything=True) == 1, "the cache of a broken .venv cannot be found, and that is said"
     assert not (checkout / ".venv").exists()
     assert all((checkout / name).exists() for name in stays)
+
+
+def test_clean_removes_no_folder_that_a_variable_names(
+    checkout: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """LADDER_CACHE may be anybody's folder, with other things in it."""
+    kept = tmp_path / "mine" / "thesis.tex"
+    kept.parent.mkdir()
+    kept.touch()
+    monkeypatch.setenv("LADDER_CACHE", str(kept.parent))
+    assert clean(checkout, everything=True) == 0
+    assert kept.exists()
