@@ -1,0 +1,85 @@
+"""Scenes for residuals that know surfaces: one straight wall, and a closed room with a notch and a pillar.
+
+Drawn like those of `solvers.scenes`: all random numbers from the scene's own seed, in a fixed order and in units of
+one. """
+
+from __future__ import annotations
+
+import numpy as np
+
+from solvers import validate
+from solvers.arrays import FloatArray
+from solvers.pose import Pose
+from solvers.scenes import Scene
+
+WALL = np.array([(-4.0, -1.4), (4.0, 1.4)])
+NDT_ROOM = np.array(
+    [
+        (-4.6, -2.6), (4.6, -2.6), (4.6, 2.6), (1.4, 2.6), (1.4, 1.4), (-0.4, 1.4), (-0.4, 2.6), (-4.6, 2.6),
+        (-4.6, -2.6),
+    ]
+)  # fmt: skip
+PILLAR = np.array([(2.0, -0.9), (2.9, -0.9), (2.9, 0.0), (2.0, 0.0), (2.0, -0.9)])
+for _outline in (WALL, NDT_ROOM, PILLAR):
+    _outline.flags.writeable = False
+
+
+def single_wall(*, seed: int = 40, noise: float = 0.02, outliers: float = 0.0) -> Scene:
+    """One straight wall, 8.5 u long, and a scan of the middle six tenths of it: no residual can tell where along it.
+
+    noise: σ in u; outliers: the fraction of each cloud, 0 to 1, put anywhere in a field of 10 × 6.4 u. The truth is the
+    identity. Raises ValueError for a negative noise and a fraction outside 0 … 1.
+    """
+    rng = np.random.default_rng(validate.count(seed, "seed"))
+    clouds = [sampled(WALL, 0.15), sampled(WALL, 0.16, 0.2, 0.8)]
+    start = Pose.from_angle(np.radians(15.0), (0.9, 1.1))
+    return _scene("single-wall", seed, rng, clouds, (WALL,), noise, outliers, start)
+
+
+def ndt_room(*, seed: int = 40, noise: float = 0.03, outliers: float = 0.0) -> Scene:
+    """A closed room of 9.2 × 5.2 u with a notch and a pillar: all of it mapped every 0.13 u, and a scan every 0.16 u
+    that sees seven tenths of the walls and the pillar.
+
+    noise, outliers, truth and errors as in `single_wall`.
+    """
+    rng = np.random.default_rng(validate.count(seed, "seed"))
+    clouds = [
+        np.vstack([sampled(NDT_ROOM, 0.13), sampled(PILLAR, 0.13)]),
+        np.vstack([sampled(NDT_ROOM, 0.16, 0.05, 0.75), sampled(PILLAR, 0.16)]),
+    ]
+    start = Pose.from_angle(np.radians(12.0), (0.6, -0.4))
+    return _scene("ndt-room", seed, rng, clouds, (NDT_ROOM, PILLAR), noise, outliers, start)
+
+
+def sampled(outline: FloatArray, spacing: float, first: float = 0.0, last: float = 1.0) -> FloatArray:
+    """Points every `spacing` u along the polyline (k, 2), from the fraction `first` of its length to `last`, (n, 2)."""
+    lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(outline, axis=0), axis=1))])
+    begin, end = first * lengths[-1], last * lengths[-1]
+    along = begin + spacing * np.arange(np.floor((end - begin) / spacing + 1e-9) + 1.0)
+    return np.column_stack([np.interp(along, lengths, outline[:, k]) for k in (0, 1)])
+
+
+def _scene(
+    name: str,
+    seed: int,
+    rng: np.random.Generator,
+    clouds: list[FloatArray],
+    outlines: tuple[FloatArray, ...],
+    noise: float,
+    outliers: float,
+    start: Pose,
+) -> Scene:
+    sigma = validate.number(noise, "noise", 0.0)
+    fraction = validate.number(outliers, "outliers", 0.0, 1.0)
+    points, masks = [], []
+    for cloud in clouds:
+        n = len(cloud)
+        unit, order = rng.standard_normal((n, 2)), rng.permutation(n)
+        elsewhere = rng.uniform((-5.0, -3.2), (5.0, 3.2), (n, 2))
+        wrong = np.zeros(n, dtype=np.bool_)
+        wrong[order[: round(fraction * n)]] = True
+        points.append(np.where(wrong[:, None], elsewhere, cloud + sigma * unit))
+        masks.append(wrong)
+    return Scene(
+        name, seed, points[1], points[0], Pose.identity(), start, masks[1], masks[0], tuple(o.copy() for o in outlines)
+    )
