@@ -205,8 +205,8 @@ def _step(state: MmdState) -> MmdState:
         size = np.linalg.norm(step, axis=1)
         trial = take(state, rows)
         per_radius = trial.length / trial.radius
-        # No farther than the length scale reaches, and no more than a radian.
-        cap = 1.0 / np.maximum(np.maximum(1.0, size), np.linalg.norm(step[:, d:], axis=1) * per_radius)
+        # No farther than the length scale reaches, and about no axis by more than a radian.
+        cap = 1.0 / np.maximum(np.maximum(1.0, size), np.abs(step[:, d:]).max(axis=1) * per_radius)
         step *= cap[:, None]
         shift, turn = step[:, :d] * trial.length[:, None], step[:, d:] * per_radius[:, None]
         trial = _at(trial, _moved_by(trial.pose, trial.centroid, shift, turn))

@@ -315,3 +315,16 @@ def test_the_state_steps_without_writing(rng):
     one, two = advance(batch), advance(batch)
     assert np.array_equal(batch.part.residual, before)
     assert np.array_equal(one.pose().matrix, two.pose().matrix)
+
+
+@pytest.mark.parametrize(
+    ("source", "target"),
+    [
+        ([[0.0, 0.0, 0.0], [0.0, 0.0, 1e-8]], [[0.0, 0.0, 0.0], [0.0, 0.0, 1.0]]),
+        ([[0.0, -1e-150, -1e-150], [5e-324, 0.0, 5e-324]], [[0.0, -1e-150, -1.0], [5e-324, -1e150, 1e-8]]),
+    ],
+)
+def test_a_tiny_cloud_on_a_large_one_is_still_turned_rigidly(source, target):
+    """A source far smaller than the length scale hardly feels its turns: they stay turns all the same."""
+    result = register(source, target, "mmd")
+    assert np.abs(result.pose.R @ result.pose.R.T - np.eye(3)).max() < 1e-12
