@@ -77,6 +77,10 @@ def body(*marks: Mark, view: View = VIEW) -> str:
             '<path class="line thick accent" d="M0 1000L390 1000"/>'
             '<path class="tip accent" d="M500 1000L390 1045 390 955z"/>',
         ),
+        (
+            Arrow([0, 0], [0.5, 0], "truth", head=7),  # shorter than its head, which then begins at the tail
+            '<path class="line truth" d="M0 1000L0 1000"/><path class="tip truth" d="M50 1000L0 1029 0 971z"/>',
+        ),
         (Arrow([1, 1], [1, 1], "accent"), ""),
         (
             Ring([5, 5], "truth", radius=9),
@@ -121,6 +125,13 @@ def test_panel_is_one_labelled_image() -> None:
     text = panel_svg(Panel("main", 'x < "y" & z', View(0, 4, 0, 3, width=320), ()), "f")
     assert text.startswith('<svg class="plot" viewBox="0 0 3200 2400" role="img" ')
     assert ' aria-label="x &lt; &quot;y&quot; &amp; z" ' in text
+
+
+def test_a_ring_s_reach_is_in_world_units() -> None:
+    """On a panel of twice the width it is twice as wide; its radius in px is not."""
+    wide = View(0.0, 10.0, 0.0, 10.0, width=200.0)
+    assert "a400 400 " in body(Ring([5, 5], "truth", reach=2), view=wide)
+    assert "a90 90 " in body(Ring([5, 5], "truth", radius=9), view=wide)
 
 
 def test_points_of_different_weight_share_a_path_by_level() -> None:
@@ -230,6 +241,12 @@ def test_heat_levels_follow_the_values(values: list[float]) -> None:
             found[2 - int(y) // 10, int(x) // 10 : (int(x) + int(w)) // 10] = int(level)
     expected = np.clip(np.floor(grid * HEAT_LEVELS + 1e-6), 0, HEAT_LEVELS - 1)
     np.testing.assert_array_equal(found, expected)
+
+
+def test_a_value_on_the_edge_of_a_level_has_reached_it_whatever_rounding_says() -> None:
+    """Two processors' halves are one level."""
+    view = View(0, 2, 0, 1, width=20)
+    assert body(Heat([[0.5, 0.5 - 1e-14]], (0, 2, 0, 1), 0.0, 1.0), view=view).count("<path") == 1
 
 
 def test_flat_heat_is_the_lowest_level() -> None:
