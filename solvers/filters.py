@@ -82,7 +82,7 @@ def build(kind: str, points: FloatArray, sigma: float) -> Filter:
     low, high = vertices.min(axis=(0, 1)) - margin, vertices.max(axis=(0, 1)) + margin
     width = int(high[1] - low[1] + 1)
     codes = (vertices[..., 0] - low[0]) * width + (vertices[..., 1] - low[1])
-    splat_codes, at = np.unique(codes, return_inverse=True)
+    splat_codes, at = _distinct(codes)
     spread = weights[..., None] * values[:, None, :]
     columns = [np.bincount(at.ravel(), spread[..., k].ravel(), len(splat_codes)) for k in range(values.shape[1])]
     splat = np.stack(columns, axis=1).astype(np.float64)
@@ -214,11 +214,24 @@ def _blur(codes: IntArray, values: FloatArray, stride: int, kernel: FloatArray) 
     """The values convolved along one direction, at all vertices that this reaches."""
     reach = len(kernel) // 2
     shifted = codes + stride * np.arange(-reach, reach + 1)[:, None]
-    out_codes = np.unique(shifted)
+    out_codes, at = _distinct(shifted)
     out = np.zeros((len(out_codes), values.shape[1]))
-    for to, weight in zip(np.searchsorted(out_codes, shifted), kernel, strict=True):
+    for to, weight in zip(at, kernel, strict=True):
         out[to] += weight * values
     return out_codes, out
+
+
+def _distinct(codes: IntArray) -> tuple[IntArray, IntArray]:
+    """The codes without repetition, ascending, and where each of the given ones stands among them."""
+    low = codes.min()
+    span = int(codes.max() - low) + 1
+    if span > 64 * codes.size:
+        distinct, at = np.unique(codes, return_inverse=True)
+        return distinct, at.reshape(codes.shape).astype(np.int64, copy=False)
+    # A table of the whole box is ten times quicker than sorting, where it is not much larger than what it holds.
+    seen = np.zeros(span, dtype=np.bool_)
+    seen[codes - low] = True
+    return np.flatnonzero(seen) + low, (np.cumsum(seen) - 1)[codes - low]
 
 
 def kernel_error(kind: str, sigma: float = 1.0, seed: int = 0, samples: int = 1000) -> tuple[float, float]:
