@@ -87,11 +87,13 @@ def sizes(cells: float | Sequence[float] | None) -> tuple[float, ...] | None:
 class NdtState:
     """A pose and its score on the map of the present level; `objective` is −score.
 
-    maps: one for each level; sources: of the moving cloud likewise, where cells stand for its points. level: (b,) the
-    present one. centre: (b, 2) of the source, radius: (b,) its RMS radius. at: the score with cells, values, gradient
-    and Hessian by (tx, ty, φ) about the moved centroid, at `pose`. Of the last step: damping (b,) λ; step (b, 3) as
-    accepted, or as last tried; halved (b,) how often; accepted (b,). condition: (b,) of the Hessian with the angle
-    scaled by the radius, its largest |eigenvalue| over its smallest. """
+    maps: one for each level; sources: of the moving cloud likewise, where cells stand for its points.
+    level: (b,) the present one. centre: (b, 2) of the source, radius: (b,) its RMS radius.
+    at: the score with cells, values, gradient and Hessian by (tx, ty, φ) about the moved centroid, at `pose`.
+    Of the last step: damping (b,) λ; step (b, 3) as accepted, or as last tried; halved (b,) how often; accepted (b,).
+    Of the Hessian at `pose`, with the angle scaled by the radius: condition (b,), its largest |eigenvalue| over its
+    smallest; weak (b, 3), the unit eigenvector (tx, ty, radius · φ) of the smallest: where the score says least.
+    """
 
     problem: Problem = field(metadata=CONSTANT)
     maps: tuple[NdtMap, ...] = field(metadata=CONSTANT)
@@ -111,6 +113,7 @@ class NdtState:
     halved: IntArray
     accepted: BoolArray
     condition: FloatArray
+    weak: FloatArray
 
 
 def moved_by(pose: Pose, step: FloatArray, pivot: FloatArray) -> Pose:
@@ -150,11 +153,12 @@ def start(problem: Problem, options: NdtOptions, sources: tuple[NdtMap, ...] | N
                 status, reason = mark(status, reason, np.asarray(one.reason == words), Status.DEGENERATE, said)
     outside = np.asarray((at.cells < 0).all(axis=(1, 2)))
     status, reason = mark(status, reason, outside, Status.DEGENERATE, OUTSIDE)
+    condition, _, weak = _condition(at.hessian, radius)
     return NdtState(
         problem=problem, maps=maps, sources=sources, centre=centre, radius=radius, max_shift=shift, options=options,
         pose=problem.start, objective=-at.score, status=status, reason=reason, level=level, at=at,
         damping=np.zeros(b), step=np.zeros((b, 3)), halved=np.zeros(b, dtype=np.int64),
-        accepted=np.zeros(b, dtype=np.bool_), condition=_condition(at.hessian, radius)[0],
+        accepted=np.zeros(b, dtype=np.bool_), condition=condition, weak=weak,
     )  # fmt: skip
 
 
@@ -203,15 +207,16 @@ def scaled(gradient: FloatArray, hessian: FloatArray, radius: FloatArray) -> tup
     return gradient * unit, hessian * unit[:, :, None] * unit[:, None, :]
 
 
-def _condition(hessian: FloatArray, radius: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The condition number (b,), and the smallest eigenvalue over the largest magnitude (b,)."""
+def _condition(hessian: FloatArray, radius: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The condition number (b,), its inverse (b,), zero for a Hessian of zeros, and the weak direction (b, 3)."""
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-        values, _ = symmetric_eigen(scaled(hessian[:, 0], hessian, radius)[1])
+        values, vectors = symmetric_eigen(scaled(hessian[:, 0], hessian, radius)[1])
         size = np.abs(values)
+        weak = np.take_along_axis(vectors, size.argmin(axis=1)[:, None, None], axis=2)[..., 0]
         low, high = size.min(axis=1), size.max(axis=1)
         safe = np.where(high > 0.0, high, 1.0)
         condition = np.where(low > 0.0, high / np.where(low > 0.0, low, 1.0), np.inf)
-        return np.where(np.isfinite(condition), condition, np.inf), np.where(high > 0.0, low / safe, 0.0)
+        return np.where(np.isfinite(condition), condition, np.inf), np.where(high > 0.0, low / safe, 0.0), weak
 
 
 def newton_step(
@@ -265,7 +270,7 @@ def step(state: NdtState) -> NdtState:
     if up.any():
         rows = np.flatnonzero(up)
         at = put(at, rows, _score(problem, maps, sources, level[rows], state.centre, pose[rows], rows))
-    condition, ratio = _condition(at.hessian, state.radius)
+    condition, ratio, weak = _condition(at.hessian, state.radius)
     outside = np.asarray((at.cells < 0).all(axis=(1, 2)))
     status, reason = mark(state.status, state.reason, outside, Status.DEGENERATE, OUTSIDE)
     status, reason = mark(
@@ -279,7 +284,7 @@ def step(state: NdtState) -> NdtState:
     )
     return replace(
         state, pose=pose, objective=-at.score, status=status, reason=reason, level=level, at=at, damping=damping,
-        step=move, halved=halved, accepted=better, condition=condition,
+        step=move, halved=halved, accepted=better, condition=condition, weak=weak,
     )  # fmt: skip
 
 

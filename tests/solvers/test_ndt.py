@@ -345,6 +345,36 @@ def test_translation_alone_does_not_repair_a_rotation():
     assert wrong < 0.7 * evaluate(cells, scene.source[None], np.zeros((1, 2))).score[0]
 
 
+@pytest.mark.parametrize("method", ["ndt", "ndt-d2d"])
+def test_on_a_circle_the_centre_is_found_and_the_turn_is_weak(method):
+    """Only the cells tell one turn of a circle from another: the run ends near the turn it began with, the centre
+    right, and the Hessian's weak direction is the angle, at a condition number far above the room's."""
+    circles = []
+    for n, phase in ((300, 0.0), (200, 0.3)):
+        angle = 2.0 * np.pi * (np.arange(n) + phase) / n
+        circles.append(3.0 * np.column_stack([np.cos(angle), np.sin(angle)]))
+    for begun in (0.0, 0.2, 1.0):
+        start = Pose.from_angle(begun, (0.3, -0.2))
+        found = register(circles[1], circles[0], method, start=start, cells=(2.4, 1.2))
+        state = found.states[0]
+        assert np.abs(found.pose.t).max() < 0.01
+        assert abs(found.pose.angle - begun) < 0.15
+        assert state.condition[0] > 200.0
+        assert abs(state.weak[0, 2]) > 0.999
+    scene = room("clean")
+    assert register(scene.source, scene.target, method, cells=1.2, max_steps=0).states[0].condition[0] < 50.0
+
+
+@pytest.mark.parametrize("method", ["ndt", "ndt-d2d", "point-to-plane", "gicp"])
+def test_where_all_is_outliers_nothing_is_claimed_but_a_stop(method):
+    """Two clouds of junk: a finite pose and a status that says how the run ended, whatever it found."""
+    scenes = [room("clean", seed=40 + 13 * k, outliers=1.0) for k in range(5)]
+    found = register(np.stack([s.source for s in scenes]), np.stack([s.target for s in scenes]), method, max_steps=200)
+    assert np.isfinite(found.pose.matrix).all()
+    assert np.isin(found.status, (Status.CONVERGED, Status.STALLED, Status.DEGENERATE)).all()
+    assert (found.reason != "").all()
+
+
 @pytest.mark.parametrize(
     ("options", "name"),
     [
