@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -127,11 +129,10 @@ def test_a_failure_leaves_no_half_replayed_log() -> None:
             raise RuntimeError("broken")
         return WIDGET.act(state, action)
 
-    host = Host({"kabsch": replace(WIDGET, act=act)})
-    host.render("fig-solve", record(SOLVE))
+    host, plain = Host({"kabsch": replace(WIDGET, act=act)}), record(SOLVE, ["drag", "source", 1, 1])
+    host.render("fig-solve", plain)
     with pytest.raises(RuntimeError, match="broken"):
-        host.render("fig-solve", record(SOLVE, ["drag", "source", 1, 1], ["drag", "source", 3, 1]))
-    plain = record(SOLVE, ["drag", "source", 1, 1])
+        host.render("fig-solve", record(["drag", "source", 3, 1]))
     assert host.frame(json.dumps({"figure": "fig-solve", "record": plain})) == fresh(plain)
 
 
@@ -150,6 +151,25 @@ def test_the_frame_is_plain_and_its_numbers_are_short() -> None:
         for place in (handle["world"], *handle["keys"].values()):
             assert all(v == round(v, 4) for v in place)
         assert all(v == round(v, 3) for v in (handle["left"], handle["top"]))
+
+
+def places(frame: dict[str, Any]) -> np.ndarray[Any, Any]:
+    """The source points as drawn, in SVG units."""
+    (d,) = re.findall(r'class="dot m source" d="([^"]*)"', frame["panels"][0]["svg"])
+    return np.array([[int(v) for v in point] for point in re.findall(r"M(-?\d+) (-?\d+)", d)])
+
+
+@pytest.mark.parametrize("name", ["noisy", "outliers"])
+def test_motion_leads_from_the_old_drawing_to_the_new(name: str) -> None:
+    """Turned by SVG's rotate(turn, about) and shifted, the points of the old drawing are those of the new."""
+    plain = preset(WIDGET, name).plain()
+    before, after = (Host().render("f", {**plain, "log": log}) for log in ([], [SOLVE]))
+    motion = after["motion"]
+    assert abs(motion["turn"]) > 5
+    assert all(abs(v) > 50 for v in motion["shift"])
+    c, s = np.cos(np.radians(motion["turn"])), np.sin(np.radians(motion["turn"]))
+    moved = (places(before) - motion["about"]) @ np.array([[c, -s], [s, c]]).T + motion["about"] + motion["shift"]
+    np.testing.assert_allclose(moved, places(after), atol=3)
 
 
 def test_motion_is_given_for_the_last_action_only() -> None:
