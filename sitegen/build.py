@@ -222,7 +222,7 @@ def _files(
 
 def _characters(pages: Mapping[str, str], cache: Path) -> tuple[str, str]:
     """The characters in the pages' text and in their mathematics; those of pages that did not change are kept."""
-    path = cache / "characters.json"
+    path = cache / f"characters-{fonts.FORMAT}.json"
     known: dict[str, list[str]] = json.loads(path.read_text("utf-8")) if path.is_file() else {}
     keys = {name: short_hash(page.encode()) for name, page in pages.items()}
     found = {key: known.get(key) or list(fonts.characters([pages[name]])) for name, key in keys.items()}

@@ -22,7 +22,7 @@ from fontTools.ttLib import TTFont
 
 from sitegen import fonts, outside
 from sitegen.files import kept
-from solvers.scenes import kabsch_scene
+from solvers.scenes import Scene, kabsch_scene
 
 FORMAT = "1"  # of what is kept; raised when the drawing changes
 TOKENS = Path(__file__).resolve().parents[1] / "templates" / "assets" / "css" / "00-tokens.css"
@@ -44,12 +44,15 @@ def make(title: str, line: str, faces: fonts.FontSet, *, cache: Path | None = No
     Kept in the cache by what they are made of.
     """
     home = (cache or outside.cache_dir()) / "emblem"
+    scene = kabsch_scene("clean")
+    shapes = [scene.source, scene.target, *scene.outline, scene.truth.matrix, scene.start.matrix]
     used = [FORMAT, version("matplotlib"), title, line, sorted(colours().items()), sorted(faces.files)]
+    used += [shape.tolist() for shape in shapes]
     key = hashlib.sha256(json.dumps(used).encode()).hexdigest()[:24]
     drawn: dict[str, Callable[[], bytes]] = {
         "favicon.png": lambda: _icon(32),
         "touch-icon.png": lambda: _icon(180),
-        "share.png": lambda: _share(title, line, faces),
+        "share.png": lambda: _share(title, line, faces, scene),
     }
     files = {"favicon.svg": _svg().encode()}
     for name, draw in drawn.items():
@@ -108,13 +111,13 @@ def _icon(size: int) -> bytes:
     return _png(figure)
 
 
-def _share(title: str, line: str, faces: fonts.FontSet) -> bytes:
+def _share(title: str, line: str, faces: fonts.FontSet, scene: Scene) -> bytes:
     from matplotlib.font_manager import FontProperties
 
     theme = {name: light for name, (light, _) in colours().items()}
     figure, axes = _canvas(*SHARE, theme["paper"])
     _ladder(axes, theme, 76.0, 132.0, SHARE[1])
-    _scene(axes, theme)
+    _scene(axes, theme, scene)
     with tempfile.TemporaryDirectory(prefix="ladder-emblem-") as folder:
         for face, text, wrap, size, top, colour, leading in (
             ("title", title, 17, 70, 78, "ink", 0.9),
@@ -146,9 +149,8 @@ def _ladder(axes: Any, theme: dict[str, str], left: float, right: float, height:
         axes.plot([left, right], [y, y], color=colour, lw=weight, solid_capstyle="butt", zorder=3 if lit else 1)
 
 
-def _scene(axes: Any, theme: dict[str, str]) -> None:
+def _scene(axes: Any, theme: dict[str, str], scene: Scene) -> None:
     """The first figure's bird before it is solved: source, target, the pairs, the truth."""
-    scene = kabsch_scene("clean")
     scale, middle = 50.0, np.array([872.0, 330.0])
 
     def px(points: Any) -> Any:

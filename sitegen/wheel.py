@@ -40,7 +40,8 @@ def build_wheel(cache: Path, root: Path = ROOT) -> Path:
     """The wheel of the checkout at `root`, from the cache when nothing of it has changed. Raises WheelError."""
     metadata = {name: (root / name).read_bytes() for name in _METADATA if (root / name).is_file()}
     inputs = sources(root) | metadata
-    home = cache / "wheel" / fingerprint(inputs.items())[:16]
+    # The wheel names the backend's version.
+    home = cache / "wheel" / fingerprint([*inputs.items(), ("setuptools", _setuptools().encode())])[:16]
     kept = sorted(home.glob("*.whl"))
     if kept:
         return kept[0]
@@ -53,7 +54,7 @@ def build_wheel(cache: Path, root: Path = ROOT) -> Path:
             target.write_bytes(data)
         out.mkdir()
         env = {**os.environ, "SOURCE_DATE_EPOCH": _EPOCH, "PYTHONHASHSEED": "0"}
-        command = [sys.executable, "-P", *(_BACKEND if _setuptools_is_enough() else _PIP), str(out)]
+        command = [sys.executable, "-P", *(_BACKEND if _is_enough(_setuptools()) else _PIP), str(out)]
         done = subprocess.run(command, cwd=copy, env=env, capture_output=True, text=True, check=False)
         made = sorted(out.glob("*.whl"))
         if done.returncode != 0 or len(made) != 1:
@@ -62,8 +63,13 @@ def build_wheel(cache: Path, root: Path = ROOT) -> Path:
         return home / made[0].name
 
 
-def _setuptools_is_enough() -> bool:
+def _setuptools() -> str:
+    """The version that the environment has; "0" where it has none."""
     try:
-        return int(version("setuptools").split(".")[0]) >= _SETUPTOOLS_NEEDED
+        return version("setuptools")
     except PackageNotFoundError:
-        return False
+        return "0"
+
+
+def _is_enough(setuptools: str) -> bool:
+    return int(setuptools.partition(".")[0]) >= _SETUPTOOLS_NEEDED
