@@ -14,7 +14,7 @@ from pathlib import Path
 from sitegen.lighter import LEFT_OUT, SITE_PACKAGES, STDLIB
 from sitegen.node import run_node
 from sitegen.outside import cache_dir, gather
-from sitegen.runtime import HERE, KEPT_MODULES, RUNNER, compiled, numpy_wheel
+from sitegen.runtime import HERE, KEPT_MODULES, RUNNER, compiled, kept_modules, numpy_wheel
 from sitegen.wheel import build_wheel
 
 # What solvers and figures may come to use any day.
@@ -49,11 +49,11 @@ def traced(cache: Path) -> list[str]:
 
 def main() -> int:
     """Write kept_modules.txt anew and say how it changed."""
-    before = set(KEPT_MODULES.read_text("utf-8").split("\n")) if KEPT_MODULES.is_file() else set()
+    before = kept_modules() if KEPT_MODULES.is_file() else frozenset()
     names = traced(cache_dir())
     head = "# The modules of the standard library and of numpy that are shipped; made by `python -m sitegen.trace`.\n"
     KEPT_MODULES.write_text(head + "\n".join(names) + "\n", "utf-8")
-    new, gone = sorted(set(names) - before), sorted(n for n in before - set(names) if n and not n.startswith("#"))
+    new, gone = sorted(set(names) - before), sorted(before - set(names))
     print(f"{len(names)} modules; new: {', '.join(new) or 'none'}; gone: {', '.join(gone) or 'none'}")
     return 0
 
