@@ -11,7 +11,8 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, Page
 
-from sitegen.bench_start import POLICY, WORKER
+from sitegen.assets import POLICY
+from sitegen.bench_start import WORKER
 from sitegen.runtime import RuntimeInfo, assemble
 from sitegen.static import serving
 from widgets.contract import preset
