@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -146,7 +145,7 @@ def test_everything_by_keyboard_alone(solve: Figure) -> None:
 
 
 @pytest.mark.parametrize("width", [390, 1280])
-def test_touch_drags_a_handle_and_scrolls_past_a_figure(reader: Callable[..., Reader], width: int, engine: str) -> None:
+def test_touch_drags_a_handle_and_scrolls_past_a_figure(reader: Callable[..., Reader], width: int) -> None:
     """A finger on a handle drags it; a finger on the drawing scrolls the page."""
     one = reader(width, 800, has_touch=True, reduced_motion="reduce")
     page = one.open("kabsch.html")
@@ -243,7 +242,7 @@ def test_a_thousand_drags_leave_the_heap_alone(solve: Figure) -> None:
     assert solve.page.evaluate(drag, [solve.name, 1000]) == warm
 
 
-def test_solve_is_animated_unless_reduced_motion_is_asked(reader: Callable[..., Reader], site: Path) -> None:
+def test_solve_is_animated_unless_reduced_motion_is_asked(reader: Callable[..., Reader]) -> None:
     """Solve moves the group through poses in between; with reduced motion it is there at once."""
     watch = """name => { window.seen = 0; new MutationObserver(list => { window.seen += list.length; })
         .observe(document.getElementById(name), {subtree: true, attributes: true, attributeFilter: ['transform']}); }"""
@@ -257,5 +256,5 @@ def test_solve_is_animated_unless_reduced_motion_is_asked(reader: Callable[..., 
         solve.changes("rms", before)
         solve.settled()
         counts[motion] = page.evaluate("seen")
-    assert counts["no-preference"] > 5
+    assert counts["no-preference"] > 2, "more than the first pose and the last"
     assert counts["reduce"] == 0

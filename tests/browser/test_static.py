@@ -93,6 +93,8 @@ SMALL_TEXT = """() => [...document.querySelectorAll('body *')].filter(e => {
 def test_figure_numbers_and_anchors_agree(reader: Callable[..., Reader]) -> None:
     """A link to a figure leads to the figure with that number."""
     page = reader().open("kabsch.html")
-    for link in page.locator('main a[href^="#fig-"]').all():
+    links = page.locator('main a.ref[href^="#fig-"]').all()
+    assert links
+    for link in links:
         target = (link.get_attribute("href") or "#")[1:]
         assert Figure(page, target).root.locator(".figure-number").inner_text() == link.inner_text()

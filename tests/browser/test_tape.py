@@ -52,7 +52,7 @@ def test_what_is_not_on_the_tape_is_kept_and_done(reader: Callable[..., Reader],
     assert solve.record()["log"][0][:2] == ["drag", "source"]
 
 
-def test_the_page_opened_from_disk_steps(browser: object, site: Path, reader: Callable[..., Reader]) -> None:
+def test_the_page_opened_from_disk_steps(site: Path, reader: Callable[..., Reader]) -> None:
     """file:// allows no worker: the tape answers all the same, and one line says how to serve the site."""
     one = reader()
     # The early request for fonts is one that Chromium refuses on disk; the style sheet's own, which follows, it grants.
