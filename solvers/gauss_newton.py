@@ -14,8 +14,8 @@ A direction is free where its eigenvalue is below a fraction of the largest: the
 step leaves it alone (the least-norm solution) instead of following rounding.
 
 Sources: Chen & Medioni 1992 (point to plane); Low 2004, Linear least-squares optimization for point-to-plane ICP
-surface registration (the linear system); Gelfand et al. 2003, Geometrically stable sampling for the ICP algorithm, sec.
-2 (the eigenvectors of H as slides, centred and scaled); Zhang, Kaess & Singh 2016, On degeneracy of optimization-based
+surface registration (the linear system); Gelfand et al. 2003, Geometrically stable sampling for the ICP algorithm
+(the eigenvectors of H as slides, centred and scaled); Zhang, Kaess & Singh 2016, On degeneracy of optimization-based
 state estimation problems (the solution kept out of the weak directions).
 """
 

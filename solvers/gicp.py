@@ -11,8 +11,8 @@ tests: equal isotropic covariances give point to point's Gauss-Newton step (not 
 shares its fixed points only); `Σ_p = 0` and `Σ_q = ε n nᵀ + τ (I − n nᵀ)` tend to point to plane as τ → ∞. The
 canonical covariances with ε → 0 do not: where the two normals differ, precision is left along the tangent.
 
-Source: Segal, Haehnel & Thrun 2009, Generalized-ICP, secs. III.A and III.C. Different: one Gauss-Newton step for each
-pairing, where the paper minimises to the end by conjugate gradients.
+Source: Segal, Haehnel & Thrun 2009, Generalized-ICP. Different: one Gauss-Newton step for each pairing, where the paper
+minimises to the end.
 """
 
 from __future__ import annotations

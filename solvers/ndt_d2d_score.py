@@ -4,9 +4,9 @@ A source cell has mean m_i and covariance S_i, a target cell μ_j and Σ_j. At a
 
     q_ij = T m_i − μ_j,   C_ij = R S_i Rᵀ + Σ_j,   s_ij = exp(−½ q_ijᵀ C_ij⁻¹ q_ij),   f = −Σ s_ij.
 
-The turn moves the means and turns the covariances: with J the quarter turn, A = R S Rᵀ, `A' = J A − A J`, `A'' = J A' −
-A' J`, `u = C⁻¹ q`, `w = a − A' u`, `a = J ℓ`, ℓ the lever of the moved mean about the pivot, half of the exponent's
-derivatives `e = qᵀ C⁻¹ q` are
+The turn moves the means and turns the covariances. With J the quarter turn, ℓ the lever of the moved mean about the
+pivot, `a = J ℓ`, `A = R S Rᵀ`, `A' = J A − A J`, `A'' = J A' − A' J`, `u = C⁻¹ q` and `w = a − A' u`, the halves of the
+derivatives of `e = qᵀ C⁻¹ q` are
 
     ½ e_t = u,             ½ e_φ = uᵀ a − ½ uᵀ A' u,
     ½ e_tt = C⁻¹,          ½ e_tφ = C⁻¹ w,             ½ e_φφ = wᵀ C⁻¹ w − uᵀ ℓ − ½ uᵀ A'' u,
@@ -18,8 +18,7 @@ The source's cells are cut in its own coordinates, on one grid. Where both cloud
 match in many ways along it; many cells and few are not weighed against each other by their counts.
 
 Source: Stoyanov, Magnusson, Andreasson & Lilienthal 2012, Fast and accurate scan registration through minimization of
-the distance between compact 3D NDT representations, sec. III (the objective, with d₁ = d₂ = 1; left out: the search for
-the nearest cells by which they restrict the sum).
+the distance between compact 3D NDT representations (the objective, here without its two scaling constants).
 """
 
 from __future__ import annotations

@@ -10,8 +10,8 @@ point is in four cells; that softens the borders and does not remove them.
 
 A point's cell is found by a table over the bounding box of the kept cells, at the same cost however many there are.
 
-Sources: Biber & Straßer 2003, The normal distributions transform: a new approach to laser scan matching, sec. II (the
-cells, the four grids, the floor of the eigenvalue). Different: the covariance is divided by n, not by n − 1.
+Source: Biber & Straßer 2003, The normal distributions transform: a new approach to laser scan matching (the cells, the
+four grids, the floor of the eigenvalue).
 """
 
 from __future__ import annotations
@@ -46,9 +46,9 @@ class NdtMap:
     """The cells of b target clouds on G grids (1 or 4). Make it by `build`.
 
     size: (b,) h, world units. origin: (b, G, 2) where a corner of grid g's cells lies.
-    The cells that hold a point, padded to C of each cloud, grid by grid: grid (b, C), −1 where padding; corner (b, C,
-    2) the lower left; count (b, C); mean (b, C, 2); covariance (b, C, 2, 2) as measured, before the floor; precision
-    (b, C, 2, 2) after it, zero where dropped; kept (b, C); dropped (b, C) the reason in words, empty where kept.
+    The cells that hold a point, padded to C of each cloud, grid by grid: grid (b, C), −1 where padding; corner
+    (b, C, 2) the lower left; count (b, C); mean (b, C, 2); covariance (b, C, 2, 2) as measured, before the floor;
+    precision (b, C, 2, 2) after it, zero where dropped; kept (b, C); dropped (b, C) why not, empty where kept.
     reason: (b,) why the map is of no use at all, empty where it is.
     first, shape: (b, G, 2) the bounding box of the kept cells; table: (b, G, L) of its places, row by row in x, the
     number of the cell there or −1.

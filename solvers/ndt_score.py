@@ -12,8 +12,8 @@ The unknowns are (tx, ty, φ), a turn by φ about a pivot c and then a move: wit
 They hold for fixed cells: where a point changes its cell, f jumps. The score has no determinant factors: it is no
 likelihood, and a sharp cell counts no more than a blurred one.
 
-Sources: Biber & Straßer 2003, sec. V, eqs. 6 to 12 (here f without their second sign); Magnusson 2009, The
-three-dimensional normal-distributions transform, sec. 6.2.
+Sources: Biber & Straßer 2003, The normal distributions transform: a new approach to laser scan matching; Magnusson
+2009, The three-dimensional normal-distributions transform, ch. 6.
 """
 
 from __future__ import annotations

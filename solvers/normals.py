@@ -5,7 +5,7 @@ For every point the covariance `C = Σ (x − x̄)(x − x̄)ᵀ / (k + 1)` of i
 of coincident points has no eigenvector to speak of, one on a line in space a whole circle of normals, and one that is
 as thick as it is wide any normal at all. Those are flagged, and no normal is guessed for them.
 
-Sources: Hoppe et al. 1992, Surface reconstruction from unorganized points, sec. 3.1 (the covariance's eigenvector; left
+Sources: Hoppe et al. 1992, Surface reconstruction from unorganized points, (the covariance's eigenvector; left
 out: the consistent orientation, of which no method here has need); Chen & Medioni 1992, Object modelling by
 registration of multiple range images.
 """

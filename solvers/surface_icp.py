@@ -11,7 +11,7 @@ Robust weights are functions of the pair's distance, not of the residual that is
 reweighted minimisation of any one loss; their scale is a heuristic, and a gate that suits one residual need not suit
 another. And since nothing falls, a run may go round: a few sets of pairs that lead to each other for ever. That is
 found by comparing each pose with one remembered, which is renewed at the steps 1, 2, 4, 8 … (Brent 1980, An improved
-Monte Carlo factorization algorithm, sec. 2), and called stalled.
+Monte Carlo factorization algorithm), and called stalled.
 """
 
 from __future__ import annotations

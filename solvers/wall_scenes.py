@@ -1,7 +1,8 @@
 """Scenes for residuals that know surfaces: one straight wall, and a closed room with a notch and a pillar.
 
 Drawn like those of `solvers.scenes`: all random numbers from the scene's own seed, in a fixed order and in units of
-one. """
+one.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +26,8 @@ for _outline in (WALL, NDT_ROOM, PILLAR):
 
 
 def single_wall(*, seed: int = 40, noise: float = 0.02, outliers: float = 0.0) -> Scene:
-    """One straight wall, 8.5 u long, and a scan of the middle six tenths of it: no residual can tell where along it.
+    """One straight wall, 8.5 u long, and a scan of the middle six tenths of it: only the other's ends,
+    which it does not reach, tell where along it.
 
     noise: σ in u; outliers: the fraction of each cloud, 0 to 1, put anywhere in a field of 10 × 6.4 u. The truth is the
     identity. Raises ValueError for a negative noise and a fraction outside 0 … 1.
