@@ -10,12 +10,16 @@
   const differ = (pins, of) => new Set(pins.map(of)).size > 1;
   const withUnit = ({ label, unit }) => (unit ? `${label} (${unit})` : label);
 
+  /** A readout without a value, such as the error of no rotation, has no unit either; its column has. */
+  const unitOf = (pins, name) =>
+    pins.flatMap((pin) => pin.readouts).find((each) => each.name === name && each.unit)?.unit ?? "";
+
   /** [heading, cell of a pin as text] of every column; `all` also takes the settings that are equal in all rows. */
   function columns(specs, pins, all) {
     const shown = (name) => (pin) => pin.record.controls[name];
     const settings = Object.entries(specs).filter(([name]) => all || differ(pins, shown(name)));
     const seed = all || differ(pins, (pin) => pin.record.seed);
-    const { readouts } = pins.at(-1);
+    const readouts = pins.at(-1).readouts.map((each) => ({ ...each, unit: unitOf(pins, each.name) }));
     const value = (pin, name) => pin.readouts.find((each) => each.name === name)?.value ?? "–";
     return [
       ...settings.map(([name, spec]) => [withUnit(spec), (pin) => shownValue({ ...spec, unit: "" }, shown(name)(pin))]),
