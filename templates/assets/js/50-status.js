@@ -6,10 +6,11 @@
   const { make, on, runtime, text } = Ladder;
 
   const PAUSE = 300; // ms
+  const SLOW = 1000; // ms after which an answer is slow enough to say so
   const megabytes = (bytes) => (bytes / 1e6).toFixed(1);
   const STAGES = { python: "unpacking", numpy: "starting numpy", widgets: "starting the solvers" };
   const FROM_DISK =
-    "Opened from disk: to bring the figures alive, run `python3 build.py serve` in the project's folder.";
+    "Opened from disk: to bring the figures alive, run “python3 build.py serve” in the project's folder.";
 
   function progress() {
     const { loaded, total, stage } = runtime;
@@ -18,8 +19,8 @@
 
   const sentence = (words) => words.match(/^.*?[.!?](?=\s|$)/s)?.[0] ?? words;
 
-  /** What the line says: words, progress, which ways on. */
-  function told(figure) {
+  /** What the line says: words, progress, which ways on. `late`: the answer that is being drawn takes long. */
+  function told(figure, late) {
     if (figure.error) {
       const words = runtime.state === "file" ? `${figure.error} ${FROM_DISK}` : figure.error;
       return { words, ways: runtime.state === "file" ? [] : ["Reset"] };
@@ -37,7 +38,7 @@
     if (runtime.state === "idle" && Ladder.frugal && !figure.frame.note) {
       return { words: `Python (${megabytes(runtime.total)} MB) loads when you first need it.`, ways: [] };
     }
-    return { words: figure.frame.note, ways: [] };
+    return { words: late ? "Python is working on this." : figure.frame.note, ways: [] };
   }
 
   const ways = {
@@ -55,6 +56,9 @@
     let offered = "";
     let passing = ""; // said once, gone with the next question
     let quiet = 0;
+    let watched = null; // the question that is being drawn
+    let late = false; // its answer
+    let patience = 0;
     line.replaceChildren(words, " ", bytes, choices, offer, heard);
 
     /** What is seen, in a sentence, once things have been still for a moment. */
@@ -67,8 +71,21 @@
       }, PAUSE);
     }
 
+    function watch() {
+      if (watched === figure.asked) return;
+      watched = figure.asked;
+      late = false;
+      clearTimeout(patience);
+      if (!watched) return;
+      patience = setTimeout(() => {
+        late = true;
+        show();
+      }, SLOW);
+    }
+
     function show() {
-      const now = told(figure);
+      watch();
+      const now = told(figure, late);
       text(words, passing || now.words);
       text(bytes, now.progress ?? "");
       if (offered !== now.ways.join()) {
@@ -102,7 +119,7 @@
       },
     };
     show();
-    disposers.push(() => clearTimeout(quiet));
+    disposers.push(() => [quiet, patience].forEach(clearTimeout));
     return () => disposers.forEach((dispose) => dispose());
   };
 })();
