@@ -56,11 +56,12 @@
       due = setTimeout(then, wait);
     }
 
+    /** A card that the focus opened stays: the page scrolls under a pointer that rests. */
     function over(event) {
       if (event.pointerType === "touch") return;
       const link = linkAt(event);
       if (link) later(() => open(link), OPEN);
-      else if (shown?.card.contains(event.target)) clearTimeout(due);
+      else if (shown?.card.contains(event.target) || shown?.link === document.activeElement) clearTimeout(due);
       else later(close, CLOSE);
     }
 
