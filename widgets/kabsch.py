@@ -136,12 +136,14 @@ def draw(state: State) -> Picture:
     """The panel, the readouts and the words."""
     scene, said = state.scene, _numbers(state)
     moved, wrong = state.pose.apply(scene.source), scene.target_outlier
+    names: tuple[Mark, ...] = ()  # last, so that nothing is drawn across them
     marks: list[Mark] = [
         *(path for pose in state.starts[-GHOSTS:] for path in _outline(scene, pose, "ghost")),
         *_outline(scene, scene.truth, "truth"),
     ]
     if state.solved and said.det < 0 and not state.mirrored:
-        marks += [*_outline(scene, state.free.pose, "ghost", dashed=True), _reflection_label(state)]
+        marks += _outline(scene, state.free.pose, "ghost", dashed=True)
+        names = (_reflection_label(state),)
     marks += [
         Segments(moved[~wrong], scene.target[~wrong], "pair"),
         Segments(moved[wrong], scene.target[wrong], "outlier", dashed=True),
@@ -155,6 +157,7 @@ def draw(state: State) -> Picture:
                 Points(moved, "source"),
             ),
         ),
+        *names,
     ]
     return Picture(
         (Panel("main", "Source and target in the target's coordinates", VIEW, tuple(marks)),),
@@ -201,7 +204,7 @@ def _numbers(state: State) -> _Numbers:
 
 
 def _readouts(state: State, said: _Numbers) -> tuple[Readout, ...]:
-    mirrored = state.mirrored
+    mirrored, compared = state.mirrored, len(state.solutions) > 1
     return (
         Readout("rms_before", "RMS residual at the start", number(said.before, 3), "u", "ghost"),
         Readout("rms", "RMS residual now", number(said.now, 3), "u", "source"),
@@ -212,13 +215,18 @@ def _readouts(state: State, said: _Numbers) -> tuple[Readout, ...]:
             "not a rotation" if mirrored else number(said.turn, 1),
             "" if mirrored else "°",
         ),
-        Readout("translation_error", "Translation error", "–" if mirrored else number(said.shift), "u"),
+        Readout(
+            "translation_error",
+            "Translation error",
+            "–" if mirrored else number(said.shift),
+            "" if mirrored else "u",
+        ),
         Readout("determinant", "det VUᵀ", {1: "+1", -1: "−1", 0: "0"}[said.det]),
         Readout(
             "spread",
             "Largest difference between solutions",
-            small(state.spread) if len(state.solutions) > 1 else "–",
-            "u",
+            small(state.spread) if compared else "–",
+            "u" if compared else "",
         ),
     )
 
@@ -226,13 +234,12 @@ def _readouts(state: State, said: _Numbers) -> tuple[Readout, ...]:
 def _note(state: State, said: _Numbers) -> str:
     if not state.solved:
         return ""
-    residual = f"residual {number(said.before, 3)} → {number(said.now, 3)} u"
+    residual = f"residual {number(said.before, 3)} → {number(said.now, 3)} u"  # a note is two lines on a phone at most
     if state.mirrored:
-        return f"Solved without the correction: {residual}, but by a reflection, which no motion of the robot can make."
-    note = f"Solved in closed form: {residual}; no starting pose entered."
+        return f"Solved uncorrected: {residual}, by a reflection, which is no motion."
     if said.det < 0:
-        note += f" A reflection would leave {number(said.now - said.free, 4)} u less."
-    return note
+        return f"Solved in closed form: {residual}. A reflection would leave {number(said.now - said.free, 4)} u less."
+    return f"Solved in closed form: {residual}; no starting pose entered."
 
 
 def _description(state: State, said: _Numbers) -> str:
