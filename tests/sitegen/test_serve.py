@@ -5,7 +5,6 @@ from __future__ import annotations
 import http.client
 import json
 import socket
-import threading
 import time
 from collections.abc import Iterator
 from contextlib import closing
@@ -116,21 +115,29 @@ def test_a_mistake_in_python_is_told_with_its_traceback(
     assert events.next()["lines"] == []
 
 
-def test_a_request_during_the_swap_waits_for_the_new_site(live_site: serve.LiveSite, small_checkout: Path) -> None:
+def test_a_request_during_the_swap_waits_for_the_new_site(
+    live_site: serve.LiveSite, small_checkout: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """While the folder is away there is no 404 and no half page."""
-    (small_checkout / "slowly").touch()
+    slowly, settled = small_checkout / "slowly", live_site.live.settled
+
+    def waits() -> None:
+        slowly.unlink(missing_ok=True)  # the swap goes on once a request has found nothing
+        settled()
+
+    monkeypatch.setattr(live_site.live, "settled", waits)
+    slowly.touch()
     (small_checkout / "content" / "page.md").write_text("swapped", "utf-8")
     deadline = time.monotonic() + PATIENCE
     while not (small_checkout / "swapping").exists():
         assert time.monotonic() < deadline
-    answers: list[tuple[int, http.client.HTTPMessage, str]] = []
-    asking = threading.Thread(target=lambda: answers.append(get(live_site)))
-    asking.start()
     assert not (small_checkout / "site").exists()
-    (small_checkout / "slowly").unlink()
-    asking.join(PATIENCE)
-    assert answers[0][0] == 200
-    assert "swapped." in answers[0][2]
+    try:
+        status, _, text = get(live_site)
+    finally:
+        slowly.unlink(missing_ok=True)
+    assert status == 200
+    assert "swapped." in text
 
 
 def test_the_end_does_not_wait_for_open_pages(small_checkout: Path) -> None:
@@ -172,14 +179,15 @@ def test_files_are_served_as_a_static_host_does(tmp_path: Path) -> None:
     (tmp_path / "secret.txt").write_text("secret")
     (site / "code.mjs").write_text("export {};")
     (site / "index.html").write_text("<p>hello")
-    (site / "_headers").write_text("# rules\n/*\n  X-A: 1\n  X-B: 1\n/*.mjs\n  X-B: 2\n")
+    (site / "_headers").write_text("# rules\n/*\n  X-A: 1\n  X-B: 1\n/*.mjs\n  X-B: 2\n  Cache-Control: max-age=9\n")
     with serving(site) as server:
         status, headers, text = get(server, "/code.mjs")
         assert (status, text) == (200, "export {};")
         assert headers["Content-Type"].startswith("text/javascript")
-        assert (headers["X-A"], headers["X-B"]) == ("1", "2")
+        assert (headers["X-A"], headers["X-B"], headers["Cache-Control"]) == ("1", "2", "max-age=9")
         assert get(server, "/code.mjs", If_None_Match=headers["ETag"])[0] == 304
-        assert get(server, "/")[2] == "<p>hello"
+        status, headers, text = get(server, "/")
+        assert (text, headers["Cache-Control"]) == ("<p>hello", "no-cache")
         assert get(server, "/gone.html")[0] == 404
         for sneaky in ("/../secret.txt", "/%2e%2e/secret.txt", "/..%2fsecret.txt", "//etc/passwd", "//[", "/a%00b"):
             assert get(server, sneaky)[0] == 404, sneaky

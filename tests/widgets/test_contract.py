@@ -39,6 +39,10 @@ def test_plain_and_back() -> None:
     assert parsed(WIDGET, json.loads(json.dumps(record.plain()))) == record
 
 
+def test_the_longest_log_is_accepted() -> None:
+    assert len(parsed(WIDGET, {**PLAIN, "log": [["press", "solve"]] * MAX_LOG}).log) == MAX_LOG
+
+
 def test_what_is_not_said_is_the_preset() -> None:
     assert parsed(WIDGET, {"widget": "kabsch"}) == preset(WIDGET)
     assert parsed(WIDGET, {"preset": "outliers"}).controls.wrong == 3
@@ -70,6 +74,7 @@ def test_what_is_not_said_is_the_preset() -> None:
         ({"log": [["drag", "source", 1, "2"]]}, "does not give a place"),
         ({"log": [["drag", "source", 1, float("nan")]]}, "does not give a place"),
         ({"log": [["drag", "source", 1, 10**400]]}, "does not give a place"),
+        ({"log": [["drag", "source", 1, 1e6]]}, "does not give a place"),
         ({"log": [["drag", "source", True, 0]]}, "does not give a place"),
         ({"log": [["click", "main", 0, 0]]}, "nothing to click called 'main'"),
     ],

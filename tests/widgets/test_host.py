@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 
 from widgets import two_poses
 from widgets.contract import preset
-from widgets.host import Host
+from widgets.host import Host, _rounded, _view
 from widgets.kabsch import WIDGET
-from widgets.picture import Panel
+from widgets.picture import Panel, View
 from widgets.svg import panel_svg
 
 PLAIN = preset(WIDGET, "noisy").plain()
@@ -151,6 +151,17 @@ def test_the_frame_is_plain_and_its_numbers_are_short() -> None:
         for place in (handle["world"], *handle["keys"].values()):
             assert all(v == round(v, 4) for v in place)
         assert all(v == round(v, 3) for v in (handle["left"], handle["top"]))
+
+
+def test_ties_and_zero_are_rounded_one_way() -> None:
+    """What two processors compute on either side of a tie, or of zero, is one number."""
+    assert [str(_rounded(v, 4)) for v in (-1e-12, 0.00005 - 1e-14, 0.00005 + 1e-14)] == ["0.0", "0.0001", "0.0001"]
+
+
+def test_a_view_tells_window_size_and_padding() -> None:
+    """In the order in which the page takes it apart."""
+    panel = Panel("p", "A chart", View(0, 1, -2, 3, width=100, height=50, pad=(4, 5, 6, 7)), ())
+    assert _view(panel) == [0, 1, -2, 3, 100, 50, 4, 5, 6, 7]
 
 
 def places(frame: dict[str, Any]) -> np.ndarray[Any, Any]:

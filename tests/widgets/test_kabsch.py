@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import dist
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from hypothesis import strategies as st
 from solvers.metrics import rms
 from widgets.contract import SEED, Action, preset
 from widgets.host import Host
-from widgets.kabsch import GHOSTS, WIDGET, Controls, State, act, motion, start
+from widgets.kabsch import GHOSTS, PLACING, WIDGET, Controls, State, act, motion, start
 
 SOLVE = Action("press", "solve")
 SCENES = ["clean", "noisy", "outliers", "reflect"]
@@ -176,12 +177,21 @@ def test_the_last_starts_stay_as_ghosts() -> None:
 @settings(deadline=None)
 @given(st.floats(-99, 99), st.floats(-99, 99))
 def test_the_source_stays_in_reach(x: float, y: float) -> None:
-    """Wherever it is dragged, both handles stay inside the window."""
+    """Wherever it is dragged, both handles stay inside the window, and two fingertips apart."""
     plain = preset(WIDGET).plain()
     for log in ([["drag", "source", x, y]], [["drag", "source", x, y], ["drag", "turn", -x, y]]):
-        for handle in Host().render("f", {**plain, "log": log})["handles"]:
-            assert -6 < handle["world"][0] < 6
-            assert -4 < handle["world"][1] < 4
+        places = [handle["world"] for handle in Host().render("f", {**plain, "log": log})["handles"]]
+        for u, v in places:
+            assert -6 < u < 6
+            assert -4 < v < 4
+        assert dist(*places) > PLACING.least - 1e-3
+
+
+def test_a_turn_towards_the_anchor_itself_turns_nothing() -> None:
+    """There is no direction from a place to itself."""
+    before = run(drag("source", 1.25, -0.5))
+    after = act(before, drag("turn", 1.25, -0.5))
+    np.testing.assert_allclose(after.pose.matrix, before.pose.matrix, atol=1e-12)
 
 
 @pytest.mark.parametrize("scene", SCENES)
