@@ -25,8 +25,8 @@ method from a start whose scale is not 1.) The variance is summed from residuals
 `tr(X̃ᵀ d(Pᵀ1) X̃) − …`, which falls below zero on clean data; the sums run over blocks of the fixed points, and the
 matrix P is never stored: `responsibilities` makes it for a figure.
 
-Source: Myronenko & Song 2010, Point set registration: coherent point drift, eqs. 6-8, figs. 2 and 3; its non-rigid
-form is left out, as is the fast Gauss transform.
+Source: Myronenko & Song 2010, Point set registration: coherent point drift, fig. 2 (the rigid algorithm, which has a
+scale). Left out: the affine and non-rigid forms and the fast Gauss transform.
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ The objective is the negative log-likelihood of the moving points under mixture 
 It need not fall: a linearised step, an approximate filter or a scheduled σ is not exact EM.
 
 Source: Gao & Tedrake 2019, FilterReg: robust and efficient probabilistic point-set registration using Gaussian filter
-and twist parameterization, secs. 3 and 4 (the variance's divisor is here the dimension, 2). Left out: articulated and
+and twist parameterization (the variance is per coordinate: its divisor is the dimension, 2). Left out: articulated and
 deformable models, point to plane, features beside the coordinates. Planar.
 """
 

@@ -20,8 +20,8 @@ is a constant stride. A kernel's integral is the area of a vertex's cell; multip
 those of the unnormalised kernel. A query that no vertex covers has m⁰ = 0. What the filters get wrong is measured, by
 the tests and by `kernel_error`.
 
-Sources: Adams, Baek & Davis 2010, Fast high-dimensional filtering using the permutohedral lattice, sec. 3 (in the plane
-the general construction is the triangular lattice); Gao & Tedrake 2019, FilterReg, sec. 4.2 (moments by filtering).
+Sources: Adams, Baek & Davis 2010, Fast high-dimensional filtering using the permutohedral lattice (in the plane the
+general construction is the triangular lattice); Gao & Tedrake 2019, FilterReg (moments by filtering).
 """
 
 from __future__ import annotations

@@ -15,8 +15,8 @@ and Hessian in closed form, damped, capped at one ℓ and shortened until E fall
 When a stage has come to rest σ shrinks, and E is anew another function: it never rises within a stage. Left out:
 unequal weights and covariances, and the non-rigid forms. Planar.
 
-Source: Jian & Vemuri 2011, Robust point set registration using Gaussian mixture models, secs. 3 and 4 (eq. 5, the
-gradient; annealing; they minimise by a quasi-Newton method).
+Source: Jian & Vemuri 2011, Robust point set registration using Gaussian mixture models (the L2
+distance, its gradient, annealing; they minimise by a quasi-Newton method).
 """
 
 from __future__ import annotations

@@ -77,7 +77,7 @@ def test_the_first_sigma_is_that_of_all_pairs(rng, random_pose):
 
 @pytest.mark.parametrize("method", BOTH)
 def test_a_step_is_the_papers(rng, random_pose, method):
-    """One M-step against figures 2 and 3 of the paper, written with its letters and traces, in 2-D and 3-D, from a
+    """One M-step against figure 2 of the paper, written with its letters and traces, in 2-D and 3-D, from a
     large motion: rotation neither transposed nor composed the wrong way round."""
     for d in (2, 3):
         p = scene(rng, random_pose, d)
