@@ -6,6 +6,7 @@ unchecked-hash kind in its place, everything else is as it was. Which of it is s
 
 from __future__ import annotations
 
+import ast
 import builtins
 import dataclasses
 import importlib
@@ -33,7 +34,8 @@ def compile_archive(
     """Compile archive `source` into `target` and return the number of modules.
 
     `prefix` goes before file names in tracebacks. `replaced` gives members another source, `changed` another line and
-    an end. The methods of the dataclasses of `packages`, which lie in the archive, go into the member `prepared`.
+    an end. Where the archive holds our `packages`, its sources go in bare, and the methods of its dataclasses into the
+    member `prepared`.
     Raises ValueError where a line to be changed does not stand there exactly once.
     """
     count = 0
@@ -47,6 +49,8 @@ def compile_archive(
             if name in changed:
                 data = change(name, data.decode(), *changed[name]).encode()
             if name.endswith(".py"):
+                if packages:
+                    data = ast.fix_missing_locations(Bare().visit(ast.parse(data)))
                 code = compile(data, prefix + name, "exec", dont_inherit=True, optimize=optimize)
                 # Unchecked: the loader neither looks for the source nor compares anything.
                 data = bytes(bootstrap._code_to_hash_pyc(code, bytes(8), False))  # type: ignore[attr-defined]
@@ -61,6 +65,41 @@ def change(name: str, text: str, line: str, instead: str, end: str) -> str:
     if text.count(line) != 1:
         raise ValueError(f"{name}: the line to be changed stands there {text.count(line)} times: {line.strip()}")
     return text.replace(line, instead) + end
+
+
+class Bare(ast.NodeTransformer):
+    """Takes off what nothing asks for in the page: docstrings, and the annotations of functions.
+
+    Classes keep their annotations, which make a dataclass, and get their name as a docstring: where there is none,
+    dataclass spells out the signature, by inspect.
+    """
+
+    def visit_Module(self, node: ast.Module) -> ast.Module:
+        undocumented(node)
+        self.generic_visit(node)
+        return node
+
+    def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.FunctionDef:
+        node.returns = None
+        undocumented(node)
+        self.generic_visit(node)
+        return node
+
+    def visit_arg(self, node: ast.arg) -> ast.arg:
+        node.annotation = None
+        return node
+
+    def visit_ClassDef(self, node: ast.ClassDef) -> ast.ClassDef:
+        undocumented(node)
+        node.body.insert(0, ast.Expr(ast.Constant(node.name)))
+        self.generic_visit(node)
+        return node
+
+
+def undocumented(node: ast.Module | ast.FunctionDef | ast.ClassDef) -> None:
+    """Take the docstring off, if there is one."""
+    if ast.get_docstring(node, clean=False) is not None:
+        node.body[:1] = [] if len(node.body) > 1 else [ast.Pass()]
 
 
 def dataclass_code(archive: str, packages: list[str]) -> bytes:

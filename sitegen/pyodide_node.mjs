@@ -1,10 +1,11 @@
 // Runs Python inside Pyodide under Node: one JSON request on stdin, one JSON answer as the last line of stdout.
 //
-// Request: { folder, stdlib?, site?, mounts?, python, input }
+// Request: { folder, stdlib?, site?, mounts?, env?, python, input }
 //   folder    with pyodide.mjs, its wasm, python_stdlib.zip and pyodide-lock.json
 //   stdlib    another python_stdlib.zip
 //   site      a folder to be site-packages
 //   mounts    { "/path inside": "folder outside" }
+//   env       Python's environment variables
 //   python    source that defines main(text: str) -> str, both JSON
 //   input     what main is given
 // What Python prints goes to stderr.
@@ -24,6 +25,7 @@ const mount = (FS, inside, outside) => {
 async function run() {
   const pyodide = await loadPyodide({
     indexURL: request.folder,
+    env: request.env ?? {},
     ...(request.stdlib && { stdLibURL: request.stdlib }),
     stdout: say,
     stderr: say,

@@ -30,6 +30,7 @@ RUNNER = HERE / "pyodide_node.mjs"
 COMPILER = HERE / "pycompile.py"
 KEPT_MODULES = HERE / "kept_modules.txt"
 CORE = ("pyodide.mjs", "pyodide.asm.mjs", "pyodide.asm.wasm")
+ENVIRONMENT = {"PYTHONNODEBUGRANGES": "1"}  # tracebacks keep lines; columns are shown beside sources, and none are here
 _DATE = (1980, 1, 1, 0, 0, 0)
 
 
@@ -149,7 +150,7 @@ def compiled(
         "archive": archive.read_bytes(),
         "compiler": COMPILER.read_bytes(),
         "engine": hashlib.sha256(engine.read_bytes()).digest(),
-        "job": json.dumps(job, sort_keys=True).encode(),
+        "job": json.dumps([job, ENVIRONMENT], sort_keys=True).encode(),
     }
     target = cache / "compiled" / f"{archive.stem}-{fingerprint(inputs.items())[:16]}.zip"
     if target.is_file():
@@ -160,6 +161,7 @@ def compiled(
         request: dict[str, Any] = {
             "folder": str(engine.parent),
             "mounts": {"/in": str(archive.parent), "/out": temporary},
+            "env": ENVIRONMENT,
             "python": COMPILER.read_text("utf-8"),
             "input": [{"source": f"/in/{archive.name}", "target": "/out/out.zip", **job}],
         }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import gzip
 import hashlib
 import io
@@ -11,6 +12,7 @@ import subprocess
 import sys
 import zipfile
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -19,7 +21,7 @@ from sitegen.inside import run_python_in_shipped_runtime
 from sitegen.lighter import PREPARED
 from sitegen.node import NodeError, run_node
 from sitegen.outside import cache_dir, gather
-from sitegen.pycompile import change
+from sitegen.pycompile import Bare, change
 from sitegen.runtime import RUNNER, RuntimeInfo, assemble, kept_modules, module_name
 from sitegen.wheel import build_wheel
 
@@ -79,6 +81,7 @@ def test_packs_hold_bytecode_alone_dated_alike(info: RuntimeInfo) -> None:
             for member in members.infolist():
                 assert member.date_time == (1980, 1, 1, 0, 0, 0)
                 assert member.compress_type == zipfile.ZIP_STORED
+                assert member.create_system == 3, "else the archive tells on which system it was made"
                 assert member.filename.endswith((".pyc", ".so", "METADATA", "py.typed", PREPARED)), member.filename
             names = members.namelist()
         assert names == sorted(names)
@@ -161,3 +164,36 @@ def test_a_failing_script_shows_what_python_said() -> None:
     folder = gather(["pyodide"])["pyodide/pyodide.mjs"].parent
     with pytest.raises(NodeError, match="ZeroDivisionError: division by zero"):
         run_node(RUNNER, {"folder": str(folder), "python": "def main(text):\n    return 1 / 0\n"})
+
+
+def test_our_bytecode_is_bare_of_docstrings_and_of_functions_annotations_and_does_the_same() -> None:
+    source = '''
+"""Module."""
+from dataclasses import dataclass
+
+@dataclass(frozen=True)
+class Point:
+    """Class."""
+    x: float = 1.0
+
+    def twice(self: "Point", by: int = 2, *more: int, **named: int) -> float:
+        """Method."""
+        return self.x * by
+
+class Empty:
+    """Nothing else."""
+
+def nothing(a: int) -> None:
+    """Nothing else."""
+'''
+    given: dict[str, Any] = {"__name__": __name__}
+    exec(compile(ast.fix_missing_locations(Bare().visit(ast.parse(source))), "given", "exec"), given)
+    assert given["Point"](3.0).twice() == 6.0
+    assert given["Point"].__doc__ == "Point"
+    assert given["Empty"].__doc__ == "Empty"
+    assert list(given["Point"].__dataclass_fields__) == ["x"]
+    for function in (given["Point"].twice, given["nothing"]):
+        assert function.__doc__ is None
+        assert function.__annotations__ == {}
+    assert given["nothing"](1) is None
+    assert given.get("__doc__") is None
