@@ -1,53 +1,54 @@
 """The list of methods: the one place that knows them all."""
 
-from collections.abc import Mapping
-from types import MappingProxyType
+from collections.abc import Iterator, Mapping
+from importlib import import_module
 from typing import Any
 
-from solvers import (
-    association_bp,
-    congruent,
-    cpd,
-    fast_robust_icp,
-    filterreg,
-    gicp,
-    gmmreg,
-    hypotheses,
-    icp,
-    kabsch,
-    kiss_icp,
-    mmd,
-    ndt,
-    ndt_d2d,
-    point_to_plane,
-    ransac,
-    soft_annealed,
-)
 from solvers.stepper import Method
 
-_LIST: tuple[Method[Any], ...] = (
-    kabsch.KABSCH,
-    kabsch.SIMILARITY,
-    ransac.RANSAC,
-    congruent.CONGRUENT,
-    icp.ICP,
-    icp.TRIMMED,
-    icp.CAPPED,
-    kiss_icp.KISS,
-    fast_robust_icp.FAST_ROBUST,
-    point_to_plane.POINT_TO_PLANE,
-    gicp.GICP,
-    ndt.NDT,
-    ndt_d2d.D2D,
-    soft_annealed.SOFT,
-    cpd.RIGID,
-    cpd.SIMILARITY,
-    filterreg.FILTERREG,
-    gmmreg.GMMREG,
-    mmd.MMD,
-    association_bp.ASSOCIATION_BP,
-    hypotheses.HYPOTHESIS_MIXTURE,
-)
+# name → module and constant, in the order of the ladder
+_LIST = {
+    "kabsch": "kabsch.KABSCH",
+    "similarity": "kabsch.SIMILARITY",
+    "ransac": "ransac.RANSAC",
+    "ransac-congruent": "congruent.CONGRUENT",
+    "icp": "icp.ICP",
+    "trimmed-icp": "icp.TRIMMED",
+    "capped-icp": "icp.CAPPED",
+    "kiss-threshold-icp": "kiss_icp.KISS",
+    "fast-robust-icp": "fast_robust_icp.FAST_ROBUST",
+    "point-to-plane": "point_to_plane.POINT_TO_PLANE",
+    "gicp": "gicp.GICP",
+    "ndt": "ndt.NDT",
+    "ndt-d2d": "ndt_d2d.D2D",
+    "soft-annealed": "soft_annealed.SOFT",
+    "cpd-rigid": "cpd.RIGID",
+    "cpd-similarity": "cpd.SIMILARITY",
+    "filterreg": "filterreg.FILTERREG",
+    "gmmreg": "gmmreg.GMMREG",
+    "mmd": "mmd.MMD",
+    "association-bp": "association_bp.ASSOCIATION_BP",
+    "hypothesis-mixture": "hypotheses.HYPOTHESIS_MIXTURE",
+}
 
-METHODS: Mapping[str, Method[Any]] = MappingProxyType({method.name: method for method in _LIST})
-"""Every method by name, in the order of the ladder; read-only."""
+
+class _Methods(Mapping[str, Method[Any]]):
+    """Read-only; a method's module is imported when the method is first asked for: a page pays for what it shows."""
+
+    def __getitem__(self, name: str) -> Method[Any]:
+        module, constant = _LIST[name].split(".")
+        method: Method[Any] = getattr(import_module(f"solvers.{module}"), constant)
+        return method
+
+    def __contains__(self, name: object) -> bool:
+        return name in _LIST
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(_LIST)
+
+    def __len__(self) -> int:
+        return len(_LIST)
+
+
+METHODS: Mapping[str, Method[Any]] = _Methods()
+"""Every method by name, in the order of the ladder."""
