@@ -226,7 +226,7 @@ def _from_url(source: Source, files: Sequence[PinnedFile], progress: Progress) -
             parts: list[bytes] = []
             done = 0
             # One byte more than expected is enough to see that it is not the file.
-            while done <= file.size and (part := answer.read(min(1 << 16, file.size + 1 - done))):
+            while part := answer.read(min(1 << 16, file.size + 1 - done)):
                 parts.append(part)
                 done += len(part)
                 progress(file.name, done, file.size)

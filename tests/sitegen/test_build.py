@@ -13,9 +13,12 @@ from typing import Any
 import brotli
 import html5lib
 import pytest
+from markupsafe import escape
 
+from sitegen.assets import POLICY
 from sitegen.check import check_site
 from sitegen.files import packed, write
+from sitegen.static import header_rules, headers_for
 from tests.sitegen.conftest import START, Project, fresh_cache
 
 
@@ -122,6 +125,34 @@ def test_numbers_and_references(built: Project) -> None:
     start = built.page("index.html")
     assert '<a class="ref" href="second.html">The &lt;/title&gt;' in start
     assert '<a href="second.html#deep">its section</a>' in start
+
+
+def test_a_reference_to_another_chapter_s_figure_leads_there(project: Project) -> None:
+    """With the page's name where it is the only one; two of one name elsewhere are a question."""
+    project.write("content/00-start.md", START + "\nSee :ref[fig:demo] and :ref[eq:energy].\n")
+    project.build()
+    assert '<a class="ref" href="second.html#fig-demo">Figure 1.1</a>' in project.page("index.html")
+    assert '<a class="ref" href="second.html#eq-energy">(1.1)</a>' in project.page("index.html")
+    project.write("content/02-third.md", "---\ntitle: T\nslug: third\nsummary: S\n---\n::figure[C]{toy id=demo}\n")
+    where = "stands on second.html and third.html: a plain link tells which is meant"
+    assert project.problems() == [f"content/00-start.md:9:10: figure 'demo' {where}"]
+
+
+def test_a_named_control_overrides_what_its_scene_brings(project: Project) -> None:
+    project.chapter("::figure[C]{toy id=demo scene=noisy noise=0.3}\n")
+    project.write("content/00-start.md", START.partition("Read")[0])
+    project.build()
+    record = json.loads(next(t for t in Elements(project.page("second.html")).scripts if '"record"' in t))["record"]
+    assert record["controls"] == {"scene": "noisy", "noise": 0.3, "loud": False}
+
+
+def test_reading_order_is_that_of_numbers(project: Project) -> None:
+    """10 comes after 9, and 9b between them."""
+    for number, slug in (("10", "ten"), ("9", "nine"), ("9b", "more")):
+        project.write(f"content/{number}-{slug}.md", "---\ntitle: T\nsummary: S\n---\n")
+    project.build()
+    assert '<link rel="next" href="more.html">' in project.page("nine.html")
+    assert '<link rel="next" href="ten.html">' in project.page("more.html")
 
 
 def test_mathematics_is_markup_without_styles(built: Project) -> None:
@@ -299,6 +330,18 @@ def test_a_write_that_fails_leaves_nothing_behind(tmp_path: Path, monkeypatch: p
     with pytest.raises(ZeroDivisionError):
         write(tmp_path / "a", b"new")
     assert contents(tmp_path) == {"a": b"old"}
+
+
+def test_hosts_are_told_the_policy_and_what_may_be_kept(built: Project) -> None:
+    """The pages' own policy and that nobody frames them; names that hold their hash for ever, the rest asked for."""
+    rules = header_rules(built.site)
+    page = headers_for("/second.html", rules)
+    assert page["Content-Security-Policy"] == f"{POLICY}; frame-ancestors 'none'"
+    assert f'http-equiv="Content-Security-Policy" content="{escape(POLICY)}"' in built.page("second.html")
+    assert "Cache-Control" not in page
+    for folder in ("assets", "images", "tapes", "runtime"):
+        assert "immutable" in headers_for(f"/{folder}/x.0123456789.js", rules)["Cache-Control"]
+    assert headers_for("/sw.js", rules)["Cache-Control"] == "no-cache"
 
 
 def test_packed_copies_hold_the_same(project: Project) -> None:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import gzip
 from pathlib import Path
 
 import pytest
 
 from sitegen import check
 from sitegen.built import inside, read_pages
-from sitegen.weight import page_weight, runtime_weight
+from sitegen.weight import gzipped, page_weight, runtime_weight
 
 HEAD = (
     '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
@@ -123,6 +124,15 @@ def test_a_page_weighs_what_it_loads(site: Path, monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(check, "PAGE_LIMIT", weight.total - 1)
     told = [str(problem) for problem in check.check_site(site)]
     assert [line.partition(" kB")[0] for line in told] == [f"site/index.html:0:0: {weight.total / 1000:.0f}"]
+
+
+def test_sizes_are_those_of_gzip_at_its_best(tmp_path: Path) -> None:
+    """What is packed already counts as it is."""
+    data = b"".join(b"%d " % (i * i) for i in range(3000))
+    (tmp_path / "a.js").write_bytes(data)
+    (tmp_path / "a.pack").write_bytes(gzip.compress(data, 1))
+    assert gzipped(tmp_path / "a.js") == len(gzip.compress(data, 9)) < gzipped(tmp_path / "a.pack")
+    assert gzipped(tmp_path / "a.pack") == (tmp_path / "a.pack").stat().st_size
 
 
 @pytest.mark.parametrize(

@@ -114,7 +114,7 @@ def test_a_call_is_evaluated_once_for_one_state_of_the_code(tmp_path: Path, monk
         ("open('x')", 0),
         ("solvers.f(**{})", 10),
         ("solvers.f(__import__('os'))", 10),
-        ("solvers.validate.__dict__()", 17),
+        ("solvers.validate.__repr__()", 17),
         ("solvers.é.nothing(1)", 8),
     ],
 )
@@ -138,6 +138,11 @@ def test_tests_are_read_and_never_run(project: Project) -> None:
     inside = tests["tests/test_claimed.py::TestGroup::test_inside"]
     assert inside.doc == "Inside a class."
     assert inside.source.startswith("def test_inside")
+
+
+def test_one_failing_case_fails_its_test_whichever_comes_last() -> None:
+    reports: list[tuple[str, claims.Outcome]] = [("t[1]", "passed"), ("t[2]", "failed"), ("t[3]", "passed")]
+    assert claims.merged(reports) == {"t": "failed"}
 
 
 def test_results_hold_for_the_code_that_they_were_made_on(project: Project) -> None:

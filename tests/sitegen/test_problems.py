@@ -148,7 +148,7 @@ BROKEN = {
         "A ![](x.png)\n",
         ["7:7: no image content/x.png", "7:7: the image x.png needs a text in its place: ![what it shows](x.png)"],
     ),
-    "image outside": ("A ![b](../tests/x.png)\n", ["7:8: no image content/../tests/x.png"]),
+    "image outside": ("A ![b](../tests/test_claimed.py)\n", ["7:8: no image content/../tests/test_claimed.py"]),
     "unknown language": ("```pyhton\nx\n```\n", ["7:1: no language 'pyhton'; did you mean 'python'?"]),
 }
 
