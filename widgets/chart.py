@@ -76,19 +76,28 @@ def _unbroken(xy: Array) -> list[Array]:
 
 
 def _end_names(view: View, ends: list[tuple[Series, Array]]) -> list[Mark]:
-    """Each line's name above its last value, inwards of it, and a line lower wherever two would meet."""
-    spots = [(one, xy, view.px(xy)[0]) for one, xy in ends]
-    placed: list[tuple[float, float]] = []
+    """Each line's name above its last value, inwards of it, and a line higher wherever two would meet."""
+    spots = sorted(((one, xy, view.px(xy)[0]) for one, xy in ends), key=lambda spot: -float(spot[2][1]))
+    heights = _apart([float(at[0]) for _, _, at in spots], [float(at[1]) - 7 for _, _, at in spots])
     labels: list[Mark] = []
-    for one, xy, (x, y) in sorted(spots, key=lambda spot: float(spot[2][1])):
-        height = float(y) - 7
-        for there, other in placed:  # from the top down, so that one pass settles it
-            if abs(x - there) < NAME and height - other < LINE:
-                height = other + LINE
-        placed.append((float(x), height))
+    for (one, xy, (x, y)), height in zip(spots, heights, strict=True):
         anchor: Anchor = "end" if x > view.width / 2 else "start"
         labels.append(Label(xy, one.name, one.role, anchor, dx=-4 if anchor == "end" else 4, dy=height - float(y)))
     return labels
+
+
+def _apart(x: list[float], height: list[float]) -> list[float]:
+    """Baselines, lowest on the screen first, moved up until no two near each other are closer than a line.
+
+    What would leave the panel at the top is moved down again, with all that is under it.
+    """
+    spread = list(height)
+    near = [[j for j in range(len(x)) if abs(x[i] - x[j]) < NAME] for i in range(len(x))]
+    for i in range(len(x)):
+        spread[i] = min([spread[i], *(spread[j] - LINE for j in near[i] if j < i)])
+    for i in reversed(range(len(x))):
+        spread[i] = max([spread[i], LINE, *(spread[j] + LINE for j in near[i] if j > i)])
+    return spread
 
 
 def _axes(view: View, log: bool) -> list[Mark]:

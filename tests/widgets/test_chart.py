@@ -92,14 +92,16 @@ def test_the_name_of_the_y_axis_stands_clear_of_the_highest_grid_line() -> None:
     assert panel.view.pad[1] + name.dy >= 13  # the letters have room above it
 
 
-@pytest.mark.parametrize("last", [[5.0, 5.0, 5.0], [5.0, 5.1, 4.9], [9.9, 10.0, 0.0], [1.0, 1.2, 6.0]])
+@pytest.mark.parametrize("last", [[5.0, 5.0, 5.0], [5.0, 5.1, 4.9], [9.9, 10.0, 0.0], [1.0, 1.2, 6.0], [0.0, 0.0, 0.0]])
 def test_names_at_the_ends_of_lines_do_not_overlap(last: list[float]) -> None:
-    """Lines may end together; their names stand below one another."""
+    """Lines may end together; their names stand above one another, between the panel's top and its x axis."""
     series = [Series([0, 9], [0, y], "source", f"line {i}") for i, y in enumerate(last)]
     panel = chart("c", "", series, x_label="", y_label="", x_range=(0, 9), y_range=(0, 10))
     names = [label for label in _labels(panel) if label.text.startswith("line")]
     heights = sorted(float(panel.view.px(label.xy)[0, 1]) + label.dy for label in names)
     assert len(heights) == 3
+    assert heights[0] >= 12  # inside the panel
+    assert heights[-1] <= panel.view.px([0, 0])[0, 1]  # above the ticks of the x axis
     assert min(np.diff(heights)) >= 16 - 1e-9
 
 
