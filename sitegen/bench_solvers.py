@@ -139,8 +139,8 @@ def icp_rows() -> list[Row]:
     steps: list[int] = []
 
     def ours() -> None:
-        rules = {"gate": 1.0, "tolerance": 1e-4, "rms_tolerance": 0.0}
-        result = register(source, target, method="icp", start=Pose.identity(3), **rules)
+        start = Pose.identity(3)
+        result = register(source, target, method="icp", start=start, gate=1.0, tolerance=1e-4, rms_tolerance=0.0)
         steps.append(int(result.steps))
 
     mine = fastest(ours, 1)

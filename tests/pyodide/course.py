@@ -12,7 +12,7 @@ from solvers.stepper import Problem, advance, begin
 
 
 def main(text):
-    """Poses after "one step" of every method, along the "course" of every contestant, and its two "counts" of successes."""
+    """Poses after "one step" of every method and along every contestant's "course", with its "counts" at the end."""
     asked = json.loads(text)
     controls = Controls(setting=asked["setting"], degrees=asked["degrees"])
     problem, truth = race_problem(controls)
