@@ -29,7 +29,7 @@ from .picture import (
     number,
     small,
 )
-from .placing import HANDLES, Placing, place
+from .placing import HANDLES, Placing, place, written
 
 VIEW = View(-6.0, 6.0, -4.0, 4.0)
 PLACING = Placing(VIEW, limit=(4.25, 2.25), reach=2.4, least=1.4)
@@ -125,11 +125,7 @@ def motion(before: State, after: State) -> Motion | None:
     """The rigid motion of a Solve, about the source's centroid; a reflection is no motion."""
     if before.solved or not after.solved or after.mirrored:
         return None
-    there, _ = place(after.pose, after.centroid)
-    here, _ = place(before.pose, before.centroid)
-    turn = float((after.pose.compose(before.pose.inverse())).angle)
-    shift = there - here
-    return Motion("source", turn, (float(here[0]), float(here[1])), (float(shift[0]), float(shift[1])))
+    return PLACING.motion(before.pose, after.pose, after.centroid)
 
 
 def draw(state: State) -> Picture:
@@ -281,8 +277,6 @@ def _description(state: State, said: _Numbers) -> str:
 def python(state: State) -> str:
     """The same numbers from the solvers package alone."""
     c, s = state.controls, state.scene
-    x, y = (repr(round(float(v), 9) + 0.0) for v in state.start.t)
-    turn = repr(round(float(np.degrees(state.start.angle)), 9) + 0.0)
     lines = [
         "import numpy as np",
         "from solvers import Pose, fit_rigid",
@@ -290,7 +284,7 @@ def python(state: State) -> str:
         "from solvers.scenes import kabsch_scene",
         "",
         f'scene = kabsch_scene("{s.name}", seed={s.seed}, noise={c.noise!r}, outliers={round(c.wrong)})',
-        f"start = Pose.from_angle(np.radians({turn}), ({x}, {y}))",
+        f"start = {written(state.start)}",
         "moved = start.apply(scene.source)",
         f"fit = fit_rigid(moved, scene.target{'' if c.correct else ', proper=False'})",
         f"pose = {'fit.pose.compose(start)' if state.solved else 'start  # solved: fit.pose.compose(start)'}",

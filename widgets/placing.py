@@ -8,7 +8,7 @@ import numpy as np
 
 from solvers import Pose
 
-from .contract import Action
+from .contract import Action, Motion
 from .picture import Array, Handle, Segments, View, degrees, move_keys, number, turn_keys
 
 HANDLES = ("source", "turn")
@@ -47,6 +47,12 @@ class Placing:
         room = (half - np.sign(along) * (centre - middle)) / np.maximum(np.abs(along), 1e-9)
         return np.asarray(centre + along * max(self.least, min(self.reach, float(room.min()))))
 
+    def motion(self, before: Pose, after: Pose, anchor: Array) -> Motion:
+        """How the cloud came from one pose to the other: turned about its anchor, then moved."""
+        turn = float(after.compose(before.inverse()).angle)
+        (x, y), (u, v) = (place(pose, anchor)[0].tolist() for pose in (before, after))
+        return Motion("source", turn, (x, y), (u - x, v - y), self.panel)
+
     def stalk(self, pose: Pose, anchor: Array) -> Segments:
         """The line from the one handle to the other."""
         centre, heading = place(pose, anchor)
@@ -69,3 +75,9 @@ def place(pose: Pose, anchor: Array) -> tuple[Array, float]:
     """Where the anchor lies, and the direction of the cloud's own x axis in radians."""
     x, y = pose.R[:, 0]
     return pose.apply(anchor[None])[0], float(np.arctan2(y, x))
+
+
+def written(pose: Pose) -> str:
+    """A rotation and shift of the plane as Python that makes it."""
+    x, y, turn = (repr(round(float(v), 9) + 0.0) for v in (*pose.t, np.degrees(pose.angle)))
+    return f"Pose.from_angle(np.radians({turn}), ({x}, {y}))"

@@ -28,7 +28,7 @@ from .picture import (
     degrees,
     number,
 )
-from .placing import HANDLES, Placing, place
+from .placing import HANDLES, Placing, place, written
 
 WORLD = View(-5.2, 5.2, -3.5, 3.5, width=480.0)
 ROBOT = View(-7.8, 7.8, -5.25, 5.25, width=480.0)
@@ -76,9 +76,7 @@ def motion(before: State, after: State) -> Motion | None:
     """From the reader's place to the answer, about the source's robot."""
     if before.by_hand or not after.by_hand:
         return None
-    turn = float(after.pose.compose(before.pose.inverse()).angle)
-    (x, y), (u, v) = before.pose.t.tolist(), after.pose.t.tolist()
-    return Motion("source", turn, (x, y), (u - x, v - y), "robot")
+    return PLACING.motion(before.pose, after.pose, ROBOT_ITSELF)
 
 
 def nearest(state: State) -> float:
@@ -181,15 +179,13 @@ def _description(state: State, near: float, turn: float, shift: float) -> str:
 def python(state: State) -> str:
     """The same numbers from the solvers package alone."""
     c = state.controls
-    x, y = (repr(round(float(v), 9) + 0.0) for v in state.pose.t)
-    turn = repr(round(float(np.degrees(state.pose.angle)), 9) + 0.0)
     return f"""import numpy as np
 from solvers import Pose
 from solvers.metrics import rre, rte
 from solvers.scans import two_scans
 
 scans = two_scans(seed={state.seed}, noise={c.noise!r}, turn={c.turn!r}, distance={c.distance!r})
-pose = Pose.from_angle(np.radians({turn}), ({x}, {y}))
+pose = {written(state.pose)}
 apart = np.linalg.norm(pose.apply(scans.source)[:, None] - scans.target, axis=2)
 
 print("nearest", np.sqrt((apart.min(axis=1) ** 2).mean()))
