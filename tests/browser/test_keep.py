@@ -37,6 +37,29 @@ def test_pins_hold_controls_and_readouts_and_restore(reader: Callable[..., Reade
     expect(Figure(page, "fig-solve").root.locator(".runs tbody tr")).to_have_count(1)
 
 
+def test_a_pin_from_before_a_control_was_there_is_still_a_pin(reader: Callable[..., Reader]) -> None:
+    """Its record is filled up as a link's is: nothing in the table is missing, and the page comes alive."""
+    page = reader(reduced_motion="reduce").open("kabsch.html")
+    solve = Figure(page, "fig-solve").seen()
+    solve.root.locator("[data-pin]").click()
+    page.evaluate(
+        """() => {
+          const key = Object.keys(localStorage).find(name => name.startsWith("ladder-pins:"));
+          const [pin] = JSON.parse(localStorage.getItem(key));
+          const { noise, ...others } = pin.record.controls;
+          const made = controls => ({ ...pin, record: { ...pin.record, controls } });
+          localStorage.setItem(key, JSON.stringify([made(others), made(null)]));
+        }"""
+    )
+    page.reload()
+    rows = solve.root.locator(".runs tbody tr")
+    expect(rows).to_have_count(2)
+    expect(solve.root.locator(".runs")).not_to_contain_text("NaN")
+    rows.nth(1).get_by_role("button", name=re.compile("restore", re.I)).click()
+    solve.settled()
+    assert solve.record()["controls"]["noise"] == 0
+
+
 def test_a_link_restores_the_state(reader: Callable[..., Reader]) -> None:
     """The copied link opened in a new page shows the same frame."""
     one = reader(reduced_motion="reduce")

@@ -62,9 +62,14 @@
   function kept(key, { initial }) {
     const pins = store.get(key);
     if (!Array.isArray(pins)) return [];
-    return pins.filter(
+    const known = pins.filter(
       (pin) => pin?.record?.widget === initial.widget && Array.isArray(pin.record.log) && Array.isArray(pin.readouts),
     );
+    // A control that the figure got since then stands where the page has it.
+    return known.map((pin) => {
+      const controls = { ...initial.controls, ...pin.record.controls };
+      return { ...pin, record: { ...pin.record, controls } };
+    });
   }
 
   Ladder.pins = function (figure) {
