@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from widgets.contract import SEED, Action, preset
 from widgets.host import Host
-from widgets.two_poses import WIDGET, Controls, act, motion, nearest, start
+from widgets.two_poses import PLACING, WIDGET, Controls, act, motion, nearest, start
 
 ANSWER = Action("press", "answer")
 PLAIN = preset(WIDGET).plain()
@@ -71,3 +71,10 @@ def test_the_motion_leads_to_the_answer() -> None:
     frame = Host().render("fig-by-hand", {**PLAIN, "log": [["press", "answer"]]})
     assert frame["motion"]["group"] == "fig-by-hand-robot-source"
     assert "By hand it was 50.0° and 2.00 u" in frame["note"]
+
+
+def test_the_turning_handle_stays_apart_where_the_border_leaves_no_room() -> None:
+    """A solution may lie where no hand can put a cloud: the handle then lies outside rather than on the other."""
+    for x, apart in ((0.0, PLACING.reach), (7.5, PLACING.least)):
+        grip = PLACING.grip(np.array([x, 0.0]), 0.0)
+        assert np.hypot(*(grip - [x, 0.0])) == pytest.approx(apart)
