@@ -1,4 +1,4 @@
-"""Normals, point to plane and generalised ICP: limits in closed form, what scenes leave free, manners in a batch."""
+"""Point to plane and generalised ICP: limits in closed form, what scenes leave free, manners in a batch."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,6 @@ from solvers import Pose, Status, fit_rigid, gauss_newton, gicp, nearest, regist
 from solvers.metrics import rre, rte
 from solvers.normals import normals
 from solvers.scenes import room, room_start
-from solvers.spectral import symmetric_eigen
 
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
 BOTH = pytest.mark.parametrize("method", ["point-to-plane", "gicp"])
@@ -30,74 +29,6 @@ def surface_in_space(rng, n):
         np.column_stack([u[2 * (n // 3) :], 0.2 * (u[2 * (n // 3) :] ** 2).sum(axis=1)]),
     ]
     return np.vstack(faces)
-
-
-# ---- eigenvectors and normals ----
-
-
-@pytest.mark.parametrize("d", [2, 3])
-def test_eigenvectors_solve_their_equation_and_have_a_fixed_sign(rng, d):
-    """A = V Λ Vᵀ with ascending values, orthonormal V, and the largest component of each vector positive."""
-    root = rng.standard_normal((200, d, d)) * 10.0 ** rng.uniform(-4, 4, (200, 1, 1))
-    A = root + root.swapaxes(1, 2)
-    values, vectors = symmetric_eigen(A)
-    assert (np.diff(values, axis=1) >= 0.0).all()
-    rebuilt = (vectors * values[:, None]) @ vectors.swapaxes(1, 2)
-    assert (np.abs(rebuilt - A).max(axis=(1, 2)) <= 1e-14 * np.abs(A).max(axis=(1, 2)) * d).all()
-    np.testing.assert_allclose(vectors.swapaxes(1, 2) @ vectors, np.broadcast_to(np.eye(d), A.shape), atol=1e-14)
-    assert (np.take_along_axis(vectors, np.abs(vectors).argmax(axis=1)[:, None], axis=1) > 0.0).all()
-
-
-def test_the_planar_closed_form_agrees_with_lapack(rng):
-    root = rng.standard_normal((100, 4, 2)) * [1.0, 0.01]
-    A = root.swapaxes(1, 2) @ root
-    np.testing.assert_allclose(symmetric_eigen(A)[0], np.linalg.eigvalsh(A), rtol=1e-13, atol=1e-15 * A.max())
-
-
-@pytest.mark.parametrize("d", [2, 3])
-def test_normals_of_a_flat_surface_are_its_normal(rng, d, random_pose):
-    """Points on a line in the plane, on a plane in space, wherever it lies: every normal is the surface's."""
-    pose = random_pose(rng, d)
-    flat = rng.uniform(-2.0, 2.0, (1, 60, d))
-    flat[..., -1] = 0.0
-    found = normals(nearest.build(pose.apply(flat)))
-    assert not found.flagged.any()
-    np.testing.assert_allclose(np.abs(found.vectors @ pose.R[:, -1]), 1.0, atol=1e-12)
-    assert (found.eigenvalues[..., 0] < 1e-14).all()
-
-
-def test_normals_of_a_circle_point_to_its_centre():
-    """On a regular polygon the neighbourhoods are symmetric, and the normals are the radii to rounding."""
-    angle = 2.0 * np.pi * np.arange(40) / 40
-    circle = np.column_stack([np.cos(angle), np.sin(angle)])
-    found = normals(nearest.build(circle[None]), 6)
-    np.testing.assert_allclose(np.abs((found.vectors[0] * circle).sum(axis=1)), 1.0, atol=1e-12)
-
-
-def test_a_neighbourhood_without_a_normal_is_flagged():
-    """Coincident points, a single point, a square's corners, and in space a line: no normal is made up for them."""
-    square = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]])
-    for cloud in (np.full((9, 2), 0.3), np.array([[1e8, 2.0]]), square + 5.0):
-        found = normals(nearest.build(cloud[None]))
-        assert found.flagged.all()
-        assert not found.vectors.any()
-    line = np.linspace(0.0, 3.0, 20)[:, None] * [1.0, 0.3, -2.0] + [7.0, 0.0, 1.0]
-    assert normals(nearest.build(line[None])).flagged.all()
-    two = normals(nearest.build(square[None, :2]))
-    assert not two.flagged.any()
-    np.testing.assert_allclose(two.vectors[0], [[0.0, 1.0]] * 2, atol=1e-15)
-    lone = np.vstack([np.column_stack([np.arange(10.0), np.zeros(10)]), np.full((8, 2), 50.0)])
-    assert normals(nearest.build(lone[None])).flagged[0].tolist() == [False] * 10 + [True] * 8
-
-
-def test_normals_do_not_depend_on_units_or_place(rng):
-    cloud = room("noise").target
-    one = normals(nearest.build(cloud[None]))
-    other = normals(nearest.build(2.0**40 * cloud[None]))
-    np.testing.assert_array_equal(other.vectors, one.vectors)
-    np.testing.assert_allclose(other.eigenvalues, 2.0**80 * one.eigenvalues, rtol=1e-14)
-    with pytest.raises(ValueError, match="roundness"):
-        normals(nearest.build(cloud[None]), 6, 0.0)
 
 
 # ---- the step, and its limits ----
@@ -238,112 +169,6 @@ def test_one_common_factor_caps_a_step():
     np.testing.assert_allclose(np.maximum(shift, angle), 1.0, rtol=1e-12)
 
 
-# ---- what scenes leave free ----
-
-
-def wall(n=60, d=2):
-    rng = np.random.default_rng(2)
-    points = rng.uniform(-3.0, 3.0, (n, d))
-    points[:, -1] = 0.0
-    return points
-
-
-@BOTH
-def test_a_corner_is_observable_and_found_from_a_large_motion(method, rng):
-    """The room from 45° and 1.43 u away: the truth to the noise, and no direction reported free."""
-    scene = room("clean")
-    found = register(scene.source, scene.target, method, start=room_start(), gate=2.6)
-    assert found.status is Status.CONVERGED
-    assert rre(found.pose, scene.truth) < np.radians(0.5)
-    assert rte(found.pose, scene.truth) < 0.03
-    assert not found.states[0].system.free.any()
-
-
-def test_one_straight_wall_leaves_its_slide_free():
-    """Point to plane on one wall: turned and moved onto it, and degenerate: the slide along it is named."""
-    tilt = turn(np.radians(30.0))
-    start = Pose.from_angle(np.radians(-20.0), (0.7, 0.4))
-    found = register(wall() @ tilt.T, wall() @ tilt.T, "point-to-plane", start=start)
-    assert found.status is Status.DEGENERATE
-    assert "slide along" in found.reason
-    system = found.states[0].system
-    np.testing.assert_allclose(np.abs(system.directions[0, :2, 0] @ tilt[:, 0]), 1.0, atol=1e-6)
-    assert abs(system.directions[0, 2, 0]) < 1e-6
-    assert system.condition[0] > 1e6
-    # What is observable was found all the same: every moved point lies on the wall.
-    assert np.abs(found.transform(wall() @ tilt.T) @ tilt[:, 1]).max() < 1e-9
-
-
-def test_a_noisy_wall_says_how_weak_its_slide_is():
-    """Noise tilts the normals, so the slide is no longer exactly free: the condition number and the weak direction
-    still tell it, and a run may demand more of a direction before it believes it."""
-    rng = np.random.default_rng(7)
-    target = wall() + 0.02 * rng.standard_normal((60, 2))
-    found = register(wall()[::2], target, "point-to-plane", start=Pose.from_angle(0.1, (0.3, 0.2)))
-    system = found.states[0].system
-    assert 10.0 < system.condition[0] < 1e6
-    assert abs(system.directions[0, 0, 0]) > 0.99
-    strict = register(wall()[::2], target, "point-to-plane", start=Pose.from_angle(0.1, (0.3, 0.2)), free_below=0.1)
-    assert strict.status is Status.DEGENERATE
-    assert "slide along" in strict.reason
-
-
-def test_on_a_circle_the_turn_is_free():
-    angle = 2.0 * np.pi * np.arange(48) / 48
-    circle = 2.0 * np.column_stack([np.cos(angle), np.sin(angle)]) + [3.0, 1.0]
-    found = register(circle, circle, "point-to-plane", start=Pose.from_angle(0.05, (0.2, -0.1)))
-    assert found.status is Status.DEGENERATE
-    assert "turn about (3.00, 1.00)" in found.reason
-    np.testing.assert_allclose(np.linalg.norm(found.transform(circle) - [3.0, 1.0], axis=1), 2.0, atol=1e-3)
-
-
-def test_a_plane_in_space_leaves_two_slides_and_a_turn_free():
-    flat = wall(150, 3)
-    R = in_space((1.0, 2.0, -0.5), 0.9)
-    found = register(flat @ R.T, flat @ R.T, "point-to-plane", start=Pose(in_space((0, 1, 1), 0.2), (0.1, 0.2, 0.3)))
-    assert found.status is Status.DEGENERATE
-    assert found.states[0].system.free.tolist() == [[True, True, True, False, False, False]]
-    assert "3 of 6" in found.reason
-    assert np.abs(found.transform(flat @ R.T) @ R[:, 2]).max() < 1e-8
-
-
-@BOTH
-def test_in_space_a_large_motion_is_found(method, rng):
-    """Three surfaces in space, turned by 140° and moved, started 20° off: the motion comes back, and det R = 1."""
-    points = surface_in_space(rng, 240)
-    truth = Pose(in_space((0.3, -1.0, 0.5), np.radians(140.0)), (0.6, -0.3, 0.4))
-    start = truth.compose(Pose(in_space((1.0, 1.0, -0.2), np.radians(20.0)), (0.1, 0.05, -0.1)))
-    source = (points - truth.t) @ truth.R
-    found = register(source, points, method, start=start)
-    assert found.status is Status.CONVERGED
-    np.testing.assert_allclose(found.pose.matrix, truth.matrix, atol=1e-4)
-    assert np.linalg.det(found.pose.R) == pytest.approx(1.0, abs=1e-13)
-
-
-@BOTH
-@pytest.mark.parametrize(
-    ("name", "source", "target", "options", "words"),
-    [
-        ("coincident", np.full((6, 2), 0.5), np.full((5, 2), -0.5), {}, ""),
-        ("no overlap", room().source + 100.0, room().target, {"gate": 2.0}, "gate of 2 u"),
-        ("one point", np.zeros((1, 2)), np.ones((1, 2)), {}, ""),
-    ],
-)
-def test_hopeless_scenes_are_degenerate_and_leave_the_batch_alone(method, name, source, target, options, words):
-    found = register([room().source, source], [room().target, target], method, **options)
-    assert found.status[1] == Status.DEGENERATE
-    assert words in found.reason[1]
-    assert found.status[0] == Status.CONVERGED
-    assert np.isfinite(found.pose.matrix).all()
-
-
-def test_two_points_are_a_wall():
-    two = np.array([[0.0, 0.0], [2.0, 0.0]])
-    found = register(two, two + np.array([0.3, 0.2]), "point-to-plane")
-    assert found.status is Status.DEGENERATE
-    assert "slide along (1.00, 0.00)" in found.reason
-
-
 # ---- weights, gate, trim, batch ----
 
 
@@ -468,24 +293,6 @@ def test_a_run_that_goes_round_is_stalled_not_capped():
         assert on.status in (Status.CAPPED, Status.STALLED)
         assert min(np.abs(m - found.matrix).max() for m in poses[1:]) < 1e-4
         assert np.abs(poses[0] - found.matrix).max() > 1e-6
-
-
-def test_gicp_keeps_a_hundredth_of_its_hold_along_a_wall():
-    """Canonical covariances leave precision along the tangent: on one wall GICP determines the slide, too, from pairs
-    that say nothing about it, at normal/tangent of the precision across. The condition number tells, the status not."""
-    found = register(wall()[::2], wall(), "gicp", start=Pose.from_angle(0.1, (0.3, 0.2)))
-    assert found.status is Status.CONVERGED
-    system = found.states[0].system
-    np.testing.assert_allclose(system.condition, 100.0, rtol=0.05)
-    np.testing.assert_allclose(np.abs(system.directions[0, :, 0]), [1.0, 0.0, 0.0], atol=0.02)
-
-
-def test_gicp_on_a_circle_holds_its_turn_at_a_hundredth():
-    angle = 2.0 * np.pi * np.arange(48) / 48
-    circle = np.column_stack([np.cos(angle), np.sin(angle)])
-    system = register(circle, circle, "gicp", max_steps=0).states[0].system
-    np.testing.assert_allclose(system.eigenvalues[0], [0.5, 25.25, 25.25], rtol=1e-9)
-    np.testing.assert_allclose(np.abs(system.directions[0, :, 0]), [0.0, 0.0, 1.0], atol=1e-9)
 
 
 @BOTH
