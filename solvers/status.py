@@ -25,6 +25,9 @@ class Status(IntEnum):
         """The status in lower case, as it is shown: 'running', 'converged', …"""
         return self.name.lower()
 
+    def __str__(self) -> str:
+        return self.label
+
 
 def statuses(batch: tuple[int, ...], status: Status = Status.RUNNING) -> StatusArray:
     """An array of one status, of shape `batch`."""

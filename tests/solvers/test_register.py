@@ -206,3 +206,8 @@ def test_the_package_names_its_version_and_little_else():
     assert solvers.__version__
     assert len(solvers.__all__) <= 10
     assert all(hasattr(solvers, name) for name in solvers.__all__)
+
+
+def test_a_status_reads_as_a_word():
+    """Printed, a status is its name in words, not a number."""
+    assert f"{Status.CONVERGED}" == str(Status.CONVERGED) == "converged"

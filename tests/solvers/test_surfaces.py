@@ -12,25 +12,6 @@ pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
 BOTH = pytest.mark.parametrize("method", ["point-to-plane", "gicp"])
 
 
-def turn(angle):
-    return Pose.from_angle(angle).R
-
-
-def in_space(axis, angle):
-    return gauss_newton.rotation(angle * np.asarray(axis, dtype=float) / np.linalg.norm(axis))
-
-
-def surface_in_space(rng, n):
-    """Points on three faces of a box and on a dome: every motion is seen."""
-    u = rng.uniform(-2.0, 2.0, (n, 2))
-    faces = [
-        np.column_stack([u[: n // 3], np.full(n // 3, -1.0)]),
-        np.column_stack([np.full(n // 3, 2.0), u[n // 3 : 2 * (n // 3)] * [1.0, 0.5]]),
-        np.column_stack([u[2 * (n // 3) :], 0.2 * (u[2 * (n // 3) :] ** 2).sum(axis=1)]),
-    ]
-    return np.vstack(faces)
-
-
 # ---- the step, and its limits ----
 
 
