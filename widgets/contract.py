@@ -1,7 +1,7 @@
 """What a figure is: controls, start, act, draw; and the replayable record that is its whole state.
 
-To write a figure, make one module with a frozen controls dataclass, three functions and a WIDGET, and add it to
-`widgets.registry`. `start(controls, seed)` gives the first state, `act(state, action)` the next (states are immutable),
+To write a figure, make one module in widgets/figures with a frozen controls dataclass, three functions and a WIDGET.
+`start(controls, seed)` gives the first state, `act(state, action)` the next (states are immutable),
 and `draw(state)` the Picture. Everything else (tape, back, links, pins, the browser) is replay of records.
 """
 

@@ -1,8 +1,35 @@
-"""Every figure of the site by name."""
+"""Every figure of the site by name: the modules of widgets/figures, each with its WIDGET."""
 
 from __future__ import annotations
 
-from . import kabsch, ladder_map, two_poses
+import pkgutil
+from collections.abc import Iterator, Mapping
+from importlib import import_module
+
+from . import figures
 from .contract import Widget
 
-WIDGETS: dict[str, Widget] = {widget.name: widget for widget in (two_poses.WIDGET, ladder_map.WIDGET, kabsch.WIDGET)}
+_NAMES = {module.name.replace("_", "-") for module in pkgutil.iter_modules(figures.__path__)}
+
+
+class _Widgets(Mapping[str, Widget]):
+    """Read-only; a figure's module is imported when the figure is first asked for: a page pays for what it shows."""
+
+    def __getitem__(self, name: str) -> Widget:
+        if name not in _NAMES:
+            raise KeyError(name)
+        widget: Widget = import_module(f"{figures.__name__}.{name.replace('-', '_')}").WIDGET
+        return widget
+
+    def __contains__(self, name: object) -> bool:
+        return name in _NAMES
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(sorted(_NAMES))
+
+    def __len__(self) -> int:
+        return len(_NAMES)
+
+
+WIDGETS: Mapping[str, Widget] = _Widgets()
+"""The figure `ndt-map` is the WIDGET of widgets/figures/ndt_map.py."""

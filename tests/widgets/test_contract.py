@@ -12,8 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from widgets.contract import MAX_LOG, SEED, Action, parsed, preset
+from widgets.figures.kabsch import WIDGET
 from widgets.host import Host
-from widgets.kabsch import WIDGET
 from widgets.registry import WIDGETS
 
 PLAIN = preset(WIDGET, "noisy").plain()

@@ -12,10 +12,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from widgets import two_poses
 from widgets.contract import preset
+from widgets.figures import two_poses
+from widgets.figures.kabsch import WIDGET
 from widgets.host import Host, _rounded, _view
-from widgets.kabsch import WIDGET
 from widgets.picture import Panel, View
 from widgets.svg import panel_svg
 

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from solvers.metrics import rms
 from widgets.contract import SEED, Action, preset
+from widgets.figures.kabsch import GHOSTS, PLACING, WIDGET, Controls, State, act, motion, start
 from widgets.host import Host
-from widgets.kabsch import GHOSTS, PLACING, WIDGET, Controls, State, act, motion, start
 
 SOLVE = Action("press", "solve")
 SCENES = ["clean", "noisy", "outliers", "reflect"]

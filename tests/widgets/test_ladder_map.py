@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from widgets.contract import preset
+from widgets.figures.ladder_map import CELL, COUNT, LEAST, SHIFT, WIDGET, WRONG, Controls, feature_means, start, weights
 from widgets.host import Host
-from widgets.ladder_map import CELL, COUNT, LEAST, SHIFT, WIDGET, WRONG, Controls, feature_means, start, weights
 
 TURNS = [-180.0, -40.0, 0.0, 90.0]
 

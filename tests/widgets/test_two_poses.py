@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from widgets.contract import SEED, Action, preset
+from widgets.figures.two_poses import PLACING, WIDGET, Controls, act, motion, nearest, start
 from widgets.host import Host
-from widgets.two_poses import PLACING, WIDGET, Controls, act, motion, nearest, start
 
 ANSWER = Action("press", "answer")
 PLAIN = preset(WIDGET).plain()

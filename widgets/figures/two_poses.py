@@ -10,9 +10,9 @@ from solvers import Pose
 from solvers.metrics import rre, rte
 from solvers.scans import Scans, two_scans
 
-from .contract import Action, Button, Key, Motion, Widget
-from .controls import slider
-from .picture import (
+from ..contract import Action, Button, Key, Motion, Widget
+from ..controls import slider
+from ..picture import (
     Array,
     Arrow,
     Group,
@@ -28,7 +28,7 @@ from .picture import (
     degrees,
     number,
 )
-from .placing import HANDLES, Placing, place, written
+from ..placing import HANDLES, Placing, place, written
 
 WORLD = View(-5.2, 5.2, -3.5, 3.5, width=480.0)
 ROBOT = View(-7.8, 7.8, -5.25, 5.25, width=480.0)

@@ -9,9 +9,9 @@ import numpy as np
 from solvers import Pose
 from solvers.scenes import BIRD
 
-from .contract import Action, Button, Key, Widget
-from .controls import slider
-from .picture import (
+from ..contract import Action, Button, Key, Widget
+from ..controls import slider
+from ..picture import (
     Array,
     Arrow,
     Ellipses,
