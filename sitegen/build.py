@@ -88,9 +88,8 @@ def build(
     templates = environment(root)
     started = _runtime(root, parts, cache, progress)
     templates.globals["wheel"] = f"runtime/{started.wheel}" if started else ""
-    code = code_hash()
-    bakery = Bakery(parts.widgets, cache, code)
-    values = Values(cache, code)
+    bakery = Bakery(parts.widgets, cache)
+    values = Values(cache, code_hash())
     tapes = record_tapes(surveys, bakery, problems, progress)
     known = Known(
         root,

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,6 +18,7 @@ import numpy as np
 
 import solvers
 import widgets
+import widgets.figures
 from widgets.contract import MAX_LOG, Record, Widget, parsed, preset
 from widgets.controls import Spec, specs, validated, values
 from widgets.host import Host
@@ -26,6 +28,7 @@ from .files import fingerprint, write
 from .problems import Place, Problems, hint
 
 Plain = dict[str, Any]
+FIGURES = Path(widgets.figures.__path__[0])
 
 
 @dataclass
@@ -160,27 +163,39 @@ def changed(
     return parsed(widget, {**base.plain(), "controls": merged(widget, base, controls), "seed": seed, "log": log})
 
 
-def code_hash(packages: Sequence[ModuleType] = (solvers, widgets)) -> str:
+def code_hash(
+    packages: Sequence[ModuleType] = (solvers, widgets), skip: Callable[[Path], bool] = lambda path: False
+) -> str:
     """The hash of what frames and values are made by: the packages' sources as imported, and numpy's version."""
     files = [("numpy", np.__version__.encode())]
     for package in packages:
         root = Path(package.__path__[0]).parent
-        paths = (root / package.__name__).rglob("*.py")
+        paths = [path for path in (root / package.__name__).rglob("*.py") if not skip(path)]
         files += [(path.relative_to(root).as_posix(), path.read_bytes()) for path in paths]
     return fingerprint(files)
+
+
+def code_of(name: str, widgets: Mapping[str, Widget]) -> str:
+    """The hash of what the frames of one figure are made by: all but the modules of the other figures."""
+    own = Path(str(sys.modules[widgets[name].start.__module__].__file__))
+    return code_hash(skip=lambda path: path.parent == FIGURES and path != own and not path.name.startswith("_"))
 
 
 class Bakery:
     """Frames for records, kept by the hash of the code, the figure and the records."""
 
-    def __init__(self, widgets: Mapping[str, Widget], cache: Path, code: str) -> None:
+    def __init__(self, widgets: Mapping[str, Widget], cache: Path) -> None:
+        self._widgets = widgets
         self._host = Host(widgets)
         self._cache = cache / "frames"
-        self._code = code
+        self._codes: dict[str, str] = {}
 
     def frames(self, dom_id: str, records: Sequence[Plain]) -> list[Plain]:
-        """One frame for each record, in order. What a widget raises is raised."""
-        key = hashlib.sha256(json.dumps([self._code, dom_id, records]).encode()).hexdigest()
+        """One frame for each record of one widget, in order. What a widget raises is raised."""
+        name = records[0]["widget"]
+        if name not in self._codes:
+            self._codes[name] = code_of(name, self._widgets)
+        key = hashlib.sha256(json.dumps([self._codes[name], dom_id, records]).encode()).hexdigest()
         kept = self._cache / f"{key}.json"
         if kept.is_file():
             found: list[Plain] = json.loads(kept.read_bytes())

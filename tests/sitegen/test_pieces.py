@@ -11,8 +11,10 @@ from sitegen import claims
 from sitegen.cite import family_name, read_references
 from sitegen.computed import CallError, Values, evaluate, printed, read_call
 from sitegen.directives import Attribute, DirectiveError, attributes, read
+from sitegen.figures import FIGURES, code_hash, code_of
 from sitegen.problems import Problems, hint
 from tests.sitegen.conftest import Project
+from widgets.registry import WIDGETS
 
 
 def test_a_directive_knows_where_its_parts_stand() -> None:
@@ -172,3 +174,11 @@ def test_results_hold_for_the_code_that_they_were_made_on(project: Project) -> N
     assert claims.read_results(project.root) == {holds: claims.Result("failed", True)}, (
         "what did not run keeps its result"
     )
+
+
+def test_a_figures_frames_depend_on_its_own_module_and_on_no_other_figures() -> None:
+    own, other = code_of("kabsch", WIDGETS), code_of("two-poses", WIDGETS)
+    assert own == code_of("kabsch", WIDGETS)
+    assert len({own, other, code_hash()}) == 3
+    others = {p.name for p in FIGURES.glob("*.py")} - {"kabsch.py", "__init__.py"}
+    assert own == code_hash(skip=lambda path: path.parent == FIGURES and path.name in others)
