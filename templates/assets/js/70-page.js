@@ -62,9 +62,18 @@
     show();
   }
 
+  /** Where not all rungs fit, the page's own is in the middle. */
+  function climb(ladder) {
+    const step = ladder.querySelector("[aria-current]")?.closest("li");
+    if (!step) return;
+    ladder.scrollLeft = step.offsetLeft - (ladder.clientWidth - step.offsetWidth) / 2;
+    ladder.scrollTop = step.offsetTop - (ladder.clientHeight - step.offsetHeight) / 2;
+  }
+
   const roots = [...document.querySelectorAll("figure.figure:has(> script.figure-record)")];
   for (const root of roots) live(root);
   watch();
+  document.querySelectorAll(".ladder").forEach(climb);
   document.querySelectorAll("button.theme").forEach(theme);
   Ladder.cards();
   Ladder.links();
