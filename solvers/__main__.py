@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 
 from solvers.benchmark import benchmark, table
-from solvers.race import CONTESTANTS, MAX_STEPS, SEEDS, Controls, contestants
+from solvers.race import CONTESTANTS, EXTRAS, MAX_STEPS, SEEDS, Controls, contestants
 from solvers.scenes import ROOM_SETTINGS
 
 
@@ -28,7 +28,8 @@ def _parser() -> argparse.ArgumentParser:
     bench.add_argument("--density", type=float, default=1.0, help="the source's sampling density against the usual (1)")
     bench.add_argument("--seeds", type=int, default=len(SEEDS), help="how many of the seeds 40 + 13k (25)")
     bench.add_argument("--max-steps", type=int, default=MAX_STEPS, help="cap on the steps (70)")
-    bench.add_argument("--only", nargs="+", metavar="METHOD", help=f"of {', '.join(c.method for c in CONTESTANTS)}")
+    names = ", ".join(c.method for c in (*CONTESTANTS, *EXTRAS))
+    bench.add_argument("--only", nargs="+", metavar="METHOD", help=f"of {names}")
     return parser
 
 

@@ -109,15 +109,27 @@ CONTESTANTS: tuple[Contestant, ...] = (
 )  # fmt: skip
 """The nine of the race, in the order of their panels."""
 
+EXTRAS: tuple[Contestant, ...] = (
+    Contestant("trimmed-icp", "Trimmed ICP", {"keep": 0.8}, "told that 80 % of the source has a partner"),
+    Contestant("fast-robust-icp", "Fast and robust ICP"),
+    Contestant("kiss-threshold-icp", "KISS threshold", {}, "its threshold comes from the start alone"),
+    Contestant("cpd-rigid", "Rigid CPD", {"clutter": 0.12}),
+    Contestant("filterreg", "FilterReg", {"filter": "lattice", "clutter": 0.25}),
+    Contestant("gmmreg", "GMMReg"),
+    Contestant("ndt-d2d", "D2D-NDT", {"cells": (2.4, 1.2), "max_shift": 0.5, "max_turn": 0.2}),
+)
+"""Others that may take the place of one of the nine."""
+
 
 def contestants(names: Sequence[str] | None = None) -> tuple[Contestant, ...]:
-    """The contestants of these methods, in the race's order; all nine for None. Raises ValueError for a method that
-    does not race."""
+    """The contestants of these methods, the nine and the extras each in their order; all nine for None. Raises
+    ValueError for a method that does not race."""
     if names is None:
         return CONTESTANTS
+    known = (*CONTESTANTS, *EXTRAS)
     for name in names:
-        validate.one_of(name, [c.method for c in CONTESTANTS], "contestants")
-    return tuple(c for c in CONTESTANTS if c.method in names)
+        validate.one_of(name, [c.method for c in known], "contestants")
+    return tuple(c for c in known if c.method in names)
 
 
 def race_problem(controls: Controls, seeds: Sequence[int] = SEEDS) -> tuple[Problem, Pose]:
