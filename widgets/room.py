@@ -1,0 +1,118 @@
+"""A room seen by two scans, as several figures draw it: the window, the settings, the starts, the marks, the charts.
+
+Room scenes carry their truth as the identity and are turned about the world's origin, so a cloud is taken hold of
+there: the handle's place is the pose's translation, the stalk's direction its rotation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from solvers import Pose
+from solvers.arrays import BoolArray
+from solvers.scenes import ROOM_SETTINGS, Scene
+from solvers.stepper import Problem
+
+from .chart import Series, chart
+from .controls import Value
+from .picture import Array, Group, Mark, Panel, Path, Points, Segments, View
+from .placing import Placing
+
+VIEW = View(-6.4, 6.4, -4.6, 4.6)
+PLACING = Placing(VIEW, limit=(4.5, 2.75), reach=2.6, least=1.6)
+ANCHOR = np.zeros(2)
+ANCHOR.flags.writeable = False
+
+SETTINGS = {name: name.capitalize() for name in ROOM_SETTINGS}
+BRINGS: dict[str, dict[str, Value]] = {
+    name: {
+        "noise": 0.11 if name in ("noise", "combo") else 0.02,
+        "outliers": 20.0 if name in ("outliers", "combo") else 0.0,
+    }
+    for name in ROOM_SETTINGS
+}
+"""What a setting is known for: σ in u, and the replaced percentage of each cloud."""
+
+NEAR: dict[str, Value] = {"turn": 15.0, "offset": 0.5}
+FAR: dict[str, Value] = {"turn": 120.0, "offset": 1.43}
+
+
+def problem(scene: Scene, start: Pose) -> Problem:
+    """One registration of the scene from `start`, as a batch of one for `solvers.stepper`."""
+    weights, seed = np.ones((1, len(scene.source))), np.array([scene.seed])
+    return Problem(scene.source[None], scene.target[None], weights, Pose(start.R[None], start.t[None]), seed)
+
+
+def single(pose: Pose) -> Pose:
+    """The one pose of a batch of one."""
+    return Pose(pose.R[0], pose.t[0], np.asarray(pose.scale)[0])
+
+
+def still(scene: Scene, ghost: Pose | None = None) -> tuple[Mark, ...]:
+    """What does not move: the outline where the run began, the outline at the true pose, the target."""
+    began = [] if ghost is None else [Path(ghost.apply(line), "ghost") for line in scene.outline]
+    return (
+        *began,
+        *(Path(scene.truth.apply(line), "truth", thick=True) for line in scene.outline),
+        Points(scene.target, "target", "square", radius=2.5),
+    )
+
+
+def source(scene: Scene, pose: Pose, *marks: Mark, placing: Placing = PLACING) -> Group:
+    """The moving cloud with the stalk of its turning handle, and `marks` that move with it, as the group 'source'."""
+    return Group(
+        "source", (placing.stalk(pose, ANCHOR), *marks, Points(pose.apply(scene.source), "source", radius=3.0))
+    )
+
+
+def pair_lines(moved: Array, partners: Array, used: BoolArray, gated: BoolArray) -> tuple[Mark, ...]:
+    """One line a pair, moved (m, 2) to partners (m, 2): those used, those outside a gate, and the rest, trimmed.
+
+    They are told apart by colour, by dash, and at the source point by nothing, a cross, a ring.
+    """
+    trimmed = ~used & ~gated
+    return (
+        Segments(moved[gated], partners[gated], "outlier", dashed=True),
+        Segments(moved[trimmed], partners[trimmed], "weak", dashed=True),
+        Segments(moved[used], partners[used], "pair"),
+    )
+
+
+def pair_marks(moved: Array, used: BoolArray, gated: BoolArray) -> tuple[Mark, ...]:
+    """The source points whose pairs are not used: a cross outside the gate, a ring where trimmed."""
+    return (
+        Points(moved[gated], "outlier", "cross", radius=3.5),
+        Points(moved[~used & ~gated], "weak", "ring", radius=4.5),
+    )
+
+
+def error_chart(rotation: Sequence[float], translation: Sequence[float], steps: int, width: float = 320.0) -> Panel:
+    """Both errors against the truth over the steps taken so far: degrees and world units on one scale of decades.
+
+    steps: the most that there can be.
+    """
+    k = np.arange(len(rotation))
+    return chart(
+        "errors",
+        "Errors against the truth over the steps",
+        [
+            Series(k, rotation, "ink", "rotation, °"),
+            Series(k, translation, "accent", "translation, u", dashed=True),
+        ],
+        x_label="step",
+        y_label="Error against the truth, ° and u",
+        x_range=(0.0, float(steps)),
+        y_range=(0.01, 300.0),
+        log=True,
+        now=float(len(rotation) - 1),
+        width=width,
+        height=0.56 * width,
+    )
+
+
+def with_marks(panel: Panel, *marks: Mark) -> Panel:
+    """The panel with marks on top."""
+    return replace(panel, marks=(*panel.marks, *marks))
