@@ -121,7 +121,7 @@ def merged(widget: Widget, base: Record, changes: Mapping[str, Any]) -> dict[str
 def changed(
     widget: Widget, base: Record, given: Iterable[Attribute], at: Callable[[int], Place], problems: Problems
 ) -> Record:
-    """A record with other control values, `seed=`, and `press=a,b` for a log; what is wrong goes to `problems`."""
+    """A record with other control values, `seed=`, and `press=a,b*3` for a log; what is wrong goes to `problems`."""
     known = specs(widget.controls)
     presses = {b.name for b in widget.buttons if b.does == "press"}
     controls: dict[str, Any] = {}
@@ -139,12 +139,15 @@ def changed(
                 seed = attribute.plain
         elif attribute.name == "press":
             offset = attribute.value_start
-            for name in attribute.value.split(","):
+            for written in attribute.value.split(","):
+                name, star, times = written.partition("*")
                 if name not in presses:
                     problems.add(at(offset), f"{widget.name} has no button {name!r} to press{hint(name, presses)}")
+                elif star and not (times.isascii() and times.isdigit() and 0 < int(times[:9]) <= MAX_LOG):
+                    problems.add(at(offset), f"{written!r}: how often is a whole number from 1 to {MAX_LOG}")
                 else:
-                    log.append(["press", name])
-                offset += len(name) + 1
+                    log += [["press", name]] * (int(times) if star else 1)
+                offset += len(written) + 1
         elif attribute.name not in known:
             names = [*known, "seed", "press"]
             problems.add(

@@ -67,7 +67,7 @@ $$
 E = m c^2
 $$ (energy)
 
-By :ref[eq:energy], :ref[fig:demo] shows :readout[demo presses]{press=go,go} presses and
+By :ref[eq:energy], :ref[fig:demo] shows :readout[demo presses]{press=go*2} presses and
 :value[solvers.validate.number(-7.25, "x")]{.3f}. :claim[It *holds*.]{tests/test_claimed.py::test_it_holds}
 
 ### Deeper

@@ -59,6 +59,10 @@ BROKEN = {
         "::figure[C]{toy id=demo}\n\n::try[T]{demo press=go,goo}\n",
         ["9:24: toy has no button 'goo' to press; did you mean 'go'?"],
     ),
+    "button presses no number of times": (
+        "::figure[C]{toy id=demo}\n\n::try[T]{demo press=go,go*many}\n",
+        ["9:24: 'go*many': how often is a whole number from 1 to 2000"],
+    ),
     "button with a link": (
         "::figure[C]{toy id=demo}\n\n::try[T [x](https://x.org)]{demo}\n",
         ["9:13: a button's text holds no links"],
