@@ -2,7 +2,8 @@
 
 A frame is plain data: the panels' SVG, readouts, handles, and what the page needs to carry on. A Host remembers the
 states along the last record of each figure, so that one more action, a replaced drag or a step back costs one `act` at
-most; and a panel that a state hands on unchanged, the very same object, is not turned into markup again.
+most; and what a state hands on unchanged, a panel or a mark that is the very same object, is not turned into markup
+again, nor is a mark that several panels of one view share drawn more than once.
 """
 
 from __future__ import annotations
@@ -16,9 +17,9 @@ import numpy as np
 
 from .contract import Action, Motion, Record, Widget, parsed
 from .controls import nearest, values
-from .picture import Handle, Panel, Picture
+from .picture import Group, Handle, Mark, Panel, Picture, View
 from .registry import WIDGETS
-from .svg import UNIT, panel_svg
+from .svg import UNIT, mark_svg, panel_svg
 
 
 @dataclass
@@ -39,13 +40,44 @@ class _Replay:
         self.log = log
 
 
+@dataclass
+class _Markup:
+    """What was turned into markup for a figure's last picture: panels by id prefix, marks by themselves and their view.
+
+    Each is held with its markup, so that no other object can come to have its id.
+    """
+
+    panels: dict[str, tuple[Panel, str]] = field(default_factory=dict)
+    marks: dict[tuple[int, int], tuple[Mark, View, str]] = field(default_factory=dict)
+
+    def drawn(self, figure: str, panels: tuple[Panel, ...]) -> list[str]:
+        """The panels' SVG; what the last picture had and this one has not is forgotten."""
+        before, self.marks = self.marks, {}
+        old, self.panels = self.panels, {}
+
+        def draw(mark: Mark, view: View, prefix: str) -> str:
+            if isinstance(mark, Group):  # its ids are the panel's
+                return mark_svg(mark, view, prefix)
+            key = id(mark), id(view)
+            known = self.marks.get(key) or before.get(key) or (mark, view, mark_svg(mark, view, prefix))
+            self.marks[key] = known
+            return known[2]
+
+        for panel in panels:
+            prefix = f"{figure}-{panel.name}"
+            known = old.get(prefix)
+            same = known is not None and known[0] is panel
+            self.panels[prefix] = known if known and same else (panel, panel_svg(panel, prefix, draw))
+        return [svg for _, svg in self.panels.values()]
+
+
 class Host:
     """Draws figures. One lives in a page's worker, one in each baking of the build."""
 
     def __init__(self, widgets: Mapping[str, Widget] = WIDGETS) -> None:
         self._widgets = widgets
         self._replays: dict[str, _Replay] = {}
-        self._markup: dict[str, tuple[Panel, str]] = {}
+        self._markup: dict[str, _Markup] = {}
 
     def frame(self, request: str) -> str:
         """The frame for a request, JSON in and out: {"figure": id prefix, "record": record} → frame.
@@ -65,15 +97,9 @@ class Host:
         states = self._states(figure, widget, record)
         picture = widget.draw(states[-1])
         moved = widget.motion(states[-2], states[-1]) if len(states) > 1 else None
-        panels = [_panel(panel, self._svg(f"{figure}-{panel.name}", panel)) for panel in picture.panels]
+        drawn = self._markup.setdefault(figure, _Markup()).drawn(figure, picture.panels)
+        panels = [_panel(panel, svg) for panel, svg in zip(picture.panels, drawn, strict=True)]
         return _frame(figure, record, picture, panels, moved, widget.python(states[-1]))
-
-    def _svg(self, prefix: str, panel: Panel) -> str:
-        known, markup = self._markup.get(prefix, (None, ""))
-        if known is not panel:
-            markup = panel_svg(panel, prefix)
-            self._markup[prefix] = panel, markup
-        return markup
 
     def _states(self, figure: str, widget: Widget, record: Record) -> list[Any]:
         key = (widget.name, record.controls, record.seed)

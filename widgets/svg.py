@@ -54,11 +54,11 @@ def snap(values: Any) -> list[Any]:
     return np.floor(clamped * UNIT + 0.5 + NUDGE).astype(np.int64).tolist()  # type: ignore[no-any-return]
 
 
-def panel_svg(panel: Panel, prefix: str) -> str:
-    """The panel as one <svg> element whose ids begin with `prefix`."""
+def panel_svg(panel: Panel, prefix: str, draw: Callable[[Mark, View, str], str] | None = None) -> str:
+    """The panel as one <svg> element whose ids begin with `prefix`. draw: `mark_svg`, or what remembers its answers."""
     width, height = panel.view.size
     w, h = snap([width, height])
-    body = "".join(_draw(mark, panel.view, prefix) for mark in panel.marks)
+    body = "".join((draw or mark_svg)(mark, panel.view, prefix) for mark in panel.marks)
     grid = _grid(panel.view) if panel.grid else ""
     return (
         f'<svg class="plot" viewBox="0 0 {w} {h}" role="img" aria-label="{escape(panel.label)}" '
@@ -66,7 +66,8 @@ def panel_svg(panel: Panel, prefix: str) -> str:
     )
 
 
-def _draw(mark: Mark, view: View, prefix: str) -> str:
+def mark_svg(mark: Mark, view: View, prefix: str) -> str:
+    """One mark's markup; only that of a Group depends on `prefix`."""
     return _DRAW[type(mark)](mark, view, prefix)
 
 
@@ -99,7 +100,7 @@ def _points(mark: Points, view: View, prefix: str) -> str:
         classes = f"{mark.shape} {size} {mark.role}"
 
         def draw(rows_: Any) -> str:
-            return "".join(f"M{x} {y}h1" for x, y in snap(px[rows_]))
+            return _dots(snap(px[rows_]))
     else:
         outline = _outline(mark.shape, *snap([mark.radius]))
         classes = f"shape {mark.shape} {mark.role}"
@@ -108,6 +109,18 @@ def _points(mark: Points, view: View, prefix: str) -> str:
             return "".join(f"M{x} {y}{outline}" for x, y in snap(px[rows_]))
 
     return _by_weight(mark.weight, len(px), classes, draw)
+
+
+def _dots(places: list[list[int]]) -> str:
+    """A point at each place, from the second on relative to the one before: neighbours on a wall take few bytes."""
+    if not places:
+        return ""
+    (x, y), *rest = places
+    parts = [f"M{x} {y}h1"]
+    for u, v in rest:
+        parts.append(f"m{u - x - 1} {v - y}h1")
+        x, y = u, v
+    return "".join(parts)
 
 
 def _outline(shape: str, r: int) -> str:
@@ -214,7 +227,8 @@ def _label(mark: Label, view: View, prefix: str) -> str:
 
 
 def _group(mark: Group, view: View, prefix: str) -> str:
-    return f'<g id="{prefix}-{mark.name}" class="group">' + "".join(_draw(m, view, prefix) for m in mark.marks) + "</g>"
+    inside = "".join(mark_svg(m, view, prefix) for m in mark.marks)
+    return f'<g id="{prefix}-{mark.name}" class="group">{inside}</g>'
 
 
 def _grid(view: View) -> str:

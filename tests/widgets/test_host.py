@@ -16,8 +16,8 @@ from widgets.contract import preset
 from widgets.figures import two_poses
 from widgets.figures.kabsch import WIDGET
 from widgets.host import Host, _rounded, _view
-from widgets.picture import Panel, View
-from widgets.svg import panel_svg
+from widgets.picture import Group, Mark, Panel, Picture, Points, View
+from widgets.svg import mark_svg, panel_svg
 
 PLAIN = preset(WIDGET, "noisy").plain()
 SOLVE = ["press", "solve"]
@@ -107,9 +107,9 @@ def test_a_panel_that_is_handed_on_is_drawn_once(monkeypatch: pytest.MonkeyPatch
     """While a scan is dragged, the room beside it is not turned into markup again; a new room is."""
     drawn: list[str] = []
 
-    def counted(panel: Panel, prefix: str) -> str:
+    def counted(panel: Panel, *rest: Any) -> str:
         drawn.append(panel.name)
-        return panel_svg(panel, prefix)
+        return panel_svg(panel, *rest)
 
     monkeypatch.setattr("widgets.host.panel_svg", counted)
     plain, host = preset(two_poses.WIDGET).plain(), Host()
@@ -119,6 +119,43 @@ def test_a_panel_that_is_handed_on_is_drawn_once(monkeypatch: pytest.MonkeyPatch
     assert drawn == ["world", "robot", "robot", "robot"]
     other = {**plain, "seed": 53}
     assert host.render("f", other) == Host().render("f", other)
+
+
+def test_a_mark_that_panels_share_is_drawn_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Three panels of one view with one cloud: one path is made; the next picture with that cloud makes none of it."""
+    drawn: list[Mark] = []
+
+    def counted(mark: Mark, view: View, prefix: str) -> str:
+        drawn.append(mark)
+        return mark_svg(mark, view, prefix)
+
+    monkeypatch.setattr("widgets.host.mark_svg", counted)
+    view, cloud = View(0, 1, 0, 1), Points([[0.5, 0.5]], "target")
+
+    def draw(state: int) -> Picture:
+        own = [Points([[0.1 * state, 0.1 * k]], "source") for k in range(3)]
+        group = Group("source", (own[2],))
+        marks: tuple[tuple[Mark, ...], ...] = ((cloud, own[0]), (cloud, own[1]), (cloud, group))
+        return Picture(tuple(Panel(f"p{k}", "", view, marks[k]) for k in range(3)), (), "")
+
+    widget = replace(
+        WIDGET,
+        start=lambda controls, seed: 0,
+        act=lambda state, action: state + 1,
+        draw=draw,
+        motion=lambda before, after: None,
+        python=lambda state: "",
+    )
+    host = Host({"kabsch": widget})
+    first = host.render("f", PLAIN)
+    assert [type(mark) for mark in drawn] == [Points, Points, Points, Group]
+    assert drawn[0] is cloud
+    assert all('class="dot m target" d="M3200 3200h1"' in panel["svg"] for panel in first["panels"])
+    assert 'id="f-p2-source"' in first["panels"][2]["svg"]
+    drawn.clear()
+    second = host.render("f", record(SOLVE))
+    assert cloud not in drawn
+    assert second["panels"] == Host({"kabsch": widget}).render("f", record(SOLVE))["panels"]
 
 
 def test_a_failure_leaves_no_half_replayed_log() -> None:

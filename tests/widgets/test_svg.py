@@ -45,7 +45,7 @@ def body(*marks: Mark, view: View = VIEW) -> str:
 @pytest.mark.parametrize(
     ("mark", "markup"),
     [
-        (Points([[1, 2], [3, 4]], "source"), '<path class="dot m source" d="M100 800h1M300 600h1"/>'),
+        (Points([[1, 2], [3, 4]], "source"), '<path class="dot m source" d="M100 800h1m199 -200h1"/>'),
         (Points([1, 2], "target", "square", radius=2), '<path class="square s target" d="M100 800h1"/>'),
         (Points([1, 2], "target", "square", radius=5), '<path class="square l target" d="M100 800h1"/>'),
         (
@@ -138,7 +138,7 @@ def test_points_of_different_weight_share_a_path_by_level() -> None:
     """Opacity is one of six levels, faint first; a weight that rounds to nothing is not drawn."""
     text = body(Points([[i, 0] for i in range(5)], "source", weight=[1.0, 0.5, 0.5, 0.01, 0.0]))
     assert text == (
-        '<path class="dot m source w3" d="M100 1000h1M200 1000h1"/><path class="dot m source w6" d="M0 1000h1"/>'
+        '<path class="dot m source w3" d="M100 1000h1m99 0h1"/><path class="dot m source w6" d="M0 1000h1"/>'
     )
 
 
