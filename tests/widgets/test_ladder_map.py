@@ -67,7 +67,7 @@ def test_cells_with_few_points_have_no_gaussian() -> None:
     assert d.count("M") == (counts >= LEAST).sum()
     full = {tuple(cell) for cell in cells[counts >= LEAST]}
     (grey,) = re.findall(r'class="dot s ghost" d="([^"]*)"', drawn)
-    assert grey.count("M") == sum(tuple(cell) not in full for cell in np.floor(state.moved / CELL))
+    assert grey.count("h1") == sum(tuple(cell) not in full for cell in np.floor(state.moved / CELL))
 
 
 def test_equal_clouds_have_equal_means_of_the_wave() -> None:
