@@ -204,7 +204,9 @@ def test_a_view_tells_window_size_and_padding() -> None:
 def places(frame: dict[str, Any]) -> np.ndarray[Any, Any]:
     """The source points as drawn, in SVG units."""
     (d,) = re.findall(r'class="dot m source" d="([^"]*)"', frame["panels"][0]["svg"])
-    return np.array([[int(v) for v in point] for point in re.findall(r"M(-?\d+) (-?\d+)", d)])
+    moves = np.array([[int(v) for v in point] for point in re.findall(r"[Mm](-?\d+) (-?\d+)", d)])
+    moves[1:, 0] += 1  # each dot is one unit long
+    return moves.cumsum(axis=0)
 
 
 @pytest.mark.parametrize("name", ["noisy", "outliers"])
