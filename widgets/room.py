@@ -61,31 +61,20 @@ def still(scene: Scene, ghost: Pose | None = None) -> tuple[Mark, ...]:
     )
 
 
-def source(scene: Scene, pose: Pose, *marks: Mark, placing: Placing = PLACING) -> Group:
-    """The moving cloud with the stalk of its turning handle, and `marks` that move with it, as the group 'source'."""
-    return Group(
-        "source", (placing.stalk(pose, ANCHOR), *marks, Points(pose.apply(scene.source), "source", radius=3.0))
-    )
+def source(scene: Scene, pose: Pose, used: BoolArray | None = None, placing: Placing = PLACING) -> Group:
+    """The moving cloud with the stalk of its turning handle, as the group 'source'; points not used (m,) are pale."""
+    weight = None if used is None or used.all() else np.where(used, 1.0, 0.3)
+    points = Points(pose.apply(scene.source), "source", radius=2.5, weight=weight)
+    return Group("source", (placing.stalk(pose, ANCHOR), points))
 
 
 def pair_lines(moved: Array, partners: Array, used: BoolArray, gated: BoolArray) -> tuple[Mark, ...]:
-    """One line a pair, moved (m, 2) to partners (m, 2): those used, those outside a gate, and the rest, trimmed.
-
-    They are told apart by colour, by dash, and at the source point by nothing, a cross, a ring.
-    """
+    """One line a pair, moved (m, 2) to partners (m, 2): those used, those outside a gate, and the rest, trimmed."""
     trimmed = ~used & ~gated
     return (
         Segments(moved[gated], partners[gated], "outlier", dashed=True),
         Segments(moved[trimmed], partners[trimmed], "weak", dashed=True),
         Segments(moved[used], partners[used], "pair"),
-    )
-
-
-def pair_marks(moved: Array, used: BoolArray, gated: BoolArray) -> tuple[Mark, ...]:
-    """The source points whose pairs are not used: a cross outside the gate, a ring where trimmed."""
-    return (
-        Points(moved[gated], "outlier", "cross", radius=3.5),
-        Points(moved[~used & ~gated], "weak", "ring", radius=4.5),
     )
 
 
@@ -99,8 +88,8 @@ def error_chart(rotation: Sequence[float], translation: Sequence[float], steps: 
         "errors",
         "Errors against the truth over the steps",
         [
-            Series(k, rotation, "ink", "rotation, °"),
-            Series(k, translation, "accent", "translation, u", dashed=True),
+            Series(k, rotation, "ink", "rotation, °", dots=True),
+            Series(k, translation, "accent", "translation, u", dashed=True, dots=True),
         ],
         x_label="step",
         y_label="Error against the truth, ° and u",
@@ -109,7 +98,7 @@ def error_chart(rotation: Sequence[float], translation: Sequence[float], steps: 
         log=True,
         now=float(len(rotation) - 1),
         width=width,
-        height=0.56 * width,
+        height=0.53 * width,
     )
 
 
