@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment
 from markupsafe import Markup
 
+import solvers
+import widgets
 from widgets.contract import Widget
 from widgets.registry import WIDGETS
 
-from . import emblem, fonts, outside, runtime
+from . import emblem, fonts, outside, plotting, runtime
 from .assets import HEADERS, Assets, read_assets, service_worker
 from .cite import Reference, read_references, unused
 from .claims import read_results, tests_for
@@ -25,7 +27,8 @@ from .files import fingerprint, short_hash, write
 from .maths import Mathematics
 from .maths import render as render_formulas
 from .outside import Progress, quiet
-from .pages import Writer, environment, figure_html, figure_view
+from .pages import Writer, environment, figure_html, figure_view, plot_html
+from .plotting import Gallery, Placed, Plot
 from .problems import BuildFailed, Place, Problem, Problems
 from .publish import publish
 from .render import Body, Known, render
@@ -53,6 +56,7 @@ class Parts:
     """What a build is made of beside content and templates; tests put others in their place."""
 
     widgets: Mapping[str, Widget]
+    plots: Mapping[str, Plot] = field(default_factory=plotting.known)
     assemble: Callable[..., runtime.RuntimeInfo] | None = runtime.assemble
     cut_fonts: Callable[..., fonts.FontSet] | None = fonts.make
     draw_emblem: Callable[..., Mapping[str, bytes]] | None = emblem.make
@@ -82,14 +86,15 @@ def build(
     site = read_site(root, problems)
     chapters = read_chapters(root, site, problems, drafts)
     references = read_references(root, problems)
-    surveys = [survey(chapter, parts.widgets, problems) for chapter in chapters]
+    surveys = [survey(chapter, parts.widgets, parts.plots, problems) for chapter in chapters]
     formulas = [asked for one in surveys for asked in one.formulas]
     mathematics = render_formulas(formulas, site.macros, cache, problems, progress)
     templates = environment(root)
     started = _runtime(root, parts, cache, progress)
     templates.globals["wheel"] = f"runtime/{started.wheel}" if started else ""
     bakery = Bakery(parts.widgets, cache)
-    values = Values(cache, code_hash())
+    gallery = Gallery(parts.plots, cache, progress)
+    values = Values(cache, {"solvers": code_hash((solvers,)), "widgets": code_hash((solvers, widgets))}, gallery)
     tapes = record_tapes(surveys, bakery, problems, progress)
     known = Known(
         root,
@@ -102,6 +107,7 @@ def build(
         values,
         bakery.frames,
         lambda figure, caption: Markup(""),
+        _plot_drawer(gallery, plot_html(templates), problems),
         problems,
     )
     draw = figure_html(templates)
@@ -151,6 +157,19 @@ def _figure_drawer(
     def drawn(figure: Figure, caption: Markup) -> Markup:
         tape = tapes.get((one.chapter.name, figure.id))
         return draw(figure_view(figure, tape.first, tape.name, caption)) if tape else Markup("")
+
+    return drawn
+
+
+def _plot_drawer(
+    gallery: Gallery, draw: Callable[[Placed, plotting.Drawn, Markup], Markup], problems: Problems
+) -> Callable[[Placed, Markup], Markup]:
+    def drawn(placed: Placed, caption: Markup) -> Markup:
+        try:
+            return draw(placed, gallery.drawn(placed), caption)
+        except Exception as error:  # a plot's own mistake: the author sees which and why
+            problems.add(placed.place, f"the plot cannot be drawn: {type(error).__name__}: {error}")
+            return Markup("")
 
     return drawn
 

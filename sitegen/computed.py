@@ -1,4 +1,8 @@
-"""Numbers in the text given by a call, like `solvers.ransac.trials(0.5, 0.99, 2)`: evaluated by the build, and kept."""
+"""Numbers in the text given by a call, like `solvers.ransac.trials(0.5, 0.99, 2)`: evaluated by the build, and kept.
+
+`plots.trial_budget.needed(0.5)` is a function of a plot's module, over what that computed; it stands first among the
+arguments, unwritten.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +11,7 @@ import importlib
 import json
 import math
 import re
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,9 +21,11 @@ from typing import Any
 from widgets.picture import SUPERSCRIPT
 
 from .files import write
+from .plotting import Gallery
 from .problems import hint
 
-NAMESPACES = ("solvers", "widgets")
+OURS = ("solvers", "widgets")
+NAMESPACES = (*OURS, "plots")
 
 
 class CallError(ValueError):
@@ -54,7 +61,7 @@ def read_call(text: str) -> Call:
         node = node.value
     if not isinstance(node, ast.Name) or node.id not in NAMESPACES or not names:
         root = node.id if isinstance(node, ast.Name) else ast.unparse(node)
-        raise CallError(f"calls begin with solvers. or widgets., not {root!r}{hint(root, NAMESPACES)}", 0)
+        raise CallError(f"calls begin with solvers., widgets. or plots., not {root!r}{hint(root, NAMESPACES)}", 0)
     names.append((node.id, 0))
     positional = tuple(_literal(text, argument) for argument in tree.args)
     named: dict[str, Any] = {}
@@ -105,14 +112,17 @@ def _names(thing: Any) -> list[str]:
 
 def _is_ours(thing: Any) -> bool:
     home = thing.__name__ if isinstance(thing, ModuleType) else getattr(thing, "__module__", "")
-    return (callable(thing) or isinstance(thing, ModuleType)) and str(home).partition(".")[0] in NAMESPACES
+    return (callable(thing) or isinstance(thing, ModuleType)) and str(home).partition(".")[0] in OURS
 
 
 def evaluate(call: Call) -> int | float:
     """The number that the call gives. Raises CallError where it gives none, or fails."""
-    function = resolve(call)
+    return _number(resolve(call), call)
+
+
+def _number(function: Any, call: Call, *before: Any) -> int | float:
     try:
-        result = function(*call.positional, **call.named)
+        result = function(*before, *call.positional, **call.named)
     except Exception as error:  # whatever the solver objects to is the author's to see
         raise CallError(f"{type(error).__name__}: {error}", 0) from error
     value = result.item() if hasattr(result, "item") and getattr(result, "ndim", 1) == 0 else result
@@ -121,25 +131,49 @@ def evaluate(call: Call) -> int | float:
     return value
 
 
-class Values:
-    """Evaluated calls, kept in a file for one state of the code."""
+def of_plot(call: Call, gallery: Gallery) -> int | float:
+    """The number that a call of a plot's function gives. Raises CallError."""
+    (_, _), (module, module_at), *rest = call.names
+    plots = {name.replace("-", "_"): plot for name, plot in gallery.plots.items()}
+    if module not in plots:
+        raise CallError(f"no plot {module!r}{hint(module, plots)}", module_at)
+    plot = plots[module]
+    name, name_at = rest[0] if rest else ("", module_at)
+    if name not in plot.numbers or len(rest) != 1:
+        raise CallError(f"plots.{module} gives no {name!r}{hint(name, plot.numbers)}", name_at)
+    try:
+        result = gallery.result(plot)
+    except Exception as error:  # a plot's own mistake
+        raise CallError(f"the plot cannot be computed: {type(error).__name__}: {error}", 0) from error
+    return _number(plot.numbers[name], call, result)
 
-    def __init__(self, cache: Path, code: str) -> None:
-        self._path = cache / "values" / f"{code}.json"
-        self._known: dict[str, int | float] = json.loads(self._path.read_text("utf-8")) if self._path.is_file() else {}
-        self._new = False
+
+class Values:
+    """Evaluated calls, those of each package kept in a file for one state of its code; a plot keeps its own."""
+
+    def __init__(self, cache: Path, codes: Mapping[str, str], gallery: Gallery) -> None:
+        self._paths = {name: cache / "values" / f"{name}-{code}.json" for name, code in codes.items()}
+        self._known: dict[str, dict[str, int | float]] = {
+            name: json.loads(path.read_text("utf-8")) if path.is_file() else {} for name, path in self._paths.items()
+        }
+        self._new: set[str] = set()
+        self._gallery = gallery
 
     def value(self, call: Call) -> int | float:
         """The call's number, from the file where it is there. Raises CallError."""
-        if call.text not in self._known:
-            self._known[call.text] = evaluate(call)
-            self._new = True
-        return self._known[call.text]
+        package = call.names[0][0]
+        if package == "plots":
+            return of_plot(call, self._gallery)
+        known = self._known[package]
+        if call.text not in known:
+            known[call.text] = evaluate(call)
+            self._new.add(package)
+        return known[call.text]
 
     def keep(self) -> None:
         """Write down what is new."""
-        if self._new:
-            write(self._path, json.dumps(self._known, sort_keys=True).encode())
+        for name in sorted(self._new):
+            write(self._paths[name], json.dumps(self._known[name], sort_keys=True).encode())
 
 
 def printed(value: int | float, spec: str = "") -> str:

@@ -41,9 +41,10 @@ class Links:
         """The link that `:ref[text]` means; empty, and a problem, where it means none."""
         kind, _, name = text.partition(":")
         if kind == "fig" and name:
-            figures = {s.chapter.page: f for s in self.surveys if (f := s.figures.get(name))}
+            figures = {s.chapter.page: f for s in self.surveys if (f := s.figures.get(name) or s.plots.get(name))}
             found = {page: (figure.dom_id, f"Figure {figure.number}") for page, figure in figures.items()}
-            return self._numbered("figure", name, found, [f for s in self.surveys for f in s.figures], place)
+            names = [f for s in self.surveys for f in (*s.figures, *s.plots)]
+            return self._numbered("figure", name, found, names, place)
         if kind == "eq" and name:
             numbers = {s.chapter.page: s.equations[name] for s in self.surveys if name in s.equations}
             found = {page: (f"eq-{name}", f"({number})") for page, number in numbers.items()}

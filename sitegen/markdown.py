@@ -1,7 +1,7 @@
 """Markdown → tokens: markdown-it with formulas, footnotes and directives, every token that can be wrong with its place.
 
-After parsing, directives are single tokens ("figure", "try", "aside", "value", "readout", "ref", "cite") or pairs
-("claim_open", "claim_close"), and footnote definitions are taken out of the flow.
+After parsing, directives are single tokens ("figure", "plot", "try", "aside", "value", "readout", "ref", "cite") or
+pairs ("claim_open", "claim_close"), and footnote definitions are taken out of the flow.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from mdit_py_plugins.footnote import footnote_plugin
 from .directives import Directive, DirectiveError, read
 from .problems import Place, Problems, hint
 
-BLOCK = ("figure", "try", "aside")
+BLOCK = ("figure", "plot", "try", "aside")
 INLINE = ("value", "readout", "claim", "ref")
 PLACED = ("link", "image", "math_inline", "footnote_ref", "autolink")
 CITATION = re.compile(r"\[(@[^\]\n]*)\]")

@@ -22,6 +22,7 @@ from .claims import Result, Test, anchor, standing
 from .content import Chapter, Site
 from .figures import Figure, Plain, dumps, first_frame, spec
 from .outside import Licence
+from .plotting import Drawn, Placed
 from .render import Body, highlighted
 
 SAID = {
@@ -222,6 +223,12 @@ def figure_html(templates: Environment) -> Callable[[FigureView], Markup]:
     """The figure macro of the templates."""
     macro = templates.get_template("figure.html").module.figure  # type: ignore[attr-defined]
     return lambda view: Markup(macro(view))
+
+
+def plot_html(templates: Environment) -> Callable[[Placed, Drawn, Markup], Markup]:
+    """The plot macro of the templates."""
+    macro = templates.get_template("graph.html").module.graph  # type: ignore[attr-defined]
+    return lambda placed, drawn, caption: Markup(macro(placed, drawn, caption))
 
 
 def _tree(contents: Sequence[tuple[int, str, Markup]]) -> list[dict[str, Any]]:

@@ -25,6 +25,7 @@ from .images import Image, read_image
 from .links import Links
 from .markdown import parser, text_of
 from .maths import Mathematics
+from .plotting import Placed
 from .problems import Place, Problems, hint
 from .survey import LINKS, Survey
 
@@ -43,6 +44,7 @@ class Known:
     values: Values
     frames: Callable[[str, Sequence[Plain]], list[Plain]]
     figure_html: Callable[[Figure, Markup], Markup]
+    plot_html: Callable[[Placed, Markup], Markup]
     problems: Problems
 
 
@@ -113,6 +115,7 @@ class _Renderer:
             "link_open": self._link_open,
             "footnote_ref": self._note_reference,
             "figure": self._figure,
+            "plot": self._plot,
             "try": self._try,
             "aside": lambda token: f'<div class="aside" role="note"><p>{self._inline(token.children)}</p></div>\n',
             "value": self._value,
@@ -224,6 +227,10 @@ class _Renderer:
     def _figure(self, token: Token) -> str:
         figure = token.meta["figure"]
         return "" if figure is None else str(self._known.figure_html(figure, Markup(self._inline(token.children))))
+
+    def _plot(self, token: Token) -> str:
+        plot = token.meta["plot"]
+        return "" if plot is None else str(self._known.plot_html(plot, Markup(self._inline(token.children))))
 
     def _try(self, token: Token) -> str:
         text = self._inline(token.children)

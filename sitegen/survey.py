@@ -17,6 +17,8 @@ from .directives import Attribute
 from .figures import Figure, changed, listed, placed
 from .markdown import ANCHOR, ascii_slug, text_of
 from .maths import Asked, Formula
+from .plotting import Placed, Plot
+from .plotting import placed as placed_plot
 from .problems import Place, Problems, hint
 
 # Ids that the templates and the figures give; no heading may have them.
@@ -42,12 +44,15 @@ class Survey:
     anchors: dict[str, Place] = field(default_factory=dict)
     headings: list[Heading] = field(default_factory=list)
     figures: dict[str, Figure] = field(default_factory=dict)
+    plots: dict[str, Placed] = field(default_factory=dict)
     equations: dict[str, str] = field(default_factory=dict)
     notes: dict[str, int] = field(default_factory=dict)
     formulas: list[Asked] = field(default_factory=list)
 
 
-def survey(chapter: Chapter, widgets: Mapping[str, Widget], problems: Problems) -> Survey:
+def survey(
+    chapter: Chapter, widgets: Mapping[str, Widget], plots: Mapping[str, Plot], problems: Problems
+) -> Survey:
     """The chapter's survey; what is wrong in itself goes to `problems`."""
     found = Survey(chapter)
     flow = chapter.document.tokens
@@ -58,6 +63,8 @@ def survey(chapter: Chapter, widgets: Mapping[str, Widget], problems: Problems) 
                 _heading(found, token, flow[i + 1], problems)
             case "figure":
                 _figure(found, token, widgets, problems)
+            case "plot":
+                _plot(found, token, plots, problems)
     every = [*flow, *(token for tokens in chapter.document.footnotes.values() for token in tokens)]
     for token in every:
         if token.type in ("math_block", "math_block_label"):
@@ -70,7 +77,7 @@ def survey(chapter: Chapter, widgets: Mapping[str, Widget], problems: Problems) 
     for token in every:
         if token.type == "try":
             _try(found, token, widgets, problems)
-        if token.type in ("figure", "try", "aside") and not token.children:
+        if token.type in ("figure", "plot", "try", "aside") and not token.children:
             problems.add(token.meta["place"], f"::{token.type} has no text")
     return found
 
@@ -120,12 +127,24 @@ def _is_own(name: str) -> bool:
 
 
 def _figure(found: Survey, token: Token, widgets: Mapping[str, Widget], problems: Problems) -> None:
-    number = found.chapter.numbered(len(found.figures) + 1)
-    figure = placed(token.meta["directive"], token.meta["at"], number, widgets, problems)
+    figure = placed(token.meta["directive"], token.meta["at"], _next(found), widgets, problems)
     token.meta["figure"] = figure
     if figure is not None:
         _anchor(found, figure.dom_id, figure.place, f"the figure {figure.id!r}", problems)
         found.figures.setdefault(figure.id, figure)
+
+
+def _plot(found: Survey, token: Token, plots: Mapping[str, Plot], problems: Problems) -> None:
+    plot = placed_plot(token.meta["directive"], token.meta["at"], _next(found), plots, problems)
+    token.meta["plot"] = plot
+    if plot is not None:
+        _anchor(found, plot.dom_id, plot.place, f"the figure {plot.id!r}", problems)
+        found.plots.setdefault(plot.id, plot)
+
+
+def _next(found: Survey) -> str:
+    """The number of the next figure: one series for live ones and plots."""
+    return found.chapter.numbered(len(found.figures) + len(found.plots) + 1)
 
 
 def _equation(found: Survey, token: Token, problems: Problems) -> None:

@@ -12,6 +12,8 @@ import pytest
 
 from sitegen import outside
 from sitegen.build import Parts, Report, build
+from sitegen.drawing import COLOURS
+from sitegen.plotting import Plot
 from sitegen.problems import BuildFailed
 from widgets.contract import Action, Button, Key, Widget
 from widgets.controls import choice, slider, toggle
@@ -162,6 +164,36 @@ TOY = Widget(
 )
 
 
+@dataclass(frozen=True)
+class Counted:
+    """What the plot of the small site computes."""
+
+    dots: tuple[tuple[float, float], ...]
+
+
+def draw_counted(result: Counted, figure: Any, narrow: bool) -> None:
+    axes = figure.subplots()
+    x, y = zip(*result.dots, strict=True)
+    axes.plot(x, y, "o-", color=COLOURS["source"])
+    axes.fill_between(x, y, color=COLOURS["truth"], alpha=0.2, linewidth=0)
+    axes.set_title("narrow & <small>" if narrow else "wide & <large>")
+
+
+TOY_PLOT = Plot(
+    name="toy-plot",
+    title="A toy's \"plot\"",
+    result=Counted,
+    compute=lambda: Counted(((0.0, 1.0), (1.0, 3.5), (2.0, 2.0))),
+    draw=draw_counted,
+    words=lambda result: f"{len(result.dots)} dots & <words>.",
+    table=lambda result: (["x", "y"], [[f"{x:g}", f"{y:g}"] for x, y in result.dots]),
+    numbers={"highest": lambda result, times=1: times * max(y for _, y in result.dots)},
+    sizes={"wide": (400, 200), "narrow": (200, 200)},
+    code="code",
+    look="look",
+)
+
+
 def _act(state: State, action: Action) -> State:
     return State(state.controls, state.seed, state.presses + (action.name == "go"))
 
@@ -185,6 +217,7 @@ class Project:
     def __init__(self, root: Path, cache: Path) -> None:
         self.root, self.cache = root, cache
         self.widgets: dict[str, Widget] = {"toy": TOY}
+        self.plots: dict[str, Plot] = {"toy-plot": TOY_PLOT}
         shutil.copytree(ROOT / "templates", root / "templates")
         for name in ("solvers", "widgets"):
             (root / name).mkdir()
@@ -209,7 +242,7 @@ class Project:
         return self.root / "site"
 
     def build(self, **options: Any) -> Report:
-        parts = Parts(self.widgets, assemble=None, cut_fonts=None, licences=lambda names, cache: [])
+        parts = Parts(self.widgets, self.plots, assemble=None, cut_fonts=None, licences=lambda names, cache: [])
         return build(self.root, self.site, cache=self.cache, parts=parts, pack=False, **options)
 
     def page(self, name: str) -> str:

@@ -9,10 +9,12 @@ from sitegen.content import Chapter
 from sitegen.markdown import Source, parse
 from sitegen.problems import Problems
 from sitegen.survey import survey
-from tests.sitegen.conftest import TOY
+from tests.sitegen.conftest import TOY, TOY_PLOT
 
 FRAGMENTS = [
     "::figure[",
+    "::plot[",
+    "{toy-plot id=p}",
     "::try[",
     "::aside[",
     ":claim[",
@@ -63,7 +65,7 @@ def test_any_text_is_parsed(text: str) -> None:
     problems = Problems()
     source = Source("content/01-a.md", text, problems)
     chapter = Chapter(source, parse(source), "a", "a", "A", "1", "", "", (), False, None)
-    survey(chapter, {"toy": TOY}, problems)
+    survey(chapter, {"toy": TOY}, {"toy-plot": TOY_PLOT}, problems)
     lines = text.split("\n")
     for problem in problems.found:
         assert 1 <= problem.line <= len(lines), problem

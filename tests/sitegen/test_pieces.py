@@ -12,6 +12,7 @@ from sitegen.cite import family_name, read_references
 from sitegen.computed import CallError, Values, evaluate, printed, read_call
 from sitegen.directives import Attribute, DirectiveError, attributes, read
 from sitegen.figures import FIGURES, code_hash, code_of
+from sitegen.plotting import Gallery
 from sitegen.problems import Problems, hint
 from tests.sitegen.conftest import Project
 from widgets.registry import WIDGETS
@@ -95,7 +96,8 @@ def test_numbers_as_printed(value: float, spec: str, text: str) -> None:
 def test_a_call_is_evaluated_once_for_one_state_of_the_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     call = read_call('solvers.validate.number(2.5, "x")')
     assert evaluate(call) == 2.5
-    values = Values(tmp_path, "code")
+    gallery = Gallery({}, tmp_path)
+    values = Values(tmp_path, {"solvers": "code", "widgets": "one"}, gallery)
     assert values.value(call) == 2.5
     values.keep()
 
@@ -103,9 +105,9 @@ def test_a_call_is_evaluated_once_for_one_state_of_the_code(tmp_path: Path, monk
         raise AssertionError("evaluated again")
 
     monkeypatch.setattr("sitegen.computed.evaluate", never)
-    assert Values(tmp_path, "code").value(call) == 2.5
+    assert Values(tmp_path, {"solvers": "code", "widgets": "another"}, gallery).value(call) == 2.5
     with pytest.raises(AssertionError, match="again"):
-        Values(tmp_path, "other code").value(call)
+        Values(tmp_path, {"solvers": "other code", "widgets": "one"}, gallery).value(call)
 
 
 @pytest.mark.parametrize(

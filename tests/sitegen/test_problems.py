@@ -81,7 +81,7 @@ BROKEN = {
     ),
     "other package": (
         "A :value[os.getcwd()]\n",
-        ["7:10: calls begin with solvers. or widgets., not 'os'; there are solvers, widgets"],
+        ["7:10: calls begin with solvers., widgets. or plots., not 'os'; there are plots, solvers, widgets"],
     ),
     "no literal": (
         'A :value[solvers.validate.number(x, "x")]\n',

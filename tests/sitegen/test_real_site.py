@@ -8,7 +8,7 @@ from sitegen.build import build
 from sitegen.outside import cache_dir
 
 ROOT = Path(__file__).resolve().parents[2]
-MADE_ANEW = ("frames", "values", "maths", "packed", "runtime")
+MADE_ANEW = ("frames", "values", "drawings", "maths", "packed", "runtime")
 
 
 def contents(folder: Path) -> dict[str, bytes]:

@@ -1,0 +1,144 @@
+"""RANSAC's trial budget: what the formula asks for, and how often runs of that length failed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from sitegen.plots._rates import percent, seeds, wilson
+from solvers import Pose, register
+from solvers.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE
+from solvers.metrics import rre, rte
+from solvers.ransac import trials
+
+TITLE = "Trial budget against inlier fraction, and measured failures at the budget"
+SIZES = {"wide": (720, 360), "narrow": (350, 640)}
+
+PAIRS, NOISE, INLIER, SEPARATION = 40, 0.06, 0.25, 0.7
+CONFIDENCES = (0.9, 0.99, 0.999)
+SHARES = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
+RUNS = 2000
+LEAST = 2e-4  # the floor of the second chart's log scale: less than one run
+FIELD = ((-4.5, -2.8), (4.5, 2.8))
+TRUTH = Pose.from_angle(np.radians(50.0), (2.6, 0.9))
+
+
+@dataclass(frozen=True)
+class Result:
+    """budgets, failures: by confidence, then by share; failures of `runs`."""
+
+    runs: int
+    confidences: tuple[float, ...]
+    shares: tuple[float, ...]
+    budgets: tuple[tuple[int, ...], ...]
+    failures: tuple[tuple[int, ...], ...]
+
+
+def compute() -> Result:
+    """Runs of exactly N trials, N from the true share of right pairs; what the run itself estimates ends none."""
+    budgets = [[int(trials(share, p, 2)) for share in SHARES] for p in CONFIDENCES]
+    failures = []
+    for row in budgets:
+        counts = []
+        for share, budget in zip(SHARES, row, strict=True):
+            drawn = [_matches(share, seed) for seed in seeds(RUNS)]
+            source, target = (np.stack(clouds) for clouds in zip(*drawn, strict=True))
+            found = register(
+                source, target, "ransac", seed=seeds(RUNS), inlier=INLIER, separation=SEPARATION, most=budget,
+                confidence=1.0 - 1e-12, max_steps=budget + 50,
+            )  # fmt: skip
+            near = (np.degrees(rre(found.pose, TRUTH)) < CLOSE_DEGREES) & (rte(found.pose, TRUTH) < CLOSE_DISTANCE)
+            counts.append(int(np.count_nonzero(~near)))
+        failures.append(tuple(counts))
+    return Result(RUNS, CONFIDENCES, SHARES, tuple(map(tuple, budgets)), tuple(failures))
+
+
+def _matches(share: float, seed: int) -> tuple[Any, Any]:
+    """Proposed pairs: points of a field of 9 × 5.6 u, their partners moved and noisy, the rest anywhere in it."""
+    rng = np.random.default_rng(seed)
+    source, unit = rng.uniform(*FIELD, (PAIRS, 2)), rng.standard_normal((PAIRS, 2))
+    order, elsewhere = rng.permutation(PAIRS), rng.uniform(*FIELD, (PAIRS, 2))
+    target = TRUTH.apply(source) + NOISE * unit
+    wrong = order[: PAIRS - round(share * PAIRS)]
+    target[wrong] = TRUTH.apply(elsewhere[wrong])
+    return source, target
+
+
+def budget(result: Result, share: float, confidence: float) -> int:
+    """N for a share of right pairs and a confidence of the picture."""
+    return result.budgets[result.confidences.index(confidence)][result.shares.index(share)]
+
+
+def failed(result: Result, share: float, confidence: float) -> float:
+    """The failures at that budget, in percent of the runs."""
+    return 100.0 * result.failures[result.confidences.index(confidence)][result.shares.index(share)] / result.runs
+
+
+def runs(result: Result) -> int:
+    """How many runs each dot stands for."""
+    return result.runs
+
+
+def words(result: Result) -> str:
+    """The picture in words."""
+    half = result.shares.index(0.5)
+    asks = ", ".join(f"{row[half]} at p = {p:g}" for p, row in zip(result.confidences, result.budgets, strict=True))
+    least = ", ".join(f"{row[0]} at p = {p:g}" for p, row in zip(result.confidences, result.budgets, strict=True))
+    said = []
+    for p, row in zip(result.confidences, result.failures, strict=True):
+        rates = [k / result.runs for k in row]
+        said.append(f"{percent(min(rates))} to {percent(max(rates))} where {percent(1.0 - p)} are promised")
+    return (
+        f"Two charts over the inlier fraction w. First, the number of trials N for samples of two pairs, log scale: it "
+        f"falls steeply with w. With half of the pairs right the formula asks for {asks}; with three in ten right, "
+        f"for {least}. Second, the share of {result.runs} runs of exactly N trials that ended more than 5° or 0.2 u "
+        f"from the truth ({PAIRS} pairs, noise of {NOISE} u, ε = {INLIER} u), for w from {result.shares[0]} to "
+        f"{result.shares[-1]}: {'; '.join(said)}."
+    )
+
+
+def table(result: Result) -> tuple[list[str], list[list[str]]]:
+    """N and failures for each w."""
+    heads = ["w", *(f"{what}, p = {p:g}" for p in result.confidences for what in ("N", "failed"))]
+    rows = []
+    for i, share in enumerate(result.shares):
+        cells = [f"{share:.1f}"]
+        for budgets, failures in zip(result.budgets, result.failures, strict=True):
+            low, high = wilson(failures[i], result.runs)
+            interval = f"{100 * low:.2f} to {100 * high:.2f} %"
+            cells += [str(budgets[i]), f"{100 * failures[i] / result.runs:.2f} % ({interval})"]
+        rows.append(cells)
+    return heads, rows
+
+
+def draw(result: Result, figure: Any, narrow: bool) -> None:
+    """The formula's curves, and failures against what is promised."""
+    from sitegen.drawing import COLOURS
+    from sitegen.plots._look import axes_in, label, measured, titled
+
+    wide = [(34, 62, 290, 246), (416, 62, 244, 246)]
+    formula, failures = axes_in(figure, narrow, wide, [(34, 60, 290, 210), (46, 384, 236, 204)])
+
+    titled(formula, "Trials that the formula asks for", "inlier fraction w", "N before it is rounded up, log scale")
+    share = np.linspace(0.2, 0.995, 160)
+    for p in result.confidences:
+        needed = np.log1p(-p) / np.log1p(-(share**2))
+        shown = needed >= 1.0
+        formula.plot(share[shown], needed[shown], color=COLOURS["accent"])
+        label(formula, share[0], needed[0], f"p = {p:g}", "accent", dx=-5, ha="right")
+    formula.set(yscale="log", ylim=(0.8, 300), xlim=(0.0, 1.0), xticks=[0.0, 0.2, 0.4, 0.6, 0.8, 1.0])
+    formula.set_yticks([1, 10, 100], ["1", "10", "100"])
+
+    titled(failures, "Runs of N trials that failed", "inlier fraction w", "share of runs, log scale")
+    failures.grid(False)
+    for p, row, aside in zip(result.confidences, result.failures, (-0.014, 0.0, 0.014), strict=True):
+        failures.axhline(1.0 - p, color=COLOURS["guide"], linewidth=1.25, dashes=(4, 3))
+        low, high = zip(*(wilson(k, result.runs) for k in row), strict=True)
+        x = [share + aside for share in result.shares]
+        y = [max(k / result.runs, LEAST) for k in row]
+        measured(failures, x, y, np.maximum(low, LEAST), high, "accent")
+        label(failures, 0.94, 1.0 - p, f"p = {p:g}", "soft", dx=5)
+    failures.set(yscale="log", ylim=(LEAST, 0.2), xlim=(0.26, 0.94), xticks=[0.3, 0.5, 0.7, 0.9])
+    failures.set_yticks([LEAST, 1e-3, 1e-2, 0.1], ["none", "0.1 %", "1 %", "10 %"])

@@ -1,0 +1,233 @@
+"""Regression figures: which there are, what they computed and how that looks, kept by the hash of what made them."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import json
+import pkgutil
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from functools import cache as once
+from importlib import import_module
+from importlib.metadata import version
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import sitegen.plots
+import solvers
+
+from .directives import Directive
+from .figures import code_hash, listed
+from .files import fingerprint, kept
+from .outside import Progress, quiet
+from .problems import Place, Problems, hint
+
+FORMAT = "1"  # of what is kept; raised when its form changes
+SIZES = {"wide": (680, 380), "narrow": (350, 340)}  # px; the page shows the one that fits
+FOLDER = Path(sitegen.plots.__path__[0])
+OWN = ("compute", "draw", "words", "table")
+
+Table = tuple[Sequence[str], Sequence[Sequence[str]]]
+
+
+@dataclass(frozen=True)
+class Plot:
+    """A regression figure as its module has it. code: the hash of what `compute` runs; look: of all of the module."""
+
+    name: str
+    title: str
+    result: type
+    compute: Callable[[], Any]
+    draw: Callable[[Any, Any, bool], None]
+    words: Callable[[Any], str]
+    table: Callable[[Any], Table] | None
+    numbers: Mapping[str, Callable[..., Any]]
+    sizes: Mapping[str, tuple[int, int]]
+    code: str
+    look: str
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A plot in a chapter."""
+
+    id: str
+    number: str
+    plot: Plot
+    place: Place
+
+    @property
+    def dom_id(self) -> str:
+        """The id of its element, and what its SVGs' ids begin with."""
+        return f"fig-{self.id}"
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """What a page shows of a plot: its drawings by size, the words that say the same, and the numbers as a table."""
+
+    svgs: Mapping[str, str]
+    words: str
+    table: Table | None
+
+
+@once
+def known() -> dict[str, Plot]:
+    """Every plot by the name that chapters use."""
+    names = sorted(module.name for module in pkgutil.iter_modules([str(FOLDER)]) if not module.name.startswith("_"))
+    return {name.replace("_", "-"): read(import_module(f"sitegen.plots.{name}")) for name in names}
+
+
+def read(module: ModuleType) -> Plot:
+    """The plot that a module is."""
+    name = module.__name__.rpartition(".")[2]
+    own = {
+        key: value
+        for key, value in vars(module).items()
+        if inspect.isfunction(value) and value.__module__ == module.__name__ and not key.startswith("_")
+    }
+    source = Path(str(module.__file__)).read_text("utf-8")
+    helpers = [(path.name, path.read_bytes()) for path in FOLDER.glob("_*.py")]
+    return Plot(
+        name.replace("_", "-"),
+        module.TITLE,
+        module.Result,
+        own["compute"],
+        own["draw"],
+        own["words"],
+        own.get("table"),
+        {key: value for key, value in own.items() if key not in OWN},
+        {**SIZES, **getattr(module, "SIZES", {})},
+        runs(source),
+        fingerprint([("module", source.encode()), *helpers]),
+    )
+
+
+def runs(source: str, first: str = "compute") -> str:
+    """The hash of what a module's function runs of it: all that it names, and what those name, without comments.
+
+    A helper of the folder counts as a whole. So an edit of the drawing computes nothing anew.
+    """
+    named: dict[str, ast.stmt] = {}
+    for node in ast.parse(source).body:
+        for name in _defines(node):
+            named[name] = node
+    reached: dict[str, str] = {}
+    waiting = [first]
+    while waiting:
+        name = waiting.pop()
+        if name in reached or name not in named:
+            continue
+        node = named[name]
+        reached[name] = ast.unparse(node)
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("sitegen.plots."):
+            reached[name] += (FOLDER / f"{(node.module or '').rpartition('.')[2]}.py").read_text("utf-8")
+        waiting += sorted({each.id for each in ast.walk(node) if isinstance(each, ast.Name)})
+    return fingerprint((name, text.encode()) for name, text in reached.items())
+
+
+def _defines(node: ast.stmt) -> list[str]:
+    """The names that a statement at a module's top gives a meaning."""
+    match node:
+        case ast.FunctionDef() | ast.ClassDef():
+            return [node.name]
+        case ast.Import() | ast.ImportFrom():
+            return [(alias.asname or alias.name).partition(".")[0] for alias in node.names]
+        case ast.Assign():
+            return [each.id for target in node.targets for each in ast.walk(target) if isinstance(each, ast.Name)]
+        case ast.AnnAssign(target=ast.Name() as target):
+            return [target.id]
+    return []
+
+
+def placed(
+    directive: Directive, at: Callable[[int], Place], number: str, plots: Mapping[str, Plot], problems: Problems
+) -> Placed | None:
+    """The plot that a `::plot` line places; None where it names none."""
+    given = listed(directive, at, problems)
+    bare = [a for a in given if not a.name]
+    if not bare:
+        problems.add(at(directive.attributes_start), "a plot's name is expected first: {trial-budget id=budget}")
+        return None
+    for extra in bare[1:]:
+        problems.add(at(extra.start), f"name=value is expected, not {extra.value!r}")
+    plot = plots.get(bare[0].value)
+    if plot is None:
+        problems.add(at(bare[0].start), f"no plot {bare[0].value!r}{hint(bare[0].value, plots)}")
+        return None
+    plot_id = plot.name
+    for attribute in (a for a in given if a.name):
+        if attribute.name != "id":
+            problems.add(
+                at(attribute.start), f"a plot has no {attribute.name!r}, only an id{hint(attribute.name, ['id'])}"
+            )
+        elif not re.fullmatch(r"[A-Za-z0-9-]+", attribute.value):
+            problems.add(
+                at(attribute.value_start), f"{attribute.value!r} is no id: ASCII letters, digits and hyphens"
+            )
+        else:
+            plot_id = attribute.value
+    return Placed(plot_id, number, plot, at(directive.start))
+
+
+class Gallery:
+    """Results and drawings, each made once for what it is made of."""
+
+    def __init__(self, plots: Mapping[str, Plot], cache: Path, progress: Progress = quiet) -> None:
+        self.plots = plots
+        self._cache, self._progress = cache, progress
+        self._solvers = once(lambda: code_hash((solvers,)))
+        self._results: dict[str, Any] = {}
+
+    def result(self, plot: Plot) -> Any:
+        """What the plot computed. What its module raises is raised."""
+        if plot.name not in self._results:
+            key = fingerprint([(FORMAT, b""), ("solvers", self._solvers().encode()), ("own", plot.code.encode())])
+
+            def make() -> bytes:
+                self._progress(f"computing {plot.name}", 0, 1)
+                made = json.dumps(asdict(plot.compute()), allow_nan=False).encode()
+                self._progress(f"computing {plot.name}", 1, 1)
+                return made
+
+            # Also a new result comes from its bytes, so that kept and new are the same.
+            plain = json.loads(kept(self._cache / "plots" / f"{plot.name}-{key[:24]}.json", make))
+            self._results[plot.name] = plot.result(**{name: _tuples(value) for name, value in plain.items()})
+        return self._results[plot.name]
+
+    def drawn(self, placed: Placed) -> Drawn:
+        """The plot for its page. What its module raises is raised."""
+        plot, result = placed.plot, self.result(placed.plot)
+        from . import drawing
+
+        source = Path(str(drawing.__file__)).read_bytes()
+        key = fingerprint(
+            [
+                (f"{FORMAT} {version('matplotlib')} {placed.dom_id}", plot.look.encode()),
+                ("result", json.dumps(asdict(result)).encode()),
+                ("drawing", source + drawing.TOKENS.read_bytes()),
+            ]
+        )
+
+        def make() -> bytes:
+            self._progress(f"drawing {plot.name}", 0, 1)
+            drawings = {
+                name: drawing.draw(
+                    lambda figure, name=name: plot.draw(result, figure, name == "narrow"),  # type: ignore[misc]
+                    size,
+                    f"{placed.dom_id}-{name}",
+                )
+                for name, size in plot.sizes.items()
+            }
+            self._progress(f"drawing {plot.name}", 1, 1)
+            return json.dumps(drawings).encode()
+
+        svgs = json.loads(kept(self._cache / "drawings" / f"{plot.name}-{key[:24]}.json", make))
+        return Drawn(svgs, plot.words(result), plot.table(result) if plot.table else None)
+
+
+def _tuples(value: Any) -> Any:
+    return tuple(map(_tuples, value)) if isinstance(value, list) else value
