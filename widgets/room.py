@@ -18,7 +18,7 @@ from solvers.stepper import Problem
 
 from .chart import Series, chart
 from .controls import Value
-from .picture import Array, Group, Mark, Panel, Path, Points, Segments, View
+from .picture import Array, Group, Mark, Panel, Path, Points, Role, Segments, View
 from .placing import Placing
 
 VIEW = View(-6.4, 6.4, -4.6, 4.6)
@@ -51,14 +51,18 @@ def single(pose: Pose) -> Pose:
     return Pose(pose.R[0], pose.t[0], np.asarray(pose.scale)[0])
 
 
+def outline(scene: Scene, pose: Pose, role: Role) -> tuple[Path, ...]:
+    """The room at a pose; a broad band at the truth."""
+    return tuple(Path(pose.apply(line), role, thick=role == "truth") for line in scene.outline)
+
+
 def still(scene: Scene, ghost: Pose | None = None) -> tuple[Mark, ...]:
-    """What does not move: the outline where the run began, the outline at the true pose, the target."""
-    began = [] if ghost is None else [Path(ghost.apply(line), "ghost") for line in scene.outline]
-    return (
-        *began,
-        *(Path(scene.truth.apply(line), "truth", thick=True) for line in scene.outline),
-        Points(scene.target, "target", "square", radius=2.5),
-    )
+    """What does not move: the outline where the run began, the outline at the true pose, the target.
+
+    Without a ghost it is the same for a whole run: kept in a figure's state, it is turned into markup once.
+    """
+    began = () if ghost is None else outline(scene, ghost, "ghost")
+    return (*began, *outline(scene, scene.truth, "truth"), Points(scene.target, "target", "square", radius=2.5))
 
 
 def source(scene: Scene, pose: Pose, used: BoolArray | None = None, placing: Placing = PLACING) -> Group:

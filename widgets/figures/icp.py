@@ -13,7 +13,7 @@ from ..chart import Series, chart
 from ..contract import Action, Button, Key, Motion, Widget
 from ..controls import choice, slider
 from ..icp_run import Rule, Run, begun
-from ..picture import Array, Panel, Picture, Points, Readout, degrees, number
+from ..picture import Array, Mark, Panel, Picture, Points, Readout, degrees, number
 from ..placing import HANDLES, place, written
 from ..room import (
     ANCHOR,
@@ -24,6 +24,7 @@ from ..room import (
     SETTINGS,
     VIEW,
     error_chart,
+    outline,
     pair_lines,
     source,
     still,
@@ -69,22 +70,24 @@ def rule(c: Controls) -> Rule:
     if c.objective == "capped":
         return Rule("capped-icp", {"cap": c.gate if gated else np.inf}, True, not gated)
     options = {**({"gate": c.gate} if gated else {}), **({"trim": c.trim / 100.0} if trimmed else {})}
-    return Rule("icp", options, not options, not options)
+    # A fraction of all pairs is a fixed count; of those within a gate it is not.
+    return Rule("icp", options, not gated, not gated)
 
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """The controls and the run that they began."""
+    """The controls and the run that they began. backdrop: what no step moves."""
 
     controls: Controls
     run: Run
+    backdrop: tuple[Mark, ...]
 
 
 def start(controls: Controls, seed: int) -> State:
     """The scene from the start that the two numbers give."""
     c = controls
     scene = room(c.scene, seed=seed, noise=c.noise, outliers=c.outliers / 100.0, overlap=c.overlap / 100.0)
-    return State(c, begun(rule(c), scene, room_start(c.turn, c.offset), STEPS))
+    return State(c, begun(rule(c), scene, room_start(c.turn, c.offset), STEPS), still(scene))
 
 
 def act(state: State, action: Action) -> State:
@@ -112,7 +115,8 @@ def draw(state: State) -> Picture:
     partners, used = now.index.points[0, now.pairing.rows[0]], now.pairing.used[0]
     gated = ~used & (now.pairing.distances[0] > now.reach[0])
     marks = (
-        *still(run.scene, run.began if run.steps else None),
+        *(outline(run.scene, run.began, "ghost") if run.steps else ()),
+        *state.backdrop,
         *pair_lines(moved, partners, used, gated),
         source(run.scene, run.pose, used),
     )
@@ -183,7 +187,7 @@ def _readouts(run: Run) -> tuple[Readout, ...]:
     last = run.course[-1]
     falls = {(True, True): "RMS and objective", (True, False): "the objective", (False, False): "neither"}
     return (
-        Readout("rms", "RMS over the pairs used", number(last.rms, 3), "u", "source"),
+        Readout("rms", "RMS over the pairs used", number(last.rms, 3) if last.used else "–", "u", "source"),
         Readout("rms_truth", "RMS at the truth, same rule", number(float(run.truth.rms[0]), 3), "u", "truth"),
         Readout("used", "Pairs used", f"{last.used} of {len(run.scene.source)}"),
         Readout("objective", "Objective", number(float(run.batch.objective()[0]), 3), "u²"),
@@ -221,8 +225,9 @@ def _description(c: Controls, run: Run, gated: int) -> str:
         f" {number(c.overlap, 0)} % of the room.",
         f"After {run.steps} step{'' if run.steps == 1 else 's'} the source lies turned by {degrees(heading)}° with its"
         f" origin at ({number(x)}, {number(y)}) u.",
-        f"A line joins each source point to its nearest target point; {last.used} of {n} pairs are used, at an RMS of"
-        f" {number(last.rms, 3)} u. By the same rule it is {number(float(run.truth.rms[0]), 3)} u at the true pose.",
+        f"A line joins each source point to its nearest target point; {last.used} of {n} pairs are used"
+        + (f", at an RMS of {number(last.rms, 3)} u." if last.used else ".")
+        + f" By the same rule it is {number(float(run.truth.rms[0]), 3)} u at the true pose.",
     ]
     if gated:
         words.append(f"{gated} pairs lie farther apart than {number(c.gate)} u.")
@@ -240,10 +245,10 @@ def _description(c: Controls, run: Run, gated: int) -> str:
 
 def _promise(chosen: Rule) -> str:
     if chosen.rms_falls:
-        return "With this objective neither the sum of squares nor the RMS can rise."
+        return "The number of pairs is fixed: neither the sum of squares nor the RMS can rise."
     if chosen.objective_falls:
         return "The capped sum of squares cannot rise; the RMS over the pairs used can."
-    return "With the gate or the trimming both the sum of squares and the RMS can rise."
+    return "With the gate the number of pairs is free: both the sum of squares and the RMS can rise."
 
 
 def python(state: State) -> str:
@@ -265,7 +270,7 @@ def python(state: State) -> str:
         f"max_steps={run.steps}{options})",
         'pairs = result.detail("pairing")',
         "",
-        'print("rms", pairs.rms)',
+        *(['print("rms", pairs.rms)'] if run.course[-1].used else []),
         'print("objective", result.objective)',
         'print("rotation_error", np.degrees(rre(result.pose, scene.truth)))',
         'print("translation_error", rte(result.pose, scene.truth))',
@@ -283,7 +288,7 @@ PRESETS: dict[str, dict[str, Any]] = {
     "gated": {"turn": 45.0, "offset": 1.43, "gate": 0.6},
     "striped": {"scene": "striped", "objective": "count"},
     "outliers": {"scene": "outliers"},
-    "overlap": {"overlap": 50.0},
+    "overlap": {"scene": "noise", "overlap": 35.0, "gate": 0.6},
 }
 
 WIDGET = Widget(
@@ -306,10 +311,13 @@ WIDGET = Widget(
         Key("source", "source, which moves"),
         Key("target", "target", "square"),
         Key("pair", "pair used", "line"),
-        Key("outlier", "beyond the gate or cap", "dashed"),
-        Key("weak", "trimmed", "dashed"),
+        Key("outlier", "not used: beyond the gate or cap", "dashed"),
+        Key("weak", "not used: trimmed", "dashed"),
         Key("truth", "the room, source at the true pose", "line"),
         Key("ghost", "where the run began", "line"),
+        Key("source", "RMS along a move", "line"),
+        Key("target", "RMS along a matching", "line"),
+        Key("outlier", "a rise", "diamond"),
     ),
     handles=HANDLES,
     tape=(({}, _presses("step", 16)), ({}, ("finish",)), ({"start": "far"}, _presses("step", 3))),
