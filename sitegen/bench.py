@@ -56,6 +56,7 @@ def groups() -> dict[str, Callable[[Bench], list[Row]]]:
         "tape": bench_page.tape,
         "start": bench_build.start,
         "drag": bench_page.drag,
+        "heat": bench_page.heat,
         "sizes": bench_build.sizes,
         "build": bench_build.build_times,
         "race": bench_solvers.race,

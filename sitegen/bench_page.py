@@ -18,6 +18,7 @@ from sitegen.static import StaticHandler, serving
 
 LOADS = 5
 MOVES = 300
+TURNS = 20
 PATIENCE_MS = 60_000
 CHAPTERS = ("index.html", "kabsch.html")
 
@@ -141,7 +142,7 @@ def answered(marks: Sequence[Sequence[Any]]) -> list[float]:
     for name, at in marks:
         if name == "ladder:input":
             (waiting if asked else asked).append(at)
-        else:
+        elif name == "ladder:swap":
             delays += [at - since for since in asked]
             asked, waiting = waiting, []
     return delays
@@ -166,6 +167,32 @@ def drag(bench: Bench) -> list[Row]:
     return [
         Row("input event to swapped SVG, live, 95th percentile", centile(delays, 95), "ms", 8, note),
         Row("frames missed in a drag", 100 * missed / total, "%", 2, f"{missed} of {total}"),
+    ]
+
+
+def heat(bench: Bench) -> list[Row]:
+    """A control of the score map moved again and again: how long to the coarse map, and to the full one."""
+    coarse: list[float] = []
+    full: list[float] = []
+    with ExitStack() as stack:
+        server, browser = stack.enter_context(serving(bench.site)), stack.enter_context(browser_of(bench))
+        page = stack.enter_context(visit(browser, f"{server.origin}/ndt-score.html"))
+        live(page)
+        for grids in ("one", "four"):
+            page.locator(f'#fig-score [name="grids"][value="{grids}"]').check(force=True)
+            for turn in range(TURNS + 1):
+                until(page, IDLE)
+                page.evaluate("performance.clearMarks()")
+                page.locator('#fig-score [name="rotation"]').fill(str(turn))
+                until(page, IDLE)
+                marks = page.evaluate(MARKS)
+                if turn:  # the first answer of all pays for what Python does once
+                    coarse += answered(marks)
+                    full.append(marks[-1][1] - marks[0][1])
+    note = f"{len(coarse)} turns of the NDT score map, from the input to the swapped picture; median "
+    return [
+        Row("heat map, coarse, 95th percentile", centile(coarse, 95), "ms", 33, note + number_ms(median(coarse))),
+        Row("heat map, full, 63 × 63, 95th percentile", centile(full, 95), "ms", 1000, note + number_ms(median(full))),
     ]
 
 

@@ -224,6 +224,8 @@ def spec(widget: Widget) -> Plain:
         "controls": {name: _control(control) for name, control in specs(widget.controls).items()},
         "handles": list(widget.handles),
         "clicks": list(widget.clicks),
+        "hovers": list(widget.hovers),
+        "details": widget.details,
     }
 
 

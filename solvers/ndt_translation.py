@@ -51,8 +51,9 @@ def climb(
 ) -> Path:
     """Climb the score of the points (m, 2), turned beforehand, from the translation `start` (2,) on one cloud's map.
 
-    max_shift: the longest step (None: half a cell). It stops when a step is at most `tolerance` cells long, when none
-    of the step and its halves raises the score, after `max_steps` steps, or, degenerate, where no point lies in a cell.
+    max_shift: the longest step (None: half a cell). It stops when the next step would be at most `tolerance` cells,
+    when none of the step and its halves raises the score, after `max_steps` steps, or, degenerate, where no point lies
+    in a cell.
     Raises ValueError for the map of more than one cloud, a negative number of steps, a cap that is no length.
     """
     if len(cells.size) != 1:
@@ -75,21 +76,28 @@ def climb(
     for _ in range(max_steps):
         step, lam = newton.damped_step(here.gradient[:, :2], here.hessian[:, :2, :2])
         step = newton.capped(step, (np.linalg.norm(step, axis=1) / cap,))
+        # Not tried: what so short a step gains is rounding, and would be accepted on one machine and not on another.
+        if float(np.linalg.norm(step)) <= tolerance * h:
+            return ended(Status.CONVERGED, "the pose has come to rest")
         for _ in range(halvings + 1):
-            there = evaluate(cells, (points + t + step[0])[None], pivot)
+            place = _rounded(t + step[0], h)
+            there = evaluate(cells, (points + place)[None], pivot)
             better = bool(there.score[0] > here.score[0])
-            tried.append(t + step[0])
+            tried.append(place)
             score.append(float(there.score[0]))
             accepted.append(better)
             damping.append(float(lam[0]))
             if better:
                 break
             step = 0.5 * step
-        small = float(np.linalg.norm(step)) <= tolerance * h
-        if better:
-            t, here = t + step[0], there
-        if small:
-            return ended(Status.CONVERGED, "the pose has come to rest")
         if not better:
             return ended(Status.STALLED, "no shorter step raises the score on these cells")
+        t, here = place, there
     return ended(Status.CAPPED, f"the cap of {max_steps} steps was reached")
+
+
+def _rounded(t: FloatArray, h: float) -> FloatArray:
+    """t to some 10⁻¹⁰ of a cell: where the Hessian is nearly singular a step magnifies what went before it, and two
+    machines' rounding must not grow into two paths."""
+    unit = 2.0 ** (np.floor(np.log2(h)) - 34.0)
+    return np.asarray(np.where(np.abs(t) < unit * 2.0**52, np.round(t / unit) * unit, t))

@@ -20,9 +20,9 @@ MAX_LOG = 2000
 
 @dataclass(frozen=True)
 class Action:
-    """One thing a reader did: pressed a button, put a handle at, or picked, a place in a panel (world coordinates)."""
+    """One thing a reader did: pressed a button, put a handle at, picked or pointed at a place in a panel (world)."""
 
-    kind: Literal["press", "drag", "click"]
+    kind: Literal["press", "drag", "click", "hover"]
     name: str
     x: float = 0.0
     y: float = 0.0
@@ -74,6 +74,12 @@ class Widget:
     presets: name → control values that differ from the defaults ("default" should be there).
     tape: what is recorded at build time, so that the page answers before Python is up: pairs of control values (on top
     of the preset's) and button presses; every prefix of the presses is recorded.
+    clicks, hovers: the panels that take a pick at a place, and those that answer to what is pointed at: by mouse,
+    touch or keys. A hover replaces the log's last entry if that is a hover of the same panel.
+    details: of how many levels a drawing is, where a whole one takes too long for a live answer; `draw` then has a
+    second argument, the level, from 0, the coarsest, to details − 1, which it must take for its default. The page
+    shows the coarsest at once, then each finer one for as long as nothing else is asked. `known` is the finest level
+    of a state that costs nothing more to draw.
     motion: how to animate the last action, from the state before it to the state after it, or None.
     python: source text that reproduces a state with the solvers package alone.
     """
@@ -84,11 +90,14 @@ class Widget:
     presets: Mapping[str, Mapping[str, Value]]
     start: Callable[[Any, int], Any]
     act: Callable[[Any, Action], Any]
-    draw: Callable[[Any], Picture]
+    draw: Callable[..., Picture]
     buttons: tuple[Button, ...]
     legend: tuple[Key, ...] = ()
     handles: tuple[str, ...] = ()
     clicks: tuple[str, ...] = ()
+    hovers: tuple[str, ...] = ()
+    details: int = 1
+    known: Callable[[Any], int] = lambda state: 0
     tape: tuple[tuple[Mapping[str, Value], tuple[str, ...]], ...] = ()
     motion: Callable[[Any, Any], Motion | None] = lambda before, after: None
     python: Callable[[Any], str] = lambda state: ""
@@ -156,6 +165,7 @@ def action(widget: Widget, entry: Any) -> Action:
         "press": {b.name for b in widget.buttons if b.does == "press"},
         "drag": set(widget.handles),
         "click": set(widget.clicks),
+        "hover": set(widget.hovers),
     }
     if not isinstance(entry, list) or len(entry) < 2 or not isinstance(entry[0], str) or not isinstance(entry[1], str):
         raise ValueError(f"log: {_clip(entry)} is no action")
@@ -172,7 +182,10 @@ def action(widget: Widget, entry: Any) -> Action:
         raise ValueError(f"log: {_clip(entry)} presses a button at a place")
     if len(place) != 2 or not all(finite(v, 1e6) for v in place):
         raise ValueError(f"log: {_clip(entry)} does not give a place (x, y)")
-    return Action("drag" if kind == "drag" else "click", name, float(place[0]), float(place[1]))
+    return Action(_PLACED[kind], name, float(place[0]), float(place[1]))
+
+
+_PLACED: Mapping[str, Literal["drag", "click", "hover"]] = {"drag": "drag", "click": "click", "hover": "hover"}
 
 
 def _clip(value: Any) -> str:

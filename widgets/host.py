@@ -80,26 +80,33 @@ class Host:
         self._markup: dict[str, _Markup] = {}
 
     def frame(self, request: str) -> str:
-        """The frame for a request, JSON in and out: {"figure": id prefix, "record": record} → frame.
+        """The frame for a request, JSON in and out: {"figure": id prefix, "record": record, "detail": level} → frame.
 
         Raises ValueError for a record that is none.
         """
         asked = json.loads(request)
-        return json.dumps(self.render(asked["figure"], asked["record"]), ensure_ascii=False, separators=(",", ":"))
+        frame = self.render(asked["figure"], asked["record"], asked.get("detail"))
+        return json.dumps(frame, ensure_ascii=False, separators=(",", ":"))
 
-    def render(self, figure: str, plain: Mapping[str, Any]) -> dict[str, Any]:
-        """The frame of the figure with id prefix `figure` in the state that the plain record names."""
+    def render(self, figure: str, plain: Mapping[str, Any], detail: int | None = None) -> dict[str, Any]:
+        """The frame of the figure with id prefix `figure` in the state that the plain record names.
+
+        detail: the level of detail, of those that the widget has, that will do; None for the finest. What is known more
+        finely is drawn so: the frame tells its level, and record and level together determine every byte of it.
+        """
         name = plain.get("widget") if isinstance(plain, Mapping) else None
         if not isinstance(name, str) or name not in self._widgets:
             raise ValueError(f"no widget {name!r:.60}{nearest(str(name)[:60], self._widgets)}")
         widget = self._widgets[name]
         record = parsed(widget, plain)
         states = self._states(figure, widget, record)
-        picture = widget.draw(states[-1])
+        level = _level(widget, states[-1], detail)
+        picture = widget.draw(states[-1]) if widget.details == 1 else widget.draw(states[-1], level)
         moved = widget.motion(states[-2], states[-1]) if len(states) > 1 else None
         drawn = self._markup.setdefault(figure, _Markup()).drawn(figure, picture.panels)
         panels = [_panel(panel, svg) for panel, svg in zip(picture.panels, drawn, strict=True)]
-        return _frame(figure, record, picture, panels, moved, widget.python(states[-1]))
+        frame = _frame(figure, record, picture, panels, moved, widget.python(states[-1]))
+        return {**frame, "detail": level}
 
     def _states(self, figure: str, widget: Widget, record: Record) -> list[Any]:
         key = (widget.name, record.controls, record.seed)
@@ -110,6 +117,18 @@ class Host:
         replay.follow(widget, record.log)
         self._replays[figure] = replay
         return replay.states
+
+
+def _level(widget: Widget, state: Any, asked: int | None) -> int:
+    """The level of detail to draw at.
+
+    Raises ValueError where the widget has no such level.
+    """
+    if asked is None:
+        return widget.details - 1
+    if isinstance(asked, bool) or not isinstance(asked, int) or not 0 <= asked < widget.details:
+        raise ValueError(f"detail: {asked!r:.60} is not a whole number from 0 to {widget.details - 1}")
+    return max(asked, widget.known(state))
 
 
 def _frame(

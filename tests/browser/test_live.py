@@ -30,6 +30,7 @@ def records() -> list[dict[str, Any]]:
                 found.append({**plain, "log": [["press", p] for p in presses]})
                 found += [{**plain, "seed": SEED + 13, "log": [["drag", h, 1.23, -0.57]]} for h in widget.handles]
                 found += [{**plain, "log": [["click", c, 0.4, 0.3]]} for c in widget.clicks]
+                found += [{**plain, "log": [["hover", c, 0.4, 0.3]]} for c in widget.hovers]
     return found
 
 

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from widgets.contract import preset
-from widgets.figures import two_poses
+from widgets.figures import ndt_score, two_poses
 from widgets.figures.kabsch import WIDGET
 from widgets.host import Host, _rounded, _view
 from widgets.picture import Group, Mark, Panel, Picture, Points, View
@@ -230,3 +230,56 @@ def test_motion_is_given_for_the_last_action_only() -> None:
     assert motion["group"] == "f-main-source"
     assert host.render("f", record(SOLVE))["motion"] == motion
     assert host.render("f", record(SOLVE, ["drag", "source", 1, 1]))["motion"] is None
+
+
+SCORE = preset(ndt_score.WIDGET).plain()
+FINEST = ndt_score.WIDGET.details - 1
+
+
+@settings(max_examples=12, deadline=None)
+@given(
+    st.lists(
+        st.tuples(
+            st.sampled_from([0.0, 20.0]), st.sampled_from([0.1, 0.9]), st.sampled_from([*range(FINEST + 1), None])
+        ),
+        min_size=1,
+        max_size=6,
+    )
+)
+def test_record_and_detail_determine_the_frame(asked: list[tuple[float, float, int | None]]) -> None:
+    """However coarse or fine the host has drawn before: at least as fine as asked for, and at the level that the frame
+    tells, byte for byte what a fresh host draws at that level."""
+    host = Host()
+    for rotation, x, detail in asked:
+        controls = {**SCORE["controls"], "rotation": rotation}
+        plain = {**SCORE, "controls": controls, "log": [["click", "map", x, 0.5]]}
+        frame = host.render("f", plain, detail)
+        assert frame["detail"] >= (FINEST if detail is None else detail)
+        assert frame == Host().render("f", plain, frame["detail"])
+
+
+def test_what_is_known_finely_is_not_drawn_coarsely_again() -> None:
+    """After the finest drawing a new climb on the same field comes at the finest level; a new field does not."""
+    host = Host()
+    host.render("f", SCORE)
+    assert host.render("f", {**SCORE, "log": [["click", "map", 0.3, 0.3]]}, 0)["detail"] == FINEST
+    assert host.render("f", {**SCORE, "seed": 53}, 0)["detail"] == 0
+
+
+def test_levels_differ_and_the_finest_is_the_default() -> None:
+    """Each level draws the field finer than the one before; without a level comes the finest."""
+    host = Host()
+    frames = [host.render("f", SCORE, level) for level in range(FINEST + 1)]
+    assert len({frame["panels"][0]["svg"] for frame in frames}) == FINEST + 1
+    assert Host().render("f", SCORE) == frames[-1]
+    assert json.loads(Host().frame(json.dumps({"figure": "f", "record": SCORE, "detail": 1}))) == frames[1]
+
+
+@pytest.mark.parametrize("detail", [-1, FINEST + 1, 0.0, "0", True])
+def test_a_level_that_is_not_there_is_refused(detail: Any) -> None:
+    with pytest.raises(ValueError, match=r"detail: .* is not a whole number from 0 to 4"):
+        Host().render("f", SCORE, detail)
+
+
+def test_a_figure_without_levels_has_one() -> None:
+    assert Host().render("fig-solve", record(), 0)["detail"] == 0

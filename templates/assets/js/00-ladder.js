@@ -3,7 +3,7 @@
   "use strict";
 
   /** Milliseconds; a test may shorten them. `window.LADDER_PATIENCE` stands in for `start` where it is set. */
-  const limits = { start: 25000, frame: 10000, run: 125, motion: 420 };
+  const limits = { start: 25000, frame: 10000, run: 125, motion: 420, rest: 60 };
 
   /** Listens, and returns the disposer. */
   function on(target, type, handler, options) {
@@ -72,7 +72,7 @@
   let marks = 0;
   /** A performance mark for whoever measures; swept now and then, so that a long visit does not gather them. */
   function mark(name, detail, startTime = performance.now()) {
-    if (++marks % 1000 === 0) ["ladder:input", "ladder:swap"].forEach((each) => performance.clearMarks(each));
+    if (++marks % 1000 === 0) ["ladder:input", "ladder:swap", "ladder:finer"].forEach((each) => performance.clearMarks(each));
     performance.mark(name, { detail, startTime });
   }
 

@@ -3,7 +3,7 @@
   "use strict";
 
   /**
-   * @typedef {["press", string] | ["drag" | "click", string, number, number]} Action
+   * @typedef {["press", string] | ["drag" | "click" | "hover", string, number, number]} Action
    * @typedef {Object<string, number|string|boolean>} Values
    * @typedef {{widget: string, preset: string, controls: Values, seed: number, log: Action[]}} Rec
    */
@@ -26,6 +26,13 @@
     const last = record.log.at(-1);
     const again = last && last[0] === "drag" && last[1] === handle;
     return logged(again ? back(record) : record, ["drag", handle, four(x), four(y)]);
+  }
+
+  /** What is pointed at now takes the place of what was pointed at before. */
+  function hover(record, panel, [x, y]) {
+    const last = record.log.at(-1);
+    const again = last && last[0] === "hover" && last[1] === panel;
+    return logged(again ? back(record) : record, ["hover", panel, four(x), four(y)]);
   }
 
   const back = (record) => ({ ...record, log: record.log.slice(0, -1) });
@@ -73,5 +80,5 @@
     return { widget: initial.widget, preset, controls: { ...initial.controls, ...controls }, seed, log };
   }
 
-  Ladder.record = { key, press, click, drag, back, reset, reseed, control, pressed, encode, decode };
+  Ladder.record = { key, press, click, drag, hover, back, reset, reseed, control, pressed, encode, decode };
 })();

@@ -145,11 +145,13 @@
     next();
   }
 
-  /** The touched figure's question first, else the oldest. */
+  /** The touched figure's question first, else the oldest; what makes a picture finer comes after all others. */
   function next() {
     if (asked || !queue.length || runtime.state !== "live") return;
-    const first = queue.findIndex(({ figure }) => figure === runtime.touched);
-    [asked] = queue.splice(Math.max(0, first), 1);
+    const among = queue.some(({ finer }) => !finer) ? queue.filter(({ finer }) => !finer) : queue;
+    const first = among.find(({ figure }) => figure === runtime.touched) ?? among[0];
+    queue = queue.filter((each) => each !== first);
+    asked = first;
     worker.postMessage({ type: "frame", id: asked.id, request: asked.request });
     listen();
   }
@@ -166,11 +168,16 @@
 
   /**
    * The frame of a record; asked before Python is up, it comes when it is.
+   * `detail`, from 0: how coarse a drawing will do; without it the finest comes. `finer`: it only betters what is shown,
+   * and is dropped when the figure asks anything else before its turn has come.
    * Rejects with the Python error, or with `stopped: true` where the worker died.
    */
-  function frame({ figure, record }) {
+  function frame({ figure, record, detail, finer = false }) {
     return new Promise((resolve, reject) => {
-      queue.push({ id: ++last, figure, request: JSON.stringify({ figure, record }), resolve, reject });
+      const idle = queue.filter((each) => each.finer && each.figure === figure);
+      queue = queue.filter((each) => !idle.includes(each));
+      for (const each of idle) each.reject(Object.assign(new Error("Asked anew"), { stopped: true }));
+      queue.push({ id: ++last, figure, finer, request: JSON.stringify({ figure, record, detail }), resolve, reject });
       next();
     });
   }

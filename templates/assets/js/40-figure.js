@@ -3,12 +3,12 @@
 (() => {
   "use strict";
 
-  const { emitter, mark, record: records, runtime, taped } = Ladder;
+  const { emitter, limits, mark, record: records, runtime, taped } = Ladder;
 
   /**
    * @typedef {{name: string, svg: string, view: number[]}} PanelFrame
    * @typedef {{panels: PanelFrame[], readouts: Object[], handles: Object[], description: string, note: string,
-   *   disabled: string[], motion: ?Object, controls: Object, python: string}} Frame
+   *   disabled: string[], motion: ?Object, controls: Object, python: string, detail: number}} Frame
    * @typedef {{record: Object, merge: ?string}} Question
    */
 
@@ -31,6 +31,9 @@
       /** @type {?Question} being drawn */
       this.asked = null;
       this.moving = null;
+      /** the record whose next finer drawing is on its way, and the timer that will ask for it */
+      this.finer = null;
+      this.rest = 0;
       this.speaks = false;
       this.disposers = [];
       Object.assign(this, emitter());
@@ -38,9 +41,9 @@
       this.tell();
     }
 
-    /** Whether something is asked, waiting or moving. */
+    /** Whether something is asked, waiting, moving or being made finer. */
     get busy() {
-      return Boolean(this.asked || this.waiting.length || this.moving);
+      return Boolean(this.asked || this.waiting.length || this.moving || this.finer);
     }
 
     get state() {
@@ -54,6 +57,7 @@
      */
     ask(record, { merge = null, by = "", at } = {}) {
       mark("ladder:input", this.id, at);
+      this.coarse();
       this.error = "";
       this.speaks ||= merge === null;
       const frame = runtime.state === "live" ? undefined : taped(this.id, record);
@@ -81,11 +85,13 @@
     pump() {
       if (this.asked || !this.waiting.length || runtime.state !== "live") return;
       const question = (this.asked = this.waiting.shift());
-      runtime.frame({ figure: this.id, record: question.record }).then(
+      const detail = this.spec.details > 1 ? 0 : undefined;
+      runtime.frame({ figure: this.id, record: question.record, detail }).then(
         (frame) => {
           this.asked = null;
           this.pump(); // Python draws the next while the page swaps this one in
           this.show(question.record, frame, "live");
+          this.refine(limits.rest);
         },
         (error) => {
           this.asked = null;
@@ -94,6 +100,38 @@
           this.tell();
         },
       );
+    }
+
+    /** Leaves the picture as coarse as it is. */
+    coarse() {
+      clearTimeout(this.rest);
+      this.finer = null;
+    }
+
+    /** The next finer drawing of what is seen, `rest` ms from now; then the next, unless something else is asked. */
+    refine(rest) {
+      this.coarse();
+      const { shown, frame } = this;
+      if (this.asked || this.waiting.length || !(frame.detail + 1 < this.spec.details)) return;
+      const finer = (this.finer = { record: shown });
+      this.rest = setTimeout(() => {
+        if (this.moving) return this.refine(rest);
+        const stale = () => this.finer !== finer;
+        runtime.frame({ figure: this.id, record: shown, detail: frame.detail + 1, finer: true }).then(
+          (better) => {
+            if (stale()) return;
+            this.show(shown, better, "live");
+            this.refine(0);
+            this.tell();
+          },
+          (error) => {
+            if (stale()) return;
+            this.coarse();
+            if (!error.stopped) this.refuse(`This cannot be drawn finer: ${error.message}.`);
+            this.tell();
+          },
+        );
+      }, rest);
     }
 
     /** Keeps the last picture and takes back what led away from it. */
@@ -115,7 +153,7 @@
       this.error = "";
       Ladder.swap(this.stage, frame.panels);
       this.root.dataset.frame = Number(this.root.dataset.frame ?? 0) + 1;
-      mark("ladder:swap", this.id);
+      mark(this.finer ? "ladder:finer" : "ladder:swap", this.id);
       if (motion) Ladder.move(this, motion);
       this.emit("frame", frame);
       this.tell();
@@ -134,6 +172,7 @@
 
     runtimeChanged() {
       this.pump();
+      if (runtime.state === "live" && !this.finer) this.refine(0);
       this.tell();
     }
 
@@ -159,6 +198,7 @@
     }
 
     dispose() {
+      this.coarse();
       this.moving?.end();
       for (const dispose of this.disposers.splice(0)) dispose();
     }

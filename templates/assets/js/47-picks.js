@@ -1,23 +1,32 @@
-// Picks: panels that take a click at a place. By keyboard a crosshair does: arrows move it, Enter or Space picks.
+// Picks: panels that take a click at a place, or answer to what is pointed at. By keyboard a crosshair does: arrows move
+// it and, where a click counts, Enter or Space picks.
 (() => {
   "use strict";
 
-  const { make, on, percent, record: records, world } = Ladder;
+  const { make, on, percent, record: records, runtime, world } = Ladder;
   const WAYS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
   const clamp = (value, low, high) => Math.min(high, Math.max(low, value));
 
-  function crosshair(figure, overlay, name) {
+  /** A crosshair over a panel. Returns { at, put, where(event): the pointer's place or null, button, panel, off }. */
+  function crosshair(figure, overlay, name, words, moved) {
     const attributes = { type: "button", class: "crosshair", "data-pick": name };
     const button = overlay.layer.appendChild(make("button", attributes));
-    const view = () => figure.frame.panels.find((panel) => panel.name === name).view;
+    const panel = figure.stage.querySelector(`.figure-panel[data-panel="${CSS.escape(name)}"]`);
+    const view = () => figure.frame.panels.find((each) => each.name === name).view;
     const [x0, x1, y0, y1] = view();
-    let at = [(x0 + x1) / 2, (y0 + y1) / 2];
+    const cross = { at: [(x0 + x1) / 2, (y0 + y1) / 2], put, where, button, panel };
 
     function put(place) {
-      at = place;
-      overlay.put(button, name, ...percent(view(), at));
-      const where = at.map((value) => value.toFixed(2).replace("-", "−")).join(", ");
-      button.setAttribute("aria-label", `Pick a place: ${where}. Arrow keys move, Enter picks.`);
+      cross.at = place;
+      overlay.put(button, name, ...percent(view(), place));
+      const told = place.map((value) => value.toFixed(2).replace("-", "−")).join(", ");
+      button.setAttribute("aria-label", words(told));
+    }
+
+    function where(event) {
+      const [x, y] = world(overlay.rect(name), view(), event.clientX, event.clientY);
+      const [a, b, c, d] = view();
+      return x >= a && x <= b && y >= c && y <= d ? [x, y] : null;
     }
 
     function key(event) {
@@ -26,32 +35,79 @@
       event.preventDefault();
       const [a, b, c, d] = view();
       const part = event.shiftKey ? 1 / 8 : 1 / 40;
-      put([clamp(at[0] + way[0] * part * (b - a), a, b), clamp(at[1] + way[1] * part * (d - c), c, d)]);
+      const [x, y] = cross.at;
+      put([clamp(x + way[0] * part * (b - a), a, b), clamp(y + way[1] * part * (d - c), c, d)]);
+      moved(event.timeStamp);
     }
 
+    put(cross.at);
+    cross.off = [on(button, "keydown", key), () => overlay.remove(button)];
+    return cross;
+  }
+
+  function picked(figure, overlay, name) {
+    const words = (told) => `Pick a place: ${told}. Arrow keys move, Enter picks.`;
+    const cross = crosshair(figure, overlay, name, words, () => {});
     const pick = (place) => {
-      put(place);
+      cross.put(place);
       figure.ask(records.click(figure.record, name, place));
     };
-    put(at);
-    const panel = figure.stage.querySelector(`.figure-panel[data-panel="${CSS.escape(name)}"]`);
     return [
-      on(button, "keydown", key),
-      on(button, "click", (event) => {
-        if (event.detail === 0) pick(at);
+      ...cross.off,
+      on(cross.button, "click", (event) => {
+        if (event.detail === 0) pick(cross.at);
       }),
-      on(panel, "click", (event) => {
+      on(cross.panel, "click", (event) => {
         overlay.measure();
-        const [x, y] = world(overlay.rect(name), view(), event.clientX, event.clientY);
-        const [a, b, c, d] = view();
-        if (x >= a && x <= b && y >= c && y <= d) pick([x, y]);
+        const place = cross.where(event);
+        if (place) pick(place);
       }),
-      () => overlay.remove(button),
+    ];
+  }
+
+  /** The pointer asks only while Python is up: passing over a picture must not set it waiting. A tap or a key may. */
+  function pointed(figure, overlay, name) {
+    const words = (told) => `Look at a place: ${told}. Arrow keys move.`;
+    const ask = (at) =>
+      figure.ask(records.hover(figure.record, name, cross.at), { merge: `hover:${name}`, by: "hover", at });
+    const cross = crosshair(figure, overlay, name, words, (at) => {
+      ask(at);
+      figure.speak();
+    });
+    let ahead = 0; // the animation frame that will ask
+
+    function follow(event) {
+      if (event.pointerType === "touch" || event.buttons || runtime.state !== "live") return;
+      const place = cross.where(event);
+      if (!place) return;
+      cross.put(place);
+      const { timeStamp } = event;
+      ahead ||= requestAnimationFrame(() => {
+        ahead = 0;
+        ask(timeStamp);
+      });
+    }
+
+    return [
+      ...cross.off,
+      on(cross.panel, "pointermove", follow),
+      on(cross.panel, "click", (event) => {
+        overlay.measure();
+        const place = cross.where(event);
+        if (!place) return;
+        cross.put(place);
+        ask(event.timeStamp);
+        figure.speak();
+      }),
+      () => cancelAnimationFrame(ahead),
     ];
   }
 
   Ladder.picks = function (figure, overlay) {
-    const disposers = (figure.spec.clicks ?? []).flatMap((name) => crosshair(figure, overlay, name));
+    const disposers = [
+      ...(figure.spec.clicks ?? []).flatMap((name) => picked(figure, overlay, name)),
+      ...(figure.spec.hovers ?? []).flatMap((name) => pointed(figure, overlay, name)),
+    ];
     return () => disposers.forEach((dispose) => dispose());
   };
 })();

@@ -88,7 +88,7 @@
         again();
       }),
       figure.on("asked", (by) => {
-        if (run && by !== "run" && by !== "control") stop();
+        if (run && !["run", "control", "hover"].includes(by)) stop();
       }),
       figure.on("state", show),
       stop,

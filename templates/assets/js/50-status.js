@@ -65,7 +65,7 @@
     function speak() {
       clearTimeout(quiet);
       quiet = setTimeout(() => {
-        if (!figure.speaks || figure.asked || figure.waiting.length) return;
+        if (!figure.speaks || figure.asked || figure.waiting.length || figure.finer) return;
         figure.speaks = false;
         text(heard, words.textContent ? "" : sentence(figure.frame.description));
       }, PAUSE);

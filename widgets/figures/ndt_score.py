@@ -1,0 +1,276 @@
+"""Chapter 4b: the score of a pose, as a map over translations at one rotation, and the climb from a start on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from solvers import Pose, Status
+from solvers.metrics import rre
+from solvers.ndt_map import NdtMap, build, floored
+from solvers.ndt_score import evaluate, score_map
+from solvers.ndt_translation import Path as Climb
+from solvers.ndt_translation import climb
+from solvers.scenes import Scene
+from solvers.wall_scenes import ndt_room
+
+from ..contract import Action, Button, Key, Widget
+from ..controls import choice, slider
+from ..field import PAD, Field, axis_marks, scale_marks
+from ..picture import (
+    Array,
+    Ellipses,
+    Mark,
+    Panel,
+    Path,
+    Picture,
+    Points,
+    Readout,
+    Ring,
+    Segments,
+    View,
+    number,
+)
+
+REACH = 1.5
+WINDOW = (-REACH, REACH, -REACH, REACH)
+MAP = View(*WINDOW, width=460.0, pad=PAD)
+ROOM = View(-5.6, 5.6, -4.2, 4.2, width=480.0)
+START = (0.9, -0.75)
+BANDS = 4
+TOPS = (0.1, 0.2, 0.4, 0.6)
+"""The colour scale ends at the first of these that the coarse map does not exceed."""
+
+
+@dataclass(frozen=True)
+class Controls:
+    """The scan's rotation, which every climb keeps; what was measured; and how the map was made of it."""
+
+    rotation: float = slider(
+        0.0, "Rotation", -45.0, 45.0, 1.0, "°", "Of the scan, against the truth; no climb turns it"
+    )
+    noise: float = slider(0.03, "Noise σ", 0.0, 0.2, 0.01, "u", "Of both scans")
+    outliers: float = slider(0.0, "Outliers", 0.0, 0.6, 0.05, "", "The fraction of each scan that lies anywhere")
+    size: float = slider(1.0, "Cell size h", 0.4, 2.0, 0.1, "u")
+    grids: str = choice("one", "Map", {"one": "One grid", "four": "Four grids"}, keeps="log")
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """scan: the source points, turned. field: their score by translation. path: the climb from the last start."""
+
+    controls: Controls
+    seed: int
+    scene: Scene
+    cells: NdtMap
+    scan: Array
+    field: Field
+    truth: float
+    path: Climb
+
+
+def start(controls: Controls, seed: int) -> State:
+    """The map of the target, the field of the turned scan, and a first climb."""
+    scene = ndt_room(seed=seed, noise=controls.noise, outliers=controls.outliers)
+    cells = build(scene.target[None], controls.size, grids=_grids(controls))
+    scan = Pose.from_angle(np.radians(controls.rotation)).apply(scene.source)
+    pairs = len(scan) * _grids(controls)
+    field = Field(lambda x, y: score_map(cells, scan, x, y) / pairs, WINDOW, bands=BANDS)
+    truth = float(evaluate(cells, scene.source[None], np.zeros((1, 2)), derivatives=False).score[0]) / pairs
+    return State(controls, seed, scene, cells, scan, field, truth, climb(cells, scan, np.array(START)))
+
+
+def act(state: State, action: Action) -> State:
+    """Climb from elsewhere: the place picked, or the truth."""
+    begin = np.array([action.x, action.y]) if action.kind == "click" else np.zeros(2)
+    return replace(state, path=climb(state.cells, state.scan, np.clip(begin, -REACH, REACH)))
+
+
+def _grids(controls: Controls) -> int:
+    return 4 if controls.grids == "four" else 1
+
+
+@dataclass(frozen=True)
+class _Numbers:
+    begin: float
+    end: float
+    truth: float
+    away: float
+    turn: float
+    best: Array
+    steps: int
+    rejected: int
+
+
+def _numbers(state: State, detail: int) -> _Numbers:
+    path, pairs = state.path, len(state.scan) * _grids(state.controls)
+    best, _ = state.field.highest(detail)
+    return _Numbers(
+        float(path.score[0]) / pairs,
+        float(path.score[path.accepted][-1]) / pairs,
+        state.truth,
+        float(np.hypot(*path.places[-1])),
+        float(np.degrees(rre(Pose.from_angle(np.radians(state.controls.rotation)), state.scene.truth))),
+        best,
+        len(path.places) - 1,
+        int((~path.accepted).sum()),
+    )
+
+
+def draw(state: State, detail: int = BANDS) -> Picture:
+    """The field with the climb on it, and the scan over the map where the climb ended."""
+    said = _numbers(state, detail)
+    return Picture(
+        (_map(state, said, detail), _room(state)),
+        _readouts(said),
+        _description(state, said),
+        note=_note(state, said),
+    )
+
+
+def _map(state: State, said: _Numbers, detail: int) -> Panel:
+    coarse = float(state.field.values(0).max())
+    top = next((t for t in TOPS if coarse <= t), TOPS[-1])
+    name = "The score over translations, with the climb from the start"
+    marks: tuple[Mark, ...] = (
+        state.field.heat(detail, 0.0, top),
+        *axis_marks(MAP, "shift in x, u", "shift in y, u"),
+        *scale_marks(MAP, 0.0, top, "score", 2 if top < 0.4 else 1),
+        Ring([0.0, 0.0], "truth", radius=10.0),
+        Points([said.best], "ink", "diamond", radius=4.0),
+        *_steps(state.path),
+    )
+    return Panel("map", name, MAP, marks, grid=False, caption=f"Score at {number(state.controls.rotation, 0)}°")
+
+
+def _steps(path: Climb) -> tuple[Mark, ...]:
+    """Accepted steps as a line through dots; each rejected try as a dashed line to a cross."""
+    last = np.maximum.accumulate(np.where(path.accepted, np.arange(len(path.tried)), 0))
+    origin = path.tried[np.concatenate([[0], last[:-1]])]
+    lost = ~path.accepted
+    marks: list[Mark] = []
+    if lost.any():
+        marks.append(Segments(origin[lost], path.tried[lost], "outlier", dashed=True))
+        marks.append(Points(path.tried[lost], "outlier", "cross", radius=3.5))
+    marks += [Path(path.places, "source", thick=True), Points(path.places[1:], "source", radius=2.5)]
+    return (*marks, Ring(path.places[0], "source", radius=7.0), Points(path.places[-1], "source", radius=5.5))
+
+
+def _room(state: State) -> Panel:
+    cells, scene, path = state.cells, state.scene, state.path
+    kept = cells.kept[0]
+    marks: tuple[Mark, ...] = (
+        Ellipses(cells.mean[0][kept], floored(cells.covariance[0][kept]), "target", sigmas=2.0, filled=True),
+        Points(scene.target, "target", "square", radius=2.0, weight=np.full(len(scene.target), 0.4)),
+        Points(state.scan + path.places[0], "ghost", radius=2.0),
+        Points(state.scan + path.places[-1], "source", radius=2.0),
+    )
+    name = "The scan where the climb ended, over the map's Gaussians at two standard deviations"
+    return Panel("room", name, ROOM, marks, caption="The scan over the map, where the climb ended")
+
+
+def _readouts(said: _Numbers) -> tuple[Readout, ...]:
+    return (
+        Readout("begin", "Score at the start", number(said.begin, 3), "", "ghost"),
+        Readout("score", "Score reached", number(said.end, 3), "", "source"),
+        Readout("truth", "Score at the truth", number(said.truth, 3), "", "truth"),
+        Readout("away", "Translation error reached", number(said.away, 3), "u"),
+        Readout("turn", "Rotation error, which stays", number(said.turn, 0), "°"),
+        Readout("best", "Highest of the map, from the truth", number(float(np.hypot(*said.best))), "u"),
+        Readout("steps", "Steps taken · rejected", f"{said.steps} · {said.rejected}"),
+    )
+
+
+ENDS = {
+    Status.CONVERGED: "came to rest",
+    Status.STALLED: "stopped where no shorter step raises the score",
+    Status.CAPPED: "stopped at the cap on its steps",
+    Status.DEGENERATE: "could not begin: no point lies in a cell",
+}
+
+
+def _note(state: State, said: _Numbers) -> str:
+    if state.path.status is Status.DEGENERATE:
+        return "No point of the scan lies in a cell of the map here: nothing to climb."
+    where = f"{number(said.away, 2)} u from the truth"
+    return f"{said.steps} steps, {said.rejected} tries rejected; it {ENDS[state.path.status]}, {where}."
+
+
+def _description(state: State, said: _Numbers) -> str:
+    c, path = state.controls, state.path
+    (x, y), (u, v) = path.places[0].tolist(), path.places[-1].tolist()
+    p, q = said.best.tolist()
+    grids = "one grid" if c.grids == "one" else "four grids"
+    return (
+        f"{len(state.scan)} scan points, turned by {number(c.rotation, 0)}° against the truth, are scored on a map of"
+        f" {int(state.cells.kept.sum())} Gaussians from {grids} of cells of {number(c.size, 1)} u, with noise of σ ="
+        f" {number(c.noise)} u and {number(100 * c.outliers, 0)}% outliers, for translations up to {number(REACH, 1)} u"
+        f" along each axis. The darkest place is at ({number(p)}, {number(q)}) u; the truth, a green ring, is at the"
+        f" centre and scores {number(said.truth, 3)} a point. A climb by translations alone from"
+        f" ({number(x)}, {number(y)}) u, where the score is {number(said.begin, 3)}, took {said.steps} steps, rejected"
+        f" {said.rejected} tries and {ENDS[path.status]}, at ({number(u)}, {number(v)}) u with a score of"
+        f" {number(said.end, 3)}."
+    )
+
+
+def python(state: State) -> str:
+    """The same numbers from the solvers package alone."""
+    c = state.controls
+    x, y = (repr(float(v)) for v in state.path.tried[0])
+    return f"""import numpy as np
+from solvers import Pose
+from solvers.ndt_map import build
+from solvers.ndt_score import evaluate
+from solvers.ndt_translation import climb
+from solvers.wall_scenes import ndt_room
+
+scene = ndt_room(seed={state.seed}, noise={c.noise!r}, outliers={c.outliers!r})
+cells = build(scene.target[None], {c.size!r}, grids={_grids(c)})
+scan = Pose.from_angle(np.radians({c.rotation!r})).apply(scene.source)
+path = climb(cells, scan, np.array([{x}, {y}]))
+pairs = len(scan) * {_grids(c)}
+truth = evaluate(cells, scene.source[None], np.zeros((1, 2)))
+
+print("begin", path.score[0] / pairs)
+print("score", path.score[path.accepted][-1] / pairs)
+print("truth", truth.score[0] / pairs)
+print("away", np.linalg.norm(path.places[-1]))
+"""
+
+
+WIDGET = Widget(
+    name="ndt-score",
+    title="The score of a pose over translations",
+    controls=Controls,
+    presets={
+        "default": {},
+        "four": {"grids": "four"},
+        "turned": {"rotation": 15.0},
+        "outliers": {"outliers": 0.4, "noise": 0.1},
+    },
+    start=start,
+    act=act,
+    draw=draw,
+    details=BANDS + 1,
+    known=lambda state: state.field.known,
+    buttons=(
+        Button("truth", "Climb from the truth", primary=True),
+        Button("back", "Back", "back"),
+        Button("reset", "Reset", "reset"),
+        Button("new", "New draw", "reseed"),
+    ),
+    legend=(
+        Key("truth", "truth", "ring"),
+        Key("source", "start", "ring"),
+        Key("source", "climb, and the scan where it ended", "dot"),
+        Key("outlier", "rejected try", "cross"),
+        Key("ink", "highest of the map", "diamond"),
+        Key("ghost", "scan at the start"),
+        Key("target", "map: points and Gaussians", "square"),
+    ),
+    clicks=("map",),
+    tape=(({}, ("truth",)), ({"grids": "four"}, ("truth",)), ({"rotation": 15.0}, ())),
+    python=python,
+    shows="The score of a scan on a map of Gaussians, for every translation at one rotation, and climbs on it.",
+)
