@@ -177,7 +177,7 @@ def test_the_motion_is_the_move() -> None:
     assert motion(before, act(before, Action("drag", "source", 0.0, 0.0))) is None
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(
     st.lists(
         st.one_of(

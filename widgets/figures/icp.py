@@ -24,6 +24,7 @@ from ..room import (
     SETTINGS,
     VIEW,
     error_chart,
+    held,
     outline,
     pair_lines,
     source,
@@ -129,7 +130,7 @@ def draw(state: State) -> Picture:
         ),
         _readouts(run),
         _description(state.controls, run, int(gated.sum())),
-        PLACING.handles(run.pose, ANCHOR),
+        PLACING.handles(held(run.pose), ANCHOR),
         _note(state.controls, run),
         frozenset({"step", "finish"} if run.done else ()),
     )
