@@ -37,7 +37,7 @@ BRINGS: dict[str, dict[str, Value]] = {
 """What a setting is known for: σ in u, and the replaced percentage of each cloud."""
 
 NEAR: dict[str, Value] = {"turn": 15.0, "offset": 0.5}
-FAR: dict[str, Value] = {"turn": 120.0, "offset": 1.43}
+FAR: dict[str, Value] = {"turn": -110.0, "offset": 1.43}
 
 
 def problem(scene: Scene, start: Pose) -> Problem:
@@ -71,10 +71,13 @@ def still(scene: Scene, ghost: Pose | None = None) -> tuple[Mark, ...]:
 
 
 def source(scene: Scene, pose: Pose, used: BoolArray | None = None, placing: Placing = PLACING) -> Group:
-    """The moving cloud with the stalk of its turning handle, as the group 'source'; points not used (m,) are pale."""
+    """The moving cloud, the room it would have at its pose, and the stalk of its turning handle, as the group 'source'.
+
+    Points that are not used (m,) are pale.
+    """
     weight = None if used is None or used.all() else np.where(used, 1.0, 0.3)
     points = Points(pose.apply(scene.source), "source", radius=2.5, weight=weight)
-    return Group("source", (placing.stalk(held(pose, placing), ANCHOR), points))
+    return Group("source", (placing.stalk(held(pose, placing), ANCHOR), *outline(scene, pose, "source"), points))
 
 
 def pair_lines(moved: Array, partners: Array, used: BoolArray, gated: BoolArray) -> tuple[Mark, ...]:

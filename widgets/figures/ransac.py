@@ -76,7 +76,6 @@ class State:
         wrong[PULLED] |= self.pulled is not None
         return wrong
 
-
     @cached_property
     def run(self) -> Run:
         """What the solver does in these steps."""
