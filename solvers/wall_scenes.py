@@ -1,4 +1,4 @@
-"""Scenes for residuals that know surfaces: one straight wall, and a closed room with a notch and a pillar.
+"""Scenes for residuals that know surfaces: one straight wall, a corridor, and a closed room with a notch and a pillar.
 
 Drawn like those of `solvers.scenes`: all random numbers from the scene's own seed, in a fixed order and in units of
 one.
@@ -21,7 +21,9 @@ NDT_ROOM = np.array(
     ]
 )  # fmt: skip
 PILLAR = np.array([(2.0, -0.9), (2.9, -0.9), (2.9, 0.0), (2.0, 0.0), (2.0, -0.9)])
-for _outline in (WALL, NDT_ROOM, PILLAR):
+_ACROSS = 1.2 * np.array([-2.8, 8.0]) / np.hypot(2.8, 8.0)
+CORRIDOR = (WALL - _ACROSS, WALL + _ACROSS)
+for _outline in (WALL, NDT_ROOM, PILLAR, *CORRIDOR):
     _outline.flags.writeable = False
 
 
@@ -36,6 +38,20 @@ def single_wall(*, seed: int = 40, noise: float = 0.02, outliers: float = 0.0) -
     clouds = [sampled(WALL, 0.15), sampled(WALL, 0.16, 0.2, 0.8)]
     start = Pose.from_angle(np.radians(15.0), (0.9, 1.1))
     return _scene("single-wall", seed, rng, clouds, (WALL,), noise, outliers, start)
+
+
+def corridor(*, seed: int = 40, noise: float = 0.02, outliers: float = 0.0) -> Scene:
+    """Two parallel walls, 8.5 u long and 2.4 u apart, open at both ends, and a scan of the middle six tenths of each.
+
+    noise, outliers, truth and errors as in `single_wall`.
+    """
+    rng = np.random.default_rng(validate.count(seed, "seed"))
+    clouds = [
+        np.vstack([sampled(side, 0.15) for side in CORRIDOR]),
+        np.vstack([sampled(side, 0.16, 0.2, 0.8) for side in CORRIDOR]),
+    ]
+    start = Pose.from_angle(np.radians(10.0), (0.9, 0.1))
+    return _scene("corridor", seed, rng, clouds, CORRIDOR, noise, outliers, start)
 
 
 def ndt_room(*, seed: int = 40, noise: float = 0.03, outliers: float = 0.0) -> Scene:

@@ -1,13 +1,13 @@
-"""The single wall and the NDT room: what is drawn, from which numbers, and what solvers make of it."""
+"""The single wall, the corridor and the NDT room: what is drawn, from which numbers, and what solvers make of it."""
 
 import numpy as np
 import pytest
 
 from solvers import Pose, Status, register
 from solvers.metrics import rre, rte
-from solvers.wall_scenes import NDT_ROOM, PILLAR, WALL, ndt_room, sampled, single_wall
+from solvers.wall_scenes import CORRIDOR, NDT_ROOM, PILLAR, WALL, corridor, ndt_room, sampled, single_wall
 
-BOTH = pytest.mark.parametrize("scene", [single_wall, ndt_room])
+ALL = pytest.mark.parametrize("scene", [single_wall, corridor, ndt_room])
 
 
 def off(points, outlines):
@@ -18,7 +18,7 @@ def off(points, outlines):
     return np.linalg.norm(points[:, None] - a - f[..., None] * e, axis=2).min(axis=1)
 
 
-@BOTH
+@ALL
 def test_without_noise_every_point_lies_on_an_outline(scene):
     drawn = scene(noise=0.0)
     for cloud in (drawn.source, drawn.target):
@@ -40,7 +40,7 @@ def test_the_rooms_are_as_large_as_they_are_said_to_be():
     assert np.median(gaps) == pytest.approx(0.13)
 
 
-@BOTH
+@ALL
 def test_noise_stretches_one_draw_and_outliers_add_to_each_other(scene):
     clean, one, two = (scene(noise=s).source for s in (0.0, 0.1, 0.2))
     np.testing.assert_allclose(two - clean, 2.0 * (one - clean), atol=1e-12)
@@ -66,6 +66,21 @@ def test_one_wall_does_not_fix_the_slide(seed):
     assert rte(found.pose, Pose.identity()) > 0.3
 
 
+@pytest.mark.parametrize("seed", range(40, 40 + 5 * 13, 13))
+def test_a_corridor_fixes_all_but_the_slide(seed):
+    """Point to plane finds the turn and the place across from either side's walls; along them it stays where it was."""
+    scene = corridor(seed=seed)
+    found = register(scene.source, scene.target, "point-to-plane", start=scene.start, free_below=0.05)
+    assert found.status is Status.DEGENERATE
+    assert "slide along (0.9" in found.reason
+    assert rre(found.pose, Pose.identity()) < np.radians(1.0)
+    along = (WALL[1] - WALL[0]) / np.linalg.norm(WALL[1] - WALL[0])
+    error = (found.transform(scene.source) - scene.source).mean(axis=0)
+    assert abs(along[0] * error[1] - along[1] * error[0]) < 0.05
+    assert abs(along @ error) > 0.3
+    assert np.linalg.norm(CORRIDOR[1] - CORRIDOR[0], axis=1) == pytest.approx([2.4, 2.4])
+
+
 def test_ndt_finds_its_room_from_the_scenes_start():
     scenes = [ndt_room(seed=40 + 13 * k) for k in range(10)]
     found = register(
@@ -75,7 +90,7 @@ def test_ndt_finds_its_room_from_the_scenes_start():
     assert (rre(found.pose, Pose.identity()) < np.radians(1.0)).sum() >= 8
 
 
-@BOTH
+@ALL
 @pytest.mark.parametrize("wrong", [{"noise": -0.1}, {"outliers": 1.5}, {"seed": -1}])
 def test_refusals_name_the_argument(scene, wrong):
     with pytest.raises(ValueError, match=next(iter(wrong))):

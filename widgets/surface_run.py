@@ -1,0 +1,206 @@
+"""A run of ICP with one of three residuals as figures show it: pairs, pulls, the system they make, the course."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from solvers import METHODS, Pose, Status, gauss_newton, robust
+from solvers.arrays import BoolArray
+from solvers.gauss_newton import System
+from solvers.icp import Pairing
+from solvers.metrics import point_error, rre, rte
+from solvers.scenes import Scene, room
+from solvers.stepper import Batch, advance, begin
+from solvers.wall_scenes import corridor, single_wall
+
+from .picture import Array
+from .room import problem, single
+
+SCENES: dict[str, str] = {"room": "Room", "wall": "One wall", "corridor": "Corridor"}
+RESIDUALS: dict[str, str] = {"point": "Point", "plane": "Plane", "gicp": "GICP"}
+WEIGHTS: dict[str, str] = {"none": "None", "huber": "Huber", "tukey": "Tukey", "welsch": "Welsch"}
+METHOD = {"point": "icp", "plane": "point-to-plane", "gicp": "gicp"}
+CALLS = {"room": "room", "wall": "single_wall", "corridor": "corridor"}
+
+FREE_BELOW = 0.05
+"""Point to plane believes no direction whose eigenvalue is below this fraction of the largest: noise tilts normals, so
+that no direction is free to rounding. GICP's covariances hold every direction with a hundredth at least."""
+
+STEPS = 60
+
+
+@dataclass(frozen=True)
+class Ask:
+    """What is to be run: a residual, a robust weight, the fraction that is trimmed."""
+
+    residual: str
+    weight: str
+    trim: float
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """Those of the solver that differ from its own."""
+        named: dict[str, Any] = {"weight": self.weight} if self.weight != "none" else {}
+        if self.trim > 0.0:
+            named["trim"] = self.trim
+        return {**named, "free_below": FREE_BELOW} if self.residual == "plane" else named
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One pose of the course: the residual's RMS, and the errors against the truth in degrees and u; `point` is the
+    RMS distance of the source points from where the truth puts them, u."""
+
+    rms: float
+    rotation: float
+    translation: float
+    point: float
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A run so far. began: its start. The pairs and their system are those of the present pose.
+
+    partners: (m, 2) the target point of each source point. precision: (m, 2, 2). pull: (m,) the length of the pair's
+    term in the step's gradient, `w ‖M (x − q)‖`. scale: the s of the robust weight, u.
+    """
+
+    ask: Ask
+    scene: Scene
+    began: Pose
+    batch: Batch[Any]
+    course: tuple[Entry, ...]
+    pairing: Pairing
+    partners: Array
+    precision: Array
+    pull: Array
+    scale: float
+    system: System
+
+    @property
+    def state(self) -> Any:
+        """The solver's state, a batch of one."""
+        return self.batch.state()
+
+    @property
+    def pose(self) -> Pose:
+        """Where the source lies."""
+        return single(self.batch.pose())
+
+    @property
+    def moved(self) -> Array:
+        """The source points there, (m, 2)."""
+        return self.pairing.moved[0]
+
+    @property
+    def used(self) -> BoolArray:
+        """(m,) the pairs that the next step fits."""
+        return self.pairing.used[0]
+
+    @property
+    def steps(self) -> int:
+        """Taken so far."""
+        return len(self.course) - 1
+
+    @property
+    def done(self) -> bool:
+        """Whether it has stopped."""
+        return self.batch.done
+
+    @property
+    def status(self) -> Status:
+        """How it stands."""
+        return Status(int(self.state.status[0]))
+
+    @property
+    def reason(self) -> str:
+        """Why it stopped, in words."""
+        return str(self.state.reason[0])
+
+    @property
+    def freedom(self) -> str:
+        """What the pairs leave free, in words; empty where they hold every direction."""
+        return gauss_newton.freedom(self.system, 0)
+
+    def step(self) -> Run:
+        """The run after one more step; a run that has stopped stays as it is."""
+        return self if self.done else _read(self, advance(self.batch))
+
+    def finish(self) -> Run:
+        """The run at its stop."""
+        run = self
+        while not run.done:
+            run = run.step()
+        return run
+
+
+def scene_of(name: str, seed: int, noise: float, outliers: float) -> Scene:
+    """One of SCENES; outliers: the fraction of each cloud."""
+    draw: Callable[..., Scene] = {"room": room, "wall": single_wall, "corridor": corridor}[name]
+    return draw(seed=seed, noise=noise, outliers=outliers)
+
+
+def begun(ask: Ask, scene: Scene, start: Pose) -> Run:
+    """A run of the scene from `start`, no step taken."""
+    method = METHODS[METHOD[ask.residual]]
+    batch = begin(method, problem(scene, start), method.options(**ask.options), STEPS)
+    nothing: Any = None
+    empty = Run(ask, scene, start, batch, (), nothing, nothing, nothing, nothing, 0.0, nothing)
+    return _read(empty, batch)
+
+
+def _read(run: Run, batch: Batch[Any]) -> Run:
+    """The run with what stands at the batch's present state."""
+    state = batch.state()
+    pairing: Pairing = state.pairing
+    partners = state.index.points[:, pairing.rows[0]]
+    if run.ask.residual == "point":
+        precision = np.broadcast_to(np.eye(2), (*pairing.moved.shape, 2))
+        centre = pairing.moved.mean(axis=1)
+        system = gauss_newton.system(pairing.moved, partners, precision, pairing.weights, centre, state.radius)
+    else:
+        precision, system = state.precision, state.system
+    left = np.einsum("mij,mj->mi", precision[0], pairing.moved[0] - partners[0])
+    pose = single(state.pose)
+    entry = Entry(
+        rms=float(pairing.rms[0]),
+        rotation=float(np.degrees(rre(pose, run.scene.truth))),
+        translation=float(rte(pose, run.scene.truth)),
+        point=float(point_error(pose, run.scene.truth, run.scene.source)),
+    )
+    return replace(
+        run,
+        batch=batch,
+        course=(*run.course, entry),
+        pairing=pairing,
+        partners=partners[0],
+        precision=precision[0],
+        pull=pairing.weights[0] * np.linalg.norm(left, axis=1),
+        scale=_scale(run.ask.weight, pairing),
+        system=system,
+    )
+
+
+def _scale(weight: str, pairing: Pairing) -> float:
+    """The s of the weights; without any, that of the pairs used all the same."""
+    if weight == "none":
+        return float(robust.mad_scale(pairing.distances, pairing.used)[0])
+    return float(pairing.threshold[0] / robust.TUNING[weight])
+
+
+def wall_direction(scene: Scene) -> Array:
+    """The unit vector along the scene's first wall, (2,)."""
+    along = scene.outline[0][1] - scene.outline[0][0]
+    return np.asarray(along / np.linalg.norm(along))
+
+
+def along_across(run: Run) -> tuple[float, float]:
+    """How far the source's centroid is from its true place along the first wall, and across it; u, signed."""
+    truth = run.scene.truth.apply(run.scene.source)
+    off = (run.moved - truth).mean(axis=0)
+    x, y = wall_direction(run.scene)
+    return float(x * off[0] + y * off[1]), float(x * off[1] - y * off[0])
