@@ -30,7 +30,7 @@ FREE_BELOW = 0.05
 """Point to plane believes no direction whose eigenvalue is below this fraction of the largest: noise tilts normals, so
 that no direction is free to rounding. GICP's covariances hold every direction with a hundredth at least."""
 
-STEPS = 60
+STEPS = 40
 
 
 @dataclass(frozen=True)
@@ -94,12 +94,12 @@ class Run:
     @property
     def moved(self) -> Array:
         """The source points there, (m, 2)."""
-        return self.pairing.moved[0]
+        return np.asarray(self.pairing.moved[0])
 
     @property
     def used(self) -> BoolArray:
         """(m,) the pairs that the next step fits."""
-        return self.pairing.used[0]
+        return np.asarray(self.pairing.used[0])
 
     @property
     def steps(self) -> int:

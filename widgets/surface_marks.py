@@ -1,0 +1,184 @@
+"""What residuals that know surfaces look like: pulls, normals, covariances, the weak direction, the weight function."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from solvers import robust
+from solvers.arrays import BoolArray
+from solvers.gicp import GicpOptions
+
+from .chart import Series, chart
+from .picture import Array, Arrow, Ellipses, Label, Mark, Panel, Path, Points, Role, Segments, Ticks, View, number
+from .room import with_marks
+from .surface_run import Run
+
+FAINTEST = 1.0 / 6.0  # a pair that is used is drawn, however little it pulls
+SIGMAS = 0.4  # at which covariances are drawn: a whole one is as long as a wall
+EVERY = 7  # of whose points one covariance is drawn
+SLIDE = 0.1  # turning part of a unit direction below which it is a slide to the eye, as in gauss_newton.freedom
+BESIDE = 0.75  # u from the cloud's centre to the arrow of a slide, which would else lie in the wall
+FARTHEST = 8.0  # r / s
+HIGHEST = 2.2
+LEAVES = 1.8  # where the line of an unbounded pull ends
+
+
+def pairs(run: Run) -> tuple[Mark, ...]:
+    """The residual of each used pair, from the moved point to its partner, or in plane mode to the foot on the line
+    through the partner; as strong as the pair's pull is against the strongest."""
+    used = run.used
+    share = run.pull[used] / max(float(run.pull.max()), 1e-12)
+    return (Segments(run.moved[used], _ends(run)[used], "pair", weight=np.maximum(share, FAINTEST)),)
+
+
+def _ends(run: Run) -> Array:
+    if run.ask.residual != "plane":
+        return run.partners
+    # precision is n nᵀ here: the part of the offset along the normal.
+    return np.asarray(run.moved - np.einsum("mij,mj->mi", run.precision, run.moved - run.partners))
+
+
+def surfaces(run: Run) -> tuple[Mark, ...]:
+    """The target's normals as ticks, or some of its covariances as ellipses; nothing for point pairs."""
+    state = run.state
+    if run.ask.residual == "plane":
+        known = ~state.normals.flagged[0]
+        return (Ticks(state.index.points[0, known], state.normals.vectors[0, known], "normal", length=13.0),)
+    if run.ask.residual == "gicp":
+        chosen = slice(None, None, EVERY)
+        covariance = state.covariances[1][0, chosen]
+        return (Ellipses(state.index.points[0, chosen], covariance, "normal", SIGMAS, filled=True),)
+    return ()
+
+
+def own_surfaces(run: Run) -> tuple[Mark, ...]:
+    """Some of the source's covariances where the source lies, which turn with it."""
+    if run.ask.residual != "gicp":
+        return ()
+    chosen, R = slice(EVERY // 2, None, EVERY), run.pose.R
+    covariance = R @ run.state.covariances[0][0, chosen] @ R.T
+    return (Ellipses(run.moved[chosen], covariance, "source", SIGMAS, filled=True),)
+
+
+def source_points(run: Run, radius: float = 2.5) -> tuple[Mark, ...]:
+    """The moved points: those that the simulation put elsewhere as crosses, a ring about those whose pair is unused."""
+    wrong = run.scene.source_outlier
+    return (
+        Points(run.moved[~wrong], "source", radius=radius),
+        Points(run.moved[wrong], "outlier", "cross", radius=radius + 0.5),
+        Points(run.moved[~run.used], "ghost", "ring", radius=radius + 3.0),
+    )
+
+
+def weak_direction(run: Run) -> tuple[Mark, ...]:
+    """The motion that the pairs hold least, both ways: a straight arrow for a slide, an arc for a turn; longer and
+    thicker where it is free."""
+    free = bool(run.system.free[0, 0])
+    half, head = (2.0, 11.0) if free else (1.1, 7.0)
+    course = _course(run, half)
+    reach = course[[0, -1]], course[[1, -2]]
+    return (
+        Path(course, "weak", thick=free),
+        *(Arrow(before, end, "weak", head) for end, before in zip(*reach, strict=True)),
+    )
+
+
+def _course(run: Run, half: float) -> Array:
+    """Places (n, 2) that a point passes under the weak motion, `half` u to either side of its own."""
+    v, a = run.system.directions[0, :2, 0], float(run.system.directions[0, 2, 0])
+    centre, radius = run.system.centre[0], float(run.system.radius[0])
+    if abs(a) < SLIDE:
+        along = v / np.linalg.norm(v)
+        along = along if along[0] > 0 else -along
+        beside = centre + BESIDE * np.array([along[1], -along[0]])
+        return np.asarray(beside + np.linspace(-half, half, 3)[:, None] * along)
+    about = centre + np.array([-v[1], v[0]]) * radius / a
+    arm = centre - about
+    length = float(np.hypot(*arm))
+    if length < 0.35 * radius:  # a turn about the middle, seen half a radius above it
+        arm, length = np.array([0.0, 0.5 * radius]), 0.5 * radius
+    angles = np.linspace(-half, half, 15) / max(length, half)
+    c, s = np.cos(angles), np.sin(angles)
+    return np.asarray(about + np.stack([c * arm[0] - s * arm[1], s * arm[0] + c * arm[1]], axis=1))
+
+
+def left_free(run: Run) -> str:
+    """The kind of motion that the pairs do not hold: 'none', 'slide', 'turn', or how many there are."""
+    count = int(run.system.free[0].sum())
+    return ("none", _kind(run), f"{count} of 3", "all")[min(count, 3)]
+
+
+def _kind(run: Run) -> str:
+    return "slide" if abs(float(run.system.directions[0, 2, 0])) < SLIDE else "turn"
+
+
+def condition(run: Run) -> str:
+    """The condition number as text, rounded to what matters."""
+    value = float(run.system.condition[0])
+    if not np.isfinite(value) or value >= 1e6:
+        return "> 10⁶"
+    return number(value, 1 if value < 100 else 0)
+
+
+def weak_label(run: Run, view: View) -> Label:
+    """The weak direction in words, in the map's top left corner, where no cloud lies."""
+    how = "free" if run.system.free[0, 0] else "weakest"
+    return Label([view.x0, view.y1], f"{how}: {_kind(run)}, condition {condition(run)}", "weak", dx=12, dy=24)
+
+
+def weight_chart(run: Run, width: float = 320.0) -> Panel:
+    """w and the pull w r over the pair distance r in units of s, and beneath them a stroke for every pair."""
+    kernel = run.ask.weight
+    k = 1.0 if kernel == "none" else robust.TUNING[kernel]
+    r = np.linspace(0.0, FARTHEST, 161)
+    w = robust.weights(kernel, r, k)
+    pull = np.where(w * r <= LEAVES + 1e-9, w * r, np.nan)
+    panel = chart(
+        "weights",
+        "The weight function, and the distances of the present pairs beneath it",
+        [Series(r, pull, "ink", "pull, w·r / s", dashed=True), Series(r, w, "accent", "weight w")],
+        x_label=f"distance r of the pair / s,  s = {number(run.scale, 3)} u",
+        y_label="Weight, and pull in units of s",
+        x_range=(0.0, FARTHEST),
+        y_range=(-0.6, HIGHEST),
+        width=width,
+        height=0.82 * width,
+    )
+    named = [(1.0, "s")] if kernel == "none" else [(1.0, "s"), (k, "k")]
+    for at, name in named:
+        line = Segments([at, -0.6], [at, HIGHEST], "guide", dashed=name == "k")
+        panel = with_marks(panel, line, Label([at, HIGHEST], name, "guide", dx=4, dy=10))
+    return with_marks(panel, *_rug(run))
+
+
+def _rug(run: Run) -> list[Mark]:
+    """A stroke for each pair at its distance; what lies beyond the chart is counted at its edge."""
+    wrong, used = run.scene.source_outlier, run.used
+    x = run.pairing.distances[0] / run.scale
+    inside = x <= FARTHEST
+    kinds: tuple[tuple[BoolArray, Role, float, float], ...] = (
+        (~wrong & used, "source", -0.06, -0.3),
+        (wrong & used, "outlier", -0.32, -0.56),
+        (~wrong & ~used, "ghost", -0.06, -0.3),
+        (wrong & ~used, "ghost", -0.32, -0.56),
+    )
+    marks: list[Mark] = []
+    for chosen, role, top, bottom in kinds:
+        at = x[chosen & inside]
+        ends = [np.stack([at, np.full_like(at, y)], axis=1) for y in (top, bottom)]
+        marks.append(Segments(ends[0], ends[1], role))
+    beyond = int((~inside).sum())
+    if beyond:
+        marks.append(Label([FARTHEST, HIGHEST], f"{beyond} beyond {FARTHEST:.0f} s", "guide", "end", dx=-2, dy=10))
+    return marks
+
+
+def residual_unit(residual: str) -> str:
+    """Of the RMS: GICP's is measured in its covariances' standard deviations, the others in u."""
+    return "σ" if residual == "gicp" else "u"
+
+
+def covariance_words() -> str:
+    """The standard deviations of the surface model that GICP is run with."""
+    own = GicpOptions()
+    return f"{number(own.tangent**0.5, 1)} u along the surface and {number(own.normal**0.5, 1)} u across it"
