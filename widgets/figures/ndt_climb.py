@@ -289,8 +289,8 @@ def _description(state: State) -> str:
         caps = [cap for cap in run.caps if cap]
         if caps or any(run.halved):
             words.append(
-                f"The shift cap acted {caps.count('shift')} times, the turn cap {caps.count('turn')} times, and"
-                f" {sum(map(bool, run.halved))} steps were halved."
+                f"Of its steps, {caps.count('shift')} met the cap on shifts, {caps.count('turn')} the cap on turns, and"
+                f" {sum(map(bool, run.halved))} had to be halved."
             )
         if run.status.label not in ("running", "capped"):
             words.append(f"Its reason: {run.now.reason[0]}.")

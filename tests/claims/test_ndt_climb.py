@@ -1,0 +1,199 @@
+"""The checkable claims of the chapter 'Climb', against the solvers."""
+
+import numpy as np
+import pytest
+
+from solvers import Pose, Status, ndt, ndt_map, newton, register
+from solvers.icp import rms_radius
+from solvers.metrics import rre, rte
+from solvers.ndt_score import evaluate
+from solvers.wall_scenes import ndt_room, single_wall
+
+SEEDS = range(40, 40 + 25 * 13, 13)
+DOWN_RIGHT = np.array([0.83205, -0.5547])
+CAPS = {"max_shift": 0.5, "max_turn": 0.2, "max_steps": 45}
+FINE = (3.2, 1.6, 0.8)
+
+
+@pytest.fixture(scope="module")
+def draws():
+    """Source and target of 25 draws of the room."""
+    scenes = [ndt_room(seed=seed) for seed in SEEDS]
+    return np.stack([s.source for s in scenes]), np.stack([s.target for s in scenes])
+
+
+def arrived(pose):
+    """Within 2° and 0.1 u of the truth, which is the identity."""
+    truth = Pose.identity(batch=pose.batch)
+    return (np.degrees(rre(pose, truth)) < 2.0) & (rte(pose, truth) < 0.1)
+
+
+def around(centre, degrees, distance, count=16):
+    """Starts on a circle about the truth, their centroid `distance` away, turned about it to either side in turn."""
+    way = np.arange(count) * 2 * np.pi / count
+    R = Pose.from_angle(np.where(np.arange(count) % 2, 1.0, -1.0) * np.radians(degrees)).R
+    return Pose(R, centre + distance * np.stack([np.cos(way), np.sin(way)], axis=1) - R @ centre)
+
+
+def hessians(cells, which, moved, radius):
+    """Gradients and Hessians by (tx, ty, ρφ) of moved clouds (k, m, 2), all on the map of one cloud."""
+    score = evaluate(cells, moved, moved.mean(axis=1), np.full(len(moved), which))
+    return ndt.scaled(score.gradient, score.hessian, np.full(len(moved), radius))
+
+
+def test_the_score_jumps_at_a_border():
+    """A scan moved by 10⁻⁹ u over a cell's border changes its score by more than 0.01, elsewhere by less than 10⁻⁶."""
+    scene = ndt_room()
+    cells = ndt_map.build(scene.target[None], 0.8, grids=4)
+    x = np.linspace(0.0, 0.1, 401)
+    moved = scene.source + np.stack([x, np.zeros_like(x)], axis=1)[:, None]
+    pairs = [moved, moved + np.array([1e-9, 0.0])]
+    # Each point's first border to the right, on the first grid: just before it and just after.
+    wall = scene.source[:, 0]
+    border = np.ceil(wall / 0.8) * 0.8 - wall
+    across = np.stack([border - 5e-10, np.zeros_like(border)], axis=1)
+    crossing = scene.source + across[:, None]
+    jumps = []
+    for a, b in ((pairs[0], pairs[1]), (crossing, crossing + np.array([1e-9, 0.0]))):
+        one, other = (
+            evaluate(cells, at, np.zeros((len(at), 2)), np.zeros(len(at), dtype=int), derivatives=False)
+            for at in (a, b)
+        )
+        jumps.append(np.abs(other.score - one.score))
+    assert np.median(jumps[0]) < 1e-6
+    assert np.median(jumps[1]) > 0.01
+
+
+def test_beyond_one_sigma_the_curvature_is_negative():
+    """The second derivative of −exp(−q²/2σ²) is s (1 − q²/σ²)/σ²: positive within σ of the mean, negative beyond."""
+    line = np.column_stack([np.linspace(-0.49, 0.49, 50), 0.5 + 0.01 * np.sin(np.arange(50.0))])
+    cells = ndt_map.build((line + np.array([0.5, 0.0]))[None], 1.0)
+    mean, precision = cells.mean[0, 0], cells.precision[0, 0]
+    sigma = 1.0 / np.sqrt(precision[0, 0])
+    for q in (0.0, 0.5, 0.9, 1.1, 1.5):
+        at = evaluate(cells, (mean + np.array([q * sigma, 0.0]))[None, None], np.zeros((1, 2)))
+        expected = np.exp(-0.5 * q**2) * (1.0 - q**2) / sigma**2
+        assert at.hessian[0, 0, 0] == pytest.approx(expected, rel=1e-9)
+
+
+def test_most_starts_have_an_indefinite_hessian(draws):
+    """At starts 10° and 0.5 u off, eight around each of 25 draws, the smallest eigenvalue of H is negative in most."""
+    sources, targets = draws
+    cells = ndt_map.build(targets, 0.8, grids=4)
+    count = 0
+    for i, source in enumerate(sources):
+        centre, radius = source.mean(axis=0), float(rms_radius(source[None])[0])
+        _, H = hessians(cells, i, around(centre, 10.0, 0.5, 8).apply(source), radius)
+        count += int((np.linalg.eigvalsh(H)[:, 0] < 0.0).sum())
+    assert 180 < count < 200
+
+
+def test_units_do_not_change_a_scaled_step():
+    """The room in centimetres: the step by (tx, ty, ρφ) is the same motion; that by (tx, ty, φ) is another one."""
+    scene = ndt_room()
+    steps = {"scaled": [], "bare": []}
+    for unit in (1.0, 100.0):
+        moved = unit * around(scene.source.mean(axis=0), 10.0, 0.5, 8).apply(scene.source)
+        cells = ndt_map.build(unit * scene.target[None], 0.8 * unit, grids=4)
+        for name, radius in (("scaled", float(rms_radius(unit * scene.source[None])[0])), ("bare", 1.0)):
+            g, H = hessians(cells, 0, moved, radius)
+            step, _ = newton.damped_step(g, H)
+            steps[name].append(step / np.array([unit, unit, radius]))
+    np.testing.assert_allclose(*steps["scaled"], rtol=1e-6, atol=1e-9)
+    assert np.abs(steps["bare"][0] - steps["bare"][1]).max() > 0.01
+
+
+def test_coarse_to_fine_from_the_figures_start(draws):
+    """From 25° and 1.4 u: cells of 0.8 u alone arrive in one of 25 draws, 3.2 → 1.6 → 0.8 u in every one."""
+    start = Pose.from_angle(np.full(25, np.radians(25.0)), 1.4 * DOWN_RIGHT)
+    counts = [int(arrived(register(*draws, "ndt", start=start, cells=h, **CAPS).pose).sum()) for h in (0.8, FINE)]
+    assert counts == [1, 25]
+
+
+def test_reach_around_the_truth(draws):
+    """Sixteen starts 20° and 1 u off around each of six draws: 2 of 96 arrive at one cell size, 93 coarse to fine."""
+    counts = []
+    for h in (0.8, FINE):
+        runs = [
+            register(source, target, "ndt", start=around(source.mean(axis=0), 20.0, 1.0), cells=h, **CAPS)
+            for source, target in zip(draws[0][:6], draws[1][:6], strict=True)
+        ]
+        counts.append(sum(int(arrived(run.pose).sum()) for run in runs))
+    assert counts == [2, 93]
+
+
+def test_levels_have_summits_of_their_own(draws):
+    """Climbed to rest from the truth on each cell size, one draw's three poses differ by more than the tolerance."""
+    truth = Pose.identity(batch=(25,))
+    ends = [register(*draws, "ndt", start=truth, cells=h, **CAPS).pose for h in FINE]
+    for a, b in ((0, 1), (1, 2)):
+        apart = rte(ends[a], ends[b]) + rre(ends[a], ends[b])
+        assert (apart > 1e-3).sum() >= 20
+
+
+def test_too_coarse_a_level_loses_a_good_start():
+    """One grid, 5° and 0.2 u off: cells of 1.2 u arrive, the run over 4.8 → 2.4 → 1.2 u ends over 10° away."""
+    scene = ndt_room()
+    start = Pose.from_angle(np.radians(5.0), 0.2 * DOWN_RIGHT)
+    levels = (1.2, (4.8, 2.4, 1.2))
+    one, several = (
+        register(scene.source, scene.target, "ndt", start=start, cells=h, grids=1, **CAPS) for h in levels
+    )
+    assert arrived(one.pose)
+    assert np.degrees(rre(several.pose, scene.truth)) > 10.0
+
+
+def reach_in_degrees(source, target, way, cells):
+    """The angle up to which every start turned about the centroid arrives, in steps of 2°."""
+    centre, angles = source.mean(axis=0), np.arange(2, 59, 2)
+    R = Pose.from_angle(way * np.radians(angles)).R
+    found = arrived(register(source, target, "ndt", start=Pose(R, centre - R @ centre), cells=cells, **CAPS).pose)
+    return int(angles[np.argmin(found)]) - 2
+
+
+def test_there_is_no_universal_capture_angle(draws):
+    """In three draws, turned either way: all starts arrive up to an angle between 28° and 48°, and with cells of 0.6 u
+    at the end up to one between 18° and 28°."""
+    reach = {
+        cells: [
+            reach_in_degrees(source, target, way, cells)
+            for source, target in zip(draws[0][:3], draws[1][:3], strict=True)
+            for way in (1, -1)
+        ]
+        for cells in (FINE, (2.4, 1.2, 0.6))
+    }
+    assert [(min(found), max(found)) for found in reach.values()] == [(28, 48), (18, 28)]
+
+
+def test_converged_far_from_the_truth(draws):
+    """From 90°: no run of 25 draws arrives, all stop before the cap, 20 of those from coarse to fine as converged."""
+    start = Pose.from_angle(np.full(25, np.radians(90.0)), DOWN_RIGHT)
+    for h in (0.8, FINE):
+        run = register(*draws, "ndt", start=start, cells=h, **CAPS)
+        assert not arrived(run.pose).any()
+        assert (np.degrees(rre(run.pose, Pose.identity(batch=(25,)))) > 20.0).all()
+        assert (run.status != Status.CAPPED).all()
+    assert (run.status == Status.CONVERGED).sum() == 20
+
+
+def test_the_truth_is_seldom_the_summit(draws):
+    """Started at the truth on cells of 0.8 u: 22 of 25 draws end at a higher score, the others at the same."""
+    sources, targets = draws
+    run = register(sources, targets, "ndt", start=Pose.identity(batch=(25,)), cells=0.8, **CAPS)
+    cells = ndt_map.build(targets, 0.8, grids=4)
+    truth = evaluate(cells, sources, sources.mean(axis=1)).score
+    assert (-run.objective > truth + 1e-9).sum() == 22
+    assert (-run.objective >= truth - 1e-9).all()
+
+
+def test_a_wall_is_weak_along_itself():
+    """On one wall: converged, more than 0.5 u off along it, condition above 100, the weak direction within 5° of it."""
+    scene = single_wall()
+    start = Pose.from_angle(0.0, (0.6, 0.2))
+    run = register(scene.source, scene.target, "ndt", start=start, cells=(1.6, 0.8))
+    along = np.array([8.0, 2.8]) / np.hypot(8.0, 2.8)
+    assert run.status == Status.CONVERGED
+    assert abs(run.pose.t @ along) > 0.5
+    assert run.detail("condition") > 100.0
+    weak = run.detail("weak")
+    assert abs(weak[:2] @ along) > np.cos(np.radians(5.0))
