@@ -136,9 +136,7 @@ def test_too_coarse_a_level_loses_a_good_start():
     scene = ndt_room()
     start = Pose.from_angle(np.radians(5.0), 0.2 * DOWN_RIGHT)
     levels = (1.2, (4.8, 2.4, 1.2))
-    one, several = (
-        register(scene.source, scene.target, "ndt", start=start, cells=h, grids=1, **CAPS) for h in levels
-    )
+    one, several = (register(scene.source, scene.target, "ndt", start=start, cells=h, grids=1, **CAPS) for h in levels)
     assert arrived(one.pose)
     assert np.degrees(rre(several.pose, scene.truth)) > 10.0
 
