@@ -18,8 +18,8 @@ from .picture import Array, Heat, Label, Mark, Path, View, number
 from .svg import HEAT_LEVELS
 
 STRIDE = 3
-PAD = (44.0, 26.0, 68.0, 42.0)  # px about a field's window for its numbers and, at the right, the scale
-BAR = (16.0, 32.0, 36.0)  # px from the window to the scale's left and right side, and from there to its name's end
+PAD = (46.0, 26.0, 74.0, 42.0)  # px about a field's window for its numbers and, at the right, the scale
+BAR = (12.0, 26.0, 46.0)  # px from the window to the scale's left and right side, and from there to its name's end
 Index = NDArray[np.int64]
 
 
@@ -44,6 +44,7 @@ class Field:
         self._of = of
         self._values: Array = np.full((side, side), np.nan)
         self._level = -1
+        self._heats: dict[tuple[int, float, float], Heat] = {}  # the very same mark is not drawn twice
 
     @property
     def details(self) -> int:
@@ -82,7 +83,10 @@ class Field:
 
     def heat(self, level: int, low: float, high: float) -> Heat:
         """The field's mark at a level."""
-        return Heat(self.values(level), self.window, low, high)
+        key = level, low, high
+        if key not in self._heats:
+            self._heats[key] = Heat(self.values(level), self.window, low, high)
+        return self._heats[key]
 
     def _edge(self, level: int) -> int:
         """The lowest row that is computed in full at a level, a multiple of 3."""

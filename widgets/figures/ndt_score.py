@@ -36,8 +36,8 @@ from ..picture import (
 REACH = 1.5
 WINDOW = (-REACH, REACH, -REACH, REACH)
 MAP = View(*WINDOW, width=460.0, pad=PAD)
-ROOM = View(-5.6, 5.6, -4.2, 4.2, width=480.0)
-START = (0.9, -0.75)
+ROOM = View(-6.2, 6.2, -4.4, 4.4, width=480.0)
+START = (-0.7, -0.6)
 BANDS = 4
 TOPS = (0.1, 0.2, 0.4, 0.6)
 """The colour scale ends at the first of these that the coarse map does not exceed."""
@@ -58,7 +58,10 @@ class Controls:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """scan: the source points, turned. field: their score by translation. path: the climb from the last start."""
+    """scan: the source points, turned. field: their score by translation. truth: the score at the truth.
+    path: the climb from the last start. ground: the marks of the room that no climb changes. Scores are those of all
+    points and grids divided by their numbers.
+    """
 
     controls: Controls
     seed: int
@@ -68,6 +71,7 @@ class State:
     field: Field
     truth: float
     path: Climb
+    ground: tuple[Mark, ...]
 
 
 def start(controls: Controls, seed: int) -> State:
@@ -78,7 +82,12 @@ def start(controls: Controls, seed: int) -> State:
     pairs = len(scan) * _grids(controls)
     field = Field(lambda x, y: score_map(cells, scan, x, y) / pairs, WINDOW, bands=BANDS)
     truth = float(evaluate(cells, scene.source[None], np.zeros((1, 2)), derivatives=False).score[0]) / pairs
-    return State(controls, seed, scene, cells, scan, field, truth, climb(cells, scan, np.array(START)))
+    kept = cells.kept[0]
+    ground: tuple[Mark, ...] = (
+        Ellipses(cells.mean[0][kept], floored(cells.covariance[0][kept]), "target", sigmas=2.0, filled=True),
+        Points(scene.target, "target", "square", radius=2.0, weight=np.full(len(scene.target), 0.4)),
+    )
+    return State(controls, seed, scene, cells, scan, field, truth, climb(cells, scan, np.array(START)), ground)
 
 
 def act(state: State, action: Action) -> State:
@@ -158,11 +167,9 @@ def _steps(path: Climb) -> tuple[Mark, ...]:
 
 
 def _room(state: State) -> Panel:
-    cells, scene, path = state.cells, state.scene, state.path
-    kept = cells.kept[0]
+    path = state.path
     marks: tuple[Mark, ...] = (
-        Ellipses(cells.mean[0][kept], floored(cells.covariance[0][kept]), "target", sigmas=2.0, filled=True),
-        Points(scene.target, "target", "square", radius=2.0, weight=np.full(len(scene.target), 0.4)),
+        *state.ground,
         Points(state.scan + path.places[0], "ghost", radius=2.0),
         Points(state.scan + path.places[-1], "source", radius=2.0),
     )
