@@ -1,0 +1,266 @@
+"""The checkable claims of the chapter 'Correspondences corrupted', against the solvers."""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from solvers import Pose, Status, fit_planar, fit_rigid, register
+from solvers.match_scenes import FACADE, FACADE_TRUTH, PERIOD, facade_scene
+from solvers.metrics import rre, rte
+from solvers.ransac import RANSAC, RansacOptions, capped_sum, trials
+from solvers.stepper import Problem, advance, begin
+
+SEEDS = range(40, 40 + 13 * 25, 13)  # 25 draws
+FALSE_POSE = FACADE_TRUTH.compose(Pose.from_angle(0.0, (PERIOD, 0.0)))
+
+
+def solve(scene, **options):
+    """The figure's run on a scene."""
+    usual = {"inlier": 0.25, "separation": 0.7, "most": 300, "per_step": 300, "max_steps": 400}
+    return register(scene.source, scene.target, method="ransac", seed=scene.seed, **usual | options)
+
+
+def every_trial(scene, separation):
+    """All trials that can be drawn: their rows (k, 2), poses, squared residuals (k, 40), and which drew right pairs."""
+    rows = np.array(list(combinations(range(len(scene.source)), 2)))
+    gaps = [np.linalg.norm(cloud[rows[:, 0]] - cloud[rows[:, 1]], axis=1) for cloud in (scene.source, scene.target)]
+    rows = rows[np.minimum(*gaps) >= separation]
+    pose = fit_planar(scene.source[rows], scene.target[rows]).pose
+    squares = ((pose.apply(scene.source) - scene.target) ** 2).sum(axis=-1)
+    return rows, pose, squares, ~scene.target_outlier[rows].any(axis=1)
+
+
+# Least squares
+
+
+def test_least_squares_translation_has_no_bound():
+    """Of forty pairs, one partner sent off by 10, 10⁴ or 10⁷ u takes the fitted centroid along by a fortieth of it."""
+    for away in (10.0, 1e4, 1e7):
+        scene = facade_scene(outliers=0.0)
+        target = scene.target.copy()
+        target[7] += (away, 0.0)
+        poses = [fit_rigid(scene.source, q).pose for q in (scene.target, target)]
+        before, after = (pose.apply(scene.source).mean(axis=0) for pose in poses)
+        np.testing.assert_allclose(after - before, (away / 40, 0.0), rtol=1e-9, atol=1e-9)
+
+
+def test_one_wrong_pair_of_forty_does_not_ruin_the_fit():
+    """Without noise, one corner matched to a window across the front costs below 2° and 0.15 u in each of 25 draws."""
+    for seed in SEEDS:
+        scene = facade_scene(seed=seed, noise=0.0, outliers=1 / 40)
+        pose = fit_rigid(scene.source, scene.target).pose
+        assert 0.0 < np.degrees(rre(pose, scene.truth)) < 2.0
+        assert 0.0 < rte(pose, scene.truth) < 0.15
+
+
+def test_consensus_finds_what_least_squares_misses():
+    """In each of 25 draws with 18 of 40 wrong, least squares is over 0.8 u off, the consensus below 2° and 0.1 u."""
+    for seed in SEEDS:
+        scene = facade_scene(seed=seed)
+        result = solve(scene)
+        assert result.status is Status.CONVERGED
+        assert np.degrees(rre(result.pose, scene.truth)) < 2.0
+        assert rte(result.pose, scene.truth) < 0.1
+        assert rte(fit_rigid(scene.source, scene.target).pose, scene.truth) > 0.8
+
+
+# Proposing and judging
+
+
+def test_two_pairs_share_their_disagreement():
+    """The fit of two pairs leaves each half the difference of their two lengths, and nothing else."""
+    rng = np.random.default_rng(5)
+    p, q = rng.standard_normal((200, 2, 2)), rng.standard_normal((200, 2, 2))
+    left = np.linalg.norm(fit_planar(p, q).pose.apply(p) - q, axis=-1)
+    lengths = [np.linalg.norm(cloud[:, 1] - cloud[:, 0], axis=1) for cloud in (p, q)]
+    np.testing.assert_allclose(left, np.abs(lengths[0] - lengths[1])[:, None] / 2 * np.ones(2), atol=1e-12)
+
+
+# The budget
+
+
+def test_budget_keeps_its_promise_under_its_assumptions():
+    """With independent draws, N trials miss about as often as 1 − p allows, and one or more fewer miss more often."""
+    rng = np.random.default_rng(2)
+    for w, p in ((0.55, 0.9), (0.3, 0.9), (0.7, 0.99)):
+        n = int(trials(w, p, 2))
+        clean = (rng.random((40000, n, 2)) < w).all(axis=2)
+        missed, missed_sooner = (~clean.any(axis=1)).mean(), (~clean[:, :-1].any(axis=1)).mean()
+        error = 4.0 * np.sqrt(p * (1 - p) / 40000)
+        assert missed < 1 - p + error
+        assert missed == pytest.approx((1 - w * w) ** n, abs=error)
+        assert missed_sooner > 1 - p - error
+
+
+def test_limits_of_the_budget():
+    """All pairs right: one trial. A fraction that goes to zero: no number is enough."""
+    assert trials(1.0, 0.999999, 2) == 1.0
+    assert trials(0.0, 0.5, 2) == np.inf
+    asked = [trials(w, 0.99, 2) for w in (0.1, 0.01, 0.001)]
+    assert asked[2] > asked[1] > asked[0] > 400
+
+
+def test_halving_the_fraction_takes_four_times_the_trials():
+    """For small w, half of it asks for four times as many trials of two and eight times as many of three."""
+    for s in (2, 3):
+        for w in (0.1, 0.05, 0.02):
+            assert trials(w / 2, 0.99, s) / trials(w, 0.99, s) == pytest.approx(2**s, rel=0.02)
+
+
+def test_every_nine_costs_the_same():
+    """Each further nine of the confidence adds the same number of trials, but for rounding up."""
+    for w in (0.1, 0.3, 0.55):
+        asked = [trials(w, 1 - 0.1**k, 2) for k in range(1, 7)]
+        assert np.ptp(np.diff(asked)) <= 1.0
+        assert asked[1] <= 2 * asked[0]
+
+
+def test_two_distinct_pairs_are_right_a_little_less_often():
+    """Counted over all draws: k(k−1)/n(n−1), which is w² less w(1−w)/(n−1)."""
+    for n, k in ((40, 22), (40, 8), (40, 2), (10, 5)):
+        right = np.arange(n) < k
+        both = np.mean([right[i] and right[j] for i, j in combinations(range(n), 2)])
+        w = k / n
+        assert both == pytest.approx(k * (k - 1) / (n * (n - 1)))
+        assert both == pytest.approx(w * w - w * (1 - w) / (n - 1))
+    exact = np.ceil(np.log(0.01) / np.log1p(-22 * 21 / (40 * 39)))
+    assert (trials(22 / 40, 0.99, 2), exact) == (13, 14)
+
+
+def test_separation_changes_the_odds():
+    """Over 25 draws, asking for 0.7 u between the points raises the mean chance of two right pairs: 0.30 to 0.32."""
+    odds = [np.mean([every_trial(facade_scene(seed=s), gap)[3].mean() for s in SEEDS]) for gap in (0.0, 0.7)]
+    assert odds[0] == pytest.approx(22 * 21 / (40 * 39))
+    assert 0.31 < odds[1] < 0.33
+
+
+def test_a_clean_draw_need_not_be_a_good_one():
+    """Over 25 draws, 4 of 5 trials with two right pairs gather 20 of the 22 right ones; 19 of 20 do at 1.5 u apart."""
+
+    def good(separation):
+        shares = []
+        for seed in SEEDS:
+            _, _, squares, right = every_trial(facade_scene(seed=seed), separation)
+            shares.append(((squares[right] <= 0.25**2).sum(axis=1) >= 20).mean())
+        return np.mean(shares)
+
+    assert 0.77 < good(0.0) < 0.86
+    assert good(0.0) < good(0.7) < good(1.5)
+    assert 0.93 < good(1.5) < 0.98
+
+
+def test_a_low_confidence_may_do_better_than_it_says():
+    """Wrong pairs that contradict one another keep the estimate low: 50 % still finds the truth in 25 draws of 25."""
+    for seed in SEEDS:
+        scene = facade_scene(seed=seed)
+        assert rte(solve(scene, confidence=0.5).pose, scene.truth) < 0.15
+
+
+# The refit
+
+
+def refits(scene, inlier):
+    """Capped sum and count before and after each refit of the run."""
+    options = RansacOptions(inlier, 0.99, 300, 300, 0.7)
+    pairs = scene.source[None], scene.target[None], np.ones((1, 40))
+    batch = begin(RANSAC, Problem(*pairs, Pose.identity(2, (1,)), np.array([scene.seed])), options, 400)
+    while not batch.done:
+        before, batch = batch.state(), advance(batch)
+        after = batch.state()
+        if after.refits[0] > before.refits[0]:
+            yield before.objective[0], after.objective[0], int(before.count[0]), int(after.count[0])
+
+
+def test_a_refit_lowers_the_capped_sum_and_sometimes_the_count():
+    """Over 25 draws at ε = 0.1 u: no refit raises the capped sum, and at least five lose a pair or more."""
+    fell = 0
+    for seed in SEEDS:
+        for before, after, count, then in refits(facade_scene(seed=seed), 0.1):
+            assert after <= before
+            fell += then < count
+    assert fell >= 5
+
+
+def test_the_stable_consensus_is_its_own_fit():
+    """At the end, the least-squares fit of the pairs within ε is the pose, and the same pairs are within ε of it."""
+    for seed in SEEDS:
+        scene = facade_scene(seed=seed)
+        result = solve(scene)
+        inliers = result.detail("inliers")
+        again = fit_rigid(scene.source, scene.target, inliers.astype(float)).pose
+        np.testing.assert_allclose(again.matrix, result.pose.matrix, atol=1e-10)
+        off = np.linalg.norm(again.apply(scene.source) - scene.target, axis=1)
+        np.testing.assert_array_equal(off <= 0.25, inliers)
+
+
+# The threshold
+
+
+def test_how_many_right_pairs_lie_within_the_threshold():
+    """At the true pose, isotropic Gaussian noise leaves a share 1 − exp(−ε²/2σ²) of the right pairs within ε."""
+    off = np.hypot(*(0.06 * np.random.default_rng(4).standard_normal((2, 100000))))
+    for epsilon in (0.03, 0.06, 0.12, 0.147, 0.25):
+        expected = 1 - np.exp(-(epsilon**2) / (2 * 0.06**2))
+        assert (off <= epsilon).mean() == pytest.approx(expected, abs=0.006)
+    assert 1 - np.exp(-(2.448**2) / 2) == pytest.approx(0.95, abs=1e-3)
+
+
+def test_a_tight_threshold_rejects_right_pairs():
+    """ε = 0.04 u at σ = 0.06 u, 25 draws: at least half of the 22 right pairs are lost, and trials grow tenfold."""
+    lost, made, usual = [], [], []
+    for seed in SEEDS:
+        scene = facade_scene(seed=seed)
+        tight = solve(scene, inlier=0.04)
+        lost.append((~tight.detail("inliers") & ~scene.target_outlier).sum())
+        made.append(tight.detail("trials"))
+        usual.append(solve(scene).detail("trials"))
+    assert min(lost) >= 11
+    assert np.median(made) > 10 * np.median(usual)
+
+
+def test_a_wide_threshold_admits_wrong_pairs():
+    """ε = 1.25 u, a quarter wrong by one window: all ten are counted in each of 25 draws, a quarter of a window off."""
+    for seed in SEEDS:
+        scene = facade_scene("repeated", seed=seed, outliers=0.25)
+        wide, usual = solve(scene, inlier=1.25), solve(scene)
+        assert wide.detail("count") == 40
+        assert wide.detail("trials") <= 2
+        assert rte(wide.pose, scene.truth) == pytest.approx(PERIOD / 4, abs=0.05)
+        assert rte(usual.pose, scene.truth) < 0.05
+
+
+# What confidence cannot buy
+
+
+def outcomes(wrong, confidence):
+    """In how many of 25 draws the repeated scene ends at the truth, and at the false pose."""
+    true = false = 0
+    for seed in SEEDS:
+        scene = facade_scene("repeated", seed=seed, outliers=wrong)
+        pose = solve(scene, confidence=confidence).pose
+        true, false = true + int(rte(pose, scene.truth) < 0.2), false + int(rte(pose, FALSE_POSE) < 0.2)
+    assert true + false == 25
+    return true, false
+
+
+def test_confidence_repairs_a_false_minority():
+    """With 18 of 40 wrong alike, 50 % confidence takes the false pose in some of 25 draws, and 99 % in none."""
+    assert outcomes(0.45, 0.5)[1] >= 2
+    assert outcomes(0.45, 0.99) == (25, 0)
+
+
+def test_confidence_confirms_a_false_majority():
+    """With 24 of 40 wrong alike, 50 % finds the truth in a few of 25 draws; 90, 99 and 99.99 % never do."""
+    assert outcomes(0.6, 0.5)[0] >= 2
+    for confidence in (0.9, 0.99, 0.9999):
+        assert outcomes(0.6, confidence) == (0, 25)
+
+
+def test_the_false_pose_is_the_better_optimum():
+    """With 24 of 40 wrong alike, the lowest capped sum of all trials that can be drawn lies at the false pose."""
+    for seed in SEEDS:
+        scene = facade_scene("repeated", seed=seed, outliers=0.6)
+        _, pose, squares, _ = every_trial(scene, 0.7)
+        best = int(np.argmin(capped_sum(squares, 0.25)))
+        assert np.linalg.norm(pose[best].apply(FACADE) - FALSE_POSE.apply(FACADE), axis=1).max() < 0.3
