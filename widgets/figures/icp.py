@@ -286,7 +286,7 @@ def _presses(name: str, times: int) -> tuple[str, ...]:
 PRESETS: dict[str, dict[str, Any]] = {
     "default": {},
     "far": {"start": "far"},
-    "gated": {"turn": 45.0, "offset": 1.43, "gate": 0.6},
+    "gated": {"turn": 45.0, "offset": 1.43, "gate": 1.0},
     "striped": {"scene": "striped", "objective": "count"},
     "outliers": {"scene": "outliers"},
     "overlap": {"scene": "noise", "overlap": 35.0, "gate": 0.6},

@@ -1,0 +1,225 @@
+"""The checkable claims of the chapter 'Correspondences unknown', against the solvers."""
+
+import numpy as np
+import pytest
+
+import solvers
+from solvers import Pose, Status, metrics
+from solvers.scenes import room, room_start
+
+SEEDS = range(40, 40 + 13 * 25, 13)
+NEAR, USUAL, FAR = room_start(15.0, 0.5), room_start(45.0, 1.43), room_start(-110.0, 1.43)
+
+
+def rooms(setting="clean", **options):
+    """The clouds of 25 draws of a room, one batch each."""
+    scenes = [room(setting, seed=seed, **options) for seed in SEEDS]
+    return np.stack([s.source for s in scenes]), np.stack([s.target for s in scenes])
+
+
+def runs(clouds, start, method="icp", **options):
+    """One run of each draw: the result, and where the pose is right, within 5° and 0.2 u."""
+    result = solvers.register(*clouds, method, start=start, **options)
+    right = (metrics.rre(result.pose, Pose.identity()) < np.radians(5.0)) & (
+        metrics.rte(result.pose, Pose.identity()) < 0.2
+    )
+    return result, right
+
+
+def at_truth(clouds, method="icp", **options):
+    """The pairs that the same rule makes at the true pose."""
+    return solvers.register(*clouds, method, max_steps=0, **options).detail("pairing")
+
+
+def course(clouds, start, method="icp", steps=70, **options):
+    """The states of a run, one after every step."""
+    states = []
+    solvers.register(
+        *clouds, method, start=start, max_steps=steps, callback=lambda k, s: states.append(s) and None, **options
+    )
+    return states
+
+
+# Match and move
+
+
+def test_nearest_partners_are_shared_and_left_over():
+    """At the near start several source points share one partner, and other target points have none."""
+    source, target = rooms()
+    for p, q in zip(NEAR.apply(source), target, strict=True):
+        rows = np.square(p[:, None] - q).sum(axis=-1).argmin(axis=1)
+        assert len(set(rows.tolist())) < len(p)
+        assert len(set(rows.tolist())) < len(q)
+
+
+def test_both_halves_of_a_step_lower_the_sum():
+    """Moving lowers the sum of squares over the pairs, or leaves it; matching anew lowers it further, or leaves it."""
+    clouds = rooms("combo")
+    start = solvers.register(*clouds, max_steps=0, start=USUAL).detail("pairing")
+    rows, sums = start.rows, np.square(start.distances).sum(axis=1)
+    for state in course(clouds, USUAL, steps=12):
+        partners = np.take_along_axis(clouds[1], rows[..., None], axis=1)
+        moved = np.square(state.pose.apply(clouds[0]) - partners).sum(axis=(1, 2))
+        matched = np.square(state.pairing.distances).sum(axis=1)
+        assert (moved <= sums * (1 + 1e-9)).all()
+        assert (matched <= moved * (1 + 1e-9)).all()
+        rows, sums = state.pairing.rows, matched
+
+
+def test_pairs_that_repeat_end_the_run():
+    """Once a matching changes no partner, the next fit is the one before: the pose has come to rest."""
+    for seed in list(SEEDS)[:8]:
+        scene = room("clean", seed=seed)
+        poses, rows = [], []
+        for state in course((scene.source, scene.target), NEAR):
+            poses.append(state.pose.matrix[0])
+            rows.append(state.pairing.rows[0])
+        same = [k for k in range(1, len(rows)) if (rows[k] == rows[k - 1]).all()]
+        assert same
+        assert same[0] >= len(rows) - 2
+        np.testing.assert_allclose(poses[-1], poses[same[0]], atol=1e-9)
+
+
+def test_pairing_a_straight_wall_says_nothing_along_it():
+    """Two samplings of one wall, a source started anywhere along it: ICP stays within a spacing of where it began."""
+    wall = np.column_stack([np.arange(0.0, 8.0, 0.15), np.zeros(54)])
+    part = np.column_stack([np.arange(2.0, 6.0, 0.15), np.zeros(27)])
+    for slide in (-1.0, -0.5, 0.6, 1.1):
+        result = solvers.register(part, wall, start=Pose.from_angle(0.0, (slide, 0.0)))
+        assert result.status == Status.CONVERGED
+        assert abs(result.pose.t[0] - slide) < 0.15
+
+
+# Gate, trim, cap
+
+
+def test_a_gate_lets_the_rms_rise():
+    """With a gate of 0.6 u, the RMS over the pairs used rises at some step in every one of 25 draws."""
+    last, rose = np.full(25, np.inf), np.zeros(25, dtype=bool)
+    for state in course(rooms(), USUAL, gate=0.6):
+        rose |= state.pairing.rms > last * (1 + 1e-9)
+        last = state.pairing.rms
+    assert rose.all()
+
+
+def test_trimming_alone_is_a_fixed_count():
+    """A fifth trimmed off, with no gate, is the fixed count of the other four fifths: the same poses, step by step."""
+    clouds = rooms("outliers")
+    trimmed, count = (
+        course(clouds, NEAR, method, steps=10, **options)
+        for method, options in (("icp", {"trim": 0.2}), ("trimmed-icp", {"keep": 0.8}))
+    )
+    for one, other in zip(trimmed, count, strict=True):
+        np.testing.assert_allclose(one.pose.matrix, other.pose.matrix, atol=1e-12)
+        assert (one.pairing.count == 106).all()
+
+
+def test_a_gate_and_a_cap_take_the_same_steps():
+    """Gated and capped at one length, the poses agree step by step; the capped sum falls while the gated RMS rises."""
+    clouds = rooms()
+    gated, capped = (
+        course(clouds, USUAL, method, steps=10, **options)
+        for method, options in (("icp", {"gate": 0.6}), ("capped-icp", {"cap": 0.6}))
+    )
+    for one, other in zip(gated, capped, strict=True):
+        np.testing.assert_allclose(one.pose.matrix, other.pose.matrix, atol=1e-12)
+        np.testing.assert_array_equal(one.pairing.used, other.pairing.used)
+    sums = np.stack([state.objective for state in capped])
+    assert (np.diff(sums, axis=0) <= 1e-9 * sums[0]).all()
+    assert (np.diff(np.stack([state.pairing.rms for state in gated]), axis=0) > 1e-9).any()
+
+
+def test_a_gate_can_cost_steps():
+    """From 45° in the clean room all 25 draws arrive with a gate of 0.6 u and without; without, in half the steps."""
+    clouds = rooms()
+    (plain, right), (gated, right_gated) = runs(clouds, USUAL), runs(clouds, USUAL, gate=0.6)
+    assert right.all()
+    assert right_gated.all()
+    assert 2 * np.median(plain.steps) <= np.median(gated.steps)
+
+
+def test_a_gate_can_narrow_the_reach():
+    """From 45° in the noisy room, all 25 draws come out right without a gate, at most three with 0.6 u."""
+    clouds = rooms("noise")
+    assert runs(clouds, USUAL)[1].all()
+    assert runs(clouds, USUAL, gate=0.6)[1].sum() <= 3
+
+
+def test_trimming_junk_lowers_the_error():
+    """With a fifth of both scans junk, keeping 80 % of the pairs at least halves the median translation error."""
+    clouds = rooms("outliers")
+    (plain, right), (kept, right_kept) = runs(clouds, NEAR), runs(clouds, NEAR, "trimmed-icp", keep=0.8)
+    assert right.all()
+    assert right_kept.all()
+    errors = [np.median(metrics.rte(result.pose, Pose.identity())) for result in (plain, kept)]
+    assert errors[1] < errors[0] / 2
+
+
+# Starts, stops and wrong fits
+
+
+def test_near_starts_arrive_and_far_ones_stop_elsewhere():
+    """From 15° all 25 draws of the clean room come out right; from −110° none does, and nearly all say converged."""
+    clouds = rooms()
+    near, right = runs(clouds, NEAR)
+    assert right.all()
+    assert (near.status == Status.CONVERGED).all()
+    far, right = runs(clouds, FAR)
+    assert not right.any()
+    assert (far.status == Status.CONVERGED).sum() >= 23
+    assert (metrics.rre(far.pose, Pose.identity()) > np.radians(90.0)).all()
+
+
+def test_a_loose_tolerance_only_stops_sooner():
+    """Stopping where the RMS changes by less than 5 % instead of a millionth: fewer steps in every draw, and on average
+    a larger error."""
+    clouds = rooms()
+    (tight, _), (loose, _) = (runs(clouds, USUAL, rms_tolerance=t) for t in (1e-6, 0.05))
+    assert (loose.steps < tight.steps).all()
+    assert (loose.status == Status.CONVERGED).all()
+    errors = [metrics.rre(result.pose, Pose.identity()).mean() for result in (tight, loose)]
+    assert errors[1] > errors[0]
+
+
+def test_equal_pillars_fit_one_period_off():
+    """Three of seven equal pillars, 2 u apart, started nearer to the next one: a fit one period off, with no residual
+    at all."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)
+    pillar = 0.2 * np.column_stack([np.cos(angle), np.sin(angle)])
+    row = np.concatenate([pillar + np.array([2.0 * k, 0.0]) for k in range(7)])
+    seen = row[2 * 12 : 5 * 12]
+    for start, where in ((0.3, 0.0), (1.7, 2.0)):
+        result = solvers.register(seen, row, start=Pose.from_angle(0.0, (start, 0.1)))
+        assert result.status == Status.CONVERGED
+        assert result.pose.t[0] == pytest.approx(where, abs=1e-9)
+        assert result.detail("pairing").rms < 1e-9
+
+
+def test_what_is_seen_once_pulls_on_every_fit():
+    """Where the target sees six tenths of the room, plain ICP fails from near in all 25 draws; a gate of 0.6 u brings
+    all of them home."""
+    clouds = rooms(overlap=0.6)
+    assert not runs(clouds, NEAR)[1].any()
+    assert runs(clouds, NEAR, gate=0.6)[1].all()
+
+
+def test_a_wall_alone_makes_a_better_fit_than_the_truth():
+    """Where the target sees little more than one wall, all 25 gated runs converge, and in at least 15 the pose is wrong
+    and its RMS below that of the same rule at the truth."""
+    clouds = rooms("noise", overlap=0.35)
+    result, right = runs(clouds, NEAR, gate=0.6)
+    below = result.detail("pairing").rms < at_truth(clouds, gate=0.6).rms
+    assert (result.status == Status.CONVERGED).all()
+    assert (below & ~right).sum() >= 15
+
+
+def test_stripes_pull_a_trimmed_fit_along_the_walls():
+    """In the striped room plain ICP comes out right from near in all 25 draws. Keeping 80 % of the pairs, at least 15
+    end more than 0.2 u off, within half a degree, at an RMS below 0.075 u."""
+    clouds = rooms("striped")
+    assert runs(clouds, NEAR)[1].all()
+    result, _ = runs(clouds, NEAR, "trimmed-icp", keep=0.8)
+    off = metrics.rte(result.pose, Pose.identity()) > 0.2
+    assert off.sum() >= 15
+    assert (metrics.rre(result.pose, Pose.identity())[off] < np.radians(0.5)).all()
+    assert (result.detail("pairing").rms[off] < 0.075).all()
