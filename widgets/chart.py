@@ -39,11 +39,15 @@ def chart(
     y_range: tuple[float, float],
     log: bool = False,
     now: float | None = None,
+    y_ticks: Sequence[tuple[float, str]] | None = None,
     width: float = 320.0,
     height: float = 200.0,
     caption: str = "",
 ) -> Panel:
-    """A line chart. With `log` the y values, clipped to y_range, are drawn by their decimal logarithm."""
+    """A line chart. With `log` the y values, clipped to y_range, are drawn by their decimal logarithm.
+
+    y_ticks: where along y to put which words, in place of round values: for an axis that means something else.
+    """
 
     def scaled(y: ArrayLike) -> Array:
         y = np.asarray(y, dtype=float)
@@ -51,7 +55,7 @@ def chart(
 
     low, high = (float(v) for v in scaled(y_range))
     view = View(x_range[0], x_range[1], low, high, width, height, PAD)
-    marks: list[Mark] = [*_axes(view, log), *_names(view, x_label, y_label)]
+    marks: list[Mark] = [*_axes(view, log, y_ticks), *_names(view, x_label, y_label)]
     if now is not None:
         marks.append(Segments([now, low], [now, high], "guide", dashed=True))
     ends: list[tuple[Series, Array]] = []
@@ -100,9 +104,11 @@ def _apart(x: list[float], height: list[float]) -> list[float]:
     return spread
 
 
-def _axes(view: View, log: bool) -> list[Mark]:
+def _axes(view: View, log: bool, given: Sequence[tuple[float, str]] | None) -> list[Mark]:
     xs, ys = ticks(view.x0, view.x1), (_decades(view.y0, view.y1) if log else ticks(view.y0, view.y1))
     names = _powers(ys) if log else [_tick(y) for y in ys]
+    if given is not None:
+        ys, names = [y for y, _ in given], [name for _, name in given]
     frame = Path([[view.x0, view.y1], [view.x0, view.y0], [view.x1, view.y0]], "guide")
     across = Segments([[view.x0, y] for y in ys], [[view.x1, y] for y in ys], "guide", weight=[0.3] * len(ys))
     return [

@@ -115,3 +115,14 @@ def test_all_gaps_is_an_empty_chart() -> None:
     panel = _chart([np.nan, np.nan], now=1.0)
     assert not [mark for mark in panel.marks if isinstance(mark, Points)]
     assert "<svg" in panel_svg(panel, "f")
+
+
+def test_given_ticks_stand_in_for_round_values() -> None:
+    """An axis may mean something else than its window: its ticks are then the words that were given."""
+    ticked = chart(
+        "c", "c", [], x_label="x", y_label="y", x_range=(0, 1), y_range=(0, 1), y_ticks=[(0.0, "0.01"), (0.75, "ten")]
+    )
+    texts = [mark.text for mark in ticked.marks if isinstance(mark, Label)]
+    assert "ten" in texts
+    assert "0.01" in texts
+    assert "0.25" not in texts[texts.index("0.01") :]

@@ -1,0 +1,63 @@
+"""Two sparse, noisy, cluttered samplings of one bird: few enough points that every share between them can be drawn."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from solvers import validate
+from solvers.arrays import FloatArray
+from solvers.pose import Pose
+from solvers.scenes import BIRD, Scene
+
+SHAPE = 1.4 * BIRD
+SHAPE.flags.writeable = False
+TRUTH = Pose.from_angle(np.radians(20.0), (0.6, 0.0))
+FIELD = (10.0, 6.4)
+"""Width and height, u, of the field about the origin that clutter is spread over."""
+AREA = FIELD[0] * FIELD[1]
+"""Its area, u²: the V of a clutter density 1/V."""
+COUNTS = (26, 30)
+"""Points on the outline in source and target."""
+MOST = 10
+"""The most clutter points in each cloud."""
+
+
+def bird(*, seed: int = 40, noise: float = 0.1, clutter: int = 4) -> Scene:
+    """The outline of a bird, sampled twice at different spacings and phases: no point has an exact partner.
+
+    noise: σ in u of the isotropic Gaussian noise on both clouds. clutter: how many points, 0 to 10, lie anywhere in a
+    field of 10 × 6.4 u, in each cloud, uniformly in target coordinates; they stand last in their cloud. More noise
+    stretches one draw; one clutter point more leaves the others. The start is `bird_start()`.
+
+    Raises ValueError for a negative noise and a count out of its range.
+    """
+    sigma, wrong = validate.number(noise, "noise", 0.0), validate.count(clutter, "clutter")
+    if wrong > MOST:
+        raise ValueError(f"clutter: expected at most {MOST} points, got {wrong}")
+    rng = np.random.default_rng(validate.count(seed, "seed"))
+    p, elsewhere = _sampled(rng, COUNTS[0], 0.5, sigma)
+    q, anywhere = _sampled(rng, COUNTS[1], 0.0, sigma)
+    source = np.vstack([p, TRUTH.inverse().apply(elsewhere)[:wrong]])
+    target = np.vstack([TRUTH.apply(q), anywhere[:wrong]])
+    masks = [np.arange(n + wrong) >= n for n in COUNTS]
+    outline = np.vstack([SHAPE, SHAPE[:1]])
+    return Scene("bird", seed, source, target, TRUTH, bird_start(), masks[0], masks[1], (outline,))
+
+
+def bird_start(degrees: float = -40.0, distance: float = 1.6) -> Pose:
+    """A start: the true pose, turned by `degrees` about the bird's centre and moved by `distance` u to the left."""
+    centre = SHAPE.mean(axis=0)
+    R = Pose.from_angle(np.radians(degrees)).R @ TRUTH.R
+    moved = TRUTH.apply(centre[None])[0] + distance * np.array([-0.96, 0.28])
+    return Pose(R, moved - R @ centre)
+
+
+def _sampled(rng: np.random.Generator, n: int, phase: float, sigma: float) -> tuple[FloatArray, FloatArray]:
+    """n noisy points along the outline (n, 2), and all of the clutter there may be (MOST, 2)."""
+    line = np.vstack([SHAPE, SHAPE[:1]])
+    lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    along = (np.arange(n) + phase) * lengths[-1] / n
+    points = np.column_stack([np.interp(along, lengths, line[:, k]) for k in (0, 1)])
+    points += sigma * rng.standard_normal((n, 2))
+    half = 0.5 * np.array(FIELD)
+    return points, rng.uniform(-half, half, (MOST, 2))
