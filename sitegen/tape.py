@@ -42,6 +42,21 @@ def record_tapes(
 
 
 def tape_script(dom_id: str, records: Sequence[Plain], frames: Sequence[Plain]) -> str:
-    """The classic script that hands a figure its tape."""
-    entries = [{"record": record, "frame": frame} for record, frame in zip(records, frames, strict=True)]
-    return f"Ladder.tape({dumps(dom_id)}, {dumps(entries)});\n"
+    """The classic script that hands a figure its tape: the drawings, then the entries, whose panels name theirs by
+    number. One panel's drawings stand together, each once, which is also where they compress best."""
+    numbers: dict[tuple[str, str], int] = {}
+    for name in dict.fromkeys(panel["name"] for frame in frames for panel in frame["panels"]):
+        for frame in frames:
+            for panel in frame["panels"]:
+                if panel["name"] == name:
+                    numbers.setdefault((name, panel["svg"]), len(numbers))
+    entries = [
+        {
+            "record": record,
+            "frame": {
+                **frame, "panels": [{**panel, "svg": numbers[panel["name"], panel["svg"]]} for panel in frame["panels"]]
+            },
+        }
+        for record, frame in zip(records, frames, strict=True)
+    ]  # fmt: skip
+    return f"Ladder.tape({dumps(dom_id)}, {dumps([svg for _, svg in numbers])}, {dumps(entries)});\n"

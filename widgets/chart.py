@@ -55,7 +55,14 @@ def chart(
 
     low, high = (float(v) for v in scaled(y_range))
     view = View(x_range[0], x_range[1], low, high, width, height, PAD)
-    marks: list[Mark] = [*_axes(view, log, y_ticks), *_names(view, x_label, y_label)]
+    ys = decades(view.y0, view.y1) if log else ticks(view.y0, view.y1)
+    names = powers(ys) if log else [_tick(y) for y in ys]
+    if y_ticks is not None:
+        ys, names = [y for y, _ in y_ticks], [name for _, name in y_ticks]
+    marks: list[Mark] = [
+        *axes(view, ticks(view.x0, view.x1), ys, names),
+        *axis_names(view, x_label, y_label),
+    ]
     if now is not None:
         marks.append(Segments([now, low], [now, high], "guide", dashed=True))
     ends: list[tuple[Series, Array]] = []
@@ -104,24 +111,25 @@ def _apart(x: list[float], height: list[float]) -> list[float]:
     return spread
 
 
-def _axes(view: View, log: bool, given: Sequence[tuple[float, str]] | None) -> list[Mark]:
-    xs, ys = ticks(view.x0, view.x1), (_decades(view.y0, view.y1) if log else ticks(view.y0, view.y1))
-    names = _powers(ys) if log else [_tick(y) for y in ys]
-    if given is not None:
-        ys, names = [y for y, _ in given], [name for _, name in given]
-    frame = Path([[view.x0, view.y1], [view.x0, view.y0], [view.x1, view.y0]], "guide")
-    across = Segments([[view.x0, y] for y in ys], [[view.x1, y] for y in ys], "guide", weight=[0.3] * len(ys))
+def axes(
+    view: View, xs: Sequence[float], ys: Sequence[float], y_names: Sequence[str], right: float | None = None
+) -> list[Mark]:
+    """The two axes with their ticks, and a faint line at each of `ys`; the axis of x ends at `right`, or the window."""
+    end = view.x1 if right is None else right
+    frame = Path([[view.x0, view.y1], [view.x0, view.y0], [end, view.y0]], "guide")
+    across = Segments([[view.x0, y] for y in ys], [[end, y] for y in ys], "guide", weight=[0.3] * len(ys))
     return [
         across,
         frame,
         *(Label([x, view.y0], _tick(x), "guide", "middle", dy=15) for x in xs),
-        *(Label([view.x0, y], name, "guide", "end", dx=-6, dy=4) for y, name in zip(ys, names, strict=True)),
+        *(Label([view.x0, y], name, "guide", "end", dx=-6, dy=4) for y, name in zip(ys, y_names, strict=True)),
     ]
 
 
-def _names(view: View, x_label: str, y_label: str) -> list[Mark]:
+def axis_names(view: View, x_label: str, y_label: str, right: float | None = None) -> list[Mark]:
+    """What the axes say, the one of y above the window, where no grid line crosses it."""
     return [
-        Label([view.x1, view.y0], x_label, "guide", "end", dy=32),
+        Label([view.x1 if right is None else right, view.y0], x_label, "guide", "end", dy=32),
         Label([view.x0, view.y1], y_label, "guide", "start", dy=-10),
     ]
 
@@ -137,13 +145,13 @@ def ticks(low: float, high: float, about: int = 4) -> list[float]:
     return [float(v) for v in np.round(np.arange(first, last + 1) * step, 10)]
 
 
-def _decades(low: float, high: float) -> list[float]:
+def decades(low: float, high: float) -> list[float]:
     """Whole powers within [low, high], every second or third one where there are many."""
     first, last = np.ceil(low - 1e-9), np.floor(high + 1e-9)
     return [float(v) for v in np.arange(first, last + 1, max(1.0, np.ceil((last - first + 1) / DECADES)))]
 
 
-def _powers(exponents: Sequence[float]) -> list[str]:
+def powers(exponents: Sequence[float]) -> list[str]:
     """Powers of ten written out, or all as powers where one of them would be too long."""
     if all(-3 <= e <= 4 for e in exponents):
         return [_tick(10.0**e) for e in exponents]

@@ -175,6 +175,7 @@ def _handle(handle: Handle, panel: Panel) -> dict[str, Any]:
         "left": left,
         "top": top,
         "radius": handle.radius,
+        "also": list(handle.also),
         "world": _place(handle.xy),
         "keys": {key: _place(xy) for key, xy in handle.keys.items()},
     }

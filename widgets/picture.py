@@ -15,8 +15,10 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 Role = Literal[
-    "source", "target", "truth", "inlier", "outlier", "ghost", "pair", "normal", "weak", "guide", "ink", "accent"
-]
+    "source", "target", "truth", "inlier", "outlier", "ghost", "pair", "normal", "weak", "guide", "ink", "accent",
+    # The lines of the race's solvers, by what links the clouds for them.
+    "by-nearest", "by-samples", "by-cells", "by-weights", "by-means", "by-marginals",
+]  # fmt: skip
 Shape = Literal["dot", "square", "cross", "ring", "diamond"]
 Anchor = Literal["start", "middle", "end"]
 
@@ -56,7 +58,10 @@ class Segments:
 
 @dataclass(frozen=True, eq=False)
 class Path:
-    """One polyline through xy (n, 2) world, optionally closed and filled."""
+    """One polyline through xy (n, 2) world, optionally closed and filled. `dashed` and `dotted` together are dash-dot.
+
+    weight: in [0, 1], drawn as opacity as in Points.
+    """
 
     xy: ArrayLike
     role: Role
@@ -64,6 +69,8 @@ class Path:
     filled: bool = False
     dashed: bool = False
     thick: bool = False
+    dotted: bool = False
+    weight: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,7 +194,11 @@ class View:
 
 @dataclass(frozen=True)
 class Panel:
-    """One drawing: a view and its marks, back to front. `label` names it for those who do not see it."""
+    """One drawing: a view and its marks, back to front. `label` names it for those who do not see it.
+
+    caption: what stands under it, a line each; where there are several the first is a name, and one is always there or
+    never.
+    """
 
     name: str
     label: str
@@ -214,6 +225,7 @@ class Handle:
 
     keys maps a key ("ArrowLeft", "Shift+ArrowLeft" …) to the world position that a drag would have to reach for the
     same effect: the keyboard is a drag by other means, so nothing a pointer does is out of its reach.
+    also: other panels, of the same view, in which a pointer may take hold of the same thing at the same place.
     """
 
     name: str
@@ -224,6 +236,7 @@ class Handle:
     kind: Literal["move", "turn"] = "move"
     panel: str = "main"
     radius: float = 22.0
+    also: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

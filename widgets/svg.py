@@ -154,9 +154,11 @@ def _polyline(px: Array, closed: bool) -> str:
 
 
 def _polyline_mark(mark: Path, view: View, prefix: str) -> str:
-    flags = (("filled", mark.filled), ("dashed", mark.dashed), ("thick", mark.thick))
-    classes = " ".join(["line", mark.role, *(name for name, on in flags if on)])
-    return _path(classes, _polyline(view.px(mark.xy), mark.closed))
+    flags = (("filled", mark.filled), ("dashed", mark.dashed), ("thick", mark.thick), ("dotted", mark.dotted))
+    level = round(float(_levels(mark.weight, 1)[0]))
+    faint = [f"w{level}"] if level < WEIGHT_LEVELS else []
+    classes = " ".join(["line", mark.role, *(name for name, on in flags if on), *faint])
+    return "" if level == 0 else _path(classes, _polyline(view.px(mark.xy), mark.closed))
 
 
 def _ellipses(mark: Ellipses, view: View, prefix: str) -> str:

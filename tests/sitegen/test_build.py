@@ -8,7 +8,6 @@ import os
 import re
 from html.parser import HTMLParser
 from pathlib import Path
-from typing import Any
 
 import brotli
 import html5lib
@@ -88,7 +87,9 @@ def test_the_figure_and_its_tape(built: Project) -> None:
     script = built.page(figure["data-tape"] or "")
     assert script.startswith('Ladder.tape("fig-demo", [')
     assert "</" not in script
-    entries: list[dict[str, Any]] = json.loads(script.removeprefix('Ladder.tape("fig-demo", ').removesuffix(");\n"))
+    parts = "[" + script.removeprefix('Ladder.tape("fig-demo", ').removesuffix(");\n") + "]"
+    drawings, entries = json.loads(parts)
+    assert len(set(drawings)) == len(drawings)
     states = [(e["record"]["controls"], e["record"]["seed"], len(e["record"]["log"])) for e in entries]
     default = {"scene": "clean", "noise": 0.5, "loud": False}
     noisy = {"scene": "noisy", "noise": 0.9, "loud": False}
@@ -98,8 +99,9 @@ def test_the_figure_and_its_tape(built: Project) -> None:
         *(({**default, "noise": 0.25}, 40, n) for n in range(3)),
         ({**noisy, "loud": True}, 5, 0),
     ]
-    assert all(entry["frame"]["panels"][0]["svg"].startswith("<svg") for entry in entries)
-    assert entries[0]["frame"]["panels"][0]["svg"] in page
+    assert all(drawings[entry["frame"]["panels"][0]["svg"]].startswith("<svg") for entry in entries)
+    assert {panel["svg"] for entry in entries for panel in entry["frame"]["panels"]} == set(range(len(drawings)))
+    assert drawings[entries[0]["frame"]["panels"][0]["svg"]] in page
     record = json.loads(next(t for t in Elements(page).scripts if '"record"' in t))
     assert record["record"] == entries[0]["record"]
     assert "svg" not in record["frame"]["panels"][0]

@@ -17,6 +17,8 @@ THEMES = pytest.mark.parametrize("theme", [0, 1], ids=["light", "dark"])
 # The clouds' roles: dots and squares of a few px that may lie side by side in one picture.
 CLOUDS = ("source", "target", "truth", "inlier", "outlier", "ghost")
 ROLES = (*CLOUDS, "pair", "normal", "weak", "guide")
+# Lines of one chart, which differ in their dashes and carry their names as well.
+RACE = tuple(f"by-{name}" for name in ("nearest", "samples", "cells", "weights", "means", "marginals"))
 
 # Dichromacy, linear RGB to linear RGB: Machado, Oliveira & Fernandes 2009, A physiologically-based model for simulation
 # of color vision deficiency, severity 1.0.
@@ -67,7 +69,7 @@ def test_contrast_is_what_wcag_says() -> None:
 @pytest.mark.parametrize("ground", ["paper", "panel", "raised"])
 def test_text_is_legible(theme, ground) -> None:
     known = {name: pair[theme] for name, pair in colours().items()}
-    texts = ["ink", "soft", "accent", "wrong", *(f"{r}-text" if f"{r}-text" in known else r for r in ROLES)]
+    texts = ["ink", "soft", "accent", "wrong", *(f"{r}-text" if f"{r}-text" in known else r for r in (*ROLES, *RACE))]
     low = {name: contrast(known[name], known[ground]) for name in texts if contrast(known[name], known[ground]) < 4.5}
     assert not low
 
@@ -95,6 +97,14 @@ def test_roles_stay_apart(theme, sight) -> None:
     seen = {name: lab(SIMULATED[sight] @ linear(colours()[name][theme])) for name in CLOUDS}
     near = {(a, b): float(np.linalg.norm(seen[a] - seen[b])) for a, b in combinations(CLOUDS, 2)}
     assert not {pair: d for pair, d in near.items() if d < APART[sight]}
+
+
+@THEMES
+@pytest.mark.parametrize("sight", SIMULATED)
+def test_the_race_s_families_stay_apart(theme, sight) -> None:
+    seen = {name: lab(SIMULATED[sight] @ linear(colours()[name][theme])) for name in RACE}
+    near = {(a, b): float(np.linalg.norm(seen[a] - seen[b])) for a, b in combinations(RACE, 2)}
+    assert not {pair: d for pair, d in near.items() if d < 0.85 * APART[sight]}
 
 
 @THEMES

@@ -67,6 +67,11 @@ def body(*marks: Mark, view: View = VIEW) -> str:
             Path([[0, 0], [1, 0], [1, 1]], "truth", closed=True, filled=True, dashed=True, thick=True),
             '<path class="line truth filled dashed thick" d="M0 1000L100 1000 100 900z"/>',
         ),
+        (
+            Path([[0, 0], [1, 0]], "by-nearest", dashed=True, dotted=True, weight=0.5),
+            '<path class="line by-nearest dashed dotted w3" d="M0 1000L100 1000"/>',
+        ),
+        (Path([[0, 0], [1, 0]], "ghost", weight=0.0), ""),
         (Path([1, 2], "ghost"), '<path class="line ghost" d="M100 800h1"/>'),
         (
             Ticks([[5, 5]], [[0, 1]], "normal", length=10),

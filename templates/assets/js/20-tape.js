@@ -5,8 +5,9 @@
   /** Figure id → (record key → frame). */
   const tapes = new Map();
 
-  /** What a tape file calls. */
-  Ladder.tape = function (id, entries) {
+  /** What a tape file calls. A panel's `svg` is there the number of its drawing. */
+  Ladder.tape = function (id, drawings, entries) {
+    for (const { frame } of entries) for (const panel of frame.panels) panel.svg = drawings[panel.svg];
     tapes.set(id, new Map(entries.map(({ record, frame }) => [Ladder.record.key(record), frame])));
     Ladder.figures.get(id)?.tapeArrived();
   };

@@ -2,20 +2,35 @@
 (() => {
   "use strict";
 
-  const { make } = Ladder;
+  const { make, text } = Ladder;
 
   const panelOf = (stage, name) => stage.querySelector(`.figure-panel[data-panel="${CSS.escape(name)}"]`);
 
   /** The drawing of a panel. */
   Ladder.drawing = (stage, name) => panelOf(stage, name)?.querySelector("svg.plot") ?? null;
 
+  /** The drawing that each panel element holds, as text: what has not changed is left alone. */
+  const held = new WeakMap();
+
+  /** A panel's caption: a line each, the first its name. */
+  function caption(panel, words) {
+    const lines = words.split("\n");
+    const told = panel.querySelector(".panel-caption");
+    if (!told) return;
+    while (told.children.length < lines.length) told.append(make("span"));
+    while (told.children.length > lines.length) told.lastChild.remove();
+    lines.forEach((line, i) => text(told.children[i], line));
+  }
+
   Ladder.swap = function (stage, panels) {
     const names = new Set(panels.map(({ name }) => name));
     for (const gone of stage.querySelectorAll(".figure-panel")) if (!names.has(gone.dataset.panel)) gone.remove();
-    for (const { name, svg } of panels) {
-      const drawing = Ladder.drawing(stage, name);
-      if (drawing) {
-        drawing.outerHTML = svg;
+    for (const { name, svg, caption: words } of panels) {
+      const there = panelOf(stage, name);
+      if (there) {
+        if (held.get(there) !== svg) there.querySelector("svg.plot").outerHTML = svg;
+        held.set(there, svg);
+        caption(there, words);
         continue;
       }
       const panel = make("div", { class: "figure-panel", "data-panel": name });

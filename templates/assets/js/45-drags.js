@@ -5,12 +5,12 @@
   const { on, percent, record: records, world } = Ladder;
 
   /**
-   * handles: { of(name) → the frame's handle, button(name), update() }.
-   * Returns { held: the name of the handle being dragged or null, dispose }.
+   * handles: { of(name) → the frame's handle, own(name) → its button, update() }.
+   * Returns { held: the button being dragged or null, dispose }.
    */
   Ladder.drags = function (figure, overlay, handles) {
     const { root } = figure;
-    // pointer, name, before: the record to go back to, grip: px from the handle's place to the pointer,
+    // pointer, button, name and panel of the handle, before: the record to go back to, grip: px from the handle's place to the pointer,
     // to: a place not yet asked for, at: when it came, ahead: the animation frame that will ask
     let drag = null;
 
@@ -21,23 +21,24 @@
       const box = button.getBoundingClientRect();
       const grip = [event.clientX - (box.left + box.right) / 2, event.clientY - (box.top + box.bottom) / 2];
       const { pointerId: pointer } = event;
-      drag = { pointer, name: button.dataset.handle, before: figure.record, grip, to: null, at: 0, ahead: 0 };
+      const { handle: name, panel } = button.dataset;
+      drag = { pointer, button, name, panel, before: figure.record, grip, to: null, at: 0, ahead: 0 };
       try {
         root.setPointerCapture(pointer);
       } catch {
         // the pointer is gone already, or never was (a synthetic event)
       }
-      button.focus({ preventScroll: true });
+      handles.own(name)?.focus({ preventScroll: true }); // which a copy in another panel is not
       root.classList.add("dragging");
     }
 
     function follow(event) {
       if (event.pointerId !== drag?.pointer) return;
-      const handle = handles.of(drag.name);
-      if (!handle) return;
-      const { view } = figure.frame.panels.find(({ name }) => name === handle.panel);
-      drag.to = world(overlay.rect(handle.panel), view, event.clientX - drag.grip[0], event.clientY - drag.grip[1]);
-      overlay.put(handles.button(drag.name), handle.panel, ...percent(view, drag.to));
+      const { name, panel, grip } = drag;
+      if (!handles.of(name)) return;
+      const { view } = figure.frame.panels.find((each) => each.name === panel);
+      drag.to = world(overlay.rect(panel), view, event.clientX - grip[0], event.clientY - grip[1]);
+      overlay.put(drag.button, panel, ...percent(view, drag.to));
       drag.at = event.timeStamp;
       if (!drag.ahead) ahead();
     }
@@ -95,7 +96,7 @@
     ];
     return {
       get held() {
-        return drag?.name ?? null;
+        return drag?.button ?? null;
       },
       dispose: () => disposers.forEach((dispose) => dispose()),
     };

@@ -12,31 +12,41 @@
     if (!document.getElementById(HINT)) document.body.append(make("p", { id: HINT, hidden: true }, words));
   }
 
-  function made({ name, kind, radius }) {
-    const attributes = { type: "button", class: `handle ${kind}`, "data-handle": name, "aria-describedby": HINT };
+  /** A handle's button in a panel. Those in the panels that it can `also` be taken in are for the pointer alone. */
+  function made({ name, kind, radius, panel: own }, panel) {
+    const shared = { type: "button", "data-handle": name, "data-panel": panel };
+    const attributes =
+      panel === own
+        ? { ...shared, class: `handle ${kind}`, "aria-describedby": HINT }
+        : { ...shared, class: `handle ${kind} copy`, tabindex: "-1", "aria-hidden": "true" };
     const button = make("button", attributes);
     button.style.width = button.style.height = `${Math.max(44, 2 * radius)}px`;
     return button;
   }
 
   Ladder.handles = function (figure, overlay) {
-    const buttons = new Map();
+    const buttons = new Map(); // "handle panel" → button
     const of = (name) => figure.frame.handles.find((handle) => handle.name === name);
-    const drags = Ladder.drags(figure, overlay, { of, button: (name) => buttons.get(name), update });
+    const own = (name) => buttons.get(`${name} ${of(name)?.panel}`);
+    const drags = Ladder.drags(figure, overlay, { of, own, update });
     let keys = []; // [handle, key] pressed faster than frames come
 
     function update() {
-      for (const [name, button] of buttons) {
-        if (of(name)) continue;
+      const places = figure.frame.handles.flatMap((handle) =>
+        [handle.panel, ...(handle.also ?? [])].map((panel) => [`${handle.name} ${panel}`, handle, panel]),
+      );
+      const wanted = new Set(places.map(([key]) => key));
+      for (const [key, button] of buttons) {
+        if (wanted.has(key)) continue;
         overlay.remove(button);
-        buttons.delete(name);
+        buttons.delete(key);
       }
-      for (const handle of figure.frame.handles) {
-        if (!buttons.has(handle.name)) buttons.set(handle.name, overlay.layer.appendChild(made(handle)));
-        const button = buttons.get(handle.name);
+      for (const [key, handle, panel] of places) {
+        if (!buttons.has(key)) buttons.set(key, overlay.layer.appendChild(made(handle, panel)));
+        const button = buttons.get(key);
         const label = `${handle.label}: ${handle.value}`;
         if (button.getAttribute("aria-label") !== label) button.setAttribute("aria-label", label);
-        if (drags.held !== handle.name) overlay.put(button, handle.panel, handle.left, handle.top);
+        if (drags.held !== button) overlay.put(button, panel, handle.left, handle.top);
       }
     }
 
