@@ -9,8 +9,24 @@ from solvers.arrays import BoolArray
 from solvers.gicp import GicpOptions
 
 from .chart import Series, chart
-from .picture import Array, Arrow, Ellipses, Label, Mark, Panel, Path, Points, Role, Segments, Ticks, View, number
-from .room import with_marks
+from .picture import (
+    Array,
+    Arrow,
+    Ellipses,
+    Group,
+    Label,
+    Mark,
+    Panel,
+    Path,
+    Points,
+    Role,
+    Segments,
+    Ticks,
+    View,
+    number,
+)
+from .placing import Placing
+from .room import ANCHOR, PLACING, held, outline, still, with_marks
 from .surface_run import Run
 
 FAINTEST = 1.0 / 6.0  # a pair that is used is drawn, however little it pulls
@@ -36,6 +52,17 @@ def _ends(run: Run) -> Array:
         return run.partners
     # precision is n nᵀ here: the part of the offset along the normal.
     return np.asarray(run.moved - np.einsum("mij,mj->mi", run.precision, run.moved - run.partners))
+
+
+def fixed(run: Run) -> tuple[Mark, ...]:
+    """What does not move in any run of the scene: the walls, the target, and what its points know of their surface.
+    Kept in a figure's state, it is turned into markup once."""
+    return (*still(run.scene), *surfaces(run))
+
+
+def ghost(run: Run) -> tuple[Mark, ...]:
+    """The walls where the run began, once it has left there."""
+    return outline(run.scene, run.began, "ghost") if run.steps else ()
 
 
 def surfaces(run: Run) -> tuple[Mark, ...]:
@@ -68,6 +95,13 @@ def source_points(run: Run, radius: float = 2.5) -> tuple[Mark, ...]:
         Points(run.moved[wrong], "outlier", "cross", radius=radius + 0.5),
         Points(run.moved[~run.used], "ghost", "ring", radius=radius + 3.0),
     )
+
+
+def moving(run: Run, placing: Placing = PLACING) -> Group:
+    """All that moves with the source: its walls, its points and covariances, the stalk of its turning handle."""
+    stalk = placing.stalk(held(run.pose, placing), ANCHOR)
+    walls = outline(run.scene, run.pose, "source")
+    return Group("source", (stalk, *walls, *own_surfaces(run), *source_points(run)))
 
 
 def weak_direction(run: Run) -> tuple[Mark, ...]:

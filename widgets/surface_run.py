@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from solvers import METHODS, Pose, Status, gauss_newton, robust
+from solvers import METHODS, Pose, Status, gauss_newton, robust, surface_icp
 from solvers.arrays import BoolArray
 from solvers.gauss_newton import System
 from solvers.icp import Pairing
 from solvers.metrics import point_error, rre, rte
 from solvers.scenes import Scene, room
-from solvers.stepper import Batch, advance, begin
+from solvers.stepper import Batch, Method, Problem, advance, begin
 from solvers.wall_scenes import corridor, single_wall
 
 from .picture import Array
@@ -146,7 +146,20 @@ def scene_of(name: str, seed: int, noise: float, outliers: float) -> Scene:
 
 def begun(ask: Ask, scene: Scene, start: Pose) -> Run:
     """A run of the scene from `start`, no step taken."""
-    method = METHODS[METHOD[ask.residual]]
+    return _begun(ask, scene, start, METHODS[METHOD[ask.residual]])
+
+
+def anew(run: Run, start: Pose) -> Run:
+    """The run of the same scene from another start; normals and covariances are those already known."""
+    method, now = METHODS[METHOD[run.ask.residual]], run.state
+
+    def known(asked: Problem, options: Any) -> Any:
+        return surface_icp.start(asked, options, now.index, now.normals, now.covariances)
+
+    return _begun(run.ask, run.scene, start, method if run.ask.residual == "point" else replace(method, start=known))
+
+
+def _begun(ask: Ask, scene: Scene, start: Pose, method: Method[Any]) -> Run:
     batch = begin(method, problem(scene, start), method.options(**ask.options), STEPS)
     nothing: Any = None
     empty = Run(ask, scene, start, batch, (), nothing, nothing, nothing, nothing, 0.0, nothing)

@@ -64,6 +64,16 @@ def test_a_stroke_is_the_residual_itself() -> None:
         np.testing.assert_allclose(length, expected, atol=1e-9)
 
 
+@RESIDUAL
+def test_a_drag_begins_as_a_start_there_would(residual: str) -> None:
+    """Normals and covariances are kept over a drag; the run is the one that a fresh start at that pose gives."""
+    dragged = run(STEP, Action("drag", "source", 1.0, -0.5), residual=residual).run
+    fresh = begun(dragged.ask, dragged.scene, dragged.began)
+    for one, other in ((dragged, fresh), (dragged.finish(), fresh.finish())):
+        np.testing.assert_array_equal(one.pose.matrix, other.pose.matrix)
+        np.testing.assert_array_equal(one.pull, other.pull)
+
+
 def test_each_residual_shows_its_own_model() -> None:
     """Ticks in plane mode, ellipses of both clouds in GICP mode, neither in point mode; the source's turn with it."""
     kinds = {name: [type(m) for m in surfaces(run(residual=name).run)] for name in RESIDUALS}

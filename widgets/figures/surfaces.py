@@ -8,18 +8,18 @@ from solvers.scenes import room_start
 
 from ..contract import Action, Button, Key, Motion, Widget
 from ..controls import choice, slider
-from ..picture import Group, Panel, Picture, Readout, degrees, number
+from ..picture import Mark, Panel, Picture, Readout, degrees, number
 from ..placing import HANDLES, place, written
-from ..room import ANCHOR, FAR, NEAR, PLACING, VIEW, error_chart, still
+from ..room import ANCHOR, FAR, NEAR, PLACING, VIEW, error_chart, held
 from ..surface_marks import (
     condition,
     covariance_words,
+    fixed,
+    ghost,
     left_free,
-    own_surfaces,
+    moving,
     pairs,
     residual_unit,
-    source_points,
-    surfaces,
     weak_direction,
     weak_label,
     weight_chart,
@@ -34,6 +34,7 @@ from ..surface_run import (
     Ask,
     Run,
     along_across,
+    anew,
     begun,
     scene_of,
 )
@@ -63,24 +64,26 @@ class Controls:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """The controls and the run that they began."""
+    """The controls, the run that they began, and the marks that stay as they are."""
 
     controls: Controls
     run: Run
+    fixed: tuple[Mark, ...]
 
 
 def start(controls: Controls, seed: int) -> State:
     """The scene from the start that the two numbers give."""
     c = controls
     scene = scene_of(c.scene, seed, c.noise, c.outliers / 100.0)
-    return State(c, begun(Ask(c.residual, c.weight, c.trim / 100.0), scene, room_start(c.turn, c.offset)))
+    run = begun(Ask(c.residual, c.weight, c.trim / 100.0), scene, room_start(c.turn, c.offset))
+    return State(c, run, fixed(run))
 
 
 def act(state: State, action: Action) -> State:
     """One step, all steps to the stop, or another start."""
     run = state.run
     if action.kind == "drag":
-        return replace(state, run=begun(run.ask, run.scene, PLACING.act(run.pose, ANCHOR, action)))
+        return replace(state, run=anew(run, PLACING.act(held(run.pose), ANCHOR, action)))
     return replace(state, run=run.finish() if action.name == "finish" else run.step())
 
 
@@ -95,10 +98,10 @@ def draw(state: State) -> Picture:
     """The scene with the residuals of the present pose, the weight function, and the course of the errors."""
     run = state.run
     marks = (
-        *still(run.scene, run.began if run.steps else None),
-        *surfaces(run),
+        *ghost(run),
+        *state.fixed,
         *pairs(run),
-        Group("source", (PLACING.stalk(run.pose, ANCHOR), *own_surfaces(run), *source_points(run))),
+        moving(run),
         *weak_direction(run),
         weak_label(run, VIEW),
     )
@@ -110,7 +113,7 @@ def draw(state: State) -> Picture:
         ),
         _readouts(state.controls, run),
         _description(state.controls, run),
-        PLACING.handles(run.pose, ANCHOR),
+        PLACING.handles(held(run.pose), ANCHOR),
         _note(run),
         frozenset({"step", "finish"} if run.done else ()),
     )

@@ -1,0 +1,247 @@
+"""Point, plane and covariance from one start, a step at a time side by side: where each is after as many steps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from solvers.scenes import room_start
+
+from ..chart import Series, chart
+from ..contract import Action, Button, Key, Motion, Widget
+from ..controls import choice, slider
+from ..picture import Handle, Mark, Panel, Picture, Readout, Role, View, degrees, number
+from ..placing import Placing, place, written
+from ..room import ANCHOR, FAR, NEAR, held, still
+from ..surface_marks import ghost, moving, pairs, surfaces, weak_direction, weak_label
+from ..surface_run import CALLS, METHOD, SCENES, STEPS, WEIGHTS, Ask, Run, anew, begun, scene_of
+from .surfaces import MIDWAY
+
+NAMES = {"point": "Point to point", "plane": "Point to plane", "gicp": "GICP"}
+ROLES: dict[str, Role] = {"point": "source", "plane": "normal", "gicp": "ink"}
+VIEW = View(-6.4, 6.4, -4.6, 4.6, width=480.0)
+PLACINGS = {name: Placing(VIEW, limit=(4.5, 2.75), reach=2.6, least=1.6, panel=name) for name in NAMES}
+ARRIVED = 0.1  # u
+HIGHEST, LOWEST = 10.0, 0.001
+
+
+@dataclass(frozen=True)
+class Controls:
+    """What the reader sets, the same for all three."""
+
+    scene: str = choice("room", "Scene", SCENES, sets={name: {"noise": 0.02, "outliers": 0.0} for name in SCENES})
+    weight: str = choice("none", "Weight", WEIGHTS, keeps="log")
+    start: str = choice(
+        "midway",
+        "Start",
+        {"near": "Near", "midway": "Midway", "far": "Far"},
+        sets={"near": NEAR, "midway": MIDWAY, "far": FAR},
+    )
+    turn: float = slider(45.0, "Start: turn", -180.0, 180.0, 1.0, "°", keeps="nothing")
+    offset: float = slider(1.43, "Start: offset", 0.0, 3.0, 0.01, "u", keeps="nothing")
+    noise: float = slider(0.02, "Noise σ", 0.0, 0.3, 0.01, "u", keeps="pose")
+    outliers: float = slider(0.0, "Outliers", 0.0, 50.0, 5.0, "%", "Of each cloud, put anywhere", "pose")
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """The controls, the three runs that they began, by residual, and the marks of each that stay as they are."""
+
+    controls: Controls
+    runs: dict[str, Run]
+    fixed: dict[str, tuple[Mark, ...]]
+
+    @property
+    def steps(self) -> int:
+        """The most that one of them has taken."""
+        return max(run.steps for run in self.runs.values())
+
+    @property
+    def done(self) -> bool:
+        """Whether all have stopped."""
+        return all(run.done for run in self.runs.values())
+
+
+def start(controls: Controls, seed: int) -> State:
+    """One scene and one start for all three."""
+    c = controls
+    scene, pose = scene_of(c.scene, seed, c.noise, c.outliers / 100.0), room_start(c.turn, c.offset)
+    runs = {name: begun(Ask(name, c.weight, 0.0), scene, pose) for name in NAMES}
+    shared = still(scene)
+    return State(c, runs, {name: (*shared, *surfaces(run)) for name, run in runs.items()})
+
+
+def act(state: State, action: Action) -> State:
+    """One step of each, all steps to the stops, or another start for all."""
+    if action.kind == "drag":
+        name, handle = action.name.split("-")
+        run = state.runs[name]
+        pose = PLACINGS[name].act(held(run.pose), ANCHOR, replace(action, name=handle))
+        return replace(state, runs={key: anew(one, pose) for key, one in state.runs.items()})
+    finish = action.name == "finish"
+    return replace(state, runs={key: one.finish() if finish else one.step() for key, one in state.runs.items()})
+
+
+def motion(before: State, after: State) -> Motion | None:
+    """None: three clouds that move at once have no common motion."""
+    return None
+
+
+def draw(state: State) -> Picture:
+    """The three, and below them how far each is from the truth after as many steps."""
+    return Picture(
+        (*(_panel(name, run, state.fixed[name]) for name, run in state.runs.items()), _chart(state)),
+        _readouts(state),
+        _description(state),
+        tuple(handle for name, run in state.runs.items() for handle in _handles(name, run)),
+        _note(state),
+        frozenset({"step", "finish"} if state.done else ()),
+    )
+
+
+def _panel(name: str, run: Run, fixed: tuple[Mark, ...]) -> Panel:
+    marks = (
+        *ghost(run),
+        *fixed,
+        *pairs(run),
+        moving(run, PLACINGS[name]),
+        *weak_direction(run),
+        weak_label(run, VIEW),
+    )
+    return Panel(name, f"{NAMES[name]}: the scans and the residuals of their pairs", VIEW, marks, caption=NAMES[name])
+
+
+def _handles(name: str, run: Run) -> tuple[Handle, ...]:
+    both = PLACINGS[name].handles(held(run.pose), ANCHOR)
+    return tuple(replace(h, name=f"{name}-{h.name}", label=f"{h.label} in all three") for h in both)
+
+
+def _chart(state: State) -> Panel:
+    return chart(
+        "errors",
+        "How far the points are from where the truth puts them, over the steps, for each of the three",
+        [
+            Series(
+                np.arange(len(run.course)),
+                [entry.point for entry in run.course],
+                ROLES[name],
+                NAMES[name],
+                dashed=name == "gicp",
+                dots=name == "plane",
+            )
+            for name, run in state.runs.items()
+        ],
+        x_label="step",
+        y_label="Points off their true places, RMS, u",
+        x_range=(0.0, float(STEPS)),
+        y_range=(LOWEST, HIGHEST),
+        log=True,
+        now=float(state.steps),
+        width=480.0,
+        height=345.0,
+    )
+
+
+def _readouts(state: State) -> tuple[Readout, ...]:
+    out: list[Readout] = []
+    for name, run in state.runs.items():
+        last, short = run.course[-1], NAMES[name]
+        out += [
+            Readout(f"{name}_rotation", f"{short}: rotation error", number(last.rotation, 1), "°", ROLES[name]),
+            Readout(f"{name}_translation", f"{short}: translation error", number(last.translation), "u"),
+            Readout(f"{name}_steps", f"{short}: steps", f"{run.steps}, {run.status.label}"),
+        ]
+    return tuple(out)
+
+
+def _note(state: State) -> str:
+    if state.steps == 0:
+        return ""
+    if state.done:
+        ends = ", ".join(f"{NAMES[name]} at step {run.steps}" for name, run in state.runs.items())
+        return f"All have stopped: {ends}. A stop says nothing about the truth."
+    near = [NAMES[name] for name, run in state.runs.items() if run.course[-1].point < ARRIVED]
+    return f"Step {state.steps}. Within {number(ARRIVED, 1)} u of the truth: {', '.join(near) or 'none'}."
+
+
+def _description(state: State) -> str:
+    c, one = state.controls, state.runs["point"]
+    (x, y), heading = place(one.began, ANCHOR)
+    words = [
+        f"Three panels show {SCENES[c.scene].lower()}, with noise of σ = {number(c.noise)} u and"
+        f" {number(c.outliers, 0)} % outliers, registered by three residuals from one start:"
+        f" turned by {degrees(heading)}°, origin at ({number(x)}, {number(y)}) u."
+        f" The weight is {'one for all pairs' if c.weight == 'none' else WEIGHTS[c.weight] + '’s'}."
+    ]
+    for name, run in state.runs.items():
+        last = run.course[-1]
+        words.append(
+            f"{NAMES[name]} after {run.steps} step{'' if run.steps == 1 else 's'}, {run.status.label}:"
+            f" {number(last.rotation, 1)}° and {number(last.translation)} u from the truth;"
+            f" {run.freedom or 'its pairs hold every direction'}."
+        )
+    return " ".join(words)
+
+
+def python(state: State) -> str:
+    """The same numbers from the solvers package alone."""
+    c, one = state.controls, state.runs["point"]
+    call = CALLS[c.scene]
+    lines = [
+        "import numpy as np",
+        "from solvers import Pose, register",
+        "from solvers.metrics import rre, rte",
+        f"from solvers.{'scenes' if call == 'room' else 'wall_scenes'} import {call}",
+        "",
+        f"scene = {call}(seed={one.scene.seed}, noise={c.noise!r}, outliers={c.outliers / 100!r})",
+        f"start = {written(one.began)}",
+        "runs = [",
+    ]
+    for name, run in state.runs.items():
+        options = "".join(f", {key!r}: {value!r}" for key, value in run.ask.options.items())
+        lines.append(f'    ("{name}", "{METHOD[name]}", {{"max_steps": {run.steps}{options}}}),')
+    lines += [
+        "]",
+        "for name, method, options in runs:",
+        "    result = register(scene.source, scene.target, method, start=start, **options)",
+        '    print(f"{name}_rotation", np.degrees(rre(result.pose, scene.truth)))',
+        '    print(f"{name}_translation", rte(result.pose, scene.truth))',
+    ]
+    return "\n".join(lines) + "\n"
+
+
+WIDGET = Widget(
+    name="three-residuals",
+    title="Three residuals from one start",
+    controls=Controls,
+    presets={
+        "default": {},
+        "near": {"start": "near"},
+        "wall": {"scene": "wall", "start": "near"},
+        "outliers": {"outliers": 20.0},
+    },
+    start=start,
+    act=act,
+    draw=draw,
+    buttons=(
+        Button("step", "Step", primary=True),
+        Button("run", "Run", "run", repeats="step"),
+        Button("finish", "To the end"),
+        Button("back", "Back", "back"),
+        Button("reset", "Reset", "reset"),
+        Button("new", "New draw", "reseed"),
+    ),
+    legend=(
+        Key("source", "source, which moves; in the chart, point to point"),
+        Key("target", "target", "square"),
+        Key("pair", "residual of a pair, the stronger the harder it pulls", "line"),
+        Key("normal", "target’s normal or covariance at 0.4 σ; in the chart, point to plane", "line"),
+        Key("truth", "walls", "line"),
+        Key("weak", "direction that the pairs hold least", "line"),
+    ),
+    handles=tuple(f"{name}-{handle}" for name in NAMES for handle in ("source", "turn")),
+    tape=(({}, ("step",) * 3), ({}, ("finish",))),
+    python=python,
+    shows="Steps point to point, point to plane and GICP together from one start.",
+)
