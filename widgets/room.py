@@ -37,6 +37,7 @@ BRINGS: dict[str, dict[str, Value]] = {
 """What a setting is known for: σ in u, and the replaced percentage of each cloud."""
 
 NEAR: dict[str, Value] = {"turn": 15.0, "offset": 0.5}
+MIDDLE: dict[str, Value] = {"turn": 45.0, "offset": 1.43}
 FAR: dict[str, Value] = {"turn": -110.0, "offset": 1.43}
 
 

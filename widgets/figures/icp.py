@@ -19,6 +19,7 @@ from ..room import (
     ANCHOR,
     BRINGS,
     FAR,
+    MIDDLE,
     NEAR,
     PLACING,
     SETTINGS,
@@ -42,7 +43,12 @@ class Controls:
     """What the reader sets. A scene brings its noise and outliers, a start its two numbers, an objective its knobs."""
 
     scene: str = choice("clean", "Room", SETTINGS, sets=BRINGS, keeps="pose")
-    start: str = choice("near", "Start", {"near": "Near", "far": "Far"}, sets={"near": NEAR, "far": FAR})
+    start: str = choice(
+        "near",
+        "Start",
+        {"near": "Near", "middle": "Middle", "far": "Far"},
+        sets={"near": NEAR, "middle": MIDDLE, "far": FAR},
+    )
     turn: float = slider(15.0, "Start: turn", -180.0, 180.0, 1.0, "°", keeps="nothing")
     offset: float = slider(0.5, "Start: offset", 0.0, 3.0, 0.01, "u", keeps="nothing")
     objective: str = choice(
@@ -286,7 +292,7 @@ def _presses(name: str, times: int) -> tuple[str, ...]:
 PRESETS: dict[str, dict[str, Any]] = {
     "default": {},
     "far": {"start": "far"},
-    "gated": {"turn": 45.0, "offset": 1.43, "gate": 1.0},
+    "gated": {"start": "middle", "gate": 1.0},
     "striped": {"scene": "striped", "objective": "count"},
     "outliers": {"scene": "outliers"},
     "overlap": {"scene": "noise", "overlap": 35.0, "gate": 0.6},
