@@ -100,14 +100,15 @@ def exact_squared_mmd(source: ArrayLike, target: ArrayLike, length: ArrayLike) -
     p, q = (np.broadcast_to(x, (*axes, *x.shape[-2:])).reshape(-1, *x.shape[-2:]) for x in (p, q))
     ells = np.broadcast_to(ell, axes).reshape(-1)
     value = [
-        _mean_kernel(x, x, e) - 2.0 * _mean_kernel(x, y, e) + _mean_kernel(y, y, e)
+        mean_kernel(x, x, e) - 2.0 * mean_kernel(x, y, e) + mean_kernel(y, y, e)
         for x, y, e in zip(p, q, ells, strict=True)
     ]
     mmd: FloatArray = np.array(value).reshape(axes)
     return mmd[()]
 
 
-def _mean_kernel(x: FloatArray, y: FloatArray, length: float) -> float:
+def mean_kernel(x: FloatArray, y: FloatArray, length: float) -> float:
+    """The mean of `exp(−‖x − y‖²/2ℓ²)` over all pairs of points of two clouds (m, d) and (n, d)."""
     total = 0.0
     with np.errstate(over="ignore", under="ignore"):
         for _, part in _blocks(1, len(x), len(y)):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -54,15 +55,9 @@ def chart(
         return np.log10(np.clip(y, *y_range)) if log else y
 
     low, high = (float(v) for v in scaled(y_range))
-    view = View(x_range[0], x_range[1], low, high, width, height, PAD)
-    ys = decades(view.y0, view.y1) if log else ticks(view.y0, view.y1)
-    names = powers(ys) if log else [_tick(y) for y in ys]
-    if y_ticks is not None:
-        ys, names = [y for y, _ in y_ticks], [name for _, name in y_ticks]
-    marks: list[Mark] = [
-        *axes(view, ticks(view.x0, view.x1), ys, names),
-        *axis_names(view, x_label, y_label),
-    ]
+    ticked = tuple(y_ticks) if y_ticks else None
+    view, around = _frame((*x_range, low, high), log, ticked, (width, height), (x_label, y_label))
+    marks: list[Mark] = [*around]
     if now is not None:
         marks.append(Segments([now, low], [now, high], "guide", dashed=True))
     ends: list[tuple[Series, Array]] = []
@@ -76,6 +71,23 @@ def chart(
             ends.append((one, known[-1]))
     marks += _end_names(view, ends)
     return Panel(name, label, view, tuple(marks), grid=False, caption=caption)
+
+
+@lru_cache(maxsize=64)
+def _frame(
+    window: tuple[float, float, float, float],
+    log: bool,
+    y_ticks: tuple[tuple[float, str], ...] | None,
+    size: tuple[float, float],
+    labels: tuple[str, str],
+) -> tuple[View, tuple[Mark, ...]]:
+    """A chart without its lines. The same for the same axes, so that the host turns it into markup once."""
+    view = View(*window, *size, PAD)
+    ys = decades(view.y0, view.y1) if log else ticks(view.y0, view.y1)
+    names = powers(ys) if log else [_tick(y) for y in ys]
+    if y_ticks is not None:
+        ys, names = [y for y, _ in y_ticks], [name for _, name in y_ticks]
+    return view, (*axes(view, ticks(view.x0, view.x1), ys, names), *axis_names(view, *labels))
 
 
 def _unbroken(xy: Array) -> list[Array]:

@@ -1,0 +1,325 @@
+"""Rung 5c: two clouds compared by their mean features, wave by wave, and moved until the means agree."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from solvers import METHODS, Pose, Status
+from solvers.features import mean_features, mean_kernel, unit_frequencies
+from solvers.metrics import rre, rte
+from solvers.mmd import MmdState
+from solvers.race import CONTESTANTS
+from solvers.scenes import Scene, room, room_start
+from solvers.stepper import Batch, Problem, advance, begin
+
+from ..contract import Action, Button, Key, Motion, Widget
+from ..controls import choice, slider
+from ..mmd_marks import convergence, crests, phases, waves
+from ..picture import Array, Mark, Panel, Picture, Readout, degrees, number
+from ..placing import HANDLES, place, written
+from ..room import ANCHOR, BRINGS, PLACING, SETTINGS, VIEW, error_chart, held, outline, problem, single, source, still
+
+STEPS = 40
+MOST = 128  # waves of a draw; D takes the first of them
+SCHEDULE = tuple(next(c for c in CONTESTANTS if c.method == "mmd").options["lengths"])
+
+
+@dataclass(frozen=True)
+class Controls:
+    """What the reader sets. A room brings its noise and outliers."""
+
+    scene: str = choice("clean", "Room", SETTINGS, sets=BRINGS, keeps="pose")
+    schedule: str = choice(
+        "fixed",
+        "Length scale",
+        {"fixed": "ℓ as set", "schedule": "Coarse → fine"},
+        "Coarse → fine goes 2.4, 1.2, 0.6, 0.3 u",
+        "pose",
+    )
+    length: float = slider(1.2, "ℓ", 0.2, 4.0, 0.1, "u", keeps="pose")
+    count: float = slider(32.0, "D, waves used", 2.0, float(MOST), 2.0, keeps="pose")
+    wave: float = slider(1.0, "Wave shown", 1.0, float(MOST), 1.0, "", "One of the D, counted as drawn")
+    turn: float = slider(30.0, "Start: turn", -180.0, 180.0, 1.0, "°", keeps="nothing")
+    offset: float = slider(1.0, "Start: offset", 0.0, 3.0, 0.01, "u", keeps="nothing")
+    noise: float = slider(0.02, "Noise σ", 0.0, 0.3, 0.01, "u", keeps="pose")
+    outliers: float = slider(0.0, "Outliers", 0.0, 50.0, 5.0, "%", "Of each cloud, put anywhere", "pose")
+    overlap: float = slider(100.0, "Target seen", 30.0, 100.0, 5.0, "%", "The part of the room in the target", "pose")
+    density: float = slider(1.0, "Source density", 0.3, 2.0, 0.1, "×", keeps="pose")
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """A run from `began` with the frequencies of draw number `draws`. course: both errors at every pose so far.
+    unit: (MOST, 2) the frequencies in units of 1/ℓ. fixed: for every length scale of the run what no motion changes, the
+    two clouds' mean kernels with themselves, summed, and MMD² at the truth. backdrop: what no step moves."""
+
+    controls: Controls
+    scene: Scene
+    draws: int
+    unit: Array
+    began: Pose
+    batch: Batch[MmdState]
+    course: tuple[tuple[float, float], ...]
+    fixed: dict[float, tuple[float, float]]
+    backdrop: tuple[Mark, ...]
+
+    @property
+    def now(self) -> MmdState:
+        """The solver's state, a batch of one."""
+        return self.batch.state()
+
+    @property
+    def pose(self) -> Pose:
+        """Where the source lies."""
+        return single(self.batch.pose())
+
+    @property
+    def length(self) -> float:
+        """ℓ in use, u."""
+        return float(self.now.length[0])
+
+
+def start(controls: Controls, seed: int) -> State:
+    """The scene from the start that the two numbers give."""
+    c = controls
+    scene = room(
+        c.scene, seed=seed, noise=c.noise, outliers=c.outliers / 100.0, overlap=c.overlap / 100.0, density=c.density
+    )
+    fixed = {length: _fixed(scene, length) for length in lengths(c)}
+    return _begun(c, scene, 0, room_start(c.turn, c.offset), fixed, still(scene))
+
+
+def lengths(c: Controls) -> tuple[float, ...]:
+    """The length scales of a run, u."""
+    return SCHEDULE if c.schedule == "schedule" else (c.length,)
+
+
+def _seed(scene: Scene, draws: int) -> int:
+    """Of the frequencies: the scene's own, and another for every new draw."""
+    return scene.seed + 1000 * draws
+
+
+def _begun(
+    c: Controls,
+    scene: Scene,
+    draws: int,
+    began: Pose,
+    fixed: dict[float, tuple[float, float]],
+    backdrop: tuple[Mark, ...],
+) -> State:
+    method = METHODS["mmd"]
+    asked: Problem = replace(problem(scene, began), seed=np.array([_seed(scene, draws)]))
+    batch = begin(method, asked, method.options(lengths=lengths(c), count=round(c.count)), STEPS)
+    unit = unit_frequencies(asked.seed, MOST, 2)[0]
+    return State(c, scene, draws, unit, began, batch, (_errors(began, scene),), fixed, backdrop)
+
+
+def _fixed(scene: Scene, length: float) -> tuple[float, float]:
+    own = sum(mean_kernel(cloud, cloud, length) for cloud in (scene.source, scene.target))
+    return own, own - 2.0 * mean_kernel(scene.truth.apply(scene.source), scene.target, length)
+
+
+def _errors(pose: Pose, scene: Scene) -> tuple[float, float]:
+    return float(np.degrees(rre(pose, scene.truth))), float(rte(pose, scene.truth))
+
+
+def act(state: State, action: Action) -> State:
+    """One step, all steps to the stop, other frequencies, or another start."""
+    c, scene, draws, began = state.controls, state.scene, state.draws, state.began
+    if action.kind == "drag":
+        return _begun(c, scene, draws, PLACING.act(state.pose, ANCHOR, action), state.fixed, state.backdrop)
+    if action.name == "resample":
+        return _begun(c, scene, draws + 1, began, state.fixed, state.backdrop)
+    state = _stepped(state)
+    while action.name == "finish" and not state.batch.done:
+        state = _stepped(state)
+    return state
+
+
+def _stepped(state: State) -> State:
+    if state.batch.done:
+        return state
+    batch = advance(state.batch)
+    return replace(state, batch=batch, course=(*state.course, _errors(single(batch.pose()), state.scene)))
+
+
+def motion(before: State, after: State) -> Motion | None:
+    """The move of one step."""
+    if len(after.course) != len(before.course) + 1:
+        return None
+    return PLACING.motion(before.pose, after.pose, ANCHOR)
+
+
+@dataclass(frozen=True)
+class _Numbers:
+    """Of the present pose. apart: (MOST,) the distance of the two means of every wave of the draw."""
+
+    apart: Array
+    estimate: float
+    exact: float
+    at_truth: float
+    wave: int
+
+
+def _numbers(state: State, moved: Array) -> _Numbers:
+    target, ell = state.scene.target, state.length
+    frequencies = (state.unit / ell)[None]
+    gap = (mean_features(moved[None], frequencies) - mean_features(target[None], frequencies))[0] * np.sqrt(MOST)
+    apart = np.hypot(gap[:MOST], gap[MOST:])
+    own, at_truth = state.fixed[ell]
+    exact = own - 2.0 * mean_kernel(moved, target, ell)
+    count = round(state.controls.count)
+    wave = min(round(state.controls.wave), count) - 1
+    return _Numbers(apart, float(np.square(apart[:count]).mean()), exact, at_truth, wave)
+
+
+def draw(state: State) -> Picture:
+    """The room under one wave, that wave's phases, all waves, and the estimate as D grows."""
+    c, pose = state.controls, state.pose
+    moved = pose.apply(state.scene.source)
+    said = _numbers(state, moved)
+    frequency = state.unit[said.wave] / state.length
+    count = round(c.count)
+    sizes = np.hypot(*state.unit[:count].T)
+    running = np.cumsum(np.square(said.apart)) / np.arange(1, MOST + 1)
+    ghost = outline(state.scene, state.began, "ghost") if len(state.course) > 1 else ()
+    marks = (crests(VIEW, frequency), *ghost, *state.backdrop, source(state.scene, pose))
+    rotation, translation = zip(*state.course, strict=True)
+    return Picture(
+        (
+            Panel("main", "The two scans in the target's coordinates, under the crests of one wave", VIEW, marks),
+            phases(moved, state.scene.target, frequency),
+            waves(sizes, said.apart[:count], said.wave),
+            convergence(running, said.exact, count),
+            error_chart(rotation, translation, STEPS),
+        ),
+        _readouts(state, said),
+        _description(state, said),
+        PLACING.handles(held(pose), ANCHOR),
+        _note(state, said),
+        frozenset({"step", "finish"} if state.batch.done else ()),
+    )
+
+
+def _readouts(state: State, said: _Numbers) -> tuple[Readout, ...]:
+    rotation, translation = state.course[-1]
+    status, steps = Status(int(state.now.status[0])), len(state.course) - 1
+    return (
+        Readout("estimate", "MMD² estimated from D waves", number(said.estimate, 4)),
+        Readout("exact", "MMD², exact", number(said.exact, 4), role="source"),
+        Readout("exact_truth", "MMD² at the truth, exact", number(said.at_truth, 4), role="truth"),
+        Readout("length", "ℓ", number(state.length), "u"),
+        Readout("wave", "The means of the wave shown, apart", number(float(said.apart[said.wave]), 3), role="accent"),
+        Readout("rotation_error", "Rotation error", number(rotation, 1), "°"),
+        Readout("translation_error", "Translation error", number(translation), "u"),
+        Readout("stop", "Stopped", f"{status.label}, step {steps}" if state.batch.done else "no"),
+    )
+
+
+def _note(state: State, said: _Numbers) -> str:
+    steps = len(state.course) - 1
+    if state.batch.done:
+        return f"Stopped at step {steps}: {state.now.reason[0]}."
+    if steps:
+        return f"Step {steps} at ℓ = {number(state.length)} u: the estimate is {number(said.estimate, 4)}."
+    if round(state.controls.wave) > round(state.controls.count):
+        return f"Only {number(state.controls.count, 0)} waves are used: the last of them is shown."
+    return f"Draw {state.draws + 1} of the frequencies." if state.draws else ""
+
+
+def _description(state: State, said: _Numbers) -> str:
+    c, scene, steps = state.controls, state.scene, len(state.course) - 1
+    (x, y), heading = place(state.pose, ANCHOR)
+    frequency = state.unit[said.wave] / state.length
+    rotation, translation = state.course[-1]
+    apart = number(float(said.apart[said.wave]), 3)
+    crest = number(2 * np.pi / float(np.hypot(*frequency)))
+    words = [
+        f"{len(scene.source)} source points and {len(scene.target)} target points of one room,"
+        f" {SETTINGS[c.scene].lower()}, with noise of σ = {number(c.noise)} u, {number(c.outliers, 0)} % outliers;"
+        f" the target sees {number(c.overlap, 0)} % of the room, the source is sampled {number(c.density, 1)} times as"
+        " densely as usual.",
+        f"After {steps} step{'' if steps == 1 else 's'} the source lies turned by {degrees(heading)}° with its origin"
+        f" at ({number(x)}, {number(y)}) u.",
+        f"Thin lines are the crests of wave {said.wave + 1} of {number(c.count, 0)}, {crest} u apart; on the circle"
+        f" each point stands at its phase, and the two means lie {apart} apart.",
+        f"With ℓ = {number(state.length)} u the waves together estimate MMD² as {number(said.estimate, 4)}; exactly it"
+        f" is {number(said.exact, 4)}, and {number(said.at_truth, 4)} at the true pose.",
+        f"The pose is {number(rotation, 1)}° and {number(translation)} u from the truth.",
+    ]
+    if state.batch.done:
+        words.append(f"The run has stopped: {state.now.reason[0]}.")
+    return " ".join(words)
+
+
+def python(state: State) -> str:
+    """The same numbers from the solvers package alone."""
+    c, scene = state.controls, state.scene
+    return "\n".join(
+        [
+            "import numpy as np",
+            "from solvers import Pose, register",
+            "from solvers.features import exact_squared_mmd",
+            "from solvers.metrics import rre, rte",
+            "from solvers.scenes import room",
+            "",
+            f'scene = room("{c.scene}", seed={scene.seed}, noise={c.noise!r}, outliers={c.outliers / 100!r}, '
+            f"overlap={c.overlap / 100!r}, density={c.density!r})",
+            f"start = {written(state.began)}",
+            f'result = register(scene.source, scene.target, "mmd", start=start, seed={_seed(scene, state.draws)}, '
+            f"count={round(c.count)}, lengths={lengths(c)!r}, max_steps={len(state.course) - 1})",
+            f"length = {state.length!r}  # ℓ of the last step",
+            "",
+            'print("estimate", result.objective)',
+            'print("exact", exact_squared_mmd(result.transform(scene.source), scene.target, length))',
+            'print("exact_truth", exact_squared_mmd(scene.truth.apply(scene.source), scene.target, length))',
+            'print("rotation_error", np.degrees(rre(result.pose, scene.truth)))',
+            'print("translation_error", rte(result.pose, scene.truth))',
+            "",
+        ]
+    )
+
+
+def _presses(name: str, times: int) -> tuple[str, ...]:
+    return (name,) * times
+
+
+PRESETS: dict[str, dict[str, Any]] = {
+    "default": {},
+    "schedule": {"schedule": "schedule", "turn": 45.0, "offset": 1.43},
+    "overlap": {"scene": "noise", "overlap": 60.0, "turn": 0.0, "offset": 0.0},
+}
+
+WIDGET = Widget(
+    name="mmd",
+    title="Distributions compared by their mean features",
+    controls=Controls,
+    presets=PRESETS,
+    start=start,
+    act=act,
+    draw=draw,
+    buttons=(
+        Button("step", "Step", primary=True),
+        Button("run", "Run", "run", repeats="step"),
+        Button("finish", "To the end"),
+        Button("resample", "Draw waves again"),
+        Button("back", "Back", "back"),
+        Button("reset", "Reset", "reset"),
+        Button("new", "New room", "reseed"),
+    ),
+    legend=(
+        Key("source", "source, which moves"),
+        Key("target", "target", "square"),
+        Key("truth", "the room, source at the true pose", "line"),
+        Key("accent", "crests of the wave shown; its two means joined", "line"),
+        Key("ghost", "where the run began", "line"),
+    ),
+    handles=HANDLES,
+    tape=(({}, _presses("step", 8)), ({}, ("finish",)), ({}, ("resample",)), ({}, ("resample", "finish"))),
+    motion=motion,
+    python=python,
+    shows="Compares two clouds by random waves and moves one until the mean phases agree.",
+)

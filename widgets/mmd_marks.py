@@ -1,0 +1,105 @@
+"""How random features are drawn: one wave's crests over the clouds, its phases on a circle, all waves side by side."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .chart import Series, chart
+from .picture import Array, Arrow, Label, Mark, Panel, Path, Points, Ring, Segments, View
+from .room import with_marks
+
+CIRCLE = View(-1.34, 1.34, -1.34, 1.34, 300.0)
+INNER = 0.8  # radius at which the target's phases are drawn, inside the source's
+TURN = 2.0 * np.pi
+MOST = 60  # crests on each side of the origin
+LONGEST = 8.0  # rad in units of 1/ℓ: the right end of the chart of waves
+
+
+def crests(view: View, frequency: Array) -> Segments:
+    """Lines of equal phase 0 of the wave with `frequency` (2,) in rad/u, across the window."""
+    size = float(np.hypot(*frequency))
+    along = frequency / size
+    across = np.array([-along[1], along[0]])
+    reach = float(np.hypot(view.x1 - view.x0, view.y1 - view.y0))
+    corners = np.array([[x, y] for x in (view.x0, view.x1) for y in (view.y0, view.y1)]) @ along * size / TURN
+    first, last = np.ceil(corners.min()), np.floor(corners.max())
+    k = np.arange(max(first, -MOST), min(last, MOST) + 1)
+    foot = along * (k[:, None] * TURN / size)
+    ends = [_clipped(view, f, across, reach) for f in foot]
+    kept = [pair for pair in ends if pair is not None]
+    a, b = (np.array([pair[i] for pair in kept]).reshape(-1, 2) for i in range(2))
+    return Segments(a, b, "accent", weight=np.full(len(kept), 0.35))
+
+
+def _clipped(view: View, foot: Array, way: Array, reach: float) -> tuple[Array, Array] | None:
+    """The part of a line within the window."""
+    low, high = -reach, reach
+    for i, (least, most) in enumerate([(view.x0, view.x1), (view.y0, view.y1)]):
+        if abs(way[i]) < 1e-12:
+            if not least <= foot[i] <= most:
+                return None
+            continue
+        one, other = sorted([(least - foot[i]) / way[i], (most - foot[i]) / way[i]])
+        low, high = max(low, one), min(high, other)
+    return (foot + low * way, foot + high * way) if low < high else None
+
+
+def phases(source: Array, target: Array, frequency: Array) -> Panel:
+    """Each point of the moved source (m, 2) and of the target (n, 2) at its phase on a circle, and both means."""
+    turned, still = (np.stack([np.cos(a), np.sin(a)], axis=1) for a in (source @ frequency, target @ frequency))
+    means = turned.mean(axis=0), still.mean(axis=0)
+    marks: list[Mark] = [
+        Ring([0.0, 0.0], "guide", reach=1.0),
+        Ring([0.0, 0.0], "guide", reach=INNER),
+        Points(INNER * still, "target", "square", radius=2.0),
+        Points(turned, "source", radius=2.0),
+        Path(np.stack(means), "accent", thick=True),
+        Arrow([0.0, 0.0], means[1], "target"),
+        Arrow([0.0, 0.0], means[0], "source"),
+        Label([0.0, CIRCLE.y0], "phase of each point, and the means", "guide", "middle", dy=-6),
+    ]
+    return Panel("phases", "The phases of one wave at all points, and their means", CIRCLE, tuple(marks), grid=False)
+
+
+def waves(sizes: Array, apart: Array, chosen: int) -> Panel:
+    """How far apart the two means of every wave lie: |ω| ℓ (D,) against the distance (D,), with one singled out."""
+    places = np.stack([np.minimum(sizes, LONGEST), apart], axis=1)
+    panel = chart(
+        "waves",
+        "Distance between the two means, for every wave",
+        [],
+        x_label="|ω|·ℓ, rad",
+        y_label="Distance of the means, each wave",
+        x_range=(0.0, LONGEST / 2),
+        y_range=(0.0, 1.5),
+        height=160.0,
+    )
+    foot = places * [1.0, 0.0]
+    one = places[chosen : chosen + 1]
+    return with_marks(
+        panel,
+        Segments(foot, places, "guide"),
+        Points(places, "ink", radius=2.5),
+        Segments(foot[chosen : chosen + 1], one, "accent"),
+        Points(one, "accent", radius=4.5),
+    )
+
+
+def convergence(running: Array, exact: float, count: int) -> Panel:
+    """The estimate from the first 1, 2, … waves (k,) against the exact MMD², with the D in use marked."""
+    k = np.arange(1, len(running) + 1)
+    return chart(
+        "estimate",
+        "The estimate of MMD² from the first D waves of the draw",
+        [
+            Series([1.0, float(len(running))], [exact, exact], "truth", "exact", dashed=True),
+            Series(k, running, "ink"),
+        ],
+        x_label="D",
+        y_label="Estimated MMD²",
+        x_range=(1.0, float(len(running))),
+        y_range=(1e-3, 2.0),
+        log=True,
+        now=float(count),
+        height=160.0,
+    )
