@@ -53,8 +53,10 @@ class Controls:
 @dataclass(frozen=True, eq=False)
 class State:
     """A run from `began` with the frequencies of draw number `draws`. course: both errors at every pose so far.
-    unit: (MOST, 2) the frequencies in units of 1/ℓ. fixed: for every length scale of the run what no motion changes, the
-    two clouds' mean kernels with themselves, summed, and MMD² at the truth. backdrop: what no step moves."""
+
+    unit: (MOST, 2) the frequencies in units of 1/ℓ. fixed: for every length scale of the run what no motion changes,
+    the two clouds' mean kernels with themselves, summed, and MMD² at the truth. backdrop: what no step moves.
+    """
 
     controls: Controls
     scene: Scene
