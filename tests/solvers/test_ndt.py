@@ -49,6 +49,7 @@ def test_cells_hold_the_mean_and_covariance_of_their_points(grids):
 
 
 def test_the_small_eigenvalue_is_floored_and_points_at_one_place_are_dropped(rng):
+    """Points on a line get λ₂ = λ₁/1000 and keep λ₁; five points at one place, and a single one, make no Gaussian."""
     wall = np.column_stack([np.linspace(0.1, 0.9, 9), np.full(9, 0.5)])
     place = np.full((5, 2), 3.5)
     found = ndt_map.build(np.vstack([wall, place, [[8.2, 8.2]]])[None], 1.0)

@@ -1,0 +1,187 @@
+"""Chapter 4b: what the score of a pose says, and what it does not, in the room of the figure."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from solvers import Pose
+from solvers.ndt_map import NdtMap, build
+from solvers.ndt_score import evaluate, score_map
+from solvers.ndt_translation import climb
+from solvers.wall_scenes import ndt_room
+
+SEEDS = [40 + 13 * k for k in range(25)]
+AT = np.linspace(-1.5, 1.5, 31)
+MIDDLE = 15
+
+
+def room(seed: int, grids: int = 1, **options: float) -> tuple[np.ndarray, NdtMap]:
+    """The scan, at its true pose, and the map with cells of 1 u."""
+    scene = ndt_room(seed=seed, **options)
+    return scene.source, build(scene.target[None], 1.0, grids=grids)
+
+
+def field(scan: np.ndarray, cells: NdtMap) -> np.ndarray:
+    """The score per point and grid over translations up to 1.5 u."""
+    return score_map(cells, scan, AT, AT) / (len(scan) * cells.table.shape[1])
+
+
+def total(cells: NdtMap, points: np.ndarray) -> float:
+    return float(evaluate(cells, points[None], np.zeros((1, 2)), derivatives=False).score[0])
+
+
+def test_a_point_of_its_own_cell_scores_a_half_on_average():
+    """E exp(−½ qᵀΣ⁻¹q) = ½ in the plane for q drawn from N(0, Σ), whatever Σ is: 40,000 draws, four covariances."""
+    rng = np.random.default_rng(40)
+    for spread in ([[1.0, 0.0], [0.0, 1.0]], [[0.3, 0.2], [0.2, 0.15]], [[4.0, 0.0], [0.0, 0.001]], [[2, 1], [1, 2]]):
+        S = np.array(spread)
+        q = rng.multivariate_normal(np.zeros(2), S, 40_000)
+        score = np.exp(-0.5 * np.einsum("ni,ij,nj->n", q, np.linalg.inv(S), q))
+        assert score.mean() == pytest.approx(0.5, abs=0.01)
+
+
+def test_a_sharp_cell_counts_no_more_than_a_blurred_one():
+    """At its mean every kept cell of the room gives a point one, though areas differ more than fiftyfold."""
+    _, cells = room(40, noise=0.01)
+    kept = cells.kept[0]
+    for mean in cells.mean[0][kept]:
+        assert total(cells, mean[None]) == pytest.approx(1.0, abs=1e-12)
+    areas = 1 / np.sqrt(np.linalg.det(cells.precision[0][kept]))
+    assert areas.max() / areas.min() > 50
+
+
+@pytest.mark.parametrize("grids", [1, 4])
+def test_one_point_moves_the_score_by_at_most_one_on_each_grid(grids):
+    """Any single scan point put anywhere, also very far off: the sum changes by at most the number of grids."""
+    scan, cells = room(40, grids)
+    before, rng = total(cells, scan), np.random.default_rng(40)
+    for k in rng.choice(len(scan), 40, replace=False):
+        for place in (*rng.uniform(-5, 5, (5, 2)), (1e6, 0.0)):
+            moved = scan.copy()
+            moved[k] = place
+            assert abs(total(cells, moved) - before) <= grids + 1e-9
+
+
+def test_a_slide_along_one_pair_of_walls_keeps_what_they_score():
+    """Half a unit along x or along y keeps at least twice the score of as far along the diagonal, in all 25 draws."""
+    for seed in SEEDS:
+        scan, cells = room(seed)
+        part = 0.5 / np.sqrt(2)
+        straight = [total(cells, scan + 0.5 * np.array(way)) for way in ((1, 0), (-1, 0), (0, 1), (0, -1))]
+        diagonal = [total(cells, scan + part * np.array(way)) for way in ((1, 1), (1, -1), (-1, 1), (-1, -1))]
+        assert np.mean(straight) > 2 * np.mean(diagonal)
+
+
+def offsets(noise: float, grids: int = 1) -> np.ndarray:
+    """Where the climb from the truth comes to rest, (25, 2), in u."""
+    ends = []
+    for seed in SEEDS:
+        scan, cells = room(seed, grids, noise=noise)
+        ends.append(climb(cells, scan, np.zeros(2)).places[-1])
+    return np.array(ends)
+
+
+def test_an_offset_in_one_draw_is_an_error_and_no_bias():
+    """σ = 0.03 u, 25 draws: the summit is 0.005 to 0.02 u off in a typical draw, while the mean offset is within two
+    of its standard errors of zero in x and in y."""
+    off = offsets(0.03)
+    assert 0.005 < np.linalg.norm(off, axis=1).mean() < 0.02
+    assert (np.abs(off.mean(axis=0)) < 2 * off.std(axis=0, ddof=1) / 5).all()
+
+
+def test_more_noise_moves_the_summit_further():
+    """σ = 0.1 u: three times as far in a typical draw as at 0.03 u, or more; the mean in x is now more than two
+    standard errors from zero."""
+    calm, noisy = offsets(0.03), offsets(0.1)
+    assert np.linalg.norm(noisy, axis=1).mean() > 3 * np.linalg.norm(calm, axis=1).mean()
+    assert abs(noisy[:, 0].mean()) > 2 * noisy[:, 0].std(ddof=1) / 5
+
+
+def test_noise_broadens_the_summit_and_lowers_it():
+    """From σ = 0.03 to 0.2 u the part of the map above half its highest value grows more than fourfold, and the score
+    at the truth falls, in each of ten draws."""
+    for seed in SEEDS[:10]:
+        calm, noisy = (field(*room(seed, noise=noise)) for noise in (0.03, 0.2))
+        assert (noisy > 0.5 * noisy.max()).mean() > 4 * (calm > 0.5 * calm.max()).mean()
+        assert noisy[MIDDLE, MIDDLE] < calm[MIDDLE, MIDDLE]
+
+
+def test_outliers_make_cells_that_distract():
+    """With 40 % outliers, over ten draws: more cells, a lower score at the truth, and a floor of the map, its median,
+    more than three times as high."""
+    found = []
+    for fraction in (0.0, 0.4):
+        maps = [room(seed, outliers=fraction) for seed in SEEDS[:10]]
+        values = [field(scan, cells) for scan, cells in maps]
+        found.append(
+            (
+                np.mean([cells.kept.sum() for _, cells in maps]),
+                np.mean([v[MIDDLE, MIDDLE] for v in values]),
+                np.mean([np.median(v) for v in values]),
+            )
+        )
+    (cells, truth, floor), (more, lower, higher) = found
+    assert more > cells
+    assert lower < truth
+    assert higher > 3 * floor
+
+
+def test_no_translation_repairs_a_rotation():
+    """Turned by 15°, four grids, ten draws: the best score over all translations is at most 30 % of the score at the
+    truth, and it lies more than half a unit away from no translation at all."""
+    for seed in SEEDS[:10]:
+        scan, cells = room(seed, 4)
+        values = field(Pose.from_angle(np.radians(15.0)).apply(scan), cells)
+        row, column = np.unravel_index(values.argmax(), values.shape)
+        assert values.max() < 0.3 * field(scan, cells)[MIDDLE, MIDDLE]
+        assert np.hypot(AT[column], AT[row]) > 0.5
+
+
+def jumps(seed: int, grids: int) -> np.ndarray:
+    """By how much the score of a point leaps at each border that any point meets on the way from x = −0.5 to 0.5 u."""
+    scan, cells = room(seed, grids)
+    size, nearly = float(cells.size[0]), 1e-9
+    to = np.concatenate([np.mod(x0 - scan[:, 0], size) for x0 in cells.origin[0, :, 0]])
+    x = np.concatenate([to - size, to])
+    x = x[np.abs(x) < 0.5]
+    ahead, behind = (np.column_stack([x + side * nearly, np.zeros(len(x))]) for side in (1, -1))
+    which, pivot = np.zeros(len(x), dtype=np.int64), np.zeros((len(x), 2))
+    scores = [
+        evaluate(cells, scan + shift[:, None], pivot, which, derivatives=False).score for shift in (ahead, behind)
+    ]
+    leaps = np.abs(scores[0] - scores[1]) / (len(scan) * grids)
+    return np.asarray(leaps[leaps > 1e-6])
+
+
+def test_a_hundred_borders_on_one_unit_of_travel():
+    """From x = −0.5 to 0.5 u with one grid of 1 u: more than a hundred jumps that are no rounding, in three draws."""
+    for seed in SEEDS[:3]:
+        assert len(jumps(seed, 1)) > 100
+
+
+def test_four_grids_make_jumps_smaller_and_more_of_them():
+    """Along a line through the truth, three draws: the largest jump is at most 0.6 of that with one grid, and there are
+    more than three times as many; none of the two is continuous."""
+    for seed in SEEDS[:3]:
+        one, four = jumps(seed, 1), jumps(seed, 4)
+        assert 0 < four.max() < 0.6 * one.max()
+        assert len(four) > 3 * len(one) > 0
+
+
+def arrivals(grids: int) -> float:
+    """The part of 25 starts, up to 1.4 u away along each axis, from which a climb ends within 0.1 u of the truth."""
+    ways = np.linspace(-1.4, 1.4, 5)
+    ends = []
+    for seed in SEEDS[:3]:
+        scan, cells = room(seed, grids)
+        ends += [climb(cells, scan, np.array([x, y])).places[-1] for x in ways for y in ways]
+    return float((np.linalg.norm(ends, axis=1) < 0.1).mean())
+
+
+def test_less_than_half_of_the_starts_arrive():
+    """At the true rotation, with cells of 1 u: between a fifth and a half of the starts with one grid, and no more of
+    them with four."""
+    one, four = arrivals(1), arrivals(4)
+    assert 0.2 < one < 0.5
+    assert 0.05 < four <= one
