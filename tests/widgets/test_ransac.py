@@ -123,14 +123,16 @@ def test_lines_split_by_the_best_pose() -> None:
     np.testing.assert_allclose(np.asarray(lines["outlier"].b) - RIGHT, state.target[~inliers])
 
 
-def test_wrong_pairs_within_the_threshold_are_ringed() -> None:
-    """A ring for each wrong pair that is counted, as many as the readout says."""
-    for controls in ({"scene": "repeated", "outliers": 0.6}, {"epsilon": 1.6, "outliers": 0.8}, {}):
+def test_what_the_threshold_gets_wrong_is_ringed() -> None:
+    """A ring for each wrong pair that is counted and each right one that is not, as many as the readouts say."""
+    for controls in ({"scene": "repeated", "outliers": 0.6}, {"epsilon": 1.6, "outliers": 0.8}, {"epsilon": 0.04}, {}):
         state = run(FINISH, **controls)
         rings = [m for m in draw(state).panels[0].marks if isinstance(m, Points) and m.shape == "ring"]
-        said = shown(frame(["press", "finish"], **controls))["admitted"]
-        assert sum(len(np.asarray(m.xy)) for m in rings) == int(said)
+        ringed = {m.role: len(np.asarray(m.xy)) for m in rings}
+        said = shown(frame(["press", "finish"], **controls))
+        assert ringed == {"outlier": int(said["admitted"]), "truth": int(said["lost"])}
     assert int(shown(frame(["press", "finish"], scene="repeated", outliers=0.6))["admitted"]) >= 20
+    assert int(shown(frame(["press", "finish"], epsilon=0.04))["lost"]) >= 11
 
 
 @settings(max_examples=25, deadline=None)

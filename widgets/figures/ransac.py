@@ -24,6 +24,7 @@ from ..picture import Array, Picture, Readout, number
 MOST = 300  # trials at most
 SEPARATION = 0.7  # u, at least, between the two points of a trial in both views
 STEPS = 500  # more than any run takes
+BLOCK = 64  # trials at once, where all are asked for
 
 
 @dataclass(frozen=True)
@@ -125,25 +126,22 @@ def act(state: State, action: Action) -> State:
 
 
 def _run(state: State) -> Run:
-    """The solver from its start: all trials that are due in one block, since the size of a block changes nothing."""
+    """The solver from its start: trials in one block or a few, since the size of a block changes nothing."""
     c, scene = state.controls, state.scene
     asked = STEPS if state.steps is None else state.steps
-    options = RansacOptions(c.epsilon, float(c.confidence), MOST, max(1, min(asked, MOST)), SEPARATION)
+    block = BLOCK if state.steps is None else max(1, min(asked, MOST))
+    options = RansacOptions(c.epsilon, float(c.confidence), MOST, block, SEPARATION)
     source, target = scene.source[None], state.target[None]
     problem = Problem(source, target, np.ones((1, len(state.target))), Pose.identity(2, (1,)), np.array([scene.seed]))
     batch = begin(RANSAC, problem, options, STEPS)
-    searched, before = None, None
-    if asked:
+    now, searched, before = batch.state(), None, None
+    while not batch.done and now.trials[0] + now.refits[0] < asked:
+        if searched is not None:
+            before = now
         batch = advance(batch)
-    now = batch.state()
-    trials = int(now.trials[0])
-    if trials < asked or trials >= min(float(now.budget[0]), MOST):
-        searched = now
-    for _ in range(asked - trials):
-        if batch.done:
-            break
-        before, batch = now, advance(batch)
         now = batch.state()
+        if searched is None and now.trials[0] >= min(now.budget[0], now.drawn[0]):
+            searched = now
     return Run(now, searched, before)
 
 
@@ -198,7 +196,7 @@ def _readouts(state: State, ran: Run) -> tuple[Readout, ...]:
         Readout("share", "Estimated right fraction w", known(number(ran.share, 3)), "", "inlier"),
         Readout("capped_sum", "Capped sum of squares", known(number(float(now.objective[0]), 3)), "u²" * found),
         Readout("admitted", "Wrong pairs counted", known(str(int((inliers & wrong).sum()))), "", "outlier"),
-        Readout("lost", "Right pairs left out", known(str(int((~inliers & ~wrong).sum())))),
+        Readout("lost", "Right pairs left out", known(str(int((~inliers & ~wrong).sum()))), "", "truth"),
         Readout("rotation_error", "Rotation error, consensus", turn, "°" * found, "source"),
         Readout("translation_error", "Translation error, consensus", shift, "u" * found, "source"),
         Readout("ghost_rotation", "Rotation error, all pairs", ghost_turn, "°", "ghost"),
@@ -327,6 +325,7 @@ WIDGET = Widget(
         Key("target", "target", "square"),
         Key("outlier", "partner outside ε", "cross"),
         Key("outlier", "wrong, yet within ε", "ring"),
+        Key("truth", "right, yet outside", "ring"),
         Key("accent", "this trial and its pose", "dashed"),
         Key("ghost", "least squares on all pairs", "line"),
         Key("truth", "true pose", "line"),
