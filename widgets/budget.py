@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -15,8 +16,12 @@ TOP = 1e4  # the most trials that the chart shows
 SHARES = np.linspace(0.02, 1.0, 50)
 
 
+@lru_cache(maxsize=64)
 def budget_chart(confidence: float, sample: int, cap: int, share: float | None) -> Panel:
-    """N over w at one confidence, for `sample` pairs a trial, the cap, and the point of a run's estimate `share`."""
+    """N over w at one confidence, for `sample` pairs a trial, the cap, and the point of a run's estimate `share`.
+
+    Remembered, since few of these differ and a panel that stays the same object is not turned into markup again.
+    """
     panel = chart(
         "budget",
         f"Trials needed over the fraction of right pairs, at {100 * confidence:g} % confidence",

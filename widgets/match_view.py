@@ -12,7 +12,6 @@ from solvers.scenes import Scene
 
 from .picture import (
     Array,
-    Ellipses,
     Handle,
     Label,
     Mark,
@@ -65,9 +64,8 @@ def match_panel(shown: Shown) -> Panel:
         ]
     else:
         marks.append(Segments(p, q, "pair", weight=np.full(len(p), 0.66)))
-    reach = np.broadcast_to(shown.epsilon**2 * np.eye(2), (len(q), 2, 2))
     marks += [
-        Ellipses(q, reach, "guide", filled=True),
+        Points(q, "guide", "ring", radius=shown.epsilon * VIEW.scale),
         Path(scene.truth.apply(front) + RIGHT, "truth", thick=True),
         Path(shown.ghost.apply(front) + RIGHT, "ghost", thick=True),
         Points(shown.ghost.apply(scene.source) + RIGHT, "ghost", radius=2.5),
