@@ -27,7 +27,6 @@ from solvers.features import mean_features
 from solvers.status import Status, statuses
 
 _BLOCK = 2**15
-_SQUARES = 2**13  # the most squares that a field is divided into
 
 
 @dataclass(frozen=True, eq=False)
@@ -241,18 +240,21 @@ class CappedField:
         return who.reshape(moved.shape[:-1]), squares.reshape(moved.shape[:-1])
 
 
-def capped_field(turned: ArrayLike, target: ArrayLike, cap: float) -> CappedField:
+def capped_field(turned: ArrayLike, target: ArrayLike, cap: float, *, squares: int = 2**13) -> CappedField:
     """The capped nearest-neighbour objective over translations of `turned` (m, 2), the rotated source, against `target`
-    (n, 2), with the cap τ in world units. Raises ValueError for what is no planar cloud and a cap that is not
-    positive."""
+    (n, 2), with the cap τ in world units.
+
+    squares: about how many the plane is divided into; fewer take less to make and each query longer, the values are the
+    same. Raises ValueError for what is no planar cloud, a cap that is not positive, a count below one."""
     p, q = _one_cloud(turned, "turned"), _one_cloud(target, "target")
     tau = validate.number(cap, "cap", 1e-100, 1e100)
+    most = validate.count(squares, "squares", 1)
     with np.errstate(over="ignore", under="ignore"):
         low, high = q.min(axis=0), q.max(axis=0)
         reach = min(tau, float((high - low).max()) + tau)
         wide = high - low + 2.0 * reach
         # Squares about as small as the points are apart: few candidates each, and not too many squares.
-        side = max(float(np.sqrt(wide[0] * wide[1] / _SQUARES)), float(wide.max()) / _SQUARES)
+        side = max(float(np.sqrt(wide[0] * wide[1] / most)), float(wide.max()) / most)
     columns, rows = (max(1, int(np.ceil(w / side))) for w in wide)
     corner = low - reach
     x, y = corner[0] + (np.arange(columns) + 0.5) * side, corner[1] + (np.arange(rows) + 0.5) * side

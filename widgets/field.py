@@ -9,6 +9,7 @@ by. A state holds its Field: actions that leave the field as it is hand it on.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,7 @@ STRIDE = 3
 PAD = (46.0, 26.0, 74.0, 42.0)  # px about a field's window for its numbers and, at the right, the scale
 BAR = (12.0, 26.0, 46.0)  # px from the window to the scale's left and right side, and from there to its name's end
 Index = NDArray[np.int64]
+Deep = Literal["high", "low"]
 
 
 class Field:
@@ -44,7 +46,7 @@ class Field:
         self._of = of
         self._values: Array = np.full((side, side), np.nan)
         self._level = -1
-        self._heats: dict[tuple[int, float, float], Heat] = {}  # the very same mark is not drawn twice
+        self._heats: dict[tuple[int, float, float, Deep], Heat] = {}  # the very same mark is not drawn twice
 
     @property
     def details(self) -> int:
@@ -81,11 +83,14 @@ class Field:
             row, column = row // STRIDE * STRIDE + STRIDE // 2, column // STRIDE * STRIDE + STRIDE // 2
         return np.array([self.x[column], self.y[row]]), float(self._values[row, column])
 
-    def heat(self, level: int, low: float, high: float) -> Heat:
-        """The field's mark at a level."""
-        key = level, low, high
+    def heat(self, level: int, low: float, high: float, deep: Deep = "high") -> Heat:
+        """The field's mark at a level, its highest or its lowest values in the deepest colour."""
+        key = level, low, high, deep
         if key not in self._heats:
-            self._heats[key] = Heat(self.values(level), self.window, low, high)
+            values = self.values(level)
+            self._heats[key] = (
+                Heat(values, self.window, low, high) if deep == "high" else Heat(-values, self.window, -high, -low)
+            )
         return self._heats[key]
 
     def _edge(self, level: int) -> int:
@@ -110,7 +115,9 @@ class Field:
             self._values[np.ix_(rows, columns)] = self._of(self.x[columns], self.y[rows])
 
 
-def scale_marks(view: View, low: float, high: float, name: str, decimals: int = 1) -> tuple[Mark, ...]:
+def scale_marks(
+    view: View, low: float, high: float, name: str, decimals: int = 1, deep: Deep = "high"
+) -> tuple[Mark, ...]:
     """The bar of a field's colours with its numbers, in the padding at the right of the view, `name` above it."""
 
     def across(px: float) -> float:
@@ -121,6 +128,7 @@ def scale_marks(view: View, low: float, high: float, name: str, decimals: int = 
 
     left, right, window = across(BAR[0]), across(BAR[1]), (across(BAR[0]), across(BAR[1]), view.y0, view.y1)
     steps = (np.arange(HEAT_LEVELS) + 0.5) / HEAT_LEVELS
+    steps = steps if deep == "high" else 1.0 - steps
     rim = [[left, view.y0], [right, view.y0], [right, view.y1], [left, view.y1]]
     marks: list[Mark] = [Heat(steps[:, None], window, 0.0, 1.0), Path(rim, "guide", closed=True)]
     marks += [Label([right, up(v)], number(v, decimals), "guide", dx=5, dy=4) for v in ticks(low, high)]

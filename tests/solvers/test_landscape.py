@@ -45,11 +45,13 @@ def test_the_mmd_map_is_the_objective_at_every_node(rng):
     assert same.values([1.0, -1.0]) == pytest.approx(start.objective, rel=1e-12)
 
 
+@pytest.mark.parametrize("squares", [1, 500, 2**13])
 @pytest.mark.parametrize("cap", [0.05, 0.5, 2.6, 30.0])
-def test_the_capped_map_is_the_definition(cap):
-    """The look-up loses no neighbour: the same numbers as all distances, within the cap, beyond it, far outside."""
+def test_the_capped_map_is_the_definition(cap, squares):
+    """The look-up loses no neighbour: the same numbers as all distances, within the cap, beyond it, far outside, and
+    however many squares there are."""
     turned = Pose.from_angle(-0.2).apply(SCENE.source)
-    field = capped_field(turned, SCENE.target, cap)
+    field = capped_field(turned, SCENE.target, cap, squares=squares)
     xs, ys = np.linspace(-3.0, 14.0, 8), np.linspace(-2.5, 60.0, 7)
     grid = field.grid(xs, ys)
     for i, y in enumerate(ys):

@@ -99,3 +99,15 @@ def test_the_scale_stands_beside_the_window_and_numbers_its_ends() -> None:
     assert (low, high) == (0.0, 3.0)
     assert view.px([[right, low]])[0, 0] < 400
     assert [getattr(label, "text", "") for label in labels] == ["0.0", "0.1", "0.2", "0.3", "0.4", "score"]
+
+
+def test_deep_may_be_low() -> None:
+    """The heat turned over: what was in the deepest colour is in the palest, on the field and on its scale."""
+    field, _ = counted(63, 4)
+    high, low = (field.heat(4, -1.0, 3.0, deep) for deep in ("high", "low"))
+    part = [(np.asarray(mark.values) - mark.low) / (mark.high - mark.low) for mark in (high, low)]
+    np.testing.assert_allclose(part[0] + part[1], 1.0)
+    view = View(*WINDOW, width=300.0, pad=PAD)
+    bars = [scale_marks(view, -1.0, 3.0, "value", deep=deep)[0] for deep in ("high", "low")]
+    assert all(isinstance(bar, Heat) for bar in bars)
+    np.testing.assert_allclose(*[np.asarray(bar.values)[:: 1 if k else -1] for k, bar in enumerate(bars)])  # type: ignore[union-attr]
