@@ -325,7 +325,7 @@ def _description(state: State, said: _Numbers) -> str:
 def python(state: State) -> str:
     """The same numbers from the solvers package alone."""
     c, count = state.controls, round(state.controls.count)
-    mmd = c.objective == "mmd"
+    mmd, side = c.objective == "mmd", state.terrain.field.side
     maker = "mmd_field" if mmd else "capped_field"
     lines = [
         "import numpy as np",
@@ -336,7 +336,14 @@ def python(state: State) -> str:
         f"scene = room({c.setting!r}, seed={state.seed}, noise={c.noise!r}, outliers={c.outliers / 100.0!r})",
         *([f"unit = unit_frequencies(np.array([{state.terrain.draw}]), {count}, 2)[0]"] if mmd else []),
         f"field = {maker}(scene.source, scene.target, {f'unit / {c.length!r}' if mmd else repr(c.cap)})",
+        f"at = (np.arange({side}) + 0.5) * {2 * REACH / side!r} - {REACH!r}",
+        "values = field.grid(at, at)",
+        "row, column = np.unravel_index(values.round(12).argmin(), values.shape)",
+        f"parts = [values[i : {side - 2} + i, j : {side - 2} + j] for i in range(3) for j in range(3)]",
+        "",
         'print("truth", field.values([0.0, 0.0]))',
+        'print("lowest", np.hypot(at[column], at[row]))',
+        'print("minima", (parts[4] < np.min(parts[:4] + parts[5:], axis=0)).sum())',
     ]
     if state.runs:
         x, y = (repr(float(v)) for v in state.runs[-1].starts[-1])
