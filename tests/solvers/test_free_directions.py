@@ -78,6 +78,7 @@ def test_a_noisy_wall_says_how_weak_its_slide_is():
 
 
 def test_on_a_circle_the_turn_is_free():
+    """Point to plane on a circle is degenerate: the turn about its centre is named as free, and all else is found."""
     angle = 2.0 * np.pi * np.arange(48) / 48
     circle = 2.0 * np.column_stack([np.cos(angle), np.sin(angle)]) + [3.0, 1.0]
     found = register(circle, circle, "point-to-plane", start=Pose.from_angle(0.05, (0.2, -0.1)))
@@ -87,6 +88,7 @@ def test_on_a_circle_the_turn_is_free():
 
 
 def test_a_plane_in_space_leaves_two_slides_and_a_turn_free():
+    """Of the six motions in space a single plane holds three; the scan lies on the plane, and the run is degenerate."""
     flat = wall(150, 3)
     R = in_space((1.0, 2.0, -0.5), 0.9)
     found = register(flat @ R.T, flat @ R.T, "point-to-plane", start=Pose(in_space((0, 1, 1), 0.2), (0.1, 0.2, 0.3)))
