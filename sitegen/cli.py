@@ -48,6 +48,13 @@ def _bench_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", type=Path, default=Path("bench.json"), help="where numbers go (default: bench.json)")
 
 
+def _sweep_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--processes", type=int, default=0, help="how many at once (default: one for each core)")
+    parser.add_argument("--scheduler", default="", metavar="ADDRESS", help="a Dask cluster to run on instead")
+    parser.add_argument("--only", default="", help="sweeps to run, with commas: table,basins,curves (default: all)")
+    parser.add_argument("--methods", default="", help="contestants to run, with commas (default: all)")
+
+
 def _clean_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--all", action="store_true", help="also .venv and the user's cache of outside files")
 
@@ -82,6 +89,13 @@ def _bench(root: Path, asked: Arguments) -> int:
     return bench(root, asked.out, asked.browser_path, [name for name in asked.only.split(",") if name])
 
 
+def _sweep(root: Path, asked: Arguments) -> int:
+    from sitegen.sweep import sweep_command
+
+    only, methods = ([name for name in text.split(",") if name] for text in (asked.only, asked.methods))
+    return sweep_command(root, asked.processes, asked.scheduler, only, methods)
+
+
 def _clean(root: Path, asked: Arguments) -> int:
     from sitegen.clean import clean
 
@@ -94,6 +108,7 @@ COMMANDS: dict[str, Command] = {
     "check": Command("a strict build: links, anchors, references, claims, HTML, sizes", _none, _check),
     "test": Command("every check and test; finds or installs a browser", _test_options, _test, passes_on="pytest"),
     "bench": Command("measure what the project is held to; prints a table, writes bench.json", _bench_options, _bench),
+    "sweep": Command("run the race on 1,000 seeds, and its maps; goes on where it was", _sweep_options, _sweep),
     "clean": Command("remove what the other commands made in this folder", _clean_options, _clean, needs_venv=False),
 }
 

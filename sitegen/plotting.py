@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import inspect
 import json
 import pkgutil
@@ -24,6 +23,7 @@ from .figures import code_hash, listed
 from .files import fingerprint, kept
 from .outside import Progress, quiet
 from .problems import Place, Problems, hint
+from .sources import reached
 
 FORMAT = "1"  # of what is kept; raised when its form changes
 SIZES = {"wide": (680, 380), "narrow": (350, 340)}  # px; the page shows the one that fits
@@ -111,36 +111,11 @@ def runs(source: str, first: str = "compute") -> str:
 
     A helper of the folder counts as a whole. So an edit of the drawing computes nothing anew.
     """
-    named: dict[str, ast.stmt] = {}
-    for node in ast.parse(source).body:
-        for name in _defines(node):
-            named[name] = node
-    reached: dict[str, str] = {}
-    waiting = [first]
-    while waiting:
-        name = waiting.pop()
-        if name in reached or name not in named:
-            continue
-        node = named[name]
-        reached[name] = ast.unparse(node)
-        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("sitegen.plots."):
-            reached[name] += (FOLDER / f"{(node.module or '').rpartition('.')[2]}.py").read_text("utf-8")
-        waiting += sorted({each.id for each in ast.walk(node) if isinstance(each, ast.Name)})
-    return fingerprint((name, text.encode()) for name, text in reached.items())
+    def helper(module: str) -> str:
+        inside = module.startswith("sitegen.plots.")
+        return (FOLDER / f"{module.rpartition('.')[2]}.py").read_text("utf-8") if inside else ""
 
-
-def _defines(node: ast.stmt) -> list[str]:
-    """The names that a statement at a module's top gives a meaning."""
-    match node:
-        case ast.FunctionDef() | ast.ClassDef():
-            return [node.name]
-        case ast.Import() | ast.ImportFrom():
-            return [(alias.asname or alias.name).partition(".")[0] for alias in node.names]
-        case ast.Assign():
-            return [each.id for target in node.targets for each in ast.walk(target) if isinstance(each, ast.Name)]
-        case ast.AnnAssign(target=ast.Name() as target):
-            return [target.id]
-    return []
+    return fingerprint((name, text.encode()) for name, text in reached(source, [first], helper).items())
 
 
 def placed(

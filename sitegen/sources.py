@@ -1,0 +1,100 @@
+"""What a piece of code runs, as text to be hashed: the modules that it imports, or the names that it reaches.
+
+Comments, docstrings and blank lines do not count: an edit of words makes nothing stale.
+"""
+
+from __future__ import annotations
+
+import ast
+import io
+import tokenize
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+
+def code_text(source: str) -> str:
+    """The source without comments, docstrings, blank lines and spaces at the ends of lines."""
+    lines = source.split("\n")
+    for token in tokenize.generate_tokens(io.StringIO(source).readline):
+        if token.type == tokenize.COMMENT:
+            row, column = token.start
+            lines[row - 1] = lines[row - 1][:column]
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)):
+            first = node.body[0] if node.body else None
+            said = isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant)
+            if first is not None and said and isinstance(first.value.value, str):  # type: ignore[attr-defined]
+                for row in range(first.lineno - 1, first.end_lineno or first.lineno):
+                    lines[row] = ""
+    return "\n".join(line.rstrip() for line in lines if line.strip())
+
+
+def closure(modules: Iterable[str], root: Path, skip: Iterable[str] = ()) -> dict[str, Path]:
+    """The modules of these names, all that they import of the same packages, and so on: module → file.
+
+    Imports inside functions count; `skip` names modules that are not entered. Other packages are left out.
+    """
+    waiting, skipped = list(modules), set(skip)
+    packages = {name.partition(".")[0] for name in waiting}
+    found: dict[str, Path] = {}
+    while waiting:
+        name = waiting.pop()
+        path = _file(name, root)
+        if name in found or name in skipped or path is None or name.partition(".")[0] not in packages:
+            continue
+        found[name] = path
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            if isinstance(node, ast.Import):
+                waiting += [alias.name for alias in node.names]
+            elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+                submodules = [f"{node.module}.{alias.name}" for alias in node.names]
+                inner = [each for each in submodules if _file(each, root) is not None]
+                # A name that is no module comes from the package itself.
+                waiting += inner if len(inner) == len(submodules) else [*inner, node.module]
+    return dict(sorted(found.items()))
+
+
+def _file(name: str, root: Path) -> Path | None:
+    base = root.joinpath(*name.split("."))
+    for path in (base.with_suffix(".py"), base / "__init__.py"):
+        if path.is_file():
+            return path
+    return None
+
+
+def reached(source: str, first: Iterable[str], imported: Callable[[str], str] = lambda module: "") -> dict[str, str]:
+    """The definitions at a module's top that these names name, and those that they name in turn: name → code.
+
+    `imported(module)` may give the text of a module that a name is imported from, to stand with it.
+    """
+    named: dict[str, ast.stmt] = {}
+    for node in ast.parse(source).body:
+        for name in _defines(node):
+            named[name] = node
+    found: dict[str, str] = {}
+    waiting = list(first)
+    while waiting:
+        name = waiting.pop()
+        if name in found or name not in named:
+            continue
+        node = named[name]
+        decorators = [ast.get_source_segment(source, each) or "" for each in getattr(node, "decorator_list", [])]
+        found[name] = "\n".join([*decorators, code_text(ast.get_source_segment(source, node) or "")])
+        if isinstance(node, ast.ImportFrom):
+            found[name] += imported(node.module or "")
+        waiting += sorted({each.id for each in ast.walk(node) if isinstance(each, ast.Name)})
+    return found
+
+
+def _defines(node: ast.stmt) -> list[str]:
+    """The names that a statement at a module's top gives a meaning."""
+    match node:
+        case ast.FunctionDef() | ast.ClassDef():
+            return [node.name]
+        case ast.Import() | ast.ImportFrom():
+            return [(alias.asname or alias.name).partition(".")[0] for alias in node.names]
+        case ast.Assign():
+            return [each.id for target in node.targets for each in ast.walk(target) if isinstance(each, ast.Name)]
+        case ast.AnnAssign(target=ast.Name() as target):
+            return [target.id]
+    return []

@@ -1,0 +1,189 @@
+"""`sweep`: a thousand seeds of the race, its basins and its curves: over processes, or over a Dask cluster.
+
+Every unit of work is kept in the cache by the code that it ran, so a sweep that was stopped goes on where it was, and
+one after a change of a method runs that method alone. What is measured, and the files: sweep_plan.py.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import json
+import os
+import sys
+import tempfile
+import zipfile
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
+from dataclasses import asdict
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .files import fingerprint, write
+from .outside import Progress, cache_dir
+from .progress import shown
+from .sweep_plan import FOLDER, SWEEPS, Sweep, code_of, racing, split, units
+from .sweep_units import Unit, run_unit
+
+ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+Work = Iterator[tuple[Unit, dict[str, list[float]]]]
+
+
+def sweep_command(root: Path, processes: int, scheduler: str, only: Sequence[str], methods: Sequence[str]) -> int:
+    """Run what is missing and write the files. The exit code is 2 for names that are none."""
+    known = [sweep.name for sweep in SWEEPS]
+    wrong = [*(set(only) - set(known)), *(set(methods) - {c.method for c in racing()})]
+    if wrong:
+        ours = ", ".join([*known, *(c.method for c in racing())])
+        print(f"sweep: no {', '.join(sorted(wrong))}; there are {ours}", file=sys.stderr)
+        return 2
+    if scheduler and importlib.util.find_spec("distributed") is None:
+        print("sweep: --scheduler needs dask: `pip install 'dask[distributed]'`", file=sys.stderr)
+        return 2
+    chosen = [sweep for sweep in SWEEPS if not only or sweep.name in only]
+    with shown() as progress:
+        for sweep in chosen:
+            run(root, sweep, methods, cache_dir(), progress, processes, scheduler)
+            path = root / FOLDER / f"{sweep.name}.json"
+            print(f"{path.relative_to(root)}: {path.stat().st_size / 1000:.0f} kB", flush=True)
+    return 0
+
+
+def run(
+    root: Path, sweep: Sweep, methods: Sequence[str], cache: Path, progress: Progress, processes: int, scheduler: str
+) -> None:
+    """Run one sweep for the contestants of `methods` (all for none) and put their results into its file."""
+    asked: dict[str, list[tuple[tuple[str, ...], Unit]]] = {}
+    places: dict[str, Path] = {}
+    codes = {c.method: code_of(c, root) for c in racing(methods)}
+    for contestant in racing(methods):
+        asked[contestant.method] = list(units(sweep, contestant))
+        for _, unit in asked[contestant.method]:
+            places[_key(unit)] = place(cache, unit, codes[contestant.method])
+    every = [unit for listed in asked.values() for _, unit in listed]
+    missing = [unit for unit in every if not places[_key(unit)].is_file()]
+    done = len(every) - len(missing)
+    progress(f"sweeping {sweep.name}", done, len(every))
+    with workers(root, missing, processes, scheduler) as finished:
+        for unit, found in finished:
+            write(places[_key(unit)], json.dumps(found, separators=(",", ":")).encode())
+            done += 1
+            progress(f"sweeping {sweep.name}", done, len(every))
+    entries = {}
+    for method, listed in asked.items():
+        entries[method] = {"code": codes[method], "cells": _cells(sweep, listed, places)}
+    _put(root, sweep, entries)
+
+
+def _key(unit: Unit) -> str:
+    return json.dumps(asdict(unit), sort_keys=True)
+
+
+def place(cache: Path, unit: Unit, code: str) -> Path:
+    """Where a unit's runs are kept: by the code that they ran, numpy's version and what was asked."""
+    used = [(name, text.encode()) for name, text in (("code", code), ("numpy", np.__version__), ("unit", _key(unit)))]
+    return cache / "sweep" / f"{unit.method}-{fingerprint(used)[:24]}.json"
+
+
+def _cells(sweep: Sweep, listed: Sequence[tuple[tuple[str, ...], Unit]], places: dict[str, Path]) -> dict[str, Any]:
+    """Every cell's result, from the runs of its units in the order of their seeds."""
+    runs: dict[str, dict[str, list[float]]] = {}
+    for names, unit in listed:
+        found = json.loads(places[_key(unit)].read_bytes())
+        for name, part in zip(names, split(found, len(names)), strict=True):
+            whole = runs.setdefault(name, {})
+            for key, values in part.items():
+                whole.setdefault(key, []).extend(values)
+    return {name: sweep.keep(found) for name, found in runs.items()}
+
+
+def _put(root: Path, sweep: Sweep, entries: dict[str, Any]) -> None:
+    """Write the sweep's file: new entries in the place of old ones, in the race's order."""
+    path = root / FOLDER / f"{sweep.name}.json"
+    before = json.loads(path.read_text("utf-8"))["contestants"] if path.is_file() else {}
+    whole = {**before, **entries}
+    data = {
+        "numpy": np.__version__,
+        "seeds": len(sweep.seeds),
+        "axes": {name: list(values) for name, values in sweep.axes.items()},
+        "contestants": {c.method: whole[c.method] for c in racing() if c.method in whole},
+    }
+    write(path, (_lines(data) + "\n").encode())
+
+
+def _lines(data: dict[str, Any]) -> str:
+    """Compact JSON, a line for each contestant and each of its cells, so that a change shows where it is."""
+    head = {name: value for name, value in data.items() if name != "contestants"}
+    parts = []
+    for method, entry in data["contestants"].items():
+        cells = ",\n".join(f"{json.dumps(name)}:{_short(cell)}" for name, cell in entry["cells"].items())
+        parts.append(f'{json.dumps(method)}:{{"code":{json.dumps(entry["code"])},"cells":{{\n{cells}}}}}')
+    return f'{_short(head)[:-1]},"contestants":{{\n' + ",\n".join(parts) + "}}"
+
+
+def _short(value: Any) -> str:
+    return json.dumps(value, ensure_ascii=False, separators=(",", ":"))
+
+
+@contextmanager
+def workers(root: Path, asked: Sequence[Unit], processes: int, scheduler: str) -> Iterator[Work]:
+    """The units run, in whatever order they finish; what is not yet run when this is left is not run."""
+    if scheduler:
+        with _cluster(root, asked, scheduler) as finished:
+            yield finished
+    elif processes == 1 or len(asked) < 2:
+        yield ((unit, run_unit(unit)) for unit in asked)
+    else:
+        with _processes(asked, processes) as finished:
+            yield finished
+
+
+@contextmanager
+def _processes(asked: Sequence[Unit], count: int) -> Iterator[Work]:
+    before = {name: os.environ.get(name) for name in ONE_THREAD}
+    os.environ.update(dict.fromkeys(ONE_THREAD, "1"))  # as many processes as cores: each with one thread
+    pool = ProcessPoolExecutor(count or os.cpu_count(), get_context("spawn"))
+    try:
+        futures = {pool.submit(run_unit, unit): unit for unit in asked}
+        yield ((futures[future], future.result()) for future in as_completed(futures))
+    finally:
+        pool.shutdown(cancel_futures=True)
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+@contextmanager
+def _cluster(root: Path, asked: Sequence[Unit], scheduler: str) -> Iterator[Work]:
+    """The workers of a Dask cluster, given our sources; they must have this numpy."""
+    distributed: Any = importlib.import_module("distributed")
+    with distributed.Client(scheduler, timeout=20) as client, tempfile.TemporaryDirectory() as folder:
+        theirs = set(client.run(_numpy_version).values())
+        if theirs - {np.__version__}:
+            raise RuntimeError(f"the cluster's workers have numpy {', '.join(sorted(theirs))}, we {np.__version__}")
+        client.upload_file(str(_packed(root, Path(folder))))
+        futures = client.map(run_unit, asked, pure=False)
+        by_key = {future.key: unit for future, unit in zip(futures, asked, strict=True)}
+        yield ((by_key[future.key], found) for future, found in distributed.as_completed(futures, with_results=True))
+
+
+def _numpy_version() -> str:
+    import numpy
+
+    return numpy.__version__
+
+
+def _packed(root: Path, folder: Path) -> Path:
+    """What a unit runs, as a zip that Python imports from."""
+    path = folder / "registration_ladder_sweep.zip"
+    files = [*sorted((root / "solvers").rglob("*.py")), root / "sitegen/__init__.py", root / "sitegen/sweep_units.py"]
+    with zipfile.ZipFile(path, "w") as packed:
+        for file in files:
+            packed.write(file, file.relative_to(root).as_posix())
+    return path
