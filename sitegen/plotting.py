@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import inspect
 import json
+import os
 import pkgutil
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, dataclass
 from functools import cache as once
 from importlib import import_module
 from importlib.metadata import version
+from multiprocessing import get_context
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -20,7 +23,7 @@ import solvers
 
 from .directives import Directive
 from .figures import code_hash, listed
-from .files import fingerprint, kept
+from .files import fingerprint, kept, write
 from .outside import Progress, quiet
 from .problems import Place, Problems, hint
 from .sources import reached
@@ -157,19 +160,37 @@ class Gallery:
         self._solvers = once(lambda: code_hash((solvers,)))
         self._results: dict[str, Any] = {}
 
+    def prepare(self, plots: Iterable[Plot]) -> None:
+        """Compute what is missing of these, several at once where there are cores for it. What fails is left."""
+        missing = {plot.name for plot in plots if known().get(plot.name) is plot and not self._place(plot).is_file()}
+        count = min(len(missing), os.cpu_count() or 1)
+        if count < 2:
+            return
+        with ProcessPoolExecutor(count, get_context("spawn")) as pool:
+            waiting = {pool.submit(_computed, name): name for name in sorted(missing)}
+            for done, future in enumerate(as_completed(waiting)):
+                self._progress("computing plots", done, len(waiting))
+                if future.exception() is None:
+                    write(self._place(self.plots[waiting[future]]), future.result())
+            self._progress("computing plots", len(waiting), len(waiting))
+
+    def _place(self, plot: Plot) -> Path:
+        """Where a plot's result is kept: by the solvers' code and its own."""
+        key = fingerprint([(FORMAT, b""), ("solvers", self._solvers().encode()), ("own", plot.code.encode())])
+        return self._cache / "plots" / f"{plot.name}-{key[:24]}.json"
+
     def result(self, plot: Plot) -> Any:
         """What the plot computed. What its module raises is raised."""
         if plot.name not in self._results:
-            key = fingerprint([(FORMAT, b""), ("solvers", self._solvers().encode()), ("own", plot.code.encode())])
 
             def make() -> bytes:
                 self._progress(f"computing {plot.name}", 0, 1)
-                made = json.dumps(asdict(plot.compute()), allow_nan=False).encode()
+                made = _bytes(plot)
                 self._progress(f"computing {plot.name}", 1, 1)
                 return made
 
             # Also a new result comes from its bytes, so that kept and new are the same.
-            plain = json.loads(kept(self._cache / "plots" / f"{plot.name}-{key[:24]}.json", make))
+            plain = json.loads(kept(self._place(plot), make))
             self._results[plot.name] = plot.result(**{name: _tuples(value) for name, value in plain.items()})
         return self._results[plot.name]
 
@@ -202,6 +223,16 @@ class Gallery:
 
         svgs = json.loads(kept(self._cache / "drawings" / f"{plot.name}-{key[:24]}.json", make))
         return Drawn(svgs, plot.words(result), plot.table(result) if plot.table else None)
+
+
+def _bytes(plot: Plot) -> bytes:
+    """What it computes, as it is kept."""
+    return json.dumps(asdict(plot.compute()), allow_nan=False).encode()
+
+
+def _computed(name: str) -> bytes:
+    """The same in a process of its own."""
+    return _bytes(known()[name])
 
 
 def _tuples(value: Any) -> Any:

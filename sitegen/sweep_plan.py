@@ -122,15 +122,15 @@ SWEEPS = (
             f"{setting} {degrees:d} {distance:g}": {"setting": setting, "degrees": degrees, "distance": distance}
             for setting, degrees, distance in itertools.product(BASIN_SETTINGS, ROTATIONS, DISTANCES)
         },
-        seeds(20),
-        20,
+        seeds(10),
+        10,
         keep_bits,
         {"setting": BASIN_SETTINGS, "degrees": ROTATIONS, "distance": DISTANCES},
     ),
     Sweep(
         "curves",
         {f"{control} {value:g}": {"setting": "clean", control: value} for control, v in CURVES.items() for value in v},
-        seeds(200),
+        seeds(100),
         100,
         keep_bits,
         CURVES,

@@ -44,6 +44,6 @@ def measured(
     colour = COLOURS[role]
     axes.vlines(x, low, high, color=colour, linewidth=1.5, capstyle="butt")
     axes.plot(
-        x, y, "o-" if joined else "o", color=colour, markersize=6.0, markeredgecolor=COLOURS["paper"],
+        x, y, "o-" if joined else "o", color=colour, markersize=5.5, markeredgecolor=COLOURS["paper"],
         markeredgewidth=1.25, linewidth=1.75, zorder=3, clip_on=False,
     )  # fmt: skip

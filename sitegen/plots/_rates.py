@@ -3,6 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from solvers import Pose
+from solvers.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE
+from solvers.metrics import rre, rte
+from solvers.scenes import Scene
 
 SEEDS_FIRST, SEEDS_STEP = 40, 13
 
@@ -26,3 +34,24 @@ def percent(rate: float) -> str:
     """A rate as words print it."""
     shown = 100.0 * rate
     return f"{shown:.0f} %" if shown >= 9.95 or shown == round(shown) else f"{shown:.1f} %"
+
+
+def close(pose: Pose, truth: Pose) -> int:
+    """How many of the poses are near the truth: below 5° and below 0.2 u, as in the race."""
+    return int(np.count_nonzero((np.degrees(rre(pose, truth)) < CLOSE_DEGREES) & (rte(pose, truth) < CLOSE_DISTANCE)))
+
+
+def clouds(scenes: Sequence[Scene]) -> tuple[np.ndarray, np.ndarray]:
+    """The sources and the targets of scenes of one size, each (k, n, 2)."""
+    return np.stack([scene.source for scene in scenes]), np.stack([scene.target for scene in scenes])
+
+
+def span(counts: Sequence[int]) -> str:
+    """The least and the largest of some counts, once where they are one."""
+    return f"{min(counts)} to {max(counts)}" if min(counts) < max(counts) else str(counts[0])
+
+
+def interval(hits: int, of: int) -> str:
+    """A rate with its interval, as tables print it."""
+    low, high = wilson(hits, of)
+    return f"{100 * hits / of:.0f} % ({100 * low:.0f} to {100 * high:.0f} %)"

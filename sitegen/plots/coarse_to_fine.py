@@ -1,0 +1,120 @@
+"""How far NDT reaches at one cell size and from coarse cells to fine: success against starting angle and offset."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from sitegen.plots._rates import close, clouds, interval, seeds, wilson
+from solvers import Pose, register
+from solvers.wall_scenes import ndt_room
+
+TITLE = "Success of NDT against starting angle and offset, one cell size and coarse to fine"
+SIZES = {"wide": (720, 330), "narrow": (350, 600)}
+
+RUNS = 30
+CELLS = {"one": (0.8,), "fine": (3.2, 1.6, 0.8)}
+NAMES = {"one": "one cell size", "fine": "coarse to fine"}
+ANGLES = tuple(range(-60, 61, 10))
+OFFSETS = tuple(round(0.25 * k, 2) for k in range(11))
+DIRECTION = np.array([0.83205, -0.5547])
+
+
+@dataclass(frozen=True)
+class Result:
+    """by_angle, by_offset: successes by run ('one', 'fine'), then by start; of `runs`."""
+
+    runs: int
+    angles: tuple[int, ...]
+    offsets: tuple[float, ...]
+    by_angle: tuple[tuple[int, ...], ...]
+    by_offset: tuple[tuple[int, ...], ...]
+
+
+def compute() -> Result:
+    """The NDT room, four grids, steps of at most 0.5 u and 0.2 rad; turned, or moved down to the right."""
+    scenes = [ndt_room(seed=seed) for seed in seeds(RUNS)]
+    source, target = clouds(scenes)
+
+    def count(cells: tuple[float, ...], angle: float, offset: float) -> int:
+        start = Pose.from_angle(np.radians(angle), offset * DIRECTION)
+        found = register(source, target, "ndt", start=start, cells=cells, max_shift=0.5, max_turn=0.2)
+        return close(found.pose, scenes[0].truth)
+
+    by_angle = tuple(tuple(count(cells, angle, 0.0) for angle in ANGLES) for cells in CELLS.values())
+    by_offset = tuple(tuple(count(cells, 0.0, offset) for offset in OFFSETS) for cells in CELLS.values())
+    return Result(RUNS, ANGLES, OFFSETS, by_angle, by_offset)
+
+
+def turned(result: Result, run: str, angle: int) -> float:
+    """The percentage of seeds near the truth from an angle; run: 'one' or 'fine'."""
+    return 100.0 * result.by_angle[list(CELLS).index(run)][result.angles.index(angle)] / result.runs
+
+
+def shifted(result: Result, run: str, offset: float) -> float:
+    """The percentage of seeds near the truth from an offset in u; run: 'one' or 'fine'."""
+    return 100.0 * result.by_offset[list(CELLS).index(run)][result.offsets.index(offset)] / result.runs
+
+
+def runs(result: Result) -> int:
+    """How many seeds each dot stands for."""
+    return result.runs
+
+
+def words(result: Result) -> str:
+    """The picture in words."""
+    said = []
+    for i, run in enumerate(CELLS):
+        angles = [a for a, k in zip(result.angles, result.by_angle[i], strict=True) if k == result.runs]
+        offsets = [o for o, k in zip(result.offsets, result.by_offset[i], strict=True) if k == result.runs]
+        span = f"from {min(angles)}° to {max(angles)}°".replace("-", "−") if len(angles) > 1 else "from 0° alone"
+        said.append(f"{NAMES[run]}: every seed {span}, and up to {max(offsets):g} u")
+    return (
+        f"Two charts of the share of {result.runs} seeds for which NDT ended within 5° and 0.2 u of the truth: against "
+        f"the starting angle, without an offset, and against the starting offset, without a turn. "
+        f"{'; '.join(said)}. Coarse to fine reaches farther in both charts, and its reach, too, has an end."
+    )
+
+
+def table(result: Result) -> tuple[list[str], list[list[str]]]:
+    """Success with its interval for each start."""
+    rows = []
+    for i, angle in enumerate(result.angles):
+        counts = (interval(row[i], result.runs) for row in result.by_angle)
+        rows.append([f"{angle}°".replace("-", "−"), *counts])
+    for i, offset in enumerate(result.offsets):
+        rows.append([f"{offset:g} u", *(interval(row[i], result.runs) for row in result.by_offset)])
+    return ["start", *(f"{NAMES[run]} ({', '.join(f'{h:g}' for h in CELLS[run])} u)" for run in CELLS)], rows
+
+
+def draw(result: Result, figure: Any, narrow: bool) -> None:
+    """Success by angle and by offset, both runs in each."""
+    from sitegen.drawing import COLOURS
+    from sitegen.plots._look import axes_in, label, measured
+
+    wide = [(46, 46, 310, 220), (402, 46, 290, 220)]
+    by_angle, by_offset = axes_in(figure, narrow, wide, [(46, 46, 288, 190), (46, 342, 288, 190)])
+    roles = dict(zip(CELLS, ("ink", "accent"), strict=True))
+    charts = (
+        (by_angle, result.angles, result.by_angle, "Turned at the start"),
+        (by_offset, result.offsets, result.by_offset, "Moved at the start"),
+    )
+    for axes, starts, counts, title in charts:
+        axes.set_title(title, fontweight="bold", pad=12)
+        axes.grid(axis="y")
+        axes.spines["left"].set_visible(False)
+        axes.set_ylim(0.0, 1.0)
+        axes.set_yticks([0.0, 0.5, 1.0], ["0 %", "50 %", "100 %"])
+        for run, row in zip(CELLS, counts, strict=True):
+            low, high = zip(*(wilson(k, result.runs) for k in row), strict=True)
+            measured(axes, starts, [k / result.runs for k in row], low, high, roles[run], joined=True)
+    by_angle.axvline(0.0, color=COLOURS["truth"], linewidth=1.25, alpha=0.5)
+    by_angle.set(xlabel="starting angle", xlim=(-63, 63))
+    by_angle.set_xticks([-60, -30, 0, 30, 60], ["−60°", "−30°", "0°", "30°", "60°"])
+    by_offset.set(xlabel="starting offset, u", xlim=(-0.08, 2.58), xticks=[0.0, 0.5, 1.0, 1.5, 2.0, 2.5])
+    label(by_angle, -38.0, 0.5, "coarse\nto fine", "accent", ha="right", dx=-8)
+    label(by_angle, 0.0, 0.2, "one\ncell size", "ink", ha="center")
+    label(by_offset, 1.62, 0.8, NAMES["fine"], "accent", dx=12)
+    label(by_offset, 0.6, 0.2, NAMES["one"], "ink", dx=-4, ha="right")
