@@ -62,6 +62,11 @@ def failed(result: Result, share: float, confidence: float) -> float:
     return 100.0 * result.failures[result.confidences.index(confidence)][result.shares.index(share)] / result.runs
 
 
+def missed(result: Result, share: float, confidence: float) -> float:
+    """The probability in percent that independent draws, as the formula takes them, miss at that budget."""
+    return 100.0 * (1.0 - share**2) ** budget(result, share, confidence)
+
+
 def runs(result: Result) -> int:
     """How many runs each dot stands for."""
     return result.runs
