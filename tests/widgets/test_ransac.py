@@ -182,7 +182,7 @@ def test_the_cap_is_said() -> None:
     state = run(FINISH, epsilon=0.02, noise=0.3)
     assert state.run.now.status[0] == Status.CAPPED
     assert shown(framed)["trials"] == str(MOST)
-    assert "capped before the budget" in framed["note"]
+    assert "Capped short of N" in framed["note"]
     assert f"of at most {MOST}" in framed["description"]
 
 

@@ -206,7 +206,7 @@ def _readouts(state: State, ran: Run) -> tuple[Readout, ...]:
 
 def _runs(now: RansacState) -> str:
     trials, refits = int(now.trials[0]), int(now.refits[0])
-    return f"{trials} trial{'s' * (trials != 1)} and {refits} refit{'s' * (refits != 1)}"
+    return f"{trials} trial{'s' * (trials != 1)}, {refits} refit{'s' * (refits != 1)}"
 
 
 def _note(state: State, ran: Run) -> str:
@@ -219,17 +219,17 @@ def _note(state: State, ran: Run) -> str:
         i, j = (now.last_sample[0] + 1).tolist()
         said = f"Trial {int(now.trials[0])}: pairs {i} and {j}, {int(now.last_count[0])} of 40 within ε"
         best = (now.last_sample[0] == now.sample[0]).all()
-        ends = " That was the last trial; refits follow." if ran.searched is not None else ""
-        return f"{said}{', the best so far' if best else ''}.{ends}"
+        ends = " The last one: refits follow." if ran.searched is not None else ""
+        return f"{said}{', the best so far' * bool(best)}.{ends}"
     old = ran.searched if state.steps is None else ran.before
     assert old is not None
     was, count = int(old.count[0]), int(now.count[0])
     refits = int(now.refits[0])
     name = _runs(now) if state.steps is None else f"Refit {refits}"
-    sums = f"capped sum {number(float(old.objective[0]), 3)} → {number(float(now.objective[0]), 3)} u²"
-    fell = ": the count may fall, the sum may not" if count < was else ""
-    ends = " Stable, but capped before the budget was met." if now.status[0] == Status.CAPPED else " Stable." * ran.over
-    return f"{name}: {sums}, {was} → {count} within ε{fell}.{ends}"
+    sums = f"capped sum {number(float(old.objective[0]), 2)} → {number(float(now.objective[0]), 2)} u²"
+    fell = " (the count may fall)" if count < was else ""
+    ends = " Capped short of N." if now.status[0] == Status.CAPPED else " Stable." * ran.over
+    return f"{name}: {sums}, {was} → {count} within ε{fell}.{ends}"  # two lines on a phone at most
 
 
 def _description(state: State, ran: Run) -> str:
