@@ -33,7 +33,7 @@ FAINTEST = 1.0 / 6.0  # a pair that is used is drawn, however little it pulls
 SIGMAS = 0.4  # at which covariances are drawn: a whole one is as long as a wall
 EVERY = 7  # of whose points one covariance is drawn
 SLIDE = 0.1  # turning part of a unit direction below which it is a slide to the eye, as in gauss_newton.freedom
-BESIDE = 0.75  # u from the cloud's centre to the arrow of a slide, which would else lie in the wall
+BESIDE = 0.75  # u from the cloud's centre to the arrow, which would else lie in the wall or under a handle
 FARTHEST = 8.0  # r / s
 HIGHEST = 2.2
 LEAVES = 1.8  # where the line of an unbounded pull ends
@@ -127,10 +127,10 @@ def _course(run: Run, half: float) -> Array:
         beside = centre + BESIDE * np.array([along[1], -along[0]])
         return np.asarray(beside + np.linspace(-half, half, 3)[:, None] * along)
     about = centre + np.array([-v[1], v[0]]) * radius / a
-    arm = centre - about
+    arm = centre - [0.0, BESIDE] - about
     length = float(np.hypot(*arm))
-    if length < 0.35 * radius:  # a turn about the middle, seen half a radius above it
-        arm, length = np.array([0.0, 0.5 * radius]), 0.5 * radius
+    if length < 0.35 * radius:  # a turn about the middle, seen half a radius below it
+        arm, length = np.array([0.0, -0.5 * radius]), 0.5 * radius
     angles = np.linspace(-half, half, 15) / max(length, half)
     c, s = np.cos(angles), np.sin(angles)
     return np.asarray(about + np.stack([c * arm[0] - s * arm[1], s * arm[0] + c * arm[1]], axis=1))

@@ -171,13 +171,14 @@ def test_a_bad_normal_does_not_widen_its_covariance():
 
 
 def test_no_residual_has_the_widest_basin():
-    """From 45°, of 25 draws: with noise, point pairs find no fewer rooms than plane and GICP; where the sampling thins
+    """From 45°, of 25 draws: with noise, point pairs find all, plane and GICP miss one to three; where the sampling thins
     out, plane finds fewer than point; where it is striped, point finds none and the others all."""
     found = {
         setting: [successes(setting, method, MIDWAY) for method in ("icp", "point-to-plane", "gicp")]
         for setting in ("noise", "gradient", "striped")
     }
-    assert found["noise"][0] >= max(found["noise"][1:])
+    assert found["noise"][0] == 25
+    assert all(22 <= count < 25 for count in found["noise"][1:])
     assert found["gradient"][1] <= found["gradient"][0] - 5
     assert found["striped"] == [0, 25, 25]
 

@@ -140,6 +140,7 @@ def _chart(state: State) -> Panel:
         now=float(state.steps),
         width=480.0,
         height=345.0,
+        caption="All three over the steps",
     )
 
 
