@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from .chart import Series, chart
-from .picture import Array, Arrow, Label, Mark, Panel, Path, Points, Ring, Segments, View
-from .room import with_marks
+from .picture import Array, Arrow, Mark, Panel, Path, Points, Ring, Segments, View
+from .room import VIEW, with_marks
 
-CIRCLE = View(-1.34, 1.34, -1.34, 1.34, 300.0)
+MAP = replace(VIEW, width=460.0)
+CIRCLE = View(-1.82, 1.82, -1.31, 1.31, 460.0)  # as high as the map
 INNER = 0.8  # radius at which the target's phases are drawn, inside the source's
+HEIGHT = 169.6  # px, that of the chart of errors
 TURN = 2.0 * np.pi
 MOST = 60  # crests on each side of the origin
-LONGEST = 8.0  # rad in units of 1/ℓ: the right end of the chart of waves
+LONGEST = 4.0  # rad in units of 1/ℓ: the right end of the chart of waves
 
 
 def crests(view: View, frequency: Array) -> Segments:
@@ -28,7 +32,7 @@ def crests(view: View, frequency: Array) -> Segments:
     ends = [_clipped(view, f, across, reach) for f in foot]
     kept = [pair for pair in ends if pair is not None]
     a, b = (np.array([pair[i] for pair in kept]).reshape(-1, 2) for i in range(2))
-    return Segments(a, b, "accent", weight=np.full(len(kept), 0.35))
+    return Segments(a, b, "accent", weight=np.full(len(kept), 0.6))
 
 
 def _clipped(view: View, foot: Array, way: Array, reach: float) -> tuple[Array, Array] | None:
@@ -51,14 +55,14 @@ def phases(source: Array, target: Array, frequency: Array) -> Panel:
     marks: list[Mark] = [
         Ring([0.0, 0.0], "guide", reach=1.0),
         Ring([0.0, 0.0], "guide", reach=INNER),
-        Points(INNER * still, "target", "square", radius=2.0),
-        Points(turned, "source", radius=2.0),
+        Points(INNER * still, "target", "square", radius=2.5),
+        Points(turned, "source", radius=2.5),
         Path(np.stack(means), "accent", thick=True),
         Arrow([0.0, 0.0], means[1], "target"),
         Arrow([0.0, 0.0], means[0], "source"),
-        Label([0.0, CIRCLE.y0], "phase of each point, and the means", "guide", "middle", dy=-6),
     ]
-    return Panel("phases", "The phases of one wave at all points, and their means", CIRCLE, tuple(marks), grid=False)
+    label, caption = "The phases of one wave at all points, and their means", "The phase of each point, and both means"
+    return Panel("phases", label, CIRCLE, tuple(marks), grid=False, caption=caption)
 
 
 def waves(sizes: Array, apart: Array, chosen: int) -> Panel:
@@ -69,10 +73,10 @@ def waves(sizes: Array, apart: Array, chosen: int) -> Panel:
         "Distance between the two means, for every wave",
         [],
         x_label="|ω|·ℓ, rad",
-        y_label="Distance of the means, each wave",
-        x_range=(0.0, LONGEST / 2),
+        y_label="Means apart, each wave",
+        x_range=(0.0, LONGEST),
         y_range=(0.0, 1.5),
-        height=160.0,
+        height=HEIGHT,
     )
     foot = places * [1.0, 0.0]
     one = places[chosen : chosen + 1]
@@ -98,8 +102,8 @@ def convergence(running: Array, exact: float, count: int) -> Panel:
         x_label="D",
         y_label="Estimated MMD²",
         x_range=(1.0, float(len(running))),
-        y_range=(1e-3, 2.0),
+        y_range=(3e-3, 1.0),
+        height=HEIGHT,
         log=True,
         now=float(count),
-        height=160.0,
     )

@@ -17,12 +17,13 @@ from solvers.stepper import Batch, Problem, advance, begin
 
 from ..contract import Action, Button, Key, Motion, Widget
 from ..controls import choice, slider
-from ..mmd_marks import convergence, crests, phases, waves
+from ..mmd_marks import MAP, convergence, crests, phases, waves
 from ..picture import Array, Mark, Panel, Picture, Readout, degrees, number
 from ..placing import HANDLES, place, written
-from ..room import ANCHOR, BRINGS, PLACING, SETTINGS, VIEW, error_chart, held, outline, problem, single, source, still
+from ..room import ANCHOR, BRINGS, PLACING, SETTINGS, error_chart, held, outline, problem, single, source, still
 
 STEPS = 40
+PLACED = replace(PLACING, view=MAP)
 MOST = 128  # waves of a draw; D takes the first of them
 SCHEDULE = tuple(next(c for c in CONTESTANTS if c.method == "mmd").options["lengths"])
 
@@ -132,7 +133,7 @@ def act(state: State, action: Action) -> State:
     """One step, all steps to the stop, other frequencies, or another start."""
     c, scene, draws, began = state.controls, state.scene, state.draws, state.began
     if action.kind == "drag":
-        return _begun(c, scene, draws, PLACING.act(state.pose, ANCHOR, action), state.fixed, state.backdrop)
+        return _begun(c, scene, draws, PLACED.act(state.pose, ANCHOR, action), state.fixed, state.backdrop)
     if action.name == "resample":
         return _begun(c, scene, draws + 1, began, state.fixed, state.backdrop)
     state = _stepped(state)
@@ -152,7 +153,7 @@ def motion(before: State, after: State) -> Motion | None:
     """The move of one step."""
     if len(after.course) != len(before.course) + 1:
         return None
-    return PLACING.motion(before.pose, after.pose, ANCHOR)
+    return PLACED.motion(before.pose, after.pose, ANCHOR)
 
 
 @dataclass(frozen=True)
@@ -188,11 +189,11 @@ def draw(state: State) -> Picture:
     sizes = np.hypot(*state.unit[:count].T)
     running = np.cumsum(np.square(said.apart)) / np.arange(1, MOST + 1)
     ghost = outline(state.scene, state.began, "ghost") if len(state.course) > 1 else ()
-    marks = (crests(VIEW, frequency), *ghost, *state.backdrop, source(state.scene, pose))
+    marks = (crests(MAP, frequency), *ghost, *state.backdrop, source(state.scene, pose, placing=PLACED))
     rotation, translation = zip(*state.course, strict=True)
     return Picture(
         (
-            Panel("main", "The two scans in the target's coordinates, under the crests of one wave", VIEW, marks),
+            Panel("main", "The two scans in the target's coordinates, under the crests of one wave", MAP, marks),
             phases(moved, state.scene.target, frequency),
             waves(sizes, said.apart[:count], said.wave),
             convergence(running, said.exact, count),
@@ -200,7 +201,7 @@ def draw(state: State) -> Picture:
         ),
         _readouts(state, said),
         _description(state, said),
-        PLACING.handles(held(pose), ANCHOR),
+        PLACED.handles(held(pose), ANCHOR),
         _note(state, said),
         frozenset({"step", "finish"} if state.batch.done else ()),
     )
