@@ -171,8 +171,8 @@ def test_a_bad_normal_does_not_widen_its_covariance():
 
 
 def test_no_residual_has_the_widest_basin():
-    """From 45°, of 25 draws: with noise, point pairs find all, plane and GICP miss one to three; where the sampling thins
-    out, plane finds fewer than point; where it is striped, point finds none and the others all."""
+    """From 45°, of 25 draws: with noise, point pairs find all, plane and GICP miss one to three; where the sampling
+    thins out, plane finds fewer than point; where it is striped, point finds none and the others all."""
     found = {
         setting: [successes(setting, method, MIDWAY) for method in ("icp", "point-to-plane", "gicp")]
         for setting in ("noise", "gradient", "striped")
