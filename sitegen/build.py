@@ -157,7 +157,7 @@ def _figure_drawer(
 ) -> Callable[[Figure, Markup], Markup]:
     def drawn(figure: Figure, caption: Markup) -> Markup:
         tape = tapes.get((one.chapter.name, figure.id))
-        return draw(figure_view(figure, tape.first, tape.name, caption)) if tape else Markup("")
+        return draw(figure_view(figure, tape.first, tape.name, caption, tape.results)) if tape else Markup("")
 
     return drawn
 

@@ -22,6 +22,7 @@ import widgets.figures
 from widgets.contract import MAX_LOG, Record, Widget, parsed, preset
 from widgets.controls import Spec, specs, validated, values
 from widgets.host import Host
+from widgets.jobs import finished
 
 from .directives import Attribute, Directive, DirectiveError, attributes
 from .files import fingerprint, write
@@ -195,17 +196,35 @@ class Bakery:
 
     def frames(self, dom_id: str, records: Sequence[Plain]) -> list[Plain]:
         """One frame for each record of one widget, in order. What a widget raises is raised."""
-        name = records[0]["widget"]
+
+        def made() -> list[Plain]:
+            return [json.loads(self._host.frame(json.dumps({"figure": dom_id, "record": r}))) for r in records]
+
+        return self._kept(records[0]["widget"], [dom_id, records], made)
+
+    def results(self, dom_id: str, record: Plain) -> tuple[Plain, ...]:
+        """What each job of the record's widget finds, without what depends on the machine, kept likewise."""
+        widget = self._widgets[record["widget"]]
+        if not widget.jobs:
+            return ()
+        asked = parsed(widget, record)
+
+        def made() -> list[Plain]:
+            return [dict(finished(job, asked.controls, asked.seed, f"{dom_id}-{job.name}")) for job in widget.jobs]
+
+        return tuple(self._kept(widget.name, ["jobs", dom_id, record], made))
+
+    def _kept(self, name: str, asked: list[Any], made: Callable[[], list[Plain]]) -> list[Plain]:
         if name not in self._codes:
             self._codes[name] = code_of(name, self._widgets)
-        key = hashlib.sha256(json.dumps([self._codes[name], dom_id, records]).encode()).hexdigest()
+        key = hashlib.sha256(json.dumps([self._codes[name], *asked]).encode()).hexdigest()
         kept = self._cache / f"{key}.json"
         if kept.is_file():
             found: list[Plain] = json.loads(kept.read_bytes())
             return found
-        made = [json.loads(self._host.frame(json.dumps({"figure": dom_id, "record": record}))) for record in records]
-        write(kept, dumps(made).encode())
-        return made
+        fresh = made()
+        write(kept, dumps(fresh).encode())
+        return fresh
 
 
 def dumps(data: Any) -> str:

@@ -44,6 +44,18 @@ class FigureView:
     record: Markup
     tape: str
     caption: Markup
+    jobs: tuple[JobView, ...] = ()
+
+
+@dataclass(frozen=True)
+class JobView:
+    """A job of a figure: its name, its button's label, what it found at the figure's first settings, and that as
+    JSON."""
+
+    name: str
+    label: str
+    result: Plain
+    data: Markup
 
 
 @dataclass(frozen=True)
@@ -87,8 +99,8 @@ def plain(value: float) -> str:
     return f"{value:.10g}"
 
 
-def figure_view(figure: Figure, frame: Plain, tape: str, caption: Markup) -> FigureView:
-    """The view of a figure whose first frame is drawn."""
+def figure_view(figure: Figure, frame: Plain, tape: str, caption: Markup, results: Sequence[Plain] = ()) -> FigureView:
+    """The view of a figure whose first frame is drawn, and whose jobs are done."""
     record = {"record": figure.records[0], "frame": first_frame(frame), "spec": spec(figure.widget)}
     return FigureView(
         figure.dom_id,
@@ -99,7 +111,16 @@ def figure_view(figure: Figure, frame: Plain, tape: str, caption: Markup) -> Fig
         Markup(dumps(record)),
         tape,
         caption,
+        tuple(
+            JobView(job.name, job.label, result, Markup(dumps(_undrawn(result))))
+            for job, result in zip(figure.widget.jobs, results, strict=True)
+        ),
     )
+
+
+def _undrawn(result: Plain) -> Plain:
+    """A job's result without its drawings, which stand in the page already."""
+    return {**result, "panels": [{k: v for k, v in panel.items() if k != "svg"} for panel in result["panels"]]}
 
 
 @dataclass(frozen=True)

@@ -14,11 +14,13 @@ from .survey import Survey
 
 @dataclass(frozen=True)
 class Tape:
-    """A figure's tape: its file on the site, its script, and the first frame, which the page itself shows."""
+    """A figure's tape: its file on the site, its script, and what the page itself shows: the first frame, and what each
+    of its jobs finds."""
 
     name: str
     script: bytes
     first: Plain
+    results: tuple[Plain, ...] = ()
 
 
 def record_tapes(
@@ -31,12 +33,13 @@ def record_tapes(
         progress("drawing figures", i, len(figures))
         try:
             frames = bakery.frames(figure.dom_id, figure.records)
+            results = bakery.results(figure.dom_id, figure.records[0])
         except Exception as error:  # a widget's own mistake: the author sees which figure and why
             problems.add(figure.place, f"the figure cannot be drawn: {type(error).__name__}: {error}")
             continue
         script = tape_script(figure.dom_id, figure.records, frames).encode()
         name = hashed_name(f"tapes/{chapter.name}-{figure.id}.js", script)
-        tapes[chapter.name, figure.id] = Tape(name, script, frames[0])
+        tapes[chapter.name, figure.id] = Tape(name, script, frames[0], results)
     progress("drawing figures", len(figures), len(figures))
     return tapes
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from .controls import Value, finite, nearest, validated, values
+from .jobs import Job
 from .picture import Picture, Role, Shape
 
 SEED = 40  # the first of the benchmark's seeds 40 + 13k
@@ -80,6 +81,7 @@ class Widget:
     second argument, the level, from 0, the coarsest, to details − 1, which it must take for its default. The page
     shows the coarsest at once, then each finer one for as long as nothing else is asked. `known` is the finest level
     of a state that costs nothing more to draw.
+    jobs: long work on the figure's settings, done in slices beside its frames (widgets.jobs).
     motion: how to animate the last action, from the state before it to the state after it, or None.
     python: source text that reproduces a state with the solvers package alone.
     """
@@ -99,6 +101,7 @@ class Widget:
     details: int = 1
     known: Callable[[Any], int] = lambda state: 0
     tape: tuple[tuple[Mapping[str, Value], tuple[str, ...]], ...] = ()
+    jobs: tuple[Job, ...] = ()
     motion: Callable[[Any, Any], Motion | None] = lambda before, after: None
     python: Callable[[Any], str] = lambda state: ""
     shows: str = ""

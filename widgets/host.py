@@ -17,6 +17,7 @@ import numpy as np
 
 from .contract import Action, Motion, Record, Widget, parsed
 from .controls import nearest, values
+from .jobs import Running
 from .picture import Group, Handle, Mark, Panel, Picture, View
 from .registry import WIDGETS
 from .svg import UNIT, mark_svg, panel_svg
@@ -78,6 +79,7 @@ class Host:
         self._widgets = widgets
         self._replays: dict[str, _Replay] = {}
         self._markup: dict[str, _Markup] = {}
+        self._running = Running()
 
     def frame(self, request: str) -> str:
         """The frame for a request, JSON in and out: {"figure": id prefix, "record": record, "detail": level} → frame.
@@ -94,11 +96,7 @@ class Host:
         detail: the level of detail, of those that the widget has, that will do; None for the finest. What is known more
         finely is drawn so: the frame tells its level, and record and level together determine every byte of it.
         """
-        name = plain.get("widget") if isinstance(plain, Mapping) else None
-        if not isinstance(name, str) or name not in self._widgets:
-            raise ValueError(f"no widget {name!r:.60}{nearest(str(name)[:60], self._widgets)}")
-        widget = self._widgets[name]
-        record = parsed(widget, plain)
+        widget, record = self._asked(plain)
         states = self._states(figure, widget, record)
         level = _level(widget, states[-1], detail)
         picture = widget.draw(states[-1]) if widget.details == 1 else widget.draw(states[-1], level)
@@ -107,6 +105,34 @@ class Host:
         panels = [_panel(panel, svg) for panel, svg in zip(picture.panels, drawn, strict=True)]
         frame = _frame(figure, record, picture, panels, moved, widget.python(states[-1]))
         return {**frame, "detail": level}
+
+    def job(self, request: str) -> str:
+        """A slice of a job, JSON in and out: {"figure": id prefix, "record": record, "job": name, "do": what}.
+
+        do: "begin", which does the first slice, "go on" or "stop". The answer tells the part done from 0 to 1, words on
+        it, whether it is done, and the result, or null where there is no new one (widgets.jobs). Raises ValueError for
+        a record or a job that is none, and for a job that is not under way.
+        """
+        asked = json.loads(request)
+        widget, record = self._asked(asked["record"])
+        jobs = {job.name: job for job in widget.jobs}
+        name, do, figure = asked["job"], asked["do"], asked["figure"]
+        if name not in jobs:
+            raise ValueError(f"job: {widget.name} has no {name!r:.60}{nearest(str(name)[:60], jobs)}")
+        if do == "stop":
+            self._running.stop(figure, jobs[name])
+            return "null"
+        if do == "begin":
+            self._running.begin(figure, jobs[name], record.controls, record.seed)
+        answer = self._running.slice(figure, jobs[name])
+        return json.dumps(answer, ensure_ascii=False, separators=(",", ":"))
+
+    def _asked(self, plain: Mapping[str, Any]) -> tuple[Widget, Record]:
+        name = plain.get("widget") if isinstance(plain, Mapping) else None
+        if not isinstance(name, str) or name not in self._widgets:
+            raise ValueError(f"no widget {name!r:.60}{nearest(str(name)[:60], self._widgets)}")
+        widget = self._widgets[name]
+        return widget, parsed(widget, plain)
 
     def _states(self, figure: str, widget: Widget, record: Record) -> list[Any]:
         key = (widget.name, record.controls, record.seed)

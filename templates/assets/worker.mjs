@@ -6,13 +6,14 @@
 //       files: [{ name, size, sha256 }]                      { type: "ready", milliseconds }
 //                                                            { type: "failed", message, detail }
 //   { type: "frame", id, request }                           { type: "frame", id, frame, python_ms }
+//   { type: "job", id, request }                             { type: "job", id, slice, python_ms }
 //                                                            { type: "error", id, message, trace }
 //   { type: "heap" }                                         { type: "heap", bytes }
 
 const PROGRESS_EVERY = 100; // ms
 
 let python = null; // Pyodide, once it is up
-let frame = null; // widgets.host.Host().frame, the one Python object that is held
+let answers = null; // frame and job of the one widgets.host.Host, the Python objects that are held
 let failed = false;
 
 const post = (message) => self.postMessage(message);
@@ -191,16 +192,20 @@ async function start({ runtime, files, modules = ["solvers", "widgets.host"] }) 
   python.runPython("import numpy.random, numpy.linalg");
   post({ type: "stage", stage: "widgets" });
   for (const name of modules) python.pyimport(name).destroy();
-  if (modules.includes("widgets.host")) frame = python.runPython("import widgets.host; widgets.host.Host().frame");
+  if (modules.includes("widgets.host")) {
+    const host = python.runPython("import widgets.host; widgets.host.Host()");
+    answers = { frame: host.frame, job: host.job };
+  }
   await Promise.allSettled(compiled);
   post({ type: "ready", milliseconds: performance.now() - began });
 }
 
-function answer({ id, request }) {
+function answer({ type, id, request }) {
   const began = performance.now();
   try {
-    const drawn = frame(request);
-    post({ type: "frame", id, frame: drawn, python_ms: performance.now() - began });
+    const text = answers[type](request);
+    const python_ms = performance.now() - began;
+    post(type === "frame" ? { type, id, frame: text, python_ms } : { type, id, slice: text, python_ms });
   } catch (error) {
     const trace = String(error?.message ?? error).trim();
     post({ type: "error", id, message: trace.slice(trace.lastIndexOf("\n") + 1), trace });
@@ -209,6 +214,6 @@ function answer({ id, request }) {
 
 self.onmessage = ({ data }) => {
   if (data.type === "start") start(data).catch((error) => fail(error.message, error));
-  else if (data.type === "frame") answer(data);
+  else if (data.type === "frame" || data.type === "job") answer(data);
   else if (data.type === "heap") post({ type: "heap", bytes: python ? python._module.HEAPU8.byteLength : 0 });
 };

@@ -13,6 +13,7 @@ from ..contract import Action, Button, Key, Widget
 from ..controls import choice, slider
 from ..picture import Mark, Picture, Readout, number
 from ..placing import HANDLES, written
+from ..race_benchmark import BENCHMARK
 from ..race_field import CLOSE_SHIFT, CLOSE_TURN, ENTRIES, STAND_IN, Run, field, stepped, waiting
 from ..race_panels import PLACING, Stage, chart, drawn, handles, picked, scenery, turned
 from ..room import ANCHOR, BRINGS, SETTINGS, problem
@@ -209,6 +210,7 @@ WIDGET = Widget(
     ),
     handles=HANDLES,
     clicks=("errors",),
+    jobs=(BENCHMARK,),
     tape=(({}, ("finish",)), ({}, ("step",) * MAX_STEPS)),
     python=python,
     shows="Nine registration methods race on the same scans from the same start.",

@@ -30,6 +30,7 @@
     start,
     restart,
     frame,
+    job,
     heap,
     kill: () => worker?.terminate(),
     get urls() {
@@ -127,6 +128,7 @@
       die(message);
     },
     frame: ({ id, frame: drawn }) => answered(id, ({ resolve }) => resolve(JSON.parse(drawn))),
+    job: ({ id, slice }) => answered(id, ({ resolve }) => resolve(JSON.parse(slice))),
     error({ id, message, trace }) {
       console.info(trace);
       answered(id, ({ reject }) => reject(new Error(message)));
@@ -145,14 +147,16 @@
     next();
   }
 
-  /** The touched figure's question first, else the oldest; what makes a picture finer comes after all others. */
+  /** The touched figure's question first, else the oldest; then slices of jobs, then what makes a picture finer. */
   function next() {
     if (asked || !queue.length || runtime.state !== "live") return;
-    const among = queue.some(({ finer }) => !finer) ? queue.filter(({ finer }) => !finer) : queue;
+    const rank = ({ finer, type }) => (finer ? 2 : type === "job" ? 1 : 0);
+    const least = Math.min(...queue.map(rank));
+    const among = queue.filter((each) => rank(each) === least);
     const first = among.find(({ figure }) => figure === runtime.touched) ?? among[0];
     queue = queue.filter((each) => each !== first);
     asked = first;
-    worker.postMessage({ type: "frame", id: asked.id, request: asked.request });
+    worker.postMessage({ type: asked.type, id: asked.id, request: asked.request });
     listen();
   }
 
@@ -177,7 +181,20 @@
       const idle = queue.filter((each) => each.finer && each.figure === figure);
       queue = queue.filter((each) => !idle.includes(each));
       for (const each of idle) each.reject(Object.assign(new Error("Asked anew"), { stopped: true }));
-      queue.push({ id: ++last, figure, finer, request: JSON.stringify({ figure, record, detail }), resolve, reject });
+      const request = JSON.stringify({ figure, record, detail });
+      queue.push({ type: "frame", id: ++last, figure, finer, request, resolve, reject });
+      next();
+    });
+  }
+
+  /**
+   * A slice of a job: `does` is "begin", "go on" or "stop". Whatever a reader does comes first, so that a job that is
+   * asked for a slice at a time never makes anybody wait for longer than one takes. Rejects as `frame` does.
+   */
+  function job({ figure, record, name, does }) {
+    return new Promise((resolve, reject) => {
+      const request = JSON.stringify({ figure, record, job: name, do: does });
+      queue.push({ type: "job", id: ++last, figure, finer: false, request, resolve, reject });
       next();
     });
   }

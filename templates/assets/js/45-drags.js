@@ -87,6 +87,9 @@
 
     const disposers = [
       on(overlay.layer, "pointerdown", take),
+      on(overlay.layer, "mousedown", (event) => {
+        if (event.target.closest(".copy")) event.preventDefault(); // the focus is where `take` put it
+      }),
       // Where the browser tells a move as it comes, Python's answer is there before the frame that pointermove waits for.
       on(root, "onpointerrawupdate" in window ? "pointerrawupdate" : "pointermove", follow),
       on(root, "pointerup", release),

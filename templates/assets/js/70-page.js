@@ -20,6 +20,7 @@
       Ladder.buttons(figure),
       Ladder.showReadouts(figure),
       Ladder.showWords(figure),
+      Ladder.jobs(figure),
       Ladder.pins(figure),
       Ladder.linkButton(figure),
       Ladder.loadTape(figure),
