@@ -190,6 +190,7 @@ def test_twists_compose_to_the_pose():
 
 
 def test_a_filter_is_made_anew_only_when_sigma_has_changed():
+    """At the last σ of a schedule one and the same filter answers step after step; before, every step has its own."""
     s = room("clean")
     batch = begin(METHODS["filterreg"], problem(s.source, s.target), FilterRegOptions(variance="scheduled", last=0.9))
     made = [batch.state().filters[0]]

@@ -116,6 +116,7 @@ def test_estimated_sigma_need_not_fall() -> None:
 
 
 def test_similarity_collapses_where_the_rigid_form_keeps_its_size() -> None:
+    """From a turn of 60° with a wide σ the similarity shrinks below 0.3 of its size; the rigid form stays at 1."""
     shrunk = run(FINISH, name="similarity").run.course[-1]
     rigid = run(FINISH, name="similarity", method="cpd-rigid").run.course[-1]
     assert shrunk.scale < 0.3
@@ -185,6 +186,7 @@ def test_back_is_a_prefix_and_a_drag_begins_anew() -> None:
 
 
 def test_a_change_of_scale_is_no_motion() -> None:
+    """A step of the similarity is shown at once, a rigid one as the motion that it is."""
     a = run(name="similarity")
     assert motion(a, act(a, STEP)) is None
     b = run()

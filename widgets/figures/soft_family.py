@@ -349,7 +349,7 @@ WIDGET = Widget(
     ),
     handles=HANDLES,
     tape=(
-        ({}, ("step",) * 6),
+        ({}, ("step",) * 4),
         ({}, ("finish",)),
         ({"method": "cpd-similarity"}, ("finish",)),
         ({"method": "filterreg"}, ("step", "step", "finish")),

@@ -1,0 +1,193 @@
+"""The checkable claims of the chapters 'The contestants' and 'The soft family', against the solvers."""
+
+import numpy as np
+import pytest
+
+from solvers import METHODS, Pose, fit_rigid, register
+from solvers.association_bp import marginal_matrix
+from solvers.bird_scene import AREA, bird
+from solvers.cpd import CpdOptions, responsibilities
+from solvers.gmmreg import GmmRegOptions
+from solvers.race import SEEDS, Controls, contestants, race_problem
+from solvers.scenes import room
+from solvers.soft_annealed import weights
+from solvers.soft_shares import clutter_weight
+from solvers.stepper import Problem, advance, begin
+
+SOFT_THREE = ("soft-annealed", "association-bp", "hypothesis-mixture")
+
+
+def problem(scene, start=None):
+    """One registration of a scene, from its own start."""
+    start = scene.start if start is None else start
+    one = Pose(start.R[None], start.t[None])
+    return Problem(scene.source[None], scene.target[None], np.ones((1, len(scene.source))), one, np.array([40]))
+
+
+# CPD
+
+
+def test_a_step_is_the_weighted_fit_to_soft_targets():
+    """The pose after a CPD step is the closed-form fit of the moving points to their soft targets, so weighted."""
+    for seed in range(40, 40 + 13 * 5, 13):
+        scene = bird(seed=seed)
+        for method, scale in (("cpd-rigid", False), ("cpd-similarity", True)):
+            batch = begin(METHODS[method], problem(scene), CpdOptions(sigma=0.8, volume=AREA))
+            P, after = responsibilities(batch.state()), advance(batch).state().pose
+            explained = P.sum(axis=1)
+            fit = fit_rigid(scene.source, P @ scene.target / explained[:, None], explained)
+            np.testing.assert_allclose(fit.pose.R, after.R[0], atol=1e-10)
+            if not scale:
+                np.testing.assert_allclose(fit.pose.t, after.t[0], atol=1e-9)
+
+
+def test_lowering_q_is_enough():
+    """Of random nearby poses and widths, each one that lowers the auxiliary objective lowers the negative
+    log-likelihood by at least as much: a step need not be the best one."""
+    rng = np.random.default_rng(5)
+    scene = bird()
+    lowered = 0
+    for _ in range(8):
+        start = Pose.from_angle(rng.uniform(-3.0, 3.0), rng.uniform(-1.5, 1.5, 2))
+        sigma = float(rng.uniform(0.2, 1.5))
+        begun = begin(METHODS["cpd-rigid"], problem(scene, start), CpdOptions(sigma=sigma, volume=AREA)).state()
+        P, before = responsibilities(begun), float(begun.objective[0])
+
+        def auxiliary(pose, sigma, P=P):
+            squares = np.square(pose.apply(scene.source)[:, None] - scene.target).sum(axis=2)
+            return (P * squares).sum() / (2 * sigma**2) + P.sum() * 2 * np.log(sigma)
+
+        for _ in range(60):
+            turn, shift = rng.normal(0.0, 0.1), rng.normal(0.0, 0.15, 2)
+            pose, width = Pose.from_angle(turn, shift).compose(start), sigma * float(np.exp(rng.normal(0.0, 0.1)))
+            fall = auxiliary(start, sigma) - auxiliary(pose, width)
+            if fall > 0.0:
+                options = CpdOptions(sigma=width, volume=AREA)
+                now = begin(METHODS["cpd-rigid"], problem(scene, pose), options).state()
+                assert before - float(now.objective[0]) >= fall - 1e-9
+                lowered += 1
+    assert lowered > 100
+
+
+def test_one_over_n_depends_on_the_unit():
+    """In millimetres the volume's convention gives the same motion, the paper's another one."""
+    scene = bird(noise=0.25, clutter=10)
+    found = {}
+    for unit in (1.0, 1000.0):
+        start = Pose(scene.start.R, unit * scene.start.t)
+        for volume in (AREA * unit**2, None):
+            options = {"sigma": 1.1 * unit, "clutter": 0.3, "volume": volume, "max_steps": 60}
+            run = register(unit * scene.source, unit * scene.target, "cpd-rigid", start=start, **options)
+            found[unit, volume is None] = run.pose.apply(unit * scene.source) / unit
+    np.testing.assert_allclose(found[1000.0, False], found[1.0, False], atol=1e-9)
+    assert np.abs(found[1000.0, True] - found[1.0, True]).max() > 0.01
+
+
+def test_one_over_v_does_not_depend_on_the_sampling():
+    """Every point of both clouds twice: with 1/V the clutter's shares stay, with 1/N all of them fall."""
+    scene = bird()
+
+    def given(copies, volume):
+        start = Pose(scene.start.R[None], scene.start.t[None])
+        source, target = (np.repeat(c, copies, axis=0)[None] for c in (scene.source, scene.target))
+        p = Problem(source, target, np.ones(source.shape[:2]), start, np.array([40]))
+        state = begin(METHODS["cpd-rigid"], p, CpdOptions(sigma=0.8, volume=volume)).state()
+        return 1.0 - state.row[0][::copies]
+
+    np.testing.assert_allclose(given(2, AREA), given(1, AREA), atol=1e-12)
+    some = given(1, None) > 1e-9
+    assert (given(2, None)[some] < given(1, None)[some]).all()
+
+
+# GMMReg, and the heuristic
+
+
+def test_a_far_point_does_not_pull_in_gmmreg():
+    """A fixed point far beyond σ changes the distance by the same amount wherever the source is put nearby, and its
+    slope only by the factor that all counts share."""
+    scene = bird(clutter=0)
+    stray = np.vstack([scene.target, [[40.0, 25.0]]])
+    n = len(scene.target)
+    plain, more = (
+        begin(METHODS["gmmreg"], Problem(scene.source[None], target[None], np.ones((1, len(scene.source))),
+                                         Pose(scene.start.R[None], scene.start.t[None]), np.array([40])),
+              GmmRegOptions(first=0.8)).state()
+        for target in (scene.target, stray)
+    )  # fmt: skip
+    assert np.abs(plain.gradient).max() > 1e-3
+    np.testing.assert_allclose(more.gradient * (n + 1) / n, plain.gradient, rtol=1e-10)
+
+
+def test_the_heuristics_weight_moves_with_bandwidth_and_count():
+    """The clutter weight that a constant 0.12 amounts to grows as σ shrinks and falls as points are added; with σ and
+    the count held it is that of a mixture: both give the same support."""
+    n, V = len(room("combo").target), 64.0
+    w = [clutter_weight(0.12, sigma, n, V) for sigma in (1.1, 0.5, 0.12)]
+    assert w[0] < w[1] < w[2]
+    assert clutter_weight(0.12, 0.5, 2 * n, V) < w[1]
+    scene = room("combo")
+    start = Pose.identity()
+    soft = register(scene.source, scene.target, "soft-annealed", start=start, max_steps=0, first=0.5, miss=0.12)
+    options = {"filter": "exact", "first": 0.5, "clutter": w[1], "volume": V, "max_steps": 0}
+    mixture = register(scene.source, scene.target, "filterreg", start=start, **options)
+    np.testing.assert_allclose(soft.detail("support"), mixture.detail("weights"), rtol=1e-9)
+
+
+# The contestants
+
+
+@pytest.mark.parametrize("method", ["icp", "soft-annealed", "mmd"])
+def test_smooth_or_not_along_a_line(method):
+    """Along a straight line of poses the slope of ICP's objective jumps where partners change; those of soft targets at
+    one width and of MMD change by less and less as the steps are made smaller."""
+    scene = bird()
+    options = {"icp": {}, "soft-annealed": {"first": 0.5, "last": 0.5}, "mmd": {"lengths": (1.0,)}}[method]
+
+    def jump(count):
+        shifts = np.linspace(-0.4, 0.4, count)
+        poses = Pose(np.broadcast_to(scene.truth.R, (count, 2, 2)), scene.truth.t + shifts[:, None] * [1.0, 0.0])
+        p = Problem(
+            np.broadcast_to(scene.source, (count, *scene.source.shape)).copy(),
+            np.broadcast_to(scene.target, (count, *scene.target.shape)).copy(),
+            np.ones((count, len(scene.source))), poses, np.full(count, 40),
+        )  # fmt: skip
+        state = begin(METHODS[method], p, METHODS[method].options(**options)).state()
+        value = state.objective
+        if method == "soft-annealed":  # the score that one step at a fixed width never raises
+            value = np.log1p(state.support / (1.0 - state.support)).sum(axis=1)
+        slope = np.diff(value) / (shifts[1] - shifts[0])
+        return np.abs(np.diff(slope)).max() / np.abs(slope).max()
+
+    coarse, fine = jump(201), jump(1601)
+    assert (fine > 0.3 * coarse) if method == "icp" else (fine < 0.2 * coarse)
+
+
+def test_who_may_be_claimed_more_than_once():
+    """At the race's start a target point is claimed several times over by soft targets, hardly more than once in all by
+    the association marginals, and never more than once by one hypothesis: 5 seeds."""
+    sums = {"soft": [], "bp": [], "hypothesis": []}
+    for seed in SEEDS[:5]:
+        asked, _ = race_problem(Controls(), [seed])
+        state = {c.method: c.begin(asked).state() for c in contestants(list(SOFT_THREE))}
+        sums["soft"].append(weights(state["soft-annealed"]).sum(axis=0).max())
+        sums["bp"].append(marginal_matrix(state["association-bp"]).sum(axis=0).max())
+        given = state["hypothesis-mixture"].assignments[0]
+        sums["hypothesis"].append(max(np.bincount(one[one >= 0]).max() for one in given))
+    assert min(sums["soft"]) > 3.0
+    assert max(sums["bp"]) < 1.25
+    assert set(sums["hypothesis"]) == {1}
+
+
+def test_mmd_looks_at_no_pair():
+    """The residual is made of one phase for each moving point and wave; the target enters by its mean alone, taken
+    once for a length scale. No pair of points is looked at."""
+    scene = bird()
+    for count in (16, 64):
+        state = begin(METHODS["mmd"], problem(scene), METHODS["mmd"].options(count=count, lengths=(1.0,))).state()
+        waves = state.frequencies[0] / state.length[0]
+        moved = scene.start.apply(scene.source)
+        phases = moved @ waves.T  # m · D of them: the target's n points enter by their mean alone
+        assert phases.shape == (len(scene.source), count)
+        mean = np.concatenate([np.cos(phases).mean(axis=0), np.sin(phases).mean(axis=0)]) / np.sqrt(count)
+        np.testing.assert_allclose(state.moving_mean[0], mean, atol=1e-12)
+        np.testing.assert_allclose(state.residual[0], mean - state.fixed_mean[0], atol=1e-12)
