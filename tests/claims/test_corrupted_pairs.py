@@ -144,6 +144,14 @@ def test_separation_changes_the_odds():
     odds = [np.mean([every_trial(facade_scene(seed=s), gap)[3].mean() for s in SEEDS]) for gap in (0.0, 0.7)]
     assert odds[0] == pytest.approx(22 * 21 / (40 * 39))
     assert 0.31 < odds[1] < 0.33
+    one_view = {"source": [], "target": []}  # what the condition does in one view alone: partners pile up in the target
+    for seed in SEEDS:
+        scene = facade_scene(seed=seed)
+        rows, _, _, right = every_trial(scene, 0.0)
+        for view, odds_there in one_view.items():
+            points = getattr(scene, view)[rows]
+            odds_there.append(right[np.linalg.norm(points[:, 0] - points[:, 1], axis=1) >= 0.7].mean())
+    assert np.mean(one_view["source"]) < odds[0] < np.mean(one_view["target"])
 
 
 def test_a_clean_draw_need_not_be_a_good_one():
