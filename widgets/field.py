@@ -9,6 +9,7 @@ by. A state holds its Field: actions that leave the field as it is hand it on.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from typing import Literal
 
 import numpy as np
@@ -115,10 +116,14 @@ class Field:
             self._values[np.ix_(rows, columns)] = self._of(self.x[columns], self.y[rows])
 
 
+@cache
 def scale_marks(
     view: View, low: float, high: float, name: str, decimals: int = 1, deep: Deep = "high"
 ) -> tuple[Mark, ...]:
-    """The bar of a field's colours with its numbers, in the padding at the right of the view, `name` above it."""
+    """The bar of a field's colours with its numbers, in the padding at the right of the view, `name` above it.
+
+    The very same marks each time, which are then not drawn again.
+    """
 
     def across(px: float) -> float:
         return view.x1 + px / view.scale
@@ -135,6 +140,7 @@ def scale_marks(
     return (*marks, Label([right, view.y1], name, "guide", "end", dx=BAR[2], dy=-10))
 
 
+@cache
 def axis_marks(view: View, x_label: str, y_label: str) -> tuple[Mark, ...]:
     """A frame about a field's window, numbers along its left and lower side, and what they count."""
     rim = [[view.x0, view.y0], [view.x1, view.y0], [view.x1, view.y1], [view.x0, view.y1]]

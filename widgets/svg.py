@@ -13,6 +13,7 @@ from html import escape
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .picture import (
     Array,
@@ -206,14 +207,28 @@ def _heat(mark: Heat, view: View, prefix: str) -> str:
         np.isnan(values), -1, np.minimum(np.floor(np.nan_to_num(part) * HEAT_LEVELS + NUDGE), HEAT_LEVELS - 1)
     )
     runs: list[list[str]] = [[] for _ in range(HEAT_LEVELS)]
-    for row in range(ny):
-        edges = np.flatnonzero(np.diff(level[row], prepend=-2, append=-2))
-        for left, right in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
-            here = int(level[row, left])
-            if here >= 0:
-                width, height = across[right] - across[left], down[row + 1] - down[row]
-                runs[here].append(f"M{across[left]} {down[row]}h{width}v{height}h{-width}z")
+    for here, left, right, first, last in _blocks(level.astype(np.int64)).tolist():
+        width, height = across[right] - across[left], down[last] - down[first]
+        runs[here].append(f"M{across[left]} {down[first]}h{width}v{height}h{-width}z")
     return '<g class="heat">' + "".join(_path(f"h{i}", "".join(run)) for i, run in enumerate(runs)) + "</g>"
+
+
+def _blocks(level: NDArray[np.int64]) -> NDArray[np.int64]:
+    """The rectangles of equal level ≥ 0 in (rows, columns): runs along a row, and equal runs of rows that follow each
+    other as one. Rows of (level, left, right, first row, last row), the right and the last one exclusive."""
+    ny, nx = level.shape
+    new = np.ones((ny, nx + 1), dtype=np.bool_)
+    new[:, 1:-1] = level[:, 1:] != level[:, :-1]
+    row, edge = np.nonzero(new)
+    inner = np.flatnonzero(edge[:-1] < nx)  # the last edge of a row begins no run
+    row, left, right = row[inner], edge[inner], edge[inner + 1]
+    runs = np.stack([level[row, left], left, right, row], axis=1)
+    runs = runs[runs[:, 0] >= 0]
+    runs = runs[np.lexsort(runs.T[::-1])]
+    begins = np.ones(len(runs), dtype=np.bool_)
+    begins[1:] = (runs[1:] != runs[:-1] + np.array([0, 0, 0, 1])).any(axis=1)
+    first = np.flatnonzero(begins)
+    return np.column_stack([runs[first], runs[np.append(first, len(runs))[1:] - 1, 3] + 1])
 
 
 def _ring(mark: Ring, view: View, prefix: str) -> str:

@@ -242,10 +242,22 @@ def test_heat_levels_follow_the_values(values: list[float]) -> None:
     text = body(Heat(grid, (0, 3, 0, 2), 0.0, 1.0), view=View(0, 3, 0, 2, width=3))
     found = np.full((2, 3), -1)
     for level, d in re.findall(r'class="h(\d+)" d="([^"]*)"', text):
-        for x, y, w in re.findall(r"M(\d+) (\d+)h(\d+)", d):
-            found[2 - int(y) // 10, int(x) // 10 : (int(x) + int(w)) // 10] = int(level)
+        for place in re.findall(r"M(\d+) (\d+)h(\d+)v-(\d+)h", d):
+            x, y, w, h = (int(v) // 10 for v in place)
+            assert (found[2 - y : 2 - y + h, x : x + w] == -1).all(), "no tile is drawn twice"
+            found[2 - y : 2 - y + h, x : x + w] = int(level)
     expected = np.clip(np.floor(grid * HEAT_LEVELS + 1e-6), 0, HEAT_LEVELS - 1)
     np.testing.assert_array_equal(found, expected)
+
+
+def test_equal_runs_of_rows_that_follow_each_other_are_one_rectangle() -> None:
+    """Three rows alike are one; an unlike row between ends it, and the same run further up is a new one."""
+    low, high = [0.0, 0.0, 1.0], [1.0, 1.0, 1.0]
+    text = body(Heat([low, low, high, low], (0, 3, 0, 4), 0.0, 1.0), view=View(0, 3, 0, 4, width=30))
+    assert text == (
+        '<g class="heat"><path class="h0" d="M0 400h200v-200h-200zM0 100h200v-100h-200z"/>'
+        '<path class="h23" d="M0 200h300v-100h-300zM200 400h100v-200h-100zM200 100h100v-100h-100z"/></g>'
+    )
 
 
 def test_a_value_on_the_edge_of_a_level_has_reached_it_whatever_rounding_says() -> None:

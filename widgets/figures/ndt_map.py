@@ -32,7 +32,7 @@ from ..picture import (
 
 ROOM = View(-5.6, 5.6, -3.7, 3.7)
 CLOSE = View(-0.25, 1.25, -0.25, 1.25, width=320.0, pad=(8.0, 26.0, 74.0, 8.0))
-TILES = 63
+TILES = 48
 PLACE = (4.5, 2.5)  # in the cell that holds the room's upper right corner, as long as the grid is not moved
 SPOT = (-2.5, 0.4)
 STUCK = 5

@@ -277,7 +277,7 @@ WIDGET = Widget(
         Key("target", "map: points and Gaussians", "square"),
     ),
     clicks=("map",),
-    tape=(({}, ("truth",)), ({"grids": "four"}, ("truth",)), ({"rotation": 15.0}, ())),
+    tape=(({}, ("truth",)), ({"grids": "four"}, ())),
     python=python,
     shows="The score of a scan on a map of Gaussians, for every translation at one rotation, and climbs on it.",
 )
