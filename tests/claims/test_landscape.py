@@ -1,0 +1,185 @@
+"""The checkable claims of the chapter 'The landscape', against the solvers."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from solvers import Pose, register
+from solvers.features import unit_frequencies
+from solvers.landscape import capped_field, mmd_field
+from solvers.scenes import room
+from widgets.terrain import minima
+
+SIDE = 63
+AT = (np.arange(SIDE) + 0.5) / SIDE * 5.0 - 2.5
+LATTICE = np.stack(np.meshgrid(*[(np.arange(7) - 3) * 5.0 / 7] * 2), axis=-1).reshape(-1, 2)
+DRAWS = range(40, 50)
+
+
+@pytest.fixture(scope="module")
+def scene():
+    """The clean room."""
+    return room("clean")
+
+
+def mmd(scene, length, draw=40, count=32):
+    """MMD² over translations for one draw of the frequencies."""
+    return mmd_field(scene.source, scene.target, unit_frequencies(np.array([draw]), count, 2)[0] / length)
+
+
+def deepest(field):
+    """The tile of the figure's map where the objective is lowest, and how many minima the map has."""
+    values = field.grid(AT, AT)
+    row, column = np.unravel_index(values.argmin(), values.shape)
+    return np.array([AT[column], AT[row]]), minima(values)
+
+
+def basin(field):
+    """Of the 49 sown starts, how many descend to the place that a descent from the deepest tile ends at."""
+    ends = field.path(np.vstack([deepest(field)[0], LATTICE])).points[-1]
+    return int((np.hypot(*(ends[1:] - ends[0]).T) < 0.2).sum())
+
+
+def test_neither_is_convex(scene):
+    """Both are bounded over the whole plane, and on some segment the middle lies above both ends."""
+    rng = np.random.default_rng(1)
+    a, b = rng.uniform(-40.0, 40.0, (2, 2000, 2))
+    for field, bound in ((mmd(scene, 0.6), 4.0), (capped_field(scene.source, scene.target, 1.0), 1.0)):
+        ends = np.stack([field.values(a), field.values(b)])
+        assert ends.max() <= bound
+        near = field.values(a / 16), field.values(b / 16), field.values((a + b) / 32)
+        assert (near[2] > np.maximum(near[0], near[1]) + 1e-3).any()
+
+
+def test_false_minima_stay_when_the_rotation_is_free(scene):
+    """Each of the two wrong ends of the first figure, descended on in three parameters at the same length scale, moves
+    by less than 0.1 u and turns by less than 3°."""
+    ends = mmd(scene, 0.6).path(LATTICE).points[-1]
+    wrong = np.unique(np.round(ends[np.hypot(*ends.T) > 0.5], 2), axis=0)
+    assert len(wrong) == 2
+    for end in wrong:
+        run = register(
+            scene.source, scene.target, "mmd", start=Pose.from_angle(0.0, end), lengths=(0.6,), count=32, seed=40
+        )
+        assert np.hypot(*(run.pose.t - end)) < 0.1
+        assert abs(np.degrees(run.pose.angle)) < 3.0
+
+
+def test_a_larger_length_scale_often_leaves_fewer_minima(scene):
+    """Ten draws of 32 frequencies: more than one minimum in nine at ℓ = 0.3 u, in six at 0.6 u, in none at 1.2 u."""
+    several = [sum(deepest(mmd(scene, length, draw))[1] > 1 for draw in DRAWS) for length in (0.3, 0.6, 1.2)]
+    assert several == [9, 6, 0]
+
+
+def test_a_larger_length_scale_can_shrink_the_basin(scene):
+    """One draw: of 49 starts, 38 reach the deepest place at ℓ = 0.5 u and 20 at ℓ = 0.6 u."""
+    assert [basin(mmd(scene, length, draw=44)) for length in (0.5, 0.6)] == [38, 20]
+
+
+def test_a_large_length_scale_moves_the_minimum(scene):
+    """At ℓ = 2.4 u and 128 frequencies the only minimum is 0.35 to 0.45 u off, in each of ten draws; if the target ends
+    where the source does, it is at the truth."""
+    ends = np.array([mmd(scene, 2.4, draw, 128).path(np.zeros(2)).points[-1] for draw in DRAWS])
+    assert ((np.hypot(*ends.T) > 0.35) & (np.hypot(*ends.T) < 0.45)).all()
+    assert all(deepest(mmd(scene, 2.4, draw, 128))[1] == 1 for draw in DRAWS)
+    seen = overlapping(scene)
+    frequencies = unit_frequencies(np.array([40]), 128, 2)[0] / 2.4
+    assert np.hypot(*mmd_field(scene.source, seen, frequencies).path(np.zeros(2)).points[-1]) < 0.05
+
+
+def test_resampling_moves_the_minima(scene):
+    """Ten draws of 32 frequencies at ℓ = 0.6 u: between one and four minima, and basins of 20 to 49 of 49 starts."""
+    fields = [mmd(scene, 0.6, draw) for draw in DRAWS]
+    counts, basins = [deepest(f)[1] for f in fields], [basin(f) for f in fields]
+    assert (min(counts), max(counts)) == (1, 4)
+    assert (min(basins), max(basins)) == (20, 49)
+
+
+def test_more_frequencies_agree_on_the_deepest_place(scene):
+    """Ten draws at ℓ = 0.6 u: with 128 frequencies the deepest tile is the same in all, with 8, some lie more than
+    0.4 u apart."""
+    for count, apart in ((128, False), (8, True)):
+        lowest = np.array([deepest(mmd(scene, 0.6, draw, count))[0] for draw in DRAWS])
+        spread = np.linalg.norm(lowest[:, None] - lowest, axis=-1).max()
+        assert (spread > 0.4) == apart
+        assert apart or spread == 0.0
+
+
+def test_a_mean_over_the_pairs_in_reach_rewards_losing_points():
+    """In two draws of the noisy room with τ = 0.3 u there are shifts that keep at most four pairs within reach and have
+    a smaller mean over these than the truth over its own; the mean over all points is over four times larger there."""
+    for seed in (40, 53):
+        scene = room("noise", seed=seed)
+        field = capped_field(scene.source, scene.target, 0.3)
+        at = np.linspace(-6.0, 6.0, 49)
+        shifts = np.stack(np.meshgrid(at, at), axis=-1).reshape(-1, 2)
+        squares = np.square(np.linalg.norm(scene.source[:, None] - scene.target, axis=2).min(axis=1))
+        truth = squares[squares <= 0.09].mean()
+        found = 0
+        for shift in shifts[np.hypot(*shifts.T) > 5.0]:
+            moved = scene.source + shift
+            near = np.square(np.linalg.norm(moved[:, None] - scene.target, axis=2).min(axis=1))
+            used = near <= 0.09
+            if 0 < used.sum() <= 4 and near[used].mean() < truth:
+                found += 1
+                assert field.values(shift) > 4.0 * field.values(np.zeros(2))
+                break
+        assert found == 1
+
+
+def test_kinks_point_upwards(scene):
+    """Along a line the capped objective is continuous, and where its slope jumps it jumps down: a ridge, no pit."""
+    field = capped_field(scene.source, scene.target, 0.6)
+    x = np.linspace(-1.0, 1.0, 10001)
+    values = field.values(np.stack([x, np.full_like(x, 0.3)], axis=1))
+    steps = np.diff(values) / (x[1] - x[0])
+    assert np.abs(np.diff(values)).max() < 1e-3
+    jumps = np.diff(steps)
+    assert jumps.max() < 2.5 * (x[1] - x[0])  # a quadratic's slope changes by at most 2 a unit
+    assert (jumps < -1e-3).sum() > 50
+
+
+def test_the_capped_slope_is_the_mean_offset(scene):
+    """Between switches the gradient is −(2/M) Σ of the offsets of the pairs within τ, against central differences; it
+    is not zero anywhere on a lattice over the window, and far away, where no pair is within τ, it is."""
+    field, M = capped_field(scene.source, scene.target, 0.6), len(scene.source)
+    for shift in LATTICE + 0.013:
+        offsets = scene.target[None] - (scene.source + shift)[:, None]
+        near = np.take_along_axis(offsets, np.square(offsets).sum(axis=2).argmin(axis=1)[:, None, None], axis=1)[:, 0]
+        used = np.hypot(*near.T) < 0.6
+        gradient = -2.0 / M * near[used].sum(axis=0)
+        h = 1e-7
+        differences = [field.values(shift + h * e) - field.values(shift - h * e) for e in np.eye(2)]
+        np.testing.assert_allclose(np.array(differences) / (2 * h), gradient, atol=1e-4)
+        assert np.hypot(*gradient) > 1e-4
+    assert field.values([30.0, 0.0]) == field.values([30.1, 0.2]) == pytest.approx(0.36)
+
+
+def test_a_wider_cap_has_fewer_minima(scene):
+    """Caps of 0.3, 0.6, 1, 2 and 3 u: over a hundred minima on the map, then fewer and fewer, then one."""
+    counts = [deepest(capped_field(scene.source, scene.target, cap))[1] for cap in (0.3, 0.6, 1.0, 2.0, 3.0)]
+    assert counts[0] > 100
+    assert all(a > b for a, b in pairwise(counts))
+    assert counts[-1] == 1
+
+
+def overlapping(scene):
+    """The target's points, in order along the outline, from the first to the last that has a source point near."""
+    near = np.linalg.norm(scene.target[:, None] - scene.source, axis=2).min(axis=1) < 0.15
+    first, last = np.flatnonzero(near)[[0, -1]]
+    return scene.target[first : last + 1]
+
+
+def test_missing_dense_parts_move_mmd_and_not_the_nearest_distances():
+    """A room sampled ever more thinly, six draws: the lowest MMD² tile (ℓ = 0.6 u, 128 frequencies) lies over 0.5 u
+    from the truth, that of the capped distances (τ = 1 u) within 0.1 u. Cut the target where the source ends, which
+    takes over a sixth of its points, and MMD's is within 0.1 u as well."""
+    frequencies = unit_frequencies(np.array([40]), 128, 2)[0] / 0.6
+    for seed in range(40, 40 + 6 * 13, 13):
+        scene = room("gradient", seed=seed)
+        seen = overlapping(scene)
+        assert len(seen) < 5 / 6 * len(scene.target)
+        assert np.hypot(*deepest(mmd(scene, 0.6, 40, 128))[0]) > 0.5
+        assert np.hypot(*deepest(mmd_field(scene.source, seen, frequencies))[0]) < 0.1
+        assert np.hypot(*deepest(capped_field(scene.source, scene.target, 1.0))[0]) < 0.1
