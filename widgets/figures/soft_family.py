@@ -351,8 +351,7 @@ WIDGET = Widget(
     tape=(
         ({}, ("step",) * 4),
         ({}, ("finish",)),
-        ({"method": "cpd-similarity"}, ("finish",)),
-        ({"method": "filterreg"}, ("step", "step", "finish")),
+        ({"method": "filterreg"}, ("finish",)),
         ({"method": "gmmreg"}, ("finish",)),
     ),
     motion=motion,
