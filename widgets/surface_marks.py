@@ -34,6 +34,7 @@ SIGMAS = 0.4  # at which covariances are drawn: a whole one is as long as a wall
 EVERY = 7  # of whose points one covariance is drawn
 SLIDE = 0.1  # turning part of a unit direction below which it is a slide to the eye, as in gauss_newton.freedom
 BESIDE = 0.75  # u from the cloud's centre to the arrow, which would else lie in the wall or under a handle
+GAP = 1.2  # the second eigenvalue over the first from which there is a weakest direction
 FARTHEST = 8.0  # r / s
 HIGHEST = 2.2
 LEAVES = 1.8  # where the line of an unbounded pull ends
@@ -106,7 +107,9 @@ def moving(run: Run, placing: Placing = PLACING) -> Group:
 
 def weak_direction(run: Run) -> tuple[Mark, ...]:
     """The motion that the pairs hold least, both ways: a straight arrow for a slide, an arc for a turn; longer and
-    thicker where it is free."""
+    thicker where it is free. Nothing where two motions are held alike."""
+    if not _has_weakest(run):
+        return ()
     free = bool(run.system.free[0, 0])
     half, head = (2.0, 11.0) if free else (1.1, 7.0)
     course = _course(run, half)
@@ -115,6 +118,12 @@ def weak_direction(run: Run) -> tuple[Mark, ...]:
         Path(course, "weak", thick=free),
         *(Arrow(before, end, "weak", head) for end, before in zip(*reach, strict=True)),
     )
+
+
+def _has_weakest(run: Run) -> bool:
+    """Whether one motion is held clearly less than the next: else the eigenvector is rounding's."""
+    first, second = run.system.eigenvalues[0, :2]
+    return bool(second > GAP * max(float(first), 0.0))
 
 
 def _course(run: Run, half: float) -> Array:
@@ -157,7 +166,8 @@ def condition(run: Run) -> str:
 def weak_label(run: Run, view: View) -> Label:
     """The weak direction in words, in the map's top left corner, where no cloud lies."""
     how = "free" if run.system.free[0, 0] else "weakest"
-    return Label([view.x0, view.y1], f"{how}: {_kind(run)}, condition {condition(run)}", "weak", dx=12, dy=24)
+    said = f"{how}: {_kind(run)}" if _has_weakest(run) else "no weakest direction"
+    return Label([view.x0, view.y1], f"{said}, condition {condition(run)}", "weak", dx=12, dy=24)
 
 
 def weight_chart(run: Run, width: float = 320.0) -> Panel:

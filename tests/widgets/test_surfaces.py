@@ -15,7 +15,17 @@ from widgets.contract import SEED, Action, preset
 from widgets.figures.surfaces import WIDGET, State, act, motion, start
 from widgets.host import Host
 from widgets.picture import Ellipses, Points, Segments, Ticks
-from widgets.surface_marks import FAINTEST, own_surfaces, pairs, source_points, surfaces, weak_direction, weight_chart
+from widgets.room import VIEW
+from widgets.surface_marks import (
+    FAINTEST,
+    own_surfaces,
+    pairs,
+    source_points,
+    surfaces,
+    weak_direction,
+    weak_label,
+    weight_chart,
+)
 from widgets.surface_run import RESIDUALS, SCENES, WEIGHTS, Ask, Run, along_across, begun, scene_of
 
 STEP, FINISH = Action("press", "step"), Action("press", "finish")
@@ -142,6 +152,14 @@ def test_the_weak_arrow_of_a_turn_is_an_arc_of_it() -> None:
     course = np.asarray(weak_direction(one)[0].xy)  # type: ignore[union-attr]
     apart = np.linalg.norm(course - about, axis=1)
     np.testing.assert_allclose(apart, apart[0], rtol=1e-9)
+
+
+def test_where_all_motions_are_held_alike_no_arrow_is_drawn() -> None:
+    """Unweighted point pairs hold slides and turn exactly alike: a direction would be rounding's, so there is none."""
+    one = run(FINISH, residual="point").run
+    np.testing.assert_allclose(one.system.eigenvalues, 1.0, atol=1e-9)
+    assert weak_direction(one) == ()
+    assert "no weakest direction" in weak_label(one, VIEW).text
 
 
 def test_the_point_system_is_that_of_identity_precisions() -> None:
