@@ -148,10 +148,11 @@ def _close(c: Controls, points: Array, cells: NdtMap, cell: Array, chosen: tuple
         *scale_marks(CLOSE, 0.0, 1.0, "score"),
         Path(SQUARE, "accent", closed=True, thick=True),
         Points(near[seen & ~own], "ghost", "square", radius=2.0),
-        Points(near[own], "target", "square", radius=3.0),
     ]
     found = np.flatnonzero((_numbered(cells) == chosen).all(axis=1))
-    if len(found) and cells.kept[0, found[0]]:
+    kept = bool(len(found) and cells.kept[0, found[0]])
+    marks.append(Points(near[own], "target" if kept else "outlier", "square", radius=3.0))
+    if kept:
         mean, spread = (cells.mean[0, found[0]] - corner) / h, floored(cells.covariance[0, found[0]]) / h**2
         marks += [Ellipses(mean, spread, "normal", sigmas=s) for s in (1.0, 2.0)]
         marks.append(Points(mean, "normal", "diamond", radius=4.0))
