@@ -136,7 +136,9 @@ def scale_marks(
     steps = steps if deep == "high" else 1.0 - steps
     rim = [[left, view.y0], [right, view.y0], [right, view.y1], [left, view.y1]]
     marks: list[Mark] = [Heat(steps[:, None], window, 0.0, 1.0), Path(rim, "guide", closed=True)]
-    marks += [Label([right, up(v)], number(v, decimals), "guide", dx=5, dy=4) for v in ticks(low, high)]
+    for v in ticks(low, high):  # the one at the top a little lower: on a phone the name comes down to it
+        dy = 4.0 if v < high else 11.0
+        marks.append(Label([right, up(v)], number(v, decimals), "guide", dx=5, dy=dy))
     return (*marks, Label([right, view.y1], name, "guide", "end", dx=BAR[2], dy=-10))
 
 
