@@ -213,3 +213,37 @@ def test_a_state_is_computed_once() -> None:
     assert state.run is state.run
     assert replace(state, steps=1).run is not state.run
     assert Controls() == state.controls
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    st.fixed_dictionaries(
+        {
+            "scene": st.sampled_from(["occluded", "repeated"]),
+            "outliers": st.floats(0, 0.8),
+            "noise": st.floats(0, 0.3),
+            "epsilon": st.floats(0.02, 1.6),
+            "confidence": st.sampled_from(["0.5", "0.9", "0.99", "0.999"]),
+        }
+    ),
+    st.lists(
+        st.one_of(
+            st.just(["press", "step"]),
+            st.just(["press", "finish"]),
+            st.tuples(st.floats(-1e5, 1e5), st.floats(-1e5, 1e5)).map(lambda xy: ["drag", "partner", *xy]),
+        ),
+        max_size=6,
+    ),
+    st.integers(0, 2**31 - 1),
+)
+def test_whatever_a_reader_does_the_numbers_are_numbers(
+    controls: dict[str, Any], log: list[list[Any]], seed: int
+) -> None:
+    """Any controls, presses, pulls and seed: finite readouts, counts within forty, trials within budget and cap."""
+    framed = frame(*log, seed=seed, **controls)
+    said = shown(framed)
+    assert not any(word in " ".join(said.values()) + framed["description"] for word in ("nan", "inf"))
+    assert int(said["trials"]) <= MOST
+    if said["count"] != "–":
+        assert 2 <= int(said["count"]) <= 40
+        assert 0 <= int(said["admitted"]) <= int(said["count"])
