@@ -18,19 +18,22 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import numpy as np
+
 import sitegen.plots
-import solvers
+from solvers.methods import METHODS
 
 from .directives import Directive
-from .figures import code_hash, listed
+from .figures import listed
 from .files import fingerprint, kept, write
 from .outside import Progress, quiet
 from .problems import Place, Problems, hint
-from .sources import reached
+from .sources import closure, imports, method_modules, reached
 
 FORMAT = "1"  # of what is kept; raised when its form changes
 SIZES = {"wide": (680, 380), "narrow": (350, 340)}  # px; the page shows the one that fits
 FOLDER = Path(sitegen.plots.__path__[0])
+ROOT = FOLDER.parents[1]
 OWN = ("compute", "draw", "words", "table")
 
 Table = tuple[Sequence[str], Sequence[Sequence[str]]]
@@ -93,6 +96,8 @@ def read(module: ModuleType) -> Plot:
         if inspect.isfunction(value) and value.__module__ == module.__name__ and not key.startswith("_")
     }
     source = Path(str(module.__file__)).read_text("utf-8")
+    files = [(name, ROOT / name) for name in getattr(module, "READS", ())]
+    reads = [(name, path.read_bytes()) for name, path in files if path.is_file()]
     helpers = [(path.name, path.read_bytes()) for path in FOLDER.glob("_*.py")]
     return Plot(
         name.replace("_", "-"),
@@ -104,21 +109,30 @@ def read(module: ModuleType) -> Plot:
         own.get("table"),
         {key: value for key, value in own.items() if key not in OWN},
         {**SIZES, **getattr(module, "SIZES", {})},
-        runs(source),
+        fingerprint([("runs", runs(source).encode()), *reads]),
         fingerprint([("module", source.encode()), *helpers]),
     )
 
 
 def runs(source: str, first: str = "compute") -> str:
-    """The hash of what a module's function runs of it: all that it names, and what those name, without comments.
+    """The hash of what a module's function runs: all that it names of it, what those name, and the solvers behind.
 
-    A helper of the folder counts as a whole. So an edit of the drawing computes nothing anew.
+    A helper of the folder counts as a whole. `solvers.METHODS` leads to every method; of these count the ones that a
+    text in the code names. So neither an edit of the drawing nor one of another method computes anything anew.
     """
+
     def helper(module: str) -> str:
         inside = module.startswith("sitegen.plots.")
         return (FOLDER / f"{module.rpartition('.')[2]}.py").read_text("utf-8") if inside else ""
 
-    return fingerprint((name, text.encode()) for name, text in reached(source, [first], helper).items())
+    found = reached(source, [first], helper)
+    whole = "\n".join(found.values())
+    modules = {name for name in imports(whole, ROOT) if name.partition(".")[0] == "solvers"}
+    named = {text for pair in re.findall(r"\"([\w-]+)\"|'([\w-]+)'", whole) for text in pair if text in METHODS}
+    modules.update(module for name in named for module in method_modules(name))
+    files = closure(modules, ROOT, skip=["solvers.methods"])
+    pieces = [(name, text.encode()) for name, text in found.items()]
+    return fingerprint([*pieces, *((name, path.read_bytes()) for name, path in files.items())])
 
 
 def placed(
@@ -157,7 +171,6 @@ class Gallery:
     def __init__(self, plots: Mapping[str, Plot], cache: Path, progress: Progress = quiet) -> None:
         self.plots = plots
         self._cache, self._progress = cache, progress
-        self._solvers = once(lambda: code_hash((solvers,)))
         self._results: dict[str, Any] = {}
 
     def prepare(self, plots: Iterable[Plot]) -> None:
@@ -175,8 +188,8 @@ class Gallery:
             self._progress("computing plots", len(waiting), len(waiting))
 
     def _place(self, plot: Plot) -> Path:
-        """Where a plot's result is kept: by the solvers' code and its own."""
-        key = fingerprint([(FORMAT, b""), ("solvers", self._solvers().encode()), ("own", plot.code.encode())])
+        """Where a plot's result is kept: by the code that it runs and numpy's version."""
+        key = fingerprint([(FORMAT, b""), ("numpy", np.__version__.encode()), ("runs", plot.code.encode())])
         return self._cache / "plots" / f"{plot.name}-{key[:24]}.json"
 
     def result(self, plot: Plot) -> Any:

@@ -7,9 +7,14 @@ from __future__ import annotations
 
 import ast
 import io
+import re
 import tokenize
 from collections.abc import Callable, Iterable
 from pathlib import Path
+
+from solvers.methods import METHODS
+
+IMPORT = re.compile(r"^\s*(?:from\s+([\w.]+)\s+import\s+(\([^)]*\)|[^\n(]+)|import\s+([\w., ]+))", re.MULTILINE)
 
 
 def code_text(source: str) -> str:
@@ -43,15 +48,27 @@ def closure(modules: Iterable[str], root: Path, skip: Iterable[str] = ()) -> dic
         if name in found or name in skipped or path is None or name.partition(".")[0] not in packages:
             continue
         found[name] = path
-        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
-            if isinstance(node, ast.Import):
-                waiting += [alias.name for alias in node.names]
-            elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-                submodules = [f"{node.module}.{alias.name}" for alias in node.names]
-                inner = [each for each in submodules if _file(each, root) is not None]
-                # A name that is no module comes from the package itself.
-                waiting += inner if len(inner) == len(submodules) else [*inner, node.module]
+        waiting += imports(path.read_text("utf-8"), root)
     return dict(sorted(found.items()))
+
+
+def imports(source: str, root: Path) -> list[str]:
+    """The modules that a source imports, by their full names; one that gives a name of its own stands for that."""
+    found: list[str] = []
+    for module, names, plain in IMPORT.findall(source):
+        if plain:
+            found += [name.split()[0] for name in plain.split(",")]
+            continue
+        inner = [f"{module}.{name}" for name in re.findall(r"(\w+)(?: as \w+)?", re.sub(r"#.*", "", names))]
+        inside = [name for name in inner if _file(name, root) is not None]
+        found += inside if len(inside) == len(inner) else [*inside, module]
+    return found
+
+
+def method_modules(name: str) -> set[str]:
+    """The modules that a method's own parts stand in."""
+    method = METHODS[name]
+    return {part.__module__ for part in (method.options, method.start, method.step)}
 
 
 def _file(name: str, root: Path) -> Path | None:

@@ -15,13 +15,12 @@ from typing import Any
 
 import numpy as np
 
-from solvers.methods import METHODS
 from solvers.race import CONTESTANTS, Contestant
 from solvers.scenes import ROOM_SETTINGS
 from solvers.status import Status
 
 from .files import fingerprint
-from .sources import closure, code_text, reached
+from .sources import closure, code_text, method_modules, reached
 from .sweep_units import Unit, close, turned
 
 FOLDER = "content/data/sweep"
@@ -140,8 +139,7 @@ SWEEPS = (
 
 def code_of(contestant: Contestant, root: Path) -> str:
     """The hash of what a contestant's runs execute: its method's modules, scenes, the loop, metrics; its options."""
-    method = METHODS[contestant.method]
-    own = {part.__module__ for part in (method.options, method.start, method.step)}
+    own = method_modules(contestant.method)
     common = {"solvers.scenes", "solvers.metrics", "solvers.stepper", "solvers.pose", "solvers.status"}
     files = closure(own | common, root, skip=["solvers.methods"])
     race = reached((root / "solvers" / "race.py").read_text("utf-8"), ["race_problem", "MAX_STEPS"])
