@@ -8,15 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 
+from solvers import validate
 from solvers.arrays import FloatArray, IntArray, StatusArray
 from solvers.metrics import rre, rte
 from solvers.pose import Pose
 from solvers.race import CONTESTANTS, MAX_STEPS, SEEDS, Contestant, Controls, race_problem
+from solvers.race import contestants as contestants_of
 from solvers.status import Status
 from solvers.stepper import Batch, advance
 
@@ -104,6 +107,26 @@ def benchmark(
             batch = advance(batch)
         lines.append(line(contestant, batch, truth, perf_counter() - begun))
     return tuple(lines)
+
+
+def entry(method: str, name: str, **controls: Any) -> float:
+    """One entry of the table on the usual seeds: `name` is 'median_rre', 'median_rte', 'turned', 'close',
+    'median_steps', or a kind of stop, such as 'converged', to be counted. controls: of `solvers.race.Controls`.
+
+    Raises ValueError for a method that does not race, an unknown name, and what the controls object to.
+    """
+    validate.one_of(name, [*_ENTRIES, *(status.label for status in Status)], "name")
+    found = _run(method, tuple(sorted(controls.items())))
+    return float(getattr(found, name)) if name in _ENTRIES else float(found.stops.get(name, 0))
+
+
+_ENTRIES = ("median_rre", "median_rte", "turned", "close", "median_steps")
+
+
+@cache
+def _run(method: str, controls: tuple[tuple[str, Any], ...]) -> Line:
+    (found,) = benchmark(Controls(**dict(controls)), contestants=contestants_of([method]))
+    return found
 
 
 def table(lines: Sequence[Line]) -> str:

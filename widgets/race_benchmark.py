@@ -75,7 +75,9 @@ def result(controls: Settings, race: racing.Controls, entries: Sequence[Entry], 
         for one, x in zip(entries, lines, strict=True)
     )  # fmt: skip
     panels = (
-        strips("rre", "Rotation error of every seed, °", entries, [x.rre for x in lines], (0.001, 180.0), CLOSE_DEGREES),
+        strips(
+            "rre", "Rotation error of every seed, °", entries, [x.rre for x in lines], (0.001, 180.0), CLOSE_DEGREES
+        ),
         strips(
             "rte", "Translation error of every seed, u", entries, [x.rte for x in lines], (0.001, 10.0), CLOSE_DISTANCE
         ),

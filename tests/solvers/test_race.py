@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from solvers import METHODS, Pose, Status
-from solvers.benchmark import benchmark, line, table
+from solvers.benchmark import benchmark, entry, line, table
 from solvers.metrics import rre, rte
 from solvers.race import CONTESTANTS, EXTRAS, SEEDS, Controls, contestants, race_problem
 from solvers.scenes import room, room_start
@@ -109,6 +109,19 @@ def test_an_unfinished_run_has_a_line_too():
     found = line(contestant, batch, truth, 0.0)
     assert found.stops == {"running": 3}
     assert (found.steps == 2).all()
+
+
+def test_an_entry_is_the_table_s():
+    """One entry by name is what the whole benchmark has there; a wrong name is named."""
+    (expected,) = benchmark(Controls(degrees=30.0, setting="noise"), contestants=contestants(["gicp"]))
+    for name in ("median_rre", "median_rte", "turned", "close", "median_steps"):
+        assert entry("gicp", name, degrees=30.0, setting="noise") == getattr(expected, name)
+    stops = {name: entry("gicp", name, degrees=30.0, setting="noise") for name in ("converged", "stalled", "running")}
+    assert {k: v for k, v in stops.items() if v} == expected.stops
+    with pytest.raises(ValueError, match="did you mean 'close'"):
+        entry("gicp", "closed")
+    with pytest.raises(ValueError, match="contestants"):
+        entry("gcip", "close")
 
 
 def test_progress_can_end_the_benchmark():

@@ -1,0 +1,150 @@
+"""The checkable claims of the chapter 'The race', against the solvers' own benchmark."""
+
+from functools import cache
+from time import perf_counter
+
+import numpy as np
+import pytest
+
+from solvers.benchmark import benchmark
+from solvers.race import CONTESTANTS, SEEDS, Contestant, Controls, contestants, race_problem
+from solvers.scenes import ROOM_SETTINGS
+from solvers.stepper import advance
+
+
+@cache
+def lines(methods=None, seeds=SEEDS, **controls):
+    """The benchmark's lines by method, at the race's usual controls but for those given."""
+    field = CONTESTANTS if methods is None else contestants(methods)
+    return {x.contestant.method: x for x in benchmark(Controls(**controls), seeds=seeds, contestants=field)}
+
+
+@pytest.mark.parametrize("setting", ROOM_SETTINGS)
+def test_all_are_handed_the_same(setting):
+    """One problem is made and handed to all: the seed's clouds and, for each seed, the one start."""
+    controls = Controls(setting=setting)
+    problem, _ = race_problem(controls, SEEDS[:3])
+    for k, seed in enumerate(SEEDS[:3]):
+        scene = controls.scene(seed)
+        np.testing.assert_array_equal(problem.source[k], scene.source)
+        np.testing.assert_array_equal(problem.target[k], scene.target)
+        np.testing.assert_array_equal(problem.start.matrix[k], controls.start.matrix)
+    for contestant in CONTESTANTS:
+        state = contestant.begin(problem).whole
+        assert state.problem is problem
+
+
+def test_a_stop_is_not_a_success():
+    """All 25 runs of ICP report that they have converged, and most of them are more than 20° off."""
+    icp = lines(("icp",))["icp"]
+    assert icp.stops == {"converged": 25}
+    assert 13 <= (icp.rre > 20.0).sum() == 25 - icp.turned
+
+
+def test_no_contestant_is_best_on_every_seed():
+    """By rotation error eight of the nine are the best of all on some seed, and none on more than nine of 25."""
+    errors = np.stack([x.rre for x in lines().values()])
+    best = np.bincount(errors.argmin(axis=0), minlength=9)
+    assert (best > 0).sum() == 8
+    assert best.max() <= 9
+
+
+def test_a_median_can_stand_where_nobody_is():
+    """Point to plane has a median of 2°: fourteen seeds end below 4°, the other eleven beyond 40°, none between."""
+    found = lines(("point-to-plane",))["point-to-plane"]
+    assert (found.rre < 4.0).sum() == 14
+    assert (found.rre > 40.0).sum() == 11
+    assert 1.9 < found.median_rre < 2.1
+
+
+def test_two_thresholds_order_the_field_differently():
+    """With 5° MMD-Reg finds more seeds than the hypothesis mixture, with 1° far fewer."""
+    mmd, mixture = (lines(("mmd", "hypothesis-mixture"))[name].rre for name in ("mmd", "hypothesis-mixture"))
+    assert (mmd < 5.0).sum() > (mixture < 5.0).sum()
+    assert (mmd < 1.0).sum() + 5 < (mixture < 1.0).sum()
+
+
+def test_from_the_truth_nearly_all_stay():
+    """Started at the true pose in the same noisy room with junk, all end within 5°, and all but one method within 0.2 u
+    on every seed."""
+    found = lines(degrees=0.0, distance=0.0)
+    assert all(x.turned == 25 for x in found.values())
+    assert {name for name, x in found.items() if x.close < 25} == {"mmd"}
+
+
+def test_mmd_reaches_the_same_optimum_from_far():
+    """What MMD-Reg misses at 45° is not reach: from the truth itself it ends in the same places, median and count."""
+    far, near = lines(("mmd",))["mmd"], lines(("mmd",), degrees=0.0, distance=0.0)["mmd"]
+    assert far.close == near.close < 25
+    assert np.median(np.abs(far.rre - near.rre)) < 1e-3
+
+
+def test_more_frequencies_bring_the_optimum_nearer():
+    """From the truth in the clean room, MMD-Reg's median error falls as its 32 frequencies become 512."""
+    controls = Controls(setting="clean", degrees=0.0, distance=0.0)
+    usual = dict(contestants(["mmd"])[0].options)
+    medians = []
+    for count in (32, 512):
+        (found,) = benchmark(controls, contestants=[Contestant("mmd", "MMD", {**usual, "count": count})])
+        medians.append(found.median_rre)
+    assert medians[1] < 0.5 * medians[0]
+
+
+def test_density_alone_changes_who_arrives():
+    """In the clean room with the source sampled twice as densely, association BP falls from 25 seeds to none; ICP, its
+    variants and the soft targets keep all 25."""
+    names = ("icp", "point-to-plane", "gicp", "soft-annealed", "association-bp")
+    usual, dense = lines(names, setting="clean"), lines(names, setting="clean", density=2.0)
+    assert usual["association-bp"].close == 25
+    assert dense["association-bp"].close == 0
+    for name in names[:-1]:
+        assert usual[name].close == dense[name].close == 25
+
+
+def test_less_overlap_moves_some_optima_away():
+    """Started at the truth in the clean room with 60 % overlap, ICP with its wide gate leaves it on every seed and
+    MMD-Reg on most; five others stay within 5° and 0.2 u on all."""
+    found = lines(setting="clean", overlap=0.6, degrees=0.0, distance=0.0)
+    assert found["icp"].turned == 0
+    assert found["mmd"].close < 13
+    stay = {"gicp", "ransac-congruent", "ndt", "soft-annealed", "association-bp", "hypothesis-mixture"}
+    assert {name for name, x in found.items() if x.close == 25} == stay
+
+
+def test_stripes_split_the_field_by_what_they_compare():
+    """Where the sampling is striped, four methods that pull point towards point find no seed, while point to plane,
+    GICP, RANSAC and MMD-Reg find 21 or more."""
+    found = lines(setting="striped")
+    none = {"icp", "soft-annealed", "association-bp", "hypothesis-mixture"}
+    assert all(found[name].close == 0 for name in none)
+    assert all(found[name].close >= 21 for name in ("point-to-plane", "gicp", "ransac-congruent", "mmd"))
+
+
+def test_another_25_seeds_say_otherwise():
+    """On the usual seeds point to plane and GICP tie at 14; on one later set of 25 GICP leads by seven, on another they
+    tie again at 18."""
+    counts = []
+    for part in (0, 1, 2):
+        seeds = tuple(40 + 13 * (25 * part + k) for k in range(25))
+        found = lines(("point-to-plane", "gicp"), seeds)
+        counts.append((found["point-to-plane"].close, found["gicp"].close))
+    assert counts[0] == (14, 14)
+    assert counts[1] == (18, 18)
+    assert counts[2][1] - counts[2][0] == 7
+
+
+def test_steps_do_not_tell_work():
+    """On 25 seeds at once, a step of the hypothesis mixture takes more than half as long again as one of ICP."""
+    problem, _ = race_problem(Controls())
+
+    def shortest(contestant):
+        batch = contestant.begin(problem)
+        taken = []
+        for _ in range(7):
+            began = perf_counter()
+            batch = advance(batch)
+            taken.append(perf_counter() - began)
+        return min(taken)
+
+    icp, mixture = contestants(["icp", "hypothesis-mixture"])
+    assert shortest(mixture) > 1.5 * shortest(icp)
