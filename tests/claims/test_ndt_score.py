@@ -142,7 +142,7 @@ def jumps(seed: int, grids: int) -> np.ndarray:
     """By how much the score of a point leaps at each border that any point meets on the way from x = −0.5 to 0.5 u."""
     scan, cells = room(seed, grids)
     size, nearly = float(cells.size[0]), 1e-9
-    to = np.concatenate([np.mod(x0 - scan[:, 0], size) for x0 in cells.origin[0, :, 0]])
+    to = np.concatenate([np.mod(x0 - scan[:, 0], size) for x0 in np.unique(cells.origin[0, :, 0])])
     x = np.concatenate([to - size, to])
     x = x[np.abs(x) < 0.5]
     ahead, behind = (np.column_stack([x + side * nearly, np.zeros(len(x))]) for side in (1, -1))
@@ -162,11 +162,11 @@ def test_a_hundred_borders_on_one_unit_of_travel():
 
 def test_four_grids_make_jumps_smaller_and_more_of_them():
     """Along a line through the truth, three draws: the largest jump is at most 0.6 of that with one grid, and there are
-    more than three times as many; none of the two is continuous."""
+    more than one and a half times as many; none of the two is continuous."""
     for seed in SEEDS[:3]:
         one, four = jumps(seed, 1), jumps(seed, 4)
         assert 0 < four.max() < 0.6 * one.max()
-        assert len(four) > 3 * len(one) > 0
+        assert len(four) > 1.5 * len(one) > 0
 
 
 def arrivals(grids: int) -> float:
