@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 
 from solvers import robust
@@ -172,7 +174,13 @@ def weak_label(run: Run, view: View) -> Label:
 
 def weight_chart(run: Run, width: float = 320.0) -> Panel:
     """w and the pull w r over the pair distance r in units of s, and beneath them a stroke for every pair."""
-    kernel = run.ask.weight
+    s = Label([1.0, HIGHEST], f"s = {number(run.scale, 3)} u", "guide", dx=4, dy=10)
+    return with_marks(_kernel_chart(run.ask.weight, width), s, *_rug(run))
+
+
+@cache
+def _kernel_chart(kernel: str, width: float) -> Panel:
+    """The chart of one weight function: the same for every pose, and turned into markup once."""
     k = 1.0 if kernel == "none" else robust.TUNING[kernel]
     r = np.linspace(0.0, FARTHEST, 161)
     w = robust.weights(kernel, r, k)
@@ -181,18 +189,18 @@ def weight_chart(run: Run, width: float = 320.0) -> Panel:
         "weights",
         "The weight function, and the distances of the present pairs beneath it",
         [Series(r, pull, "ink", "pull, w·r / s", dashed=True), Series(r, w, "accent", "weight w")],
-        x_label=f"distance r of the pair / s,  s = {number(run.scale, 3)} u",
+        x_label="distance r of the pair / s",
         y_label="Weight, and pull in units of s",
         x_range=(0.0, FARTHEST),
         y_range=(-0.6, HIGHEST),
         width=width,
         height=0.82 * width,
     )
-    named = [(1.0, "s")] if kernel == "none" else [(1.0, "s"), (k, "k")]
-    for at, name in named:
-        line = Segments([at, -0.6], [at, HIGHEST], "guide", dashed=name == "k")
-        panel = with_marks(panel, line, Label([at, HIGHEST], name, "guide", dx=4, dy=10))
-    return with_marks(panel, *_rug(run))
+    panel = with_marks(panel, Segments([1.0, -0.6], [1.0, HIGHEST], "guide"))
+    if kernel == "none":
+        return panel
+    line = Segments([k, -0.6], [k, HIGHEST], "guide", dashed=True)
+    return with_marks(panel, line, Label([k, HIGHEST], "k", "guide", dx=4, dy=26))
 
 
 def _rug(run: Run) -> list[Mark]:
