@@ -55,6 +55,12 @@ def _sweep_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--methods", default="", help="contestants to run, with commas (default: all)")
 
 
+def _train_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--check", action="store_true", help="train anew from another seed, keep nothing, and compare the studies"
+    )
+
+
 def _clean_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--all", action="store_true", help="also .venv and the user's cache of outside files")
 
@@ -96,6 +102,12 @@ def _sweep(root: Path, asked: Arguments) -> int:
     return sweep_command(root, asked.processes, asked.scheduler, only, methods)
 
 
+def _train(root: Path, asked: Arguments) -> int:
+    from sitegen.training import check_command, train_command
+
+    return check_command() if asked.check else train_command()
+
+
 def _clean(root: Path, asked: Arguments) -> int:
     from sitegen.clean import clean
 
@@ -109,6 +121,7 @@ COMMANDS: dict[str, Command] = {
     "test": Command("every check and test; finds or installs a browser", _test_options, _test, passes_on="pytest"),
     "bench": Command("measure what the project is held to; prints a table, writes bench.json", _bench_options, _bench),
     "sweep": Command("run the race on 1,000 seeds, and its maps; goes on where it was", _sweep_options, _sweep),
+    "train": Command("train the learned flows' networks anew, with PyTorch; most of an hour", _train_options, _train),
     "clean": Command("remove what the other commands made in this folder", _clean_options, _clean, needs_venv=False),
 }
 

@@ -31,7 +31,7 @@ def sources(root: Path = ROOT) -> dict[str, bytes]:
         path.relative_to(root).as_posix(): path.read_bytes()
         for package in PACKAGES
         for path in (root / package).rglob("*")
-        if path.suffix == ".py" or path.name == "py.typed"
+        if path.suffix in (".py", ".int8") or path.name == "py.typed"
     }
     return dict(sorted(found.items()))
 

@@ -27,6 +27,8 @@ _LIST = {
     "filterreg": "filterreg.FILTERREG",
     "gmmreg": "gmmreg.GMMREG",
     "mmd": "mmd.MMD",
+    "flow": "flow.FLOW",
+    "flow-from-source": "flow.FLOW_FROM_SOURCE",
     "association-bp": "association_bp.ASSOCIATION_BP",
     "hypothesis-mixture": "hypotheses.HYPOTHESIS_MIXTURE",
 }
