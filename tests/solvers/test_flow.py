@@ -173,9 +173,9 @@ def test_packing_keeps_a_number_to_half_a_level():
 @pytest.mark.native
 def test_it_holds_where_it_was_trained_and_fails_beyond():
     """Up to 90° most scenes are right within 5°; from 135° on hardly any is."""
-    near, far = by_turn([0.0, 90.0], "flow", 60)[0], by_turn([135.0, 180.0], "flow", 60)[0]
-    assert near.turned > 40
-    assert far.turned < 6
+    near, far = (by_turn(edges, "flow, one sample", 40)[0] for edges in ([0.0, 90.0], [135.0, 180.0]))
+    assert near.turned > 27
+    assert far.turned < 4
 
 
 def test_both_are_methods_like_the_others():
