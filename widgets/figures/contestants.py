@@ -47,7 +47,7 @@ class Controls:
 
     point: float = slider(5.0, "Source point", 1.0, COUNTS[0] + 4.0, 1.0, "", "The last four are clutter")
     turn: float = slider(-25.0, "Turn of the source", -180.0, 180.0, 5.0, "°", "From the true pose")
-    offset: float = slider(0.9, "Offset of the source", 0.0, 3.0, 0.1, "u", keeps="nothing")
+    offset: float = slider(0.9, "Offset of the source", 0.0, 2.4, 0.1, "u", keeps="nothing")
 
 
 @dataclass(frozen=True, eq=False)
