@@ -199,8 +199,9 @@ def _kernel_chart(kernel: str, width: float) -> Panel:
     panel = with_marks(panel, Segments([1.0, -0.6], [1.0, HIGHEST], "guide"))
     if kernel == "none":
         return panel
-    line = Segments([k, -0.6], [k, HIGHEST], "guide", dashed=True)
-    return with_marks(panel, line, Label([k, HIGHEST], "k", "guide", dx=4, dy=26))
+    top = HIGHEST - 0.3  # below the words at s, which Huber's k would cross
+    line = Segments([k, -0.6], [k, top], "guide", dashed=True)
+    return with_marks(panel, line, Label([k, top], "k", "guide", dx=4, dy=10))
 
 
 def _rug(run: Run) -> list[Mark]:
