@@ -156,6 +156,26 @@ def test_gicp_holds_a_wall_by_a_hundredth():
     assert rte(found.pose, scene.truth) > 0.2
 
 
+def slides(method, **options):
+    """How far a run goes along the noisy wall, u, in each of 25 draws from one start 0.4 u along from the truth."""
+    along, moved = np.array([8.0, 2.8]) / np.hypot(8.0, 2.8), []
+    for seed in SEEDS:
+        scene = single_wall(seed=seed, noise=0.1)
+        start = room_start(*NEAR)
+        found = register(scene.source, scene.target, method, start=start, max_steps=40, **options)
+        moved.append(along @ (found.pose.apply(scene.source) - start.apply(scene.source)).mean(axis=0))
+    return np.array(moved)
+
+
+def test_on_a_noisy_wall_gicp_wanders():
+    """On one wall with noise of 0.1 u GICP goes along it by up to 0.6 u, either way, over 25 draws; point to plane,
+    told to leave weak directions alone, stays within 0.03 u of where it was along it."""
+    wandered = slides("gicp")
+    assert wandered.min() < -0.5
+    assert wandered.max() > 0.5
+    assert np.abs(slides("point-to-plane", free_below=0.05)).max() < 0.03
+
+
 def test_a_bad_normal_does_not_widen_its_covariance():
     """At the room's corners normals are off by up to 45°, and their covariances are as narrow as on a bare wall."""
     surface = normals(nearest.build(room("clean", noise=0.0).target[None]))
