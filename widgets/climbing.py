@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Literal
 
 import numpy as np
 
 from solvers import Pose, ndt
+from solvers.ndt_map import NdtMap, floored
 from solvers.ndt_score import evaluate
 from solvers.scenes import Scene
 from solvers.status import Status
 from solvers.stepper import Batch, advance, begin
 
-from .picture import Array
+from .picture import Array, Ellipses
 from .room import problem
 
 Cap = Literal["", "shift", "turn"]
@@ -23,12 +25,13 @@ Cap = Literal["", "shift", "turn"]
 class Climb:
     """A run and its past. states: from the start to the present, each of one problem, k + 1 after k steps.
     caps: (k + 1) which limit shortened the step that led to each. truth: the score of the true pose on the cells of
-    each level, which only a simulation can know."""
+    each level, which only a simulation can know. gaussians: each level's cells as a mark."""
 
     batch: Batch[ndt.NdtState]
     states: tuple[ndt.NdtState, ...]
     caps: tuple[Cap, ...]
     truth: tuple[float, ...]
+    gaussians: tuple[Ellipses, ...]
 
     @property
     def now(self) -> ndt.NdtState:
@@ -89,7 +92,21 @@ def start(scene: Scene, pose: Pose, options: ndt.NdtOptions, max_steps: int) -> 
     batch = begin(ndt.NDT, problem(scene, pose), options, max_steps)
     state = batch.state()
     truth = tuple(score(state, level, scene.truth) for level in range(len(state.maps)))
-    return Climb(batch, (state,), ("",), truth)
+    return Climb(batch, (state,), ("",), truth, tuple(map(_gaussians, state.maps)))
+
+
+def restart(run: Climb, scene: Scene, pose: Pose) -> Climb:
+    """The same run from another start, on the same maps."""
+    before = run.states[0]
+    method = replace(ndt.NDT, start=partial(ndt.start, maps=before.maps))
+    batch = begin(method, problem(scene, pose), before.options, run.batch.max_steps)
+    return replace(run, batch=batch, states=(batch.state(),), caps=("",))
+
+
+def _gaussians(cells: NdtMap) -> Ellipses:
+    """Of the first grid, at two standard deviations."""
+    first = cells.kept[0] & (cells.grid[0] == 0)
+    return Ellipses(cells.mean[0, first], floored(cells.covariance[0, first]), "target", sigmas=2.0, filled=True)
 
 
 def score(state: ndt.NdtState, level: int, pose: Pose) -> float:

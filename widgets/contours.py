@@ -6,6 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from solvers.arrays import IntArray
+
 from .picture import Array
 
 # The sides of a tile that a line joins, by which of its corners lie above the level: 1 lower left, 2 lower right,
@@ -25,28 +27,28 @@ def contours(values: Array, x: Array, y: Array, levels: Sequence[float]) -> tupl
     with opposite corners above the level the middle, the mean of the four, decides which of them are joined.
     """
     ends: list[tuple[Array, Array]] = [(np.zeros((0, 2)), np.zeros((0, 2)))]
-    corners = [values[:-1, :-1], values[:-1, 1:], values[1:, 1:], values[1:, :-1]]
-    middle = sum(corners) / 4.0
+    corners = np.stack([values[:-1, :-1], values[:-1, 1:], values[1:, 1:], values[1:, :-1]])
     for level in levels:
-        above = [v > level for v in corners]
-        code = sum(a.astype(np.int64) << i for i, a in enumerate(above))
-        code = np.where(((code == 5) | (code == 10)) & (middle > level), code + 16, code)
-        sides = _crossings(corners, x, y, level)
+        code = ((corners > level) * np.array([1, 2, 4, 8])[:, None, None]).sum(axis=0)
+        rows, columns = np.nonzero((code > 0) & (code < 15))
+        at, code = corners[:, rows, columns], code[rows, columns]
+        code = np.where(((code == 5) | (code == 10)) & (at.mean(axis=0) > level), code + 16, code)
+        sides = _crossings(at, x, y, rows, columns, level)
         for kind, joins in _JOINS.items():
-            rows, columns = np.nonzero(code == kind)
+            which = code == kind
             for one, other in joins:
-                ends.append((sides[one][rows, columns], sides[other][rows, columns]))
+                ends.append((sides[one][which], sides[other][which]))
     return np.concatenate([a for a, _ in ends]), np.concatenate([b for _, b in ends])
 
 
-def _crossings(corners: list[Array], x: Array, y: Array, level: float) -> list[Array]:
-    """Where the field crosses the level on each side of every tile, (rows, columns, 2); anywhere where it does not."""
-    left, right, lower, upper = x[:-1], x[1:], y[:-1, None], y[1:, None]
-    places = ((left, lower), (right, lower), (right, upper), (left, upper))
+def _crossings(at: Array, x: Array, y: Array, rows: IntArray, columns: IntArray, level: float) -> list[Array]:
+    """Where the field crosses the level on each side of the tiles whose corners have the values (4, k), (k, 2) each;
+    anywhere on a side that it does not cross."""
+    left, right, lower, upper = x[columns], x[columns + 1], y[rows], y[rows + 1]
+    places = [np.stack(place, axis=1) for place in ((left, lower), (right, lower), (right, upper), (left, upper))]
     sides = []
     for i, j in ((0, 1), (1, 2), (3, 2), (0, 3)):
-        rise = corners[j] - corners[i]
-        part = np.clip((level - corners[i]) / np.where(rise == 0.0, 1.0, rise), 0.0, 1.0)
-        (xi, yi), (xj, yj) = places[i], places[j]
-        sides.append(np.stack(np.broadcast_arrays(xi + part * (xj - xi), yi + part * (yj - yi)), axis=-1))
+        rise = at[j] - at[i]
+        part = np.clip((level - at[i]) / np.where(rise == 0.0, 1.0, rise), 0.0, 1.0)
+        sides.append(places[i] + part[:, None] * (places[j] - places[i]))
     return sides

@@ -32,8 +32,13 @@ def finished(**controls: Any) -> State:
 
 @pytest.mark.parametrize("controls", [{}, {"four": False, "cell": 1.2}, {"max_turn": 0.04, "max_shift": 0.1}])
 def test_both_runs_are_the_solvers_own(controls: dict[str, Any]) -> None:
-    """Step by step or all at once, at one cell size or from coarse to fine: the poses of `register`."""
-    state = finished(**controls)
+    """Step by step or all at once, at one cell size or from coarse to fine, dragged or not: the poses of `register`."""
+    drag = Action("drag", "turn", 4.0, 1.5)
+    for state in (finished(**controls), run(drag, *[STEP] * MAX_STEPS, **controls)):
+        check(state)
+
+
+def check(state: State) -> None:
     c = state.controls
     for sizes, climb in (((c.cell,), state.one), (tuple(k * c.cell for k in COARSER), state.fine)):
         found = register(

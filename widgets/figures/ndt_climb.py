@@ -9,7 +9,6 @@ import numpy as np
 from solvers import Pose
 from solvers.metrics import rre, rte
 from solvers.ndt import NdtOptions
-from solvers.ndt_map import floored
 from solvers.scenes import Scene
 from solvers.wall_scenes import ndt_room
 
@@ -20,7 +19,6 @@ from ..contract import Action, Button, Key, Widget
 from ..controls import slider, toggle
 from ..picture import (
     Array,
-    Ellipses,
     Label,
     Mark,
     Panel,
@@ -82,10 +80,7 @@ class State:
 def start(controls: Controls, seed: int) -> State:
     """Both runs at the start that the sliders name."""
     scene = ndt_room(seed=seed, noise=controls.noise)
-    return _from(controls, scene, Pose.from_angle(np.radians(controls.turn), controls.shift * START_DIRECTION))
-
-
-def _from(controls: Controls, scene: Scene, pose: Pose) -> State:
+    pose = Pose.from_angle(np.radians(controls.turn), controls.shift * START_DIRECTION)
     one, fine = (climbing.start(scene, pose, _options(controls, name), MAX_STEPS) for name in NAMES)
     return State(controls, scene, pose, one, fine)
 
@@ -108,7 +103,9 @@ def act(state: State, action: Action) -> State:
     """A step of both runs; a drag puts the start elsewhere, and both begin anew."""
     if action.kind == "press":
         return replace(state, one=climbing.step(state.one), fine=climbing.step(state.fine))
-    return _from(state.controls, state.scene, PLACING.act(state.placed, state.anchor, action))
+    placed = PLACING.act(state.placed, state.anchor, action)
+    one, fine = (climbing.restart(run, state.scene, placed) for run in state.runs.values())
+    return replace(state, placed=placed, one=one, fine=fine)
 
 
 def draw(state: State) -> Picture:
@@ -130,13 +127,9 @@ def draw(state: State) -> Picture:
 
 def _map(state: State, name: str) -> Panel:
     run = state.runs[name]
-    now, level = run.now, run.levels[-1]
-    cells = now.maps[level]
-    first = cells.kept[0] & (cells.grid[0] == 0)
+    level = run.levels[-1]
     begun = state.placed.apply(state.scene.source[::2])
-    marks: list[Mark] = [
-        Ellipses(cells.mean[0, first], floored(cells.covariance[0, first]), "target", sigmas=2.0, filled=True)
-    ]
+    marks: list[Mark] = [run.gaussians[level]]
     if run.steps:
         marks.append(Points(begun, "ghost", radius=2.0))
     marks += [Ring(xy, "truth", radius=8.0) for xy in state.scene.truth.apply(TRACED)]
