@@ -14,12 +14,14 @@ from solvers.scenes import Scene
 from .chart import axes, axis_names, decades, powers
 from .picture import Array, Handle, Label, Mark, Panel, Path, Points, Segments, View, degrees, number
 from .placing import Placing
-from .race_field import CLOSE_TURN, Run
+from .race_field import CLOSE_TURN, ENTRIES, Run
 from .room import ANCHOR
 
 VIEW = View(-6.4, 6.4, -4.4, 4.4, width=300.0)
 PLACING = Placing(VIEW, limit=(4.5, 2.75), reach=3.4, least=3.2)
 KEY = np.array([(-6.1, 4.0), (-4.6, 4.0)])  # a sample of its line, in the corner of a contestant's panel
+
+SAMPLES = {name: Path(KEY, one.role, dashed=one.dashed, dotted=one.dotted, thick=True) for name, one in ENTRIES.items()}
 
 LOW, HIGH = 0.01, 180.0  # degrees
 NAMES = 75.0  # on the chart's axis of steps: where the names begin
@@ -70,8 +72,7 @@ def drawn(run: Run, stage: Stage) -> Run:
         return run
     entry = run.entry
     cloud = stage.source if run.steps == 0 else _cloud(stage.scene, run.pose)
-    key = Path(KEY, entry.role, dashed=entry.dashed, dotted=entry.dotted, thick=True)
-    marks = (*stage.behind, cloud, key)
+    marks = (*stage.behind, cloud, SAMPLES[entry.contestant.method])
     name = f"{entry.contestant.label}, {standing(run)}"
     caption = "\n".join((entry.contestant.label, errors(run), standing(run), entry.note))
     return replace(run, panel=Panel(run.seat, name, VIEW, marks, caption=caption))
@@ -101,17 +102,18 @@ def chart(runs: Sequence[Run], followed: str = "") -> Panel:
     """The rotation error of every run over its steps, in decades; where one is followed, the others are faint."""
     marks: list[Mark] = [*FRAME]
     lines = [course(run) for run in runs]
-    heights = apart([float(CHART.px(line[-1:])[0, 1]) for line in lines])
-    for run, line, height in zip(runs, lines, heights, strict=True):
+    ends = np.stack([line[-1] for line in lines])
+    heights = apart(CHART.px(ends)[:, 1].tolist())
+    sides = [(NAMES - 1.0, _world_y(height)) for height in heights]
+    marks.append(Segments(ends, sides, "guide", weight=[0.3] * len(lines)))
+    for run, line, side in zip(runs, lines, sides, strict=True):
         one, faint = run.entry, bool(followed) and followed != run.method
         marks.append(
             Path(line, one.role, dashed=one.dashed, dotted=one.dotted, thick=not faint, weight=0.3 if faint else 1.0)
         )
         if run.done:
             marks.append(Points(line[-1:], one.role, radius=3.0, weight=[0.3 if faint else 1.0]))
-        side = _world_y(height)
-        marks.append(Segments(line[-1:], [[NAMES - 1.0, side]], "guide", weight=[0.3]))
-        marks.append(Label([NAMES, side], one.short, one.role, dy=4.0))
+        marks.append(Label([NAMES, side[1]], one.short, one.role, dy=4.0))
     return Panel("errors", "Rotation error of the nine over their steps", CHART, tuple(marks), grid=False)
 
 

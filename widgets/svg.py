@@ -9,6 +9,7 @@ Marks carry classes, never colours or style attributes: themes, print and a stri
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from functools import lru_cache
 from html import escape
 from typing import Any
 
@@ -156,7 +157,7 @@ def _polyline(px: Array, closed: bool) -> str:
 
 def _polyline_mark(mark: Path, view: View, prefix: str) -> str:
     flags = (("filled", mark.filled), ("dashed", mark.dashed), ("thick", mark.thick), ("dotted", mark.dotted))
-    level = round(float(_levels(mark.weight, 1)[0]))
+    level = WEIGHT_LEVELS if mark.weight >= 1 else round(float(_levels(mark.weight, 1)[0]))
     faint = [f"w{level}"] if level < WEIGHT_LEVELS else []
     classes = " ".join(["line", mark.role, *(name for name, on in flags if on), *faint])
     return "" if level == 0 else _path(classes, _polyline(view.px(mark.xy), mark.closed))
@@ -248,6 +249,7 @@ def _group(mark: Group, view: View, prefix: str) -> str:
     return f'<g id="{prefix}-{mark.name}" class="group">{inside}</g>'
 
 
+@lru_cache(maxsize=64)
 def _grid(view: View) -> str:
     """A faint line at every whole world unit, or at the first of 2, 5, 10 … that leaves them 24 px apart."""
     step = next(s for s in _steps() if s * view.scale >= 24)
