@@ -157,9 +157,7 @@ def placed(
                 at(attribute.start), f"a plot has no {attribute.name!r}, only an id{hint(attribute.name, ['id'])}"
             )
         elif not re.fullmatch(r"[A-Za-z0-9-]+", attribute.value):
-            problems.add(
-                at(attribute.value_start), f"{attribute.value!r} is no id: ASCII letters, digits and hyphens"
-            )
+            problems.add(at(attribute.value_start), f"{attribute.value!r} is no id: ASCII letters, digits and hyphens")
         else:
             plot_id = attribute.value
     return Placed(plot_id, number, plot, at(directive.start))

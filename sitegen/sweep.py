@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
+import io
 import json
 import os
 import sys
-import tempfile
 import zipfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
 from dataclasses import asdict
@@ -166,27 +166,46 @@ def _processes(asked: Sequence[Unit], count: int) -> Iterator[Work]:
 def _cluster(root: Path, asked: Sequence[Unit], scheduler: str) -> Iterator[Work]:
     """The workers of a Dask cluster, given our sources; they must have this numpy."""
     distributed: Any = importlib.import_module("distributed")
-    with distributed.Client(scheduler, timeout=20) as client, tempfile.TemporaryDirectory() as folder:
-        theirs = set(client.run(_numpy_version).values())
+    with distributed.Client(scheduler, timeout=20) as client:
+        theirs = set(client.run(_installer(_packed(root))).values())
         if theirs - {np.__version__}:
             raise RuntimeError(f"the cluster's workers have numpy {', '.join(sorted(theirs))}, we {np.__version__}")
-        client.upload_file(str(_packed(root, Path(folder))))
         futures = client.map(run_unit, asked, pure=False)
         by_key = {future.key: unit for future, unit in zip(futures, asked, strict=True)}
         yield ((by_key[future.key], found) for future, found in distributed.as_completed(futures, with_results=True))
 
 
-def _numpy_version() -> str:
-    import numpy
-
-    return numpy.__version__
-
-
-def _packed(root: Path, folder: Path) -> Path:
+def _packed(root: Path) -> bytes:
     """What a unit runs, as a zip that Python imports from."""
-    path = folder / "registration_ladder_sweep.zip"
     files = [*sorted((root / "solvers").rglob("*.py")), root / "sitegen/__init__.py", root / "sitegen/sweep_units.py"]
-    with zipfile.ZipFile(path, "w") as packed:
+    whole = io.BytesIO()
+    with zipfile.ZipFile(whole, "w") as packed:
         for file in files:
             packed.write(file, file.relative_to(root).as_posix())
-    return path
+    return whole.getvalue()
+
+
+def _installer(packed: bytes) -> Callable[[], str]:
+    """What makes a worker run these sources; it answers with its numpy's version.
+
+    A function inside a function travels as code: the worker need not have our package to receive it.
+    """
+
+    def install() -> str:
+        import importlib
+        import sys
+        import tempfile
+        from pathlib import Path
+
+        import numpy
+
+        if "sitegen.sweep" not in sys.modules:  # a worker in this very process has them
+            for name in [name for name in sys.modules if name.partition(".")[0] in ("solvers", "sitegen")]:
+                del sys.modules[name]  # those of an earlier sweep
+            path = Path(tempfile.mkdtemp(prefix="ladder-sweep-")) / "sources.zip"
+            path.write_bytes(packed)
+            sys.path.insert(0, str(path))
+            importlib.invalidate_caches()
+        return numpy.__version__
+
+    return install

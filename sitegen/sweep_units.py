@@ -99,8 +99,6 @@ def _cut(problem: Problem, truth: Pose) -> list[tuple[Problem, Pose]]:
     for first in range(0, problem.size, BATCH):
         rows = slice(first, first + BATCH)
         start = Pose(problem.start.R[rows], problem.start.t[rows])
-        part = Problem(
-            problem.source[rows], problem.target[rows], problem.weights[rows], start, problem.seed[rows]
-        )
+        part = Problem(problem.source[rows], problem.target[rows], problem.weights[rows], start, problem.seed[rows])
         parts.append((part, Pose(truth.R[rows], truth.t[rows])))
     return parts
