@@ -14,7 +14,7 @@ from widgets.figures.ndt_map import STUCK, WIDGET
 from widgets.host import Host
 
 NEXT = ["press", "next"]
-RANGES = {"noise": (0.0, 0.2), "size": (0.3, 2.5), "nudge_x": (-1.0, 1.0), "nudge_y": (-1.0, 1.0)}
+RANGES = {"noise": (0.0, 0.2), "size": (0.3, 2.5), "nudge_x": (-0.75, 0.75), "nudge_y": (-0.75, 0.75)}
 
 
 def shown(*log: Any, host: Host | None = None, **controls: Any) -> tuple[dict[str, str], dict[str, Any]]:

@@ -45,8 +45,8 @@ class Controls:
 
     noise: float = slider(0.03, "Noise σ", 0.0, 0.2, 0.01, "u")
     size: float = slider(1.0, "Cell size h", 0.3, 2.5, 0.05, "u")
-    nudge_x: float = slider(0.0, "Nudge the grid in x", -1.0, 1.0, 0.05, "u")
-    nudge_y: float = slider(0.0, "Nudge the grid in y", -1.0, 1.0, 0.05, "u")
+    nudge_x: float = slider(0.0, "Nudge the grid in x", -0.75, 0.75, 0.05, "u")
+    nudge_y: float = slider(0.0, "Nudge the grid in y", -0.75, 0.75, 0.05, "u")
     stuck: bool = toggle(True, "A stuck beam", f"{STUCK} returns from one and the same spot")
 
 
