@@ -99,7 +99,7 @@ def test_smaller_cells_keep_less_of_the_scan() -> None:
     st.lists(
         st.one_of(
             st.just(NEXT),
-            st.tuples(st.just("hover"), st.just("main"), st.floats(-1e6, 1e6), st.floats(-1e6, 1e6)).map(list),
+            st.tuples(st.just("hover"), st.just("main"), st.floats(-9e5, 9e5), st.floats(-9e5, 9e5)).map(list),
         ),
         max_size=4,
     ),

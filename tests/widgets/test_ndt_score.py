@@ -88,7 +88,7 @@ def test_coarse_levels_have_fewer_tiles() -> None:
     st.lists(
         st.one_of(
             st.just(TRUTH),
-            st.tuples(st.just("click"), st.just("map"), st.floats(-1e6, 1e6), st.floats(-1e6, 1e6)).map(list),
+            st.tuples(st.just("click"), st.just("map"), st.floats(-9e5, 9e5), st.floats(-9e5, 9e5)).map(list),
         ),
         max_size=3,
     ),
