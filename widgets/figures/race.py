@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from solvers import Pose
+from solvers import METHODS, Pose
 from solvers import race as racing
 from solvers.race import EXTRAS, MAX_STEPS
 from solvers.scenes import Scene, room_start
@@ -63,6 +63,8 @@ class State:
 
 def start(controls: Controls, seed: int) -> State:
     """All nine at the start that the sliders say."""
+    for entry in field(controls.ninth):
+        METHODS.get(entry.contestant.method)  # imports its module now, not when the first step is asked for
     scene = controls.race().scene(seed)
     return _begun(controls, scene, scenery(scene), room_start(controls.turn, controls.offset), False, "")
 

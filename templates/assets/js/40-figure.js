@@ -23,6 +23,7 @@
       this.record = this.initial = this.shown = record;
       this.frame = frame;
       this.visible = false;
+      this.warmed = false;
       /** why the last question has no answer, in words; cleared by the next answer */
       this.error = "";
       this.kept = "static";
@@ -170,8 +171,20 @@
       this.tell();
     }
 
+    /**
+     * Has what is seen drawn once, unseen, when Python is up and has nothing better to do: modules are imported and the
+     * state is known when the reader's first touch comes.
+     */
+    warm() {
+      if (this.warmed || runtime.state !== "live" || !this.visible || this.waiting.length) return;
+      this.warmed = true;
+      const detail = this.spec.details > 1 ? 0 : undefined;
+      runtime.frame({ figure: this.id, record: this.shown, detail, finer: true }).catch(() => {});
+    }
+
     runtimeChanged() {
       this.pump();
+      this.warm();
       if (runtime.state === "live" && !this.finer) this.refine(0);
       this.tell();
     }

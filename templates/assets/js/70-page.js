@@ -38,6 +38,7 @@
         const figure = figures.get(target.id);
         if (!figure) continue;
         figure.visible = isIntersecting;
+        figure.warm();
         figure.emit("seen");
       }
     });
