@@ -80,7 +80,7 @@ def table(result: Result) -> tuple[list[str], list[list[str]]]:
         for i, value in enumerate(result.values[k]):
             rates = (f"{100 * row[k][i] / result.seeds:.0f} %" for row in result.successes)
             rows.append([f"{name} {factor * value:g} {unit}", *rates])
-    return ["", *LABELS.values()], rows
+    return ["control", *LABELS.values()], rows
 
 
 def draw(result: Result, figure: Any, narrow: bool) -> None:
