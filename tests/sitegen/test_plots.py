@@ -15,6 +15,7 @@ import pytest
 
 from sitegen import outside
 from sitegen.drawing import COLOURS, clean, draw
+from sitegen.plots import basins, icp_reach
 from sitegen.plots._rates import wilson
 from sitegen.plotting import Gallery, Placed, known, runs
 from sitegen.problems import Place
@@ -180,3 +181,67 @@ def test_every_plot_of_the_site(name: str) -> None:
     if drawn.table:
         heads, rows = drawn.table
         assert all(len(row) == len(heads) for row in rows)
+
+
+def result(name: str) -> Any:
+    """What a plot of the site computed, from the cache where it is there."""
+    return Gallery(known(), outside.cache_dir()).result(known()[name])
+
+
+def test_failures_at_the_budget_stay_within_the_promise() -> None:
+    """Runs of N trials that are told the true share fail no more often than the confidence allows, at every share."""
+    found = result("trial-budget")
+    for p, failures in zip(found.confidences, found.failures, strict=True):
+        assert max(failures) <= (1.0 - p) * found.runs
+
+
+def test_the_reach_of_icp_depends_on_setting_and_side() -> None:
+    """Plateaus end at other angles in other settings; junk lets some far starts arrive from which no clean one does."""
+    found = result("icp-reach")
+    ends = {s: (icp_reach.sure(found, s, -1), icp_reach.sure(found, s, 1)) for s in found.settings}
+    assert len(set(ends.values())) == len(ends)
+    assert ends["clean"][0] != -ends["clean"][1]
+    assert icp_reach.success(found, "outliers", -50) > icp_reach.success(found, "clean", -50) == 0.0
+
+
+def test_weights_help_from_near_and_not_from_midway() -> None:
+    """No weight is behind each weight from near, and behind none of them from midway, for every residual."""
+    found = result("residual-weights")
+    near, midway = found.successes
+    assert all(row[0] < min(row[1:]) for row in near)
+    assert all(row[0] >= max(row[1:]) for row in midway)
+
+
+def test_four_grids_jump_more_often_and_less_far() -> None:
+    found = result("score-continuity")
+    assert found.jumps[1] > found.jumps[0] > 100
+    assert found.mean[1] < found.mean[0]
+    assert found.largest[1] < found.largest[0]
+
+
+def test_coarse_to_fine_reaches_farther_and_not_everywhere() -> None:
+    found = result("coarse-to-fine")
+    for one, fine in (found.by_angle, found.by_offset):
+        assert all(a <= b for a, b in zip(one, fine, strict=True))
+        assert sum(one) < sum(fine)
+        assert fine[-1] == 0
+
+
+def test_the_basins_are_as_the_chapter_says() -> None:
+    """RANSAC's map is one colour, MMD-Reg's basin the widest of the others, in both settings."""
+    found = result("basins")
+    for setting in found.settings:
+        flat = found.successes[found.methods.index("ransac-congruent")][found.settings.index(setting)]
+        assert len({count for row in flat for count in row}) == 1
+        shares = {m: basins.share(found, m, setting) for m in found.methods if m != "ransac-congruent"}
+        assert max(shares, key=lambda m: shares[m]) == "mmd"
+
+
+def test_several_plots_are_computed_side_by_side(tmp_path: Path) -> None:
+    """What was computed in other processes is what is computed here."""
+    names = ["sweep-table", "basins"]
+    together, alone = Gallery(known(), tmp_path / "one"), Gallery(known(), tmp_path / "two")
+    together.prepare(known()[name] for name in names)
+    assert len(list((tmp_path / "one" / "plots").glob("*.json"))) == 2
+    for name in names:
+        assert together.result(known()[name]) == alone.result(known()[name])
