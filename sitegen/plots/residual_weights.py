@@ -92,7 +92,7 @@ def draw(result: Result, figure: Any, narrow: bool) -> None:
     from sitegen.drawing import COLOURS
     from sitegen.plots._look import axes_in, label
 
-    wide = [(128, 50, 262, 250), (444, 50, 262, 250)]
+    wide = [(128, 50, 256, 250), (438, 50, 256, 250)]
     small = [(74, 50, 258, 226), (74, 356, 258, 226)]
     for i, (axes, start) in enumerate(zip(axes_in(figure, narrow, wide, small), result.starts, strict=True)):
         turn, offset = STARTS[start]

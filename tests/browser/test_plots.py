@@ -1,0 +1,66 @@
+"""Regression figures in a browser: one drawing for each width, type that can be read, words and numbers beneath."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from tests.browser.conftest import Reader
+
+# Of the drawing that shows: which, its smallest type in px of the screen, and the texts that leave it.
+SEEN = """root => {
+  const shown = [...root.querySelectorAll('.graph-svg')].filter(svg => svg.getBoundingClientRect().width > 0);
+  const [svg] = shown, box = svg.getBoundingClientRect(), scale = box.width / svg.viewBox.baseVal.width;
+  const texts = [...svg.querySelectorAll('text')];
+  const leaves = text => { const b = text.getBoundingClientRect();
+    return b.left < box.left - 1 || b.right > box.right + 1 || b.top < box.top - 1 || b.bottom > box.bottom + 1; };
+  return { count: shown.length, kind: svg.parentElement.className, width: box.width,
+    smallest: Math.min(...texts.map(text => scale * parseFloat(getComputedStyle(text).fontSize))),
+    outside: texts.filter(leaves).map(text => text.textContent) };
+}"""
+
+
+@pytest.fixture(scope="session")
+def with_plots(site: Path) -> list[str]:
+    """The pages that hold plots."""
+    return sorted(path.name for path in site.glob("*.html") if 'class="graph wide"' in path.read_text("utf-8"))
+
+
+@pytest.mark.parametrize(("width", "kind"), [(1280, "graph-wide"), (390, "graph-narrow")])
+def test_each_width_has_a_drawing_that_can_be_read(
+    reader: Callable[..., Reader], with_plots: list[str], width: int, kind: str
+) -> None:
+    """Type of at least 11 px inside the drawing, at both widths; the page does not scroll sideways."""
+    one = reader(width, java_script_enabled=True)
+    assert len(with_plots) >= 6
+    for name in with_plots:
+        page = one.open(name)
+        for root in page.locator("figure.graph").all():
+            seen = root.evaluate(SEEN)
+            assert (seen["count"], seen["kind"]) == (1, kind), name
+            assert seen["smallest"] >= 11.0, (name, seen)
+            assert seen["outside"] == [], (name, seen)
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+        page.close()
+
+
+def test_paper_gets_the_wide_drawing(reader: Callable[..., Reader], with_plots: list[str]) -> None:
+    """Printed on a page of A4 with its margins."""
+    page = reader(642).open(with_plots[0])
+    page.emulate_media(media="print")
+    assert page.locator("figure.graph").first.evaluate(SEEN)["kind"] == "graph-wide"
+
+
+def test_words_and_numbers_stand_beneath(reader: Callable[..., Reader], with_plots: list[str]) -> None:
+    """The words that describe a drawing open with a table, and its colours follow the theme."""
+    page = reader(1280, color_scheme="dark").open(with_plots[0])
+    root = page.locator("figure.graph").first
+    root.locator("summary").click()
+    assert len(root.locator(".figure-words").inner_text()) > 100
+    assert root.locator("tbody tr").count() > 2
+    colour = "root => getComputedStyle(root.querySelector('.graph-svg text')).fill"
+    dark = root.evaluate(colour)
+    page.emulate_media(color_scheme="light")
+    assert root.evaluate(colour) != dark
