@@ -1,4 +1,5 @@
-"""Scenes for residuals that know surfaces: one straight wall, a corridor, and a closed room with a notch and a pillar.
+"""Scenes for residuals that know surfaces: one straight wall, a corridor, a closed room with a notch and a pillar,
+and a rectangular hall, which looks the same after half a turn.
 
 Drawn like those of `solvers.scenes`: all random numbers from the scene's own seed, in a fixed order and in units of
 one.
@@ -21,9 +22,10 @@ NDT_ROOM = np.array(
     ]
 )  # fmt: skip
 PILLAR = np.array([(2.0, -0.9), (2.9, -0.9), (2.9, 0.0), (2.0, 0.0), (2.0, -0.9)])
+HALL = np.array([(-4.2, -2.4), (4.2, -2.4), (4.2, 2.4), (-4.2, 2.4), (-4.2, -2.4)])
 _ACROSS = 1.2 * np.array([-2.8, 8.0]) / np.hypot(2.8, 8.0)
 CORRIDOR = (WALL - _ACROSS, WALL + _ACROSS)
-for _outline in (WALL, NDT_ROOM, PILLAR, *CORRIDOR):
+for _outline in (WALL, NDT_ROOM, PILLAR, HALL, *CORRIDOR):
     _outline.flags.writeable = False
 
 
@@ -67,6 +69,18 @@ def ndt_room(*, seed: int = 40, noise: float = 0.03, outliers: float = 0.0) -> S
     ]
     start = Pose.from_angle(np.radians(12.0), (0.6, -0.4))
     return _scene("ndt-room", seed, rng, clouds, (NDT_ROOM, PILLAR), noise, outliers, start)
+
+
+def hall(*, seed: int = 40, noise: float = 0.02, outliers: float = 0.0) -> Scene:
+    """A rectangular hall of 8.4 × 4.8 u: all of it scanned every 0.15 u, and a scan every 0.16 u of the first seven
+    tenths of its outline. Half a turn about the origin lays walls on walls as well as the truth does.
+
+    noise, outliers, truth and errors as in `single_wall`.
+    """
+    rng = np.random.default_rng(validate.count(seed, "seed"))
+    clouds = [sampled(HALL, 0.15), sampled(HALL, 0.16, 0.02, 0.72)]
+    start = Pose.from_angle(np.radians(45.0), (1.15, 0.85))
+    return _scene("hall", seed, rng, clouds, (HALL,), noise, outliers, start)
 
 
 def sampled(outline: FloatArray, spacing: float, first: float = 0.0, last: float = 1.0) -> FloatArray:

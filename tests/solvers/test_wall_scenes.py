@@ -5,9 +5,9 @@ import pytest
 
 from solvers import Pose, Status, register
 from solvers.metrics import rre, rte
-from solvers.wall_scenes import CORRIDOR, NDT_ROOM, PILLAR, WALL, corridor, ndt_room, sampled, single_wall
+from solvers.wall_scenes import CORRIDOR, NDT_ROOM, PILLAR, WALL, corridor, hall, ndt_room, sampled, single_wall
 
-ALL = pytest.mark.parametrize("scene", [single_wall, corridor, ndt_room])
+ALL = pytest.mark.parametrize("scene", [single_wall, corridor, ndt_room, hall])
 
 
 def off(points, outlines):
