@@ -60,25 +60,25 @@ def refined(scene: Scene, pose: Pose, residual: str, gate: float) -> Stage:
 
 @dataclass(frozen=True)
 class Sign:
-    """One sign: its value as text, what is asked of it, whether it is met. at, limit: both in [0, 1] along its scale;
-    more: whether it is the larger value that is good."""
+    """One sign: its value as text, what is asked of it, whether it is met. at, limit: both in [0, 1] along its scale,
+    `at` None where the sign is not known yet; more: whether it is the larger value that is good."""
 
     name: str
     said: str
     asked: str
     met: bool
-    at: float
+    at: float | None
     limit: float
     more: bool
 
 
 @dataclass(frozen=True, eq=False)
 class Judgement:
-    """The clouds' evidence at a pose, how far two halves end apart (u), by how many degrees the predicted turn is
-    missed, and the five signs in their order."""
+    """The clouds' evidence at a pose, how far two halves end apart (u; None at the start, where nothing has run), by
+    how many degrees the predicted turn is missed, and the five signs in their order."""
 
     evidence: Evidence
-    apart: float
+    apart: float | None
     turn: float
     signs: tuple[Sign, ...]
 
@@ -89,13 +89,16 @@ class Judgement:
 
 
 def judged(
-    scene: Scene, pose: Pose, predicted: Pose, residual: str, gate: float, least: float, trust: float
+    scene: Scene, stages: tuple[Stage, ...], residual: str, gate: float, least: float, trust: float
 ) -> Judgement:
-    """The signs at a pose. least: the fraction to be explained; trust: by how many degrees the predicted turn may be
-    missed, 180 for no matter."""
+    """The signs at the last stage's pose. least: the fraction to be explained; trust: by how many degrees the turn of
+    the first stage, the prediction, may be missed, 180 where it is not asked."""
+    pose, predicted = stages[-1].pose, stages[0].pose
     found = evidence(scene.source, scene.target, pose, REACH)
     share, rms, held = float(found.share), float(found.rms), float(found.weakest)
-    apart = float(halves(scene.source, scene.target, pose, METHODS_OF[residual], gate=gate))
+    apart = None
+    if len(stages) > 1:
+        apart = float(halves(scene.source, scene.target, pose, METHODS_OF[residual], gate=gate))
     turn = float(np.degrees(rre(pose, predicted)))
     share_said, least_said = (f"{number(100 * value, 0)} %" for value in (share, least))
     signs = (
@@ -111,9 +114,12 @@ def judged(
     return Judgement(found, apart, turn, signs)
 
 
-def _small(name: str, value: float, limit: float, full: float, unit: str, decimals: int) -> Sign:
+def _small(name: str, value: float | None, limit: float, full: float, unit: str, decimals: int) -> Sign:
     gap = "" if unit == "°" else " "
-    said, asked = f"{number(value, decimals)}{gap}{unit}", f"≤ {limit:g}{gap}{unit}"
+    asked = f"≤ {limit:g}{gap}{unit}" if limit < full else "not asked"
+    if value is None:
+        return Sign(name, "–", asked, True, None, limit / full, False)
+    said = f"{number(value, decimals)}{gap}{unit}"
     return Sign(name, said, asked, value <= limit + 1e-6, min(value / full, 1.0), min(limit / full, 1.0), False)
 
 
@@ -131,4 +137,3 @@ def right(scene: Scene, pose: Pose) -> bool:
     """Whether both are below the benchmark's limits."""
     turn, shift = errors(scene, pose)
     return turn < CLOSE_DEGREES and shift < CLOSE_DISTANCE
-

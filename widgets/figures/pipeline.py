@@ -10,7 +10,7 @@ from solvers.scenes import Scene, room_start
 
 from ..contract import Action, Button, Key, Motion, Widget
 from ..controls import choice, slider
-from ..picture import Label, Mark, Panel, Path, Picture, Points, Readout, Segments, View, degrees, number
+from ..picture import Label, Mark, Panel, Path, Picture, Points, Readout, Role, Segments, Shape, View, degrees, number
 from ..pipeline_run import (
     CALLS,
     METHODS_OF,
@@ -33,7 +33,7 @@ BROUGHT = {name: BRINGS.get(name, {"noise": 0.02, "outliers": 0.0}) for name in 
 REFINES = {"none": "Left out", "point": "Point", "plane": "Plane", "gicp": "GICP"}
 ACCEPTS = {"signs": "All five signs", "flag": "Stop flag"}
 TITLES = {"start": "start", "propose": "proposed", "refine": "refined"}
-SIGNS = View(0.0, 1.0, 0.0, 5.0, 320.0, 300.0, (10.0, 8.0, 14.0, 6.0))
+SIGNS = View(0.0, 1.0, 0.0, 5.0, 320.0, 360.0, (12.0, 10.0, 14.0, 0.0))
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ def start(controls: Controls, seed: int) -> State:
 
 def _at(c: Controls, scene: Scene, backdrop: tuple[Mark, ...], stages: tuple[Stage, ...]) -> State:
     residual = "point" if c.refine == "none" else c.refine
-    found = judged(scene, stages[-1].pose, stages[0].pose, residual, c.gate, c.least / 100.0, c.trust)
+    found = judged(scene, stages, residual, c.gate, c.least / 100.0, c.trust)
     return State(c, scene, backdrop, stages, False, found)
 
 
@@ -134,7 +134,7 @@ def draw(state: State) -> Picture:
         *state.backdrop,
         source(scene, state.pose, found.explained),
         Points(moved[~found.explained], "outlier", "cross", radius=4.0),
-        Label([VIEW.x0, VIEW.y1], _heading(state), "ink", dx=12, dy=24),
+        _heading(state),
     )
     return Picture(
         (Panel("main", "The two scans in the target's coordinates", VIEW, marks), _signs(state)),
@@ -146,9 +146,11 @@ def draw(state: State) -> Picture:
     )
 
 
-def _heading(state: State) -> str:
+def _heading(state: State) -> Label:
     stage = TITLES[state.stages[-1].name]
-    return f"{stage}, {'accepted' if state.accepted else 'refused'}" if state.verdict else stage
+    role: Role = "ink" if not state.verdict else "inlier" if state.accepted else "outlier"
+    said = f"{stage}, {'accepted' if state.accepted else 'refused'}" if state.verdict else stage
+    return Label([VIEW.x0, VIEW.y1], said, role, dx=12, dy=24)
 
 
 def _signs(state: State) -> Panel:
@@ -163,12 +165,13 @@ def _signs(state: State) -> Panel:
 
 def _scale(sign: Sign, y: float) -> tuple[Mark, ...]:
     good = (sign.limit, 1.0) if sign.more else (0.0, sign.limit)
-    role, shape = ("inlier", "dot") if sign.met else ("outlier", "cross")
+    role: Role = "inlier" if sign.met else "outlier"
+    shape: Shape = "dot" if sign.met else "cross"
     return (
         Segments([0.0, y], [1.0, y], "guide"),
         Path([[good[0], y], [good[1], y]], "inlier", thick=True),
         Segments([sign.limit, y - 0.14], [sign.limit, y + 0.14], "ink"),
-        Points([[sign.at, y]], role, shape, radius=6.0),  # type: ignore[arg-type]
+        *(() if sign.at is None else (Points([[sign.at, y]], role, shape, radius=6.0),)),
         Label([0.0, y], f"{sign.name.capitalize()} {sign.said}", "ink", dy=-14),
         Label([1.0, y], sign.asked, "guide", "end", dy=-14),
     )
@@ -185,7 +188,7 @@ def _readouts(state: State) -> tuple[Readout, ...]:
         Readout("share", "Source explained", number(100 * float(found.share), 0), "%"),
         Readout("rms", "RMS of what is explained", number(float(found.rms), 3), "u"),
         Readout("conditioning", "Smallest eigenvalue / largest", number(float(found.weakest), 3)),
-        Readout("halves", "Two halves end apart", number(judgement.apart, 3), "u"),
+        Readout("halves", "Two halves end apart", "–" if judgement.apart is None else number(judgement.apart, 3), "u"),
         Readout("prediction", "Turned from the prediction", number(judgement.turn, 0), "°"),
         Readout("right", "Within 5° and 0.2 u", "yes" if right(state.scene, state.pose) else "no", "", "truth"),
         Readout("rotation_error", "Rotation error", number(turn, 1), "°", "truth"),
@@ -244,7 +247,7 @@ def python(state: State) -> str:
         "from solvers import Pose, register",
         "from solvers.metrics import rre, rte",
         f"from solvers.{'scenes' if name else 'wall_scenes'} import {CALLS[c.scene]}",
-        "from solvers.verify import evidence, halves",
+        f"from solvers.verify import evidence{', halves' if len(done) > 1 else ''}",
         "",
         f"scene = {CALLS[c.scene]}({name}seed={seed}, noise={c.noise!r}, outliers={c.outliers / 100!r}{seen})",
         "both = scene.source, scene.target",
@@ -261,7 +264,7 @@ def python(state: State) -> str:
         'print("share", 100 * signs.share)',
         'print("rms", signs.rms)',
         'print("conditioning", signs.weakest)',
-        f'print("halves", halves(*both, pose, "{way}", gate={c.gate!r}))',
+        *([f'print("halves", halves(*both, pose, "{way}", gate={c.gate!r}))'] if len(done) > 1 else []),
         'print("prediction", np.degrees(rre(pose, start)))',
         'print("rotation_error", np.degrees(rre(pose, scene.truth)))',
         'print("translation_error", rte(pose, scene.truth))',
