@@ -132,18 +132,12 @@ def levels(problem: Problem, options: NdtOptions) -> list[FloatArray]:
     return [np.full(problem.size, h) for h in given]
 
 
-def start(
-    problem: Problem,
-    options: NdtOptions,
-    sources: tuple[NdtMap, ...] | None = None,
-    maps: tuple[NdtMap, ...] | None = None,
-) -> NdtState:
+def start(problem: Problem, options: NdtOptions, sources: tuple[NdtMap, ...] | None = None) -> NdtState:
     """The score at the starting pose. sources: one map of the moving cloud for each level, to be scored in its
-    place. maps: those of another start on the same target with the same options, to spare making them."""
+    place."""
     b, steps = problem.size, levels(problem, options)
     offset = np.asarray(options.offset, dtype=np.float64)
-    if maps is None:
-        maps = tuple(ndt_map.build(problem.target, h, offset=offset, grids=options.grids) for h in steps)
+    maps = tuple(ndt_map.build(problem.target, h, offset=offset, grids=options.grids) for h in steps)
     with np.errstate(over="ignore", under="ignore"):
         radius = rms_radius(problem.source) * np.asarray(problem.start.scale)
     radius = np.where((radius > 0.0) & np.isfinite(radius), radius, 1.0)

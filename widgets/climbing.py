@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -96,10 +95,8 @@ def start(scene: Scene, pose: Pose, options: ndt.NdtOptions, max_steps: int) -> 
 
 
 def restart(run: Climb, scene: Scene, pose: Pose) -> Climb:
-    """The same run from another start, on the same maps."""
-    before = run.states[0]
-    method = replace(ndt.NDT, start=partial(ndt.start, maps=before.maps))
-    batch = begin(method, problem(scene, pose), before.options, run.batch.max_steps)
+    """The same run from another start: what does not depend on the start stays as it was drawn."""
+    batch = begin(ndt.NDT, problem(scene, pose), run.now.options, run.batch.max_steps)
     return replace(run, batch=batch, states=(batch.state(),), caps=("",))
 
 
