@@ -15,7 +15,7 @@ import pytest
 
 from sitegen import outside
 from sitegen.drawing import COLOURS, clean, draw
-from sitegen.plots import basins, icp_reach
+from sitegen.plots import basins, icp_reach, sweep_table, trial_budget
 from sitegen.plots._rates import wilson
 from sitegen.plotting import Gallery, Placed, known, runs
 from sitegen.problems import Place
@@ -193,6 +193,8 @@ def test_failures_at_the_budget_stay_within_the_promise() -> None:
     found = result("trial-budget")
     for p, failures in zip(found.confidences, found.failures, strict=True):
         assert max(failures) <= (1.0 - p) * found.runs
+    missed, failed = (of(found, 0.5, 0.9) for of in (trial_budget.missed, trial_budget.failed))
+    assert 10.0 - missed > missed - failed > 0.0, "most of the margin is rounding"
 
 
 def test_the_reach_of_icp_depends_on_setting_and_side() -> None:
@@ -210,6 +212,7 @@ def test_weights_help_from_near_and_not_from_midway() -> None:
     near, midway = found.successes
     assert all(row[0] < min(row[1:]) for row in near)
     assert all(row[0] >= max(row[1:]) for row in midway)
+    assert wilson(midway[0][0], found.runs)[0] < wilson(midway[0][1], found.runs)[1], "so this shows no harm"
 
 
 def test_four_grids_jump_more_often_and_less_far() -> None:
@@ -235,6 +238,9 @@ def test_the_basins_are_as_the_chapter_says() -> None:
         assert len({count for row in flat for count in row}) == 1
         shares = {m: basins.share(found, m, setting) for m in found.methods if m != "ransac-congruent"}
         assert max(shares, key=lambda m: shares[m]) == "mmd"
+    table = result("sweep-table")
+    assert sweep_table.rotation(table, "mmd", "clean") > 2.0 * sweep_table.rotation(table, "icp", "clean")
+    assert sweep_table.success(table, "ndt", "combo") > sweep_table.success(table, "ndt", "clean")
 
 
 def test_several_plots_are_computed_side_by_side(tmp_path: Path) -> None:
