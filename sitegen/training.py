@@ -35,6 +35,7 @@ WARM = 200
 KEEP = 0.998  # of the running average a step
 OTHER_SEED = 500_000
 BOUND = 0.15  # of the scenes: twice the standard error of a difference of two counts of 200, and some for the training
+KEPT = Path(flow_weights.FOLDER)
 NAMES = ("flow", "flow-from-source")
 NEEDED = "the training needs PyTorch: .venv/bin/pip install torch==2.13.0"
 
@@ -103,7 +104,7 @@ def _loss(torch: Any, params: dict[str, Any], name: str, random: np.random.Gener
     return square.mean() + 0.3 * (square + 1e-4).sqrt().mean()
 
 
-def train_command(folder: Path = flow_weights.FOLDER, steps: int = STEPS, seed: int = SEED) -> int:
+def train_command(folder: Path = KEPT, steps: int = STEPS, seed: int = SEED) -> int:
     """Train both, judge them, and write weights and log into `folder`. 2 where PyTorch is not there."""
     try:
         import torch
@@ -128,13 +129,13 @@ def train_command(folder: Path = flow_weights.FOLDER, steps: int = STEPS, seed: 
                 "minutes": round((time.monotonic() - began) / 60, 1),
                 "loss": curve,
             }
-    log["held_out"] = [asdict(line) for line in flow_study.study(folder=folder)]
+    log["held_out"] = [asdict(line) for line in flow_study.study(folder=str(folder))]
     write(folder / "log.json", json.dumps(log, indent=1, ensure_ascii=False).encode() + b"\n")
     print("\n".join(report(log["held_out"])))
     return 0
 
 
-def check_command(kept: Path = flow_weights.FOLDER) -> int:
+def check_command(kept: Path = KEPT) -> int:
     """Train from another seed and compare the study with the one kept: 0 where all counts agree within BOUND."""
     with tempfile.TemporaryDirectory(prefix="ladder-training-") as folder:
         code = train_command(Path(folder), seed=OTHER_SEED)

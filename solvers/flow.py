@@ -20,7 +20,6 @@ is one, is applied to the source first.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 
 import numpy as np
 
@@ -157,7 +156,7 @@ def _step(state: FlowState, weights: Params, anchored: bool) -> FlowState:
     time = taken / options.steps
     after = time[:, None, None, None]
     end = projected if options.project else predicted
-    chosen = rigidity.argmin(axis=1)
+    chosen = rigidity.argmin(axis=1).astype(np.int64)
     status, reason = mark(state.status, state.reason, taken >= options.steps, Status.CONVERGED, "the flow's time is up")
     return replace(
         state,
@@ -190,7 +189,7 @@ _METHODS = {
 }
 
 
-def flow_method(name: str, folder: Path = FOLDER) -> Method[FlowState]:
+def flow_method(name: str, folder: str = FOLDER) -> Method[FlowState]:
     """The method `flow` or `flow-from-source` with the weights that lie in `folder`, read when a run begins."""
     anchored = name == "flow-from-source"
     summary, source = _METHODS[name]

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 
@@ -52,7 +51,7 @@ def study(
     variants: Sequence[str] = tuple(VARIANTS),
     count: int = 200,
     seed: int = SEED,
-    folder: Path = FOLDER,
+    folder: str = FOLDER,
 ) -> list[Line]:
     """Every variant on `count` scenes of every kind, of unit RMS radius, with the weights in `folder`."""
     lines = []
@@ -63,7 +62,7 @@ def study(
     return lines
 
 
-def errors(scenes: Draw, variant: str, folder: Path = FOLDER, block: int = 50) -> tuple[FloatArray, FloatArray]:
+def errors(scenes: Draw, variant: str, folder: str = FOLDER, block: int = 50) -> tuple[FloatArray, FloatArray]:
     """Rotation errors in degrees and translation errors in u of a variant on scenes, (b,) each.
 
     The translation is compared at the source's centroid, where a wrong rotation does not add to it.

@@ -6,15 +6,15 @@ format; `params` reads the file of a method. `python3 build.py train` writes it.
 
 from __future__ import annotations
 
+import os
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 
 from solvers.arrays import FloatArray
 from solvers.flow_network import shapes
 
-FOLDER = Path(__file__).parent / "weights"
+FOLDER = os.path.join(os.path.dirname(__file__), "weights")
 LEVELS = 127
 
 
@@ -45,6 +45,7 @@ def unpack(data: bytes) -> dict[str, FloatArray]:
 
 
 @cache
-def params(name: str, folder: Path = FOLDER) -> dict[str, FloatArray]:
+def params(name: str, folder: str = FOLDER) -> dict[str, FloatArray]:
     """The arrays of the network of method `name`, read once."""
-    return unpack((folder / f"{name}.int8").read_bytes())
+    with open(os.path.join(folder, f"{name}.int8"), "rb") as file:
+        return unpack(file.read())

@@ -82,7 +82,7 @@ def test_packs_hold_bytecode_alone_dated_alike(info: RuntimeInfo) -> None:
                 assert member.date_time == (1980, 1, 1, 0, 0, 0)
                 assert member.compress_type == zipfile.ZIP_STORED
                 assert member.create_system == 3, "else the archive tells on which system it was made"
-                assert member.filename.endswith((".pyc", ".so", ".int8", "METADATA", "py.typed", PREPARED)), member.filename
+                assert member.filename.endswith((".pyc", ".so", ".int8", "METADATA", "py.typed", PREPARED))
             names = members.namelist()
         assert names == sorted(names)
         if name != "ladder":
