@@ -57,6 +57,7 @@ def groups() -> dict[str, Callable[[Bench], list[Row]]]:
         "start": bench_build.start,
         "drag": bench_page.drag,
         "heat": bench_page.heat,
+        "nine": bench_page.nine,
         "sizes": bench_build.sizes,
         "build": bench_build.build_times,
         "race": bench_solvers.race,

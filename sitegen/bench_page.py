@@ -19,6 +19,7 @@ from sitegen.static import StaticHandler, serving
 LOADS = 5
 MOVES = 300
 TURNS = 20
+RACES, STEPS = 3, 40
 PATIENCE_MS = 60_000
 CHAPTERS = ("index.html", "kabsch.html")
 
@@ -194,6 +195,60 @@ def heat(bench: Bench) -> list[Row]:
         Row("heat map, coarse, 95th percentile", centile(coarse, 95), "ms", 33, note + number_ms(median(coarse))),
         Row("heat map, full, 63 × 63, 95th percentile", centile(full, 95), "ms", 1000, note + number_ms(median(full))),
     ]
+
+
+def nine(bench: Bench) -> list[Row]:
+    """The race: a step of all nine again and again, a drag of their start, and the 25-seed benchmark in slices."""
+    with ExitStack() as stack:
+        server, browser = stack.enter_context(serving(bench.site)), stack.enter_context(browser_of(bench))
+        page = stack.enter_context(visit(browser, f"{server.origin}/race.html"))
+        live(page)
+        steps: list[float] = []
+        for seed in range(RACES):
+            page.locator('#fig-race [data-button="new"]').click()
+            until(page, IDLE)
+            page.evaluate("performance.clearMarks()")
+            for _ in range(STEPS):
+                page.locator('#fig-race [data-button="step"]').click()
+                until(page, IDLE)
+            steps += answered(page.evaluate(MARKS))[int(seed == 0) :]
+        figure = page.locator("#fig-race")
+        figure.scroll_into_view_if_needed()
+        late, frames = drag_once(page, figure.locator('.handle[data-handle="source"]').first.bounding_box())
+        drags = answered(page.evaluate(MARKS))
+        slices, total, inside = page.evaluate(_JOB)
+    note = f"{len(steps)} steps on {RACES} seeds, median {number_ms(median(steps))}"
+    return [
+        Row("nine panels, a step of all nine, 95th percentile", centile(steps, 95), "ms", 25, note),
+        Row(
+            "nine panels, a drag of the start, 95th percentile", centile(drags, 95), "ms", 25,
+            f"{len(drags)} inputs, median {number_ms(median(drags))}; {late} of {frames} frames missed",
+        ),
+        Row(
+            "25-seed benchmark in slices on the page", total, "ms", 2500,
+            f"{len(slices)} slices, the longest {number_ms(max(slices))}; {number_ms(total - inside)} beside the solvers",
+        ),
+    ]  # fmt: skip
+
+
+# The page's own job, as its button runs it, once to warm up: its slices, how long it took, and the solvers' part.
+_JOB = """async () => {
+  const { record } = Ladder.figures.get('fig-race');
+  const ask = { figure: 'fig-race', record, name: 'benchmark' };
+  let slices, began, result;
+  for (const round of [0, 1]) {
+    slices = [], began = performance.now();
+    for (let does = 'begin', done = false; !done; does = 'go on') {
+      const at = performance.now();
+      const slice = await Ladder.runtime.job({ ...ask, does });
+      slices.push(performance.now() - at);
+      result = slice.result ?? result;
+      done = slice.done;
+    }
+  }
+  const inside = result.rows.reduce((sum, row) => sum + row.values.at(-1), 0);
+  return [slices, performance.now() - began, inside];
+}"""
 
 
 def centile(values: Sequence[float], percent: int) -> float:

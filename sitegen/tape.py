@@ -46,13 +46,16 @@ def record_tapes(
 
 def tape_script(dom_id: str, records: Sequence[Plain], frames: Sequence[Plain]) -> str:
     """The classic script that hands a figure its tape: the drawings, then the entries, whose panels name theirs by
-    number. One panel's drawings stand together, each once, which is also where they compress best."""
+    number. Each drawing stands there once, those of one run together and panel by panel, where they compress best."""
+    runs: dict[str, list[Plain]] = {}
+    for record, frame in zip(records, frames, strict=True):
+        runs.setdefault(dumps([record["controls"], record["seed"]]), []).append(frame)
     numbers: dict[tuple[str, str], int] = {}
-    for name in dict.fromkeys(panel["name"] for frame in frames for panel in frame["panels"]):
-        for frame in frames:
-            for panel in frame["panels"]:
-                if panel["name"] == name:
-                    numbers.setdefault((name, panel["svg"]), len(numbers))
+    for run in runs.values():
+        for name in dict.fromkeys(panel["name"] for frame in run for panel in frame["panels"]):
+            drawn = [panel["svg"] for frame in run for panel in frame["panels"] if panel["name"] == name]
+            for svg in drawn:
+                numbers.setdefault((name, svg), len(numbers))
     entries = [
         {
             "record": record,

@@ -71,7 +71,7 @@
     let found = built(box);
     let kept = null;
     let order = { by: null, falls: false };
-    let run = null; // { record } while one is under way
+    let run = null; // { record, rows: whether any has come } while one is under way
 
     function tell(message, aloud = true) {
       text(words, message);
@@ -121,13 +121,14 @@
       bar.value = part;
       tell(said, false);
       if (!result) return;
+      if (run) run.rows = true;
       found = result;
       show();
     }
 
     async function work() {
       if (runtime.state === "file") return tell("A page opened from disk has no Python to run this.");
-      const mine = (run = { record: figure.record });
+      const mine = (run = { record: figure.record, rows: false });
       begin.disabled = true;
       stop.disabled = false;
       stop.focus({ preventScroll: true });
@@ -149,8 +150,8 @@
     }
 
     function halt() {
-      const { record } = run;
-      end(`Stopped: the rows below are what was done, of ${bar.value < 1 ? "this" : "the"} run or the one before.`);
+      const { record, rows } = run;
+      end(rows ? "Stopped. The rows below are those that were done." : "Stopped. The table is that of the run before.");
       if (runtime.state === "live") runtime.job({ figure: figure.id, record, name, does: "stop" }).catch(() => {});
     }
 
