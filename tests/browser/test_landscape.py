@@ -35,7 +35,7 @@ def test_picked_starts_stay_until_cleared(terrain: Figure) -> None:
     """A click adds a descent to those that are there; *Resample* keeps them, *Clear* forgets them."""
     terrain.button("reset").click()
     terrain.shows("reached", "–")
-    box = terrain.seen().root.locator('.figure-panel[data-panel="map"] svg').bounding_box()
+    box = terrain.settled().seen().root.locator('.figure-panel[data-panel="map"]').bounding_box()  # outlives swaps
     assert box
     for k, part in enumerate((0.3, 0.5), start=1):
         terrain.page.mouse.click(box["x"] + part * box["width"], box["y"] + 0.4 * box["height"])
