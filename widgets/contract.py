@@ -156,7 +156,8 @@ def parsed(widget: Widget, plain: Mapping[str, Any]) -> Record:
         raise ValueError("controls: not a mapping of names to values")
     name = plain.get("preset", "default")
     start = preset(widget, name if isinstance(name, str) else _clip(name), controls)
-    return Record(widget.name, start.preset, start.controls, seed, tuple(action(widget, entry) for entry in log))
+    known = _known(widget)
+    return Record(widget.name, start.preset, start.controls, seed, tuple(_action(widget, known, e) for e in log))
 
 
 def action(widget: Widget, entry: Any) -> Action:
@@ -164,12 +165,20 @@ def action(widget: Widget, entry: Any) -> Action:
 
     Raises ValueError for what is none.
     """
-    known = {
+    return _action(widget, _known(widget), entry)
+
+
+def _known(widget: Widget) -> Mapping[str, set[str]]:
+    """Kind of action → what it can be done to."""
+    return {
         "press": {b.name for b in widget.buttons if b.does == "press"},
         "drag": set(widget.handles),
         "click": set(widget.clicks),
         "hover": set(widget.hovers),
     }
+
+
+def _action(widget: Widget, known: Mapping[str, set[str]], entry: Any) -> Action:
     if not isinstance(entry, list) or len(entry) < 2 or not isinstance(entry[0], str) or not isinstance(entry[1], str):
         raise ValueError(f"log: {_clip(entry)} is no action")
     if entry[0] not in known:

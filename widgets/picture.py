@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -168,7 +169,7 @@ class View:
     height: float | None = None
     pad: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
 
-    @property
+    @cached_property
     def size(self) -> tuple[float, float]:
         """Nominal width and height of the panel in px."""
         left, top, right, bottom = self.pad
@@ -179,14 +180,30 @@ class View:
 
     def px(self, xy: ArrayLike) -> Array:
         """World points (n, 2) in px from the panel's top left."""
-        p = rows(xy)
+        origin, span, inner, corner = self._frame
+        p: Array = rows(xy) - origin
+        p /= span
+        p *= inner
+        p += corner
+        return p
+
+    def spot(self, x: float, y: float) -> tuple[float, float]:
+        """One world point in px, with the rounding of `px` and without an array."""
+        ((ox, oy), (sx, sy), (ix, iy), (cx, cy)) = self._numbers
+        return (x - ox) / sx * ix + cx, (y - oy) / sy * iy + cy
+
+    @cached_property
+    def _frame(self) -> Array:
         left, top, right, bottom = self.pad
         width, height = self.size
-        x = left + (p[:, 0] - self.x0) / (self.x1 - self.x0) * (width - left - right)
-        y = top + (self.y1 - p[:, 1]) / (self.y1 - self.y0) * (height - top - bottom)
-        return np.stack([x, y], axis=1)
+        origin, span = (self.x0, self.y1), (self.x1 - self.x0, self.y0 - self.y1)
+        return np.array([origin, span, (width - left - right, height - top - bottom), (left, top)])
 
-    @property
+    @cached_property
+    def _numbers(self) -> list[list[float]]:
+        return self._frame.tolist()  # type: ignore[no-any-return]
+
+    @cached_property
     def scale(self) -> float:
         """Px per world unit along x."""
         return (self.width - self.pad[0] - self.pad[2]) / (self.x1 - self.x0)

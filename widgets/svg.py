@@ -11,10 +11,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from functools import lru_cache
 from html import escape
+from math import floor
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from .picture import (
     Array,
@@ -36,6 +37,7 @@ from .picture import (
 
 UNIT = 10  # SVG user units per nominal px
 NUDGE = 1e-6  # breaks ties the same way natively and in wasm, whose results differ by some 1e-14
+HALF = 0.5 + NUDGE
 WEIGHT_LEVELS = 6
 HEAT_LEVELS = 24
 _K = 0.5522847498307936  # 4/3 (√2 − 1): control points of a quarter circle's cubic Bézier curve
@@ -50,16 +52,32 @@ def snap(values: Any) -> list[Any]:
 
     Raises ValueError for NaN.
     """
-    clamped = np.clip(np.asarray(values, dtype=float), -FAR, FAR)
-    if np.isnan(clamped).any():
+    placed = np.clip(np.asarray(values, dtype=float), -FAR, FAR)
+    if np.isnan(placed).any():
         raise ValueError("a mark has a coordinate that is not a number")
-    return np.floor(clamped * UNIT + 0.5 + NUDGE).astype(np.int64).tolist()  # type: ignore[no-any-return]
+    placed *= UNIT
+    placed += HALF
+    return np.floor(placed, out=placed).astype(np.int64).tolist()  # type: ignore[no-any-return]
+
+
+def _whole(px: float) -> int:
+    """`snap` of one number, without an array: most labels are made of two."""
+    if px != px:
+        raise ValueError("a mark has a coordinate that is not a number")
+    return floor(min(max(px, -FAR), FAR) * UNIT + HALF)
+
+
+def _spot(view: View, xy: ArrayLike, dx: float = 0.0, dy: float = 0.0) -> tuple[int, int]:
+    """One world point, shifted by px, in SVG units."""
+    ((x, y),) = rows(xy).tolist()
+    across, down = view.spot(x, y)
+    return _whole(across + dx), _whole(down + dy)
 
 
 def panel_svg(panel: Panel, prefix: str, draw: Callable[[Mark, View, str], str] | None = None) -> str:
     """The panel as one <svg> element whose ids begin with `prefix`. draw: `mark_svg`, or what remembers its answers."""
     width, height = panel.view.size
-    w, h = snap([width, height])
+    w, h = _whole(width), _whole(height)
     body = "".join((draw or mark_svg)(mark, panel.view, prefix) for mark in panel.marks)
     grid = _grid(panel.view) if panel.grid else ""
     return (
@@ -104,7 +122,7 @@ def _points(mark: Points, view: View, prefix: str) -> str:
         def draw(rows_: Any) -> str:
             return _dots(snap(px[rows_]))
     else:
-        outline = _outline(mark.shape, *snap([mark.radius]))
+        outline = _outline(mark.shape, _whole(mark.radius))
         classes = f"shape {mark.shape} {mark.role}"
 
         def draw(rows_: Any) -> str:
@@ -233,14 +251,14 @@ def _blocks(level: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _ring(mark: Ring, view: View, prefix: str) -> str:
-    ((x, y),) = snap(view.px(mark.xy))
-    (r,) = snap([mark.radius if mark.reach is None else mark.reach * view.scale])
+    x, y = _spot(view, mark.xy)
+    r = _whole(mark.radius if mark.reach is None else mark.reach * view.scale)
     classes = f"line ring {mark.role}" + (" dashed" if mark.dashed else "")
     return _path(classes, f"M{x} {y}{_outline('ring', r)}")
 
 
 def _label(mark: Label, view: View, prefix: str) -> str:
-    ((x, y),) = snap(view.px(mark.xy) + np.array([mark.dx, mark.dy]))
+    x, y = _spot(view, mark.xy, mark.dx, mark.dy)
     return f'<text class="label {mark.role} {mark.anchor}" x="{x}" y="{y}">{escape(mark.text, quote=False)}</text>'
 
 
