@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from sitegen.plots._numbers import at
 from sitegen.plots._sweep import LABELS, hits, read
 
 TITLE = "Success over starting rotation and offset, nine methods, two settings"
@@ -47,7 +48,7 @@ def compute() -> Result:
 
 def share(result: Result, method: str, setting: str) -> float:
     """The percentage of all starts of the map, and of all seeds, that ended near the truth."""
-    rows = result.successes[result.methods.index(method)][result.settings.index(setting)]
+    rows = result.successes[at(result.methods, method, "method")][at(result.settings, setting, "setting")]
     return 100.0 * sum(map(sum, rows)) / (result.seeds * len(result.angles) * len(result.offsets))
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from sitegen.plots._numbers import at
 from sitegen.plots._rates import close, clouds, interval, seeds, wilson
 from solvers import Pose, register
 from solvers.wall_scenes import ndt_room
@@ -50,12 +51,12 @@ def compute() -> Result:
 
 def turned(result: Result, run: str, angle: int) -> float:
     """The percentage of seeds near the truth from an angle; run: 'one' or 'fine'."""
-    return 100.0 * result.by_angle[list(CELLS).index(run)][result.angles.index(angle)] / result.runs
+    return 100.0 * result.by_angle[at(CELLS, run, "run")][at(result.angles, angle, "angle")] / result.runs
 
 
 def shifted(result: Result, run: str, offset: float) -> float:
     """The percentage of seeds near the truth from an offset in u; run: 'one' or 'fine'."""
-    return 100.0 * result.by_offset[list(CELLS).index(run)][result.offsets.index(offset)] / result.runs
+    return 100.0 * result.by_offset[at(CELLS, run, "run")][at(result.offsets, offset, "offset")] / result.runs
 
 
 def runs(result: Result) -> int:

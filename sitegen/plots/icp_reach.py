@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from sitegen.plots._numbers import at
 from sitegen.plots._rates import close, clouds, interval, seeds, wilson
 from solvers import register
 from solvers.scenes import room, room_start
@@ -40,7 +41,11 @@ def compute() -> Result:
 
 def success(result: Result, setting: str, angle: int) -> float:
     """The percentage of the seeds that ended near the truth."""
-    return 100.0 * result.successes[result.settings.index(setting)][result.angles.index(angle)] / result.runs
+    return 100.0 * _row(result, setting)[at(result.angles, angle, "angle")] / result.runs
+
+
+def _row(result: Result, setting: str) -> tuple[int, ...]:
+    return result.successes[at(result.settings, setting, "setting")]
 
 
 def runs(result: Result) -> int:
@@ -50,7 +55,7 @@ def runs(result: Result) -> int:
 
 def sure(result: Result, setting: str, side: int) -> int:
     """The largest angle to that side (1 or −1) up to which every seed succeeded from every angle; 0 for none."""
-    row = dict(zip(result.angles, result.successes[result.settings.index(setting)], strict=True))
+    row = dict(zip(result.angles, _row(result, setting), strict=True))
     reach = [side * angle for angle in result.angles if side * angle >= 0]
     good = 0
     for angle in sorted(reach):
@@ -65,8 +70,8 @@ def words(result: Result) -> str:
     said = []
     for setting in result.settings:
         low, high = (sure(result, setting, side) for side in (-1, 1))
-        most = max(result.successes[result.settings.index(setting)])
-        some = [a for a, k in zip(result.angles, result.successes[result.settings.index(setting)], strict=True) if k]
+        most = max(_row(result, setting))
+        some = [angle for angle, hits in zip(result.angles, _row(result, setting), strict=True) if hits]
         ends = f"from {_signed(low)} to {_signed(high)}"
         best = f"all of {result.runs} {ends}" if most == result.runs else f"{most} at best"
         said.append(f"{SETTINGS[setting].lower()}: {best}, some from {_signed(min(some))} to {_signed(max(some))}")

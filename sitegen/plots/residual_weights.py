@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from sitegen.plots._numbers import at
 from sitegen.plots._rates import close, clouds, interval, seeds, span, wilson
 from solvers import register
 from solvers.scenes import room, room_start
@@ -56,8 +57,8 @@ def runs(result: Result) -> int:
 
 
 def _count(result: Result, start: str, residual: str, weight: str) -> int:
-    rows = result.successes[result.starts.index(start)][result.residuals.index(residual)]
-    return rows[result.weights.index(weight)]
+    rows = result.successes[at(result.starts, start, "start")][at(result.residuals, residual, "residual")]
+    return rows[at(result.weights, weight, "weight")]
 
 
 def words(result: Result) -> str:

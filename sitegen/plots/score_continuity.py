@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from sitegen.plots._numbers import at
 from solvers.arrays import FloatArray
 from solvers.ndt_map import NdtMap, build
 from solvers.ndt_score import score_map
@@ -87,17 +88,17 @@ def _piece(x: FloatArray, y: FloatArray) -> Piece:
 
 def jumps(result: Result, grids: int) -> int:
     """How often the score jumps on the line, on this many grids."""
-    return result.jumps[GRIDS.index(grids)]
+    return result.jumps[at(GRIDS, grids, "grids")]
 
 
 def largest(result: Result, grids: int) -> float:
     """The largest jump, in percent of the highest score."""
-    return 100.0 * result.largest[GRIDS.index(grids)] / result.highest[GRIDS.index(grids)]
+    return 100.0 * result.largest[at(GRIDS, grids, "grids")] / result.highest[at(GRIDS, grids, "grids")]
 
 
 def mean(result: Result, grids: int) -> float:
     """The mean jump, in percent of the highest score."""
-    return 100.0 * result.mean[GRIDS.index(grids)] / result.highest[GRIDS.index(grids)]
+    return 100.0 * result.mean[at(GRIDS, grids, "grids")] / result.highest[at(GRIDS, grids, "grids")]
 
 
 def words(result: Result) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from sitegen.plots._numbers import at
 from sitegen.plots._rates import wilson
 from sitegen.plots._sweep import LABELS, hits, read
 
@@ -47,9 +48,9 @@ def compute() -> Result:
 
 def success(result: Result, method: str, control: str, value: float) -> float:
     """The percentage of seeds that ended within 5° and 0.2 u of the truth."""
-    k = list(CONTROLS).index(control)
-    row = result.successes[result.methods.index(method)][k]
-    return 100.0 * row[result.values[k].index(value)] / result.seeds
+    k = at(CONTROLS, control, "control")
+    row = result.successes[at(result.methods, method, "method")][k]
+    return 100.0 * row[at(result.values[k], value, "value")] / result.seeds
 
 
 def seeds(result: Result) -> int:

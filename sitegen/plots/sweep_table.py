@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from sitegen.plots._numbers import at
 from sitegen.plots._rates import interval, wilson
 from sitegen.plots._sweep import LABELS, hits, read
 
@@ -55,7 +56,7 @@ def rotation(result: Result, method: str, setting: str) -> float:
 
 
 def _of(result: Result, values: Any, method: str, setting: str) -> Any:
-    return values[result.methods.index(method)][result.settings.index(setting)]
+    return values[at(result.methods, method, "method")][at(result.settings, setting, "setting")]
 
 
 def words(result: Result) -> str:

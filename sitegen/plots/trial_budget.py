@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from sitegen.plots._numbers import at
 from sitegen.plots._rates import close, clouds, percent, seeds, wilson
 from solvers import register
 from solvers.match_scenes import FACADE_TRUTH, facade_scene
@@ -54,12 +55,13 @@ def compute() -> Result:
 
 def budget(result: Result, share: float, confidence: float) -> int:
     """N for a share of right pairs and a confidence of the picture."""
-    return result.budgets[result.confidences.index(confidence)][result.shares.index(share)]
+    return result.budgets[at(result.confidences, confidence, "confidence")][at(result.shares, share, "share")]
 
 
 def failed(result: Result, share: float, confidence: float) -> float:
     """The failures at that budget, in percent of the runs."""
-    return 100.0 * result.failures[result.confidences.index(confidence)][result.shares.index(share)] / result.runs
+    row = result.failures[at(result.confidences, confidence, "confidence")]
+    return 100.0 * row[at(result.shares, share, "share")] / result.runs
 
 
 def missed(result: Result, share: float, confidence: float) -> float:

@@ -14,6 +14,7 @@ import html5lib
 import pytest
 
 from sitegen import outside
+from sitegen.computed import CallError, of_plot, read_call
 from sitegen.drawing import COLOURS, clean, draw
 from sitegen.plots import basins, icp_reach, sweep_table, trial_budget
 from sitegen.plots._rates import wilson
@@ -251,3 +252,17 @@ def test_several_plots_are_computed_side_by_side(tmp_path: Path) -> None:
     assert len(list((tmp_path / "one" / "plots").glob("*.json"))) == 2
     for name in names:
         assert together.result(known()[name]) == alone.result(known()[name])
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        ("plots.trial_budget.failed(0.4, 0.9)", "share: 0.4 is none of 0.3, 0.5, 0.7, 0.9"),
+        ("plots.sweep_table.success('icpp', 'clean')", "method: no 'icpp'; did you mean 'icp'?"),
+        ("plots.success_curves.success('icp', 'noise', 0.4)", "value: 0.4 is none of 0, 0.02, "),
+    ],
+)
+def test_numbers_that_a_plot_does_not_have_are_told(call: str, said: str) -> None:
+    gallery = Gallery(known(), outside.cache_dir())
+    with pytest.raises(CallError, match=re.escape(said)):
+        of_plot(read_call(call), gallery)
