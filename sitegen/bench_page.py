@@ -226,7 +226,7 @@ def nine(bench: Bench) -> list[Row]:
         ),
         Row(
             "25-seed benchmark in slices on the page", total, "ms", 2500,
-            f"{len(slices)} slices, the longest {number_ms(max(slices))}; {number_ms(total - inside)} beside the solvers",
+            f"{len(slices)} slices, longest {number_ms(max(slices))}; {number_ms(total - inside)} beside the solvers",
         ),
     ]  # fmt: skip
 
