@@ -39,7 +39,7 @@ BESIDE = 0.75  # u from the cloud's centre to the arrow, which would else lie in
 GAP = 1.2  # the second eigenvalue over the first from which there is a weakest direction
 FARTHEST = 8.0  # r / s
 HIGHEST = 2.2
-LEAVES = 1.8  # where the line of an unbounded pull ends
+LEAVES = 1.5  # where the line of an unbounded pull ends: its label stays below that of s
 
 
 def pairs(run: Run) -> tuple[Mark, ...]:

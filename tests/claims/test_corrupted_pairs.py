@@ -242,8 +242,8 @@ def test_a_tight_threshold_rejects_right_pairs():
 
 
 def test_a_wide_threshold_admits_wrong_pairs():
-    """ε = 1.25 u, a quarter wrong by one window: all are counted in each of 25 draws, a quarter of a window off, and the
-    RMS over the forty is about half a unit."""
+    """ε = 1.25 u, a quarter wrong by one window: all are counted in each of 25 draws, a quarter of a window off, and
+    the RMS over the forty is about half a unit."""
     for seed in SEEDS:
         scene = facade_scene("repeated", seed=seed, outliers=0.25)
         wide, usual = solve(scene, inlier=1.25), solve(scene)
