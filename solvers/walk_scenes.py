@@ -1,0 +1,97 @@
+"""The scene of the walkthrough: two samplings of one closed, fish-like curve of 150 points each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+import numpy as np
+
+from solvers import validate
+from solvers.arrays import FloatArray
+from solvers.pose import Pose
+from solvers.scenes import Scene
+
+POINTS = 150
+SIDE = 6.0
+"""Of the square field about the origin that clutter is spread over, u."""
+SMALLER = 0.85
+"""The moving cloud's size where it is smaller."""
+START_DEGREES = 60.0
+START_SHIFT = (0.7, -0.45)
+FISH_SETTINGS: Mapping[str, tuple[float, float]] = MappingProxyType(
+    {"clean": (0.0, 0.0), "noisy": (0.06, 0.0), "clutter": (0.03, 0.2)}
+)
+"""Setting → σ of the noise in u, and the fraction of each cloud that is clutter."""
+
+_KNOTS = np.array(
+    [
+        (2.3, 0.05), (1.6, 0.62), (0.55, 0.95), (0.25, 1.55), (-0.35, 0.9), (-1.05, 0.45), (-1.45, 0.3), (-2.35, 1.15),
+        (-2.05, 0.1), (-2.5, -0.75), (-1.5, -0.2), (-0.75, -0.55), (0.1, -0.85), (0.5, -1.3), (0.85, -0.8), (1.6, -0.5),
+    ]
+)  # fmt: skip
+
+
+def _smooth(knots: FloatArray, between: int = 10) -> FloatArray:
+    """The closed Catmull-Rom curve through the knots (k, 2), its first point repeated at the end."""
+    before, here, after, beyond = (np.roll(knots, shift, axis=0)[:, None] for shift in (1, 0, -1, -2))
+    u = np.linspace(0.0, 1.0, between, endpoint=False)[None, :, None]
+    pieces = 2.0 * here + (after - before) * u
+    pieces = pieces + (2.0 * before - 5.0 * here + 4.0 * after - beyond) * u**2
+    pieces = 0.5 * (pieces + (3.0 * here - before - 3.0 * after + beyond) * u**3)
+    line = pieces.reshape(-1, 2)
+    return np.vstack([line, line[:1]])
+
+
+def _sampled(line: FloatArray, phase: float) -> FloatArray:
+    """`POINTS` places along a closed polyline at equal distances, the first `phase` of one from its beginning."""
+    lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    along = (np.arange(POINTS) + phase) * lengths[-1] / POINTS
+    return np.column_stack([np.interp(along, lengths, line[:, k]) for k in (0, 1)])
+
+
+_LINE = _smooth(_KNOTS)
+FISH = _LINE - _sampled(_LINE, 0.0).mean(axis=0)
+"""The curve, closed, (k, 2): the mean of the fixed cloud's places on it is the origin."""
+FISH.flags.writeable = False
+
+
+def fish(
+    name: str = "clean",
+    *,
+    seed: int = 40,
+    noise: float | None = None,
+    clutter: float | tuple[float, float] | None = None,
+    smaller: bool = False,
+) -> Scene:
+    """A fish seen twice, each time at 150 places, equally far apart along it; the moving ones half a distance further.
+
+    name: 'clean', 'noisy' (σ = 0.06 u) or 'clutter' (σ = 0.03 u, and a fifth of each cloud lies anywhere in a field of
+    6 × 6 u). noise: σ on both clouds, in u, in place of the scene's own. clutter: the fraction, 0 to 1, of both clouds
+    or (moving, fixed), in its place. smaller: the moving cloud is 15 % smaller, about the origin, and the truth has the
+    scale 1/0.85; otherwise the truth is the identity. More noise or clutter leaves the other draws as they are.
+
+    Raises ValueError for an unknown name, a negative noise and a fraction outside 0 … 1.
+    """
+    validate.one_of(name, tuple(FISH_SETTINGS), "name")
+    own_noise, own_clutter = FISH_SETTINGS[name]
+    sigma = own_noise if noise is None else validate.number(noise, "noise", 0.0)
+    given = own_clutter if clutter is None else clutter
+    fractions = given if isinstance(given, tuple) else (given, given)
+    rng = np.random.default_rng(validate.count(seed, "seed"))
+    clouds, masks = [], []
+    for fraction, phase in zip(fractions, (0.5, 0.0), strict=True):
+        share = validate.number(fraction, "clutter", 0.0, 1.0)
+        unit, order = rng.standard_normal((POINTS, 2)), rng.permutation(POINTS)
+        elsewhere = rng.uniform(-0.5 * SIDE, 0.5 * SIDE, (POINTS, 2))
+        wrong = order < round(share * POINTS)
+        clouds.append(np.where(wrong[:, None], elsewhere, _sampled(FISH, phase) + sigma * unit))
+        masks.append(wrong)
+    size = SMALLER if smaller else 1.0
+    truth = Pose(np.eye(2), np.zeros(2), 1.0 / size)
+    return Scene(name, seed, size * clouds[0], clouds[1], truth, fish_start(), masks[0], masks[1], (size * FISH,))
+
+
+def fish_start(degrees: float = START_DEGREES, shift: tuple[float, float] = START_SHIFT) -> Pose:
+    """Where the moving cloud lies at first: turned by `degrees` about the world's origin, then moved by `shift` u."""
+    return Pose.from_angle(np.radians(degrees), shift)
