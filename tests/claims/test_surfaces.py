@@ -27,8 +27,9 @@ def runs(setting, method, start, **options):
 
 
 def successes(setting, method, start, **options):
-    """In how many of the 25 draws the rotation ends within 5° of the truth."""
-    return int((runs(setting, method, start, **options)[1] < 5.0).sum())
+    """In how many of the 25 draws the pose ends within 5° and 0.2 u of the truth."""
+    _, degrees, units = runs(setting, method, start, **options)
+    return int(((degrees < 5.0) & (units < 0.2)).sum())
 
 
 def gaps(method, steps=1, **options):
@@ -54,8 +55,9 @@ def test_a_wall_answers_with_its_nearest_sample():
 
 
 def test_point_pairs_crab_along_a_wall():
-    """A fifth of the points face the end wall: each point-to-point step closes about a fifth of the gap at most, and
-    the pairs along the long wall bring it to rest with 0.16 u still open; point to plane closes it in one step."""
+    """A fifth of the points face the end wall: each of the first five point-to-point steps closes between one and three
+    tenths of the gap, and the pairs along the long wall bring it to rest with 0.16 u still open; point to plane closes
+    it in one step."""
     point, plane = gaps("icp", 40), gaps("point-to-plane", 1)
     ratio = point[1:6] / point[:5]
     assert ((ratio > 0.7) & (ratio < 0.9)).all()
@@ -127,10 +129,16 @@ def test_walls_leave_the_slide(scene):
 
 
 def test_point_pairs_call_a_wall_well_conditioned():
-    """On the one wall the point system has a condition near 1, and its end is as far along from the truth as ever."""
+    """On the one wall the point system has a condition near 1; its end is more than 1 u from the truth along the wall,
+    as its start was, and within 0.1 u of where point to plane ends."""
+    along = np.array([8.0, 2.8]) / np.hypot(8.0, 2.8)
     for seed in SEEDS[:8]:
         scene = single_wall(seed=seed)
-        found = register(scene.source, scene.target, "icp", start=Pose.from_angle(np.radians(15.0), (0.5, 0.3)))
+        found = register(scene.source, scene.target, "icp", start=scene.start)
+        plane = register(scene.source, scene.target, "point-to-plane", start=scene.start, free_below=0.05)
+        point_off, plane_off = (
+            along @ (pose.apply(scene.source) - scene.source).mean(axis=0) for pose in (found.pose, plane.pose)
+        )
         pairing = found.states[0].pairing
         eye = np.broadcast_to(np.eye(2), (*pairing.moved.shape, 2))
         centre = pairing.moved.mean(axis=1)
@@ -139,7 +147,8 @@ def test_point_pairs_call_a_wall_well_conditioned():
         )
         assert found.status is Status.CONVERGED
         assert system.condition[0] < 1.1
-        assert rte(found.pose, scene.truth) > 0.3
+        assert point_off > 1.0
+        assert point_off == pytest.approx(plane_off, abs=0.1)
 
 
 # GICP
@@ -168,11 +177,11 @@ def slides(method, **options):
 
 
 def test_on_a_noisy_wall_gicp_wanders():
-    """On one wall with noise of 0.1 u GICP goes along it by up to 0.6 u, either way, over 25 draws; point to plane,
+    """On one wall with noise of 0.1 u GICP goes along it by more than 0.6 u, either way, in 25 draws; point to plane,
     told to leave weak directions alone, stays within 0.03 u of where it was along it."""
     wandered = slides("gicp")
-    assert wandered.min() < -0.5
-    assert wandered.max() > 0.5
+    assert wandered.min() < -0.6
+    assert wandered.max() > 0.6
     assert np.abs(slides("point-to-plane", free_below=0.05)).max() < 0.03
 
 
