@@ -140,13 +140,13 @@ def test_outliers_of_the_scan_score_little():
 
 
 def test_outliers_spoil_the_way_before_the_summit():
-    """With 40 % outliers, three draws: the highest tile lies within 0.15 u of the truth, and of 25 starts around each at
+    """With 40 % outliers, six draws: the highest tile lies within 0.15 u of the truth, and of 25 starts around each at
     most two thirds as many arrive as without outliers."""
-    for seed in SEEDS[:3]:
+    for seed in SEEDS[:6]:
         values = field(*room(seed, outliers=0.4))
         row, column = np.unravel_index(values.argmax(), values.shape)
         assert np.hypot(AT[column], AT[row]) < 0.15
-    assert 0 < arrivals(1, outliers=0.4) < 2 / 3 * arrivals(1)
+    assert 0 < arrivals(1, SEEDS[:6], outliers=0.4) < 2 / 3 * arrivals(1, SEEDS[:6])
 
 
 def test_smaller_cells_are_not_more_precise_here():
@@ -197,11 +197,11 @@ def test_four_grids_make_jumps_smaller_and_more_of_them():
         assert len(four) > 1.5 * len(one) > 0
 
 
-def arrivals(grids: int, **options: float) -> float:
+def arrivals(grids: int, seeds: list[int] = SEEDS[:3], **options: float) -> float:
     """The part of 25 starts, up to 1.4 u away along each axis, from which a climb ends within 0.1 u of the truth."""
     ways = np.linspace(-1.4, 1.4, 5)
     ends = []
-    for seed in SEEDS[:3]:
+    for seed in seeds:
         scan, cells = room(seed, grids, **options)
         ends += [climb(cells, scan, np.array([x, y])).places[-1] for x in ways for y in ways]
     return float((np.linalg.norm(ends, axis=1) < 0.1).mean())
