@@ -118,7 +118,7 @@ def test_the_table_is_there_without_scripts(reader: Callable[..., Reader]) -> No
     box = page.locator("section.job")
     expect(box.locator("tbody tr")).to_have_count(9)
     expect(box.locator("svg.plot")).to_have_count(2)
-    expect(box.locator("button")).to_have_count(2)
+    expect(box.locator("button")).to_have_count(5)
     for button in box.locator("button").all():
         expect(button).to_be_hidden()
     for line, row in zip(benchmark(Controls()), box.locator("tbody tr").all(), strict=True):

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from time import perf_counter
 from typing import Any
 
 import pytest
@@ -17,6 +18,7 @@ from sitegen.plotting import Plot
 from sitegen.problems import BuildFailed
 from widgets.contract import Action, Button, Key, Widget
 from widgets.controls import choice, slider, toggle
+from widgets.jobs import Column, Job, Progress, Result, Row
 from widgets.picture import Panel, Picture, Points, Readout, View, number
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -150,6 +152,15 @@ def draw(state: State) -> Picture:
     return Picture((Panel("main", "A point & more", view, marks),), readouts, words)
 
 
+def count(controls: Controls, seed: int) -> Iterator[Progress]:
+    """A job of two pieces, whose time no two runs share."""
+    yield Progress(0.5, "half")
+    columns = (Column("noise", "Noise & <more>", "u", 2), Column("time", "Time", "ms", timed=True))
+    rows = (Row("one", "One </script>", (controls.noise, perf_counter()), "truth", dashed=True),)
+    panel = Panel("dots", "Dots", View(0.0, 1.0, 0.0, 1.0), (Points([[controls.noise, 0.5]], "truth"),))
+    yield Progress(1.0, "done", Result(f"On seed {seed}.", "Row", columns, rows, (panel,), "print(1)"))
+
+
 TOY = Widget(
     name="toy",
     title="A toy",
@@ -161,6 +172,7 @@ TOY = Widget(
     buttons=(Button("go", "Go", primary=True), Button("back", "Back", "back"), Button("new", "New", "reseed")),
     legend=(Key("source", "a point"),),
     tape=(({}, ("go", "go", "go")), ({"scene": "noisy"}, ("go",))),
+    jobs=(Job("count", "Count & tell", count),),
 )
 
 

@@ -108,6 +108,21 @@ def test_the_figure_and_its_tape(built: Project) -> None:
     assert record["spec"]["controls"]["scene"]["sets"] == {"noisy": {"noise": 0.9}}
 
 
+def test_what_a_figure_s_job_finds_stands_in_the_page(built: Project) -> None:
+    """Its table at the figure's settings, without the time that it took, and its drawing, which the data leave out."""
+    page = built.page("second.html")
+    assert "<td>0.50</td><td>–</td>" in page
+    assert "Noise &amp; &lt;more&gt; (u)" in page
+    assert '<span class="key line truth dashed">One &lt;/script&gt;</span>' in page
+    (data,) = (json.loads(t) for t in Elements(page).scripts if '"heading"' in t)
+    assert data["rows"][0]["values"] == [0.5, None]
+    assert data["caption"] == "On seed 40."
+    assert "svg" not in data["panels"][0]
+    assert page.count('<svg class="plot"') == 2
+    job = next(a for tag, a in Elements(page).tags if tag == "section" and a.get("class") == "job")
+    assert job["data-job"] == "count"
+
+
 def test_buttons_in_the_text(built: Project) -> None:
     page = built.page("second.html")
     tries = Elements(page).of_class("try")

@@ -29,7 +29,7 @@
   function head(columns, heading, order) {
     const cell = (label, i) => {
       const way = order.by === i ? (order.falls ? "descending" : "ascending") : "none";
-      const button = make("button", { type: "button", "data-sort": i }, label);
+      const button = make("button", { type: "button", class: "sort", "data-sort": i }, label);
       return make("th", { scope: "col", "aria-sort": way }, button);
     };
     return make("tr", {}, cell(heading, -1), ...columns.map((column, i) => cell(withUnit(column), i)));
@@ -184,7 +184,7 @@
       show();
     }
 
-    box.querySelector(".job-head").hidden = false;
+    box.querySelector(".job-head").hidden = false; // and `show` replaces what it will have kept the place of
     show();
     return [
       on(box, "click", press),
