@@ -95,8 +95,8 @@ def build(
     bakery = Bakery(parts.widgets, cache)
     gallery = Gallery(parts.plots, cache, progress)
     values = Values(cache, {"solvers": code_hash((solvers,)), "widgets": code_hash((solvers, widgets))}, gallery)
-    gallery.prepare(placed.plot for one in surveys for placed in one.plots.values())
-    tapes = record_tapes(surveys, bakery, problems, progress)
+    with gallery.preparing(placed.plot for one in surveys for placed in one.plots.values()):
+        tapes = record_tapes(surveys, bakery, problems, progress)
     known = Known(
         root,
         surveys,

@@ -7,8 +7,9 @@ import json
 import os
 import pkgutil
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from functools import cache as once
 from importlib import import_module
@@ -171,19 +172,24 @@ class Gallery:
         self._cache, self._progress = cache, progress
         self._results: dict[str, Any] = {}
 
-    def prepare(self, plots: Iterable[Plot]) -> None:
-        """Compute what is missing of these, several at once where there are cores for it. What fails is left."""
-        missing = {plot.name for plot in plots if known().get(plot.name) is plot and not self._place(plot).is_file()}
-        count = min(len(missing), os.cpu_count() or 1)
-        if count < 2:
+    @contextmanager
+    def preparing(self, plots: Iterable[Plot]) -> Iterator[None]:
+        """Compute what is missing of these in other processes, beside what is done inside. What fails is left."""
+        missing = sorted({p.name for p in plots if known().get(p.name) is p and not self._place(p).is_file()})
+        if not missing:
+            yield
             return
-        with ProcessPoolExecutor(count, get_context("spawn")) as pool:
-            waiting = {pool.submit(_computed, name): name for name in sorted(missing)}
+        pool = ProcessPoolExecutor(min(len(missing), os.cpu_count() or 1), get_context("spawn"))
+        try:
+            waiting = {pool.submit(_computed, name): name for name in missing}
+            yield
             for done, future in enumerate(as_completed(waiting)):
                 self._progress("computing plots", done, len(waiting))
                 if future.exception() is None:
                     write(self._place(self.plots[waiting[future]]), future.result())
             self._progress("computing plots", len(waiting), len(waiting))
+        finally:
+            pool.shutdown(cancel_futures=True)
 
     def _place(self, plot: Plot) -> Path:
         """Where a plot's result is kept: by the code that it runs and numpy's version."""

@@ -245,10 +245,11 @@ def test_the_basins_are_as_the_chapter_says() -> None:
 
 
 def test_several_plots_are_computed_side_by_side(tmp_path: Path) -> None:
-    """What was computed in other processes is what is computed here."""
+    """What was computed in other processes, beside other work, is what is computed here."""
     names = ["sweep-table", "basins"]
     together, alone = Gallery(known(), tmp_path / "one"), Gallery(known(), tmp_path / "two")
-    together.prepare(known()[name] for name in names)
+    with together.preparing(known()[name] for name in names):
+        pass
     assert len(list((tmp_path / "one" / "plots").glob("*.json"))) == 2
     for name in names:
         assert together.result(known()[name]) == alone.result(known()[name])
