@@ -115,3 +115,9 @@ def test_whatever_a_reader_does_the_numbers_add_up(controls: dict[str, float], l
     assert 0 <= int(said["count"]) <= total
     assert "nan" not in frame["panels"][0]["svg"] + frame["panels"][1]["svg"]
     assert np.isfinite(int(said["kept"]) + int(said["discarded"]))
+
+
+def test_one_point_is_a_point() -> None:
+    """A cell that holds a single point says so in the singular."""
+    said = Host().render("cells", {"widget": "ndt-map", "controls": {"nudge_x": 0.5, "nudge_y": 0.5}})["description"]
+    assert "holds 1 point and is discarded" in said

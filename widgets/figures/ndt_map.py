@@ -235,22 +235,28 @@ def _note(state: State) -> str:
     return ""
 
 
+def _many(count: int, thing: str) -> str:
+    """A count with its noun in the singular or the plural."""
+    return f"{count} {thing}" + "s" * (count != 1)
+
+
 def _description(state: State) -> str:
     c, cell = state.controls, _chosen(state)
     kept, discarded, covered = _counts(state)
+    held = _many(int(cell.count), "point")
     words = (
         f"A scan of {len(state.points)} points along the walls of a room with a notch and a pillar, with noise of σ ="
         f" {number(c.noise)} u, lies under a grid of cells of {number(c.size)} u moved by ({number(c.nudge_x)},"
-        f" {number(c.nudge_y)}) u. {kept} cells keep a Gaussian, drawn as an ellipse of two standard deviations, and"
-        f" {discarded} cells that hold points are discarded, so that {covered} points are covered."
+        f" {number(c.nudge_y)}) u. Cells that keep a Gaussian, drawn as an ellipse of two standard deviations: {kept}."
+        f" Cells that hold points and are discarded: {discarded}. So {_many(covered, 'point')} of the scan count."
     )
     if cell.status == "empty":
         return words + " The chosen cell is empty."
     if not cell.kept:
-        return words + f" The chosen cell holds {cell.count} points and is discarded: {_why(state)}."
+        return words + f" The chosen cell holds {held} and is discarded: {_why(state)}."
     x, y = cell.mean.tolist()
     return (
-        words + f" The chosen cell holds {cell.count} points; its mean is ({number(x)}, {number(y)}) u, its eigenvalues"
+        words + f" The chosen cell holds {held}; its mean is ({number(x)}, {number(y)}) u, its eigenvalues"
         f" are {small(cell.high)} and {small(cell.low)} u², and its long axis lies at {number(cell.angle, 0)}°."
     ).replace("< ", "less than ")
 
