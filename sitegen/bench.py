@@ -49,13 +49,13 @@ class Bench:
 
 def groups() -> dict[str, Callable[[Bench], list[Row]]]:
     """The groups by name, in the order of the table."""
-    from sitegen import bench_build, bench_page, bench_solvers
+    from sitegen import bench_build, bench_figures, bench_page, bench_solvers
 
     return {
         "paint": bench_page.paint,
         "tape": bench_page.tape,
         "start": bench_build.start,
-        "drag": bench_page.drag,
+        "drag": bench_figures.drag,
         "heat": bench_page.heat,
         "nine": bench_page.nine,
         "sizes": bench_build.sizes,

@@ -1,4 +1,4 @@
-"""What a reader sees of speed: first paint, the first answer from a figure's tape, a drag on the live figure."""
+"""What a reader sees of speed: first paint, the first answer from a figure's tape, heat maps, the race."""
 
 from __future__ import annotations
 
@@ -149,28 +149,6 @@ def answered(marks: Sequence[Sequence[Any]]) -> list[float]:
     return delays
 
 
-def drag(bench: Bench) -> list[Row]:
-    """A drag of every handle of the Kabsch figure around a circle: delay of each input, frames that were missed."""
-    delays: list[float] = []
-    missed = total = 0
-    with ExitStack() as stack:
-        server, browser = stack.enter_context(serving(bench.site)), stack.enter_context(browser_of(bench))
-        page = stack.enter_context(visit(browser, f"{server.origin}/kabsch.html"))
-        live(page)
-        figure = page.locator("figure.figure:has(.handle)").first
-        names = [h.get_attribute("data-handle") for h in figure.locator(".handle").all()]
-        for name in names:
-            figure.scroll_into_view_if_needed()
-            late, frames = drag_once(page, figure.locator(f'.handle[data-handle="{name}"]').bounding_box())
-            missed, total = missed + late, total + frames
-            delays += answered(page.evaluate(MARKS))
-    note = f"{len(delays)} inputs, median {number_ms(median(delays))}, from when the browser got them"
-    return [
-        Row("input event to swapped SVG, live, 95th percentile", centile(delays, 95), "ms", 8, note),
-        Row("frames missed in a drag", 100 * missed / total, "%", 2, f"{missed} of {total}"),
-    ]
-
-
 def heat(bench: Bench) -> list[Row]:
     """A control of the score map moved again and again: how long to the coarse map, and to the full one."""
     coarse: list[float] = []
@@ -256,7 +234,7 @@ def centile(values: Sequence[float], percent: int) -> float:
     return quantiles(values, n=100)[percent - 1]
 
 
-def drag_once(page: Page, box: Any) -> tuple[int, int]:
+def drag_once(page: Page, box: Any, moves: int = MOVES) -> tuple[int, int]:
     """Drag what is in the box once around; frames missed, frames in all."""
     x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
     until(page, IDLE)
@@ -264,8 +242,8 @@ def drag_once(page: Page, box: Any) -> tuple[int, int]:
     page.mouse.move(x, y)
     page.mouse.down()
     page.evaluate(COUNT_FRAMES)
-    for i in range(1, MOVES + 1):
-        angle = 2 * pi * i / MOVES
+    for i in range(1, moves + 1):
+        angle = 2 * pi * i / moves
         page.mouse.move(x - 60 * (1 - cos(angle)), y + 60 * sin(angle))
     frames = page.evaluate("(cancelAnimationFrame(seen.next), seen.frames)")
     page.mouse.up()

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from sitegen.bench import Row, table
+from sitegen.bench_figures import Followed, rows, with_figures
 from sitegen.bench_page import answered, centile
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -44,6 +45,21 @@ def test_the_table_says_what_is_met() -> None:
         ["b", "5", "ms", "≤", "4", "ms", "missed", "so"],
         ["c", "0.123", "s"],
     ]
+
+
+def test_each_figure_is_held_to_its_rungs_aim() -> None:
+    """8 ms up to rung 3½, 25 ms for the nine panels, none elsewhere; frames missed are counted over all figures."""
+    named = [("icp", "3"), ("surfaces", "3½"), ("race", "6"), ("mmd", "5c")]
+    found = [Followed(widget, f"{widget}.html", rung, "source", [4.0] * 20, 1, 100) for widget, rung in named]
+    assert [row.aim for row in rows(found)] == [8.0, 8.0, 25.0, None, 2]
+    assert [row.value for row in rows(found)] == [4.0, 4.0, 4.0, 4.0, 1.0]
+
+
+def test_pages_with_figures_are_found_in_the_built_site(tmp_path: Path) -> None:
+    """A page without a figure is not opened."""
+    (tmp_path / "a.html").write_text('<figure class="figure" id="fig-a" data-widget="icp">', "utf-8")
+    (tmp_path / "b.html").write_text("<p>figure</p>", "utf-8")
+    assert with_figures(tmp_path) == ["a.html"]
 
 
 def test_an_unknown_group_is_a_mistake_of_use() -> None:
