@@ -35,14 +35,12 @@ class Pose:
         d = R.shape[-1]
         if t.ndim < 1 or t.shape[-1] != d:
             raise ValueError(f"t: expected shape (..., {d}) to go with R, got {t.shape}")
-        batch = R.shape[:-2]
-        if not t.shape[:-1] == scale.shape == batch:
-            try:
-                batch = np.broadcast_shapes(batch, t.shape[:-1], scale.shape)
-            except ValueError:
-                raise ValueError(
-                    f"R, t, scale: leading axes {batch}, {t.shape[:-1]} and {scale.shape} do not broadcast"
-                ) from None
+        try:
+            batch = np.broadcast_shapes(R.shape[:-2], t.shape[:-1], scale.shape)
+        except ValueError:
+            raise ValueError(
+                f"R, t, scale: leading axes {R.shape[:-2]}, {t.shape[:-1]} and {scale.shape} do not broadcast"
+            ) from None
         object.__setattr__(self, "R", _frozen(R, (*batch, d, d)))
         object.__setattr__(self, "t", _frozen(t, (*batch, d)))
         object.__setattr__(self, "scale", _frozen(scale, batch))

@@ -9,7 +9,6 @@ run; what varies in number (the cells of a grid, the pairs kept) is padded or ma
 from __future__ import annotations
 
 from dataclasses import fields, is_dataclass, replace
-from functools import cache
 from types import MappingProxyType
 from typing import Any, TypeVar
 
@@ -46,14 +45,11 @@ def _take(value: Any, rows: Any) -> Any:
     if isinstance(value, tuple):
         return tuple(_take(item, rows) for item in value)
     if is_dataclass(value) and not isinstance(value, type):
-        return replace(value, **{name: _take(getattr(value, name), rows) for name in _taken(type(value))})
+        return replace(
+            value,
+            **{f.name: _take(getattr(value, f.name), rows) for f in fields(value) if not f.metadata.get("shared")},
+        )
     return value
-
-
-@cache
-def _taken(kind: type) -> tuple[str, ...]:
-    """The names of a dataclass's fields that are not shared."""
-    return tuple(f.name for f in fields(kind) if not f.metadata.get("shared"))
 
 
 def _put(whole: Any, rows: Any, part: Any, name: str) -> Any:

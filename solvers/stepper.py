@@ -158,8 +158,7 @@ def begin(method: Method[S], problem: Problem, options: Any = None, max_steps: i
     steps = np.zeros(problem.size, dtype=np.int64)
     state = _cap(state, steps, cap)
     rows = np.flatnonzero(state.status == Status.RUNNING).astype(np.int64)
-    part = state if rows.size == problem.size else take(state, rows)  # no need to copy what no problem has left
-    return Batch(method, cap, state, rows, part, steps)
+    return Batch(method, cap, state, rows, take(state, rows), steps)
 
 
 def advance(batch: Batch[S]) -> Batch[S]:
@@ -215,10 +214,7 @@ def run(batch: Batch[S], callback: Callback | None = None) -> tuple[Batch[S], Hi
 
 
 def _cap(state: S, steps: IntArray, max_steps: int) -> S:
-    late: BoolArray = steps >= max_steps
-    if not late.any():
-        return state
-    over = late & (state.status == Status.RUNNING)
+    over: BoolArray = (steps >= max_steps) & (state.status == Status.RUNNING)
     if not over.any():
         return state
     status, reason = mark(state.status, state.reason, over, Status.CAPPED, f"the cap of {max_steps} steps was reached")
