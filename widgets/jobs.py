@@ -159,6 +159,7 @@ def written(result: Result, kept: list[bool]) -> str:
 
 
 def _cell(text: str) -> str:
+    text = text.replace("\u00a0", " ")
     return '"' + text.replace('"', '""') + '"' if set(text) & set('",\n') else text
 
 

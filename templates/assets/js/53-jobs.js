@@ -87,7 +87,7 @@
         make("thead", {}, head(found.columns, found.heading, order)),
         make("tbody", {}, ...sorted(found.rows, order).map((row) => line(row, was(row)))),
       );
-      const scroll = make("div", { class: "job-scroll", tabindex: "0", role: "group", "aria-label": found.caption });
+      const scroll = make("div", { class: "job-scroll runs-scroll", tabindex: "0", role: "group", "aria-label": found.caption });
       scroll.append(table);
       const tool = (what, label) => make("button", { type: "button", "data-do": what }, label);
       place.replaceChildren(
