@@ -52,9 +52,10 @@ def proposed(scene: Scene, steps: int) -> Stage:
     return Stage("propose", found.pose, f"{found.status}, step {found.steps}")
 
 
-def refined(scene: Scene, pose: Pose, residual: str, gate: float) -> Stage:
-    """The pose at which ICP with a residual stops, from `pose`."""
-    found = register(scene.source, scene.target, METHODS_OF[residual], start=pose, gate=gate)
+@lru_cache(maxsize=16)
+def refined(scene: Scene, stage: Stage, residual: str, gate: float) -> Stage:
+    """The pose at which ICP with a residual stops, from that of the stage before."""
+    found = register(scene.source, scene.target, METHODS_OF[residual], start=stage.pose, gate=gate)
     return Stage("refine", found.pose, f"{found.status}, step {found.steps}")
 
 
@@ -88,17 +89,25 @@ class Judgement:
         return tuple(sign.name for sign in self.signs if not sign.met)
 
 
+@lru_cache(maxsize=16)
+def _seen(scene: Scene, stage: Stage) -> Evidence:
+    return evidence(scene.source, scene.target, stage.pose, REACH)
+
+
+@lru_cache(maxsize=16)
+def _parted(scene: Scene, stage: Stage, residual: str, gate: float) -> float:
+    return float(halves(scene.source, scene.target, stage.pose, METHODS_OF[residual], gate=gate))
+
+
 def judged(
     scene: Scene, stages: tuple[Stage, ...], residual: str, gate: float, least: float, trust: float
 ) -> Judgement:
     """The signs at the last stage's pose. least: the fraction to be explained; trust: by how many degrees the turn of
     the first stage, the prediction, may be missed, 180 where it is not asked."""
     pose, predicted = stages[-1].pose, stages[0].pose
-    found = evidence(scene.source, scene.target, pose, REACH)
+    found = _seen(scene, stages[-1])
     share, rms, held = float(found.share), float(found.rms), float(found.weakest)
-    apart = None
-    if len(stages) > 1:
-        apart = float(halves(scene.source, scene.target, pose, METHODS_OF[residual], gate=gate))
+    apart = _parted(scene, stages[-1], residual, gate) if len(stages) > 1 else None
     turn = float(np.degrees(rre(pose, predicted)))
     share_said, least_said = (f"{number(100 * value, 0)} %" for value in (share, least))
     signs = (

@@ -108,14 +108,14 @@ def act(state: State, action: Action) -> State:
         if name == "verify":
             state = replace(_at(c, scene, state.backdrop, stages), verdict=True)
         else:
-            stages = (*stages, _done(name, c, scene, stages[-1].pose))
+            stages = (*stages, _done(name, c, scene, stages[-1]))
         if action.name == "next":
             break
     return state if state.verdict else _at(c, scene, state.backdrop, stages)
 
 
-def _done(name: str, c: Controls, scene: Scene, pose: Pose) -> Stage:
-    return proposed(scene, int(c.draws)) if name == "propose" else refined(scene, pose, c.refine, c.gate)
+def _done(name: str, c: Controls, scene: Scene, before: Stage) -> Stage:
+    return proposed(scene, int(c.draws)) if name == "propose" else refined(scene, before, c.refine, c.gate)
 
 
 def motion(before: State, after: State) -> Motion | None:
