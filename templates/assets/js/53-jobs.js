@@ -87,7 +87,8 @@
         make("thead", {}, head(found.columns, found.heading, order)),
         make("tbody", {}, ...sorted(found.rows, order).map((row) => line(row, was(row)))),
       );
-      const scroll = make("div", { class: "job-scroll runs-scroll", tabindex: "0", role: "group", "aria-label": found.caption });
+      const region = { class: "job-scroll runs-scroll", tabindex: "0", role: "group", "aria-label": found.caption };
+      const scroll = make("div", region);
       scroll.append(table);
       const tool = (what, label) => make("button", { type: "button", "data-do": what }, label);
       place.replaceChildren(
@@ -95,7 +96,8 @@
         ...(kept ? [make("p", { class: "job-caption was" }, `Kept, the smaller numbers: ${kept.caption}`)] : []),
         scroll,
         make("div", { class: "job-panels" }, ...drawings(found)),
-        ...(kept ? [make("p", { class: "job-caption was" }, "Kept:"), make("div", { class: "job-panels" }, ...drawings(kept))] : []),
+        ...(kept ? [make("p", { class: "job-caption was" }, "Kept:")] : []),
+        ...(kept ? [make("div", { class: "job-panels" }, ...drawings(kept))] : []),
         make(
           "div",
           { class: "job-tools" },
