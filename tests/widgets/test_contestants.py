@@ -10,12 +10,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from solvers.race import CONTESTANTS
+from solvers.race import CONTESTANTS, Contestant
 from widgets.contestant_links import LINKS
 from widgets.contract import SEED, Action, preset
-from widgets.figures.contestants import CAPTIONS, WIDGET, State, act, linked, start
+from widgets.figures.contestants import CAPTIONS, SEARCH, VIEW, WIDGET, State, act, linked, start
 from widgets.host import Host
 from widgets.picture import Points, Segments
+from widgets.room import problem
+from widgets.svg import mark_svg
 
 
 def state(*drags: tuple[float, float], seed: int = SEED, **controls: Any) -> State:
@@ -75,10 +77,10 @@ def test_ransac_ignores_the_pose() -> None:
     """Wherever the source is put, the motion that it guesses takes the point to one place."""
 
     def goal(one: State) -> Any:
-        return one.search.pose[0].apply(one.scene.source)
+        return one.known[SEARCH].pose[0].apply(one.scene.source)
 
     np.testing.assert_array_equal(goal(state()), goal(state((2.0, 1.0), turn=90.0)))
-    assert linked(state())["ransac-congruent"].value == linked(state((2.0, 1.0)))["ransac-congruent"].value
+    assert linked(state())[SEARCH].value == linked(state((2.0, 1.0)))[SEARCH].value
 
 
 def test_mmd_links_nothing() -> None:
@@ -105,3 +107,16 @@ def test_hostile_places_draw(x: float, y: float, point: float, turn: float) -> N
     (handle,) = shown["handles"]
     assert 0 < handle["left"] < 100
     assert 0 < handle["top"] < 100
+
+
+@pytest.mark.parametrize("contestant", CONTESTANTS, ids=lambda c: c.method)
+def test_what_is_kept_changes_no_answer(contestant: Contestant) -> None:
+    """Elsewhere, each contestant links the point as one that begins there on its own, to the last digit."""
+    if contestant.method == SEARCH:
+        return
+    one = state((2.0, 1.0), turn=30.0)
+    fresh = contestant.begin(problem(one.scene, one.pose)).state()
+    of = LINKS[contestant.method](fresh, round(one.controls.point) - 1, VIEW)
+    kept = linked(one)[contestant.method]
+    assert (kept.value, kept.unit) == (of.value, of.unit)
+    assert [mark_svg(mark, VIEW, "f") for mark in kept.marks] == [mark_svg(mark, VIEW, "f") for mark in of.marks]

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
+from solvers import METHODS, surface_icp
 from solvers.bird_scene import COUNTS, SHAPE, bird, bird_start
 from solvers.metrics import rre
+from solvers.ndt import NdtState
+from solvers.ndt_score import evaluate
 from solvers.pose import Pose
-from solvers.race import CONTESTANTS
+from solvers.race import CONTESTANTS, Contestant
 from solvers.scenes import Scene
-from solvers.stepper import advance
+from solvers.stepper import Problem, advance
+from solvers.surface_icp import SurfaceState
 
 from ..contestant_links import LINKS, Linked
 from ..contract import Action, Button, Key, Widget
@@ -26,6 +32,7 @@ ANCHOR = SHAPE.mean(axis=0)
 FIRST = "icp"
 PLACING = Placing(VIEW, limit=(3.6, 2.0), reach=3.0, least=2.0, panel=FIRST)
 SEARCH = "ransac-congruent"
+APART = (SEARCH, "mmd")  # what their panels show does not depend on the pose
 
 CAPTIONS = {
     "icp": "the nearest point",
@@ -52,20 +59,28 @@ class Controls:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """pose: where the source lies. search: RANSAC's state after one step, which no start enters."""
+    """pose: where the source lies. known: by method, the state of a run of the scene from its own start, for what no
+    pose changes; RANSAC's, which no start enters, after one step."""
 
     controls: Controls
     scene: Scene
     pose: Pose
-    search: Any
+    known: Mapping[str, Any]
 
 
 def start(controls: Controls, seed: int) -> State:
     """The bird at the start that the two numbers give."""
+    scene, known = _known(seed)
+    return State(controls, scene, bird_start(controls.turn, controls.offset), known)
+
+
+@lru_cache(maxsize=2)
+def _known(seed: int) -> tuple[Scene, Mapping[str, Any]]:
+    """What no control changes."""
     scene = bird(seed=seed)
-    (ransac,) = (c for c in CONTESTANTS if c.method == SEARCH)
-    search = advance(ransac.begin(problem(scene, scene.start))).state()
-    return State(controls, scene, bird_start(controls.turn, controls.offset), search)
+    batches = {c.method: c.begin(problem(scene, scene.start)) for c in CONTESTANTS}
+    batches[SEARCH] = advance(batches[SEARCH])
+    return scene, {name: batch.state() for name, batch in batches.items()}
 
 
 def act(state: State, action: Action) -> State:
@@ -77,11 +92,21 @@ def linked(state: State) -> dict[str, Linked]:
     """What each contestant links the point to, at the state's pose."""
     asked = problem(state.scene, state.pose)
     i = round(state.controls.point) - 1
-    out = {}
-    for c in CONTESTANTS:
-        one = replace(state.search, problem=asked) if c.method == SEARCH else c.begin(asked).state()
-        out[c.method] = LINKS[c.method](one, i, VIEW)
-    return out
+    return {c.method: LINKS[c.method](_at(c, asked, state.known[c.method]), i, VIEW) for c in CONTESTANTS}
+
+
+def _at(contestant: Contestant, asked: Problem, known: Any) -> Any:
+    """The contestant's state at the start of a problem; normals, covariances and maps are those already known."""
+    if contestant.method in APART:
+        return replace(known, problem=asked)
+    if isinstance(known, SurfaceState):
+        return surface_icp.start(asked, known.options, known.index, known.normals, known.covariances)
+    if isinstance(known, NdtState):
+        moved, one = asked.start.apply(asked.source), np.zeros(1, dtype=np.int64)
+        at = evaluate(known.maps[0], moved, moved.mean(axis=1), one)
+        return replace(known, problem=asked, pose=asked.start, level=one, at=at)
+    method = METHODS[contestant.method]
+    return method.start(asked, known.options)
 
 
 def draw(state: State) -> Picture:
@@ -136,7 +161,7 @@ def python(state: State) -> str:
     c = state.controls
     asked = problem(state.scene, state.pose)
     (icp,) = (one for one in CONTESTANTS if one.method == FIRST)
-    near = icp.begin(asked).state().pairing.used[0, round(c.point) - 1]
+    near = _at(icp, asked, state.known[FIRST]).pairing.used[0, round(c.point) - 1]
     nearest = 'print("icp", at_start("icp").detail("pairing").distances[i])\n' if near else ""
     return f"""import numpy as np
 from solvers import Pose, register
