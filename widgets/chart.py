@@ -40,6 +40,7 @@ def chart(
     y_range: tuple[float, float],
     log: bool = False,
     now: float | None = None,
+    x_ticks: Sequence[tuple[float, str]] | None = None,
     y_ticks: Sequence[tuple[float, str]] | None = None,
     width: float = 320.0,
     height: float = 200.0,
@@ -47,7 +48,8 @@ def chart(
 ) -> Panel:
     """A line chart. With `log` the y values, clipped to y_range, are drawn by their decimal logarithm.
 
-    y_ticks: where along y to put which words, in place of round values: for an axis that means something else.
+    x_ticks, y_ticks: where along the axis to put which words, in place of round values: for one that means something
+    else.
     """
 
     def scaled(y: ArrayLike) -> Array:
@@ -55,8 +57,8 @@ def chart(
         return np.log10(np.clip(y, *y_range)) if log else y
 
     low, high = (float(v) for v in scaled(y_range))
-    ticked = tuple(y_ticks) if y_ticks else None
-    view, around = _frame((*x_range, low, high), log, ticked, (width, height), (x_label, y_label))
+    across, ticked = tuple(x_ticks) if x_ticks else None, tuple(y_ticks) if y_ticks else None
+    view, around = _frame((*x_range, low, high), log, across, ticked, (width, height), (x_label, y_label))
     marks: list[Mark] = [*around]
     if now is not None:
         marks.append(Segments([now, low], [now, high], "guide", dashed=True))
@@ -77,6 +79,7 @@ def chart(
 def _frame(
     window: tuple[float, float, float, float],
     log: bool,
+    x_ticks: tuple[tuple[float, str], ...] | None,
     y_ticks: tuple[tuple[float, str], ...] | None,
     size: tuple[float, float],
     labels: tuple[str, str],
@@ -87,7 +90,10 @@ def _frame(
     names = powers(ys) if log else [_tick(y) for y in ys]
     if y_ticks is not None:
         ys, names = [y for y, _ in y_ticks], [name for _, name in y_ticks]
-    return view, (*axes(view, ticks(view.x0, view.x1), ys, names), *axis_names(view, *labels))
+    xs, x_names = ticks(view.x0, view.x1), None
+    if x_ticks is not None:
+        xs, x_names = [x for x, _ in x_ticks], [name for _, name in x_ticks]
+    return view, (*axes(view, xs, ys, names, x_names=x_names), *axis_names(view, *labels))
 
 
 def _unbroken(xy: Array) -> list[Array]:
@@ -124,16 +130,25 @@ def _apart(x: list[float], height: list[float]) -> list[float]:
 
 
 def axes(
-    view: View, xs: Sequence[float], ys: Sequence[float], y_names: Sequence[str], right: float | None = None
+    view: View,
+    xs: Sequence[float],
+    ys: Sequence[float],
+    y_names: Sequence[str],
+    right: float | None = None,
+    x_names: Sequence[str] | None = None,
 ) -> list[Mark]:
-    """The two axes with their ticks, and a faint line at each of `ys`; the axis of x ends at `right`, or the window."""
+    """The two axes with their ticks, and a faint line at each of `ys`; the axis of x ends at `right`, or the window.
+
+    x_names: one for each of `xs`, in place of the values.
+    """
+    below = [_tick(x) for x in xs] if x_names is None else x_names
     end = view.x1 if right is None else right
     frame = Path([[view.x0, view.y1], [view.x0, view.y0], [end, view.y0]], "guide")
     across = Segments([[view.x0, y] for y in ys], [[end, y] for y in ys], "guide", weight=[0.3] * len(ys))
     return [
         across,
         frame,
-        *(Label([x, view.y0], _tick(x), "guide", "middle", dy=15) for x in xs),
+        *(Label([x, view.y0], name, "guide", "middle", dy=15) for x, name in zip(xs, below, strict=True)),
         *(Label([view.x0, y], name, "guide", "end", dx=-6, dy=4) for y, name in zip(ys, y_names, strict=True)),
     ]
 

@@ -11,12 +11,12 @@ from .picture import Array, Arrow, Mark, Panel, Path, Points, Ring, Segments, Vi
 from .room import VIEW, with_marks
 
 MAP = replace(VIEW, width=460.0)
-CIRCLE = View(-1.82, 1.82, -1.31, 1.31, 460.0)  # as high as the map
+CIRCLE = View(-1.56, 1.56, -1.123, 1.123, 460.0)  # as high as the map
 INNER = 0.8  # radius at which the target's phases are drawn, inside the source's
 HEIGHT = 169.6  # px, that of the chart of errors
 TURN = 2.0 * np.pi
 MOST = 60  # crests on each side of the origin
-LONGEST = 4.0  # rad in units of 1/ℓ: the right end of the chart of waves
+LONGEST = 3.5  # rad in units of 1/ℓ: the right end of the chart of waves
 
 
 def crests(view: View, frequency: Array) -> Segments:
@@ -75,7 +75,7 @@ def waves(sizes: Array, apart: Array, chosen: int) -> Panel:
         x_label="|ω|·ℓ, rad",
         y_label="Means apart, each wave",
         x_range=(0.0, LONGEST),
-        y_range=(0.0, 1.5),
+        y_range=(0.0, 1.0 if apart.max() <= 1.0 else 2.0),  # two means are never more than 2 apart
         height=HEIGHT,
     )
     foot = places * [1.0, 0.0]
@@ -89,21 +89,26 @@ def waves(sizes: Array, apart: Array, chosen: int) -> Panel:
     )
 
 
-def convergence(running: Array, exact: float, count: int) -> Panel:
-    """The estimate from the first 1, 2, … waves (k,) against the exact MMD², with the D in use marked."""
-    k = np.arange(1, len(running) + 1)
+def convergence(running: Array, exact: float, at_truth: float, count: int) -> Panel:
+    """The estimate from the first 1, 2, … waves (k,), with the D in use marked; the exact MMD² here and at the truth.
+
+    Both axes by powers: of two for D, of ten for the values.
+    """
+    most = float(np.log2(len(running)))
     return chart(
         "estimate",
         "The estimate of MMD² from the first D waves of the draw",
         [
-            Series([1.0, float(len(running))], [exact, exact], "truth", "exact", dashed=True),
-            Series(k, running, "ink"),
+            Series([0.0, most], [at_truth, at_truth], "truth", "exact, at the truth", dashed=True),
+            Series([0.0, most], [exact, exact], "source", "exact, here", dashed=True),
+            Series(np.log2(np.arange(1, len(running) + 1)), running, "ink"),
         ],
         x_label="D",
-        y_label="Estimated MMD²",
-        x_range=(1.0, float(len(running))),
-        y_range=(3e-3, 1.0),
+        y_label="MMD², estimated from D waves",
+        x_range=(0.0, most),
+        y_range=(1e-3, 1.0),
+        x_ticks=[(float(k), str(2**k)) for k in range(0, int(most) + 1, 2)],
         height=HEIGHT,
         log=True,
-        now=float(count),
+        now=float(np.log2(count)),
     )

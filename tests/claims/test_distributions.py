@@ -95,6 +95,17 @@ def test_a_larger_length_scale_is_not_simply_safer():
     assert counts[0] < counts[1] > counts[2]
 
 
+def test_a_large_length_scale_leads_to_its_own_minimum():
+    """ℓ = 4 u: all 25 seeds end nearer than 45° and 1.43 u, none below 7°, and within 1° of the end from the truth."""
+    degrees, units = ends((4.0,))
+    assert (degrees < 45).all()
+    assert (units < 1.43).all()
+    assert (degrees > 7).all()
+    there = ends((4.0,), 0.0, 0.0)
+    assert np.abs(degrees - there[0]).max() < 1
+    assert np.abs(units - there[1]).max() < 0.02
+
+
 def test_a_schedule_does_better_than_a_fixed_length_scale():
     """The same 25 seeds: 2.4, 1.2, 0.6, 0.3 u in turn leaves more of them below 5° and 0.2 u than each alone."""
     placed = {}
@@ -119,3 +130,8 @@ def test_missing_overlap_moves_the_minimum():
     whole, part = (ends((1.2,), 0.0, 0.0, overlap)[0] for overlap in (1.0, 0.8))
     assert (whole < 5).all()
     assert (part < 5).sum() < 10
+
+
+def test_a_small_length_scale_suffers_less_from_missing_overlap():
+    """From the truth, 25 seeds, 80 % of the room in the target: with ℓ = 0.3 u all of them end below 5°."""
+    assert (ends((0.3,), 0.0, 0.0, 0.8)[0] < 5).all()

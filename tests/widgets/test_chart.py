@@ -126,3 +126,7 @@ def test_given_ticks_stand_in_for_round_values() -> None:
     assert "ten" in texts
     assert "0.01" in texts
     assert "0.25" not in texts[texts.index("0.01") :]
+    powers = chart("c", "c", [], x_label="D", y_label="y", x_range=(0, 4), y_range=(0, 1), x_ticks=[(2.0, "four")])
+    words = [mark for mark in powers.marks if isinstance(mark, Label)]
+    assert [tuple(np.ravel(mark.xy)) for mark in words if mark.text == "four"] == [(2.0, 0.0)]
+    assert "3" not in [mark.text for mark in words]

@@ -14,6 +14,7 @@ from solvers.features import exact_squared_mmd
 from widgets.contract import SEED, Action, preset
 from widgets.figures.mmd import MOST, SCHEDULE, STEPS, WIDGET, State, act, draw, motion, start
 from widgets.mmd_marks import CIRCLE, MAP, crests
+from widgets.picture import Path
 
 STEP, FINISH, RESAMPLE = (Action("press", name) for name in ("step", "finish", "resample"))
 FAR = st.floats(-1e6, 1e6)
@@ -107,9 +108,29 @@ def test_every_control_changes_what_it_names(control: str, value: Any, readout: 
     assert shown(run())[readout] != shown(run(**{control: value}))[readout]
 
 
+def test_with_missing_overlap_a_run_leaves_the_truth_for_a_smaller_exact_discrepancy() -> None:
+    """Started at the truth with 60 % of the room in the target: the end is elsewhere, and its exact MMD² is lower."""
+    begun, ended = shown(run(name="overlap")), shown(run(FINISH, name="overlap"))
+    assert float(begun["rotation_error"]) == 0.0
+    assert float(ended["rotation_error"]) > 5.0
+    assert float(ended["exact"]) < float(ended["exact_truth"]) == float(begun["exact"])
+    assert float(shown(run(FINISH, name="overlap", length=0.6))["rotation_error"]) < 2.0
+
+
+def test_the_chart_of_the_estimate_holds_the_exact_value_here_and_at_the_truth() -> None:
+    """Its dashed lines stand at the two readouts, in their colours, and the solid one passes through the estimate."""
+    state = run(STEP)
+    panel, said = next(panel for panel in draw(state).panels if panel.name == "estimate"), shown(state)
+    lines = {mark.role: np.asarray(mark.xy) for mark in panel.marks if isinstance(mark, Path) and mark.thick}
+    for role, readout in (("source", "exact"), ("truth", "exact_truth")):
+        assert 10 ** lines[role][:, 1] == pytest.approx(float(said[readout]), abs=6e-5)
+    at = np.argmin(np.abs(lines["ink"][:, 0] - np.log2(32)))
+    assert 10 ** lines["ink"][at, 1] == pytest.approx(float(said["estimate"]), abs=6e-5)
+
+
 def test_a_wave_beyond_those_used_is_the_last_of_them() -> None:
     """The slider reaches further than D may: the figure says what it shows instead."""
-    state = run(count=4, wave=100)
+    state = run(count=4, wave=30)
     assert shown(state)["wave"] == shown(run(count=4, wave=4))["wave"]
     assert "Only 4 waves" in draw(state).note
 

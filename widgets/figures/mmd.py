@@ -40,9 +40,9 @@ class Controls:
         "Coarse → fine goes 2.4, 1.2, 0.6, 0.3 u",
         "pose",
     )
-    length: float = slider(1.2, "ℓ", 0.2, 4.0, 0.1, "u", keeps="pose")
+    length: float = slider(1.2, "ℓ", 0.2, 4.0, 0.1, "u", "Unused by coarse → fine", "pose")
     count: float = slider(32.0, "D, waves used", 2.0, float(MOST), 2.0, keeps="pose")
-    wave: float = slider(1.0, "Wave shown", 1.0, float(MOST), 1.0, "", "One of the D, counted as drawn")
+    wave: float = slider(1.0, "Wave shown", 1.0, 32.0, 1.0, "", "Counted as drawn")
     turn: float = slider(30.0, "Start: turn", -180.0, 180.0, 1.0, "°", keeps="nothing")
     offset: float = slider(1.0, "Start: offset", 0.0, 3.0, 0.01, "u", keeps="nothing")
     noise: float = slider(0.02, "Noise σ", 0.0, 0.3, 0.01, "u", keeps="pose")
@@ -196,7 +196,7 @@ def draw(state: State) -> Picture:
             Panel("main", "The two scans in the target's coordinates, under the crests of one wave", MAP, marks),
             phases(moved, state.scene.target, frequency),
             waves(sizes, said.apart[:count], said.wave),
-            convergence(running, said.exact, count),
+            convergence(running, said.exact, said.at_truth, count),
             error_chart(rotation, translation, STEPS),
         ),
         _readouts(state, said),
@@ -215,7 +215,7 @@ def _readouts(state: State, said: _Numbers) -> tuple[Readout, ...]:
         Readout("exact", "MMD², exact", number(said.exact, 4), role="source"),
         Readout("exact_truth", "MMD² at the truth, exact", number(said.at_truth, 4), role="truth"),
         Readout("length", "ℓ", number(state.length), "u"),
-        Readout("wave", "The means of the wave shown, apart", number(float(said.apart[said.wave]), 3), role="accent"),
+        Readout("wave", "Means apart, wave shown", number(float(said.apart[said.wave]), 3), role="accent"),
         Readout("rotation_error", "Rotation error", number(rotation, 1), "°"),
         Readout("translation_error", "Translation error", number(translation), "u"),
         Readout("stop", "Stopped", f"{status.label}, step {steps}" if state.batch.done else "no"),
@@ -293,7 +293,7 @@ def _presses(name: str, times: int) -> tuple[str, ...]:
 PRESETS: dict[str, dict[str, Any]] = {
     "default": {},
     "schedule": {"schedule": "schedule", "turn": 45.0, "offset": 1.43},
-    "overlap": {"scene": "noise", "overlap": 60.0, "turn": 0.0, "offset": 0.0},
+    "overlap": {"length": 1.6, "count": float(MOST), "overlap": 60.0, "turn": 0.0, "offset": 0.0},
 }
 
 WIDGET = Widget(
