@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
@@ -9,6 +10,7 @@ from itertools import groupby, takewhile
 from pathlib import Path
 from urllib.parse import unquote
 
+from markdown_it.common.utils import escapeHtml
 from markdown_it.renderer import RendererHTML
 from markdown_it.token import Token
 from markupsafe import Markup, escape
@@ -73,6 +75,14 @@ def render(survey: Survey, known: Known) -> Body:
     return _Renderer(survey, known).body()
 
 
+UNIT = re.compile(r"(?:(?<=\d)|^) (?=(?:%|u²?|rad)(?!\w))")  # a text that begins with a unit follows a computed number
+
+
+def unbroken(text: str) -> str:
+    """The text with each unit held to its number, so that no line begins with one."""
+    return UNIT.sub("\u00a0", text)
+
+
 @cache
 def highlighted(code: str, language: str) -> Markup:
     """Code with Pygments' classes. Raises ValueError for a language that it does not know."""
@@ -102,6 +112,7 @@ class _Renderer:
         self._html = RendererHTML(parser())
         self._options = parser().options
         rules = {
+            "text": lambda token: escapeHtml(unbroken(token.content)),
             "heading_open": self._heading_open,
             "heading_close": self._heading_close,
             "fence": self._fence,

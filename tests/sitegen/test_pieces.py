@@ -14,6 +14,7 @@ from sitegen.directives import Attribute, DirectiveError, attributes, read
 from sitegen.figures import FIGURES, code_hash, code_of
 from sitegen.plotting import Gallery
 from sitegen.problems import Problems, hint
+from sitegen.render import unbroken
 from tests.sitegen.conftest import Project
 from widgets.registry import WIDGETS
 
@@ -184,3 +185,17 @@ def test_a_figures_frames_depend_on_its_own_module_and_on_no_other_figures() -> 
     assert len({own, other, code_hash()}) == 3
     others = {p.name for p in FIGURES.glob("*.py")} - {"kabsch.py", "__init__.py"}
     assert own == code_hash(skip=lambda path: path.parent == FIGURES and path.name in others)
+
+
+@pytest.mark.parametrize(
+    ("text", "held"),
+    [
+        ("80 % of 0.6 u, 0.2 rad.", "80\u00a0% of 0.6\u00a0u, 0.2\u00a0rad."),
+        (" u off", "\u00a0u off"),
+        ("in 25 unlike draws", "in 25 unlike draws"),
+        ("an u, a %", "an u, a %"),
+    ],
+)
+def test_a_unit_stays_with_its_number(text: str, held: str) -> None:
+    """No line begins with the unit of a number, typed or computed; words stay as they are."""
+    assert unbroken(text) == held
