@@ -61,3 +61,14 @@ def test_a_pointer_at_rest_does_not_close_the_card_of_a_focused_citation(reader:
     expect(card).to_be_visible()
     page.keyboard.press("Escape")
     expect(card).to_be_hidden()
+
+
+def test_the_pages_own_rung_is_in_sight_on_a_phone(reader: Callable[..., Reader]) -> None:
+    """Not all rungs fit side by side: the ladder scrolls to the page's own, and the page does not scroll."""
+    page = reader(390, 844).open("ndt-climb.html")
+    rung = page.locator(".ladder [aria-current]")
+    expect(rung).to_be_in_viewport()
+    box = rung.bounding_box()
+    assert box is not None
+    assert 120 < box["x"] + box["width"] / 2 < 270
+    assert page.evaluate("scrollX") == 0
