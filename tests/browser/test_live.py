@@ -21,16 +21,18 @@ def solve(reader: Callable[..., Reader]) -> Figure:
 
 
 def records() -> list[dict[str, Any]]:
-    """Every widget's presets, what their tapes record, and some drags and clicks."""
+    """Every widget's presets, what the tape of the first records, and for each preset some drags and picks."""
     found = []
     for widget in WIDGETS.values():
-        for name in widget.presets:
-            for changes, presses in (({}, ()), *widget.tape):
-                plain = preset(widget, name, changes).plain()
-                found.append({**plain, "log": [["press", p] for p in presses]})
-                found += [{**plain, "seed": SEED + 13, "log": [["drag", h, 1.23, -0.57]]} for h in widget.handles]
-                found += [{**plain, "log": [["click", c, 0.4, 0.3]]} for c in widget.clicks]
-                found += [{**plain, "log": [["hover", c, 0.4, 0.3]]} for c in widget.hovers]
+        for i, name in enumerate(widget.presets):
+            plain = preset(widget, name).plain()
+            found.append(plain)
+            found += [{**plain, "seed": SEED + 13, "log": [["drag", h, 1.23, -0.57]]} for h in widget.handles]
+            found += [{**plain, "log": [["click", c, 0.4, 0.3]]} for c in widget.clicks]
+            found += [{**plain, "log": [["hover", c, 0.4, 0.3]]} for c in widget.hovers]
+            for changes, presses in widget.tape if i == 0 else ():
+                log = [["press", press] for press in presses]
+                found.append({**preset(widget, name, changes).plain(), "log": log})
     return found
 
 
