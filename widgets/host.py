@@ -20,7 +20,7 @@ from .controls import nearest, values
 from .jobs import Running
 from .picture import Group, Handle, Mark, Panel, Picture, View
 from .registry import WIDGETS
-from .svg import UNIT, mark_svg, panel_svg
+from .svg import UNIT, group_svg, mark_svg, panel_svg
 
 
 @dataclass
@@ -57,8 +57,8 @@ class _Markup:
         old, self.panels = self.panels, {}
 
         def draw(mark: Mark, view: View, prefix: str) -> str:
-            if isinstance(mark, Group):  # its ids are the panel's
-                return mark_svg(mark, view, prefix)
+            if isinstance(mark, Group):  # its id is the panel's, what is in it may be shared
+                return group_svg(mark, view, prefix, draw)
             key = id(mark), id(view)
             known = self.marks.get(key) or before.get(key) or (mark, view, mark_svg(mark, view, prefix))
             self.marks[key] = known

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -62,10 +63,11 @@ def outline(scene: Scene, pose: Pose, role: Role) -> tuple[Path, ...]:
     return tuple(Path(pose.apply(line), role, thick=role == "truth") for line in scene.outline)
 
 
+@lru_cache(maxsize=8)
 def still(scene: Scene, ghost: Pose | None = None) -> tuple[Mark, ...]:
     """What does not move: the outline where the run began, the outline at the true pose, the target.
 
-    Without a ghost it is the same for a whole run: kept in a figure's state, it is turned into markup once.
+    Without a ghost it is the same for all starts in a scene, and is turned into markup once.
     """
     began = () if ghost is None else outline(scene, ghost, "ghost")
     return (*began, *outline(scene, scene.truth, "truth"), Points(scene.target, "target", "square", radius=2.5))

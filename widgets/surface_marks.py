@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 
@@ -57,9 +57,10 @@ def _ends(run: Run) -> Array:
     return np.asarray(run.moved - np.einsum("mij,mj->mi", run.precision, run.moved - run.partners))
 
 
+@lru_cache(maxsize=12)
 def fixed(run: Run) -> tuple[Mark, ...]:
     """What does not move in any run of the scene: the walls, the target, and what its points know of their surface.
-    Kept in a figure's state, it is turned into markup once."""
+    Asked of the run that is kept, it is the same for all starts, and is turned into markup once."""
     return (*still(run.scene), *surfaces(run))
 
 
@@ -90,21 +91,31 @@ def own_surfaces(run: Run) -> tuple[Mark, ...]:
     return (Ellipses(run.moved[chosen], covariance, "source", SIGMAS, filled=True),)
 
 
-def source_points(run: Run, radius: float = 2.5) -> tuple[Mark, ...]:
-    """The moved points: those that the simulation put elsewhere as crosses, a ring about those whose pair is unused."""
+Carried = tuple[tuple[Mark, ...], tuple[Mark, ...]]
+
+
+def carried(run: Run, placing: Placing = PLACING, radius: float = 2.5) -> Carried:
+    """What moves with the source whatever it is paired with, so that runs at one pose may share it. Below: the stalk of
+    its turning handle and its walls. Above: its points, those that the simulation put elsewhere as crosses."""
     wrong = run.scene.source_outlier
-    return (
+    stalk = placing.stalk(held(run.pose, placing), ANCHOR)
+    points = (
         Points(run.moved[~wrong], "source", radius=radius),
         Points(run.moved[wrong], "outlier", "cross", radius=radius + 0.5),
-        Points(run.moved[~run.used], "ghost", "ring", radius=radius + 3.0),
     )
+    return (stalk, *outline(run.scene, run.pose, "source")), points
 
 
-def moving(run: Run, placing: Placing = PLACING) -> Group:
-    """All that moves with the source: its walls, its points and covariances, the stalk of its turning handle."""
-    stalk = placing.stalk(held(run.pose, placing), ANCHOR)
-    walls = outline(run.scene, run.pose, "source")
-    return Group("source", (stalk, *walls, *own_surfaces(run), *source_points(run)))
+def moving(run: Run, shared: Carried | None = None, radius: float = 2.5) -> Group:
+    """All that moves with the source: what is carried, its covariances, a ring about each point whose pair is unused.
+    shared: what another run at the same pose carries."""
+    below, above = shared or carried(run, radius=radius)
+    return Group("source", (*below, *own_surfaces(run), *above, unused(run, radius)))
+
+
+def unused(run: Run, radius: float = 2.5) -> Points:
+    """A ring about each moved point whose pair is unused."""
+    return Points(run.moved[~run.used], "ghost", "ring", radius=radius + 3.0)
 
 
 def weak_direction(run: Run) -> tuple[Mark, ...]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from solvers.gauss_newton import System
 from solvers.icp import Pairing
 from solvers.metrics import point_error, rre, rte
 from solvers.scenes import Scene, room
-from solvers.stepper import Batch, Method, Problem, advance, begin
+from solvers.stepper import Batch, advance, begin
 from solvers.wall_scenes import corridor, single_wall
 
 from .picture import Array
@@ -63,33 +64,36 @@ class Entry:
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """A run so far. began: its start. The pairs and their system are those of the present pose.
+    """A run so far. began: its start. state: the solver's, a batch of one; the pairs and their system are of its pose.
+    batch: None until the first step, since a drag begins one run after another.
 
     partners: (m, 2) the target point of each source point. precision: (m, 2, 2). pull: (m,) the length of the pair's
-    term in the step's gradient, `w ‖M (x − q)‖`. scale: the s of the robust weight, u.
+    term in the step's gradient, `w ‖M (x − q)‖`.
     """
 
     ask: Ask
     scene: Scene
     began: Pose
-    batch: Batch[Any]
+    state: Any
+    batch: Batch[Any] | None
     course: tuple[Entry, ...]
     pairing: Pairing
     partners: Array
     precision: Array
     pull: Array
-    scale: float
     system: System
 
-    @property
-    def state(self) -> Any:
-        """The solver's state, a batch of one."""
-        return self.batch.state()
-
-    @property
+    @cached_property
     def pose(self) -> Pose:
         """Where the source lies."""
-        return single(self.batch.pose())
+        return single(self.state.pose)
+
+    @cached_property
+    def scale(self) -> float:
+        """The s of the robust weight, u; without any weight, that of the pairs used all the same."""
+        if self.ask.weight == "none":
+            return float(robust.mad_scale(self.pairing.distances, self.pairing.used)[0])
+        return float(self.pairing.threshold[0] / robust.TUNING[self.ask.weight])
 
     @property
     def moved(self) -> Array:
@@ -109,7 +113,7 @@ class Run:
     @property
     def done(self) -> bool:
         """Whether it has stopped."""
-        return self.batch.done
+        return self.status != Status.RUNNING
 
     @property
     def status(self) -> Status:
@@ -128,7 +132,15 @@ class Run:
 
     def step(self) -> Run:
         """The run after one more step; a run that has stopped stays as it is."""
-        return self if self.done else _read(self, advance(self.batch))
+        if self.done:
+            return self
+        batch = advance(self.batch or self._batch())
+        return _read(replace(self, batch=batch), batch.state())
+
+    def _batch(self) -> Batch[Any]:
+        now = self.state
+        method = replace(METHODS[METHOD[self.ask.residual]], start=lambda asked, options: now)
+        return begin(method, now.problem, now.options, STEPS)
 
     def finish(self) -> Run:
         """The run at its stop."""
@@ -138,6 +150,7 @@ class Run:
         return run
 
 
+@lru_cache(maxsize=4)
 def scene_of(name: str, seed: int, noise: float, outliers: float) -> Scene:
     """One of SCENES; outliers: the fraction of each cloud."""
     draw: Callable[..., Scene] = {"room": room, "wall": single_wall, "corridor": corridor}[name]
@@ -146,29 +159,32 @@ def scene_of(name: str, seed: int, noise: float, outliers: float) -> Scene:
 
 def begun(ask: Ask, scene: Scene, start: Pose) -> Run:
     """A run of the scene from `start`, no step taken."""
-    return _begun(ask, scene, start, METHODS[METHOD[ask.residual]])
+    method = METHODS[METHOD[ask.residual]]
+    return _begun(ask, scene, start, method.start(problem(scene, start), method.options(**ask.options)))
+
+
+@lru_cache(maxsize=12)
+def kept(ask: Ask, scene: Scene) -> Run:
+    """A run of the scene, for what no start changes: while a start is being set, `anew` begins all others from it."""
+    return begun(ask, scene, Pose.identity())
 
 
 def anew(run: Run, start: Pose) -> Run:
     """The run of the same scene from another start; normals and covariances are those already known."""
-    method, now = METHODS[METHOD[run.ask.residual]], run.state
+    if run.ask.residual == "point":
+        return begun(run.ask, run.scene, start)
+    now = run.state
+    known = surface_icp.start(problem(run.scene, start), now.options, now.index, now.normals, now.covariances)
+    return _begun(run.ask, run.scene, start, known)
 
-    def known(asked: Problem, options: Any) -> Any:
-        return surface_icp.start(asked, options, now.index, now.normals, now.covariances)
 
-    return _begun(run.ask, run.scene, start, method if run.ask.residual == "point" else replace(method, start=known))
-
-
-def _begun(ask: Ask, scene: Scene, start: Pose, method: Method[Any]) -> Run:
-    batch = begin(method, problem(scene, start), method.options(**ask.options), STEPS)
+def _begun(ask: Ask, scene: Scene, start: Pose, state: Any) -> Run:
     nothing: Any = None
-    empty = Run(ask, scene, start, batch, (), nothing, nothing, nothing, nothing, 0.0, nothing)
-    return _read(empty, batch)
+    return _read(Run(ask, scene, start, state, None, (), nothing, nothing, nothing, nothing, nothing), state)
 
 
-def _read(run: Run, batch: Batch[Any]) -> Run:
-    """The run with what stands at the batch's present state."""
-    state = batch.state()
+def _read(run: Run, state: Any) -> Run:
+    """The run with what stands at a state."""
     pairing: Pairing = state.pairing
     partners = state.index.points[:, pairing.rows[0]]
     if run.ask.residual == "point":
@@ -187,22 +203,14 @@ def _read(run: Run, batch: Batch[Any]) -> Run:
     )
     return replace(
         run,
-        batch=batch,
+        state=state,
         course=(*run.course, entry),
         pairing=pairing,
         partners=partners[0],
         precision=precision[0],
         pull=pairing.weights[0] * np.linalg.norm(left, axis=1),
-        scale=_scale(run.ask.weight, pairing),
         system=system,
     )
-
-
-def _scale(weight: str, pairing: Pairing) -> float:
-    """The s of the weights; without any, that of the pairs used all the same."""
-    if weight == "none":
-        return float(robust.mad_scale(pairing.distances, pairing.used)[0])
-    return float(pairing.threshold[0] / robust.TUNING[weight])
 
 
 def wall_direction(scene: Scene) -> Array:

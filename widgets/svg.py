@@ -262,8 +262,9 @@ def _label(mark: Label, view: View, prefix: str) -> str:
     return f'<text class="label {mark.role} {mark.anchor}" x="{x}" y="{y}">{escape(mark.text, quote=False)}</text>'
 
 
-def _group(mark: Group, view: View, prefix: str) -> str:
-    inside = "".join(mark_svg(m, view, prefix) for m in mark.marks)
+def group_svg(mark: Group, view: View, prefix: str, draw: Callable[[Mark, View, str], str] = mark_svg) -> str:
+    """The marks of a group as one element with an id of its own; draw: as in `panel_svg`."""
+    inside = "".join(draw(m, view, prefix) for m in mark.marks)
     return f'<g id="{prefix}-{mark.name}" class="group">{inside}</g>'
 
 
@@ -295,5 +296,5 @@ _DRAW: dict[type, Callable[[Any, View, str], str]] = {
     Heat: _heat,
     Ring: _ring,
     Label: _label,
-    Group: _group,
+    Group: group_svg,
 }

@@ -18,10 +18,11 @@ from widgets.picture import Ellipses, Points, Segments, Ticks
 from widgets.room import VIEW
 from widgets.surface_marks import (
     FAINTEST,
+    carried,
     own_surfaces,
     pairs,
-    source_points,
     surfaces,
+    unused,
     weak_direction,
     weak_label,
     weight_chart,
@@ -194,7 +195,7 @@ def test_every_pair_is_in_the_rug_once(weight: str) -> None:
 
 def test_outliers_are_crosses_and_unused_pairs_rings() -> None:
     one = run(outliers=20.0, trim=20.0).run
-    dots, crosses, rings = source_points(one)
+    (_, (dots, crosses)), rings = carried(one), unused(one)
     assert isinstance(crosses, Points)
     assert isinstance(rings, Points)
     assert isinstance(dots, Points)

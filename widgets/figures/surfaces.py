@@ -35,7 +35,7 @@ from ..surface_run import (
     Run,
     along_across,
     anew,
-    begun,
+    kept,
     scene_of,
 )
 
@@ -75,8 +75,8 @@ def start(controls: Controls, seed: int) -> State:
     """The scene from the start that the two numbers give."""
     c = controls
     scene = scene_of(c.scene, seed, c.noise, c.outliers / 100.0)
-    run = begun(Ask(c.residual, c.weight, c.trim / 100.0), scene, room_start(c.turn, c.offset))
-    return State(c, run, fixed(run))
+    known = kept(Ask(c.residual, c.weight, c.trim / 100.0), scene)
+    return State(c, anew(known, room_start(c.turn, c.offset)), fixed(known))
 
 
 def act(state: State, action: Action) -> State:

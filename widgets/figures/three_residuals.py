@@ -13,12 +13,13 @@ from ..contract import Action, Button, Key, Motion, Widget
 from ..controls import choice, slider
 from ..picture import Handle, Mark, Panel, Picture, Readout, Role, View, degrees, number
 from ..placing import Placing, place, written
-from ..room import ANCHOR, FAR, NEAR, held, still
-from ..surface_marks import ghost, moving, pairs, surfaces, weak_direction, weak_label
-from ..surface_run import CALLS, METHOD, SCENES, STEPS, WEIGHTS, Ask, Run, anew, begun, scene_of
+from ..room import ANCHOR, FAR, NEAR, held
+from ..surface_marks import Carried, carried, fixed, ghost, moving, pairs, weak_direction, weak_label
+from ..surface_run import CALLS, METHOD, SCENES, STEPS, WEIGHTS, Ask, Run, anew, kept, scene_of
 from .surfaces import MIDWAY
 
 NAMES = {"point": "Point to point", "plane": "Point to plane", "gicp": "GICP"}
+FIRST = "point"  # at a start, the others carry what it carries
 ROLES: dict[str, Role] = {"point": "source", "plane": "normal", "gicp": "ink"}
 VIEW = View(-6.4, 6.4, -4.6, 4.6, width=480.0)
 PLACINGS = {name: Placing(VIEW, limit=(4.5, 2.75), reach=2.6, least=1.6, panel=name) for name in NAMES}
@@ -67,9 +68,9 @@ def start(controls: Controls, seed: int) -> State:
     """One scene and one start for all three."""
     c = controls
     scene, pose = scene_of(c.scene, seed, c.noise, c.outliers / 100.0), room_start(c.turn, c.offset)
-    runs = {name: begun(Ask(name, c.weight, 0.0), scene, pose) for name in NAMES}
-    shared = still(scene)
-    return State(c, runs, {name: (*shared, *surfaces(run)) for name, run in runs.items()})
+    known = {name: kept(Ask(name, c.weight, 0.0), scene) for name in NAMES}
+    runs = {name: anew(run, pose) for name, run in known.items()}
+    return State(c, runs, {name: fixed(run) for name, run in known.items()})
 
 
 def act(state: State, action: Action) -> State:
@@ -90,8 +91,12 @@ def motion(before: State, after: State) -> Motion | None:
 
 def draw(state: State) -> Picture:
     """The three, and below them how far each is from the truth after as many steps."""
+    carries = {name: carried(run, PLACINGS[name]) for name, run in state.runs.items() if state.steps or name == FIRST}
+    panels = (
+        _panel(name, run, state.fixed[name], carries.get(name, carries[FIRST])) for name, run in state.runs.items()
+    )
     return Picture(
-        (*(_panel(name, run, state.fixed[name]) for name, run in state.runs.items()), _chart(state)),
+        (*panels, _chart(state)),
         _readouts(state),
         _description(state),
         tuple(handle for name, run in state.runs.items() for handle in _handles(name, run)),
@@ -100,12 +105,12 @@ def draw(state: State) -> Picture:
     )
 
 
-def _panel(name: str, run: Run, fixed: tuple[Mark, ...]) -> Panel:
+def _panel(name: str, run: Run, still: tuple[Mark, ...], carries: Carried) -> Panel:
     marks = (
         *ghost(run),
-        *fixed,
+        *still,
         *pairs(run),
-        moving(run, PLACINGS[name]),
+        moving(run, carries),
         *weak_direction(run),
         weak_label(run, VIEW),
     )
