@@ -26,7 +26,7 @@ AREA = SIDE**2
 """V, u²: both mixtures spread their clutter with density 1/V. A parameter of the demo."""
 EVERY = 4
 """The flow is given every fourth point: it was trained on clouds of 28 to 48."""
-MOST = 80
+MOST = 120
 """Steps at most."""
 
 FOUR: Mapping[str, tuple[Method[Any], Any]] = MappingProxyType(
@@ -63,3 +63,8 @@ def found(batch: Batch[Any], starts: Sequence[Pose]) -> Pose:
     """The poses of the scenes, (b,), as the runs have them: each the motion found so far after the start."""
     first = Pose(np.stack([s.R for s in starts]), np.stack([s.t for s in starts]))
     return batch.pose().compose(first)
+
+
+def clutter(name: str) -> float:
+    """The weight w of the clutter in 'cpd' or 'filterreg'."""
+    return float(FOUR[name][1].clutter)

@@ -11,6 +11,7 @@ from .picture import Array, Heat, Mark, Points, Segments, degrees, number
 
 NAME = "FilterReg-inspired"
 STAGES = ("density", "filter", "query", "twist")
+DRAWN = slice(None, None, 3)  # of the queries and their targets
 CELL = 0.12  # u: finer lattices are drawn in cells of this size, each at its largest value
 
 
@@ -53,8 +54,8 @@ def _query(look: Look) -> Shown:
     weight, to = state.weights[0], state.targets[0]
     marks = (
         *fixed(scene),
-        Segments(moved, to, "accent", weight=weight),
-        Points(to, "accent", "diamond", radius=3.0, weight=weight),
+        Segments(moved[DRAWN], to[DRAWN], "accent", weight=weight[DRAWN]),
+        Points(to[DRAWN], "accent", "diamond", radius=3.5, weight=weight[DRAWN]),
         cloud(moved),
         Points(moved, "outlier", "cross", radius=4.0, weight=1.0 - weight),
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from solvers.flow_network import WIDTH, shapes
+from solvers.flow_network import shapes
 from solvers.walkthrough import EVERY
 
 from .four_run import Look, Shown, carried, cloud, fixed
@@ -12,7 +12,11 @@ from .picture import Array, Mark, Path, Points, Segments, degrees, number
 
 NAME = "Learned flow"
 STAGES = ("encode", "endpoint", "project", "read out")
-WEIGHTS = sum(shape.count for shape in shapes())
+
+
+def weights() -> int:
+    """How many numbers the network has learned: they stay, whatever the clouds."""
+    return sum(shape.count for shape in shapes())
 
 
 def shown(look: Look) -> Shown:
@@ -37,7 +41,7 @@ def _encode(look: Look) -> Shown:
     )
     t = float(state.time[0])
     part = "all noise" if t == 0.0 else f"{number(100 * (1 - t), 0)} % noise at t = {number(t, 1)}"
-    words = f"{tokens} tokens of {WIDTH} numbers. Rings: the coordinates, {part}."
+    words = f"{tokens} tokens by {weights():,} weights. Rings: the coordinates, {part}."
     return Shown(marks, words)
 
 

@@ -191,7 +191,7 @@ WIDGET = Widget(
     name="four",
     title="Four representations of one registration, stage by stage",
     controls=Controls,
-    presets={"default": {}},
+    presets={"default": {}, "clutter": {"scene": "clutter"}},
     start=start,
     act=act,
     draw=draw,
@@ -215,7 +215,7 @@ WIDGET = Widget(
         Key("outlier", "share given to clutter", "cross"),
     ),
     handles=HANDLES,
-    tape=(({}, ("next",) * (2 * STAGES - 1)), ({}, ("finish",)), ({"smaller": True}, ("finish",))),
+    tape=(({}, ("next",) * (2 * STAGES - 1)), ({}, ("finish",))),
     python=python,
     shows="Walks four registration methods through one step after another, side by side, stage by stage.",
 )
