@@ -5,9 +5,10 @@ import pytest
 
 from solvers import METHODS, Pose, fit_rigid, register
 from solvers.association_bp import marginal_matrix
-from solvers.bird_scene import AREA, bird
+from solvers.bird_scene import AREA, bird, bird_start
 from solvers.cpd import CpdOptions, responsibilities
 from solvers.gmmreg import GmmRegOptions
+from solvers.metrics import rre
 from solvers.race import SEEDS, Controls, contestants, race_problem
 from solvers.scenes import room
 from solvers.soft_annealed import weights
@@ -67,6 +68,35 @@ def test_lowering_q_is_enough():
                 assert before - float(now.objective[0]) >= fall - 1e-9
                 lowered += 1
     assert lowered > 100
+
+
+def test_a_local_maximum_of_the_likelihood():
+    """From a turn of 50° and a first σ of 1.1 u rigid CPD converges over 70° off, less likely than the end of a run
+    from the truth."""
+    scene = bird()
+    options = {"sigma": 1.1, "clutter": 0.1, "volume": AREA, "max_steps": 300}
+    lost, near = (
+        register(scene.source, scene.target, "cpd-rigid", start=start, **options)
+        for start in (bird_start(-50.0), scene.truth)
+    )
+    assert lost.status.label == near.status.label == "converged"
+    assert np.degrees(rre(lost.pose, scene.truth)) > 70.0
+    assert np.degrees(rre(near.pose, scene.truth)) < 2.0
+    assert lost.objective > near.objective + 10.0
+
+
+def test_the_shrunken_cloud_grows_again_in_a_wrong_place():
+    """The similarity from a turn of 60° and a first σ of 2 u: below a third of its size after 40 steps; with 300 it
+    converges above 0.9 of its size, over 90° off."""
+    scene = bird()
+    options = {"start": bird_start(-60.0), "sigma": 2.0, "clutter": 0.1, "volume": AREA}
+    early, late = (
+        register(scene.source, scene.target, "cpd-similarity", max_steps=steps, **options) for steps in (40, 300)
+    )
+    assert early.pose.scale < 1 / 3
+    assert late.status.label == "converged"
+    assert late.pose.scale > 0.9
+    assert np.degrees(rre(late.pose, scene.truth)) > 90.0
 
 
 def test_one_over_n_depends_on_the_unit():

@@ -198,7 +198,7 @@ WIDGET = Widget(
         Key("ink", "what it is linked to", "line"),
         Key("accent", "where it is drawn to", "diamond"),
         Key("normal", "wall through the nearest point", "line"),
-        Key("weak", "crests of a wave", "line"),
+        Key("weak", "crests of a wave; its troughs dashed", "line"),
     ),
     handles=("source",),
     tape=(({}, ()), ({"turn": 0.0, "offset": 0.0}, ()), ({"turn": 90.0}, ()), ({"point": 28.0}, ())),
