@@ -73,10 +73,11 @@ def test_from_the_truth_nearly_all_stay():
 
 
 def test_mmd_reaches_the_same_optimum_from_far():
-    """What MMD-Reg misses at 45° is not reach: from the truth itself it ends in the same places, median and count."""
+    """What MMD-Reg misses at 45° is not reach: from the truth itself it ends in the same places, on every seed."""
     far, near = lines(("mmd",))["mmd"], lines(("mmd",), degrees=0.0, distance=0.0)["mmd"]
     assert far.close == near.close < 25
-    assert np.median(np.abs(far.rre - near.rre)) < 1e-3
+    assert np.abs(far.rre - near.rre).max() < 1e-3
+    assert np.abs(far.rte - near.rte).max() < 1e-4
 
 
 def test_more_frequencies_bring_the_optimum_nearer():
@@ -103,7 +104,7 @@ def test_density_alone_changes_who_arrives():
 
 def test_less_overlap_moves_some_optima_away():
     """Started at the truth in the clean room with 60 % overlap, ICP with its wide gate leaves it on every seed and
-    MMD-Reg on most; five others stay within 5° and 0.2 u on all."""
+    MMD-Reg on most; six others stay within 5° and 0.2 u on all."""
     found = lines(setting="clean", overlap=0.6, degrees=0.0, distance=0.0)
     assert found["icp"].turned == 0
     assert found["mmd"].close < 13
