@@ -11,9 +11,9 @@ from solvers.scenes import room_start
 from ..chart import Series, chart
 from ..contract import Action, Button, Key, Motion, Widget
 from ..controls import choice, slider
-from ..picture import Handle, Mark, Panel, Picture, Readout, Role, View, degrees, number
+from ..picture import Handle, Label, Mark, Panel, Picture, Readout, Role, Segments, View, degrees, number
 from ..placing import Placing, place, written
-from ..room import ANCHOR, FAR, NEAR, held
+from ..room import ANCHOR, FAR, NEAR, held, with_marks
 from ..surface_marks import Carried, carried, fixed, ghost, moving, pairs, weak_direction, weak_label
 from ..surface_run import CALLS, METHOD, SCENES, STEPS, WEIGHTS, Ask, Run, anew, kept, scene_of
 from .surfaces import MIDWAY
@@ -25,6 +25,7 @@ VIEW = View(-6.4, 6.4, -4.6, 4.6, width=480.0)
 PLACINGS = {name: Placing(VIEW, limit=(4.5, 2.75), reach=2.6, least=1.6, panel=name) for name in NAMES}
 ARRIVED = 0.1  # u
 HIGHEST, LOWEST = 10.0, 0.001
+KEY = (-2.3, -2.56, -2.82)  # the heights of the names in the chart, log10 u
 
 
 @dataclass(frozen=True)
@@ -122,8 +123,17 @@ def _handles(name: str, run: Run) -> tuple[Handle, ...]:
     return tuple(replace(h, name=f"{name}-{h.name}", label=f"{h.label} in all three") for h in both)
 
 
+def _key() -> list[Mark]:
+    """The names of the lines in a corner that they hardly ever reach: at their ends they would lie on each other."""
+    marks: list[Mark] = []
+    for y, (name, said) in zip(KEY, NAMES.items(), strict=True):
+        marks.append(Segments([28.6, y], [30.4, y], ROLES[name], dashed=name == "gicp"))
+        marks.append(Label([STEPS - 0.4, y], said, ROLES[name], "end", dy=4))
+    return marks
+
+
 def _chart(state: State) -> Panel:
-    return chart(
+    panel = chart(
         "errors",
         "How far the points are from where the truth puts them, over the steps, for each of the three",
         [
@@ -131,7 +141,6 @@ def _chart(state: State) -> Panel:
                 np.arange(len(run.course)),
                 [entry.point for entry in run.course],
                 ROLES[name],
-                NAMES[name],
                 dashed=name == "gicp",
                 dots=name == "plane",
             )
@@ -147,6 +156,7 @@ def _chart(state: State) -> Panel:
         height=345.0,
         caption="All three over the steps",
     )
+    return with_marks(panel, *_key())
 
 
 def _readouts(state: State) -> tuple[Readout, ...]:
