@@ -169,21 +169,26 @@ def kept(ask: Ask, scene: Scene) -> Run:
     return begun(ask, scene, Pose.identity())
 
 
-def anew(run: Run, start: Pose) -> Run:
-    """The run of the same scene from another start; normals and covariances are those already known."""
+def anew(run: Run, start: Pose, beside: Run | None = None) -> Run:
+    """The run of the same scene from another start; normals and covariances are those already known.
+
+    beside: a run that has just begun there, whose errors are the same.
+    """
+    asked, now = problem(run.scene, start), run.state
     if run.ask.residual == "point":
-        return begun(run.ask, run.scene, start)
-    now = run.state
-    known = surface_icp.start(problem(run.scene, start), now.options, now.index, now.normals, now.covariances)
-    return _begun(run.ask, run.scene, start, known)
+        state = METHODS[METHOD["point"]].start(asked, now.options)
+    else:
+        state = surface_icp.start(asked, now.options, now.index, now.normals, now.covariances)
+    return _begun(run.ask, run.scene, start, state, beside)
 
 
-def _begun(ask: Ask, scene: Scene, start: Pose, state: Any) -> Run:
+def _begun(ask: Ask, scene: Scene, start: Pose, state: Any, beside: Run | None = None) -> Run:
     nothing: Any = None
-    return _read(Run(ask, scene, start, state, None, (), nothing, nothing, nothing, nothing, nothing), state)
+    empty = Run(ask, scene, start, state, None, (), nothing, nothing, nothing, nothing, nothing)
+    return _read(empty, state, beside)
 
 
-def _read(run: Run, state: Any) -> Run:
+def _read(run: Run, state: Any, beside: Run | None = None) -> Run:
     """The run with what stands at a state."""
     pairing: Pairing = state.pairing
     partners = state.index.points[:, pairing.rows[0]]
@@ -194,13 +199,8 @@ def _read(run: Run, state: Any) -> Run:
     else:
         precision, system = state.precision, state.system
     left = np.einsum("mij,mj->mi", precision[0], pairing.moved[0] - partners[0])
-    pose = single(state.pose)
-    entry = Entry(
-        rms=float(pairing.rms[0]),
-        rotation=float(np.degrees(rre(pose, run.scene.truth))),
-        translation=float(rte(pose, run.scene.truth)),
-        point=float(point_error(pose, run.scene.truth, run.scene.source)),
-    )
+    rms = float(pairing.rms[0])
+    entry = replace(beside.course[0], rms=rms) if beside else _entry(rms, single(state.pose), run.scene)
     return replace(
         run,
         state=state,
@@ -210,6 +210,15 @@ def _read(run: Run, state: Any) -> Run:
         precision=precision[0],
         pull=pairing.weights[0] * np.linalg.norm(left, axis=1),
         system=system,
+    )
+
+
+def _entry(rms: float, pose: Pose, scene: Scene) -> Entry:
+    return Entry(
+        rms=rms,
+        rotation=float(np.degrees(rre(pose, scene.truth))),
+        translation=float(rte(pose, scene.truth)),
+        point=float(point_error(pose, scene.truth, scene.source)),
     )
 
 

@@ -97,38 +97,34 @@ def _path(classes: str, d: str) -> str:
 
 def _levels(weight: Any, count: int) -> Array:
     """Weights in [0, 1] as level numbers 1 … WEIGHT_LEVELS; a weight that rounds to nothing gets 0 and is not drawn."""
-    w = np.clip(np.asarray(weight, dtype=float).reshape(count), 0.0, 1.0)
+    w = np.fmin(np.fmax(np.asarray(weight, dtype=float).reshape(count), 0.0), 1.0)  # what is no number counts nothing
     return np.asarray(np.ceil(np.round(w * WEIGHT_LEVELS, 6) - 0.5 + NUDGE), dtype=float)
 
 
-def _by_weight(weight: Any, count: int, classes: str, draw: Callable[[Any], str]) -> str:
-    """One path for all rows, or one for each weight level in use, faint first."""
+def _by_weight(weight: Any, places: list[list[int]], classes: str, draw: Callable[[list[list[int]]], str]) -> str:
+    """One path for all places, or one for each weight level in use, faint first."""
     if weight is None:
-        return _path(classes, draw(slice(None)))
-    levels = _levels(weight, count)
-    return "".join(
-        _path(f"{classes} w{level}", draw(levels == level))
-        for level in range(1, WEIGHT_LEVELS + 1)
-        if (levels == level).any()
-    )
+        return _path(classes, draw(places))
+    rows_: list[list[list[int]]] = [[] for _ in range(WEIGHT_LEVELS + 1)]
+    for place, level in zip(places, _levels(weight, len(places)).astype(np.int64).tolist(), strict=True):
+        rows_[level].append(place)
+    return "".join(_path(f"{classes} w{k}", draw(some)) for k, some in enumerate(rows_) if k and some)
 
 
 def _points(mark: Points, view: View, prefix: str) -> str:
-    px = view.px(mark.xy)
+    places = snap(view.px(mark.xy))
     if mark.shape in ("dot", "square"):  # zero-length strokes with round or square caps: one size on every screen
         size = "s" if mark.radius < 3 else "m" if mark.radius < 5 else "l"
         classes = f"{mark.shape} {size} {mark.role}"
-
-        def draw(rows_: Any) -> str:
-            return _dots(snap(px[rows_]))
+        draw = _dots
     else:
         outline = _outline(mark.shape, _whole(mark.radius))
         classes = f"shape {mark.shape} {mark.role}"
 
-        def draw(rows_: Any) -> str:
-            return "".join(f"M{x} {y}{outline}" for x, y in snap(px[rows_]))
+        def draw(places: list[list[int]]) -> str:
+            return "".join(f"M{x} {y}{outline}" for x, y in places)
 
-    return _by_weight(mark.weight, len(px), classes, draw)
+    return _by_weight(mark.weight, places, classes, draw)
 
 
 def _dots(places: list[list[int]]) -> str:
@@ -155,14 +151,16 @@ def _outline(shape: str, r: int) -> str:
 
 
 def _segments(mark: Segments, view: View, prefix: str) -> str:
-    a, b = view.px(mark.a), view.px(mark.b)
-    ends = np.concatenate([a, b], axis=1)
+    a, b = rows(mark.a), rows(mark.b)
+    both = snap(view.px(np.concatenate([a, b])))
+    ends = [[*one, *other] for one, other in zip(both[: len(a)], both[len(a) :], strict=True)]
     classes = f"line {mark.role}" + (" dashed" if mark.dashed else "")
 
-    def draw(rows_: Any) -> str:
-        return "".join(f"M{x} {y}L{u} {v}" for x, y, u, v in snap(ends[rows_]))
+    return _by_weight(mark.weight, ends, classes, _lines)
 
-    return _by_weight(mark.weight, len(a), classes, draw)
+
+def _lines(ends: list[list[int]]) -> str:
+    return "".join(f"M{x} {y}L{u} {v}" for x, y, u, v in ends)
 
 
 def _polyline(px: Array, closed: bool) -> str:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from solvers import Pose
 from solvers.scenes import room_start
 
 from ..chart import Series, chart
@@ -70,8 +71,13 @@ def start(controls: Controls, seed: int) -> State:
     c = controls
     scene, pose = scene_of(c.scene, seed, c.noise, c.outliers / 100.0), room_start(c.turn, c.offset)
     known = {name: kept(Ask(name, c.weight, 0.0), scene) for name in NAMES}
-    runs = {name: anew(run, pose) for name, run in known.items()}
-    return State(c, runs, {name: fixed(run) for name, run in known.items()})
+    return State(c, _from(known, pose), {name: fixed(run) for name, run in known.items()})
+
+
+def _from(runs: dict[str, Run], pose: Pose) -> dict[str, Run]:
+    """All three from one start."""
+    first = anew(runs[FIRST], pose)
+    return {name: first if name == FIRST else anew(run, pose, first) for name, run in runs.items()}
 
 
 def act(state: State, action: Action) -> State:
@@ -80,7 +86,7 @@ def act(state: State, action: Action) -> State:
         name, handle = action.name.split("-")
         run = state.runs[name]
         pose = PLACINGS[name].act(held(run.pose), ANCHOR, replace(action, name=handle))
-        return replace(state, runs={key: anew(one, pose) for key, one in state.runs.items()})
+        return replace(state, runs=_from(state.runs, pose))
     finish = action.name == "finish"
     return replace(state, runs={key: one.finish() if finish else one.step() for key, one in state.runs.items()})
 
@@ -92,7 +98,9 @@ def motion(before: State, after: State) -> Motion | None:
 
 def draw(state: State) -> Picture:
     """The three, and below them how far each is from the truth after as many steps."""
-    carries = {name: carried(run, PLACINGS[name]) for name, run in state.runs.items() if state.steps or name == FIRST}
+    apart = state.runs if state.steps else {FIRST: state.runs[FIRST]}
+    grips = {name: PLACINGS[name].handles(held(run.pose), ANCHOR) for name, run in apart.items()}
+    carries = {name: carried(run, PLACINGS[name]) for name, run in apart.items()}
     panels = (
         _panel(name, run, state.fixed[name], carries.get(name, carries[FIRST])) for name, run in state.runs.items()
     )
@@ -100,7 +108,7 @@ def draw(state: State) -> Picture:
         (*panels, _chart(state)),
         _readouts(state),
         _description(state),
-        tuple(handle for name, run in state.runs.items() for handle in _handles(name, run)),
+        tuple(handle for name in NAMES for handle in _handles(name, grips.get(name, grips[FIRST]))),
         _note(state),
         frozenset({"step", "finish"} if state.done else ()),
     )
@@ -118,9 +126,8 @@ def _panel(name: str, run: Run, still: tuple[Mark, ...], carries: Carried) -> Pa
     return Panel(name, f"{NAMES[name]}: the scans and the residuals of their pairs", VIEW, marks, caption=NAMES[name])
 
 
-def _handles(name: str, run: Run) -> tuple[Handle, ...]:
-    both = PLACINGS[name].handles(held(run.pose), ANCHOR)
-    return tuple(replace(h, name=f"{name}-{h.name}", label=f"{h.label} in all three") for h in both)
+def _handles(name: str, both: tuple[Handle, ...]) -> tuple[Handle, ...]:
+    return tuple(replace(h, name=f"{name}-{h.name}", label=f"{h.label} in all three", panel=name) for h in both)
 
 
 def _key() -> list[Mark]:
