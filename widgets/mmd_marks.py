@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from .chart import Series, chart
-from .picture import Array, Arrow, Mark, Panel, Path, Points, Ring, Segments, View
+from .picture import Array, Arrow, Label, Mark, Panel, Path, Points, Ring, Segments, View
 from .room import VIEW, with_marks
 
 MAP = replace(VIEW, width=460.0)
@@ -94,21 +94,26 @@ def convergence(running: Array, exact: float, at_truth: float, count: int) -> Pa
 
     Both axes by powers: of two for D, of ten for the values.
     """
-    most = float(np.log2(len(running)))
-    return chart(
+    most, least = float(np.log2(len(running))), 3e-4
+    panel = chart(
         "estimate",
         "The estimate of MMD² from the first D waves of the draw",
         [
-            Series([0.0, most], [at_truth, at_truth], "truth", "exact, at the truth", dashed=True),
-            Series([0.0, most], [exact, exact], "source", "exact, here", dashed=True),
+            Series([0.0, most], [at_truth, at_truth], "truth", dashed=True),
+            Series([0.0, most], [exact, exact], "source", dashed=True),
             Series(np.log2(np.arange(1, len(running) + 1)), running, "ink"),
         ],
         x_label="D",
         y_label="MMD², estimated from D waves",
         x_range=(0.0, most),
-        y_range=(1e-3, 1.0),
+        y_range=(least, 1.0),
         x_ticks=[(float(k), str(2**k)) for k in range(0, int(most) + 1, 2)],
         height=HEIGHT,
         log=True,
         now=float(np.log2(count)),
     )
+    # The upper line is named above it, the lower one below, so that neither name lies on the other's line.
+    above, below = (-7.0, 15.0) if exact >= at_truth else (15.0, -7.0)
+    ends = [[most, float(np.log10(max(value, least)))] for value in (exact, at_truth)]
+    here = Label(ends[0], "exact, here", "source", "end", dx=-4, dy=above)
+    return with_marks(panel, here, Label(ends[1], "exact, at the truth", "truth", "end", dx=-4, dy=below))
