@@ -55,7 +55,8 @@ def render(
     problems: Problems,
     progress: outside.Progress = outside.quiet,
 ) -> Mathematics:
-    """All formulas as MathML; those that are no LaTeX go to `problems` and become empty."""
+    """All formulas as MathML; those that are no LaTeX go to `problems` and become empty, and so do
+    those that a browser would show with a part missing."""
     wanted = list(asked)
     version = outside.read_manifest()["temml"].version
     kept = cache / "maths" / f"{_hash([FORMAT, version, SCRIPT.read_text('utf-8'), sorted(macros.items())])}.json"
@@ -73,6 +74,8 @@ def render(
         answer = known[_key(one.formula)]
         if "mathml" in answer:
             mathml[one.formula] = _classed(str(answer["mathml"]), styles)
+            if "<menclose" in mathml[one.formula]:
+                problems.add(one.at(0), "formula: no browser draws <menclose>, made of \\overline, \\boxed, \\cancel …")
         else:
             mathml[one.formula] = ""
             position = answer["position"]

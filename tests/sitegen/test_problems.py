@@ -127,6 +127,10 @@ BROKEN = {
     "unknown page": ("A *b* [b](indx.html)\n", ["7:11: no page 'indx.html'; did you mean 'index.html'?"]),
     "unknown command in a line": ("A $x + \\frb{y}$\n", ["7:8: formula: Unsupported function name: \\frb"]),
     "unknown command in a block": ("$$\na +\n  \\frb{y}\n$$\n", ["9:3: formula: Unsupported function name: \\frb"]),
+    "a bar that is not drawn": (
+        "A $\\overline{k}$\n",
+        ["7:4: formula: no browser draws <menclose>, made of \\overline, \\boxed, \\cancel …"],
+    ),
     "in a list": ("- a\n- b $\\frb$\n", ["8:6: formula: Unsupported function name: \\frb"]),
     "in a quotation": ("> a\n> b [@no]\n", ["8:7: no reference 'no'"]),
     "in the second cell": (
