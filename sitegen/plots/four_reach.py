@@ -1,0 +1,127 @@
+"""How far the four methods of the walkthrough reach: success against the angle that the moving cloud starts at."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from sitegen.plots._numbers import at
+from sitegen.plots._rates import interval, seeds, wilson
+from solvers.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE
+from solvers.metrics import rre, rte
+from solvers.stepper import run
+from solvers.walk_scenes import fish, fish_start
+from solvers.walkthrough import begin_walk, found
+
+TITLE = "Success of the four methods against the starting angle, with and without clutter and the smaller cloud"
+SIZES = {"wide": (720, 330), "narrow": (350, 790)}
+
+SETTINGS = {"clean": "Clean", "smaller": "15 % smaller", "clutter": "A fifth clutter"}
+METHODS = {"cpd": "CPD", "filterreg": "FilterReg", "mmd": "MMD", "flow": "flow"}
+LOOKS = {"cpd": ("source", "o-"), "filterreg": ("target", "s-"), "mmd": ("accent", "^-"), "flow": ("ink", "D-")}
+ANGLES = tuple(range(0, 181, 15))
+RUNS = 16
+APART = 2.2  # degrees between the dots of two methods at one angle
+
+
+@dataclass(frozen=True)
+class Result:
+    """successes: by setting, then by method, then by angle; of `runs`."""
+
+    runs: int
+    angles: tuple[int, ...]
+    settings: tuple[str, ...]
+    methods: tuple[str, ...]
+    successes: tuple[tuple[tuple[int, ...], ...], ...]
+
+
+def compute() -> Result:
+    """Each method as the walkthrough runs it, from the shift that the figure starts with."""
+
+    def count(setting: str, method: str, angle: float) -> int:
+        name = "clutter" if setting == "clutter" else "clean"
+        scenes = [fish(name, seed=seed, smaller=setting == "smaller") for seed in seeds(RUNS)]
+        starts = [fish_start(angle)] * RUNS
+        pose, truth = found(run(begin_walk(method, scenes, starts))[0], starts), scenes[0].truth
+        near = (np.degrees(rre(pose, truth)) < CLOSE_DEGREES) & (rte(pose, truth) < CLOSE_DISTANCE)
+        return int(np.count_nonzero(near))
+
+    rows = tuple(
+        tuple(tuple(count(setting, method, angle) for angle in ANGLES) for method in METHODS) for setting in SETTINGS
+    )
+    return Result(RUNS, ANGLES, tuple(SETTINGS), tuple(METHODS), rows)
+
+
+def success(result: Result, setting: str, method: str, angle: int) -> int:
+    """How many of the seeds ended near the truth."""
+    row = result.successes[at(result.settings, setting, "setting")][at(result.methods, method, "method")]
+    return row[at(result.angles, angle, "angle")]
+
+
+def runs(result: Result) -> int:
+    """How many seeds each dot stands for."""
+    return result.runs
+
+
+def words(result: Result) -> str:
+    """The picture in words."""
+    said = []
+    for setting, rows in zip(result.settings, result.successes, strict=True):
+        ends = []
+        for method, row in zip(result.methods, rows, strict=True):
+            all_ = [angle for angle, k in zip(result.angles, row, strict=True) if k == result.runs]
+            some = [angle for angle, k in zip(result.angles, row, strict=True) if k]
+            whole = f"all from up to {max(all_)}°" if all_ else f"{max(row)} at best"
+            ends.append(f"{METHODS[method]} {whole}, some from up to {max(some)}°" if some else f"{METHODS[method]} 0")
+        said.append(f"{SETTINGS[setting].lower()}: {'; '.join(ends)}")
+    return (
+        f"Three charts of how many of {result.runs} seeds ended within {CLOSE_DEGREES:g}° and {CLOSE_DISTANCE:g} u of "
+        f"the truth, against the starting angle from {result.angles[0]}° to {result.angles[-1]}°, for the four methods "
+        f"of the walkthrough. {'. '.join(one[0].upper() + one[1:] for one in said)}."
+    )
+
+
+def table(result: Result) -> tuple[list[str], list[list[str]]]:
+    """Success with its interval for each setting, angle and method."""
+    rows = []
+    for setting, counts in zip(result.settings, result.successes, strict=True):
+        for i, angle in enumerate(result.angles):
+            rows.append([f"{SETTINGS[setting]}, {angle}°", *(interval(row[i], result.runs) for row in counts)])
+    return ["starting angle", *(METHODS[method] for method in result.methods)], rows
+
+
+def draw(result: Result, figure: Any, narrow: bool) -> None:
+    """A chart for each setting, the four methods in each, told apart by colour and by mark."""
+    from sitegen.drawing import COLOURS
+    from sitegen.plots._look import axes_in
+
+    wide = [(46 + 228 * i, 50, 204, 190) for i in range(3)]
+    small = [(46, 50 + 236 * i, 290, 150) for i in range(3)]
+    charts = axes_in(figure, narrow, wide, small)
+    handles: list[Any] = []
+    for place, (axes, setting, rows) in enumerate(zip(charts, result.settings, result.successes, strict=True)):
+        axes.set_title(SETTINGS[setting], fontweight="bold", pad=12)
+        axes.grid(axis="y")
+        axes.spines["left"].set_visible(False)
+        handles = []
+        for j, (method, row) in enumerate(zip(result.methods, rows, strict=True)):
+            role, mark = LOOKS[method]
+            colour = COLOURS[role]
+            x = np.array(result.angles) + APART * (j - 1.5)
+            some = [i for i, k in enumerate(row) if 0 < k < result.runs]
+            if some:
+                low, high = zip(*(wilson(row[i], result.runs) for i in some), strict=True)
+                axes.vlines(x[some], low, high, color=colour, linewidth=1.25, capstyle="butt")
+            (line,) = axes.plot(
+                x, [k / result.runs for k in row], mark, color=colour, markersize=5.0, markeredgewidth=0.0,
+                linewidth=1.5, label=METHODS[method], zorder=3, clip_on=False,
+            )  # fmt: skip
+            handles.append(line)
+        axes.set(xlim=(-6, 186), ylim=(0.0, 1.0))
+        axes.set_xticks([0, 45, 90, 135, 180], ["0°", "45°", "90°", "135°", "180°"])
+        axes.set_yticks([0.0, 0.5, 1.0], ["0 %", "50 %", "100 %"] if narrow or place == 0 else ["", "", ""])
+        if not narrow or place == 2:
+            axes.set_xlabel("starting angle")
+    figure.legend(handles=handles, loc="lower center", ncols=4, frameon=False, columnspacing=1.4, handlelength=1.6)
