@@ -198,6 +198,8 @@ WIDGET = Widget(
         Key("ink", "what it is linked to", "line"),
         Key("accent", "where it is drawn to", "diamond"),
         Key("normal", "wall through the nearest point", "line"),
+        Key("target", "covariance of a point (GICP) or cell (NDT)", "ring"),
+        Key("source", "the guessed pair, and its partner (RANSAC)", "line"),
         Key("weak", "crests of a wave; its troughs dashed", "line"),
     ),
     handles=("source",),
