@@ -49,7 +49,7 @@ def test_no_contestant_is_best_on_every_seed():
     assert best.max() <= 9
 
 
-def test_a_median_can_stand_where_nobody_is():
+def test_a_median_can_tell_of_one_heap_only():
     """Point to plane has a median of 2°: fourteen seeds end below 4°, the other eleven beyond 40°, none between."""
     found = lines(("point-to-plane",))["point-to-plane"]
     assert (found.rre < 4.0).sum() == 14
