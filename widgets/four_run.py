@@ -185,12 +185,12 @@ def outline(scene: Scene, pose: Pose, role: Role, weight: float = 1.0) -> tuple[
 
 
 def carried(look: Look) -> tuple[Mark, ...]:
-    """The moving cloud where the step has put it, over its outline before."""
+    """The moving cloud where the step has put it, over its outline before. Clean points show the curve themselves."""
     scene = look.walk.scene
     return (
         *fixed(scene),
-        *outline(scene, look.came, "ghost"),
-        *outline(scene, look.went, "source"),
+        *(() if look.track.rests else outline(scene, look.came, "ghost")),
+        *(() if scene.name == "clean" else outline(scene, look.went, "source")),
         cloud(look.went.apply(scene.source)),
     )
 

@@ -80,12 +80,12 @@ def _panel(look: Look, first: bool) -> Panel:
     if look.track.rests:
         stage, shown = "at rest", Shown(carried(look), f"Stopped after {look.steps} steps: {look.stopped}.")
     else:
-        held = "" if walk.stage == at else ", held"
-        stage, shown = f"{at} of {len(part.STAGES)} · {part.STAGES[at - 1]}{held}", part.shown(look)
+        stage, shown = f"{at} of {len(part.STAGES)} · {part.STAGES[at - 1]}", part.shown(look)
+    held = ", held" if walk.stage > at and not look.track.rests else ""
     marks = (*shown.marks, PLACING.stalk(walk.start, ANCHOR)) if first else shown.marks
     rotation, translation, _ = look.errors()
     errors = f"Off the truth by {number(rotation, 1)}° and {number(translation)} u after {_count(look.steps, 'step')}"
-    caption = "\n".join((f"{part.NAME}: {stage}", shown.words, errors))
+    caption = "\n".join((f"{part.NAME}: {stage}{held}", shown.words, errors))
     label = f"{part.NAME}, {stage}"
     return Panel(look.track.name, label, VIEW, marks, grid=shown.grid, caption=caption)
 
