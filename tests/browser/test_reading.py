@@ -72,3 +72,13 @@ def test_the_pages_own_rung_is_in_sight_on_a_phone(reader: Callable[..., Reader]
     assert box is not None
     assert 120 < box["x"] + box["width"] / 2 < 270
     assert page.evaluate("scrollX") == 0
+
+
+def test_an_equation_too_wide_for_its_column_can_be_reached_by_key(reader: Callable[..., Reader]) -> None:
+    """It can be focused where it is cut off, and is no stop on the way where it is not."""
+    page = reader(240, 844).open("kabsch.html")
+    wide = page.locator(".formula[tabindex='0']").first
+    wide.focus()
+    expect(wide).to_be_focused()
+    page.set_viewport_size({"width": 1280, "height": 800})
+    expect(page.locator(".formula[tabindex]")).to_have_count(0)

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -9,8 +13,8 @@ from solvers import METHODS, Pose, Status, register
 from solvers import flow_network as network
 from solvers.flow import FLOW, FLOW_FROM_SOURCE, FlowOptions
 from solvers.flow_scenes import HELD_OUT, TRAINING, draw
-from solvers.flow_study import POINTS, by_turn
-from solvers.flow_weights import pack, params, unpack
+from solvers.flow_study import POINTS, Line, by_turn, study
+from solvers.flow_weights import FOLDER, pack, params, unpack
 from solvers.stepper import Problem, advance, begin
 
 NAMES = ["flow", "flow-from-source"]
@@ -168,6 +172,28 @@ def test_packing_keeps_a_number_to_half_a_level():
         assert (np.abs(found[name] - values) <= 0.5001 * step + 1e-7).all()
     with pytest.raises(ValueError, match="bytes"):
         unpack(b"no")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_weights_are_those_of_the_log(name):
+    """What is shipped is what the training wrote down."""
+    log = json.loads(Path(FOLDER, "log.json").read_text("utf-8"))
+    digest = hashlib.sha256(Path(FOLDER, f"{name}.int8").read_bytes()).hexdigest()
+    assert digest == log["networks"][name]["sha256"]
+    losses = [loss for _, loss in log["networks"][name]["loss"]]
+    assert losses[-1] < 0.2 * losses[0]
+
+
+@pytest.mark.native
+def test_the_study_of_the_log_is_what_the_weights_give():
+    """A sample of the held-out table, recomputed."""
+    log = json.loads(Path(FOLDER, "log.json").read_text("utf-8"))
+    lines = {(line["variant"], line["kind"]): Line(**line) for line in log["held_out"]}
+    for line in study(HELD_OUT[:3], ["flow-from-source"]):
+        logged = lines[line.variant, line.kind]
+        assert abs(line.turned - logged.turned) <= 1
+        assert abs(line.placed - logged.placed) <= 1
+        assert line.degrees == pytest.approx(logged.degrees, rel=0.01)
 
 
 @pytest.mark.native

@@ -72,10 +72,22 @@
     ladder.scrollTop = step.offsetTop - (ladder.clientHeight - step.offsetHeight) / 2;
   }
 
+  /** An equation wider than its column scrolls, by key as well: it can be focused for as long as it is too wide. */
+  function reach(formulas) {
+    const fit = new ResizeObserver((entries) => {
+      for (const { target } of entries) {
+        if (target.scrollWidth > target.clientWidth) target.tabIndex = 0;
+        else target.removeAttribute("tabindex");
+      }
+    });
+    for (const formula of formulas) fit.observe(formula);
+  }
+
   const roots = [...document.querySelectorAll("figure.figure:has(> script.figure-record)")];
   for (const root of roots) live(root);
   watch();
   document.querySelectorAll(".ladder").forEach(climb);
+  reach(document.querySelectorAll(".formula"));
   document.querySelectorAll("button.theme").forEach(theme);
   Ladder.cards();
   Ladder.links();
