@@ -18,9 +18,10 @@ FAINTEST = 0.25  # of the largest share of an observation: smaller ones are not 
 
 def shown(look: Look) -> Shown:
     """The marks and the words of the present stage."""
-    step = cpd.stages(look.before)
-    draw = (_responsibilities, _centring, _rotation, _translation, _variance)[look.walk.stage - 1]
-    return draw(look, step)
+    if look.walk.stage == 1:
+        return _responsibilities(look)
+    draw = (_centring, _rotation, _translation, _variance)[look.walk.stage - 2]
+    return draw(look, cpd.stages(look.before))
 
 
 def kept(look: Look) -> str:
@@ -29,8 +30,8 @@ def kept(look: Look) -> str:
     return f"{len(scene.source) * len(scene.target):,}"
 
 
-def _responsibilities(look: Look, step: cpd.Stages) -> Shown:
-    scene, P = look.walk.scene, step.responsibilities
+def _responsibilities(look: Look) -> Shown:
+    scene, P = look.walk.scene, cpd.responsibilities(look.before)
     lost = 1.0 - look.before.row[0]
     some = np.arange(len(scene.target))[SOME]
     shares = P[PARTNERS][:, some]
@@ -44,7 +45,7 @@ def _responsibilities(look: Look, step: cpd.Stages) -> Shown:
         cloud(look.moved),
     ]
     words = (
-        f"{P.shape[0]} × {P.shape[1]} shares at σ = {number(step.sigma_before)} u;"
+        f"{P.shape[0]} × {P.shape[1]} shares at σ = {number(float(look.before.sigma[0]))} u;"
         f" clutter takes {number(float(lost.sum()), 1)} fixed points."
     )
     return Shown(tuple(marks), words)

@@ -8,9 +8,9 @@ import numpy as np
 
 from solvers.arrays import IntArray
 
-from .four_run import VIEW, Look, Shown, carried, cloud, fixed
+from .four_run import VIEW, Look, Shown, carried, cloud, where
 from .mmd_marks import crests
-from .picture import Array, Label, Mark, Path, Role, Segments, degrees, number, small
+from .picture import Array, Label, Mark, Path, Points, Role, Segments, degrees, number, small
 
 NAME = "MMD-Reg-inspired"
 STAGES = ("encode", "average", "compare", "optimise")
@@ -33,7 +33,8 @@ def _encode(look: Look) -> Shown:
     state, scene = look.before, look.walk.scene
     frequency = state.frequencies[0, _slowest(look)[0]] / float(state.length[0])
     bright = [0.55 + 0.45 * np.cos(points @ frequency) for points in (scene.target, look.moved)]
-    marks = (crests(VIEW, frequency), *fixed(scene, bright[0]), cloud(look.moved, bright[1]))
+    still = Points(scene.target, "target", "square", radius=2.5, weight=bright[0])
+    marks = (crests(VIEW, frequency), *where(scene), still, cloud(look.moved, bright[1]))
     count = state.frequencies.shape[1]
     words = (
         f"ℓ = {number(float(state.length[0]), 1)} u: {count} waves, {2 * count} numbers a point."

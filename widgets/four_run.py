@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -173,10 +174,16 @@ class Shown:
     grid: bool = True
 
 
-def fixed(scene: Scene, weight: Array | None = None) -> tuple[Mark, ...]:
-    """The outline where it belongs, and the fixed cloud."""
-    outline = (Path(scene.truth.apply(line), "truth", thick=True, weight=0.5) for line in scene.outline)
-    return (*outline, Points(scene.target, "target", "square", radius=2.5, weight=weight))
+@lru_cache(maxsize=4)
+def fixed(scene: Scene) -> tuple[Mark, ...]:
+    """The outline where it belongs, and the fixed cloud: the same objects for one scene, turned into markup once."""
+    return (*where(scene), Points(scene.target, "target", "square", radius=2.5))
+
+
+@lru_cache(maxsize=4)
+def where(scene: Scene) -> tuple[Mark, ...]:
+    """The outline where it belongs."""
+    return tuple(Path(scene.truth.apply(line), "truth", thick=True, weight=0.5) for line in scene.outline)
 
 
 def outline(scene: Scene, pose: Pose, role: Role, weight: float = 1.0) -> tuple[Path, ...]:
