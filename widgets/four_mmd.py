@@ -59,7 +59,7 @@ def _average(look: Look) -> Shown:
 def _compare(look: Look) -> Shown:
     residual = look.before.residual[0]
     marks = (*_names(), *_bars(look, residual, 0.0, "accent"))
-    words = f"The {len(residual)} differences; their squares add up to {_squares(look.before)}, an MMD²."
+    words = f"The {len(residual)} differences; their squares add up to {_squares(look.before)}, an estimate of MMD²."
     return Shown(marks, words, grid=False)
 
 
