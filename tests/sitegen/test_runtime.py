@@ -145,7 +145,7 @@ def test_our_wheel_installs_and_holds_the_sources(info: RuntimeInfo, tmp_path: P
 
 def test_the_wheel_is_kept_until_a_source_changes(tmp_path: Path) -> None:
     root = tmp_path / "checkout"
-    for name in ("solvers", "widgets"):
+    for name in ("solvers", "widgets", "widgets/figures"):
         (root / name).mkdir(parents=True)
         (root / name / "__init__.py").write_text('__version__ = "1.2"\n', "utf-8")
         (root / name / "py.typed").touch()
