@@ -1,0 +1,77 @@
+"""What a file of points holds: CSV, XYZ, PLY or PCD → an (n, 2) or (n, 3) array. It is given bytes and opens no file.
+
+The format is told by how the data begin, and not by the file's name: PLY and PCD say what they are, everything else is
+lines of numbers.
+"""
+
+from __future__ import annotations
+
+import codecs
+from dataclasses import dataclass
+
+import numpy as np
+
+from solvers import cloud_pcd, cloud_ply
+from solvers.arrays import FloatArray
+from solvers.cloud_rows import delimited, lines_of
+from solvers.validate import LARGEST
+
+MOST_BYTES = 24_000_000
+MOST_POINTS = 1_000_000
+_UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+_PCD = (b"# .PCD", b"VERSION", b"FIELDS")
+
+
+@dataclass(frozen=True, eq=False)
+class CloudText:
+    """A file's points (n, 2) or (n, 3), n ≥ 1, finite, in the file's own unit; its format in words; and notices of what
+    was left out."""
+
+    points: FloatArray
+    format: str
+    notices: tuple[str, ...] = ()
+
+
+def read(data: bytes) -> CloudText:
+    """The points that a file's bytes hold.
+
+    Rows with a number that is not finite are left out, with a notice, as PCD marks missing returns with NaN. Raises
+    ValueError that says the line, what was found there and what was expected.
+    """
+    if len(data) > MOST_BYTES:
+        raise ValueError(f"{len(data) / 1e6:.1f} MB are more than the {MOST_BYTES / 1e6:.0f} MB that are read")
+    notices: list[str] = []
+    if data.startswith((b"ply\n", b"ply\r", b"ply ")):
+        points, how = cloud_ply.points(data, MOST_POINTS)
+        kind = f"PLY, {how}"
+    elif data.startswith(_PCD):
+        points, how = cloud_pcd.points(data, MOST_POINTS)
+        kind = f"PCD, {how}"
+    else:
+        lines = lines_of(_decoded(data))
+        if len(lines) > 2 * MOST_POINTS:
+            raise ValueError(f"{len(lines)} lines are more than the {2 * MOST_POINTS} that are read")
+        points, separated, notices = delimited(lines)
+        kind = f"text separated by {separated}"
+    finite = np.isfinite(points).all(axis=1)
+    if not finite.all():
+        gone = int(np.count_nonzero(~finite))
+        notices.append(f"{gone} row{'s' if gone > 1 else ''} with NaN or infinity left out")
+        points = points[finite]
+    if not len(points):
+        raise ValueError("no point is left; expected at least one row of finite numbers")
+    if len(points) > MOST_POINTS:
+        raise ValueError(f"{len(points)} points are more than the {MOST_POINTS} that are read")
+    if np.abs(points).max() > LARGEST:
+        raise ValueError(f"a coordinate is {np.abs(points).max():.3g}; expected none beyond {LARGEST:g}")
+    return CloudText(points, kind, tuple(notices))
+
+
+def _decoded(data: bytes) -> str:
+    """The text of lines of numbers: UTF-8 or, as spreadsheets write it, UTF-16; in comments anything goes."""
+    if data.startswith(_UTF16):
+        return data.decode("utf-16", "replace")
+    if b"\0" in data:
+        line = data[: data.index(b"\0")].count(b"\n") + 1
+        raise ValueError(f"line {line}: a zero byte was found; expected text, PLY or PCD")
+    return data.decode("utf-8-sig", "replace")
