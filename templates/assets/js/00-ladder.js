@@ -86,8 +86,19 @@
     }
   }
 
+  /** Hands the reader a file. */
+  function save(name, data, type = "text/plain") {
+    const url = URL.createObjectURL(new Blob([data], { type }));
+    const link = make("a", { href: url, download: name });
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(url), 60_000);
+  }
+
+  /** What a file of a figure is called: the page's name, the figure's, and what is in it. */
+  const fileName = (id, ending) => `${location.pathname.split("/").at(-1).replace(/\.html$/, "") || "index"}-${id}${ending}`;
+
   /** Figure id → its controller. */
   const figures = new Map();
 
-  globalThis.Ladder = { limits, on, make, text, store, calm, idle, emitter, mark, copy, figures };
+  globalThis.Ladder = { limits, on, make, text, store, calm, idle, emitter, mark, copy, save, fileName, figures };
 })();

@@ -2,7 +2,7 @@
 (() => {
   "use strict";
 
-  const { copy, make, on, shownValue, store } = Ladder;
+  const { copy, fileName, make, on, save, shownValue, store } = Ladder;
   const MOST = 50;
 
   /** @typedef {{record: Object, readouts: {name: string, label: string, value: string, unit: string}[]}} Pin */
@@ -85,7 +85,8 @@
       if (box.hidden) return box.replaceChildren();
       const scroll = make("div", { class: "runs-scroll", tabindex: "0", role: "group", "aria-label": "Pinned runs" });
       scroll.append(table(specs, pins));
-      box.replaceChildren(scroll, make("button", { type: "button", "data-do": "Copy" }, "Copy as CSV"));
+      const tool = (what, words) => make("button", { type: "button", "data-do": what }, words);
+      box.replaceChildren(scroll, tool("Copy", "Copy as CSV"), " ", tool("Save", "Save as CSV"));
     }
 
     function keep(next) {
@@ -105,6 +106,7 @@
         if (await copy(text)) figure.status.say("Pinned runs copied.");
         else figure.status.offer("Pinned runs:", text);
       },
+      Save: () => save(fileName(figure.id, "-runs.csv"), csv(specs, pins), "text/csv"),
     };
     const disposers = [
       on(pin, "click", () => {

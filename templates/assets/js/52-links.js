@@ -38,10 +38,23 @@
     if (!figure || data === undefined) return;
     visit(figure);
     try {
-      figure.ask(records.decode(data, figure.initial));
+      const { record, ignored } = Ladder.sound(records.decode(data, figure.initial), figure.initial, figure.spec);
+      figure.ask(record);
+      if (ignored.length) figure.status.say(`Of the state in this page's address, this was ignored: ${ignored.join(", ")}.`);
     } catch (error) {
       figure.refuse(`The state in this page's address cannot be shown: ${error.message}.`);
     }
+  }
+
+  /** Hands a link to the device's own sheet, where a finger asks and there is one; tells whether that was possible. */
+  async function handOn(url) {
+    if (!navigator.share || !matchMedia("(pointer: coarse)").matches) return false;
+    try {
+      await navigator.share({ title: document.title, url });
+    } catch (error) {
+      return error.name === "AbortError"; // the reader has closed the sheet
+    }
+    return true;
   }
 
   Ladder.linkButton = function (figure) {
@@ -49,6 +62,7 @@
     if (!button) return () => {};
     return on(button, "click", async () => {
       const link = figure.link();
+      if (await handOn(link)) return;
       if (await copy(link)) figure.status.say("Link copied.");
       else figure.status.offer("Link to this state:", link);
     });

@@ -3,7 +3,7 @@
 (() => {
   "use strict";
 
-  const { copy, make, on, runtime, text } = Ladder;
+  const { copy, fileName, make, on, runtime, save, text } = Ladder;
 
   /**
    * @typedef {{name: string, label: string, mark: string, values: ?number[], texts: string[]}} Row
@@ -103,6 +103,7 @@
           { class: "job-tools" },
           kept ? tool("drop", "Forget the kept run") : tool("keep", "Keep to compare"),
           tool("csv", "Copy as CSV"),
+          tool("save", "Save as CSV"),
           tool("python", "Copy the Python"),
         ),
       );
@@ -162,6 +163,8 @@
       else figure.status.offer(`${what}:`, value);
     }
 
+    const csv = () => (kept ? `${found.caption}\n${found.csv}\n${kept.caption}\n${kept.csv}` : found.csv);
+
     const does = {
       begin: work,
       stop: halt,
@@ -173,7 +176,8 @@
         kept = null;
         show();
       },
-      csv: () => hand("Table", kept ? `${found.caption}\n${found.csv}\n${kept.caption}\n${kept.csv}` : found.csv),
+      csv: () => hand("Table", csv()),
+      save: () => save(fileName(figure.id, `-${name}.csv`), csv(), "text/csv"),
       python: () => hand("Python", found.python),
     };
 

@@ -23,6 +23,7 @@
       Ladder.jobs(figure),
       Ladder.pins(figure),
       Ladder.linkButton(figure),
+      Ladder.pictures(root),
       Ladder.loadTape(figure),
       overlay.dispose,
       on(root, "pointerdown", touch),
@@ -85,6 +86,7 @@
 
   const roots = [...document.querySelectorAll("figure.figure:has(> script.figure-record)")];
   for (const root of roots) live(root);
+  document.querySelectorAll("figure.graph").forEach(Ladder.pictures);
   watch();
   document.querySelectorAll(".ladder").forEach(climb);
   reach(document.querySelectorAll(".formula"));
