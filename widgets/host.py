@@ -20,6 +20,7 @@ from .controls import nearest, values
 from .jobs import Running
 from .picture import Group, Handle, Mark, Panel, Picture, View
 from .registry import WIDGETS
+from .script import headed
 from .svg import UNIT, group_svg, mark_svg, panel_svg
 
 
@@ -103,7 +104,7 @@ class Host:
         moved = widget.motion(states[-2], states[-1]) if len(states) > 1 else None
         drawn = self._markup.setdefault(figure, _Markup()).drawn(figure, picture.panels)
         panels = [_panel(panel, svg) for panel, svg in zip(picture.panels, drawn, strict=True)]
-        frame = _frame(figure, record, picture, panels, moved, widget.python(states[-1]))
+        frame = _frame(figure, record, picture, panels, moved, headed(widget.python(states[-1]), widget.title))
         return {**frame, "detail": level}
 
     def job(self, request: str) -> str:

@@ -12,6 +12,7 @@ from time import perf_counter
 from typing import Any
 
 from .picture import Panel, Role, number
+from .script import headed
 from .svg import panel_svg
 
 SLICE = 0.04  # seconds: no piece is begun that would, lasting as long as the one before, end later than this
@@ -145,7 +146,7 @@ def plain(result: Result, prefix: str, timed: bool = True) -> dict[str, Any]:
             for p in result.panels
         ],
         "csv": written(result, kept),
-        "python": result.python,
+        "python": headed(result.python, result.caption),
     }
 
 

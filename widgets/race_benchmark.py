@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import asdict
 from time import perf_counter
 from typing import Protocol
 
@@ -18,6 +19,7 @@ from .jobs import Column, Job, Progress, Result, Row
 from .picture import Label, Mark, Panel, Path, Points, Segments, View
 from .race_field import STAND_IN, Entry, field
 from .room import SETTINGS
+from .script import called, named
 
 COLUMNS = (
     Column("rre", "Median rotation error", "°", 2),
@@ -127,7 +129,6 @@ def strips(
 
 def python(race: racing.Controls, ninth: str) -> str:
     """The call that finds the same table."""
-    given = (race.degrees, race.distance, race.setting, race.noise, race.outliers, race.overlap, race.density)
     lines = ["from solvers.benchmark import benchmark, table", "from solvers.race import Controls", ""]
     more = ""
     if ninth != STAND_IN:
@@ -135,8 +136,7 @@ def python(race: racing.Controls, ninth: str) -> str:
         lines.append(f"nine = (*CONTESTANTS[:8], *contestants([{ninth!r}]))")
         more = ", contestants=nine"
     lines += [
-        "# turned by °, moved by u, room, noise, outliers, overlap, density",
-        f"controls = Controls({', '.join(map(repr, given))})",
+        *called("controls = Controls", *named(asdict(race))),
         f"print(table(benchmark(controls{more})))",
     ]
     return "\n".join(lines) + "\n"

@@ -11,11 +11,13 @@ import os
 import subprocess
 import sys
 import zipfile
+from email import message_from_bytes
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+import solvers
 from sitegen import wheel
 from sitegen.inside import run_python_in_shipped_runtime
 from sitegen.lighter import PREPARED
@@ -24,6 +26,7 @@ from sitegen.outside import cache_dir, gather
 from sitegen.pycompile import Bare, change
 from sitegen.runtime import RUNNER, RuntimeInfo, assemble, kept_modules, module_name
 from sitegen.wheel import build_wheel
+from widgets.script import WHEEL
 
 MOST = 7_500_000  # bytes by gzip -9 that a reader may have to load
 
@@ -133,14 +136,27 @@ def test_our_wheel_installs_and_holds_the_sources(info: RuntimeInfo, tmp_path: P
     built = info.folder / info.wheel
     with zipfile.ZipFile(built) as archive:
         inside = {n: archive.read(n) for n in archive.namelist() if ".dist-info/" not in n}
+        names = {n.rpartition("/")[2]: n for n in archive.namelist() if ".dist-info/" in n}
+        metadata = message_from_bytes(archive.read(names["METADATA"]))
     assert inside == wheel.sources()
+    assert built.name == WHEEL
+    assert (metadata["Name"], metadata["Version"]) == ("registration-ladder", solvers.__version__)
+    assert metadata.get_all("Requires-Dist") == ["numpy>=2.0", 'dask[distributed]; extra == "cluster"']
+    assert (metadata["Requires-Python"], metadata["License-Expression"]) == (">=3.11", "MIT")
+    assert metadata["Summary"]
     pip = [sys.executable, "-P", "-m", "pip", "install", "--quiet", "--no-deps", "--no-index"]
     subprocess.run([*pip, "--target", str(tmp_path), str(built)], check=True, cwd=tmp_path)
-    command = [sys.executable, "-c", "import solvers, widgets; print(solvers.__version__, solvers.__file__)"]
+    # The learned flow reads its weights, which come along.
+    code = """
+import numpy as np, solvers, widgets
+print(solvers.register(np.eye(2), np.eye(2), "kabsch").status, solvers.__file__)
+print(solvers.register(np.random.default_rng(1).normal(size=(20, 2)), np.eye(2), "flow", seed=1).steps)
+"""
     env = {**os.environ, "PYTHONPATH": str(tmp_path)}
-    shown = subprocess.run(command, env=env, cwd=tmp_path, capture_output=True, text=True, check=True)
-    assert str(tmp_path) in shown.stdout
-    assert built.name.split("-")[1] == shown.stdout.split()[0]
+    command = [sys.executable, "-c", code]
+    shown = subprocess.run(command, env=env, cwd=tmp_path, capture_output=True, text=True, check=True).stdout
+    assert str(tmp_path) in shown
+    assert shown.splitlines()[1] == "10"
 
 
 def test_the_wheel_is_kept_until_a_source_changes(tmp_path: Path) -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
 import json
 import re
 from collections.abc import Iterator
@@ -152,25 +150,3 @@ def test_options_bring_values_that_are_accepted(name: str) -> None:
             plain = preset(widget, "default", {control: option}).plain()
             assert {key: plain["controls"][key] for key in brought} == dict(brought)
             assert preset(widget, "default", plain["controls"]).plain() == plain
-
-
-@pytest.mark.parametrize("name", WIDGETS)
-def test_the_snippet_prints_the_readouts(name: str) -> None:
-    """What the page offers to paste runs on the solvers package alone and prints the figure's own numbers."""
-    for _, frame in ends(name):
-        check_snippet(frame)
-
-
-def check_snippet(frame: dict[str, Any]) -> None:
-    if not frame["python"]:
-        return
-    assert "widgets" not in frame["python"]
-    out = io.StringIO()
-    with contextlib.redirect_stdout(out):
-        exec(compile(frame["python"], "snippet", "exec"), {})
-    printed = dict(line.split(" ", 1) for line in out.getvalue().splitlines())
-    shown = {r["name"]: r["value"].replace("−", "-") for r in frame["readouts"]}
-    assert len(printed) >= 3
-    for name, value in printed.items():
-        decimals = len(shown[name].partition(".")[2])
-        assert float(value) == pytest.approx(float(shown[name]), abs=0.51 * 10**-decimals), name

@@ -172,7 +172,7 @@ scene, i = bird(seed={state.scene.seed}), {round(c.point) - 1}
 start = {written(state.pose)}
 
 
-def at_start(method):
+def at_start(method):  # what it makes of the pairs before its first step, with the options that it races with
     (one,) = contestants([method])
     return register(scene.source, scene.target, method, start=start, max_steps=0, seed=scene.seed, **one.options)
 

@@ -14,6 +14,7 @@ from ..controls import choice, slider, toggle
 from ..four_run import ANCHOR, PLACING, STAGES, VIEW, Look, Shown, Walk, begun, carried
 from ..picture import Handle, Panel, Picture, Readout, degrees, number
 from ..placing import HANDLES, written
+from ..script import named
 
 PARTS: dict[str, Any] = {"cpd": four_cpd, "filterreg": four_filter, "mmd": four_mmd, "flow": four_flow}
 SHORT = {"cpd": "CPD", "filterreg": "FilterReg", "mmd": "MMD", "flow": "Flow"}
@@ -169,12 +170,12 @@ def python(state: State) -> str:
             "from solvers.metrics import rre, rte",
             "from solvers.stepper import advance",
             "from solvers.walk_scenes import fish",
-            "from solvers.walkthrough import begin_walk, found  # begin_walk has each method's options",
+            "from solvers.walkthrough import begin_walk, found",
             "",
             f'scene = fish("{c.scene}", seed={walk.scene.seed}, smaller={c.smaller})',
             f"start = {written(walk.start)}",
-            f"steps = {steps!r}",
-            "for name, count in steps.items():",
+            f"steps = dict({', '.join(named(steps))})",
+            "for name, count in steps.items():  # begin_walk knows each method's options",
             f"    run = begin_walk(name, [scene], [start], project={c.project})",
             "    for _ in range(count):",
             "        run = advance(run)",

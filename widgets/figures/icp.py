@@ -32,6 +32,7 @@ from ..room import (
     still,
     with_marks,
 )
+from ..script import called, named
 
 STEPS = 40
 OPEN = 3.0  # u: a gate that is as wide as its slider goes stands open
@@ -261,9 +262,6 @@ def _promise(chosen: Rule) -> str:
 def python(state: State) -> str:
     """The same numbers from the solvers package alone."""
     c, run = state.controls, state.run
-    options = "".join(
-        f", {name}={'np.inf' if value == np.inf else repr(value)}" for name, value in run.rule.options.items()
-    )
     lines = [
         "import numpy as np",
         "from solvers import Pose, register",
@@ -273,15 +271,17 @@ def python(state: State) -> str:
         f'scene = room("{c.scene}", seed={run.scene.seed}, noise={c.noise!r}, outliers={c.outliers / 100!r}, '
         f"overlap={c.overlap / 100!r})",
         f"start = {written(run.began)}",
-        f'result = register(scene.source, scene.target, "{run.rule.method}", start=start, '
-        f"max_steps={run.steps}{options})",
+        *called(
+            "result = register", "scene.source", "scene.target", f'"{run.rule.method}"', "start=start",
+            f"max_steps={run.steps}", *named(run.rule.options),
+        ),
         'pairs = result.detail("pairing")',
         "",
         *(['print("rms", pairs.rms)'] if run.course[-1].used else []),
         'print("objective", result.objective)',
         'print("rotation_error", np.degrees(rre(result.pose, scene.truth)))',
         'print("translation_error", rte(result.pose, scene.truth))',
-    ]
+    ]  # fmt: skip
     return "\n".join(lines) + "\n"
 
 

@@ -287,7 +287,7 @@ def python(state: State) -> str:
         f"start = {written(state.start)}",
         "moved = start.apply(scene.source)",
         f"fit = fit_rigid(moved, scene.target{'' if c.correct else ', proper=False'})",
-        f"pose = {'fit.pose.compose(start)' if state.solved else 'start  # solved: fit.pose.compose(start)'}",
+        f"pose = {'fit.pose.compose(start)' if state.solved else 'start  # once solved: fit.pose.compose(start)'}",
         "",
         'print("rms_before", rms(start, scene.source, scene.target))',
         'print("rms", rms(pose, scene.source, scene.target))',

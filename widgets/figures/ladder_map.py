@@ -276,6 +276,7 @@ def python(state: State) -> str:
 from solvers import Pose
 from solvers.scenes import BIRD
 
+# The bird as evenly spaced points, and the same points again with noise.
 n, sigma, wavelength = {COUNT}, {SIGMA}, {WAVELENGTH}
 closed = np.vstack([BIRD, BIRD[:1]])
 lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(closed, axis=0), axis=1))])
@@ -289,6 +290,7 @@ way = np.pi * rng.uniform()
 frequency = 2 * np.pi / wavelength * np.array([np.cos(way), np.sin(way)])
 moved = Pose.from_angle(np.radians({state.controls.turn!r}), {tuple(SHIFT.tolist())!r}).apply(bird)
 
+# Partners: the nearest, soft shares, and the mean of one wave.
 squares = ((moved[:, None] - target) ** 2).sum(axis=2)
 soft = np.exp((squares.min(axis=1, keepdims=True) - squares) / (2 * sigma**2))
 soft /= soft.sum(axis=1, keepdims=True)

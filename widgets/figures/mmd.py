@@ -21,6 +21,7 @@ from ..mmd_marks import MAP, convergence, crests, phases, waves
 from ..picture import Array, Mark, Panel, Picture, Readout, degrees, number
 from ..placing import HANDLES, place, written
 from ..room import ANCHOR, BRINGS, PLACING, SETTINGS, error_chart, held, outline, problem, single, source, still
+from ..script import called
 
 STEPS = 40
 PLACED = replace(PLACING, view=MAP)
@@ -269,11 +270,16 @@ def python(state: State) -> str:
             "from solvers.metrics import rre, rte",
             "from solvers.scenes import room",
             "",
-            f'scene = room("{c.scene}", seed={scene.seed}, noise={c.noise!r}, outliers={c.outliers / 100!r}, '
-            f"overlap={c.overlap / 100!r}, density={c.density!r})",
+            *called(
+                "scene = room", f'"{c.scene}"', f"seed={scene.seed}", f"noise={c.noise!r}",
+                f"outliers={c.outliers / 100!r}", f"overlap={c.overlap / 100!r}", f"density={c.density!r}",
+            ),
             f"start = {written(state.began)}",
-            f'result = register(scene.source, scene.target, "mmd", start=start, seed={_seed(scene, state.draws)}, '
-            f"count={round(c.count)}, lengths={lengths(c)!r}, max_steps={len(state.course) - 1})",
+            *called(
+                "result = register", "scene.source", "scene.target", '"mmd"', "start=start",
+                f"seed={_seed(scene, state.draws)}", f"count={round(c.count)}", f"lengths={lengths(c)!r}",
+                f"max_steps={len(state.course) - 1}",
+            ),
             f"length = {state.length!r}  # ℓ of the last step",
             "",
             'print("estimate", result.objective)',
@@ -283,7 +289,7 @@ def python(state: State) -> str:
             'print("translation_error", rte(result.pose, scene.truth))',
             "",
         ]
-    )
+    )  # fmt: skip
 
 
 def _presses(name: str, times: int) -> tuple[str, ...]:

@@ -33,6 +33,7 @@ from ..picture import (
     number,
 )
 from ..placing import HANDLES, Placing, written
+from ..script import called, named
 
 VIEW = View(-6.4, 6.4, -4.6, 4.6, width=480.0)
 PLACING = Placing(VIEW, limit=(4.5, 2.75), reach=2.6, least=1.8, panel="one")
@@ -293,7 +294,7 @@ def _description(state: State) -> str:
 def python(state: State) -> str:
     """The same numbers from the solvers package alone."""
     c, s = state.controls, state.scene
-    options = f"grids={4 if c.four else 1}, max_shift={c.max_shift!r}, max_turn={c.max_turn!r}"
+    options = named({"grids": 4 if c.four else 1, "max_shift": c.max_shift, "max_turn": c.max_turn})
     lines = [
         "import numpy as np",
         "from solvers import Pose, register",
@@ -307,14 +308,14 @@ def python(state: State) -> str:
     for name, run in state.runs.items():
         steps = MAX_STEPS if run.batch.done else run.steps
         lines += [
-            f"{name} = register(",
-            '    scene.source, scene.target, "ndt", start=start,',
-            f"    cells={_cells(c, name)!r}, {options}, max_steps={steps},",
-            ")",
+            *called(
+                f"{name} = register", "scene.source", "scene.target", '"ndt"', "start=start",
+                f"cells={_cells(c, name)!r}", *options, f"max_steps={steps}",
+            ),
             f'print("rotation_{name}", np.degrees(rre({name}.pose, scene.truth)))',
             f'print("translation_{name}", rte({name}.pose, scene.truth))',
             *([f'print("score_{name}", -{name}.objective)'] if run.levels[-1] == len(run.truth) - 1 else []),
-        ]
+        ]  # fmt: skip
     return "\n".join(lines) + "\n"
 
 

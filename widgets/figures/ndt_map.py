@@ -270,10 +270,11 @@ from solvers.ndt_map import build
 from solvers.wall_scenes import ndt_room
 
 points = ndt_room(seed={state.seed}, noise={c.noise!r}).target
-{stuck}cells = build(points[None], {c.size!r}, offset=np.array([{c.nudge_x!r}, {c.nudge_y!r}]))
+{stuck}# One problem is a batch of one.
+cells = build(points[None], {c.size!r}, offset=np.array([{c.nudge_x!r}, {c.nudge_y!r}]))
 kept = cells.kept[0]
 number = np.round((cells.corner[0] - cells.origin[0, 0]) / {c.size!r})
-here = (number == {state.chosen!r}).all(axis=1)
+here = (number == {state.chosen!r}).all(axis=1)  # column and row of the chosen cell
 
 print("kept", kept.sum())
 print("discarded", (~kept).sum())

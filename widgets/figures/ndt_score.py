@@ -236,7 +236,7 @@ scene = ndt_room(seed={state.seed}, noise={c.noise!r}, outliers={c.outliers!r})
 cells = build(scene.target[None], {c.size!r}, grids={_grids(c)})
 scan = Pose.from_angle(np.radians({c.rotation!r})).apply(scene.source)
 path = climb(cells, scan, np.array([{x}, {y}]))
-pairs = len(scan) * {_grids(c)}
+pairs = len(scan) * {_grids(c)}  # of a point and a grid
 truth = evaluate(cells, scene.source[None], np.zeros((1, 2)))
 
 print("begin", path.score[0] / pairs)

@@ -17,6 +17,7 @@ from ..race_benchmark import BENCHMARK
 from ..race_field import CLOSE_SHIFT, CLOSE_TURN, ENTRIES, STAND_IN, Run, field, stepped, waiting
 from ..race_panels import PLACING, Stage, chart, drawn, handles, picked, scenery, turned
 from ..room import ANCHOR, BRINGS, SETTINGS, problem
+from ..script import called, named
 
 NINTH = {STAND_IN: ENTRIES[STAND_IN].contestant.label} | {c.method: c.label for c in EXTRAS}
 
@@ -156,17 +157,21 @@ def _told(run: Run) -> str:
 def python(state: State) -> str:
     """The same numbers from the solvers package alone."""
     c, s = state.controls, state.scene
-    race = f"Controls({c.turn!r}, {c.offset!r}, {c.setting!r}, {c.noise!r}, {c.outliers / 100!r}, {c.overlap / 100!r}"
+    race = {
+        "degrees": c.turn, "distance": c.offset, "setting": c.setting, "noise": c.noise, "outliers": c.outliers / 100,
+        "overlap": c.overlap / 100, "density": c.density,
+    }  # fmt: skip
+    others = "" if c.ninth == STAND_IN else "contestants, "
     lines = [
+        *(["from dataclasses import replace", ""] if state.placed else []),
         "import numpy as np",
-        *(["from dataclasses import replace"] if state.placed else []),
         *(["from solvers import Pose"] if state.placed else []),
         "from solvers.metrics import rre, rte",
-        "from solvers.race import CONTESTANTS, Controls, contestants, race_problem",
+        f"from solvers.race import CONTESTANTS, Controls, {others}race_problem",
         "from solvers.stepper import advance",
         "",
-        "# turned by °, moved by u, room, noise, outliers, overlap, density",
-        f"problem, truth = race_problem({race}, {c.density!r}), seeds=[{s.seed}])",
+        *called("controls = Controls", *named(race)),
+        f"problem, truth = race_problem(controls, seeds=[{s.seed}])",
     ]
     if state.placed:
         lines.append(f"start = {written(state.start)}")

@@ -20,6 +20,7 @@ from ..contract import Action, Button, Key, Widget
 from ..controls import choice, slider
 from ..match_view import HANDLE, PULLED, Shown, match_handle, match_panel, pulled_to
 from ..picture import Array, Picture, Readout, number
+from ..script import called
 
 MOST = 300  # trials at most
 SEPARATION = 0.7  # u, at least, between the two points of a trial in both views
@@ -270,19 +271,21 @@ def python(state: State) -> str:
         "from solvers.metrics import rre, rte",
         "",
         f'scene = facade_scene("{s.name}", seed={s.seed}, noise={c.noise!r}, outliers={c.outliers!r})',
-        "target = scene.target.copy()",
+        f"target = scene.target{'' if state.pulled is None else '.copy()'}",
     ]
     if state.pulled is not None:
-        lines.append(f"target[{PULLED}] = {tuple(round(v, 6) for v in state.pulled.tolist())}")
+        at = tuple(round(v, 6) for v in state.pulled.tolist())
+        lines.append(f"target[{PULLED}] = {at}  # pulled by hand")
     lines += [
-        "result = register(",
-        f'    scene.source, target, method="ransac", seed={s.seed}, inlier={c.epsilon!r}, confidence={c.confidence},',
-        f"    most={MOST}, separation={SEPARATION}, per_step=1, max_steps={steps if not ran.over else STEPS},",
-        ")",
-        "ghost = fit_rigid(scene.source, target).pose",
+        *called(
+            "result = register", "scene.source", "target", '"ransac"', f"seed={s.seed}", f"inlier={c.epsilon!r}",
+            f"confidence={c.confidence}", f"most={MOST}", f"separation={SEPARATION}", "per_step=1",
+            f"max_steps={steps if not ran.over else STEPS}",
+        ),
+        "ghost = fit_rigid(scene.source, target).pose  # of all pairs, right and wrong",
         "",
         'print("trials", result.detail("trials"))',
-    ]
+    ]  # fmt: skip
     if ran.found:
         lines += [
             'print("count", result.detail("count"))',

@@ -14,6 +14,7 @@ from ..contract import Action, Button, Key, Motion, Widget
 from ..controls import choice, slider
 from ..picture import Array, Group, Mark, Panel, Path, Picture, Points, Readout, Role, View, degrees, number
 from ..placing import HANDLES, Placing, place, written
+from ..script import called, named
 from ..soft_links import Links, circles, crosses, links, targets, threads
 from ..soft_run import Rule, Run, begun
 
@@ -277,7 +278,7 @@ def python(state: State) -> str:
     """The same numbers from the solvers package alone."""
     c, run = state.controls, state.run
     r = run.rule
-    options = "".join(f", {name}={value!r}" for name, value in r.options(r.sigma).items() if name != "sigma")
+    options = named({name: value for name, value in r.options(r.sigma).items() if name != "sigma"})
     lines = [
         "import numpy as np",
         "from solvers import Pose, register",
@@ -287,19 +288,19 @@ def python(state: State) -> str:
         f"scene = bird(seed={run.scene.seed}, noise={c.noise!r}, clutter={round(c.junk)})",
         f"pose = {written(run.began)}",
     ]
-    call = f'register(scene.source, scene.target, "{r.method}", start=pose'
+    call = "scene.source", "scene.target", f'"{r.method}"', "start=pose"
     if r.restarts:  # a width of ours is put in anew at every step
         after = f"max(0.9 * sigma, {r.last!r})" if r.width == "scheduled" else "sigma"
         lines += [
             f"sigma = {r.sigma!r}",
             f"for _ in range({run.steps}):",
-            f"    pose = {call}, sigma=sigma{options}, max_steps=1).pose",
-            f"    sigma = {after}",
-            f"result = {call}, sigma=sigma{options}, max_steps=0)",
+            *called("    pose = register", *call, "sigma=sigma", *options, "max_steps=1", after=".pose"),
+            *([f"    sigma = {after}"] if after != "sigma" else []),
+            *called("result = register", *call, "sigma=sigma", *options, "max_steps=0"),
         ]
     else:
-        first = f", sigma={r.sigma!r}" if r.method.startswith("cpd") else ""
-        lines.append(f"result = {call}{first}{options}, max_steps={run.steps})")
+        first = [f"sigma={r.sigma!r}"] if r.method.startswith("cpd") else []
+        lines += called("result = register", *call, *first, *options, f"max_steps={run.steps}")
     per = {"gmmreg": "* 4 * np.pi * sigma**2", "filterreg": "/ len(scene.source)"}.get(r.method, "/ len(scene.target)")
     lines += [
         'sigma = result.detail("sigma")',

@@ -11,6 +11,7 @@ from ..controls import choice, slider
 from ..picture import Mark, Panel, Picture, Readout, degrees, number
 from ..placing import HANDLES, place, written
 from ..room import ANCHOR, FAR, NEAR, PLACING, VIEW, error_chart, held
+from ..script import called, named
 from ..surface_marks import (
     condition,
     covariance_words,
@@ -186,7 +187,6 @@ def _description(c: Controls, run: Run) -> str:
 def python(state: State) -> str:
     """The same numbers from the solvers package alone."""
     c, run = state.controls, state.run
-    options = "".join(f", {name}={value!r}" for name, value in run.ask.options.items())
     call = CALLS[c.scene]
     lines = [
         "import numpy as np",
@@ -196,14 +196,16 @@ def python(state: State) -> str:
         "",
         f"scene = {call}(seed={run.scene.seed}, noise={c.noise!r}, outliers={c.outliers / 100!r})",
         f"start = {written(run.began)}",
-        f'result = register(scene.source, scene.target, "{METHOD[c.residual]}", start=start, '
-        f"max_steps={run.steps}{options})",
+        *called(
+            "result = register", "scene.source", "scene.target", f'"{METHOD[c.residual]}"', "start=start",
+            f"max_steps={run.steps}", *named(run.ask.options),
+        ),
         "",
         'print("rms", result.detail("pairing").rms)',
         *([] if c.residual == "point" else ['print("condition", result.detail("system").condition)']),
         'print("rotation_error", np.degrees(rre(result.pose, scene.truth)))',
         'print("translation_error", rte(result.pose, scene.truth))',
-    ]
+    ]  # fmt: skip
     return "\n".join(lines) + "\n"
 
 

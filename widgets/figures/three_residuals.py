@@ -15,6 +15,7 @@ from ..controls import choice, slider
 from ..picture import Handle, Label, Mark, Panel, Picture, Readout, Role, Segments, View, degrees, number
 from ..placing import Placing, place, written
 from ..room import ANCHOR, FAR, NEAR, held, with_marks
+from ..script import named
 from ..surface_marks import Carried, carried, fixed, ghost, moving, pairs, weak_direction, weak_label
 from ..surface_run import CALLS, METHOD, SCENES, STEPS, WEIGHTS, Ask, Run, anew, kept, scene_of
 from .surfaces import MIDWAY
@@ -219,14 +220,14 @@ def python(state: State) -> str:
         "",
         f"scene = {call}(seed={one.scene.seed}, noise={c.noise!r}, outliers={c.outliers / 100!r})",
         f"start = {written(one.began)}",
-        "runs = [",
+        "runs = {",
     ]
     for name, run in state.runs.items():
-        options = "".join(f", {key!r}: {value!r}" for key, value in run.ask.options.items())
-        lines.append(f'    ("{name}", "{METHOD[name]}", {{"max_steps": {run.steps}{options}}}),')
+        options = ", ".join(named({"max_steps": run.steps, **run.ask.options}))
+        lines.append(f'    "{name}": ("{METHOD[name]}", dict({options})),')
     lines += [
-        "]",
-        "for name, method, options in runs:",
+        "}",
+        "for name, (method, options) in runs.items():",
         "    result = register(scene.source, scene.target, method, start=start, **options)",
         '    print(f"{name}_rotation", np.degrees(rre(result.pose, scene.truth)))',
         '    print(f"{name}_translation", rte(result.pose, scene.truth))',

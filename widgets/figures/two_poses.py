@@ -185,7 +185,7 @@ from solvers.metrics import rre, rte
 from solvers.scans import two_scans
 
 scans = two_scans(seed={state.seed}, noise={c.noise!r}, turn={c.turn!r}, distance={c.distance!r})
-pose = {written(state.pose)}
+pose = {written(state.pose)}  # where the cloud has been put
 apart = np.linalg.norm(pose.apply(scans.source)[:, None] - scans.target, axis=2)
 
 print("nearest", np.sqrt((apart.min(axis=1) ** 2).mean()))

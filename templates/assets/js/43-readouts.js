@@ -2,7 +2,7 @@
 (() => {
   "use strict";
 
-  const { copy, make, on, text } = Ladder;
+  const { copy, fileName, make, on, save, text } = Ladder;
 
   const row = ({ name, label, role }) =>
     make(
@@ -39,14 +39,17 @@
       }),
     ];
     if (code) {
-      const button = make("button", { type: "button", class: "copy" }, "Copy the Python");
-      code.closest("pre").after(button);
+      const button = (label) => make("button", { type: "button" }, label);
+      const [take, file] = [button("Copy the Python"), button("Download as .py")];
+      const tools = make("div", { class: "figure-tools" }, take, file);
+      code.closest("pre").after(tools);
       disposers.push(
-        on(button, "click", async () => {
+        on(take, "click", async () => {
           if (await copy(code.textContent)) figure.status.say("Python copied.");
           else getSelection().selectAllChildren(code);
         }),
-        () => button.remove(),
+        on(file, "click", () => save(fileName(figure.id, ".py"), code.textContent, "text/x-python")),
+        () => tools.remove(),
       );
     }
     return () => disposers.forEach((dispose) => dispose());
