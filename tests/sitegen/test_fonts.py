@@ -82,6 +82,12 @@ def test_cuts_do_not_carry_the_reserved_name_and_keep_the_licence(made: fonts.Fo
         assert table.getDebugName(0), name
 
 
+def test_no_table_names_names_that_are_not_there(made: fonts.FontSet) -> None:
+    """STAT consists of such names; Firefox discards it, with an error for each file."""
+    for face in fonts.FACES:
+        assert "STAT" not in opened(made, face.name), face.name
+
+
 def test_the_whole_set_is_light(made: fonts.FontSet) -> None:
     assert sum(map(len, made.files.values())) <= 120_000
 
