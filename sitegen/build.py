@@ -24,6 +24,7 @@ from .computed import Values
 from .content import OWN_PAGES, Chapter, Site, read_chapters, read_site
 from .figures import Bakery, Figure, code_hash
 from .files import fingerprint, short_hash, write
+from .glossary import Term, read_glossary
 from .maths import Mathematics
 from .maths import render as render_formulas
 from .outside import Progress, quiet
@@ -86,6 +87,7 @@ def build(
     site = read_site(root, problems)
     chapters = read_chapters(root, site, problems, drafts)
     references = read_references(root, problems)
+    terms = read_glossary(root, chapters, problems)
     surveys = [survey(chapter, parts.widgets, parts.plots, problems) for chapter in chapters]
     formulas = [asked for one in surveys for asked in one.formulas]
     mathematics = render_formulas(formulas, site.macros, cache, problems, progress)
@@ -100,8 +102,9 @@ def build(
     known = Known(
         root,
         surveys,
-        _pages(surveys, references),
+        _pages(surveys, references, terms),
         references,
+        terms,
         tests_for(root, chapters),
         read_results(root),
         mathematics,
@@ -175,10 +178,13 @@ def _plot_drawer(
     return drawn
 
 
-def _pages(surveys: Sequence[Survey], references: Mapping[str, Reference]) -> dict[str, Mapping[str, Place] | None]:
+def _pages(
+    surveys: Sequence[Survey], references: Mapping[str, Reference], terms: Mapping[str, Term]
+) -> dict[str, Mapping[str, Place] | None]:
     """Every page that a link may lead to, with its anchors."""
     pages: dict[str, Mapping[str, Place] | None] = {f"{name}.html": None for name in OWN_PAGES if name != "404"}
     pages["references.html"] = {f"ref-{key}": reference.place for key, reference in references.items()}
+    pages["glossary.html"] = {term.anchor: term.place for term in terms.values()}
     fixed = {name: Place("templates/chapter.html") for name in OWN_IDS}
     return pages | {one.chapter.page: {**fixed, **one.anchors} for one in surveys}
 
@@ -230,7 +236,7 @@ def _files(
     files = {**pages, **scripts, **images, **assets.files}
     writer = Writer(templates, content.site, content.chapters, assets)
     if content.site.url:
-        public = [*(chapter.page for chapter in content.chapters), "references.html", "checks.html"]
+        public = [*(chapter.page for chapter in content.chapters), "references.html", "glossary.html", "checks.html"]
         files["sitemap.xml"] = writer.sitemap(public).encode()
     worker = service_worker(content.root, files, fingerprint(files.items())[:16])
     if worker is not None:
@@ -254,9 +260,11 @@ def _characters(pages: Mapping[str, str], cache: Path) -> tuple[str, str]:
 def _html(content: _Content, templates: Environment, assets: Assets) -> dict[str, str]:
     """Every page by name."""
     writer = Writer(templates, content.site, content.chapters, assets)
-    pages = {chapter.page: writer.chapter(chapter, body, content.references) for chapter, body in content.bodies}
+    references, terms = content.references, content.known.terms
+    pages = {chapter.page: writer.chapter(chapter, body, references, terms) for chapter, body in content.bodies}
     pages |= {f"{name}.html": writer.redirect(chapter) for chapter in content.chapters for name in _old_names(chapter)}
     pages["references.html"] = writer.references(content.references, content.cited)
+    pages["glossary.html"] = writer.glossary(terms)
     pages["checks.html"] = writer.checks(content.bodies, content.known.tests, content.known.results)
     pages["licences.html"] = writer.licences(content.licences)
     pages["404.html"] = writer.lost()

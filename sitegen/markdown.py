@@ -1,7 +1,7 @@
 """Markdown → tokens: markdown-it with formulas, footnotes and directives, every token that can be wrong with its place.
 
-After parsing, directives are single tokens ("figure", "plot", "try", "aside", "value", "readout", "ref", "cite") or
-pairs ("claim_open", "claim_close"), and footnote definitions are taken out of the flow.
+After parsing, directives are single tokens ("figure", "plot", "try", "aside", "value", "readout", "ref", "term",
+"cite") or pairs ("claim_open", "claim_close"), and footnote definitions are taken out of the flow.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from .directives import Directive, DirectiveError, read
 from .problems import Place, Problems, hint
 
 BLOCK = ("figure", "plot", "try", "aside")
-INLINE = ("value", "readout", "claim", "ref")
+INLINE = ("value", "readout", "claim", "ref", "term")
 PLACED = ("link", "image", "math_inline", "footnote_ref", "autolink")
 CITATION = re.compile(r"\[(@[^\]\n]*)\]")
 CITED = re.compile(r"\s*@(?P<key>[^\s,;\]]*)(?:,\s*(?P<locator>[^;\]]*?))?\s*(?:;|$)")

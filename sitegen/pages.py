@@ -21,6 +21,7 @@ from .cite import Reference
 from .claims import Result, Test, anchor, standing
 from .content import Chapter, Site
 from .figures import Figure, Plain, dumps, first_frame, spec
+from .glossary import Term
 from .outside import Licence
 from .plotting import Drawn, Placed
 from .render import Body, highlighted
@@ -164,7 +165,9 @@ class Writer:
             for rung, title, chapter in [*planned, *rest]
         ]
 
-    def chapter(self, chapter: Chapter, body: Body, references: Mapping[str, Reference]) -> str:
+    def chapter(
+        self, chapter: Chapter, body: Body, references: Mapping[str, Reference], terms: Mapping[str, Term]
+    ) -> str:
         """A chapter's page."""
         i = self.chapters.index(chapter)
         page = self._page(
@@ -179,9 +182,16 @@ class Writer:
         if page.home:
             page = replace(page, title=self.site.title)
         cards = [references[key] for key in body.cited]
+        words = [terms[key] for key in body.terms]
+        contents = _tree(body.contents)
         return self._fill(
-            "chapter.html", page, chapter=chapter, body=body.html, contents=_tree(body.contents), cards=cards
+            "chapter.html", page, chapter=chapter, body=body.html, contents=contents, cards=cards, words=words
         )
+
+    def glossary(self, terms: Mapping[str, Term]) -> str:
+        """Every term, with the chapter that explains it."""
+        page = self._page("glossary.html", "Glossary", f"The words that {self.site.title} uses.", "glossary-page")
+        return self._fill("glossary.html", page, terms=list(terms.values()))
 
     def references(self, references: Mapping[str, Reference], cited: Mapping[str, Sequence[Chapter]]) -> str:
         """The bibliography, each work with the chapters that cite it."""

@@ -23,6 +23,7 @@ from .cite import Reference
 from .claims import Result, Test, anchor, standing
 from .computed import CallError, Values, printed, read_call
 from .figures import Figure, Plain, changed, dumps, listed
+from .glossary import Term, named
 from .images import Image, read_image
 from .links import Links
 from .markdown import parser, text_of
@@ -40,6 +41,7 @@ class Known:
     surveys: Sequence[Survey]
     pages: Mapping[str, Mapping[str, Place] | None]
     references: Mapping[str, Reference]
+    terms: Mapping[str, Term]
     tests: Mapping[str, Test]
     results: Mapping[str, Result]
     mathematics: Mathematics
@@ -61,11 +63,12 @@ class Claim:
 
 @dataclass
 class Body:
-    """A rendered chapter: its text, its contents (level, id, HTML), the keys it cites, its claims, its images."""
+    """A rendered chapter: its text, its contents (level, id, HTML), cited keys, marked terms, claims, images."""
 
     html: Markup = field(default_factory=Markup)
     contents: list[tuple[int, str, Markup]] = field(default_factory=list)
     cited: list[str] = field(default_factory=list)
+    terms: list[str] = field(default_factory=list)
     claims: list[Claim] = field(default_factory=list)
     images: list[Image] = field(default_factory=list)
 
@@ -134,6 +137,7 @@ class _Renderer:
             "claim_close": self._claim_close,
             "ref": self._ref,
             "cite": self._cite,
+            "term": self._term,
         }
         for name, rule in rules.items():
             self._html.rules[name] = _simple(rule)  # type: ignore[assignment]
@@ -334,6 +338,20 @@ class _Renderer:
             attributes = f'class="cite" href="references.html#ref-{key}" data-card="card-{key}"'
             parts.append(f"<a {attributes}>{escape(reference.label)}</a>{more}")
         return f'<span class="cites">({"; ".join(parts)})</span>'
+
+    def _term(self, token: Token) -> str:
+        directive, at = token.meta["directive"], token.meta["at"]
+        key = directive.attributes.strip()
+        term = named(directive.text, key, self._known.terms)
+        if term is None:
+            where = at(directive.attributes_start if key else directive.text_start)
+            name = key or directive.text
+            self._problems.add(where, f"no term {name!r} in the glossary{hint(name, self._known.terms)}")
+            return escapeHtml(directive.text)
+        if term.key not in self._body.terms:
+            self._body.terms.append(term.key)
+        attributes = f'class="term" href="glossary.html#{term.anchor}" data-card="card-{term.anchor}"'
+        return f"<a {attributes}>{escape(unbroken(directive.text))}</a>"
 
 
 def _simple(rule: Callable[[Token], str]) -> Callable[..., str]:

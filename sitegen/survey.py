@@ -24,7 +24,7 @@ from .problems import Place, Problems, hint
 # Ids that the templates and the figures give; no heading may have them.
 OWN_IDS = ("main", "cite-this-page")
 OWN_PREFIXES = ("fig-", "eq-", "note-", "noteref-", "claim-", "card-")
-LINKS = ("link_open", "claim_open", "cite", "ref", "footnote_ref")
+LINKS = ("link_open", "claim_open", "cite", "ref", "term", "footnote_ref")
 
 
 @dataclass(frozen=True)

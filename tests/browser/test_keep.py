@@ -141,3 +141,22 @@ def test_citation_cards(reader: Callable[..., Reader]) -> None:
     cite.tap()
     expect(phone.locator("#" + (cite.get_attribute("data-card") or "none"))).to_be_visible()
     assert phone.url.endswith("kabsch.html")
+
+
+def test_a_term_shows_what_it_means(reader: Callable[..., Reader]) -> None:
+    """On focus and hover its card says it, Escape closes that; the link leads to its entry."""
+    page = reader().open("surfaces.html")
+    link = page.locator("a.term[data-card]").first
+    card = page.locator(f"#{link.get_attribute('data-card')}")
+    expect(card).to_be_hidden()
+    link.focus()
+    expect(card).to_be_visible()
+    page.keyboard.press("Escape")
+    expect(card).to_be_hidden()
+    link.hover()
+    expect(card).to_be_visible()
+    name = str(link.get_attribute("data-card")).removeprefix("card-")
+    says = card.inner_text().partition(". ")[2]
+    link.click()
+    expect(page.locator(f"#{name}")).to_be_in_viewport()
+    expect(page.locator(f"#{name} dd")).to_contain_text(says)

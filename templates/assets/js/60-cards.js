@@ -1,4 +1,4 @@
-// Citation cards: shown on hover, focus and tap, one at a time; Escape closes; the pointer may move into the card.
+// Cards of citations and of terms: shown on hover, focus and tap, one at a time; Escape closes; the pointer may move into the card.
 (() => {
   "use strict";
 
@@ -13,7 +13,7 @@
     let finger = false;
 
     const cardOf = (link) => document.getElementById(link.dataset.card);
-    const linkAt = (event) => event.target.closest?.("a.cite[data-card]");
+    const linkAt = (event) => event.target.closest?.("a[data-card]");
 
     function close() {
       clearTimeout(due);
@@ -80,7 +80,7 @@
       else if (shown && !shown.card.contains(event.target)) close();
     }
 
-    for (const link of document.querySelectorAll("a.cite[data-card]")) {
+    for (const link of document.querySelectorAll("a[data-card]")) {
       if (cardOf(link)) link.setAttribute("aria-describedby", link.dataset.card);
     }
     const disposers = [

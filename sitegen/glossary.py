@@ -1,0 +1,74 @@
+"""The glossary: one file of terms, each with what it says and the chapter that explains it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from . import schema
+from .cite import KEY
+from .content import Chapter
+from .markdown import ascii_slug
+from .problems import Place, Problems, hint, read_text
+
+NAME = "content/glossary.yaml"
+FIELDS = {
+    "term": schema.text(required=True),
+    "says": schema.text(required=True),
+    "chapter": schema.text(required=True),
+    "also": schema.texts(),
+}
+
+
+@dataclass(frozen=True)
+class Term:
+    """One term. `page` and `title`: the chapter that explains it."""
+
+    key: str
+    term: str
+    says: str
+    also: tuple[str, ...]
+    page: str
+    title: str
+    place: Place
+
+    @property
+    def anchor(self) -> str:
+        """The id of its entry, and with `card-` before it that of its card."""
+        return f"term-{self.key}"
+
+
+def read_glossary(root: Path, chapters: Sequence[Chapter], problems: Problems) -> dict[str, Term]:
+    """The terms by key, in the order of the alphabet; faulty ones go to `problems`."""
+    path = root / "content" / "glossary.yaml"
+    if not path.is_file():
+        return {}
+    document = schema.read(read_text(path, NAME, problems), NAME, problems)
+    if document is None or document.data is None:
+        return {}
+    if not isinstance(document.data, dict):
+        problems.add(document.at(), "a mapping of keys to terms is expected")
+        return {}
+    by_slug = {chapter.slug: chapter for chapter in chapters}
+    found = []
+    for key in document.data:
+        if not KEY.fullmatch(str(key)):
+            problems.add(
+                document.at(key), f"{key!r} is no key: small ASCII letters, digits and hyphens, a letter first"
+            )
+        values = schema.validated(document, FIELDS, problems, key)
+        chapter = by_slug.get(values["chapter"])
+        if chapter is None and values["chapter"]:
+            where = document.at(key, "chapter")
+            problems.add(where, f"no chapter {values['chapter']!r}{hint(values['chapter'], by_slug)}")
+        if chapter is not None:
+            also = tuple(values["also"])
+            page, title = chapter.page, chapter.title
+            found.append(Term(str(key), values["term"], values["says"], also, page, title, document.at(key)))
+    return {term.key: term for term in sorted(found, key=lambda term: ascii_slug(term.term))}
+
+
+def named(words: str, key: str, terms: Mapping[str, Term]) -> Term | None:
+    """The term that `:term[words]{key}` means: by its key, or by the words alone where they are a term's own."""
+    return terms.get(key or ascii_slug(words))

@@ -1,0 +1,46 @@
+"""Terms: marked in chapters, explained on a card and on a page of their own; what is wrong is named with its place."""
+
+from __future__ import annotations
+
+from tests.sitegen.conftest import SECOND, START, Project
+
+GLOSSARY = """\
+gate:
+  term: Gate & fence
+  says: The <largest> distance.
+  chapter: second
+  also: [cut-off]
+
+basin:
+  term: Basin
+  says: All starts that end in one place.
+  chapter: second
+"""
+
+
+def test_a_marked_term_has_a_link_a_card_and_an_entry(project: Project) -> None:
+    project.write("content/glossary.yaml", GLOSSARY)
+    project.write("content/01-second.md", SECOND + "\nA :term[gated]{gate} *:term[basin]* and a :term[gate].\n")
+    project.build()
+    page = project.page("second.html")
+    link = '<a class="term" href="glossary.html#term-gate" data-card="card-term-gate">gated</a>'
+    assert link in page
+    assert page.count('id="card-term-gate"') == 1
+    assert "<strong>Gate &amp; fence.</strong> The &lt;largest&gt; distance." in page
+    assert '<em><a class="term" href="glossary.html#term-basin" data-card="card-term-basin">basin</a></em>' in page
+    glossary = project.page("glossary.html")
+    assert glossary.index('id="term-basin"') < glossary.index('id="term-gate"')
+    assert 'Also: cut-off. In <a href="second.html">' in glossary
+    assert "card-term" not in project.page("index.html")
+
+
+def test_what_is_wrong_with_terms(project: Project) -> None:
+    project.write("content/glossary.yaml", GLOSSARY.replace("chapter: second", "chapter: secnd", 1) + "  seys: x\n")
+    project.chapter("A :term[gated]{gat} and :term[basins].\n")
+    project.write("content/00-start.md", START.partition("Read")[0])
+    assert project.problems() == [
+        "content/01-second.md:7:16: no term 'gat' in the glossary; there are basin",
+        "content/01-second.md:7:31: no term 'basins' in the glossary; did you mean 'basin'?",
+        "content/glossary.yaml:4:3: no chapter 'secnd'; did you mean 'second'?",
+        "content/glossary.yaml:11:3: no key 'seys'; did you mean 'says'?",
+    ]
