@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import base64
+import hashlib
 import json
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from .files import hashed_name
+from .files import fingerprint, hashed_name, short_hash
 from .problems import Place, Problems, hint
 
 POLICY = (
@@ -31,6 +33,7 @@ HEADERS = f"""\
 /sw.js
   Cache-Control: no-cache
 """
+FOR_HOSTS = ("404.html", "sitemap.xml")  # what no reader asks for; a host may answer for the first as it says: by a 404
 PICTURES = (".svg", ".png", ".ico", ".webp", ".jpg")
 URL = re.compile(r"""url\(\s*(["']?)(?!data:|#)([^"')]+)\1\s*\)""")
 
@@ -108,10 +111,31 @@ def _linked(path: Path, root: Path, assets: Assets, problems: Problems) -> str:
     return URL.sub(swap, text)
 
 
-def service_worker(root: Path, names: Iterable[str], version: str) -> bytes | None:
-    """The service worker with the site's files and their version filled in; None where templates/assets has none."""
+def service_worker(
+    root: Path, files: Mapping[str, bytes], runtime: Iterable[tuple[str, int, str]]
+) -> bytes | None:
+    """The service worker with all that it keeps filled in; None where templates/assets has none.
+
+    runtime: name, bytes and sha256 in hex of the files of Python. A change of any file, or of the worker, is a version.
+    """
     path = root / "templates" / "assets" / "sw.js"
     if not path.is_file():
         return None
-    text = path.read_text("utf-8")
-    return text.replace("__VERSION__", version).replace("__FILES__", json.dumps(sorted(names))).encode()
+    code = path.read_bytes()
+    pages = {name: data for name, data in files.items() if name not in FOR_HOSTS}
+    filled = {
+        "VERSION": fingerprint([*pages.items(), ("sw.js", code)])[:16],
+        "FILES": _listed((name, len(data), hashlib.sha256(data).hexdigest()) for name, data in pages.items()),
+        "RUNTIME": (python := _listed(runtime)),
+        "RUNTIME_VERSION": short_hash(python.encode()),
+    }
+    return re.sub(r"__([A-Z_]+)__", lambda match: filled[match[1]], code.decode()).encode()
+
+
+def _listed(files: Iterable[tuple[str, int, str]]) -> str:
+    """Name, bytes and integrity of each file as JSON, a line a file."""
+    lines = [
+        json.dumps([name, size, "sha256-" + base64.b64encode(bytes.fromhex(digest)).decode()])
+        for name, size, digest in sorted(files)
+    ]
+    return "[\n" + "".join(f"  {line},\n" for line in lines).removesuffix(",\n") + "\n]"

@@ -238,7 +238,7 @@ def _files(
     if content.site.url:
         public = [*(chapter.page for chapter in content.chapters), "references.html", "glossary.html", "checks.html"]
         files["sitemap.xml"] = writer.sitemap(public).encode()
-    worker = service_worker(content.root, files, fingerprint(files.items())[:16])
+    worker = service_worker(content.root, files, started.kept_files() if started else ())
     if worker is not None:
         files["sw.js"] = worker
     files["_headers"] = HEADERS.encode()

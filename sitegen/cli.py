@@ -33,6 +33,9 @@ def _serve_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--host", default="127.0.0.1", help="address to listen on (default: this machine only)")
     parser.add_argument("--port", type=int, default=8000, help="the port, or the next free one (default: %(default)s)")
     parser.add_argument("--no-open", action="store_true", help="do not open the browser")
+    parser.add_argument(
+        "--offline-check", action="store_true", help="visit, stop the server, try every page and figure; then end"
+    )
 
 
 def _test_options(parser: argparse.ArgumentParser) -> None:
@@ -72,6 +75,10 @@ def _build(root: Path, asked: Arguments) -> int:
 
 
 def _serve(root: Path, asked: Arguments) -> int:
+    if asked.offline_check:
+        from sitegen.offline import offline_check
+
+        return offline_check(root)
     from sitegen.serve import serve
 
     return serve(root, asked.host, asked.port, opens=not asked.no_open)

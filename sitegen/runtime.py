@@ -46,7 +46,10 @@ class RuntimeFile:
 
 @dataclass(frozen=True)
 class RuntimeInfo:
-    """An assembled runtime: its folder, what the worker loads from it, and the wheel that readers may install."""
+    """An assembled runtime: its folder, what the worker loads from it, and the wheel that readers may install.
+
+    wheel: its name below the folder, in a folder of its own that is named by its content.
+    """
 
     folder: Path
     files: tuple[RuntimeFile, ...]
@@ -66,6 +69,13 @@ class RuntimeInfo:
     def start_files(self) -> list[dict[str, str | int]]:
         """The `files` of the worker's start message."""
         return [{"name": file.name, "size": file.size, "sha256": file.sha256} for file in self.files]
+
+    def kept_files(self) -> list[tuple[str, int, str]]:
+        """Name below the site, bytes and sha256 of everything that a reader may ask of the runtime."""
+        wheel = (self.folder / self.wheel).read_bytes()
+        files = [(file.name, file.size, file.sha256) for file in self.files]
+        files.append((self.wheel, len(wheel), hashlib.sha256(wheel).hexdigest()))
+        return [(f"runtime/{name}", size, digest) for name, size, digest in files]
 
 
 def assemble(dest: Path, *, cache: Path | None = None, progress: Progress = quiet) -> RuntimeInfo:
@@ -99,9 +109,10 @@ def assemble(dest: Path, *, cache: Path | None = None, progress: Progress = quie
         RuntimeFile(name, len(data), hashlib.sha256(data).hexdigest(), len(gzipped(data, cache)))
         for name, data in contents.items()
     )
-    write_folder(dest, {**contents, wheel.name: wheel.read_bytes()})
+    given = f"{short_hash(wheel.read_bytes())}/{wheel.name}"
+    write_folder(dest, {**contents, given: wheel.read_bytes()})
     version = fingerprint((file.name, file.sha256.encode()) for file in files)[:12]
-    return RuntimeInfo(dest, files, wheel.name, version)
+    return RuntimeInfo(dest, files, given, version)
 
 
 def numpy_wheel(outside: Mapping[str, Path]) -> Path:

@@ -5,15 +5,17 @@ from __future__ import annotations
 import fnmatch
 import hashlib
 import mimetypes
+import socket
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from threading import Thread
 from typing import Any
 from urllib.parse import unquote
+from weakref import WeakSet
 
 # Written down, since what a machine's own tables say of these differs (or is nothing).
 TYPES = {
@@ -135,7 +137,22 @@ class StaticServer(ThreadingHTTPServer):
 
     def __init__(self, root: Path, address: tuple[str, int], handler: type[StaticHandler] = StaticHandler) -> None:
         self.root = root
+        self._callers: WeakSet[socket.socket] = WeakSet()
         super().__init__(address, handler)
+
+    def get_request(self) -> tuple[socket.socket, Any]:
+        """A caller's connection, remembered for as long as it is open."""
+        caller, address = super().get_request()
+        self._callers.add(caller)
+        return caller, address
+
+    def stop(self) -> None:
+        """Be gone, also for those who are still connected. The server must be running in another thread."""
+        self.shutdown()
+        self.server_close()
+        for caller in list(self._callers):
+            with suppress(OSError):  # closed long ago
+                caller.shutdown(socket.SHUT_RDWR)
 
     @property
     def origin(self) -> str:
@@ -158,6 +175,5 @@ def serving(root: Path, handler: type[StaticHandler] = StaticHandler) -> Iterato
     try:
         yield server
     finally:
-        server.shutdown()
-        server.server_close()
+        server.stop()
         thread.join()

@@ -1,85 +1,137 @@
-// Offline after the first visit. The build fills in the site's files and the hash of their contents.
-// Pages come from the network while it answers; all else is kept under names or versions that change with content.
+// Offline after the first visit. The build fills in every file with its size and the hash of its content.
+//
+// A version is kept whole or not at all: what is loaded is held to its hash, and the first file that differs, is missing
+// or has no room ends the attempt and takes away what it had put. A new version waits until no page of the old one is
+// open. Files in the folders below are named by their content, so that a page finds those of its own build or none;
+// everything else comes from the network while that answers, and from one version alone when it does not.
 "use strict";
 
 const VERSION = "__VERSION__";
+/** [name, bytes, integrity] of the pages with what they load, and of Python. */
 const FILES = __FILES__;
-const SITE = `ladder-site-${VERSION}`;
-const RUNTIME = "ladder-runtime";
-const PATIENCE = 3000; // ms for a page from the network when there is a kept one
+const RUNTIME_FILES = __RUNTIME__;
 
-const HASHED = /[./-][0-9a-f]{8,}[./]/;
+const { scope } = self.registration;
+const OURS = `ladder:${new URL(scope).pathname}:`;
+const SITE = `${OURS}site:${VERSION}`;
+const RUNTIME = `${OURS}runtime:__RUNTIME_VERSION__`;
+const PATIENCE = 3000; // ms for an answer from the network where there is a kept one
+
+const BY_CONTENT = /^(assets|images|runtime|tapes)\//;
+const ANY = { ignoreVary: true };
+
+const bytes = (files) => files.reduce((sum, [, size]) => sum + size, 0);
+
+/** Where storage fails, nothing is kept; the network answers. */
+async function kept(url, options) {
+  try {
+    return await caches.match(url, { ...ANY, ...options });
+  } catch {
+    return undefined;
+  }
+}
 
 /** A response that may answer a navigation: one that was reached through a redirect may not. */
 const plain = (response) =>
   response.redirected ? new Response(response.body, { status: response.status, headers: response.headers }) : response;
 
-/** Puts the files into a cache, from an older one where their names hold their hash. */
-async function keep(name, urls) {
+/** From the network, the very bytes that were built; past the browser's cache where that holds others. */
+async function load(url, integrity, cache) {
+  const response = await fetch(url, { integrity, cache, priority: "low" }).catch((error) => {
+    if (cache !== "default") throw error;
+    return fetch(url, { integrity, cache: "reload", priority: "low" });
+  });
+  if (!response.ok) throw new Error(`${url}: ${response.status}`);
+  return plain(response);
+}
+
+async function whole(name, files) {
+  return (await caches.has(name)) && (await (await caches.open(name)).keys()).length === files.length;
+}
+
+/** Puts all files into a cache, from an older one where their names tell their content; or leaves no cache. */
+async function keep(name, files) {
+  if (await whole(name, files)) return;
   const cache = await caches.open(name);
-  await Promise.all(
-    urls.map(async (url) => {
-      const known = HASHED.test(url) ? await caches.match(url) : undefined;
-      const response = known ?? (await fetch(url, HASHED.test(url) ? {} : { cache: "no-cache" }));
-      if (!response.ok) throw new Error(`${url}: ${response.status}`);
-      await cache.put(url, plain(response));
-    }),
-  );
-  return cache;
-}
-
-async function keepRuntime(urls) {
-  const cache = await keep(RUNTIME, urls);
-  const wanted = new Set(urls);
-  for (const request of await cache.keys()) if (!wanted.has(request.url)) await cache.delete(request);
-}
-
-async function sweep() {
-  for (const name of await caches.keys()) {
-    if (name.startsWith("ladder-") && name !== SITE && name !== RUNTIME) await caches.delete(name);
+  try {
+    await Promise.all(
+      files.map(async ([file, , integrity]) => {
+        const url = new URL(file, scope).href;
+        const fixed = BY_CONTENT.test(file);
+        const known = fixed ? await kept(url) : undefined;
+        await cache.put(url, known ?? (await load(url, integrity, fixed ? "default" : "no-cache")));
+      }),
+    );
+  } catch (error) {
+    await caches.delete(name);
+    throw error;
   }
 }
 
-/** The kept page for an address: folders and names without .html are what hosts make of pages. */
-async function keptPage(url) {
+/** What was promised with the last version, Python included, is kept of this one before it may take over. */
+async function install() {
+  await keep(SITE, FILES);
+  const promised = (await caches.keys()).some((name) => name.startsWith(`${OURS}runtime:`));
+  if (!promised) return;
+  await keep(RUNTIME, RUNTIME_FILES).catch(async (error) => {
+    await caches.delete(SITE);
+    throw error;
+  });
+}
+
+/** No page of an older version is open any more. */
+async function activate() {
+  for (const name of await caches.keys()) {
+    if (name.startsWith(OURS) && name !== SITE && name !== RUNTIME) await caches.delete(name);
+  }
+  await self.clients.claim();
+}
+
+/** This version's page for an address: folders and names without .html are what hosts make of pages. */
+async function ownPage(url) {
   const { origin, pathname } = new URL(url);
   for (const path of [pathname, `${pathname}index.html`, `${pathname}.html`]) {
-    const page = await caches.match(origin + path);
+    const page = await kept(origin + path, { cacheName: SITE });
     if (page) return page;
   }
   return undefined;
 }
 
-async function page(request) {
-  const kept = await keptPage(request.url);
-  const late = new Promise((resolve) => kept && setTimeout(resolve, PATIENCE));
-  const fresh = fetch(request).catch(() => undefined);
-  return (await Promise.race([fresh, late])) ?? kept ?? (await fresh) ?? Response.error();
+/** The network's answer, or what is kept where that is late, absent or a failure of the server. */
+async function newest(request) {
+  const own = await ownPage(request.url);
+  if (!own) return fetch(request);
+  const fresh = fetch(request).then(
+    (response) => (response.status >= 500 ? own : response),
+    () => own,
+  );
+  return Promise.race([fresh, new Promise((resolve) => setTimeout(resolve, PATIENCE, own))]);
 }
 
-async function file(request) {
-  return (await caches.match(request, { ignoreSearch: false })) ?? fetch(request);
-}
+self.addEventListener("install", (event) => event.waitUntil(install()));
 
-self.addEventListener("install", (event) => {
-  const urls = FILES.map((name) => new URL(name, self.registration.scope).href);
-  event.waitUntil(keep(SITE, urls).then(() => self.skipWaiting()));
-});
-
-self.addEventListener("activate", (event) => event.waitUntil(sweep().then(() => self.clients.claim())));
+self.addEventListener("activate", (event) => event.waitUntil(activate()));
 
 self.addEventListener("fetch", (event) => {
   const { request } = event;
-  if (request.method !== "GET" || !request.url.startsWith(self.registration.scope)) return;
-  event.respondWith(request.mode === "navigate" ? page(request) : file(request));
+  if (request.method !== "GET" || !request.url.startsWith(scope)) return;
+  const fixed = BY_CONTENT.test(request.url.slice(scope.length));
+  event.respondWith(fixed ? kept(request).then((found) => found ?? fetch(request)) : newest(request));
 });
 
+let keeping = null; // one attempt serves all pages that ask for it
+
+/** A page asks whether all is kept; Python is fetched for the first that does. */
 self.addEventListener("message", (event) => {
   const [port] = event.ports;
-  const urls = event.data.keep.filter((url) => url.startsWith(self.registration.scope));
+  keeping ??= keep(RUNTIME, RUNTIME_FILES)
+    .then(() => whole(SITE, FILES))
+    .finally(() => {
+      keeping = null;
+    });
   event.waitUntil(
-    keepRuntime(urls).then(
-      () => port.postMessage({ kept: true }),
+    keeping.then(
+      (kept) => port.postMessage({ kept, bytes: bytes(FILES) + bytes(RUNTIME_FILES) }),
       () => port.postMessage({ kept: false }),
     ),
   );

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import contextlib
 import re
-import socket
 import threading
 from pathlib import Path
-from typing import Any
 
 from sitegen.static import StaticHandler, StaticServer
 
@@ -34,14 +31,8 @@ class SiteServer(StaticServer):
         self.held: re.Pattern[str] | None = None
         self.forbidden: re.Pattern[str] | None = None
         self.open = threading.Event()
-        self.callers: list[socket.socket] = []
         super().__init__(root, ("127.0.0.1", 0), Doorkeeper)
         threading.Thread(target=self.serve_forever, kwargs={"poll_interval": 0.05}, daemon=True).start()
-
-    def get_request(self) -> tuple[socket.socket, Any]:
-        caller, address = super().get_request()
-        self.callers.append(caller)
-        return caller, address
 
     def hold(self, pattern: str) -> None:
         self.held = re.compile(pattern)
@@ -55,10 +46,6 @@ class SiteServer(StaticServer):
         self.forbidden = re.compile(pattern) if pattern else None
 
     def stop(self) -> None:
-        """The server is gone, also for those who are still connected."""
+        """The server is gone, also for those who wait at a door."""
         self.release()
-        self.shutdown()
-        self.server_close()
-        for caller in self.callers:
-            with contextlib.suppress(OSError):  # closed long ago
-                caller.shutdown(socket.SHUT_RDWR)
+        super().stop()

@@ -7,7 +7,6 @@ from collections.abc import Callable
 
 from playwright.sync_api import expect
 
-from sitegen.bench_page import until
 from tests.browser.conftest import Reader
 from tests.browser.figures import Figure
 from tests.browser.server import SiteServer
@@ -74,22 +73,4 @@ def test_an_error_in_one_figure_leaves_the_others_alone(reader: Callable[..., Re
     solve.root.get_by_role("button", name=re.compile("reset", re.I)).first.click()
     solve.becomes("live")
     solve.button("solve").click()
-    solve.changes("rms", before)
-
-
-def test_offline_after_the_first_visit(reader: Callable[..., Reader], server: SiteServer, pages: list[str]) -> None:
-    """The server is gone after one visit: every page opens and its figures come alive."""
-    one = reader(reduced_motion="reduce", service_workers="allow")
-    page = one.open("kabsch.html")
-    Figure(page, "fig-solve").live()
-    until(page, "Ladder.offline && Ladder.offline.ready === true")
-    server.stop()
-    one.expect("ERR_CONNECTION_REFUSED", "Failed to fetch", "fetching the script")
-    for name in pages:
-        page.goto(f"{server.origin}/{name}")
-        expect(page.locator("h1")).to_be_visible()
-    page.goto(f"{server.origin}/kabsch.html")
-    solve = Figure(page, "fig-solve").live()
-    before = solve.readout("rms")
-    solve.drag("source", 50, 50)
     solve.changes("rms", before)

@@ -6,6 +6,8 @@ import gzip
 import json
 import os
 import re
+from base64 import b64encode
+from hashlib import sha256
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -14,7 +16,7 @@ import html5lib
 import pytest
 from markupsafe import escape
 
-from sitegen.assets import POLICY
+from sitegen.assets import FOR_HOSTS, POLICY
 from sitegen.check import check_site
 from sitegen.files import packed, write
 from sitegen.static import header_rules, headers_for
@@ -303,13 +305,19 @@ def test_drafts_are_left_out_unless_asked_for(project: Project) -> None:
 
 def test_the_service_worker_knows_every_file_and_their_version(built: Project) -> None:
     worker = built.page("sw.js")
-    files = json.loads(re.search(r"const FILES = (\[.*?\]);", worker)[1])  # type: ignore[index]
-    there = {n for n in contents(built.site) if n not in ("sw.js", "_headers")}
-    assert set(files) == there
+    files = json.loads(re.search(r"const FILES = (\[.*?\n\]);", worker, re.DOTALL)[1])  # type: ignore[index]
+    there = {n: d for n, d in contents(built.site).items() if n not in ("sw.js", "_headers", *FOR_HOSTS)}
+    assert {name: (size, hash_) for name, size, hash_ in files} == {
+        name: (len(data), "sha256-" + b64encode(sha256(data).digest()).decode()) for name, data in there.items()
+    }
     version = re.search(r'const VERSION = "(\w+)"', worker)[1]  # type: ignore[index]
     built.write("content/00-start.md", START + "\nMore.\n")
     built.build()
     assert f'"{version}"' not in built.page("sw.js")
+    version = re.search(r'const VERSION = "(\w+)"', built.page("sw.js"))[1]  # type: ignore[index]
+    built.write("templates/assets/sw.js", (built.root / "templates/assets/sw.js").read_text("utf-8") + "// more\n")
+    built.build()
+    assert f'"{version}"' not in built.page("sw.js"), "another worker over the same files is another version"
 
 
 def test_a_failed_build_leaves_the_last_good_site(built: Project) -> None:

@@ -1,35 +1,54 @@
-// Keeps the site for offline use: the pages when the browser is idle, the runtime's folder once it is up.
+// Keeps the site for offline use once the browser is idle, and says at the page's foot when all of it is kept.
 (() => {
   "use strict";
 
-  const { frugal, idle, runtime } = Ladder;
+  const { frugal, idle, runtime, text } = Ladder;
+  const worker = new URL("../sw.js", document.currentScript.src);
 
-  /** ready: the pages and the runtime are kept, so that everything works without the server. */
+  /** ready: every page and Python are kept, so that all works without the server. */
   Ladder.offline = { ready: false };
 
-  async function keepRuntime() {
-    const { active } = await navigator.serviceWorker.ready;
-    const { port1, port2 } = new MessageChannel();
-    port1.onmessage = ({ data }) => {
-      Ladder.offline.ready = data.kept;
-    };
-    active.postMessage({ keep: runtime.urls }, [port2]);
+  /** Until Python is up, or is not wanted yet: two loads of it at once would only slow each other down. */
+  function quiet() {
+    return new Promise((resolve) => {
+      const stop = runtime.on("change", look);
+      function look() {
+        if (runtime.state === "loading") return;
+        stop();
+        resolve();
+      }
+      look();
+    });
+  }
+
+  function ask(active) {
+    return new Promise((resolve) => {
+      const { port1, port2 } = new MessageChannel();
+      port1.onmessage = ({ data }) => {
+        port1.close();
+        resolve(data);
+      };
+      active.postMessage({ keep: true }, [port2]);
+    });
+  }
+
+  async function keep() {
+    try {
+      await quiet();
+      await navigator.serviceWorker.register(worker);
+      const { active } = await navigator.serviceWorker.ready;
+      await quiet();
+      const { kept, bytes } = await ask(active);
+      if (!kept) return;
+      Ladder.offline.ready = true;
+      text(document.querySelector(".site-kept"), `Works offline: kept on this device (${(bytes / 1e6).toFixed(1)} MB)`);
+    } catch {
+      // a browser may refuse, or have no such thing; the site works all the same
+    }
   }
 
   Ladder.keepOffline = function () {
-    if (!navigator.serviceWorker || frugal || !location.protocol.startsWith("http")) return;
-    idle(async () => {
-      try {
-        await navigator.serviceWorker.register("sw.js");
-      } catch {
-        return; // a browser may refuse; the site works all the same
-      }
-      if (runtime.state === "live") keepRuntime();
-      const stop = runtime.on("change", () => {
-        if (runtime.state !== "live") return;
-        stop();
-        idle(keepRuntime);
-      });
-    });
+    if (frugal || !location.protocol.startsWith("http")) return;
+    idle(() => idle(keep)); // Python's start, where a figure is in sight, waits for the first of them
   };
 })();
