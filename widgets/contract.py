@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from .controls import Value, finite, nearest, validated, values
+from .controls import Value, clip, finite, nearest, validated, values
 from .jobs import Job
 from .picture import Picture, Role, Shape
 
@@ -133,8 +133,8 @@ def preset(widget: Widget, name: str = "default", changes: Mapping[str, Any] | N
 
     Raises ValueError naming the preset or the control that is not there.
     """
-    if name not in widget.presets:
-        raise ValueError(f"{widget.name}: no preset {name!r}{nearest(name, widget.presets)}")
+    if not isinstance(name, str) or name not in widget.presets:
+        raise ValueError(f"{widget.name}: no preset {clip(name)}{nearest(name, widget.presets)}")
     return Record(widget.name, name, validated(widget.controls, {**widget.presets[name], **(changes or {})}))
 
 
@@ -144,18 +144,17 @@ def parsed(widget: Widget, plain: Mapping[str, Any]) -> Record:
     Raises ValueError that says what is wrong.
     """
     if not isinstance(plain, Mapping):
-        raise ValueError(f"record: {_clip(plain)} is not a mapping")
+        raise ValueError(f"record: {clip(plain)} is not a mapping")
     seed = plain.get("seed", SEED)
     if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed < 2**31:
-        raise ValueError(f"seed: {_clip(seed)} is not a whole number from 0 to 2³¹ − 1")
+        raise ValueError(f"seed: {clip(seed)} is not a whole number from 0 to 2³¹ − 1")
     log = plain.get("log", [])
     if not isinstance(log, list) or len(log) > MAX_LOG:
         raise ValueError(f"log: not a list of at most {MAX_LOG} actions")
     controls = plain.get("controls", {})
     if not isinstance(controls, Mapping):
         raise ValueError("controls: not a mapping of names to values")
-    name = plain.get("preset", "default")
-    start = preset(widget, name if isinstance(name, str) else _clip(name), controls)
+    start = preset(widget, plain.get("preset", "default"), controls)
     known = _known(widget)
     return Record(widget.name, start.preset, start.controls, seed, tuple(_action(widget, known, e) for e in log))
 
@@ -180,27 +179,22 @@ def _known(widget: Widget) -> Mapping[str, set[str]]:
 
 def _action(widget: Widget, known: Mapping[str, set[str]], entry: Any) -> Action:
     if not isinstance(entry, list) or len(entry) < 2 or not isinstance(entry[0], str) or not isinstance(entry[1], str):
-        raise ValueError(f"log: {_clip(entry)} is no action")
+        raise ValueError(f"log: {clip(entry)} is no action")
     if entry[0] not in known:
-        raise ValueError(f"log: no kind of action {_clip(entry[0])}{nearest(entry[0], known)}")
+        raise ValueError(f"log: no kind of action {clip(entry[0])}{nearest(entry[0], known)}")
     kind, name, *place = entry
     if name not in known[kind]:
         raise ValueError(
-            f"log: {widget.name} has nothing to {kind} called {_clip(name)}{nearest(name, sorted(known[kind]))}"
+            f"log: {widget.name} has nothing to {kind} called {clip(name)}{nearest(name, sorted(known[kind]))}"
         )
     if kind == "press" and not place:
         return Action("press", name)
     if kind == "press":
-        raise ValueError(f"log: {_clip(entry)} presses a button at a place")
+        raise ValueError(f"log: {clip(entry)} presses a button at a place")
     if len(place) != 2 or not all(finite(v, 1e6) for v in place):
-        raise ValueError(f"log: {_clip(entry)} does not give a place (x, y)")
-    return Action(_PLACED[kind], name, float(place[0]), float(place[1]))
+        raise ValueError(f"log: {clip(entry)} does not give a place (x, y)")
+    x, y = (float(v) + 0.0 for v in place)  # a negative zero would compare equal and act otherwise
+    return Action(_PLACED[kind], name, x, y)
 
 
 _PLACED: Mapping[str, Literal["drag", "click", "hover"]] = {"drag": "drag", "click": "click", "hover": "hover"}
-
-
-def _clip(value: Any) -> str:
-    """What was given, short enough for a message."""
-    text = repr(value)
-    return text if len(text) <= 60 else text[:59] + "…"

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from difflib import get_close_matches
+from reprlib import Repr
 from typing import Any, Literal
 
 Value = bool | float | str
@@ -85,10 +86,22 @@ def values(controls: Any) -> dict[str, Value]:
     return {f.name: getattr(controls, f.name) for f in fields(controls)}
 
 
-def nearest(name: str, names: Any) -> str:
+def nearest(name: Any, names: Any) -> str:
     """'; did you mean …?' for the closest of `names`, or a list of them all where none is close."""
-    close = get_close_matches(str(name)[:60], [str(n) for n in names], n=1)
+    given = name if isinstance(name, str) else clip(name)
+    close = get_close_matches(given[:60], [str(n) for n in names], n=1)
     return f"; did you mean {close[0]!r}?" if close else f"; there are {', '.join(map(str, names))}"
+
+
+def clip(value: Any) -> str:
+    """What was given, short enough for a message; of what is nested, the outer levels."""
+    text = _SHORT.repr(value)
+    return text if len(text) <= 60 else text[:59] + "…"
+
+
+_SHORT = Repr()
+_SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 60
+_SHORT.fillvalue = "…"
 
 
 def validated(controls: type, given: Mapping[str, Any]) -> Any:
@@ -99,7 +112,7 @@ def validated(controls: type, given: Mapping[str, Any]) -> Any:
     known = specs(controls)
     for name in given:
         if name not in known:
-            raise ValueError(f"no control {name!r}{nearest(name, known)}")
+            raise ValueError(f"no control {clip(name)}{nearest(name, known)}")
     chosen = {name: _value(name, known[name], raw) for name, raw in given.items()}
     brought = {k: v for name, value in chosen.items() for k, v in known[name].sets.get(str(value), {}).items()}
     return controls(**{**brought, **chosen})
@@ -113,14 +126,14 @@ def finite(raw: Any, limit: float) -> bool:
 def _value(name: str, spec: Spec, raw: Any) -> Value:
     if spec.kind == "choice":
         if not isinstance(raw, str) or raw not in spec.options:
-            raise ValueError(f"{name}: no option {raw!r}{nearest(raw, spec.options)}")
+            raise ValueError(f"{name}: no option {clip(raw)}{nearest(raw, spec.options)}")
         return raw
     if spec.kind == "toggle":
         if not isinstance(raw, bool):
-            raise ValueError(f"{name}: {raw!r} is neither true nor false")
+            raise ValueError(f"{name}: {clip(raw)} is neither true nor false")
         return raw
     if not finite(raw, 1e15):
-        raise ValueError(f"{name}: {raw!r} is not a number")
+        raise ValueError(f"{name}: {clip(raw)} is not a number")
     if not spec.low - 1e-9 <= raw <= spec.high + 1e-9:
         raise ValueError(f"{name}: {raw:g} lies outside {spec.low:g} … {spec.high:g}")
-    return min(max(float(raw), spec.low), spec.high)
+    return min(max(float(raw), spec.low), spec.high) + 0.0  # without the sign of a zero, which compares equal

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from .contract import Action, Motion, Record, Widget, parsed
-from .controls import nearest, values
+from .controls import clip, nearest, values
 from .jobs import Running
 from .picture import Group, Handle, Mark, Panel, Picture, View
 from .registry import WIDGETS
@@ -87,7 +87,7 @@ class Host:
 
         Raises ValueError for a record that is none.
         """
-        asked = json.loads(request)
+        asked = _read(request)
         frame = self.render(asked["figure"], asked["record"], asked.get("detail"))
         return json.dumps(frame, ensure_ascii=False, separators=(",", ":"))
 
@@ -114,12 +114,12 @@ class Host:
         it, whether it is done, and the result, or null where there is no new one (widgets.jobs). Raises ValueError for
         a record or a job that is none, and for a job that is not under way.
         """
-        asked = json.loads(request)
+        asked = _read(request)
         widget, record = self._asked(asked["record"])
         jobs = {job.name: job for job in widget.jobs}
-        name, do, figure = asked["job"], asked["do"], asked["figure"]
-        if name not in jobs:
-            raise ValueError(f"job: {widget.name} has no {name!r:.60}{nearest(str(name)[:60], jobs)}")
+        name, do, figure = asked.get("job"), asked.get("do"), asked["figure"]
+        if not isinstance(name, str) or name not in jobs:
+            raise ValueError(f"job: {widget.name} has no {clip(name)}{nearest(name, jobs)}")
         if do == "stop":
             self._running.stop(figure, jobs[name])
             return "null"
@@ -131,7 +131,7 @@ class Host:
     def _asked(self, plain: Mapping[str, Any]) -> tuple[Widget, Record]:
         name = plain.get("widget") if isinstance(plain, Mapping) else None
         if not isinstance(name, str) or name not in self._widgets:
-            raise ValueError(f"no widget {name!r:.60}{nearest(str(name)[:60], self._widgets)}")
+            raise ValueError(f"no widget {clip(name)}{nearest(name, self._widgets)}")
         widget = self._widgets[name]
         return widget, parsed(widget, plain)
 
@@ -146,6 +146,20 @@ class Host:
         return replay.states
 
 
+def _read(request: str) -> Mapping[str, Any]:
+    """What a page asks, with the figure and the record that every request names.
+
+    Raises ValueError for what is no such request.
+    """
+    try:
+        asked = json.loads(request)
+    except RecursionError:
+        raise ValueError("request: nested too deeply") from None
+    if not isinstance(asked, Mapping) or not isinstance(asked.get("figure"), str) or "record" not in asked:
+        raise ValueError(f"request: {clip(asked)} does not name a figure and a record")
+    return asked
+
+
 def _level(widget: Widget, state: Any, asked: int | None) -> int:
     """The level of detail to draw at.
 
@@ -154,7 +168,7 @@ def _level(widget: Widget, state: Any, asked: int | None) -> int:
     if asked is None:
         return widget.details - 1
     if isinstance(asked, bool) or not isinstance(asked, int) or not 0 <= asked < widget.details:
-        raise ValueError(f"detail: {asked!r:.60} is not a whole number from 0 to {widget.details - 1}")
+        raise ValueError(f"detail: {clip(asked)} is not a whole number from 0 to {widget.details - 1}")
     return max(asked, widget.known(state))
 
 

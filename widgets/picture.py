@@ -6,6 +6,7 @@ page and in the browser for every live frame, so the two cannot disagree.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -275,6 +276,11 @@ def number(value: float, decimals: int = 2) -> str:
     """
     text = f"{value + 1e-9:.{decimals}f}"
     return text.lstrip("-") if float(text) == 0 else text.replace("-", "−")
+
+
+def worded(text: str) -> str:
+    """A solver's own words with their numbers as the site prints them: a true minus sign, never a negative zero."""
+    return re.sub(r"-(?=\d)", "−", re.sub(r"-(0\.0+)(?!\d)", r"\1", text))
 
 
 def small(value: float) -> str:

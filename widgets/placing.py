@@ -30,7 +30,7 @@ class Placing:
 
     def act(self, pose: Pose, anchor: Array, action: Action) -> Pose:
         """The pose after a drag of one of the two handles: always a rotation, also where `pose` is a reflection."""
-        centre, heading = place(pose, anchor)
+        centre, heading = self.held(pose, anchor)
         to = np.array([action.x, action.y])
         if action.name == "source":
             centre = np.clip(to, np.negative(self.limit), self.limit)
@@ -38,6 +38,12 @@ class Placing:
             heading = float(np.arctan2(*(to - centre)[::-1]))
         turned = Pose.from_angle(heading)
         return Pose(turned.R, centre - turned.R @ anchor)
+
+    def held(self, pose: Pose, anchor: Array) -> tuple[Array, float]:
+        """Where a cloud at `pose` can be taken hold of, at the limit for one that a run or a start put beyond it, and
+        its heading in radians."""
+        centre, heading = place(pose, anchor)
+        return np.clip(centre, np.negative(self.limit), self.limit), heading
 
     def grip(self, centre: Array, heading: float) -> Array:
         """Where the turning handle is."""
@@ -55,12 +61,12 @@ class Placing:
 
     def stalk(self, pose: Pose, anchor: Array) -> Segments:
         """The line from the one handle to the other."""
-        centre, heading = place(pose, anchor)
+        centre, heading = self.held(pose, anchor)
         return Segments(centre, self.grip(centre, heading), "guide")
 
     def handles(self, pose: Pose, anchor: Array) -> tuple[Handle, Handle]:
         """The two handles of the cloud at `pose`."""
-        centre, heading = place(pose, anchor)
+        centre, heading = self.held(pose, anchor)
         x, y = centre.tolist()
         u, v = self.grip(centre, heading).tolist()
         where = f"x {number(x)}, y {number(y)} u"

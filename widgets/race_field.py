@@ -15,7 +15,7 @@ from solvers.race import CONTESTANTS, EXTRAS, Contestant
 from solvers.status import Status
 from solvers.stepper import Batch, Problem, advance
 
-from .picture import Panel, Role
+from .picture import Panel, Role, worded
 from .room import single
 
 CLOSE_TURN = 5.0  # degrees
@@ -136,7 +136,7 @@ class Run:
     @property
     def reason(self) -> str:
         """Why it stopped, in words, or nothing."""
-        return "" if self.batch is None else str(self.batch.state().reason[0])
+        return "" if self.batch is None else worded(str(self.batch.state().reason[0]))
 
     @property
     def turned(self) -> bool:

@@ -18,7 +18,7 @@ from .race_field import CLOSE_TURN, ENTRIES, Run
 from .room import ANCHOR
 
 VIEW = View(-6.4, 6.4, -4.4, 4.4, width=300.0)
-PLACING = Placing(VIEW, limit=(4.5, 2.75), reach=3.4, least=3.2)
+PLACING = Placing(VIEW, limit=(3.6, 1.8), reach=3.4, least=2.5)
 KEY = np.array([(-6.1, 4.0), (-4.6, 4.0)])  # a sample of its line, in the corner of a contestant's panel
 
 SAMPLES = {name: Path(KEY, one.role, dashed=one.dashed, dotted=one.dotted, thick=True) for name, one in ENTRIES.items()}

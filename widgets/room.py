@@ -53,11 +53,6 @@ def single(pose: Pose) -> Pose:
     return Pose(pose.R[0], pose.t[0], np.asarray(pose.scale)[0])
 
 
-def held(pose: Pose, placing: Placing = PLACING) -> Pose:
-    """Where the handles of a cloud at `pose` stand: at the window's edge for one that a run took out of it."""
-    return Pose(pose.R, np.clip(pose.t, np.negative(placing.limit), placing.limit))
-
-
 def outline(scene: Scene, pose: Pose, role: Role) -> tuple[Path, ...]:
     """The room at a pose; a broad band at the truth."""
     return tuple(Path(pose.apply(line), role, thick=role == "truth") for line in scene.outline)
@@ -80,7 +75,7 @@ def source(scene: Scene, pose: Pose, used: BoolArray | None = None, placing: Pla
     """
     weight = None if used is None or used.all() else np.where(used, 1.0, 0.3)
     points = Points(pose.apply(scene.source), "source", radius=2.5, weight=weight)
-    return Group("source", (placing.stalk(held(pose, placing), ANCHOR), *outline(scene, pose, "source"), points))
+    return Group("source", (placing.stalk(pose, ANCHOR), *outline(scene, pose, "source"), points))
 
 
 def pair_lines(moved: Array, partners: Array, used: BoolArray, gated: BoolArray) -> tuple[Mark, ...]:

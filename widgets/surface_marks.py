@@ -28,7 +28,7 @@ from .picture import (
     number,
 )
 from .placing import Placing
-from .room import ANCHOR, PLACING, held, outline, still, with_marks
+from .room import ANCHOR, PLACING, outline, still, with_marks
 from .surface_run import Run
 
 FAINTEST = 1.0 / 6.0  # a pair that is used is drawn, however little it pulls
@@ -98,7 +98,7 @@ def carried(run: Run, placing: Placing = PLACING, radius: float = 2.5) -> Carrie
     """What moves with the source whatever it is paired with, so that runs at one pose may share it. Below: the stalk of
     its turning handle and its walls. Above: its points, those that the simulation put elsewhere as crosses."""
     wrong = run.scene.source_outlier
-    stalk = placing.stalk(held(run.pose, placing), ANCHOR)
+    stalk = placing.stalk(run.pose, ANCHOR)
     points = (
         Points(run.moved[~wrong], "source", radius=radius),
         Points(run.moved[wrong], "outlier", "cross", radius=radius + 0.5),

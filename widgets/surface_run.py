@@ -18,7 +18,7 @@ from solvers.scenes import Scene, room
 from solvers.stepper import Batch, advance, begin
 from solvers.wall_scenes import corridor, single_wall
 
-from .picture import Array
+from .picture import Array, worded
 from .room import problem, single
 
 SCENES: dict[str, str] = {"room": "Room", "wall": "One wall", "corridor": "Corridor"}
@@ -123,12 +123,12 @@ class Run:
     @property
     def reason(self) -> str:
         """Why it stopped, in words."""
-        return str(self.state.reason[0])
+        return worded(str(self.state.reason[0]))
 
     @property
     def freedom(self) -> str:
         """What the pairs leave free, in words; empty where they hold every direction."""
-        return gauss_newton.freedom(self.system, 0)
+        return worded(gauss_newton.freedom(self.system, 0))
 
     def step(self) -> Run:
         """The run after one more step; a run that has stopped stays as it is."""

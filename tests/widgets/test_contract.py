@@ -117,6 +117,61 @@ def test_any_json_is_a_frame_or_a_reason(record: Any) -> None:
     assert answer.startswith("<svg") or 0 < len(answer) < 400
 
 
+def nested(levels: int) -> list[Any]:
+    deep: list[Any] = []
+    for _ in range(levels):
+        deep = [deep]
+    return deep
+
+
+DEEP = nested(100_000)
+BAD = st.just(DEEP) | st.just({"x": DEEP}) | st.sampled_from(["\ud800", "a" * 10_000, 10**400, -(2**63), ()]) | JSON
+
+
+@settings(max_examples=150, deadline=None, derandomize=True)
+@given(st.sampled_from(sorted(WIDGETS)), st.sampled_from(sorted(PLAIN)), BAD, st.data())
+def test_what_is_wrong_anywhere_in_a_record_is_a_short_reason(
+    name: str, place: str, bad: Any, data: st.DataObject
+) -> None:
+    """Of every figure: a field, a control, a log entry or a part of one that is none, however deep or long."""
+    widget = WIDGETS[name]
+    plain = preset(widget).plain()
+    if place == "controls" and data.draw(st.booleans()):
+        known = sorted(plain["controls"])
+        plain["controls"] = {**plain["controls"], data.draw(st.sampled_from([*known, "\udfff", "x" * 999])): bad}
+    elif place == "log" and data.draw(st.booleans()):
+        entry: list[Any] = ["drag", "source", 0.5, 0.5][: data.draw(st.integers(1, 4))]
+        entry[data.draw(st.integers(0, len(entry) - 1))] = bad
+        plain["log"] = [entry]
+    else:
+        plain[place] = bad
+    try:
+        said = Host().render("f", plain)["description"]
+    except ValueError as error:
+        said = str(error)
+    assert 0 < len(said.encode("utf-8")) < 3000
+
+
+@pytest.mark.parametrize("ask", ["frame", "job"])
+@pytest.mark.parametrize(
+    "request_",
+    ["1", "null", "[]", "{}", '"x"', '{"figure": 1, "record": {}}', '{"figure": "f"}', "[" * 100_000, '{"figure": '],
+)
+def test_a_request_that_is_none_is_a_reason(ask: str, request_: str) -> None:
+    with pytest.raises(ValueError, match=r".") as caught:
+        getattr(Host(), ask)(request_)
+    assert len(str(caught.value)) < 300
+
+
+def test_a_zero_has_no_sign() -> None:
+    """A negative zero compares equal to the other and turns half a turn elsewhere: a record knows one of them."""
+    record = parsed(WIDGET, {**PLAIN, "controls": {"noise": -0.0}, "log": [["drag", "turn", -3.0, -0.0]]})
+    assert "-0.0" not in json.dumps(record.plain())
+    host = Host()
+    frames = [host.render("f", {**PLAIN, "log": [["drag", "turn", -3.0, y]]}) for y in (0.0, -0.0)]
+    assert frames[0] == frames[1] == Host().render("f", {**PLAIN, "log": [["drag", "turn", -3.0, -0.0]]})
+
+
 def test_names_are_what_the_registry_says() -> None:
     """Each widget is registered under its name, and buttons, handles and presets do not clash."""
     for name, widget in WIDGETS.items():

@@ -25,7 +25,6 @@ from ..room import (
     SETTINGS,
     VIEW,
     error_chart,
-    held,
     outline,
     pair_lines,
     source,
@@ -137,7 +136,7 @@ def draw(state: State) -> Picture:
         ),
         _readouts(run),
         _description(state.controls, run, int(gated.sum())),
-        PLACING.handles(held(run.pose), ANCHOR),
+        PLACING.handles(run.pose, ANCHOR),
         _note(state.controls, run),
         frozenset({"step", "finish"} if run.done else ()),
     )

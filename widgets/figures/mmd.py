@@ -20,7 +20,7 @@ from ..controls import choice, slider
 from ..mmd_marks import MAP, convergence, crests, phases, waves
 from ..picture import Array, Mark, Panel, Picture, Readout, degrees, number
 from ..placing import HANDLES, place, written
-from ..room import ANCHOR, BRINGS, PLACING, SETTINGS, error_chart, held, outline, problem, single, source, still
+from ..room import ANCHOR, BRINGS, PLACING, SETTINGS, error_chart, outline, problem, single, source, still
 from ..script import called
 
 STEPS = 40
@@ -202,7 +202,7 @@ def draw(state: State) -> Picture:
         ),
         _readouts(state, said),
         _description(state, said),
-        PLACED.handles(held(pose), ANCHOR),
+        PLACED.handles(pose, ANCHOR),
         _note(state, said),
         frozenset({"step", "finish"} if state.batch.done else ()),
     )

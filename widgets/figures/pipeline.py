@@ -27,7 +27,7 @@ from ..pipeline_run import (
     scene_of,
 )
 from ..placing import HANDLES, place, written
-from ..room import ANCHOR, BRINGS, PLACING, VIEW, held, outline, source, still
+from ..room import ANCHOR, BRINGS, PLACING, VIEW, outline, source, still
 
 BROUGHT = {name: BRINGS.get(name, {"noise": 0.02, "outliers": 0.0}) for name in SCENES}
 REFINES = {"none": "Left out", "point": "Point", "plane": "Plane", "gicp": "GICP"}
@@ -101,7 +101,7 @@ def act(state: State, action: Action) -> State:
     """The next stage, all that are left, or another predicted pose."""
     c, scene = state.controls, state.scene
     if action.kind == "drag":
-        pose = PLACING.act(held(state.pose), ANCHOR, action)
+        pose = PLACING.act(state.pose, ANCHOR, action)
         return _at(c, scene, state.backdrop, (Stage("start", pose),))
     stages = state.stages
     for name in c.plan[len(stages) - 1 :] if not state.verdict else ():
@@ -140,7 +140,7 @@ def draw(state: State) -> Picture:
         (Panel("main", "The two scans in the target's coordinates", VIEW, marks), _signs(state)),
         _readouts(state),
         _description(state),
-        PLACING.handles(held(state.pose), ANCHOR),
+        PLACING.handles(state.pose, ANCHOR),
         _note(state),
         frozenset({"next", "finish"} if state.verdict else ()),
     )

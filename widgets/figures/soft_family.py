@@ -19,7 +19,7 @@ from ..soft_links import Links, circles, crosses, links, targets, threads
 from ..soft_run import Rule, Run, begun
 
 VIEW = View(-5.4, 5.4, -3.7, 3.7)
-PLACING = Placing(VIEW, limit=(4.4, 2.6), reach=3.2, least=1.5)
+PLACING = Placing(VIEW, limit=(3.7, 2.1), reach=3.2, least=1.5)
 ANCHOR = SHAPE.mean(axis=0)
 STEPS = 40
 NATS = (1.0, 6.0)  # of a negative log-likelihood a point in its chart

@@ -10,7 +10,7 @@ from ..contract import Action, Button, Key, Motion, Widget
 from ..controls import choice, slider
 from ..picture import Mark, Panel, Picture, Readout, degrees, number
 from ..placing import HANDLES, place, written
-from ..room import ANCHOR, FAR, NEAR, PLACING, VIEW, error_chart, held
+from ..room import ANCHOR, FAR, NEAR, PLACING, VIEW, error_chart
 from ..script import called, named
 from ..surface_marks import (
     condition,
@@ -84,7 +84,7 @@ def act(state: State, action: Action) -> State:
     """One step, all steps to the stop, or another start."""
     run = state.run
     if action.kind == "drag":
-        return replace(state, run=anew(run, PLACING.act(held(run.pose), ANCHOR, action)))
+        return replace(state, run=anew(run, PLACING.act(run.pose, ANCHOR, action)))
     return replace(state, run=run.finish() if action.name == "finish" else run.step())
 
 
@@ -114,7 +114,7 @@ def draw(state: State) -> Picture:
         ),
         _readouts(state.controls, run),
         _description(state.controls, run),
-        PLACING.handles(held(run.pose), ANCHOR),
+        PLACING.handles(run.pose, ANCHOR),
         _note(run),
         frozenset({"step", "finish"} if run.done else ()),
     )

@@ -14,7 +14,7 @@ from ..contract import Action, Button, Key, Motion, Widget
 from ..controls import choice, slider
 from ..picture import Handle, Label, Mark, Panel, Picture, Readout, Role, Segments, View, degrees, number
 from ..placing import Placing, place, written
-from ..room import ANCHOR, FAR, NEAR, held, with_marks
+from ..room import ANCHOR, FAR, NEAR, with_marks
 from ..script import named
 from ..surface_marks import Carried, carried, fixed, ghost, moving, pairs, weak_direction, weak_label
 from ..surface_run import CALLS, METHOD, SCENES, STEPS, WEIGHTS, Ask, Run, anew, kept, scene_of
@@ -86,7 +86,7 @@ def act(state: State, action: Action) -> State:
     if action.kind == "drag":
         name, handle = action.name.split("-")
         run = state.runs[name]
-        pose = PLACINGS[name].act(held(run.pose), ANCHOR, replace(action, name=handle))
+        pose = PLACINGS[name].act(run.pose, ANCHOR, replace(action, name=handle))
         return replace(state, runs=_from(state.runs, pose))
     finish = action.name == "finish"
     return replace(state, runs={key: one.finish() if finish else one.step() for key, one in state.runs.items()})
@@ -100,7 +100,7 @@ def motion(before: State, after: State) -> Motion | None:
 def draw(state: State) -> Picture:
     """The three, and below them how far each is from the truth after as many steps."""
     apart = state.runs if state.steps else {FIRST: state.runs[FIRST]}
-    grips = {name: PLACINGS[name].handles(held(run.pose), ANCHOR) for name, run in apart.items()}
+    grips = {name: PLACINGS[name].handles(run.pose, ANCHOR) for name, run in apart.items()}
     carries = {name: carried(run, PLACINGS[name]) for name, run in apart.items()}
     panels = (
         _panel(name, run, state.fixed[name], carries.get(name, carries[FIRST])) for name, run in state.runs.items()

@@ -1,0 +1,120 @@
+"""Whatever a reader sets and does, in whatever order: every figure draws, reads and describes, and the record is all.
+
+LADDER_EXAMPLES=2000 searches at random for that many sequences of each figure; without it, the same few are tried.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Mapping
+from itertools import combinations
+from math import dist
+from typing import Any
+from xml.etree import ElementTree
+
+import pytest
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+
+from tests.widgets.any_record import FAR, records
+from tests.widgets.test_every_widget import check_frame
+from widgets.contract import parsed, preset
+from widgets.host import Host
+from widgets.registry import WIDGETS
+
+EXAMPLES = int(os.environ.get("LADDER_EXAMPLES", "0"))
+SEARCH = settings(
+    max_examples=EXAMPLES or 12,
+    derandomize=not EXAMPLES,
+    deadline=None,
+    database=None,
+    phases=[Phase.generate],  # a record is short as it is, and a search for a shorter one takes minutes
+    suppress_health_check=list(HealthCheck),
+)
+
+
+@pytest.mark.parametrize("name", WIDGETS)
+def test_any_actions_in_any_order(name: str) -> None:
+    """Along the whole log every frame is sound; from nothing, and after a step back, the same bytes."""
+    layouts = set()
+
+    @SEARCH
+    @given(records(WIDGETS[name]), st.data())
+    def follow(record: dict[str, Any], data: st.DataObject) -> None:
+        host = Host()
+        prefixes = [{**record, "log": record["log"][:k]} for k in range(len(record["log"]) + 1)]
+        frames = [host.frame(asked(plain)) for plain in prefixes]
+        for plain, frame in zip(prefixes, frames, strict=True):
+            check_any_frame(plain, json.loads(frame))
+            layouts.add(layout(json.loads(frame)))
+        assert len(layouts) == 1, "readouts or panels come and go"
+        back = data.draw(st.integers(0, len(frames) - 1))
+        assert host.frame(asked(prefixes[back])) == frames[back]
+        assert Host().frame(asked(record)) == frames[-1]
+
+    follow()
+
+
+def asked(plain: Mapping[str, Any]) -> str:
+    return json.dumps({"figure": "fig-x", "record": plain})
+
+
+def check_any_frame(plain: dict[str, Any], frame: dict[str, Any]) -> None:
+    """What holds for recorded frames, and no number anywhere that is none, markup that parses, handles in reach."""
+    widget = WIDGETS[plain["widget"]]
+    check_frame(plain, frame)
+    assert parsed(widget, parsed(widget, plain).plain()) == parsed(widget, plain)
+    json.dumps(frame, allow_nan=False)
+    ids: list[str] = []
+    for panel in frame["panels"]:
+        tree = ElementTree.fromstring(panel["svg"])
+        ids += [node.attrib["id"] for node in tree.iter() if "id" in node.attrib]
+        words = " ".join([*tree.itertext(), panel["caption"], tree.attrib["aria-label"]])
+        assert not re.search(r"\b(nan|inf|None)\b", words)
+    assert len(set(ids)) == len(ids)
+    check_handles(widget.name, frame)
+    said = [frame["description"], frame["note"]]
+    assert not re.search(r"(?<!\w)-\d", " ".join(said)), said
+    assert "None" not in [readout["value"] for readout in frame["readouts"]]
+
+
+def check_handles(name: str, frame: dict[str, Any]) -> None:
+    """Each handle is the figure's own, within its panel, and says what it is and where."""
+    panels = {panel["name"] for panel in frame["panels"]}
+    for handle in frame["handles"]:
+        assert handle["name"] in WIDGETS[name].handles
+        assert handle["panel"] in panels
+        assert set(handle["also"]) <= panels
+        assert 0 <= handle["left"] <= 100, handle
+        assert 0 <= handle["top"] <= 100, handle
+        assert handle["label"]
+        assert handle["value"]
+        assert not re.search(r"\b(nan|inf|None)\b", handle["value"])
+
+
+def layout(frame: dict[str, Any]) -> str:
+    """What a page lays out once: readouts by name and label, panels by name, size and padding (a chart's axes grow)."""
+    readouts = [(r["name"], r["label"]) for r in frame["readouts"]]
+    return json.dumps([readouts, [(p["name"], p["view"][4:]) for p in frame["panels"]]])
+
+
+@pytest.mark.parametrize("name", [name for name in WIDGETS if WIDGETS[name].handles])
+def test_handles_stay_within_reach(name: str) -> None:
+    """Flung out of each corner and turned every way, a cloud has its handles in the window, 40 px apart on a phone."""
+    widget, host = WIDGETS[name], Host()
+    pairs = [(h, h.replace("source", "turn")) for h in widget.handles if "turn" not in h]
+    corners = [(FAR, FAR), (-FAR, 0.0), (0.5, -FAR)]
+    for moving, turning in pairs:
+        for corner in corners:
+            flung = [["drag", moving, *corner]]
+            turns = [["drag", turning, *to] for to in corners] if turning in widget.handles else []
+            for log in (flung, *([*flung, turn] for turn in turns)):
+                frame = host.render("f", {**preset(widget).plain(), "log": log})
+                check_handles(name, frame)
+                views = {panel["name"]: panel["view"] for panel in frame["panels"]}
+                for one, other in combinations(frame["handles"], 2):
+                    if one["panel"] == other["panel"]:
+                        x0, x1, *_ = views[one["panel"]]
+                        assert dist(one["world"], other["world"]) * 358 / (x1 - x0) >= 40, log
