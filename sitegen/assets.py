@@ -7,9 +7,10 @@ import hashlib
 import json
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from .archive import Download
 from .files import fingerprint, hashed_name, short_hash
 from .problems import Place, Problems, hint
 
@@ -49,6 +50,9 @@ class Assets:
     worker: str = ""
     pictures: dict[str, str] = field(default_factory=dict)
     preload: tuple[str, ...] = ()
+    manifest: str = ""
+    ground: tuple[str, str] = ("", "")  # behind the pages, light and dark
+    download: Download | None = None
     runtime: dict[str, object] | None = None
 
     def has(self, name: str) -> bool:
@@ -58,6 +62,10 @@ class Assets:
     def get(self, name: str) -> str:
         """The picture's name on the site."""
         return self.pictures[name]
+
+    def from_disk(self) -> Assets:
+        """The same for pages that lie on a reader's disk: a browser refuses there what it would fetch ahead."""
+        return replace(self, preload=(), manifest="", download=None)
 
     def add(self, name: str, data: bytes) -> str:
         """Put a file under assets/, named by its content."""

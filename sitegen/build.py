@@ -16,7 +16,8 @@ import widgets
 from widgets.contract import Widget
 from widgets.registry import WIDGETS
 
-from . import emblem, fonts, outside, plotting, runtime
+from . import emblem, fonts, manifest, outside, plotting, runtime
+from .archive import Download, archive, folder_name
 from .assets import HEADERS, Assets, read_assets, service_worker
 from .cite import Reference, read_references, unused
 from .claims import read_results, tests_for
@@ -232,17 +233,48 @@ def _files(
     if started:
         assets.runtime = {"folder": "runtime/", "files": json.dumps(started.start_files()), "bytes": started.size}
     images = {image.name: image.data for _, body in content.bodies for image in body.images}
-    pages = {name: html.encode() for name, html in _html(content, templates, assets).items()}
-    files = {**pages, **scripts, **images, **assets.files}
+    if manifest.ICONS.keys() <= assets.pictures.keys():
+        site, assets.ground = content.site, emblem.colours()["paper"]
+        made = manifest.web_manifest(site.title, site.description, site.language, assets.ground[0], assets.pictures)
+        assets.manifest = assets.add("site.webmanifest", made)
+    rest = {**scripts, **images, **assets.files}
+    assets.download = _download(content, templates, assets, rest, started, cache)
+    files = {**_pages_of(content, templates, assets), **rest}
     writer = Writer(templates, content.site, content.chapters, assets)
     if content.site.url:
         public = [*(chapter.page for chapter in content.chapters), "references.html", "glossary.html", "checks.html"]
         files["sitemap.xml"] = writer.sitemap(public).encode()
-    worker = service_worker(content.root, files, started.kept_files() if started else ())
-    if worker is not None:
-        files["sw.js"] = worker
-    files["_headers"] = HEADERS.encode()
+    files |= _for_hosts(content.root, files, started)
+    files[assets.download.name] = assets.download.data
     return files
+
+
+def _for_hosts(root: Path, files: Mapping[str, bytes], started: runtime.RuntimeInfo | None) -> dict[str, bytes]:
+    """What lies beside the files of a site: the service worker that keeps them, the headers that hosts shall send."""
+    worker = service_worker(root, files, started.kept_files() if started else ())
+    return {**({} if worker is None else {"sw.js": worker}), "_headers": HEADERS.encode()}
+
+
+def _download(
+    content: _Content,
+    templates: Environment,
+    assets: Assets,
+    rest: Mapping[str, bytes],
+    started: runtime.RuntimeInfo | None,
+    cache: Path,
+) -> Download:
+    """The whole site in a zip, with Python, so that a small server brings the unpacked folder alive."""
+    files = {**_pages_of(content, templates, assets.from_disk()), **rest}
+    files |= _for_hosts(content.root, files, started)
+    if started:
+        names = [name.removeprefix("runtime/") for name, _, _ in started.kept_files()]
+        files |= {f"runtime/{name}": (started.folder / name).read_bytes() for name in names}
+    folder = folder_name(content.site.title)
+    return Download(f"{folder}.zip", archive(folder, files, cache))
+
+
+def _pages_of(content: _Content, templates: Environment, assets: Assets) -> dict[str, bytes]:
+    return {name: html.encode() for name, html in _html(content, templates, assets).items()}
 
 
 def _characters(pages: Mapping[str, str], cache: Path) -> tuple[str, str]:

@@ -29,6 +29,7 @@ TOKENS = Path(__file__).resolve().parents[1] / "templates" / "assets" / "css" / 
 SHARE = (1200, 630)
 RUNGS = (5, 11, 17)  # heights in the emblem's box of 24 by 24; the middle one is the reader's
 RAILS = (7, 17)
+SAFE = 0.72  # the ladder's corners stay within the circle of 80 % that no shape of an icon cuts
 
 
 def colours() -> dict[str, tuple[str, str]]:
@@ -38,7 +39,8 @@ def colours() -> dict[str, tuple[str, str]]:
 
 
 def make(title: str, line: str, faces: fonts.FontSet, *, cache: Path | None = None) -> dict[str, bytes]:
-    """favicon.svg, favicon.png (32 px), touch-icon.png (180 px) and share.png (1200 × 630 px) by name.
+    """The pictures by name: favicon.svg, favicon.png (32 px), touch-icon.png (180 px), share.png (1200 × 630 px), and
+    for the installed site icon-192.png, icon-512.png and icon-maskable.png (512 px, to be cut to any shape).
 
     title, line: what the share picture says, the line in some hundred characters, set in the title and sans of `faces`.
     Kept in the cache by what they are made of.
@@ -52,6 +54,9 @@ def make(title: str, line: str, faces: fonts.FontSet, *, cache: Path | None = No
     drawn: dict[str, Callable[[], bytes]] = {
         "favicon.png": lambda: _icon(32),
         "touch-icon.png": lambda: _icon(180),
+        "icon-192.png": lambda: _icon(192),
+        "icon-512.png": lambda: _icon(512),
+        "icon-maskable.png": lambda: _icon(512, SAFE),
         "share.png": lambda: _share(title, line, faces, scene),
     }
     files = {"favicon.svg": _svg().encode()}
@@ -97,10 +102,14 @@ def _px(width: float) -> float:
     return width * 0.72
 
 
-def _icon(size: int) -> bytes:
+def _icon(size: int, drawn: float = 1.0) -> bytes:
+    """The emblem on paper; `drawn` is the part of the width that its box of 24 takes, in the middle."""
     theme = {name: light for name, (light, _) in colours().items()}
     figure, axes = _canvas(size, size, theme["paper"])
-    k = size / 24
+    k = size * drawn / 24
+    edge = (1 - drawn) / 2 * size
+    axes.set_xlim(-edge, size - edge)
+    axes.set_ylim(size - edge, -edge)
     for x in RAILS:
         axes.plot([x * k, x * k], [2.5 * k, 21.5 * k], color=theme["ink"], lw=_px(2.2 * k), solid_capstyle="round")
     for y in RUNGS:

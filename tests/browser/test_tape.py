@@ -65,7 +65,7 @@ def test_the_page_opened_from_disk_steps(site: Path, reader: Callable[..., Reade
     solve.button("solve").click()
     solve.changes("rms", start)
     solve.drag("source", 60, 40)
-    expect(solve.root.locator(".figure-status")).to_contain_text("build.py serve")
+    expect(solve.root.locator(".figure-status")).to_contain_text("python3 -m http.server")
     assert page.evaluate("document.fonts.check('16px \\'Ladder Serif\\'')")
 
 

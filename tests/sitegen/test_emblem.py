@@ -32,7 +32,8 @@ def pixels(data: bytes) -> np.ndarray:
 
 def test_the_pictures_have_their_sizes(made) -> None:
     sizes = {name: Image.open(io.BytesIO(data)).size for name, data in made.items() if name.endswith(".png")}
-    assert sizes == {"favicon.png": (32, 32), "touch-icon.png": (180, 180), "share.png": (1200, 630)}
+    icons = {"icon-192.png": (192, 192), "icon-512.png": (512, 512), "icon-maskable.png": (512, 512)}
+    assert sizes == {"favicon.png": (32, 32), "touch-icon.png": (180, 180), "share.png": (1200, 630), **icons}
     assert len(made["share.png"]) < 150_000
 
 
@@ -71,3 +72,14 @@ def test_what_is_kept_is_not_drawn_again(made, faces, tmp_path, monkeypatch) -> 
     first = emblem.make(TITLE, LINE, faces, cache=tmp_path)
     monkeypatch.setattr(emblem, "_canvas", lambda *a: pytest.fail("drawn again"))
     assert emblem.make(TITLE, LINE, faces, cache=tmp_path) == first
+
+
+def test_no_shape_of_an_icon_cuts_the_ladder(made) -> None:
+    """What is drawn of the maskable icon lies in the circle of 80 %, and the other icons are drawn larger."""
+    paper = bytes.fromhex(emblem.colours()["paper"][0][1:])
+    reach = {}
+    for name in ("icon-512.png", "icon-maskable.png"):
+        drawn = (pixels(made[name]).reshape(512, 512, 3) != np.frombuffer(paper, np.uint8)).any(2)
+        y, x = np.nonzero(drawn)
+        reach[name] = np.hypot(x - 255.5, y - 255.5).max()
+    assert 180 < reach["icon-maskable.png"] <= 0.4 * 512 < reach["icon-512.png"]

@@ -10,7 +10,7 @@
   const megabytes = (bytes) => (bytes / 1e6).toFixed(1);
   const STAGES = { python: "unpacking", numpy: "starting numpy", widgets: "starting the solvers" };
   const FROM_DISK =
-    "Opened from disk: to bring the figures alive, run “python3 build.py serve” in the project's folder.";
+    "Opened from disk: to bring the figures alive, run “python3 -m http.server” in this folder and open localhost:8000.";
 
   function progress() {
     const { loaded, total, stage } = runtime;
