@@ -313,12 +313,13 @@ class _Renderer:
         return f'<span class="claim" id="claim-{number}">'
 
     def _claim_close(self, token: Token) -> str:
+        number = len(self._body.claims)
         test_id = token.meta["directive"].attributes.strip()
         state = standing(self._known.results.get(test_id))
         said = {"passed": "checked", "failed": "check failed", "unknown": "check not yet run on this code"}[state]
         return (
             f'<a class="claim-mark" data-outcome="{state}" href="checks.html#{anchor(test_id)}" '
-            f'title="{said}: see how" aria-label="{said}: see how"></a></span>'
+            f'title="{said}: see how" aria-label="Claim {number}, {said}: see how"></a></span>'
         )
 
     def _ref(self, token: Token) -> str:

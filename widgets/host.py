@@ -204,9 +204,14 @@ def _view(panel: Panel) -> list[float]:
 
 
 def _handle(handle: Handle, panel: Panel) -> dict[str, Any]:
-    """The handle with its place in percent of the panel, which is how the page's overlay puts it there."""
+    """The handle with its place in percent of the panel, which is how the page's overlay puts it there.
+
+    slider: least, greatest and present value of the one number that a slider is bound to have: an angle, or x.
+    """
     (place,) = panel.view.px([handle.xy])
     left, top = (_rounded(100 * v / size, 3) for v, size in zip(place, panel.view.size, strict=True))
+    turns = handle.kind == "turn"
+    slider = (-180.0, 180.0, handle.angle) if turns else (panel.view.x0, panel.view.x1, handle.xy[0])
     return {
         "name": handle.name,
         "panel": handle.panel,
@@ -218,6 +223,7 @@ def _handle(handle: Handle, panel: Panel) -> dict[str, Any]:
         "radius": handle.radius,
         "also": list(handle.also),
         "world": _place(handle.xy),
+        "slider": [_rounded(v, 2) for v in slider],
         "keys": {key: _place(xy) for key, xy in handle.keys.items()},
     }
 

@@ -244,6 +244,7 @@ class Handle:
     keys maps a key ("ArrowLeft", "Shift+ArrowLeft" …) to the world position that a drag would have to reach for the
     same effect: the keyboard is a drag by other means, so nothing a pointer does is out of its reach.
     also: other panels, of the same view, in which a pointer may take hold of the same thing at the same place.
+    angle: where a turning handle stands, in degrees from −180 to 180.
     """
 
     name: str
@@ -255,6 +256,7 @@ class Handle:
     panel: str = "main"
     radius: float = 22.0
     also: tuple[str, ...] = ()
+    angle: float = 0.0
 
 
 @dataclass(frozen=True)

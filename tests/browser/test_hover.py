@@ -46,7 +46,7 @@ def test_arrow_keys_point(cells: Figure) -> None:
     cells.seen()
     cross = cells.root.locator('[data-pick="main"]')
     cross.focus()
-    assert "Arrow keys move" in (cross.get_attribute("aria-label") or "")
+    assert "Arrow keys move" in (cross.get_attribute("aria-description") or "")
     before = cells.readout("mean")
     for _ in range(4):
         cells.page.keyboard.press("Shift+ArrowDown")

@@ -60,7 +60,7 @@
       mark("ladder:input", this.id, at);
       this.coarse();
       this.error = "";
-      this.speaks ||= merge === null;
+      this.speaks ||= by !== "hover" && by !== "run";
       const frame = runtime.state === "live" ? undefined : taped(this.id, record);
       if (!frame && runtime.state === "file") {
         this.refuse("This state is not on the figure's tape, and a page opened from disk has no Python.");
@@ -165,10 +165,16 @@
       this.emit("state");
     }
 
-    /** Says what is seen, once nothing waits: after a discrete action, not on every frame of a drag. */
+    /** Has what is seen said to those who hear it: what is asked in passing or by a run is not, without this. */
     speak() {
       this.speaks = true;
       this.tell();
+    }
+
+    /** Takes the focus: where the reader is sent, and where what had it has gone. */
+    focus() {
+      this.stage.tabIndex = -1;
+      this.stage.focus({ preventScroll: true });
     }
 
     /**

@@ -72,7 +72,6 @@
       const held = end();
       if (held.to) ask(held);
       if (!figure.busy) handles.update();
-      figure.speak();
     }
 
     /** Escape: everything as it was before. */

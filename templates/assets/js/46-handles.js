@@ -12,16 +12,26 @@
     if (!document.getElementById(HINT)) document.body.append(make("p", { id: HINT, hidden: true }, words));
   }
 
-  /** A handle's button in a panel. Those in the panels that it can `also` be taken in are for the pointer alone. */
-  function made({ name, kind, radius, panel: own }, panel) {
+  /**
+   * A handle's button in a panel. Those in the panels that it can `also` be taken in are for the pointer alone. It is a
+   * slider to screen readers, which keep the arrow keys of a button to themselves.
+   */
+  function made({ name, label, kind, radius, panel: own }, panel) {
     const shared = { type: "button", "data-handle": name, "data-panel": panel };
     const attributes =
       panel === own
-        ? { ...shared, class: `handle ${kind}`, "aria-describedby": HINT }
+        ? { ...shared, class: `handle ${kind}`, role: "slider", "aria-label": label, "aria-describedby": HINT }
         : { ...shared, class: `handle ${kind} copy`, tabindex: "-1", "aria-hidden": "true" };
     const button = make("button", attributes);
     button.style.width = button.style.height = `${Math.max(44, 2 * radius)}px`;
     return button;
+  }
+
+  /** Where the handle stands, as a slider tells it. */
+  function slide(button, { value, slider: [least, most, now] }) {
+    if (button.getAttribute("aria-valuetext") === value) return;
+    const told = { "aria-valuetext": value, "aria-valuemin": least, "aria-valuemax": most, "aria-valuenow": now };
+    for (const [name, each] of Object.entries(told)) button.setAttribute(name, each);
   }
 
   Ladder.handles = function (figure, overlay) {
@@ -38,14 +48,14 @@
       const wanted = new Set(places.map(([key]) => key));
       for (const [key, button] of buttons) {
         if (wanted.has(key)) continue;
+        if (button === document.activeElement) figure.focus();
         overlay.remove(button);
         buttons.delete(key);
       }
       for (const [key, handle, panel] of places) {
         if (!buttons.has(key)) buttons.set(key, overlay.layer.appendChild(made(handle, panel)));
         const button = buttons.get(key);
-        const label = `${handle.label}: ${handle.value}`;
-        if (button.getAttribute("aria-label") !== label) button.setAttribute("aria-label", label);
+        if (panel === handle.panel) slide(button, handle);
         if (drags.held !== button) overlay.put(button, panel, handle.left, handle.top);
       }
     }
@@ -66,7 +76,6 @@
       const [name, which] = keys.shift();
       const to = of(name)?.keys[which];
       if (to) figure.ask(records.drag(figure.record, name, to), { merge: `drag:${name}`, by: "key", at });
-      figure.speaks = true;
     }
 
     const disposers = [

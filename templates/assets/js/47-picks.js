@@ -3,24 +3,29 @@
 (() => {
   "use strict";
 
-  const { make, on, percent, record: records, runtime, world } = Ladder;
+  const { drawing, make, on, percent, record: records, runtime, world } = Ladder;
   const WAYS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
   const clamp = (value, low, high) => Math.min(high, Math.max(low, value));
 
   /** A crosshair over a panel. Returns { at, put, where(event): the pointer's place or null, button, panel, off }. */
-  function crosshair(figure, overlay, name, words, moved) {
-    const attributes = { type: "button", class: "crosshair", "data-pick": name };
+  function crosshair(figure, overlay, name, { does, hint }, moved) {
+    const shown = drawing(figure.stage, name).getAttribute("aria-label");
+    const says = { role: "slider", "aria-label": `${does}: ${shown}`, "aria-description": hint };
+    const attributes = { type: "button", class: "crosshair", "data-pick": name, ...says };
     const button = overlay.layer.appendChild(make("button", attributes));
     const panel = figure.stage.querySelector(`.figure-panel[data-panel="${CSS.escape(name)}"]`);
     const view = () => figure.frame.panels.find((each) => each.name === name).view;
     const [x0, x1, y0, y1] = view();
     const cross = { at: [(x0 + x1) / 2, (y0 + y1) / 2], put, where, button, panel };
+    button.setAttribute("aria-valuemin", x0);
+    button.setAttribute("aria-valuemax", x1);
 
     function put(place) {
       cross.at = place;
       overlay.put(button, name, ...percent(view(), place));
-      const told = place.map((value) => value.toFixed(2).replace("-", "−")).join(", ");
-      button.setAttribute("aria-label", words(told));
+      const [x, y] = place.map((value) => value.toFixed(2));
+      button.setAttribute("aria-valuenow", x);
+      button.setAttribute("aria-valuetext", `x ${x}, y ${y}`.replaceAll("-", "−"));
     }
 
     function where(event) {
@@ -46,7 +51,7 @@
   }
 
   function picked(figure, overlay, name) {
-    const words = (told) => `Pick a place: ${told}. Arrow keys move, Enter picks.`;
+    const words = { does: "Pick a place", hint: "Arrow keys move, Shift for larger steps; Enter picks." };
     const cross = crosshair(figure, overlay, name, words, () => {});
     const pick = (place) => {
       cross.put(place);
@@ -67,7 +72,7 @@
 
   /** The pointer asks only while Python is up: passing over a picture must not set it waiting. A tap or a key may. */
   function pointed(figure, overlay, name) {
-    const words = (told) => `Look at a place: ${told}. Arrow keys move.`;
+    const words = { does: "Look at a place", hint: "Arrow keys move, Shift for larger steps." };
     const ask = (at) =>
       figure.ask(records.hover(figure.record, name, cross.at), { merge: `hover:${name}`, by: "hover", at });
     const cross = crosshair(figure, overlay, name, words, (at) => {

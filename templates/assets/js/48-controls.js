@@ -50,10 +50,7 @@
 
     const disposers = [
       on(form, "input", changed),
-      on(form, "change", (event) => {
-        changed(event);
-        figure.speak();
-      }),
+      on(form, "change", changed),
       on(form, "submit", (event) => event.preventDefault()),
       figure.on("asked", () => show(figure.record.controls)),
       figure.on("frame", (frame) => {

@@ -76,7 +76,8 @@
       const each = specs.get(node.dataset.button);
       const paused = run?.button === each;
       if (run) stop();
-      if (!paused) does[each.does](each, event.timeStamp);
+      if (paused) figure.speak();
+      else does[each.does](each, event.timeStamp);
     }
 
     const disposers = [

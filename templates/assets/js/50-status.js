@@ -1,11 +1,9 @@
-// The status line: what a figure waits for, why it failed, what it notes. Progress is shown and not spoken; what a
-// discrete action led to is spoken and, where the picture says it already, not shown.
+// The status line: what a figure waits for, why it failed, what it notes. What has to be heard of it, the voice says.
 (() => {
   "use strict";
 
   const { make, on, runtime, text } = Ladder;
 
-  const PAUSE = 300; // ms
   const SLOW = 1000; // ms after which an answer is slow enough to say so
   const megabytes = (bytes) => (bytes / 1e6).toFixed(1);
   const STAGES = { python: "unpacking", numpy: "starting numpy", widgets: "starting the solvers" };
@@ -17,28 +15,32 @@
     return STAGES[stage] ?? `${megabytes(loaded)} of ${megabytes(total)} MB`;
   }
 
-  const sentence = (words) => words.match(/^.*?[.!?](?=\s|$)/s)?.[0] ?? words;
-
-  /** What the line says: words, progress, which ways on. `late`: the answer that is being drawn takes long. */
+  /**
+   * What the line says: words, progress, which ways on, and whether the words are to be heard, since the reader asked for
+   * something. `late`: the answer that is being drawn takes long.
+   */
   function told(figure, late) {
     if (figure.error) {
       const words = runtime.state === "file" ? `${figure.error} ${FROM_DISK}` : figure.error;
-      return { words, ways: runtime.state === "file" ? [] : ["Reset"] };
+      return { words, ways: runtime.state === "file" ? [] : ["Reset"], heard: true };
     }
     const waits = figure.waiting.length > 0;
     if (runtime.state === "failed" && (waits || figure.visible)) {
       const kept = waits ? " What you did is kept." : "";
-      return { words: `${runtime.message}.${kept}`, ways: runtime.stopped ? ["Retry", "Reset"] : ["Retry"] };
+      const choices = runtime.stopped ? ["Retry", "Reset"] : ["Retry"];
+      return { words: `${runtime.message}.${kept}`, ways: choices, heard: waits };
     }
     if (waits && runtime.state !== "live") {
-      return { words: "Python is starting; this will then be shown.", progress: progress(), ways: [] };
+      const words = "Python is starting; this will then be shown.";
+      return { words, progress: progress(), ways: [], heard: true };
     }
     const first = Ladder.figures.values().next().value === figure;
     if (runtime.state === "file" && first) return { words: FROM_DISK, ways: [] };
     if (runtime.state === "idle" && Ladder.frugal && !figure.frame.note) {
       return { words: `Python (${megabytes(runtime.total)} MB) loads when you first need it.`, ways: [] };
     }
-    return { words: late ? "Python is working on this." : figure.frame.note, ways: [] };
+    if (late) return { words: "Python is working on this.", ways: [], heard: true };
+    return { words: figure.frame.note, ways: [] };
   }
 
   const ways = {
@@ -50,26 +52,15 @@
     const line = figure.root.querySelector(".figure-status");
     const words = make("span", { class: "status-words" });
     const bytes = make("span", { class: "status-progress", "aria-hidden": "true" });
-    const heard = make("span", { class: "visually-hidden" });
     const choices = make("span", { class: "status-ways" });
     const offer = make("span", { class: "status-offer" });
     let offered = "";
     let passing = ""; // said once, gone with the next question
-    let quiet = 0;
+    let heard = ""; // of what the line says now
     let watched = null; // the question that is being drawn
     let late = false; // its answer
     let patience = 0;
-    line.replaceChildren(words, " ", bytes, choices, offer, heard);
-
-    /** What is seen, in a sentence, once things have been still for a moment. */
-    function speak() {
-      clearTimeout(quiet);
-      quiet = setTimeout(() => {
-        if (!figure.speaks || figure.asked || figure.waiting.length || figure.finer) return;
-        figure.speaks = false;
-        text(heard, words.textContent ? "" : sentence(figure.frame.description));
-      }, PAUSE);
-    }
+    line.replaceChildren(words, " ", bytes, choices, offer);
 
     function watch() {
       if (watched === figure.asked) return;
@@ -90,9 +81,11 @@
       text(bytes, now.progress ?? "");
       if (offered !== now.ways.join()) {
         offered = now.ways.join();
+        if (choices.contains(document.activeElement)) figure.focus();
         choices.replaceChildren(...now.ways.map((way) => make("button", { type: "button", "data-way": way }, way)));
       }
-      if (figure.speaks) speak();
+      const aloud = now.heard ? now.words : "";
+      if (heard !== aloud) figure.voice.say((heard = aloud));
     }
 
     const disposers = [
@@ -108,6 +101,7 @@
       say(message) {
         passing = message;
         show();
+        figure.voice.say(message);
       },
       /** Offers text that the clipboard would not take, selected, for the reader to copy. */
       offer(label, value) {
@@ -119,7 +113,7 @@
       },
     };
     show();
-    disposers.push(() => [quiet, patience].forEach(clearTimeout));
+    disposers.push(() => clearTimeout(patience));
     return () => disposers.forEach((dispose) => dispose());
   };
 })();

@@ -10,8 +10,7 @@
     const { top, bottom } = stage.getBoundingClientRect();
     const behavior = calm() ? "auto" : "smooth";
     if (top < 0 || bottom > innerHeight) stage.scrollIntoView({ block: "center", behavior });
-    stage.tabIndex = -1;
-    stage.focus({ preventScroll: true });
+    figure.focus();
   }
 
   /** Shows a record. Where it ends in a press that can be seen as a motion, the state before the press comes first. */

@@ -81,6 +81,8 @@
     function show() {
       const was = (row) => kept?.rows.find((each) => each.name === row.name);
       const focus = place.contains(document.activeElement) ? document.activeElement.dataset : {};
+      const before = place.querySelector(".job-scroll");
+      const [held, left] = [before === document.activeElement, before?.scrollLeft ?? 0];
       const table = make(
         "table",
         {},
@@ -108,12 +110,15 @@
         ),
       );
       const again = focus.sort ? `[data-sort="${focus.sort}"]` : focus.do ? `.job-tools [data-do="${focus.do}"]` : "";
+      scroll.scrollLeft = left;
+      if (held) scroll.focus({ preventScroll: true });
       if (again) (place.querySelector(again) ?? place.querySelector(".job-tools button")).focus({ preventScroll: true });
     }
 
     function end(message) {
       run = null;
       begin.disabled = false;
+      if (document.activeElement === stop) begin.focus({ preventScroll: true });
       stop.disabled = true;
       box.dataset.state = "";
       tell(message);

@@ -12,7 +12,9 @@
     const touch = () => {
       runtime.touched = figure.id;
     };
+    figure.voice = Ladder.voice(figure);
     figure.disposers.push(
+      figure.voice.dispose,
       Ladder.status(figure),
       Ladder.handles(figure, overlay),
       Ladder.picks(figure, overlay),
