@@ -28,6 +28,7 @@ from .files import fingerprint, short_hash, write
 from .glossary import Term, read_glossary
 from .maths import Mathematics
 from .maths import render as render_formulas
+from .notebooks import Shown, notebooks
 from .outside import Progress, quiet
 from .pages import Writer, environment, figure_html, figure_view, plot_html
 from .plotting import Gallery, Placed, Plot
@@ -128,7 +129,12 @@ def build(
         raise BuildFailed([*problems.found, *(problems.warnings if strict else [])])
 
     licences = parts.licences(SERVED, cache=cache)
-    content = _Content(root, site, chapters, bodies, references, cited, known, licences)
+    wheel = str(templates.globals["wheel"])
+    shown = Shown(site, known, wheel, lambda page, figure: tapes[page, figure.id].first, gallery.drawn)
+    works = {chapter.page: body.cited for chapter, body in bodies}
+    content = _Content(
+        root, site, chapters, bodies, references, cited, known, licences, notebooks(surveys, works, shown)
+    )
     files = _files(content, templates, mathematics, tapes, started, parts, cache, progress, problems)
     if problems.found:
         raise BuildFailed(problems.found)
@@ -154,6 +160,7 @@ class _Content:
     cited: Mapping[str, Sequence[Chapter]]
     known: Known
     licences: Sequence[outside.Licence]
+    notebooks: Mapping[str, bytes]
 
 
 def _figure_drawer(
@@ -246,6 +253,7 @@ def _files(
         files["sitemap.xml"] = writer.sitemap(public).encode()
     files |= _for_hosts(content.root, files, started)
     files[assets.download.name] = assets.download.data
+    files |= content.notebooks  # to be taken away, so not among what is kept for offline use
     return files
 
 
@@ -265,7 +273,7 @@ def _download(
 ) -> Download:
     """The whole site in a zip, with Python, so that a small server brings the unpacked folder alive."""
     files = {**_pages_of(content, templates, assets.from_disk()), **rest}
-    files |= _for_hosts(content.root, files, started)
+    files |= {**_for_hosts(content.root, files, started), **content.notebooks}
     if started:
         names = [name.removeprefix("runtime/") for name, _, _ in started.kept_files()]
         files |= {f"runtime/{name}": (started.folder / name).read_bytes() for name in names}

@@ -11,7 +11,7 @@ from pathlib import Path, PurePosixPath
 
 import brotli  # type: ignore[import-untyped]
 
-PACKED = {".html", ".css", ".js", ".mjs", ".json", ".svg", ".xml", ".txt", ".wasm", ".webmanifest", ".ico"}
+PACKED = {".html", ".css", ".js", ".mjs", ".json", ".ipynb", ".svg", ".xml", ".txt", ".wasm", ".webmanifest", ".ico"}
 FORMAT = "2"  # of what is kept; raised when the packing changes
 WORTH = 1024  # bytes below which packing saves nothing that a reader would notice
 

@@ -22,6 +22,7 @@ from .claims import Result, Test, anchor, standing
 from .content import Chapter, Site
 from .figures import Figure, Plain, dumps, first_frame, spec
 from .glossary import Term
+from .notebooks import name_of
 from .outside import Licence
 from .plotting import Drawn, Placed
 from .render import Body, highlighted
@@ -185,7 +186,14 @@ class Writer:
         words = [terms[key] for key in body.terms]
         contents = _tree(body.contents)
         return self._fill(
-            "chapter.html", page, chapter=chapter, body=body.html, contents=contents, cards=cards, words=words
+            "chapter.html",
+            page,
+            chapter=chapter,
+            body=body.html,
+            contents=contents,
+            cards=cards,
+            words=words,
+            notebook=name_of(chapter),
         )
 
     def glossary(self, terms: Mapping[str, Term]) -> str:

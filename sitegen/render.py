@@ -78,6 +78,11 @@ def render(survey: Survey, known: Known) -> Body:
     return _Renderer(survey, known).body()
 
 
+def fragment(survey: Survey, known: Known) -> Callable[[Sequence[Token]], str]:
+    """Renders inline tokens of a chapter by themselves, apart from its body."""
+    return _Renderer(survey, known)._inline
+
+
 UNIT = re.compile(r"(?:(?<=\d)|^) (?=(?:%|u²?|rad)(?!\w))")  # a text that begins with a unit follows a computed number
 
 
@@ -145,12 +150,12 @@ class _Renderer:
 
     def body(self) -> Body:
         parts: list[str] = []
-        for tries, blocks in groupby(_blocks(self._chapter.document.tokens), lambda block: block[0].type == "try"):
+        for tries, run in groupby(blocks(self._chapter.document.tokens), lambda block: block[0].type == "try"):
             if tries:
-                items = "".join(f"<li>{self._blocks(block)}</li>\n" for block in blocks)
+                items = "".join(f"<li>{self._blocks(block)}</li>\n" for block in run)
                 parts.append(f'<ul class="tries">\n{items}</ul>\n')
             else:
-                parts += map(self._noted, blocks)
+                parts += map(self._noted, run)
         self._body.html = Markup("".join(parts))
         for heading in self._survey.headings:
             if heading.level in (2, 3):
@@ -359,7 +364,7 @@ def _simple(rule: Callable[[Token], str]) -> Callable[..., str]:
     return lambda tokens, idx, options, env: rule(tokens[idx])
 
 
-def _blocks(tokens: Sequence[Token]) -> list[list[Token]]:
+def blocks(tokens: Sequence[Token]) -> list[list[Token]]:
     """Top-level blocks, each with all the tokens inside it."""
     blocks: list[list[Token]] = []
     depth = 0

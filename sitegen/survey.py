@@ -22,7 +22,7 @@ from .plotting import placed as placed_plot
 from .problems import Place, Problems, hint
 
 # Ids that the templates and the figures give; no heading may have them.
-OWN_IDS = ("main", "cite-this-page")
+OWN_IDS = ("main", "cite-this-page", "notebook")
 OWN_PREFIXES = ("fig-", "eq-", "note-", "noteref-", "claim-", "card-")
 LINKS = ("link_open", "claim_open", "cite", "ref", "term", "footnote_ref")
 
