@@ -48,6 +48,8 @@ class Assets:
     js: str = ""
     theme: str = ""
     worker: str = ""
+    search_library: str = ""
+    search_data: str = ""
     pictures: dict[str, str] = field(default_factory=dict)
     preload: tuple[str, ...] = ()
     manifest: str = ""

@@ -16,7 +16,7 @@ import widgets
 from widgets.contract import Widget
 from widgets.registry import WIDGETS
 
-from . import emblem, fonts, manifest, outside, plotting, runtime
+from . import emblem, fonts, manifest, outside, plotting, runtime, search
 from .archive import Download, archive, folder_name
 from .assets import HEADERS, Assets, read_assets, service_worker
 from .cite import Reference, read_references, unused
@@ -38,7 +38,7 @@ from .render import Body, Known, render
 from .survey import OWN_IDS, Survey, survey
 from .tape import Tape, record_tapes
 
-SERVED = ("temml", "pyodide", "numpy", *fonts.BUNDLES)
+SERVED = ("temml", "pyodide", "numpy", "minisearch", *fonts.BUNDLES)
 
 
 @dataclass(frozen=True)
@@ -64,6 +64,7 @@ class Parts:
     cut_fonts: Callable[..., fonts.FontSet] | None = fonts.make
     draw_emblem: Callable[..., Mapping[str, bytes]] | None = emblem.make
     licences: Callable[..., Sequence[outside.Licence]] = outside.licences
+    search: Callable[[Path], bytes] | None = search.library
 
 
 STANDARD = Parts(WIDGETS)
@@ -218,10 +219,11 @@ def _files(
 ) -> dict[str, bytes]:
     """Every file of the site by name, without the runtime and what is packed."""
     scripts = {tape.name: tape.script for tape in tapes.values()}
+    # What the pages say decides which letters the fonts have and what is searched, and the pages name both: so, twice.
+    unstyled = _html(content, templates, Assets())
     fontset = None
     if parts.cut_fonts is not None:
-        # The fonts are cut to what the pages say, and the pages name the style sheet that names the fonts: so, twice.
-        text, signs = _characters(_html(content, templates, Assets()), cache)
+        text, signs = _characters(unstyled, cache)
         text = "".join(sorted(set(text).union(*(script.decode() for script in scripts.values()))))
         fontset = parts.cut_fonts(text, signs, url="fonts/", cache=cache, progress=progress)
     if fontset and fontset.missing:
@@ -239,6 +241,9 @@ def _files(
     )
     if started:
         assets.runtime = {"folder": "runtime/", "files": json.dumps(started.start_files()), "bytes": started.size}
+    if parts.search is not None:
+        assets.search_library = assets.add("minisearch.js", parts.search(cache))
+        assets.search_data = assets.add("search.js", search.search_data(unstyled))
     images = {image.name: image.data for _, body in content.bodies for image in body.images}
     if manifest.ICONS.keys() <= assets.pictures.keys():
         site, assets.ground = content.site, emblem.colours()["paper"]

@@ -254,7 +254,8 @@ class Project:
         return self.root / "site"
 
     def build(self, **options: Any) -> Report:
-        parts = Parts(self.widgets, self.plots, assemble=None, cut_fonts=None, licences=lambda names, cache: [])
+        none = {"assemble": None, "cut_fonts": None, "search": None}
+        parts = Parts(self.widgets, self.plots, licences=lambda names, cache: [], **none)
         return build(self.root, self.site, cache=self.cache, parts=parts, pack=False, **options)
 
     def page(self, name: str) -> str:

@@ -93,6 +93,7 @@
   document.querySelectorAll(".ladder").forEach(climb);
   reach(document.querySelectorAll(".formula"));
   document.querySelectorAll("button.theme").forEach(theme);
+  document.querySelectorAll("button.search-open").forEach(Ladder.search);
   Ladder.cards();
   Ladder.links();
   Ladder.startWhenSeen(roots);

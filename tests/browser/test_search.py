@@ -1,0 +1,55 @@
+"""Searching as a reader does: by key, from any page, offline and from disk, with a slip of the finger."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import Browser, expect
+
+from tests.browser.conftest import Reader
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+def test_search_by_key_leads_to_the_section(reader: Callable[..., Reader], width: int) -> None:
+    """The slash opens it, arrows choose, Enter goes there, Escape closes; what was typed is never markup."""
+    page = reader(width, 800).open("kabsch.html")
+    page.keyboard.press("/")
+    field = page.get_by_role("combobox", name="Search all pages")
+    expect(field).to_be_focused()
+    options = page.get_by_role("option")
+    for words in ("levenberg", "Lévenberg", "levenbrg"):
+        field.fill(words)
+        expect(options.first).to_contain_text("Levenberg–Marquardt")
+    expect(page.locator(".search-told")).to_contain_text("place")
+    assert not [v["id"] for v in Axe().run(page, context=".search").response["violations"]]
+    field.press("ArrowDown")
+    expect(options.nth(1)).to_have_attribute("aria-selected", "true")
+    assert field.get_attribute("aria-activedescendant") == options.nth(1).get_attribute("id")
+    field.fill("<img src=x onerror=alert(1)> zzz")
+    expect(page.locator(".search-told")).to_have_text("Nothing found")
+    field.press("Escape")
+    expect(field).to_be_hidden()
+    page.keyboard.press("Control+k")
+    field.fill("nothing ties a local minimum to the truth")
+    wanted = options.first.get_attribute("href") or ""
+    field.press("Enter")
+    page.wait_for_url(f"**/{wanted}")
+    anchor = wanted.partition("#")[2]
+    expect(page.locator(f"#{anchor}" if anchor else "h1")).to_be_in_viewport()
+
+
+def test_search_from_disk_and_none_without_scripts(browser: Browser, site: Path) -> None:
+    """A page opened as a file searches too; without scripts there is nothing to press."""
+    with browser.new_context() as context:
+        page = context.new_page()
+        page.goto((site / "index.html").as_uri())
+        page.get_by_role("button", name="Search").click()
+        page.get_by_role("combobox").fill("gate")
+        expect(page.get_by_role("option").first).to_contain_text("Gate")
+    with browser.new_context(java_script_enabled=False) as context:
+        page = context.new_page()
+        page.goto((site / "index.html").as_uri())
+        expect(page.locator(".search-open")).to_be_hidden()
