@@ -7,94 +7,56 @@ exercise (exercise.py) on this one.
 
 from __future__ import annotations
 
+from pathlib import Path
+
 STDLIB = "/lib/python314.zip/"
 SITE_PACKAGES = "/lib/python3.14/site-packages/"
-PREPARED = "dataclass_code.bin"  # beside the packages: a marshalled dict, source text → code object
+PREPARED = "dataclass_code.bin"  # beside the packages: a marshalled dict, source text → marshalled code
 
-# Members with another source.
+# Members with another source: the files of page-python/, which stand at their place in the archive; and the one of them
+# that the library has not.
+PAGE_PYTHON = Path(__file__).parent / "page-python"
 REPLACED = {
-    # Pyodide's loader of packages brings zipfile, tempfile and three compressors; here all packages lie in place.
-    "pyodide/_package_loader.py": '''\
-class Folder:
-    def __init__(self, path):
-        self.path = path
-
-    def __str__(self):
-        return self.path
-
-
-SITE_PACKAGES = Folder("/lib/python3.14/site-packages")
-DSO_DIR = Folder("/usr/lib")
-
-
-def init_loaded_packages():
-    pass
-
-
-def unpack_buffer(*args, **kwargs):
-    raise NotImplementedError("this runtime has its packages in place and unpacks no others")
-''',
-    # asyncio without its own loops, streams and processes: Pyodide's loop is the browser's.
-    "asyncio/__init__.py": '''\
-from .coroutines import *
-from .events import *
-from .events import _BaseDefaultEventLoopPolicy as DefaultEventLoopPolicy
-from .exceptions import *
-from .futures import *
-from .locks import *
-from .queues import *
-from .runners import *
-from .tasks import *
-from .timeouts import *
-''',
-    # numpy's docstrings: 200 kB of strings.
-    "numpy/_core/_add_newdocs.py": "",
-    "numpy/_core/_add_newdocs_scalars.py": "",
-    # The types of annotations, which nothing evaluates here: some thousand Literals, Protocols and Unions.
-    "numpy/_typing/__init__.py": '''\
-from typing import Any
-
-ArrayLike = DTypeLike = Any
-
-
-class NBitBase:
-    pass
-
-
-class NDArray:
-    def __class_getitem__(cls, item):
-        return cls
-''',
-    # The legacy random generator and the bit generators beside PCG64: four of numpy's ten shared libraries.
-    "numpy/random/__init__.py": '''\
-from . import _bounded_integers, _common
-from ._generator import Generator, default_rng
-from ._pcg64 import PCG64, PCG64DXSM
-from .bit_generator import BitGenerator, SeedSequence
-
-__all__ = ["PCG64", "PCG64DXSM", "BitGenerator", "Generator", "SeedSequence", "default_rng"]
-
-
-class RandomState:
-    """Left out of this numpy; the name stays because default_rng asks whether it was given one."""
-
-    def __init__(self, seed=None):
-        raise NotImplementedError("this numpy has default_rng, and no legacy generator")
-''',
+    path.relative_to(PAGE_PYTHON).as_posix(): path.read_text("utf-8") for path in sorted(PAGE_PYTHON.rglob("*.py"))
 }
+ADDED = ("sitecustomize.py",)
 
-# Members with a changed line: (what stands there exactly once, what comes instead), and lines added at the end.
+# A module that is imported when it is first used.
+_LATER = """
+class _Later:
+    def __init__(self, name):
+        self.name = name
+
+    def __getattr__(self, wanted):
+        return getattr(__import__(self.name), wanted)
+
+
+"""
+
+
+def _named(kind: str, name: str, *fields: str) -> tuple[str, str]:
+    """A NamedTuple whose fields are of one kind, and the same without a look at its annotations."""
+    typed = "".join(f"    {field}: {kind}\n" for field in fields)
+    return f"class {name}(NamedTuple):\n{typed}", f'{name} = namedtuple("{name}", "{" ".join(fields)}")\n'
+
+
+# Members with changed lines: (what stands there exactly once, what comes instead) for each, and lines added at the end.
 CHANGED = {
     # A dataclass's methods are source text compiled as the class is made: 1.5 ms each. The texts of our classes are
     # compiled at build time (pycompile.py); a text that is not among them is compiled as ever.
+    # Annotationlib brings the parser's tree; our classes' annotations are plain text.
     "dataclasses.py": (
-        "        exec(txt, self.globals, ns)",
-        "        exec(_PREPARED.get(txt, txt), self.globals, ns)",
+        (
+            ("        exec(txt, self.globals, ns)", "        exec(_prepared(txt), self.globals, ns)"),
+            ("import annotationlib\n", _LATER + 'annotationlib = _Later("annotationlib")\n'),
+            (
+                "annotationlib.get_annotations(\n        cls, format=annotationlib.Format.FORWARDREF)\n",
+                "cls.__annotations__\n",
+            ),
+        ),
         f"""
 
 def _read_prepared():
-    import marshal
-
     try:
         with open("{SITE_PACKAGES}{PREPARED}", "rb") as file:
             return marshal.load(file)
@@ -102,8 +64,59 @@ def _read_prepared():
         return {{}}
 
 
+def _prepared(txt):
+    code = _PREPARED.get(txt)
+    return txt if code is None else marshal.loads(code)
+
+
+import marshal
 _PREPARED = _read_prepared()
 """,
+    ),
+    # Pyodide holds it from the start; what it takes to show an error is imported with the first one.
+    "traceback.py": (
+        (
+            ("import linecache\n", _LATER + 'linecache = _Later("linecache")\n'),
+            ("import textwrap\n", 'textwrap = _Later("textwrap")\n'),
+            ("import codeop\n", 'codeop = _Later("codeop")\n'),
+            ("import tokenize\n", 'tokenize = _Later("tokenize")\n'),
+            ("import _colorize\n", '_colorize = _Later("_colorize")\n'),
+        ),
+        "",
+    ),
+    "numpy/_core/_internal.py": ((("import ast\n", _LATER + 'ast = _Later("ast")\n'),), ""),
+    "numpy/matrixlib/defmatrix.py": ((("import ast\n", _LATER + 'ast = _Later("ast")\n'),), ""),
+    "numpy/_core/_methods.py": ((("import pickle\n", _LATER + 'pickle = _Later("pickle")\n'),), ""),
+    # Named tuples look at their annotations by annotationlib, which brings the parser's tree.
+    "numpy/linalg/_linalg.py": (
+        (
+            ("from typing import Any, NamedTuple\n", "from collections import namedtuple\nfrom typing import Any\n"),
+            _named("NDArray[Any]", "EigResult", "eigenvalues", "eigenvectors"),
+            _named("NDArray[Any]", "EighResult", "eigenvalues", "eigenvectors"),
+            _named("NDArray[Any]", "QRResult", "Q", "R"),
+            _named("NDArray[Any]", "SlogdetResult", "sign", "logabsdet"),
+            _named("NDArray[Any]", "SVDResult", "U", "S", "Vh"),
+        ),
+        "",
+    ),
+    "numpy/lib/_arraysetops_impl.py": (
+        (
+            ("from typing import NamedTuple\n", "from collections import namedtuple\n"),
+            _named("np.ndarray", "UniqueAllResult", "values", "indices", "inverse_indices", "counts"),
+            _named("np.ndarray", "UniqueCountsResult", "values", "counts"),
+            _named("np.ndarray", "UniqueInverseResult", "values", "inverse_indices"),
+            (" and not np.ma.is_masked(ar):\n", ":  # masked arrays: 9,000 lines imported to ask whether it is one\n"),
+        ),
+        "",
+    ),
+    "numpy/lib/_format_impl.py": ((("import pickle\n", _LATER + 'pickle = _Later("pickle")\n'),), ""),
+    "numpy/lib/_npyio_impl.py": ((("import pickle\n", _LATER + 'pickle = _Later("pickle")\n'),), ""),
+    "numpy/lib/_utils_impl.py": (
+        (
+            ("import platform\n", _LATER + 'platform = _Later("platform")\n'),
+            ("    if np.ma.isMaskedArray(n):\n", "    if False:\n"),
+        ),
+        "",
     ),
 }
 

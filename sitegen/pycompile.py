@@ -16,7 +16,6 @@ import marshal
 import pkgutil
 import sys
 import zipfile
-from types import CodeType
 
 DATE = (1980, 1, 1, 0, 0, 0)
 
@@ -27,22 +26,23 @@ def compile_archive(
     prefix: str,
     optimize: int,
     replaced: dict[str, str],
-    changed: dict[str, tuple[str, str, str]],
+    changed: dict[str, tuple[list[tuple[str, str]], str]],
+    added: list[str],
     packages: list[str],
     prepared: str,
 ) -> int:
     """Compile archive `source` into `target` and return the number of modules.
 
-    `prefix` goes before file names in tracebacks. `replaced` gives members another source, `changed` another line and
-    an end. Where the archive holds our `packages`, its sources go in bare, and the methods of its dataclasses into the
-    member `prepared`.
+    `prefix` goes before file names in tracebacks. `replaced` gives members another source, `changed` other lines and an
+    end; `added` names those of the replaced that the archive has not. Where it holds our `packages`, its sources go in
+    bare, and the methods of its dataclasses into the member `prepared`.
     Raises ValueError where a line to be changed does not stand there exactly once.
     """
     count = 0
     with zipfile.ZipFile(source) as given, zipfile.ZipFile(target, "w", zipfile.ZIP_STORED) as made:
         if packages:
             made.writestr(zipfile.ZipInfo(prepared, DATE), dataclass_code(source, packages))
-        for name in sorted(given.namelist()):
+        for name in sorted({*given.namelist(), *added}):
             if name.endswith("/"):
                 continue
             data = replaced[name].encode() if name in replaced else given.read(name)
@@ -60,11 +60,13 @@ def compile_archive(
     return count
 
 
-def change(name: str, text: str, line: str, instead: str, end: str) -> str:
-    """The text with its one `line` exchanged and `end` added."""
-    if text.count(line) != 1:
-        raise ValueError(f"{name}: the line to be changed stands there {text.count(line)} times: {line.strip()}")
-    return text.replace(line, instead) + end
+def change(name: str, text: str, lines: list[tuple[str, str]], end: str) -> str:
+    """The text with each first of `lines` exchanged for its second, and `end` added."""
+    for line, instead in lines:
+        if text.count(line) != 1:
+            raise ValueError(f"{name}: the line to be changed stands there {text.count(line)} times: {line.strip()}")
+        text = text.replace(line, instead)
+    return text + end
 
 
 class Bare(ast.NodeTransformer):
@@ -103,12 +105,13 @@ def undocumented(node: ast.Module | ast.FunctionDef | ast.ClassDef) -> None:
 
 
 def dataclass_code(archive: str, packages: list[str]) -> bytes:
-    """Import the packages from the archive; the marshalled code of all texts that dataclasses compiled on the way."""
-    texts: dict[str, CodeType] = {}
+    """Import the packages from the archive; marshalled, the texts that dataclasses compiled on the way with their code."""
+    texts: dict[str, bytes] = {}
 
     def record(text: str, *scopes: dict[str, object]) -> None:
-        texts[text] = compile(text, "<string>", "exec", dont_inherit=True)
-        builtins.exec(texts[text], *scopes)
+        code = compile(text, "<string>", "exec", dont_inherit=True)
+        texts[text] = marshal.dumps(code)
+        builtins.exec(code, *scopes)
 
     dataclasses.exec = record  # type: ignore[attr-defined]
     sys.path.insert(0, archive)

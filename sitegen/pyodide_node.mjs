@@ -34,7 +34,7 @@ async function run() {
       for (const [inside, outside] of Object.entries(request.mounts ?? {})) mount(FS, inside, outside);
     },
   });
-  await pyodide.runPythonAsync(request.python);
+  pyodide.runPython(request.python);
   return pyodide.globals.get("main")(JSON.stringify(request.input ?? null));
 }
 

@@ -20,7 +20,7 @@ from typing import Any
 from pyodide_lock import PackageSpec
 
 from sitegen.files import fingerprint, gzipped, short_hash, write
-from sitegen.lighter import CHANGED, PREPARED, REPLACED, SITE_PACKAGES, STDLIB
+from sitegen.lighter import ADDED, CHANGED, PREPARED, REPLACED, SITE_PACKAGES, STDLIB
 from sitegen.node import run_node
 from sitegen.outside import Progress, cache_dir, gather, quiet
 from sitegen.wheel import build_wheel
@@ -31,6 +31,7 @@ COMPILER = HERE / "pycompile.py"
 KEPT_MODULES = HERE / "kept_modules.txt"
 CORE = ("pyodide.mjs", "pyodide.asm.mjs", "pyodide.asm.wasm")
 ENVIRONMENT = {"PYTHONNODEBUGRANGES": "1"}  # tracebacks keep lines; columns are shown beside sources, and none are here
+PYC_HEADER = 16  # bytes before the code in a .pyc
 _DATE = (1980, 1, 1, 0, 0, 0)
 
 
@@ -93,9 +94,11 @@ def assemble(dest: Path, *, cache: Path | None = None, progress: Progress = quie
     wheel = build_wheel(cache)
     ladder = compiled(wheel, SITE_PACKAGES, 0, outside, cache, progress, ours=True)
 
-    stdlib_zip = stored_zip(pick(stdlib, lambda name: module_name(name) in kept))
-    numpy_zip = stored_zip(pick(numpy, lambda name: in_numpy(name, kept)))
-    ladder_zip = stored_zip(pick(ladder, lambda name: ".dist-info/" not in name or name.endswith("/METADATA")))
+    library = bundled(pick(stdlib, lambda name: module_name(name) in kept), "library", before_bundles)
+    stdlib_zip = stored_zip(library)
+    numpy_zip = stored_zip(bundled(pick(numpy, lambda name: in_numpy(name, kept)), "numpy"))
+    ours = pick(ladder, lambda name: ".dist-info/" not in name or name.endswith("/METADATA"))
+    ladder_zip = stored_zip(bundled(ours, "ladder"))
     lock = lock_text(outside["pyodide/pyodide-lock.json"], {numpy_given.name: numpy_zip, wheel.name: ladder_zip})
 
     core = {name: outside[f"pyodide/{name}"].read_bytes() for name in CORE}
@@ -157,6 +160,7 @@ def compiled(
     engine = outside["pyodide/pyodide.asm.wasm"]
     job: dict[str, Any] = {"prefix": prefix, "optimize": optimize, "replaced": REPLACED, "changed": CHANGED}
     job |= {"packages": ["solvers", "widgets"] if ours else [], "prepared": PREPARED}
+    job |= {"added": ADDED if prefix == STDLIB else ()}
     inputs = {
         "archive": archive.read_bytes(),
         "compiler": COMPILER.read_bytes(),
@@ -191,6 +195,26 @@ def pick(archive: Path, wanted: Callable[[str], bool]) -> dict[str, bytes]:
     """The members of a zip whose names are wanted, sorted by name."""
     with zipfile.ZipFile(archive) as given:
         return {name: given.read(name) for name in sorted(given.namelist()) if wanted(name)}
+
+
+def bundled(
+    members: Mapping[str, bytes], name: str, apart: Callable[[str], bool] = lambda member: False
+) -> dict[str, bytes]:
+    """The members with all bytecode but that `apart` in one, `name`.modules, for page-python/sitecustomize.py.
+
+    It is an index, a line "path size" a module, an empty line, and the modules' marshalled code in the same order.
+    """
+    modules = {member: data[PYC_HEADER:] for member, data in members.items() if member.endswith(".pyc")}
+    modules = {member: data for member, data in modules.items() if not apart(member)}
+    index = "\n".join(f"{member.removesuffix('.pyc')} {len(data)}" for member, data in modules.items())
+    bundle = index.encode() + b"\n\n" + b"".join(modules.values())
+    rest = {member: data for member, data in members.items() if member not in modules}
+    return dict(sorted({**rest, f"{name}.modules": bundle}.items()))
+
+
+def before_bundles(member: str) -> bool:
+    """Whether Python imports the library's member before it knows of bundles: text encodings, and what opens them."""
+    return member.startswith("encodings/") or member == "sitecustomize.pyc"
 
 
 def stored_zip(members: Mapping[str, bytes]) -> bytes:

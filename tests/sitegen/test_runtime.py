@@ -85,11 +85,20 @@ def test_packs_hold_bytecode_alone_dated_alike(info: RuntimeInfo) -> None:
                 assert member.date_time == (1980, 1, 1, 0, 0, 0)
                 assert member.compress_type == zipfile.ZIP_STORED
                 assert member.create_system == 3, "else the archive tells on which system it was made"
-                assert member.filename.endswith((".pyc", ".so", ".int8", "METADATA", "py.typed", PREPARED))
+                assert member.filename.endswith((".modules", ".pyc", ".so", ".int8", "METADATA", "py.typed", PREPARED))
             names = members.namelist()
+            (bundle,) = [n for n in names if n.endswith(".modules")]
+            index, _, code = members.read(bundle).partition(b"\n\n")
         assert names == sorted(names)
-        if name != "ladder":
-            assert {module_name(n) for n in names if n.endswith((".pyc", ".so"))} <= kept
+        modules = dict(line.split(" ") for line in index.decode().split("\n"))
+        assert sum(map(int, modules.values())) == len(code), "the index tells where each module's code is"
+        files = {n for n in names if n.endswith((".pyc", ".so"))}
+        assert not {n.removesuffix(".pyc") for n in files} & set(modules)
+        if name == "ladder":
+            assert not files
+            assert {f"{n}.py" for n in modules} == {n for n in wheel.sources() if n.endswith(".py")}
+        else:
+            assert {module_name(n) for n in files} | {module_name(f"{n}.pyc") for n in modules} <= kept
     assert not [name for name in kept if ".tests" in name or ".f2py" in name or ".testing" in name]
 
 
@@ -109,10 +118,10 @@ def test_no_dataclass_is_compiled_in_the_page(info: RuntimeInfo) -> None:
 import dataclasses, json
 
 class Watched(dict):
-    def get(self, text, other):
+    def get(self, text):
         if text not in self:
             missed.append(text)
-        return dict.get(self, text, other)
+        return dict.get(self, text)
 
 def main(text):
     global missed
@@ -126,10 +135,43 @@ def main(text):
     assert missed == []
 
 
+def test_the_start_brings_nothing_that_a_page_does_not_use(info: RuntimeInfo) -> None:
+    """What Pyodide, numpy and our packages import, after a median and a unique, which in numpy as it is bring more."""
+    code = """
+import json, sys
+
+def main(text):
+    import numpy as np
+    import solvers, widgets.host
+    np.median(np.arange(5.0)), np.unique(np.arange(5))
+    return json.dumps(sorted(sys.modules))
+"""
+    loaded = set(run_python_in_shipped_runtime(code, info=info))
+    assert not loaded & {"annotationlib", "ast", "dis", "logging", "numpy.ma", "pickle", "subprocess", "tokenize"}
+
+
+def test_a_figure_that_fails_tells_where(info: RuntimeInfo) -> None:
+    """The traceback's parts are imported with the first error, and name our file and line."""
+    code = """
+import json, traceback
+
+def main(text):
+    from widgets.host import Host
+    try:
+        Host().frame(json.dumps({"figure": "f", "record": {"widget": "kabsh"}}))
+    except ValueError as error:
+        return json.dumps("".join(traceback.format_exception(error)))
+"""
+    said = run_python_in_shipped_runtime(code, info=info)
+    assert 'File "/lib/python3.14/site-packages/widgets/host.py", line ' in said
+    assert "ValueError: no widget 'kabsh'" in said
+    assert "kabsch" in said
+
+
 def test_a_line_to_be_changed_must_be_there_once() -> None:
-    assert change("m.py", "a\nb\n", "b", "c", "d\n") == "a\nc\nd\n"
+    assert change("m.py", "a\nb\n", [("b", "c"), ("a", "e")], "d\n") == "e\nc\nd\n"
     with pytest.raises(ValueError, match=r"m\.py: the line to be changed stands there 2 times"):
-        change("m.py", "b\nb\n", "b", "c", "")
+        change("m.py", "b\nb\n", [("b", "c")], "")
 
 
 def test_our_wheel_installs_and_holds_the_sources(info: RuntimeInfo, tmp_path: Path) -> None:

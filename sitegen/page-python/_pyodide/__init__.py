@@ -1,0 +1,7 @@
+from . import _base, _importhook
+
+__all__ = ["_base", "_importhook"]
+
+
+def set_excepthook():
+    pass  # Python's own hook prints by traceback as well

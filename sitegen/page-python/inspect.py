@@ -1,0 +1,22 @@
+# What Pyodide, dataclasses and pkgutil ask of it; the rest brings the parser's tree, the disassembler and the
+# tokenizer.
+def iscoroutinefunction(function):
+    return bool(getattr(getattr(function, "__code__", None), "co_flags", 0) & 0x80)
+
+
+def signature(function, **how):
+    raise ValueError("this runtime knows no signatures")
+
+
+def unwrap(function):
+    while hasattr(function, "__wrapped__"):
+        function = function.__wrapped__
+    return function
+
+
+def getmodulename(path):
+    from importlib.machinery import all_suffixes
+
+    name = path.rpartition("/")[2]
+    endings = (suffix for suffix in sorted(all_suffixes(), key=len, reverse=True) if name.endswith(suffix))
+    return next((name.removesuffix(suffix) for suffix in endings), None)

@@ -1,0 +1,81 @@
+# Modules from few files: each an index of its members and then their code. Python's own finders look for every module
+# among folders and endings: a small one takes 0.3 ms, from here 0.02. Python imports this before all that is not
+# needed to read text.
+import marshal
+import os
+import sys
+from _frozen_importlib import ModuleSpec
+from _frozen_importlib_external import EXTENSION_SUFFIXES, ExtensionFileLoader, FileFinder
+
+SITE_PACKAGES = "/lib/python3.14/site-packages/"
+
+
+class Modules:
+    def __init__(self, data, folder):
+        end = data.index(b"\n\n")
+        self.code, self.folder, self.places = memoryview(data), folder, {}
+        at = end + 2
+        for line in data[:end].decode().split("\n"):
+            member, size = line.split(" ")
+            name = member.removesuffix("/__init__").replace("/", ".")
+            self.places[name] = member, at, at + int(size)
+            at += int(size)
+
+    def find_spec(self, name, path=None, target=None):
+        if name not in self.places:
+            return None
+        member = self.places[name][0]
+        package = member.endswith("/__init__")
+        spec = ModuleSpec(name, self, origin=f"{self.folder}{member}.pyc", is_package=package)
+        spec.has_location = True
+        if package:
+            spec.submodule_search_locations.append(self.folder + member.removesuffix("/__init__"))
+        return spec
+
+    def create_module(self, spec):
+        return None
+
+    def exec_module(self, module):
+        _, start, end = self.places[module.__name__]
+        exec(marshal.loads(self.code[start:end]), module.__dict__)
+
+    def folder_hook(self, path):
+        name = path.removeprefix(self.folder).replace("/", ".")
+        if not path.startswith(self.folder) or name not in self.places:
+            raise ImportError(f"{path} is no package of these modules", path=path)
+        return Package(self.places, name, path)
+
+
+class Package:
+    """What pkgutil asks for the modules of a package; its shared libraries are files."""
+
+    def __init__(self, places, name, path):
+        self.places, self.name = places, name
+        self.find_spec = FileFinder(path, (ExtensionFileLoader, EXTENSION_SUFFIXES)).find_spec
+
+    def iter_modules(self, prefix=""):
+        for name, (member, _, _) in self.places.items():
+            parent, _, last = name.rpartition(".")
+            if parent == self.name:
+                yield prefix + last, member.endswith("/__init__")
+
+
+def install(data, folder):
+    modules = Modules(data, folder)
+    sys.meta_path.insert(0, modules)
+    sys.path_hooks.insert(0, modules.folder_hook)
+
+
+def install_all():
+    try:
+        library = __loader__.archive + "/"
+        install(__loader__.get_data(library + "library.modules"), library)
+        for name in sorted(os.listdir(SITE_PACKAGES)):
+            if name.endswith(".modules"):
+                with open(SITE_PACKAGES + name, "rb") as file:
+                    install(file.read(), SITE_PACKAGES)
+    except (AttributeError, OSError):
+        pass  # as the build has it before it packs: every module a file
+
+
+install_all()
