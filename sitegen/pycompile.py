@@ -105,7 +105,7 @@ def undocumented(node: ast.Module | ast.FunctionDef | ast.ClassDef) -> None:
 
 
 def dataclass_code(archive: str, packages: list[str]) -> bytes:
-    """Import the packages from the archive; marshalled, the texts that dataclasses compiled meanwhile, with their code."""
+    """Import the packages from the archive; marshalled, the texts that dataclasses compiled with their code."""
     texts: dict[str, bytes] = {}
 
     def record(text: str, *scopes: dict[str, object]) -> None:
