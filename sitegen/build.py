@@ -16,7 +16,7 @@ import widgets
 from widgets.contract import Widget
 from widgets.registry import WIDGETS
 
-from . import emblem, fonts, manifest, outside, plotting, runtime, search
+from . import about, emblem, fonts, manifest, outside, plotting, runtime, search
 from .archive import Download, archive, folder_name
 from .assets import HEADERS, Assets, read_assets, service_worker
 from .cite import Reference, read_references, unused
@@ -133,9 +133,9 @@ def build(
     wheel = str(templates.globals["wheel"])
     shown = Shown(site, known, wheel, lambda page, figure: tapes[page, figure.id].first, gallery.drawn)
     works = {chapter.page: body.cited for chapter, body in bodies}
-    content = _Content(
-        root, site, chapters, bodies, references, cited, known, licences, notebooks(surveys, works, shown)
-    )
+    books = notebooks(surveys, works, shown)
+    made = about.made(root, surveys, [body for _, body in bodies], started.size if started else 0)
+    content = _Content(root, site, chapters, bodies, references, cited, known, licences, books, made)
     files = _files(content, templates, mathematics, tapes, started, parts, cache, progress, problems)
     if problems.found:
         raise BuildFailed(problems.found)
@@ -162,6 +162,7 @@ class _Content:
     known: Known
     licences: Sequence[outside.Licence]
     notebooks: Mapping[str, bytes]
+    made: about.Made
 
 
 def _figure_drawer(
@@ -254,7 +255,8 @@ def _files(
     files = {**_pages_of(content, templates, assets), **rest}
     writer = Writer(templates, content.site, content.chapters, assets)
     if content.site.url:
-        public = [*(chapter.page for chapter in content.chapters), "references.html", "glossary.html", "checks.html"]
+        own = ("about.html", "references.html", "glossary.html", "checks.html")
+        public = [*(chapter.page for chapter in content.chapters), *own]
         files["sitemap.xml"] = writer.sitemap(public).encode()
     files |= _for_hosts(content.root, files, started)
     files[assets.download.name] = assets.download.data
@@ -310,6 +312,7 @@ def _html(content: _Content, templates: Environment, assets: Assets) -> dict[str
     pages |= {f"{name}.html": writer.redirect(chapter) for chapter in content.chapters for name in _old_names(chapter)}
     pages["references.html"] = writer.references(content.references, content.cited)
     pages["glossary.html"] = writer.glossary(terms)
+    pages["about.html"] = writer.about(content.made)
     pages["checks.html"] = writer.checks(content.bodies, content.known.tests, content.known.results)
     pages["licences.html"] = writer.licences(content.licences)
     pages["404.html"] = writer.lost()

@@ -64,6 +64,10 @@ def _train_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def _publish_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("where", metavar="DEST", help="a folder, or git+REPOSITORY#BRANCH (branch: gh-pages)")
+
+
 def _clean_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--all", action="store_true", help="also .venv and the user's cache of outside files")
 
@@ -115,6 +119,12 @@ def _train(root: Path, asked: Arguments) -> int:
     return check_command() if asked.check else train_command()
 
 
+def _publish(root: Path, asked: Arguments) -> int:
+    from sitegen.hosting import publish_command
+
+    return publish_command(root, asked.where)
+
+
 def _clean(root: Path, asked: Arguments) -> int:
     from sitegen.clean import clean
 
@@ -129,6 +139,7 @@ COMMANDS: dict[str, Command] = {
     "bench": Command("measure what the project is held to; prints a table, writes bench.json", _bench_options, _bench),
     "sweep": Command("run the race on 1,000 seeds, and its maps; goes on where it was", _sweep_options, _sweep),
     "train": Command("train the learned flows' networks anew, with PyTorch; most of an hour", _train_options, _train),
+    "publish": Command("build strictly, then put site/ into a folder or on a git branch", _publish_options, _publish),
     "clean": Command("remove what the other commands made in this folder", _clean_options, _clean, needs_venv=False),
 }
 

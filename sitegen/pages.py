@@ -16,6 +16,7 @@ from widgets.contract import Widget
 from widgets.controls import Spec, specs
 from widgets.picture import number
 
+from .about import Made, bibtex
 from .assets import POLICY, Assets
 from .cite import Reference
 from .claims import Result, Test, anchor, standing
@@ -234,6 +235,13 @@ class Writer:
             "checks.html", "About the checks", "The tests behind the statements in the text.", "checks-page"
         )
         return self._fill("checks.html", page, checks=checks)
+
+    def about(self, made: Made) -> str:
+        """What the site is, and what this build of it was made of."""
+        site = self.site
+        page = self._page("about.html", "About this site", f"How {site.title} is made, kept and cited.", "about-page")
+        cited = bibtex(site.title, site.author, site.year, site.url)
+        return self._fill("about.html", page, made=made, bibtex=cited)
 
     def licences(self, licences: Sequence[Licence]) -> str:
         """The licences of what the site serves."""

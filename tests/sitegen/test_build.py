@@ -243,6 +243,7 @@ def test_redirects_metadata_and_site_map(built: Project) -> None:
     assert re.findall(r"<loc>(.*?)</loc>", built.page("sitemap.xml")) == [
         "https://example.org/ladder/",
         "https://example.org/ladder/second.html",
+        "https://example.org/ladder/about.html",
         "https://example.org/ladder/references.html",
         "https://example.org/ladder/glossary.html",
         "https://example.org/ladder/checks.html",

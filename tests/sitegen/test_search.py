@@ -1,4 +1,4 @@
-"""What the search finds is what a reader can read: sections with their headings, and nothing of code, controls, cards."""
+"""What the search finds is what a reader can read: sections, and nothing of code, controls, cards."""
 
 from __future__ import annotations
 

@@ -94,6 +94,8 @@
   reach(document.querySelectorAll(".formula"));
   document.querySelectorAll("button.theme").forEach(theme);
   document.querySelectorAll("button.search-open").forEach(Ladder.search);
+  document.querySelectorAll(".stored").forEach(Ladder.stored);
+  document.querySelectorAll("pre.copied").forEach(Ladder.copied);
   Ladder.cards();
   Ladder.links();
   Ladder.startWhenSeen(roots);
