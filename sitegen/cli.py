@@ -41,7 +41,12 @@ def _serve_options(parser: argparse.ArgumentParser) -> None:
 def _test_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--browser-path", type=Path, help="the Chromium to use (otherwise found, or installed)")
     parser.add_argument(
-        "--engines", default="chromium", help="with commas: chromium,firefox,webkit (default: %(default)s)"
+        "--engines",
+        nargs="?",
+        default="",
+        const="chromium,firefox,webkit",
+        metavar="NAMES",
+        help="only what is tested on every engine, on these (with commas; without names: %(const)s)",
     )
 
 
@@ -97,7 +102,7 @@ def _check(root: Path, asked: Arguments) -> int:
 def _test(root: Path, asked: Arguments) -> int:
     from sitegen.testing import test
 
-    return test(root, asked.engines.split(","), asked.browser_path, asked.further)
+    return test(root, [name for name in asked.engines.split(",") if name], asked.browser_path, asked.further)
 
 
 def _bench(root: Path, asked: Arguments) -> int:

@@ -132,6 +132,8 @@ def test_test_passes_further_arguments_on_in_order() -> None:
     asked = cli.parse(["test", "--engines", "firefox", "-k", "drag", "-x", "tests/browser"])
     assert asked.engines == "firefox"
     assert asked.further == ["-k", "drag", "-x", "tests/browser"]
+    assert cli.parse(["test", "--engines", "-x"]).engines == "chromium,firefox,webkit"
+    assert cli.parse(["test"]).engines == ""
 
 
 def test_clean_leaves_the_site_folder_and_the_sources(checkout: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -19,11 +19,6 @@ SITE = Path(os.environ.get("LADDER_SITE", ROOT / "site"))
 BLOCKED = "Service Worker registration blocked"  # by the tests themselves, where they are not about being offline
 
 
-def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
-    if "engine" in metafunc.fixturenames:
-        metafunc.parametrize("engine", os.environ.get("LADDER_ENGINES", "chromium").split(","), scope="session")
-
-
 @pytest.fixture(scope="session")
 def playwright() -> Iterator[Playwright]:
     with sync_playwright() as running:
@@ -31,12 +26,9 @@ def playwright() -> Iterator[Playwright]:
 
 
 @pytest.fixture(scope="session")
-def browser(playwright: Playwright, engine: str) -> Iterator[Browser]:
-    if engine == "chromium":
-        path = os.environ.get("LADDER_CHROMIUM") or shutil.which("chromium") or shutil.which("google-chrome")
-        running = playwright.chromium.launch(executable_path=path, args=FLAGS)
-    else:
-        running = getattr(playwright, engine).launch()
+def browser(playwright: Playwright) -> Iterator[Browser]:
+    path = os.environ.get("LADDER_CHROMIUM") or shutil.which("chromium") or shutil.which("google-chrome")
+    running = playwright.chromium.launch(executable_path=path, args=FLAGS)
     yield running
     running.close()
 

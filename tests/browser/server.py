@@ -27,11 +27,11 @@ class Doorkeeper(StaticHandler):
 class SiteServer(StaticServer):
     """Serves `root`; `hold(pattern)` keeps requests waiting until `release()`, `forbid(pattern)` answers 404."""
 
-    def __init__(self, root: Path) -> None:
+    def __init__(self, root: Path, handler: type[Doorkeeper] = Doorkeeper) -> None:
         self.held: re.Pattern[str] | None = None
         self.forbidden: re.Pattern[str] | None = None
         self.open = threading.Event()
-        super().__init__(root, ("127.0.0.1", 0), Doorkeeper)
+        super().__init__(root, ("127.0.0.1", 0), handler)
         threading.Thread(target=self.serve_forever, kwargs={"poll_interval": 0.05}, daemon=True).start()
 
     def hold(self, pattern: str) -> None:

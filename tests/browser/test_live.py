@@ -176,7 +176,7 @@ def lifted(page: Page) -> None:
 
 
 def finger(page: Page, figure: Figure, name: str, dx: float, dy: float) -> None:
-    """A touch drag: real touch input in Chromium, pointer events of a touch elsewhere."""
+    """A touch drag, as touch input."""
     figure.handle(name).scroll_into_view_if_needed()
     box = figure.handle(name).bounding_box()
     assert box
@@ -184,21 +184,11 @@ def finger(page: Page, figure: Figure, name: str, dx: float, dy: float) -> None:
     assert box["height"] >= 44
     x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
     path = [(x + dx * i / 6, y + dy * i / 6) for i in range(7)]
-    if page.context.browser and page.context.browser.browser_type.name == "chromium":
-        touch = page.context.new_cdp_session(page)
-        touch.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": [{"x": x, "y": y}]})
-        for u, v in path[1:]:
-            touch.send("Input.dispatchTouchEvent", {"type": "touchMove", "touchPoints": [{"x": u, "y": v}]})
-        touch.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
-        return
-    figure.handle(name).evaluate(
-        """(node, path) => path.forEach(([x, y], i) => {
-          const type = i === 0 ? 'pointerdown' : i === path.length - 1 ? 'pointerup' : 'pointermove';
-          const place = {clientX: x, clientY: y, pointerId: 7, pointerType: 'touch', isPrimary: true};
-          node.dispatchEvent(new PointerEvent(type, {bubbles: true, cancelable: true, ...place}));
-        })""",
-        path,
-    )
+    touch = page.context.new_cdp_session(page)
+    touch.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": [{"x": x, "y": y}]})
+    for u, v in path[1:]:
+        touch.send("Input.dispatchTouchEvent", {"type": "touchMove", "touchPoints": [{"x": u, "y": v}]})
+    touch.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
 
 
 def test_every_control_changes_what_is_drawn(reader: Callable[..., Reader], pages: list[str]) -> None:

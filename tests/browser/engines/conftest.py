@@ -1,0 +1,60 @@
+"""The engines that are asked for, each as one browser for all tests and one window a test."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.browser.engines.chromium import Chromium
+from tests.browser.engines.firefox import Firefox
+from tests.browser.engines.listening import Listening
+from tests.browser.engines.page import Reading
+from tests.browser.engines.webkit import Webkit
+from tests.browser.engines.window import Browser
+from tests.browser.server import Doorkeeper, SiteServer
+
+# What drives an engine, and how its program is called where `build.py test` has not found it already.
+DRIVERS: dict[str, tuple[Callable[[Path], Browser], str]] = {
+    "chromium": (Chromium, "chromium"),
+    "firefox": (Firefox, "firefox-esr"),
+    "webkit": (Webkit, "WebKitWebDriver"),
+}
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    if "running" in metafunc.fixturenames:
+        engines = os.environ.get("LADDER_ENGINES", "chromium").split(",")
+        metafunc.parametrize("running", engines, indirect=True, scope="session")
+
+
+@pytest.fixture(scope="session")
+def running(request: pytest.FixtureRequest) -> Iterator[Browser]:
+    """The engine's browser."""
+    drive, usual = DRIVERS[request.param]
+    program = os.environ.get(f"LADDER_{request.param.upper()}") or shutil.which(usual)
+    assert program, f"no {usual} on the PATH: `python3 build.py test --engines {request.param}` finds or installs one"
+    browser = drive(Path(program))
+    yield browser
+    browser.close()
+
+
+@pytest.fixture
+def server(site: Path, running: Browser) -> Iterator[SiteServer]:
+    serving = SiteServer(site, Listening if isinstance(running, Webkit) else Doorkeeper)
+    yield serving
+    serving.stop()
+
+
+@pytest.fixture
+def reading(running: Browser, server: SiteServer) -> Iterator[Reading]:
+    """A reader with a fresh window; what the browser complains of and no test expects fails the test."""
+    window = running.window()
+    one = Reading(window, server.origin)
+    yield one
+    wrong = [said for said in window.complaints() if not any(part in said for part in one.expected)]
+    window.close()
+    assert not wrong, f"the browser complained: {wrong}"

@@ -1,0 +1,27 @@
+"""The built site on loopback with a listener in every page, for a driver that tells nothing of errors."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tests.browser.server import Doorkeeper
+
+NAME = "listening.js"
+LISTENER = b"""\
+globalThis.complaints = [];
+addEventListener("error", (event) => complaints.push(event.message || `not loaded: ${event.target.outerHTML}`), true);
+addEventListener("unhandledrejection", (event) => complaints.push(`unhandled: ${event.reason}`));
+addEventListener("securitypolicyviolation", (event) => complaints.push(`refused: ${event.blockedURI}`));
+for (const level of ["error", "warn"]) console[level] = (...said) => complaints.push(said.join(" "));
+"""
+
+
+class Listening(Doorkeeper):
+    """Serves pages whose first script is the listener."""
+
+    def read(self, file: Path) -> bytes | None:
+        if file.name == NAME:
+            return LISTENER
+        data = super().read(file)
+        tag = f'<head><script src="{NAME}"></script>'.encode()
+        return data.replace(b"<head>", tag, 1) if data and file.suffix == ".html" else data

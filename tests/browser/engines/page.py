@@ -1,0 +1,106 @@
+"""What a reader does with a page and its figures, whichever engine shows it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tests.browser.engines.window import Window, run, until
+
+
+class Reading:
+    """A reader with one window on the site."""
+
+    def __init__(self, window: Window, origin: str) -> None:
+        self.window, self.origin = window, origin
+        self.expected: tuple[str, ...] = ()
+        window.size(1280, 1000)
+
+    def open(self, page: str) -> None:
+        self.window.open(f"{self.origin}/{page}")
+
+    def expect(self, *parts: str) -> None:
+        """Complaints that hold one of these parts belong to the test."""
+        self.expected = parts
+
+    def run(self, function: str, *given: Any) -> Any:
+        return run(self.window, function, *given)
+
+    def until(self, function: str, *given: Any) -> None:
+        until(self.window, function, *given)
+
+    def figure(self, name: str) -> Figure:
+        """A figure, in the middle of the window."""
+        self.run("(name) => document.getElementById(name).scrollIntoView({block: 'center', behavior: 'instant'})", name)
+        return Figure(self, name)
+
+    def names(self) -> list[str]:
+        """The figures of the open page."""
+        return list(self.run("() => [...document.querySelectorAll('figure.figure')].map(({ id }) => id)"))
+
+
+class Figure:
+    """One figure on the open page. Parts are named by selectors within it."""
+
+    def __init__(self, reading: Reading, name: str) -> None:
+        self.reading, self.name = reading, name
+
+    def of(self, function: str, *given: Any) -> Any:
+        """What a function gives of the figure's controller."""
+        call = f"(name, ...given) => ({function})(Ladder.figures.get(name), ...given)"
+        return self.reading.run(call, self.name, *given)
+
+    def becomes(self, state: str) -> Figure:
+        """Waits for the figure's state: static, tape, waiting, live or failed."""
+        self.reading.until("(name, state) => document.getElementById(name).dataset.state === state", self.name, state)
+        return self
+
+    def live(self) -> Figure:
+        """Waits until Python is up."""
+        self.reading.until("() => ['live', 'failed'].includes(document.documentElement.dataset.runtime)")
+        state, message = self.reading.run("() => [Ladder.runtime.state, Ladder.runtime.message]")
+        assert state == "live", message
+        return self
+
+    def settled(self) -> Figure:
+        """Waits until nothing is asked or moving."""
+        self.reading.until("(name) => !Ladder.figures.get(name).busy", self.name)
+        return self
+
+    def readout(self, name: str) -> str:
+        part = f'[data-readout="{name}"] .value'
+        return str(self.of("({ root }, part) => root.querySelector(part).textContent", part))
+
+    def changes(self, name: str, before: str) -> str:
+        """Waits until a readout is no longer `before`; gives what it is."""
+        part = f'[data-readout="{name}"] .value'
+        differs = "(figure, part, before) => document.getElementById(figure).querySelector(part).textContent !== before"
+        self.reading.until(differs, self.name, part, before)
+        return self.settled().readout(name)
+
+    def box(self, part: str) -> tuple[float, float, float, float]:
+        """Left, top, width and height of a part, in px in the viewport."""
+        of = "({ root }, part) => { const b = root.querySelector(part).getBoundingClientRect();"
+        return tuple(self.of(of + " return [b.left, b.top, b.width, b.height]; }", part))
+
+    def middle(self, part: str) -> tuple[int, int]:
+        left, top, width, height = self.box(part)
+        return round(left + width / 2), round(top + height / 2)
+
+    def click(self, part: str) -> None:
+        """Brings a part into the middle of the window and clicks it with the mouse."""
+        show = "({ root }, part) => root.querySelector(part).scrollIntoView({block: 'center', behavior: 'instant'})"
+        self.of(show, part)
+        self.reading.window.pointer([self.middle(part)])
+
+    def focus(self, part: str) -> None:
+        self.of("({ root }, part) => root.querySelector(part).focus()", part)
+
+    def drag(self, part: str, dx: int, dy: int, steps: int = 6) -> None:
+        """Drags a part by so many px with the mouse."""
+        x, y = self.middle(part)
+        path = [(round(x + dx * i / steps), round(y + dy * i / steps)) for i in range(steps + 1)]
+        self.reading.window.pointer(path)
+
+    def frame(self) -> Any:
+        """The frame that is shown."""
+        return self.of("({ frame }) => frame")

@@ -1,0 +1,183 @@
+"""Static, tape, live, drag, offline and from disk, on every engine that is asked for."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.browser.engines.page import Reading
+from tests.browser.server import SiteServer
+from widgets.contract import preset
+from widgets.host import Host
+from widgets.registry import WIDGETS
+
+pytestmark = pytest.mark.browser
+
+# A page as one sees it. empty: figures without a drawing; flat: formulas without height; whole: with all their parts;
+# stacked: numerators stand over denominators; source: LaTeX is left over.
+SEEN = """() => {
+  const seen = (e) => { const { width, height } = e.getBoundingClientRect(); return width > 0 && height > 0; };
+  const empty = (svg) => !seen(svg) || svg.querySelectorAll("path").length < 3;
+  const figures = [...document.querySelectorAll("figure.figure")];
+  const loaded = [...document.fonts].filter(({ status }) => status === "loaded").map(({ family }) => family);
+  const flat = (e) => e.getBoundingClientRect().height < 4;
+  const bare = (f) => { const svgs = [...f.querySelectorAll("svg.plot")]; return !svgs.length || svgs.some(empty); };
+  const parts = { msub: 2, msup: 2, msubsup: 3, mfrac: 2, munder: 2, mover: 2, munderover: 3 };
+  const root = document.documentElement;
+  return {
+    heading: document.querySelector("h1").textContent.trim().length,
+    figures: figures.length,
+    empty: figures.filter(bare).length,
+    live: [...document.querySelectorAll(".figure .buttons, .figure form.controls")].filter(seen).length,
+    formulas: document.querySelectorAll("math").length,
+    flat: [...document.querySelectorAll("math")].filter(flat).map((e) => e.textContent.slice(0, 40)),
+    whole: Object.entries(parts).every(([tag, count]) =>
+      [...document.querySelectorAll(tag)].every((e) => e.children.length === count)),
+    stacked: [...document.querySelectorAll("mfrac")].every(({ children: [top, bottom] }) =>
+      top.getBoundingClientRect().bottom <= bottom.getBoundingClientRect().top + 1),
+    wide: root.scrollWidth - root.clientWidth,
+    fonts: [...new Set(loaded)].map((family) => family.replaceAll('"', "")),
+    source: document.querySelector("main").innerText.includes("$"),
+  };
+}"""
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+def test_every_page_is_complete_without_scripts(
+    reading: Reading, server: SiteServer, pages: list[str], width: int
+) -> None:
+    """No script arrives: text, mathematics, typefaces and every figure are there, nothing is wider than the window."""
+    server.forbid(r"\.m?js$")
+    reading.expect(".js")
+    reading.window.size(width, 1000)
+    formulas = 0
+    for name in pages:
+        reading.open(name)
+        seen = reading.run(SEEN)
+        assert seen["heading"], name
+        assert seen["empty"] == 0, f"{name}: a figure without a drawing"
+        assert seen["live"] == 0, f"{name}: controls that would do nothing"
+        assert seen["flat"] == [], f"{name}: formulas without height"
+        assert seen["whole"], f"{name}: a formula lacks parts"
+        assert seen["stacked"], f"{name}: a fraction that does not stand over its denominator"
+        assert seen["wide"] <= 0, f"{name} at {width} px"
+        assert not seen["source"], f"{name}: a dollar sign is left over"
+        assert {"Ladder Serif", "Ladder Sans"} <= set(seen["fonts"]), name
+        assert ("Ladder Math" in seen["fonts"]) == (seen["formulas"] > 0), name
+        formulas += seen["formulas"]
+    assert formulas > 300
+
+
+def test_the_tape_answers_before_python_is_up(reading: Reading, server: SiteServer) -> None:
+    """With the runtime held back, Solve and Reset show what was recorded; a drag waits for Python."""
+    server.hold("/runtime/")
+    reading.open("kabsch.html")
+    solve = reading.figure("fig-solve")
+    start = solve.readout("rms")
+    solve.click('[data-button="solve"]')
+    solved = solve.changes("rms", start)
+    solve.becomes("tape")
+    assert float(solved) < float(start)
+    solve.click('[data-button="reset"]')
+    assert solve.changes("rms", solved) == start
+    reading.figure("fig-solve").drag('[data-handle="source"]', 60, 40)
+    solve.becomes("waiting")
+    server.release()
+    solve.live()
+    solve.changes("rms", start)
+    solve.becomes("live")
+
+
+def test_python_answers_with_the_build_s_bytes(reading: Reading) -> None:
+    """The runtime comes up; a press and a control answer live; every preset's frame is the build's, byte for byte."""
+    reading.open("kabsch.html")
+    solve = reading.figure("fig-solve").live()
+    start = solve.readout("rms")
+    solve.click('[data-button="solve"]')
+    solved = solve.changes("rms", start)
+    solve.becomes("live")
+    solve.focus('[name="noise"]')
+    reading.window.press("ArrowRight")
+    solve.changes("rms", solved)
+    host = Host()
+    for widget in WIDGETS.values():
+        for name in widget.presets:
+            record = preset(widget, name).plain()
+            live = reading.run("(record) => Ladder.runtime.frame({ figure: 'fig-x', record })", record)
+            assert live == host.render("fig-x", record), f"{widget}: {name}"
+
+
+def test_pointer_and_keys_drag_a_handle(reading: Reading) -> None:
+    """A drag moves the handle by what the pointer moved; arrow keys move it on, and it keeps the focus."""
+    reading.open("kabsch.html")
+    solve = reading.figure("fig-solve").live().settled()
+    part = '[data-handle="source"]'
+    start, before = solve.readout("rms"), solve.box(part)
+    solve.drag(part, 80, -30)
+    moved = solve.changes("rms", start)
+    after = solve.box(part)
+    assert abs(after[0] - before[0] - 80) < 1.5
+    assert abs(after[1] - before[1] + 30) < 1.5
+    solve.focus(part)
+    reading.window.press("ArrowRight")
+    near = solve.changes("rms", moved)
+    step = solve.box(part)[0] - after[0]
+    assert step > 0
+    reading.window.press("Shift+ArrowRight")
+    solve.changes("rms", near)
+    assert solve.box(part)[0] - after[0] > 3 * step
+    assert solve.of("({ root }, part) => document.activeElement === root.querySelector(part)", part)
+
+
+NOTHING_YET = '[aria-disabled="true"], [data-button="back"], [data-button="reset"]'
+
+
+# A map with levels of detail; many panels and a job.
+@pytest.mark.parametrize("page", ["landscape.html", "race.html"])
+def test_every_figure_of_a_page_answers(reading: Reading, page: str) -> None:
+    """Each figure's first button that can do something changes the picture; nothing is too wide once all is alive."""
+    reading.open(page)
+    for name in reading.names():
+        figure = reading.figure(name).live().settled()
+        before = figure.frame()["panels"]
+        figure.click(f".buttons [data-button]:not({NOTHING_YET})")
+        figure.becomes("live").settled()
+        assert figure.frame()["panels"] != before, name
+    for width in (1280, 390):
+        reading.window.size(width, 1000)
+        assert reading.run("() => document.documentElement.scrollWidth - document.documentElement.clientWidth") <= 0
+
+
+def test_everything_works_with_the_server_gone(reading: Reading, server: SiteServer, pages: list[str]) -> None:
+    """After one visit the server goes away: every page opens in full, and a figure works with Python."""
+    reading.open("kabsch.html")
+    reading.figure("fig-solve").live()
+    reading.until("() => Ladder.offline.ready")
+    server.stop()
+    for name in pages:
+        reading.open(name)
+        seen = reading.run(SEEN)
+        assert seen["heading"], name
+        assert seen["empty"] == 0, name
+        assert {"Ladder Serif", "Ladder Sans"} <= set(seen["fonts"]), f"{name}: without its typefaces"
+    reading.open("icp.html")
+    figure = reading.figure(reading.names()[0]).live().settled()
+    before = figure.frame()["panels"]
+    figure.click(".buttons .primary")
+    figure.becomes("live").settled()
+    assert figure.frame()["panels"] != before
+
+
+def test_a_page_opened_from_disk_steps(reading: Reading, site: Path) -> None:
+    """file:// has no worker: the tape answers, and one line says how to serve the site."""
+    # Chromium refuses fonts that are asked for early on disk; those of the style sheet, which follow, it grants.
+    reading.expect("Access to font", "ERR_FAILED", "A preload for")
+    reading.window.open((site / "kabsch.html").as_uri())
+    reading.until("() => document.documentElement.dataset.runtime === 'file'")
+    solve = reading.figure("fig-solve")
+    start = solve.readout("rms")
+    solve.click('[data-button="solve"]')
+    solve.changes("rms", start)
+    reading.figure("fig-solve").drag('[data-handle="source"]', 60, 40)
+    reading.until("() => document.querySelector('#fig-solve .figure-status').textContent.includes('build.py serve')")
