@@ -16,7 +16,7 @@ import widgets
 from widgets.contract import Widget
 from widgets.registry import WIDGETS
 
-from . import about, emblem, fonts, manifest, outside, plotting, runtime, search
+from . import about, ahead, emblem, figures, fonts, manifest, outside, plotting, runtime, search
 from .archive import Download, archive, folder_name
 from .assets import HEADERS, Assets, read_assets, service_worker
 from .cite import Reference, read_references, unused
@@ -100,8 +100,8 @@ def build(
     bakery = Bakery(parts.widgets, cache)
     gallery = Gallery(parts.plots, cache, progress)
     values = Values(cache, {"solvers": code_hash((solvers,)), "widgets": code_hash((solvers, widgets))}, gallery)
-    with gallery.preparing(placed.plot for one in surveys for placed in one.plots.values()):
-        tapes = record_tapes(surveys, bakery, problems, progress)
+    ahead.make("computing plots, drawing figures", _missing(surveys, gallery, bakery, cache), progress)
+    tapes = record_tapes(surveys, bakery, problems, progress)
     known = Known(
         root,
         surveys,
@@ -163,6 +163,18 @@ class _Content:
     licences: Sequence[outside.Licence]
     notebooks: Mapping[str, bytes]
     made: about.Made
+
+
+def _missing(surveys: Sequence[Survey], gallery: Gallery, bakery: Bakery, cache: Path) -> list[ahead.Piece]:
+    """The site's own plots and figures that the cache does not have; plots first, since some compute for long."""
+    plots = [placed for one in surveys for placed in one.plots.values()]
+    ours = [placed for placed in plots if plotting.known().get(placed.plot.name) is placed.plot]
+    shown = [figure for one in surveys for figure in one.figures.values()]
+    known = [figure for figure in shown if WIDGETS.get(figure.widget.name) is figure.widget]
+    return [
+        *((plotting.make_ahead, (p.plot.name, p.id, cache)) for p in ours if gallery.lacks(p)),
+        *((figures.make_ahead, (f.dom_id, f.records, cache)) for f in known if bakery.lacks(f.dom_id, f.records)),
+    ]
 
 
 def _figure_drawer(

@@ -23,9 +23,10 @@ from widgets.contract import MAX_LOG, Record, Widget, parsed, preset
 from widgets.controls import Spec, specs, validated, values
 from widgets.host import Host
 from widgets.jobs import finished
+from widgets.registry import WIDGETS
 
 from .directives import Attribute, Directive, DirectiveError, attributes
-from .files import fingerprint, write
+from .files import fingerprint, kept
 from .problems import Place, Problems, hint
 
 Plain = dict[str, Any]
@@ -197,10 +198,10 @@ class Bakery:
     def frames(self, dom_id: str, records: Sequence[Plain]) -> list[Plain]:
         """One frame for each record of one widget, in order. What a widget raises is raised."""
 
-        def made() -> list[Plain]:
-            return [json.loads(self._host.frame(json.dumps({"figure": dom_id, "record": r}))) for r in records]
+        def made() -> bytes:
+            return _plain([json.loads(self._host.frame(json.dumps({"figure": dom_id, "record": r}))) for r in records])
 
-        return self._kept(records[0]["widget"], [dom_id, records], made)
+        return json.loads(kept(self._frames_at(dom_id, records), made))  # type: ignore[no-any-return]
 
     def results(self, dom_id: str, record: Plain) -> tuple[Plain, ...]:
         """What each job of the record's widget finds, without what depends on the machine, kept likewise."""
@@ -209,22 +210,43 @@ class Bakery:
             return ()
         asked = parsed(widget, record)
 
-        def made() -> list[Plain]:
-            return [dict(finished(job, asked.controls, asked.seed, f"{dom_id}-{job.name}")) for job in widget.jobs]
+        def made() -> bytes:
+            jobs = [dict(finished(job, asked.controls, asked.seed, f"{dom_id}-{job.name}")) for job in widget.jobs]
+            return _plain(jobs)
 
-        return tuple(self._kept(widget.name, ["jobs", dom_id, record], made))
+        return tuple(json.loads(kept(self._results_at(dom_id, record), made)))
 
-    def _kept(self, name: str, asked: list[Any], made: Callable[[], list[Plain]]) -> list[Plain]:
+    def lacks(self, dom_id: str, records: Sequence[Plain]) -> bool:
+        """Whether any of a figure's frames, or what its jobs find, has to be made."""
+        jobs = self._widgets[records[0]["widget"]].jobs
+        made = self._frames_at(dom_id, records).is_file() and (
+            not jobs or self._results_at(dom_id, records[0]).is_file()
+        )
+        return not made
+
+    def _frames_at(self, dom_id: str, records: Sequence[Plain]) -> Path:
+        return self._place(records[0]["widget"], [dom_id, records])
+
+    def _results_at(self, dom_id: str, record: Plain) -> Path:
+        return self._place(record["widget"], ["jobs", dom_id, record])
+
+    def _place(self, name: str, asked: list[Any]) -> Path:
+        """Where it is kept: by the figure's code and what is asked of it."""
         if name not in self._codes:
             self._codes[name] = code_of(name, self._widgets)
         key = hashlib.sha256(json.dumps([self._codes[name], *asked]).encode()).hexdigest()
-        kept = self._cache / f"{key}.json"
-        if kept.is_file():
-            found: list[Plain] = json.loads(kept.read_bytes())
-            return found
-        fresh = made()
-        write(kept, dumps(fresh).encode())
-        return fresh
+        return self._cache / f"{key}.json"
+
+
+def make_ahead(dom_id: str, records: Sequence[Plain], cache: Path) -> None:
+    """Draw a tape of one of the site's figures, in a process of its own: the cache has it then."""
+    bakery = Bakery(WIDGETS, cache)
+    bakery.frames(dom_id, records)
+    bakery.results(dom_id, records[0])
+
+
+def _plain(made: list[Plain]) -> bytes:
+    return dumps(made).encode()
 
 
 def dumps(data: Any) -> str:

@@ -24,7 +24,7 @@ from fontTools import subset
 from fontTools.ttLib import TTFont
 from fontTools.varLib import instancer
 
-from sitegen import outside
+from sitegen import ahead, outside
 from sitegen.files import kept, short_hash
 
 BUNDLES = ("serif", "sans", "math-font")
@@ -182,25 +182,29 @@ def make(
     originals = outside.gather(BUNDLES, cache=cache, progress=progress)
     wanted = _wanted(text, mathematics)
     found: set[int] = set()
-    files: dict[str, bytes] = {}
-    rules: list[str] = []
-    preload: list[str] = []
+    cuts: list[tuple[Face, Path, list[int], Path]] = []
     for face in FACES:
         left = set(map(ord, wanted[face.wanted]))
         for file in face.files:
             here = left & _coverage(originals[file])
-            if not here:
-                continue
+            if here:
+                codes = sorted(here)
+                cuts.append((face, originals[file], codes, _place(face, originals[file], codes, home)))
             left -= here
             found |= here
-            data = _cut(face, originals[file], sorted(here), home)
-            name = f"{face.name}-{short_hash(data)}.woff2"
-            files[name] = data
-            first = file == face.files[0]
-            rules.append(_rule(face, url + name, "" if first else ranges(here)))
-            if first:
-                rules += [_near(f, face, data) for f in FALLBACKS if f.stands_for == face.name]
-                preload += [name] if face.preload else []
+    ahead.make("cutting typefaces", [(_cut, cut) for cut in cuts if not cut[-1].is_file()], progress)
+    files: dict[str, bytes] = {}
+    rules: list[str] = []
+    preload: list[str] = []
+    for face, original, codes, place in cuts:
+        data = _cut(face, original, codes, place)
+        name = f"{face.name}-{short_hash(data)}.woff2"
+        files[name] = data
+        first = original == originals[face.files[0]]
+        rules.append(_rule(face, url + name, "" if first else ranges(set(codes))))
+        if first:
+            rules += [_near(f, face, data) for f in FALLBACKS if f.stands_for == face.name]
+            preload += [name] if face.preload else []
     missing = {c for c in text + mathematics if ord(c) not in found and _shown(c)}
     return FontSet(files, "\n".join(rules) + "\n", tuple(preload), "".join(sorted(missing)))
 
@@ -224,12 +228,16 @@ def _coverage(path: Path) -> frozenset[int]:
         return frozenset(font.getBestCmap())
 
 
-def _cut(face: Face, original: Path, codes: Sequence[int], home: Path) -> bytes:
-    """The face as WOFF2 with the code points alone, from the cache where the same was cut before."""
+def _cut(face: Face, original: Path, codes: Sequence[int], place: Path) -> bytes:
+    """The face as WOFF2 with the code points alone, from its place in the cache where the same was cut before."""
+    return kept(place, lambda: _made(face, original, codes))
+
+
+def _place(face: Face, original: Path, codes: Sequence[int], home: Path) -> Path:
+    """Where a cut is kept: by all that it is made of."""
     source = hashlib.sha256(original.read_bytes()).hexdigest()
     recipe = json.dumps([FORMAT, fontTools.version, source, asdict(face), list(codes)], sort_keys=True)
-    name = f"{face.name}-{hashlib.sha256(recipe.encode()).hexdigest()[:24]}.woff2"
-    return kept(home / name, lambda: _made(face, original, codes))
+    return home / f"{face.name}-{hashlib.sha256(recipe.encode()).hexdigest()[:24]}.woff2"
 
 
 def _made(face: Face, original: Path, codes: Sequence[int]) -> bytes:

@@ -4,17 +4,13 @@ from __future__ import annotations
 
 import inspect
 import json
-import os
 import pkgutil
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache as once
 from importlib import import_module
 from importlib.metadata import version
-from multiprocessing import get_context
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -26,7 +22,7 @@ from solvers.methods import METHODS
 
 from .directives import Directive
 from .figures import listed
-from .files import fingerprint, kept, write
+from .files import fingerprint, kept
 from .outside import Progress, quiet
 from .problems import Place, Problems, hint
 from .sources import closure, imports, method_modules, reached
@@ -172,24 +168,11 @@ class Gallery:
         self._cache, self._progress = cache, progress
         self._results: dict[str, Any] = {}
 
-    @contextmanager
-    def preparing(self, plots: Iterable[Plot]) -> Iterator[None]:
-        """Compute what is missing of these in other processes, beside what is done inside. What fails is left."""
-        missing = sorted({p.name for p in plots if known().get(p.name) is p and not self._place(p).is_file()})
-        if not missing:
-            yield
-            return
-        pool = ProcessPoolExecutor(min(len(missing), os.cpu_count() or 1), get_context("spawn"))
-        try:
-            waiting = {pool.submit(_computed, name): name for name in missing}
-            yield
-            for done, future in enumerate(as_completed(waiting)):
-                self._progress("computing plots", done, len(waiting))
-                if future.exception() is None:
-                    write(self._place(self.plots[waiting[future]]), future.result())
-            self._progress("computing plots", len(waiting), len(waiting))
-        finally:
-            pool.shutdown(cancel_futures=True)
+    def lacks(self, placed: Placed) -> bool:
+        """Whether the plot has to be computed or drawn."""
+        if not self._place(placed.plot).is_file():
+            return True
+        return not self._drawings(placed, self.result(placed.plot)).is_file()
 
     def _place(self, plot: Plot) -> Path:
         """Where a plot's result is kept: by the code that it runs and numpy's version."""
@@ -211,19 +194,24 @@ class Gallery:
             self._results[plot.name] = plot.result(**{name: _tuples(value) for name, value in plain.items()})
         return self._results[plot.name]
 
-    def drawn(self, placed: Placed) -> Drawn:
-        """The plot for its page. What its module raises is raised."""
-        plot, result = placed.plot, self.result(placed.plot)
+    def _drawings(self, placed: Placed, result: Any) -> Path:
+        """Where a plot's drawings are kept: by its result, its module's look, and what draws."""
         from . import drawing
 
         source = Path(str(drawing.__file__)).read_bytes()
         key = fingerprint(
             [
-                (f"{FORMAT} {version('matplotlib')} {placed.dom_id}", plot.look.encode()),
+                (f"{FORMAT} {version('matplotlib')} {placed.dom_id}", placed.plot.look.encode()),
                 ("result", json.dumps(asdict(result)).encode()),
                 ("drawing", source + drawing.TOKENS.read_bytes()),
             ]
         )
+        return self._cache / "drawings" / f"{placed.plot.name}-{key[:24]}.json"
+
+    def drawn(self, placed: Placed) -> Drawn:
+        """The plot for its page. What its module raises is raised."""
+        plot, result = placed.plot, self.result(placed.plot)
+        from . import drawing
 
         def make() -> bytes:
             self._progress(f"drawing {plot.name}", 0, 1)
@@ -238,18 +226,19 @@ class Gallery:
             self._progress(f"drawing {plot.name}", 1, 1)
             return json.dumps(drawings).encode()
 
-        svgs = json.loads(kept(self._cache / "drawings" / f"{plot.name}-{key[:24]}.json", make))
+        svgs = json.loads(kept(self._drawings(placed, result), make))
         return Drawn(svgs, plot.words(result), plot.table(result) if plot.table else None)
+
+
+def make_ahead(name: str, plot_id: str, cache: Path) -> None:
+    """Compute and draw one of the known plots, in a process of its own: the cache has it then."""
+    plot = known()[name]
+    Gallery({name: plot}, cache).drawn(Placed(plot_id, "", plot, Place("")))
 
 
 def _bytes(plot: Plot) -> bytes:
     """What it computes, as it is kept."""
     return json.dumps(asdict(plot.compute()), allow_nan=False).encode()
-
-
-def _computed(name: str) -> bytes:
-    """The same in a process of its own."""
-    return _bytes(known()[name])
 
 
 def _tuples(value: Any) -> Any:

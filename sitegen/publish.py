@@ -6,6 +6,7 @@ import os
 import shutil
 import tempfile
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from .files import packed
@@ -26,14 +27,15 @@ def publish(
     beside = Path(tempfile.mkdtemp(prefix=f".{dest.name}-", dir=dest.parent))
     beside.chmod(0o755)
     try:
-        for i, (name, data) in enumerate(files.items()):
-            progress("writing pages", i, len(files))
-            for each, bytes_ in {name: data, **(packed(name, data, cache) if pack else {})}.items():
-                (beside / each).parent.mkdir(parents=True, exist_ok=True)
-                (beside / each).write_bytes(bytes_)
+        with ThreadPoolExecutor(os.cpu_count()) as threads:  # packing lets other threads run meanwhile
+            runtime = threads.submit(_copy_runtime, started, beside / "runtime", pack, cache) if started else None
+            written = [threads.submit(_write, beside, name, data, pack, cache) for name, data in files.items()]
+            for i, each in enumerate(written):
+                progress("writing pages", i, len(files))
+                each.result()
+            if runtime is not None:
+                runtime.result()
         progress("writing pages", len(files), len(files))
-        if started:
-            _copy_runtime(started, beside / "runtime", pack, cache)
         if (dest / ".gitignore").is_file():  # the folder's own, which is in git and not of the build
             shutil.copyfile(dest / ".gitignore", beside / ".gitignore")
         _exchange(beside, dest)
@@ -41,13 +43,15 @@ def publish(
         shutil.rmtree(beside, ignore_errors=True)
 
 
+def _write(folder: Path, name: str, data: bytes, pack: bool, cache: Path) -> None:
+    for each, bytes_ in {name: data, **(packed(name, data, cache) if pack else {})}.items():
+        (folder / each).parent.mkdir(parents=True, exist_ok=True)
+        (folder / each).write_bytes(bytes_)
+
+
 def _copy_runtime(started: RuntimeInfo, folder: Path, pack: bool, cache: Path) -> None:
     for name in [*(file.name for file in started.files), started.wheel]:
-        (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(started.folder / name, folder / name)
-        if pack:
-            for each, data in packed(name, (folder / name).read_bytes(), cache).items():
-                (folder / each).write_bytes(data)
+        _write(folder, name, (started.folder / name).read_bytes(), pack, cache)
 
 
 def _exchange(beside: Path, dest: Path) -> None:

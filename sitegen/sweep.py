@@ -10,26 +10,24 @@ import importlib
 import importlib.util
 import io
 import json
-import os
 import sys
 import zipfile
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from contextlib import contextmanager
 from dataclasses import asdict
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from . import ahead
 from .files import fingerprint, write
 from .outside import Progress, cache_dir
 from .progress import shown
 from .sweep_plan import FOLDER, SWEEPS, Sweep, code_of, racing, split, units
 from .sweep_units import Unit, run_unit
 
-ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 Work = Iterator[tuple[Unit, dict[str, list[float]]]]
 
 
@@ -147,19 +145,9 @@ def workers(root: Path, asked: Sequence[Unit], processes: int, scheduler: str) -
 
 @contextmanager
 def _processes(asked: Sequence[Unit], count: int) -> Iterator[Work]:
-    before = {name: os.environ.get(name) for name in ONE_THREAD}
-    os.environ.update(dict.fromkeys(ONE_THREAD, "1"))  # as many processes as cores: each with one thread
-    pool = ProcessPoolExecutor(count or os.cpu_count(), get_context("spawn"))
-    try:
+    with ahead.processes(count) as pool:
         futures = {pool.submit(run_unit, unit): unit for unit in asked}
         yield ((futures[future], future.result()) for future in as_completed(futures))
-    finally:
-        pool.shutdown(cancel_futures=True)
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
 
 
 @contextmanager

@@ -13,12 +13,12 @@ from typing import Any
 import html5lib
 import pytest
 
-from sitegen import outside
+from sitegen import ahead, outside
 from sitegen.computed import CallError, of_plot, read_call
 from sitegen.drawing import COLOURS, clean, draw
 from sitegen.plots import basins, icp_reach, sweep_table, trial_budget
 from sitegen.plots._rates import wilson
-from sitegen.plotting import Gallery, Placed, known, runs
+from sitegen.plotting import Gallery, Placed, known, make_ahead, runs
 from sitegen.problems import Place
 from tests.sitegen.conftest import TOY_PLOT, Counted, Project
 
@@ -244,15 +244,26 @@ def test_the_basins_are_as_the_chapter_says() -> None:
     assert sweep_table.success(table, "ndt", "combo") > sweep_table.success(table, "ndt", "clean")
 
 
-def test_several_plots_are_computed_side_by_side(tmp_path: Path) -> None:
-    """What was computed in other processes, beside other work, is what is computed here."""
-    names = ["sweep-table", "basins"]
+def test_what_is_made_ahead_is_what_the_build_would_make(tmp_path: Path) -> None:
+    """Computed and drawn in other processes, then in this one: the same files, and nothing is lacking any more."""
+    placed = [Placed(name, "1", known()[name], Place("x")) for name in ("sweep-table", "basins")]
     together, alone = Gallery(known(), tmp_path / "one"), Gallery(known(), tmp_path / "two")
-    with together.preparing(known()[name] for name in names):
-        pass
-    assert len(list((tmp_path / "one" / "plots").glob("*.json"))) == 2
-    for name in names:
-        assert together.result(known()[name]) == alone.result(known()[name])
+    assert all(map(together.lacks, placed))
+    ahead.make("plots", [(make_ahead, (p.plot.name, p.id, tmp_path / "one")) for p in placed], outside.quiet)
+    assert not any(map(together.lacks, placed))
+    before = {path.name: path.stat().st_mtime_ns for path in (tmp_path / "one").rglob("*.json")}
+    for one in placed:
+        assert together.drawn(one) == alone.drawn(one)
+    assert {path.name: path.stat().st_mtime_ns for path in (tmp_path / "one").rglob("*.json")} == before
+    assert len(before) == 4
+
+
+def test_what_fails_ahead_is_left_to_the_build(tmp_path: Path) -> None:
+    """A plot that nobody knows ends no other piece."""
+    placed = Placed("basins", "1", known()["basins"], Place("x"))
+    pieces = [(make_ahead, (name, "basins", tmp_path)) for name in ("no-such-plot", "basins")]
+    ahead.make("plots", pieces, outside.quiet)
+    assert not Gallery(known(), tmp_path).lacks(placed)
 
 
 @pytest.mark.parametrize(
