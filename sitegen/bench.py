@@ -65,9 +65,15 @@ def groups() -> dict[str, Callable[[Bench], list[Row]]]:
     }
 
 
-def bench(root: Path, out: Path, given: Path | None, only: Sequence[str]) -> int:
-    """Build, measure, print, write. The exit code is 1 when something cannot be measured, 2 for an unknown group."""
+def bench(root: Path, out: Path, given: Path | None, only: Sequence[str], keeps: bool = False) -> int:
+    """Build, measure, print, write; with `keeps` also the README's table, for which every group is needed.
+
+    The exit code is 1 when something cannot be measured, 2 for an unknown group and for --keep with a few.
+    """
     known = groups()
+    if keeps and only:
+        print("bench: --keep writes the whole table; it goes without --only", file=sys.stderr)
+        return 2
     unknown = [name for name in only if name not in known]
     if unknown:
         print(f"bench: no group {', '.join(unknown)}; there are {', '.join(known)}", file=sys.stderr)
@@ -91,11 +97,17 @@ def bench(root: Path, out: Path, given: Path | None, only: Sequence[str]) -> int
         except Exception as error:  # one group that cannot be measured does not take the others away
             traceback.print_exc()
             failed[name] = f"{type(error).__name__}: {error}"
-    print(table([row for rows in measured.values() for row in rows]))
+    rows = [row for some in measured.values() for row in some]
+    print(table(rows))
     for name, why in failed.items():
         print(f"{name} could not be measured: {why.splitlines()[0]}")
-    data = {"machine": machine(root, subject), "groups": {n: list(map(asdict, r)) for n, r in measured.items()}}
+    where = machine(root, subject)
+    data = {"machine": where, "groups": {n: list(map(asdict, r)) for n, r in measured.items()}}
     out.write_text(json.dumps({**data, "failed": failed}, indent=1, ensure_ascii=False) + "\n", "utf-8")
+    if keeps and not failed:
+        from sitegen.bench_table import keep
+
+        keep(root / "README.md", rows, where)
     return 1 if failed else 0
 
 

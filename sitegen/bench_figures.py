@@ -10,7 +10,19 @@ from statistics import median
 from playwright.sync_api import Locator, Page
 
 from sitegen.bench import Bench, Row
-from sitegen.bench_page import IDLE, MARKS, answered, browser_of, centile, drag_once, live, number_ms, until, visit
+from sitegen.bench_page import (
+    IDLE,
+    MARKS,
+    answered,
+    browser_of,
+    centile,
+    drag_once,
+    live,
+    number_ms,
+    pages_with,
+    until,
+    visit,
+)
 from sitegen.static import serving
 
 MOVES = 75  # a handle
@@ -63,7 +75,7 @@ def drag(bench: Bench) -> list[Row]:
 
 def with_figures(site: Path) -> list[str]:
     """The pages that have a figure to move, by name."""
-    return sorted(page.name for page in site.glob("*.html") if 'class="figure" id="' in page.read_text("utf-8"))
+    return pages_with(site, 'class="figure" id="')
 
 
 def followed(page: Page, figure: Locator, page_name: str, rung: str) -> Followed | None:
@@ -98,7 +110,8 @@ def rows(found: list[Followed]) -> list[Row]:
         aim = NEAR_MS if one.rung in NEAR else NINE_MS if one.widget == NINE else None
         note = f"{one.moved}: {len(one.delays)} inputs, median {number_ms(median(one.delays))}"
         reading = "" if aim is not None else f"; a frame is {FRAME_MS:.0f} ms"
-        what = f"input to swapped SVG, 95th percentile, {one.where}"
+        which = "nine panels, " if one.widget == NINE else "near rungs, " if one.rung in NEAR else ""
+        what = f"{which}input to swapped SVG, 95th percentile, {one.where}"
         out.append(Row(what, centile(one.delays, 95), "ms", aim, note + reading))
     missed, frames = sum(one.missed for one in found), sum(one.frames for one in found)
     worst = max(found, key=lambda one: one.missed / max(one.frames, 1))

@@ -11,6 +11,7 @@ import shutil
 import sys
 import tempfile
 import time
+import tracemalloc
 from collections.abc import Callable
 from pathlib import Path
 from statistics import median
@@ -98,8 +99,8 @@ def tab_race(bench: Bench) -> Rounds:
 
 
 def peers(bench: Bench) -> list[Row]:
-    """Rigid CPD beside pycpd at equal iterations, 10⁵-point ICP beside small_gicp on one thread."""
-    return [*cpd_rows(), *icp_rows()]
+    """Rigid CPD beside pycpd at equal iterations, and its memory; 10⁵-point ICP beside small_gicp on one thread."""
+    return [*cpd_rows(), cpd_memory(), *icp_rows()]
 
 
 def cpd_rows() -> list[Row]:
@@ -122,6 +123,22 @@ def cpd_rows() -> list[Row]:
 
         rows.append(Row(f"{what}, share of pycpd's time", ours / fastest(theirs), "", 0.25, note))
     return rows
+
+
+def cpd_memory(n: int = 1000) -> Row:
+    """The most that a run of rigid CPD holds at a time beside its clouds."""
+    from solvers import register
+
+    target = np.random.default_rng(40).normal(size=(n, 2))
+    source = target @ _turn(0.3).T + 0.1
+    tracemalloc.start()
+    try:
+        register(source, target, method="cpd-rigid", max_steps=3, tolerance=0.0)
+        most = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    note = f"the matrix of shares alone would be {8 * n * n / 1e6:.0f} MB"
+    return Row(f"rigid CPD, {n} × {n}, memory", most / 1e6, "MB", None, note)
 
 
 def icp_rows() -> list[Row]:

@@ -54,6 +54,7 @@ def _bench_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--browser-path", type=Path, help="the Chromium to use (otherwise found, or installed)")
     parser.add_argument("--only", default="", help="groups to measure, with commas (default: all)")
     parser.add_argument("--out", type=Path, default=Path("bench.json"), help="where numbers go (default: bench.json)")
+    parser.add_argument("--keep", action="store_true", help="put the table into the README")
 
 
 def _sweep_options(parser: argparse.ArgumentParser) -> None:
@@ -108,7 +109,7 @@ def _test(root: Path, asked: Arguments) -> int:
 def _bench(root: Path, asked: Arguments) -> int:
     from sitegen.bench import bench
 
-    return bench(root, asked.out, asked.browser_path, [name for name in asked.only.split(",") if name])
+    return bench(root, asked.out, asked.browser_path, [name for name in asked.only.split(",") if name], asked.keep)
 
 
 def _sweep(root: Path, asked: Arguments) -> int:

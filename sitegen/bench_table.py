@@ -1,0 +1,137 @@
+"""The bench's table in the README: every line that the project is held to, with its aim, and what was measured last.
+
+Sizes, counts and equalities are tests: such a line names the test that holds it. `bench --keep` writes the table.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from sitegen.bench import Row, number
+from sitegen.files import write
+
+MARKS = ("<!-- the table of `build.py bench --keep` begins -->", "<!-- and ends -->")
+SHOWN = ("what", "aim", "measured", "")
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of the table. rows: how the names of the bench's rows begin that it is measured by; of several the one
+    that is farthest from its aim is shown. tests: what holds it at every run of the tests."""
+
+    what: str
+    aim: str
+    rows: tuple[str, ...] = ()
+    tests: tuple[str, ...] = ()
+
+
+LINES = (
+    Line(
+        "a page before any script runs", "text, mathematics and every figure are there",
+        tests=("tests/browser/test_static.py::test_every_page_is_complete_without_scripts",),
+    ),
+    Line("the heaviest page, compressed, without tapes", "≤ 300 kB", ("heaviest page",)),
+    Line("largest contentful paint, loopback", "≤ 500 ms", ("largest contentful paint",)),
+    Line("layout shift until Python is up", "0", ("layout shift",)),
+    Line("a figure's first answer after a click, cold, from its tape", "≤ 50 ms", ("first answer",)),
+    Line("start of the runtime against stock Pyodide with numpy", "≤ 0.35", ("runtime start against",)),
+    Line("the runtime's files, gzip", "≤ 7.5 MB", ("runtime, compressed",)),
+    Line("input to swapped picture, 95th percentile, rungs 1 to 3½", "≤ 8 ms", ("near rungs, input",)),
+    Line("the same, the race's nine panels", "≤ 25 ms", ("nine panels",)),
+    Line("frames missed in a drag", "≤ 2 %", ("frames missed",)),
+    Line("heat map after a control moves: coarse", "≤ 33 ms", ("heat map, coarse",)),
+    Line("the same: full, refined, interruptible", "≤ 1000 ms", ("heat map, full",)),
+    Line("benchmark of 25 seeds and nine solvers in the tab", "≤ 2500 ms", ("25-seed benchmark",)),
+    Line("its *Stop*", "≤ 100 ms", ("Stop of the benchmark",)),
+    Line("the same benchmark, natively", "≤ 1200 ms", ("the same, natively",)),
+    Line("rigid CPD, 100 × 100, of pycpd's time", "≤ 0.25", ("rigid CPD, 100 × 100",)),
+    Line("rigid CPD, 1000 × 1000, of pycpd's time", "≤ 0.25", ("rigid CPD, 1000 × 1000, 30",)),
+    Line(
+        "memory of rigid CPD, 1000 × 1000", "blocks, not the matrix of 8 MB", ("rigid CPD, 1000 × 1000, memory",),
+        ("tests/solvers/test_gaussians.py::test_memory_is_that_of_a_block",),
+    ),
+    Line("nearest-neighbour ICP, 10⁵ points in space, against small_gicp on one thread", "≤ 3 times", ("ICP, 10⁵",)),
+    Line("clean build, runtime cached", "≤ 60 s", ("clean build",)),
+    Line("a chapter saved to the page reloaded", "≤ 1 s", ("a chapter saved",)),
+    Line(
+        "native against browser", "the same steps, ends and bytes of every frame",
+        tests=(
+            "tests/pyodide/test_equality.py::test_one_step_is_the_same_in_the_page",
+            "tests/pyodide/test_equality.py::test_the_race_ends_the_same_in_the_page",
+            "tests/browser/test_live.py::test_live_frames_are_the_build_s_byte_for_byte",
+        ),
+    ),
+    Line(
+        "two builds of one commit on one machine", "identical",
+        tests=("tests/sitegen/test_real_site.py::test_two_builds_of_the_site_are_the_same_bytes",),
+    ),
+    Line("requests to another origin", "0", ("requests to another",)),
+    Line(
+        "offline, the server gone after the first visit", "every page and every figure works",
+        tests=(
+            "tests/browser/test_offline.py::test_every_page_of_the_site_is_kept",
+            "tests/browser/test_offline.py::test_a_figure_of_a_page_never_visited_answers_without_the_server",
+        ),
+    ),
+    Line(
+        "axe-core, both themes, 1280 and 390 px", "0 violations",
+        tests=("tests/browser/test_static.py::test_no_accessibility_violations",),
+    ),
+    Line(
+        "what a pointer does", "also by keyboard, also by touch",
+        tests=(
+            "tests/browser/test_live.py::test_everything_by_keyboard_alone",
+            "tests/browser/test_live.py::test_touch_drags_a_handle_and_scrolls_past_a_figure",
+        ),
+    ),
+    Line(
+        "hostile input", "a clear error or `degenerate`; no NaN, no hang",
+        tests=(
+            "tests/solvers/test_hostile.py::test_every_method_survives_any_finite_pairs",
+            "tests/solvers/test_hostile.py::test_what_is_no_input_is_refused_by_name",
+        ),
+    ),
+    Line(
+        "1,000 drags", "no growth of the worker's heap",
+        tests=("tests/browser/test_live.py::test_a_thousand_drags_leave_the_heap_alone",),
+    ),
+)  # fmt: skip
+
+
+def keep(readme: Path, rows: Sequence[Row], machine: Mapping[str, Any]) -> None:
+    """Put the table into the README, between its marks. Raises ValueError where it has none, or a line no row."""
+    before, begins, rest = readme.read_text("utf-8").partition(MARKS[0])
+    _, ends, after = rest.partition(MARKS[1])
+    if not begins or not ends:
+        raise ValueError(f"{readme.name}: the marks of the bench's table are not there: {' … '.join(MARKS)}")
+    text = f"{before}{begins}\n{markdown(rows, machine)}\n{ends}{after}"
+    write(readme, text.encode())
+
+
+def markdown(rows: Sequence[Row], machine: Mapping[str, Any]) -> str:
+    """The table, and under it where and when it was measured. Raises ValueError for a line without its row."""
+    cells = [SHOWN, tuple("---" for _ in SHOWN), *(_cells(line, rows) for line in LINES)]
+    table = "\n".join(f"| {' | '.join(row)} |" for row in cells)
+    where = f"{machine['cores']} cores, {machine['system']}, Python {machine['python']}, {machine['browser']}"
+    return f"{table}\n\nMeasured on {str(machine['time']).split()[0]} at {str(machine['commit'])[:10]}: {where}."
+
+
+def _cells(line: Line, rows: Sequence[Row]) -> tuple[str, str, str, str]:
+    holding = ", ".join(f"`{test.rpartition('::')[2]}`" for test in line.tests)
+    if not line.rows:
+        return line.what, line.aim, f"a test: {holding}" if len(line.tests) == 1 else f"tests: {holding}", "held"
+    found = [row for row in rows if row.what.startswith(line.rows)]
+    if not found:
+        raise ValueError(f"nothing was measured for {line.what!r}: no row begins with {' or '.join(line.rows)}")
+    worst = max(found, key=_strain)
+    measured = f"{number(worst.value)} {worst.unit}".strip()
+    met = {True: "met", False: "missed", None: "held" if holding else ""}[worst.met]
+    return line.what, line.aim, f"{measured}; {holding}" if holding else measured, met
+
+
+def _strain(row: Row) -> float:
+    """How far a value stands from its aim: in units of the aim where that is not zero."""
+    return row.value / row.aim if row.aim else row.value
