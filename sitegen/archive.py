@@ -6,10 +6,12 @@ which would be the slowest step of a build.
 
 from __future__ import annotations
 
+import os
 import re
 import struct
 import zlib
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
@@ -42,9 +44,11 @@ def folder_name(title: str) -> str:
 def archive(folder: str, files: Mapping[str, bytes], cache: Path) -> bytes:
     """A zip of the files (name → content) in one folder. Names have to be ASCII."""
     body, directory = bytearray(), bytearray()
-    for name, data in sorted(files.items()):
-        member = f"{folder}/{name}".encode("ascii")
-        method, packed = _packed(name, data, cache)
+    names = sorted(files)
+    with ThreadPoolExecutor(os.cpu_count()) as threads:  # packing lets other threads run meanwhile
+        members = list(threads.map(lambda name: _packed(name, files[name], cache), names))
+    for name, (method, packed) in zip(names, members, strict=True):
+        member, data = f"{folder}/{name}".encode("ascii"), files[name]
         facts = struct.pack(
             "<5H3L2H", VERSION, 0, method, *NOON, zlib.crc32(data), len(packed), len(data), len(member), 0
         )

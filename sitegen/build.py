@@ -33,6 +33,7 @@ from .outside import Progress, quiet
 from .pages import Writer, environment, figure_html, figure_view, plot_html
 from .plotting import Gallery, Placed, Plot
 from .problems import BuildFailed, Place, Problem, Problems
+from .prune import prune
 from .publish import publish
 from .render import Body, Known, render
 from .survey import OWN_IDS, Survey, survey
@@ -140,6 +141,7 @@ def build(
     if problems.found:
         raise BuildFailed(problems.found)
     publish(files, started, dest, pack, cache, progress)
+    prune(cache)
     pages = tuple(sorted(name for name in files if name.endswith(".html")))
     return Report(
         pages,

@@ -20,7 +20,7 @@ from typing import Any
 
 from widgets.picture import SUPERSCRIPT
 
-from .files import write
+from .files import used, write
 from .plotting import Gallery
 from .problems import hint
 
@@ -154,7 +154,7 @@ class Values:
     def __init__(self, cache: Path, codes: Mapping[str, str], gallery: Gallery) -> None:
         self._paths = {name: cache / "values" / f"{name}-{code}.json" for name, code in codes.items()}
         self._known: dict[str, dict[str, int | float]] = {
-            name: json.loads(path.read_text("utf-8")) if path.is_file() else {} for name, path in self._paths.items()
+            name: json.loads(path.read_text("utf-8")) if used(path) else {} for name, path in self._paths.items()
         }
         self._new: set[str] = set()
         self._gallery = gallery

@@ -6,6 +6,7 @@ import gzip
 import hashlib
 import os
 import tempfile
+import time
 from collections.abc import Callable, Iterable
 from pathlib import Path, PurePosixPath
 
@@ -13,6 +14,7 @@ import brotli  # type: ignore[import-untyped]
 
 PACKED = {".html", ".css", ".js", ".mjs", ".json", ".ipynb", ".svg", ".xml", ".txt", ".wasm", ".webmanifest", ".ico"}
 FORMAT = "2"  # of what is kept; raised when the packing changes
+DAY = 86_400.0  # seconds
 WORTH = 1024  # bytes below which packing saves nothing that a reader would notice
 
 
@@ -32,9 +34,19 @@ def write(path: Path, data: bytes) -> None:
 
 def kept(path: Path, make: Callable[[], bytes]) -> bytes:
     """The bytes of a file in a cache, whose name tells all that they depend on; made where it is not there."""
-    if not path.is_file():
+    if not used(path):
         write(path, make())
     return path.read_bytes()
+
+
+def used(path: Path) -> bool:
+    """Whether a file of a cache is there; if so, its age begins anew (see prune.py), which is noted once a day."""
+    try:
+        if time.time() - path.stat().st_mtime > DAY:
+            os.utime(path)
+    except FileNotFoundError:
+        return False
+    return True
 
 
 def short_hash(data: bytes) -> str:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from . import outside
-from .files import write
+from .files import used, write
 from .node import run_node
 from .problems import Place, Problems
 
@@ -60,7 +60,7 @@ def render(
     wanted = list(asked)
     version = outside.read_manifest()["temml"].version
     kept = cache / "maths" / f"{_hash([FORMAT, version, SCRIPT.read_text('utf-8'), sorted(macros.items())])}.json"
-    known: dict[str, dict[str, object]] = json.loads(kept.read_text("utf-8")) if kept.is_file() else {}
+    known: dict[str, dict[str, object]] = json.loads(kept.read_text("utf-8")) if used(kept) else {}
     new = sorted({f.formula for f in wanted if _key(f.formula) not in known}, key=_key)
     if new:
         module = outside.gather(["temml"], cache=cache, progress=progress)["temml/dist/temml.mjs"]

@@ -22,7 +22,7 @@ from pathlib import Path
 
 import platformdirs
 
-from sitegen.files import write
+from sitegen.files import used, write
 from sitegen.node import environment, npm_command
 
 MANIFEST = Path(__file__).with_name("outside.toml")
@@ -194,7 +194,7 @@ def _fill(bundle: Bundle, home: Path, progress: Progress) -> list[str]:
     missing = []
     for file in bundle.files:
         path = home / file.name
-        fault = file.fault(path.read_bytes()) if path.is_file() else "-"
+        fault = file.fault(path.read_bytes()) if used(path) else "-"
         if fault:
             missing.append(file)
         if len(fault) > 1:

@@ -19,7 +19,7 @@ from typing import Any
 
 from pyodide_lock import PackageSpec
 
-from sitegen.files import fingerprint, gzipped, short_hash, write
+from sitegen.files import fingerprint, gzipped, short_hash, used, write
 from sitegen.lighter import ADDED, CHANGED, PREPARED, REPLACED, SITE_PACKAGES, STDLIB
 from sitegen.node import run_node
 from sitegen.outside import Progress, cache_dir, gather, quiet
@@ -168,7 +168,7 @@ def compiled(
         "job": json.dumps([job, ENVIRONMENT], sort_keys=True).encode(),
     }
     target = cache / "compiled" / f"{archive.stem}-{fingerprint(inputs.items())[:16]}.zip"
-    if target.is_file():
+    if used(target):
         return target
     progress(f"compiling {archive.name}", 0, 1)
     target.parent.mkdir(parents=True, exist_ok=True)
@@ -254,7 +254,7 @@ def write_folder(dest: Path, contents: Mapping[str, bytes]) -> None:
     dest.mkdir(parents=True, exist_ok=True)
     for name, data in contents.items():
         path = dest / name
-        if path.is_file() and path.stat().st_size == len(data) and path.read_bytes() == data:
+        if used(path) and path.stat().st_size == len(data) and path.read_bytes() == data:
             continue
         write(path, data)
     wanted = {dest / name for name in contents}

@@ -16,15 +16,17 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import as_completed
 from contextlib import contextmanager
 from dataclasses import asdict
+from functools import cache as once
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from . import ahead
-from .files import fingerprint, write
+from . import ahead, sweep_units
+from .files import fingerprint, used, write
 from .outside import Progress, cache_dir
 from .progress import shown
+from .sources import code_text
 from .sweep_plan import FOLDER, SWEEPS, Sweep, code_of, racing, split, units
 from .sweep_units import Unit, run_unit
 
@@ -63,7 +65,7 @@ def run(
         for _, unit in asked[contestant.method]:
             places[_key(unit)] = place(cache, unit, codes[contestant.method])
     every = [unit for listed in asked.values() for _, unit in listed]
-    missing = [unit for unit in every if not places[_key(unit)].is_file()]
+    missing = [unit for unit in every if not used(places[_key(unit)])]
     done = len(every) - len(missing)
     progress(f"sweeping {sweep.name}", done, len(every))
     with workers(root, missing, processes, scheduler) as finished:
@@ -85,9 +87,16 @@ def _key(unit: Unit) -> str:
 
 
 def place(cache: Path, unit: Unit, code: str) -> Path:
-    """Where a unit's runs are kept: by the code that they ran, numpy's version and what was asked."""
-    used = [(name, text.encode()) for name, text in (("code", code), ("numpy", np.__version__), ("unit", _key(unit)))]
-    return cache / "sweep" / f"{unit.method}-{fingerprint(used)[:24]}.json"
+    """Where a unit's runs are kept: by the code that they ran and that ran them, numpy's version and what was asked."""
+    facts = {"code": code, "runner": _runner(), "numpy": np.__version__, "unit": _key(unit)}
+    key = fingerprint((name, text.encode()) for name, text in facts.items())
+    return cache / "sweep" / f"{unit.method}-{key[:24]}.json"
+
+
+@once
+def _runner() -> str:
+    """The code that runs a unit."""
+    return code_text(Path(sweep_units.__file__).read_text("utf-8"))
 
 
 def _cells(sweep: Sweep, listed: Sequence[tuple[tuple[str, ...], Unit]], places: dict[str, Path]) -> dict[str, Any]:

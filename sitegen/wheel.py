@@ -9,7 +9,7 @@ import tempfile
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from sitegen.files import fingerprint, write
+from sitegen.files import fingerprint, used, write
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGES = ("solvers", "widgets")
@@ -43,7 +43,7 @@ def build_wheel(cache: Path, root: Path = ROOT) -> Path:
     # The wheel names the backend's version.
     home = cache / "wheel" / fingerprint([*inputs.items(), ("setuptools", _setuptools().encode())])[:16]
     kept = sorted(home.glob("*.whl"))
-    if kept:
+    if kept and used(kept[0]):
         return kept[0]
     with tempfile.TemporaryDirectory(prefix="ladder-wheel-") as temporary:
         # Built from a copy: no build/ or egg-info is left in the checkout, and build.py hides no package there.
