@@ -10,7 +10,7 @@ from playwright.sync_api import Browser, expect
 
 from sitegen.hosting import to_folder
 from tests.browser.conftest import Reader
-from tests.browser.figures import Figure
+from tests.browser.figures import LIVE, Figure
 from tests.browser.server import SiteServer
 
 
@@ -48,6 +48,12 @@ def test_the_site_lives_under_a_path(browser: Browser, site: Path, tmp_path: Pat
             assert page.evaluate(scope) == f"{base}/"
             page.get_by_role("link", name="Next").click()
             page.wait_for_url(f"{base}/ransac.html")
+            page.goto(f"{base}/about.html")
+            expect(page.locator(".site-kept")).to_contain_text("Works offline", timeout=LIVE)
+            assert page.evaluate("caches.keys()")
+            page.get_by_role("button", name="Forget all of it").click()
+            expect(page.locator(".stored")).to_contain_text("Forgotten")
+            assert page.evaluate("caches.keys()") == []
     finally:
         server.stop()
     assert asked

@@ -3,23 +3,23 @@
   "use strict";
 
   const { copy, make, on, text } = Ladder;
-  const OURS = "ladder-";
 
-  /** Removes pins, the theme, the kept pages and the worker that keeps them; what cannot be reached is not kept. */
-  async function forget() {
-    const attempts = [
-      async () => Object.keys(localStorage).filter((key) => key.startsWith(OURS)).forEach((key) => localStorage.removeItem(key)),
-      async () => (await navigator.serviceWorker.getRegistration())?.unregister(),
-      async () => Promise.all((await caches.keys()).filter((key) => key.startsWith(OURS)).map((key) => caches.delete(key))),
-    ];
-    for (const attempt of attempts) {
-      try {
-        await attempt();
-      } catch {
-        // forbidden here, so that nothing was kept either
-      }
-    }
+  /** The worker that keeps the pages, and all that it has kept of this site. */
+  async function unkeep() {
+    const registration = await navigator.serviceWorker.getRegistration();
+    if (!registration) return;
+    const ours = `ladder:${new URL(registration.scope).pathname}:`;
+    const kept = (await caches.keys()).filter((name) => name.startsWith(ours));
+    await Promise.all([...kept.map((name) => caches.delete(name)), registration.unregister()]);
   }
+
+  async function unstore() {
+    const ours = Object.keys(localStorage).filter((key) => key.startsWith("ladder-"));
+    ours.forEach((key) => localStorage.removeItem(key));
+  }
+
+  /** What the browser forbids to ask for it has not kept either. */
+  const forget = () => Promise.allSettled([unstore(), unkeep()]);
 
   Ladder.stored = function (place) {
     const button = make("button", { type: "button", class: "button" }, "Forget all of it");
