@@ -66,7 +66,7 @@ def _sweep_options(parser: argparse.ArgumentParser) -> None:
 
 def _train_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "--check", action="store_true", help="train anew from another seed, keep nothing, and compare the studies"
+        "--check", action="store_true", help="train anew from another seed, note its study in the log, and compare"
     )
 
 

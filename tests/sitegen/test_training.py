@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from pathlib import Path
 
@@ -32,6 +33,12 @@ def test_studies_that_differ_by_more_than_the_bound_are_told() -> None:
     assert training.differences(kept, [{**kept[0], "turned": 121, "placed": 169}]) == []
     told = training.differences(kept, [{**kept[0], "turned": 119}])
     assert told == ["flow, k: turned 150 of 200, and now 119"]
+
+
+def test_the_second_training_that_was_noted_is_within_the_bounds() -> None:
+    log = json.loads((training.KEPT / "log.json").read_text("utf-8"))
+    assert log["again"]["seed"] == training.OTHER_SEED
+    assert training.differences(log["held_out"], log["again"]["held_out"]) == []
 
 
 def test_without_pytorch_the_command_says_what_it_needs(
