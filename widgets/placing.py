@@ -70,10 +70,10 @@ class Placing:
         x, y = centre.tolist()
         u, v = self.grip(centre, heading).tolist()
         where = f"x {number(x)}, y {number(y)} u"
-        keys, turned = turn_keys(centre, self.reach, heading), f"{degrees(heading)}°"
+        keys, turned, angle = turn_keys(centre, self.reach, heading), f"{degrees(heading)}°", float(np.degrees(heading))
         return (
             Handle("source", "Move the source", (x, y), where, move_keys(x, y), "move", self.panel),
-            Handle("turn", "Turn the source", (u, v), turned, keys, "turn", self.panel, angle=float(np.degrees(heading))),
+            Handle("turn", "Turn the source", (u, v), turned, keys, "turn", self.panel, angle=angle),
         )
 
 

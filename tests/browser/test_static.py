@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
-from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import expect
 
 from tests.browser.conftest import Reader
@@ -43,22 +42,6 @@ def test_mathematics_is_rendered_at_build_time(reader: Callable[..., Reader]) ->
     page = reader(java_script_enabled=False).open("kabsch.html")
     assert page.locator("math").count() > 10
     assert page.locator("main").inner_text().count("$") == 0
-
-
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize("width", [1280, 390])
-def test_no_accessibility_violations(reader: Callable[..., Reader], pages: list[str], width: int, scheme: str) -> None:
-    """axe-core finds nothing on any page, with every figure alive, in both themes and at both widths."""
-    one = reader(width, color_scheme=scheme, reduced_motion="reduce")
-    found = []
-    for name in pages:
-        page = one.open(name)
-        for figure in figures(page)[:1]:
-            figure.live()
-        result = Axe().run(page)
-        found += [f"{name}: {v['id']}: {node['target']}" for v in result.response["violations"] for node in v["nodes"]]
-        page.close()
-    assert not found, "\n".join(found)
 
 
 @pytest.mark.parametrize("width", [1280, 768, 390])

@@ -306,7 +306,7 @@ def _description(state: State, said: _Numbers) -> str:
     words = [
         f"{what} is drawn over shifts of up to {number(REACH, 1)} u along each axis, the rotation being the true one;"
         f" deep is low. The room is '{c.setting}', with noise of σ = {number(c.noise)} u and"
-        f" {number(c.outliers, 0)}% outliers. The deepest tile lies at ({number(x)}, {number(y)}) u, and the objective"
+        f" {number(c.outliers, 0)} % outliers. The deepest tile lies at ({number(x)}, {number(y)}) u, and the objective"
         f" at the truth, a green ring at the centre, is {number(said.truth, 4)}."
     ]
     if said.minima is not None:

@@ -212,8 +212,8 @@ def _description(state: State, said: _Numbers) -> str:
     return (
         f"{len(state.scan)} scan points, turned by {number(c.rotation, 0)}° against the truth, are scored on a map of"
         f" {int(state.cells.kept.sum())} Gaussians from {grids} of cells of {number(c.size, 1)} u, with noise of σ ="
-        f" {number(c.noise)} u and {number(100 * c.outliers, 0)}% outliers, for translations up to {number(REACH, 1)} u"
-        f" along each axis. The darkest place is at ({number(p)}, {number(q)}) u; the truth, a green ring, is at the"
+        f" {number(c.noise)} u and {number(100 * c.outliers, 0)} % outliers, for translations up to {number(REACH, 1)}"
+        f" u along each axis. The darkest place is at ({number(p)}, {number(q)}) u; the truth, a green ring, is at the"
         f" centre and scores {number(said.truth, 3)} a point. A climb by translations alone from"
         f" ({number(x)}, {number(y)}) u, where the score is {number(said.begin, 3)}, took {said.steps} steps, rejected"
         f" {said.rejected} tries and {ENDS[path.status]}, at ({number(u)}, {number(v)}) u with a score of"

@@ -224,16 +224,18 @@ def _description(state: State) -> str:
         f"Left out: {' and '.join(left_out)}." if left_out else "No stage is left out.",
         f"The stage shown is called {TITLES[state.stages[-1].name]}: the source lies turned by {degrees(heading)}° with"
         f" its origin at ({number(x)}, {number(y)}) u, {number(turn, 1)}° and {number(shift)} u from the truth.",
-        "The signs: "
-        + "; ".join(
-            f"{sign.name} {sign.said}, asked {sign.asked}, {'met' if sign.met else 'not met'}"
-            for sign in state.judgement.signs
-        )
-        + ".",
+        f"The signs: {'; '.join(map(_told, state.judgement.signs))}.",
     ]
     if state.verdict:
         words.append(_note(state))
     return " ".join(words)
+
+
+def _told(sign: Sign) -> str:
+    if sign.at is None:
+        return f"{sign.name} not known yet"
+    asked = sign.asked if sign.asked == "not asked" else f"asked {sign.asked}, {'met' if sign.met else 'not met'}"
+    return f"{sign.name} {sign.said}, {asked}"
 
 
 def python(state: State) -> str:

@@ -258,10 +258,11 @@ def _description(c: Controls, run: Run, found: Links) -> str:
         f" {number(last.rotation, 1)}° and {number(last.translation)} u from the truth.",
     ]
     if len(found.clutter):
+        given = int((found.clutter > 0.5).sum())
         words.append(
             f"A point has {number(found.partners, 1)} partners in effect and gives"
             f" {number(100.0 * float(found.clutter.mean()), 1)} % to the clutter on average;"
-            f" {int((found.clutter > 0.5).sum())} points give more than half."
+            f" {given} {'point gives' if given == 1 else 'points give'} more than half."
         )
     said = {
         "never rises": "The objective is certain not to rise at any step.",

@@ -193,7 +193,7 @@ def _description(state: State) -> str:
     c, one = state.controls, state.runs["point"]
     (x, y), heading = place(one.began, ANCHOR)
     words = [
-        f"Three panels show {SCENES[c.scene].lower()}, with noise of σ = {number(c.noise)} u and"
+        f"Three panels show one scene, {SCENES[c.scene].lower()}, with noise of σ = {number(c.noise)} u and"
         f" {number(c.outliers, 0)} % outliers, registered by three residuals from one start:"
         f" turned by {degrees(heading)}°, origin at ({number(x)}, {number(y)}) u."
         f" The weight is {'one for all pairs' if c.weight == 'none' else WEIGHTS[c.weight] + '’s'}."

@@ -86,11 +86,23 @@
     for (const formula of formulas) fit.observe(formula);
   }
 
+  /** In the margin of a wide page the chapter's contents are all to be seen: open, and no stop to fold them. */
+  function unfold(contents) {
+    const wide = matchMedia("(min-width: 75rem)");
+    const fold = () => {
+      contents.open = wide.matches;
+      contents.querySelector("summary").tabIndex = wide.matches ? -1 : 0;
+    };
+    on(wide, "change", fold);
+    fold();
+  }
+
   const roots = [...document.querySelectorAll("figure.figure:has(> script.figure-record)")];
   for (const root of roots) live(root);
   document.querySelectorAll("figure.graph").forEach(Ladder.pictures);
   watch();
   document.querySelectorAll(".ladder").forEach(climb);
+  document.querySelectorAll(".contents details").forEach(unfold);
   reach(document.querySelectorAll(".formula"));
   document.querySelectorAll("button.theme").forEach(theme);
   document.querySelectorAll("button.search-open").forEach(Ladder.search);

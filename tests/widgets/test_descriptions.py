@@ -1,0 +1,40 @@
+"""What a figure says in words: a reader who sees no picture learns from it what is shown, and that it has changed."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from tests.widgets.test_every_widget import taped
+from widgets.registry import WIDGETS
+
+
+@pytest.mark.parametrize("name", WIDGETS)
+def test_the_words_follow_the_state(name: str) -> None:
+    """Every state's words are whole sentences with numbers in them; those after the tape's presses are others."""
+    first: dict[str, str] = {}
+    for plain, frame in taped(name):
+        words = frame["description"]
+        assert re.fullmatch(r"[A-Z0-9].*\d.*\.", words, re.DOTALL), words
+        assert not re.search(r"[^.] None\b|\b1 points?\b give\b|\d%|\.\.|\{|\}", words), words
+        key = repr((plain["preset"], plain["controls"], plain["seed"]))
+        if not plain["log"]:
+            first[key] = words
+        elif key in first:
+            assert words != first[key], plain["log"]
+
+
+@pytest.mark.parametrize("name", WIDGETS)
+def test_every_panel_and_handle_has_a_name_of_its_own(name: str) -> None:
+    """In a figure no two pictures, and in a panel no two handles, are called the same; names say more than one word."""
+    for _, frame in taped(name):
+        labels = [re.search(r'aria-label="([^"]*)"', panel["svg"]).group(1) for panel in frame["panels"]]  # type: ignore[union-attr]
+        assert len(set(labels)) == len(labels)
+        assert all(len(label.split()) > 1 for label in labels), labels
+        handles = [(handle["panel"], handle["label"]) for handle in frame["handles"]]
+        assert len(set(handles)) == len(handles)
+        for handle in frame["handles"]:
+            least, most, now = handle["slider"]
+            assert least <= now <= most
+            assert handle["value"].strip()
