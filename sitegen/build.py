@@ -269,7 +269,7 @@ def _files(
     files = {**_pages_of(content, templates, assets), **rest}
     writer = Writer(templates, content.site, content.chapters, assets)
     if content.site.url:
-        own = ("about.html", "references.html", "glossary.html", "checks.html")
+        own = ("about.html", "references.html", "glossary.html", "reference.html", "checks.html")
         public = [*(chapter.page for chapter in content.chapters), *own]
         files["sitemap.xml"] = writer.sitemap(public).encode()
     files |= _for_hosts(content.root, files, started)
@@ -327,6 +327,7 @@ def _html(content: _Content, templates: Environment, assets: Assets) -> dict[str
     pages["references.html"] = writer.references(content.references, content.cited)
     pages["glossary.html"] = writer.glossary(terms)
     pages["about.html"] = writer.about(content.made)
+    pages["reference.html"] = writer.reference()
     pages["checks.html"] = writer.checks(content.bodies, content.known.tests, content.known.results)
     pages["licences.html"] = writer.licences(content.licences)
     pages["404.html"] = writer.lost()

@@ -14,7 +14,7 @@ from .problems import Place, Problems, hint, read_text
 
 FILE_NAME = re.compile(r"(?P<number>\d+(?:\.\d+)?)(?P<letter>[a-z]?)-(?P<slug>[a-z0-9-]+)\.md")
 SLUG = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
-OWN_PAGES = ("about", "references", "glossary", "checks", "licences", "404")
+OWN_PAGES = ("about", "references", "glossary", "reference", "checks", "licences", "404")
 
 SITE = {
     "title": schema.text(required=True),

@@ -16,6 +16,7 @@ from widgets.contract import Widget
 from widgets.controls import Spec, specs
 from widgets.picture import number
 
+from . import reference
 from .about import Made, bibtex
 from .assets import POLICY, Assets
 from .cite import Reference
@@ -201,6 +202,12 @@ class Writer:
         """Every term, with the chapter that explains it."""
         page = self._page("glossary.html", "Glossary", f"The words that {self.site.title} uses.", "glossary-page")
         return self._fill("glossary.html", page, terms=list(terms.values()))
+
+    def reference(self) -> str:
+        """The solvers package: its functions, types and methods, from their docstrings."""
+        says = "What is in solvers, the numpy package behind the figures: functions, types, methods and their options."
+        page = self._page("reference.html", "solvers: reference", says, "reference-page")
+        return self._fill("reference.html", page, groups=reference.groups(), methods=reference.methods())
 
     def references(self, references: Mapping[str, Reference], cited: Mapping[str, Sequence[Chapter]]) -> str:
         """The bibliography, each work with the chapters that cite it."""

@@ -246,6 +246,7 @@ def test_redirects_metadata_and_site_map(built: Project) -> None:
         "https://example.org/ladder/about.html",
         "https://example.org/ladder/references.html",
         "https://example.org/ladder/glossary.html",
+        "https://example.org/ladder/reference.html",
         "https://example.org/ladder/checks.html",
     ]
     assert 'name="robots" content="noindex"' in built.page("404.html")
