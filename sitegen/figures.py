@@ -266,6 +266,7 @@ def spec(widget: Widget) -> Plain:
         "handles": list(widget.handles),
         "clicks": list(widget.clicks),
         "hovers": list(widget.hovers),
+        "takes": list(widget.takes),
         "details": widget.details,
     }
 

@@ -70,8 +70,8 @@ def read(data: bytes) -> CloudText:
 def _decoded(data: bytes) -> str:
     """The text of lines of numbers: UTF-8 or, as spreadsheets write it, UTF-16; in comments anything goes."""
     if data.startswith(_UTF16):
-        return data.decode("utf-16", "replace")
+        return codecs.utf_16_decode(data, "replace", True)[0]  # built in, which the page has
     if b"\0" in data:
         line = data[: data.index(b"\0")].count(b"\n") + 1
         raise ValueError(f"line {line}: a zero byte was found; expected text, PLY or PCD")
-    return data.decode("utf-8-sig", "replace")
+    return data.removeprefix(codecs.BOM_UTF8).decode("utf-8", "replace")

@@ -84,13 +84,18 @@ class Widget:
     jobs: long work on the figure's settings, done in slices beside its frames (widgets.jobs).
     motion: how to animate the last action, from the state before it to the state after it, or None.
     python: source text that reproduces a state with the solvers package alone.
+    takes: what a reader may bring along, such as a file, by the name of its place; `reads(name, data)` makes of its
+    name and bytes what `start` gets, as a third argument, by place. It raises ValueError for what it cannot read, and
+    the read thing says what it is by `words`. The record holds but a fingerprint of each: what was brought stays where
+    it is, and may be missing.
+    files: what a reader may take away in a state: file name → text.
     """
 
     name: str
     title: str
     controls: type
     presets: Mapping[str, Mapping[str, Value]]
-    start: Callable[[Any, int], Any]
+    start: Callable[..., Any]
     act: Callable[[Any, Action], Any]
     draw: Callable[..., Picture]
     buttons: tuple[Button, ...]
@@ -104,18 +109,25 @@ class Widget:
     jobs: tuple[Job, ...] = ()
     motion: Callable[[Any, Any], Motion | None] = lambda before, after: None
     python: Callable[[Any], str] = lambda state: ""
+    takes: tuple[str, ...] = ()
+    reads: Callable[[str, bytes], Any] | None = None
+    files: Callable[[Any], Mapping[str, str]] = lambda state: {}
     shows: str = ""
 
 
 @dataclass(frozen=True)
 class Record:
-    """A figure's whole state as plain data: enough to rebuild it anywhere, bit for bit."""
+    """A figure's whole state as plain data: enough to rebuild it anywhere, bit for bit, with what the reader brought.
+
+    given: (place, fingerprint) of each thing that the reader brought.
+    """
 
     widget: str
     preset: str
     controls: Any
     seed: int = SEED
     log: tuple[Action, ...] = field(default=())
+    given: tuple[tuple[str, str], ...] = ()
 
     def plain(self) -> dict[str, Any]:
         """The record as JSON carries it, every control value written out."""
@@ -125,6 +137,7 @@ class Record:
             "controls": values(self.controls),
             "seed": self.seed,
             "log": [action.plain() for action in self.log],
+            **({"given": dict(self.given)} if self.given else {}),
         }
 
 
@@ -156,7 +169,8 @@ def parsed(widget: Widget, plain: Mapping[str, Any]) -> Record:
         raise ValueError("controls: not a mapping of names to values")
     start = preset(widget, plain.get("preset", "default"), controls)
     known = _known(widget)
-    return Record(widget.name, start.preset, start.controls, seed, tuple(_action(widget, known, e) for e in log))
+    actions = tuple(_action(widget, known, e) for e in log)
+    return Record(widget.name, start.preset, start.controls, seed, actions, _given(widget, plain.get("given", {})))
 
 
 def action(widget: Widget, entry: Any) -> Action:
@@ -165,6 +179,15 @@ def action(widget: Widget, entry: Any) -> Action:
     Raises ValueError for what is none.
     """
     return _action(widget, _known(widget), entry)
+
+
+def _given(widget: Widget, given: Any) -> tuple[tuple[str, str], ...]:
+    if not isinstance(given, Mapping) or not all(isinstance(key, str) for key in given.values()):
+        raise ValueError("given: not a mapping of places to fingerprints")
+    for place in given:
+        if place not in widget.takes:
+            raise ValueError(f"given: {widget.name} takes nothing called {_clip(place)}")
+    return tuple((place, given[place]) for place in widget.takes if place in given)
 
 
 def _known(widget: Widget) -> Mapping[str, set[str]]:

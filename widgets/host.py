@@ -81,6 +81,7 @@ class Host:
         self._replays: dict[str, _Replay] = {}
         self._markup: dict[str, _Markup] = {}
         self._running = Running()
+        self._given: dict[str, Any] = {}
 
     def frame(self, request: str) -> str:
         """The frame for a request, JSON in and out: {"figure": id prefix, "record": record, "detail": level} → frame.
@@ -105,7 +106,8 @@ class Host:
         drawn = self._markup.setdefault(figure, _Markup()).drawn(figure, picture.panels)
         panels = [_panel(panel, svg) for panel, svg in zip(picture.panels, drawn, strict=True)]
         frame = _frame(figure, record, picture, panels, moved, headed(widget.python(states[-1]), widget.title))
-        return {**frame, "detail": level}
+        files = dict(widget.files(states[-1]))
+        return {**frame, "detail": level, **({"files": files} if files else {})}
 
     def job(self, request: str) -> str:
         """A slice of a job, JSON in and out: {"figure": id prefix, "record": record, "job": name, "do": what}.
@@ -128,6 +130,25 @@ class Host:
         answer = self._running.slice(figure, jobs[name])
         return json.dumps(answer, ensure_ascii=False, separators=(",", ":"))
 
+    def give(self, request: str, data: bytes) -> str:
+        """Takes what a reader brought, JSON in and out: {"widget": name, "name": of the file} → its fingerprint `key`,
+        by which records name it, and `words` on what it is. Equal names and bytes have equal keys.
+
+        Raises ValueError for what the widget cannot read.
+        """
+        asked = json.loads(request)
+        name, widget = str(asked["name"]), self._widgets.get(asked["widget"])
+        if widget is None or widget.reads is None:
+            raise ValueError(f"{asked['widget']!r:.60}: no widget that takes anything")
+        key = _fingerprint(name.encode("utf-8", "replace") + b"\0" + data)
+        if key not in self._given:
+            self._given[key] = widget.reads(name, data)
+        return json.dumps({"key": key, "words": self._given[key].words}, ensure_ascii=False)
+
+    def forget(self, key: str) -> None:
+        """Lets go of what was given under this key."""
+        self._given.pop(key, None)
+
     def _asked(self, plain: Mapping[str, Any]) -> tuple[Widget, Record]:
         name = plain.get("widget") if isinstance(plain, Mapping) else None
         if not isinstance(name, str) or name not in self._widgets:
@@ -136,14 +157,27 @@ class Host:
         return widget, parsed(widget, plain)
 
     def _states(self, figure: str, widget: Widget, record: Record) -> list[Any]:
-        key = (widget.name, record.controls, record.seed)
+        here = tuple(key in self._given for _, key in record.given)
+        key = (widget.name, record.controls, record.seed, record.given, here)
         replay = self._replays.get(figure)
         if replay is None or replay.key != key:
-            replay = _Replay(key, [widget.start(record.controls, record.seed)])
+            replay = _Replay(key, [self._started(widget, record)])
         self._replays.pop(figure, None)  # a replay that raises half way is not kept
         replay.follow(widget, record.log)
         self._replays[figure] = replay
         return replay.states
+
+    def _started(self, widget: Widget, record: Record) -> Any:
+        if not widget.takes:
+            return widget.start(record.controls, record.seed)
+        # A link names what its writer brought and does not hold it: the state is then as if nothing was given.
+        given = {place: self._given[key] for place, key in record.given if key in self._given}
+        return widget.start(record.controls, record.seed, given)
+
+
+def _fingerprint(data: bytes) -> str:
+    """128 bits by which equal bytes are known; the browser's Python comes without hashlib."""
+    return f"{int.from_bytes(b'1' + data, 'big') % (2**128 - 159):032x}"  # a prime, so that every byte counts anew
 
 
 def _read(request: str) -> Mapping[str, Any]:

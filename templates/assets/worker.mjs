@@ -7,13 +7,15 @@
 //                                                            { type: "failed", message, detail }
 //   { type: "frame", id, request }                           { type: "frame", id, frame, python_ms }
 //   { type: "job", id, request }                             { type: "job", id, slice, python_ms }
+//   { type: "give", id, request, data }                      { type: "give", id, told, python_ms }      data: Uint8Array
+//   { type: "forget", key }
 //                                                            { type: "error", id, message, trace }
 //   { type: "heap" }                                         { type: "heap", bytes }
 
 const PROGRESS_EVERY = 100; // ms
 
 let python = null; // Pyodide, once it is up
-let answers = null; // frame and job of the one widgets.host.Host, the Python objects that are held
+let answers = null; // frame, job, give and forget of the one widgets.host.Host, the Python objects that are held
 let failed = false;
 
 const post = (message) => self.postMessage(message);
@@ -194,18 +196,20 @@ async function start({ runtime, files, modules = ["solvers", "widgets.host"] }) 
   for (const name of modules) python.pyimport(name).destroy();
   if (modules.includes("widgets.host")) {
     const host = python.runPython("import widgets.host; widgets.host.Host()");
-    answers = { frame: host.frame, job: host.job };
+    const taking = python.runPython("lambda give: lambda request, data: give(request, data.to_bytes())");
+    answers = { frame: host.frame, job: host.job, give: taking(host.give), forget: host.forget };
   }
   await Promise.allSettled(compiled);
   post({ type: "ready", milliseconds: performance.now() - began });
 }
 
-function answer({ type, id, request }) {
+const NAMES = { frame: "frame", job: "slice", give: "told" };
+
+function answer({ type, id, request, data }) {
   const began = performance.now();
   try {
-    const text = answers[type](request);
-    const python_ms = performance.now() - began;
-    post(type === "frame" ? { type, id, frame: text, python_ms } : { type, id, slice: text, python_ms });
+    const text = data ? answers[type](request, data) : answers[type](request);
+    post({ type, id, [NAMES[type]]: text, python_ms: performance.now() - began });
   } catch (error) {
     const trace = String(error?.message ?? error).trim();
     post({ type: "error", id, message: trace.slice(trace.lastIndexOf("\n") + 1), trace });
@@ -214,6 +218,7 @@ function answer({ type, id, request }) {
 
 self.onmessage = ({ data }) => {
   if (data.type === "start") start(data).catch((error) => fail(error.message, error));
-  else if (data.type === "frame" || data.type === "job") answer(data);
+  else if (data.type in NAMES) answer(data);
+  else if (data.type === "forget") answers?.forget(data.key);
   else if (data.type === "heap") post({ type: "heap", bytes: python ? python._module.HEAPU8.byteLength : 0 });
 };

@@ -3,7 +3,7 @@
   "use strict";
 
   /** Milliseconds; a test may shorten them. `window.LADDER_PATIENCE` stands in for `start` where it is set. */
-  const limits = { start: 25000, frame: 10000, run: 125, motion: 420, rest: 60, pause: 300, gap: 1000 };
+  const limits = { start: 25000, frame: 10000, reading: 60000, run: 125, motion: 420, rest: 60, pause: 300, gap: 1000 };
 
   /** Listens, and returns the disposer. */
   function on(target, type, handler, options) {

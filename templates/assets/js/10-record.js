@@ -5,7 +5,8 @@
   /**
    * @typedef {["press", string] | ["drag" | "click" | "hover", string, number, number]} Action
    * @typedef {Object<string, number|string|boolean>} Values
-   * @typedef {{widget: string, preset: string, controls: Values, seed: number, log: Action[]}} Rec
+   * @typedef {{widget: string, preset: string, controls: Values, seed: number, log: Action[],
+   *   given?: Object<string, string>}} Rec  given: place → fingerprint of what the reader brought
    */
 
   const LONGEST_LINK = 200_000;
@@ -14,7 +15,7 @@
   /** Equal for equal states; numbers are written by one parser's printer, so Python's 1.0 is 1 here. */
   function key(record) {
     const controls = Object.entries(record.controls).sort(([a], [b]) => (a < b ? -1 : 1));
-    return JSON.stringify([record.widget, controls, record.seed, record.log]);
+    return JSON.stringify([record.widget, controls, record.seed, record.log, record.given ?? {}]);
   }
 
   const logged = (record, ...actions) => ({ ...record, log: [...record.log, ...actions] });
@@ -77,7 +78,8 @@
     if (!mapping(given) || given.widget !== initial.widget) throw new Error("it belongs to another figure");
     const { preset = initial.preset, controls = {}, seed = initial.seed, log = [] } = given;
     if (!mapping(controls) || !Array.isArray(log)) throw new Error("it is damaged");
-    return { widget: initial.widget, preset, controls: { ...initial.controls, ...controls }, seed, log };
+    const brought = mapping(given.given) ? { given: given.given } : {};
+    return { widget: initial.widget, preset, controls: { ...initial.controls, ...controls }, seed, log, ...brought };
   }
 
   Ladder.record = { key, press, click, drag, hover, back, reset, reseed, control, pressed, encode, decode };

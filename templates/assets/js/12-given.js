@@ -4,6 +4,7 @@
 
   const FURTHEST = 1e6;
   const LONGEST = 2000; // actions
+  const PRINT = /^[0-9a-f]{32}$/; // the fingerprint of a file that the link's writer had
   const finite = (value, most) => typeof value === "number" && Math.abs(value) < most;
 
   const fits = {
@@ -40,6 +41,8 @@
     const count = Math.min(stop < 0 ? given.log.length : stop, LONGEST);
     if (count < given.log.length) ignored.push(`what was done from action ${count + 1} on`);
     const record = { ...initial, controls, seed: seed ? given.seed : initial.seed, log: given.log.slice(0, count) };
+    const named = Object.entries(given.given ?? {}).filter(([place, key]) => spec.takes.includes(place) && PRINT.test(key));
+    if (named.length) record.given = Object.fromEntries(named);
     return { record, ignored };
   };
 })();

@@ -8,12 +8,17 @@
   const { runtime: folder, runtimeFiles, runtimeBytes, worker: script } = document.body.dataset;
   const files = JSON.parse(runtimeFiles || "[]");
 
+  const MOST_BROUGHT = 16;
+
   let worker = null;
   let last = 0; // id of the latest question
   let asked = null; // the question the worker has
   let queue = []; // the others, in the order they came
   let heaps = [];
   let patience = 0;
+  /** What readers brought, by Python's fingerprint of it, the latest used last; and what of it the worker has. */
+  const brought = new Map();
+  let held = new Set();
 
   const runtime = {
     /** idle, loading, live, failed or file (opened from disk, where browsers allow no worker) */
@@ -31,6 +36,7 @@
     restart,
     frame,
     job,
+    give,
     heap,
     kill: () => worker?.terminate(),
     get urls() {
@@ -84,6 +90,7 @@
     asked = null;
     queue = [];
     heaps = [];
+    held = new Set();
     for (const { reject } of lost) reject(Object.assign(new Error("Python stopped"), { stopped: true }));
   }
 
@@ -129,6 +136,7 @@
     },
     frame: ({ id, frame: drawn }) => answered(id, ({ resolve }) => resolve(JSON.parse(drawn))),
     job: ({ id, slice }) => answered(id, ({ resolve }) => resolve(JSON.parse(slice))),
+    give: ({ id, told }) => answered(id, ({ resolve }) => resolve(JSON.parse(told))),
     error({ id, message, trace }) {
       console.info(trace);
       answered(id, ({ reject }) => reject(new Error(message)));
@@ -156,18 +164,30 @@
     const first = among.find(({ figure }) => figure === runtime.touched) ?? among[0];
     queue = queue.filter((each) => each !== first);
     asked = first;
-    worker.postMessage({ type: asked.type, id: asked.id, request: asked.request });
+    for (const key of asked.given ?? []) again(key);
+    worker.postMessage({ type: asked.type, id: asked.id, request: asked.request, data: asked.data });
     listen();
+  }
+
+  /** What a record names is the last to be forgotten, and goes once more to a worker that was started anew. */
+  function again(key) {
+    const thing = brought.get(key);
+    if (!thing) return;
+    brought.delete(key);
+    brought.set(key, thing);
+    if (!held.has(key)) worker.postMessage({ type: "give", id: 0, ...thing }); // nobody waits for the answer
+    held.add(key);
   }
 
   /** Silence counts only while the page is seen: browsers slow hidden pages down. */
   function listen() {
     clearTimeout(patience);
-    const seconds = Math.round(limits.frame / 1000);
+    const limit = asked.type === "give" ? limits.reading : limits.frame;
+    const seconds = Math.round(limit / 1000);
     patience = setTimeout(() => {
       if (document.hidden) listen();
       else die(`Python has not answered for ${seconds} s`);
-    }, limits.frame);
+    }, limit);
   }
 
   /**
@@ -182,7 +202,8 @@
       queue = queue.filter((each) => !idle.includes(each));
       for (const each of idle) each.reject(Object.assign(new Error("Asked anew"), { stopped: true }));
       const request = JSON.stringify({ figure, record, detail });
-      queue.push({ type: "frame", id: ++last, figure, finer, request, resolve, reject });
+      const given = Object.values(record.given ?? {});
+      queue.push({ type: "frame", id: ++last, figure, finer, request, given, resolve, reject });
       next();
     });
   }
@@ -196,6 +217,28 @@
       const request = JSON.stringify({ figure, record, job: name, do: does });
       queue.push({ type: "job", id: ++last, figure, finer: false, request, resolve, reject });
       next();
+    });
+  }
+
+  /**
+   * Hands Python what a reader brought: a Uint8Array. Resolves to its fingerprint `key`, which a record's `given` names it
+   * by, and `words` on what it is; rejects with what is wrong with it. It goes to this page's worker and nowhere else.
+   */
+  function give({ figure, widget, name, data }) {
+    const request = JSON.stringify({ widget, name });
+    return new Promise((resolve, reject) => {
+      queue.push({ type: "give", id: ++last, figure, finer: false, request, data, resolve, reject });
+      next();
+    }).then((told) => {
+      held.add(told.key);
+      brought.delete(told.key);
+      brought.set(told.key, { request, data });
+      for (const key of [...brought.keys()].slice(0, -MOST_BROUGHT)) {
+        brought.delete(key);
+        held.delete(key);
+        worker?.postMessage({ type: "forget", key });
+      }
+      return told;
     });
   }
 

@@ -203,11 +203,16 @@
       this.show(this.record, frame, "tape");
     }
 
+    /** The page's settings; what the reader brought along stays at hand. */
+    get fresh() {
+      return { ...this.initial, given: this.record.given };
+    }
+
     /** Empties the log; where it is empty already, the settings go back to the page's. A dead worker is replaced. */
     reset() {
       const again = runtime.stopped && runtime.state === "failed";
       if (again) this.waiting = [];
-      this.ask(records.reset(this.record.log.length ? this.record : this.initial));
+      this.ask(records.reset(this.record.log.length ? this.record : this.fresh));
       if (again) runtime.restart();
     }
 

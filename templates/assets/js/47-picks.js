@@ -108,6 +108,8 @@
     ];
   }
 
+  Ladder.crosshair = crosshair;
+
   Ladder.picks = function (figure, overlay) {
     const disposers = [
       ...(figure.spec.clicks ?? []).flatMap((name) => picked(figure, overlay, name)),

@@ -18,7 +18,7 @@
       if (disabled.includes(name)) return true;
       if (does === "run") return disabled.includes(repeats);
       if (does === "back") return figure.record.log.length === 0;
-      const start = records.key(figure.record) === records.key(records.reset(figure.initial));
+      const start = records.key(figure.record) === records.key(records.reset(figure.fresh));
       return does === "reset" && start && figure.state !== "failed" && figure.state !== "waiting";
     }
 

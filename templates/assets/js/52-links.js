@@ -62,7 +62,8 @@
     return on(button, "click", async () => {
       const link = figure.link();
       if (await handOn(link)) return;
-      if (await copy(link)) figure.status.say("Link copied.");
+      const without = figure.shown.given ? " Your clouds are not in it: whoever opens it opens the same files here." : "";
+      if (await copy(link)) figure.status.say(`Link copied.${without}`);
       else figure.status.offer("Link to this state:", link);
     });
   };

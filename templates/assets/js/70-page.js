@@ -23,6 +23,7 @@
       Ladder.showReadouts(figure),
       Ladder.showWords(figure),
       Ladder.jobs(figure),
+      Ladder.own(figure, overlay),
       Ladder.pins(figure),
       Ladder.linkButton(figure),
       Ladder.pictures(root),
