@@ -1,23 +1,160 @@
-"""`python -m solvers benchmark`: the race's table on the console."""
+"""`python -m solvers SOURCE TARGET` registers two files; `python -m solvers benchmark` prints the race's table."""
 
 from __future__ import annotations
 
 import argparse
+import ast
+import io
 import sys
 from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
 
+import numpy as np
+
+from solvers import METHODS, Pose, Result, Status, cloud_text, nearest, register, thinning, validate, verify
+from solvers.arrays import FloatArray
 from solvers.benchmark import benchmark, table
 from solvers.race import CONTESTANTS, EXTRAS, MAX_STEPS, SEEDS, Controls, contestants
 from solvers.scenes import ROOM_SETTINGS
 
+REACH = 3.0  # spacings of the target
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="python -m solvers", description="Point-cloud registration solvers.")
-    commands = parser.add_subparsers(dest="command", required=True)
-    bench = commands.add_parser(
-        "benchmark",
-        help="run the race on many seeds and print the table",
-        description="Without options: all six settings from 45°, then 'combo' from 15°.",
+
+def _register_parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m solvers",
+        description="Register two point clouds: find the pose that takes SOURCE to TARGET.",
+        epilog=f"Methods: {', '.join(METHODS)}. 'python -m solvers benchmark --help' tells of the race's table.",
+    )
+    parser.add_argument("source", type=Path, metavar="SOURCE", help="the cloud that is moved: CSV, XYZ, PLY or PCD")
+    parser.add_argument("target", type=Path, metavar="TARGET", help="the cloud that stays")
+    parser.add_argument("--method", default="icp", help="one of the methods named below (icp)")
+    parser.add_argument(
+        "--start",
+        default="0,0,0",
+        metavar="ANGLE,X,Y[,Z]",
+        help="where the source begins: degrees about the origin (in space about z), then a shift in the files' unit;"
+        " write --start=-30,0,0 where the first number is negative",
+    )
+    parser.add_argument(
+        "--options", nargs="+", default=[], metavar="NAME=VALUE", help="the method's own, such as gate=0.5 trim=0.2"
+    )
+    parser.add_argument("--max-steps", type=int, help="cap on the steps (the method's own)")
+    parser.add_argument("--seed", type=int, default=0, help="what random methods draw from (0)")
+    parser.add_argument("--points", type=int, metavar="N", help="thin each cloud to at most N points first")
+    parser.add_argument("--above", action="store_true", help="register clouds in space seen from above, by x and y")
+    parser.add_argument("--reach", type=float, help="how near explains a source point (3 spacings of the target)")
+    parser.add_argument("--out", type=Path, metavar="PICTURE.svg", help="draw both clouds before and after")
+    return parser
+
+
+def _opened(path: Path, given: argparse.Namespace) -> tuple[FloatArray, str]:
+    """The points of a file and a line on them. Raises ValueError that names the file."""
+    try:
+        found = cloud_text.read(path.read_bytes())
+    except OSError as error:
+        raise ValueError(f"{path}: {error.strerror or error}") from None
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+    points = np.ascontiguousarray(found.points[:, :2]) if given.above else found.points
+    kept = points if given.points is None else thinning.thinned(points, validate.count(given.points, "--points", 1))
+    thin = "" if len(kept) == len(points) else f", thinned to {len(kept)}"
+    notices = "".join(f"; {notice}" for notice in found.notices)
+    n, d = found.points.shape
+    return kept, f"{path}: {n} point{'' if n == 1 else 's'} in {d}-D{thin}, {found.format}{notices}"
+
+
+def _start(text: str, d: int) -> Pose:
+    """The pose that --start names, in d dimensions."""
+    try:
+        angle, *shift = (float(part) for part in text.split(","))
+    except ValueError:
+        raise ValueError(f"--start: {text!r} is not ANGLE,X,Y: numbers separated by commas") from None
+    if len(shift) not in (2, d) or not np.isfinite([angle, *shift]).all():
+        raise ValueError(f"--start: {text!r} has {len(shift)} shifts; expected {' or '.join(sorted({'2', str(d)}))}")
+    turn, moved = np.eye(d), np.zeros(d)
+    turn[:2, :2] = Pose.from_angle(np.radians(angle)).R
+    moved[: len(shift)] = shift
+    return Pose(turn, moved)
+
+
+def _option(text: str) -> tuple[str, Any]:
+    name, equals, value = text.partition("=")
+    if not equals or not name.isidentifier():
+        raise ValueError(f"--options: {text!r} is not NAME=VALUE")
+    if value in ("inf", "np.inf"):
+        return name, np.inf
+    try:
+        return name, ast.literal_eval(value)
+    except (ValueError, SyntaxError):
+        return name, value
+
+
+def _signs(source: FloatArray, target: FloatArray, pose: Pose, reach: float) -> tuple[float, float]:
+    """The fraction of moved source points with a target point within reach, and the RMS of their distances to it."""
+    _, squares = nearest.build(target[None]).nearest(pose.apply(source)[None])
+    near = nearest.within(squares, reach)
+    return float(near.mean()), float(np.sqrt(squares[near].mean())) if near.any() else float("nan")
+
+
+def _report(result: Result, source: FloatArray, target: FloatArray, reach: float) -> str:
+    """What there is to say of a result, in lines."""
+    pose, (share, rms) = result.pose, _signs(source, target, result.pose, reach)
+    shift = ", ".join(f"{v:.6g}" for v in pose.t)
+    axis = " about its axis" if pose.dim == 3 else ""
+    rows = [" ".join(f"{v:>13.6g}" for v in row) for row in pose.matrix]
+    within = f"{100 * share:.1f} % of the source within {reach:.4g} u of the target"
+    lines = [
+        f"pose      rotation {np.degrees(pose.angle):.4f} deg{axis}, translation ({shift}) u,"
+        f" scale {float(pose.scale):.6g}",
+        *(f"{'matrix' if k == 0 else '':<10}{row}" for k, row in enumerate(rows)),
+        f"residual  RMS {rms:.4g} u over the {within}" if share else f"residual  none: {within}",
+        f"overlap   {share:.4f}, if the pose is right",
+    ]
+    if pose.dim == 2:
+        weakest = float(verify.evidence(source, target, pose, reach).weakest)
+        lines.append(f"condition {weakest:.4f}, smallest over largest eigenvalue; near 0 a motion is free")
+    status, reason = Status(int(result.status)).label, f": {result.reason}" if result.reason else ""
+    return "\n".join([*lines, f"status    {status} after {result.steps} steps{reason}"])
+
+
+def _register(arguments: Sequence[str]) -> None:
+    given = _register_parser().parse_args(arguments)
+    (source, about_source), (target, about_target) = (_opened(path, given) for path in (given.source, given.target))
+    if source.shape[1] != target.shape[1]:
+        raise ValueError("one file holds points of the plane, the other points in space; --above registers x and y")
+    method = METHODS[validate.one_of(given.method, METHODS, "--method")]
+    d = source.shape[1]
+    if method.dims is not None and d not in method.dims:
+        dims = " or ".join(map(str, method.dims))
+        hint = "; --above registers x and y" if d == 3 else ""
+        raise ValueError(f"--method: {method.name} works in {dims} dimensions, the points have {d}{hint}")
+    reach = given.reach
+    if reach is None:
+        reach = REACH * thinning.spacing(target) or 1.0
+    validate.number(reach, "--reach", 1e-100, 1e100)
+    start = _start(given.start, d)
+    options = dict(_option(text) for text in given.options)
+    result = register(source, target, method.name, start=start, seed=given.seed, max_steps=given.max_steps, **options)
+    print(f"source    {about_source}\ntarget    {about_target}\nmethod    {method.name}: {method.summary}")
+    print(_report(result, source, target, reach))
+    if given.out is not None:
+        from widgets.before_after import before_after
+
+        title = f"{given.source.name} registered to {given.target.name} by {method.name}"
+        try:
+            given.out.write_text(before_after(source, target, start, result.pose, title), "utf-8", newline="\n")
+        except OSError as error:
+            raise ValueError(f"--out: {given.out}: {error.strerror or error}") from None
+        print(f"picture   {given.out}")
+
+
+def _benchmark_parser() -> argparse.ArgumentParser:
+    bench = argparse.ArgumentParser(
+        prog="python -m solvers benchmark",
+        description="Run the race on many seeds and print the table."
+        " Without options: all six settings from 45°, then 'combo' from 15°.",
     )
     bench.add_argument("--setting", choices=(*ROOM_SETTINGS, "all"), help="of the room; 'all' is all six")
     bench.add_argument("--degrees", type=float, default=45.0, help="starting rotation (45)")
@@ -30,27 +167,35 @@ def _parser() -> argparse.ArgumentParser:
     bench.add_argument("--max-steps", type=int, default=MAX_STEPS, help="cap on the steps (70)")
     names = ", ".join(c.method for c in (*CONTESTANTS, *EXTRAS))
     bench.add_argument("--only", nargs="+", metavar="METHOD", help=f"of {names}")
-    return parser
+    return bench
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line; the exit code: 0, or 2 where an argument is wrong."""
-    given = _parser().parse_args(arguments)
+def _benchmark(arguments: Sequence[str]) -> None:
+    given = _benchmark_parser().parse_args(arguments)
     settings = ROOM_SETTINGS if given.setting in (None, "all") else (given.setting,)
     cases = [(name, given.degrees) for name in settings]
     if given.setting is None and given.degrees == 45.0:
         cases.append(("combo", 15.0))
+    racing = contestants(given.only)
+    for name, degrees in cases:
+        controls = Controls(degrees, given.distance, name, given.noise, given.outliers, given.overlap, given.density)
+        lines = benchmark(
+            controls, seeds=[40 + 13 * k for k in range(given.seeds)], contestants=racing, max_steps=given.max_steps
+        )
+        print(f"{name}, start {degrees:g}° and {given.distance:g} u, {given.seeds} seeds")
+        print(table(lines) + "\n", flush=True)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; the exit code: 0, or 2 where an argument or a file is wrong."""
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="replace")  # a console without σ prints the rest all the same
     try:
-        racing = contestants(given.only)
-        for name, degrees in cases:
-            controls = Controls(
-                degrees, given.distance, name, given.noise, given.outliers, given.overlap, given.density
-            )
-            lines = benchmark(
-                controls, seeds=[40 + 13 * k for k in range(given.seeds)], contestants=racing, max_steps=given.max_steps
-            )
-            print(f"{name}, start {degrees:g}° and {given.distance:g} u, {given.seeds} seeds")
-            print(table(lines) + "\n", flush=True)
+        if given[:1] == ["benchmark"]:
+            _benchmark(given[1:])
+        else:
+            _register(given)
     except ValueError as error:
         print(f"solvers: {error}", file=sys.stderr)
         return 2

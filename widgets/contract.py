@@ -186,7 +186,7 @@ def _given(widget: Widget, given: Any) -> tuple[tuple[str, str], ...]:
         raise ValueError("given: not a mapping of places to fingerprints")
     for place in given:
         if place not in widget.takes:
-            raise ValueError(f"given: {widget.name} takes nothing called {_clip(place)}")
+            raise ValueError(f"given: {widget.name} takes nothing called {clip(place)}")
     return tuple((place, given[place]) for place in widget.takes if place in given)
 
 

@@ -161,7 +161,7 @@ def prepared(raw: Raw, height: float, thickness: float, points: int, centred: bo
     if centred and len(source) and len(target):
         first = Pose(np.eye(2), target.mean(axis=0) - anchor)
     both = np.concatenate([target, first.apply(source)])
-    fit = Fit() if raw.drawn or not len(both) else _fit(both)
+    fit = Fit() if raw.drawn or not len(both) else about(both)
     apart = spacing(target) if len(target) else 0.0
     return Clouds(raw, source, target, cut, (len(above[0]), len(above[1])), first, fit, apart, anchor)
 
@@ -174,7 +174,7 @@ def _above(points: Array | None, cut: tuple[float, float] | None) -> Array:
     return np.ascontiguousarray(points[:, :2]) if cut is None else slab(points, *cut)
 
 
-def _fit(points: Array) -> Fit:
+def about(points: Array) -> Fit:
     """The window with a border round the points, so that handles and turned clouds have room."""
     low, high = points.min(axis=0), points.max(axis=0)
     width, height = np.maximum(high - low, 0.0).tolist()

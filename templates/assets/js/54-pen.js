@@ -36,7 +36,8 @@
     const box = figure.root.querySelector(".own");
     const panel = figure.stage.querySelector(`.figure-panel[data-panel="${PANEL}"]`);
     const [source, target] = figure.spec.takes;
-    const cross = Ladder.crosshair(figure, overlay, PANEL, (told) => `Put a point at ${told}. Arrow keys move.`, () => {});
+    const words = { does: "Put a point", hint: "Arrow keys move, Shift for larger steps; Enter puts a point." };
+    const cross = Ladder.crosshair(figure, overlay, PANEL, words, () => {});
     /** @type {Stroke[]} in the order they were drawn */
     let strokes = [];
     let place = ""; // which cloud is drawn, or none
