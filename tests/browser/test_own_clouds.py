@@ -158,8 +158,8 @@ def test_a_drop_thins_slices_and_outlives_the_worker(reader: Callable[..., Reade
         }""",
         texts,
     )
-    told(own, "source", "scan-0.xyz")
-    told(own, "target", "scan-1.xyz")
+    told(own, "source", "scan-0.xyz: ")
+    told(own, "target", "scan-1.xyz: ")
     status = own.root.locator(".figure-status")
     expect(status).to_contain_text("Thinned: source", timeout=60_000)
     points = own.root.locator('[data-readout="points"] .value')
@@ -174,7 +174,7 @@ def test_a_drop_thins_slices_and_outlives_the_worker(reader: Callable[..., Reade
     own.button("step").click()
     own.changes("rms", before)
     own.root.locator('[data-own="swap"]').click()
-    told(own, "source", "scan-1.xyz")
+    told(own, "source", "scan-1.xyz: ")
 
 
 def test_clouds_are_drawn_by_mouse_and_by_keys(reader: Callable[..., Reader], tmp_path: Path) -> None:
@@ -219,7 +219,7 @@ def test_a_link_says_that_the_clouds_are_not_in_it(reader: Callable[..., Reader]
     both = {place: lines(points) for place, points in zip(("source", "target"), clouds(), strict=True)}
     for place, data in both.items():
         choose(own, place, f"{place}.csv", data)
-        told(own, place, f"{place}.csv")
+        told(own, place, f"{place}.csv: ")
     own.set("method", "gicp")
     own.settled()
     before = own.readout("rotation")
@@ -234,5 +234,5 @@ def test_a_link_says_that_the_clouds_are_not_in_it(reader: Callable[..., Reader]
     expect(other.root.locator(".figure-status")).to_contain_text("Choose or draw a source", timeout=60_000)
     for place, data in both.items():
         choose(other, place, f"{place}.csv", data)
-        told(other, place, f"{place}.csv")
+        told(other, place, f"{place}.csv: ")
     other.shows("rotation", after)

@@ -14,35 +14,55 @@
     if (!box) return () => {};
     const places = figure.spec.takes;
     const words = new Map(); // fingerprint → what it is
-    let latest = null; // what was brought last: an answer to what came before it is not heard
+    const latest = new Map(); // place → the thing brought there last: an answer to an earlier one is not heard
+    const reading = new Map(); // place → the name of the file that is being read
 
     const told = (place) => box.querySelector(`[data-told="${place}"]`);
 
+    const waits = (name) => (runtime.state === "live" ? `Reading ${name}.` : `${name} is read as soon as Python is up.`);
+
     function show() {
       const { given = {} } = figure.record;
-      for (const place of places) text(told(place), words.get(given[place]) ?? "Nothing yet.");
+      for (const place of places) {
+        const name = reading.get(place);
+        text(told(place), name ? waits(name) : (words.get(given[place]) ?? "Nothing yet."));
+      }
+    }
+
+    /** The fingerprint of a thing, once Python has read it. */
+    async function read(place, { name, data }) {
+      if (name) reading.set(place, name);
+      show();
+      try {
+        const { key, words: said } = await runtime.give({ figure: figure.id, widget: figure.record.widget, name, data });
+        words.set(key, name ? `${name}: ${said}` : said);
+        return key;
+      } finally {
+        reading.delete(place);
+      }
     }
 
     /** Has the figure show these things; `alone`: in place of all that was there. */
     async function bring(things, alone = false) {
-      const mine = (latest = things);
-      const given = alone ? {} : { ...figure.record.given };
+      if (alone) latest.clear();
+      for (const [place, thing] of Object.entries(things)) latest.set(place, thing);
+      const mine = ([place]) => latest.get(place) === things[place];
+      const found = [];
       runtime.start();
-      for (const [place, { name, data }] of Object.entries(things)) {
-        if (name) text(told(place), runtime.state === "live" ? `Reading ${name}.` : `${name} is read as soon as Python is up.`);
+      for (const [place, thing] of Object.entries(things)) {
         try {
-          const { key, words: said } = await runtime.give({ figure: figure.id, widget: figure.record.widget, name, data });
-          words.set(key, name ? `${name}: ${said}` : said);
-          given[place] = key;
+          found.push([place, await read(place, thing)]);
         } catch (error) {
-          if (mine !== latest) return;
           show();
-          figure.refuse(`${name || "The drawing"}: ${error.message.replace(/^ValueError: /, "")}.`);
+          const why = error.message.replace(/^ValueError: /, "");
+          if (mine([place])) figure.refuse(`${thing.name || "The drawing"}: ${why}.`);
           return;
         }
-        if (mine !== latest) return;
       }
+      const heard = found.filter(mine);
+      if (found.length && !heard.length) return;
       const before = figure.record.given ?? {};
+      const given = { ...(alone ? {} : before), ...Object.fromEntries(heard) };
       const same = places.every((place) => before[place] === given[place]);
       const controls = { ...figure.record.controls, clouds: "own" };
       const log = same ? figure.record.log : []; // a link's steps wait for the files that they were taken on
