@@ -70,6 +70,12 @@ def _train_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def _new_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("kind", choices=("chapter", "figure"))
+    parser.add_argument("name", help="small letters, digits and hyphens: the chapter's page, the figure's widget")
+    parser.add_argument("--title", default="", help="its title (default: the name in words)")
+
+
 def _publish_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("where", metavar="DEST", help="a folder, or git+REPOSITORY#BRANCH (branch: gh-pages)")
 
@@ -125,6 +131,12 @@ def _train(root: Path, asked: Arguments) -> int:
     return check_command() if asked.check else train_command()
 
 
+def _new(root: Path, asked: Arguments) -> int:
+    from sitegen.scaffold import new_command
+
+    return new_command(root, asked.kind, asked.name, asked.title)
+
+
 def _publish(root: Path, asked: Arguments) -> int:
     from sitegen.hosting import publish_command
 
@@ -145,6 +157,7 @@ COMMANDS: dict[str, Command] = {
     "bench": Command("measure what the project is held to; prints a table, writes bench.json", _bench_options, _bench),
     "sweep": Command("run the race on 1,000 seeds, and its maps; goes on where it was", _sweep_options, _sweep),
     "train": Command("train the learned flows' networks anew, with PyTorch; most of an hour", _train_options, _train),
+    "new": Command("write a working chapter or figure under a name, to start from", _new_options, _new),
     "publish": Command("build strictly, then put site/ into a folder or on a git branch", _publish_options, _publish),
     "clean": Command("remove what the other commands made in this folder", _clean_options, _clean, needs_venv=False),
 }
