@@ -59,7 +59,8 @@ def test_a_new_figure_works_as_it_is(tmp_path: Path) -> None:
     ]
     run(tmp_path, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(made[1]))
     run(tmp_path, "-c", FRAMES)
-    run(ROOT, "-m", "ruff", "check", "--no-cache", "--ignore", "I001", "--config", str(ROOT / "pyproject.toml"), *map(str, made))
+    ruff = ("ruff", "check", "--no-cache", "--ignore", "I001", "--config", str(ROOT / "pyproject.toml"))
+    run(ROOT, "-m", *ruff, *map(str, made))
 
 
 @pytest.mark.parametrize("name", ["", "Upper", "with space", "9lives", "ünder", "../out", "a--b"])
