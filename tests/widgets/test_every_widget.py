@@ -152,3 +152,13 @@ def test_options_bring_values_that_are_accepted(name: str) -> None:
             plain = preset(widget, "default", {control: option}).plain()
             assert {key: plain["controls"][key] for key in brought} == dict(brought)
             assert preset(widget, "default", plain["controls"]).plain() == plain
+
+
+@pytest.mark.parametrize("name", WIDGETS)
+def test_what_moves_is_drawn_as_the_source(name: str) -> None:
+    """The group that an animation carries holds the source's points, and nothing in the target's colour."""
+    for _, frame in ends(name):
+        for panel in frame["panels"]:
+            for group in re.findall(rf'<g id="fig-x-{panel["name"]}-source" class="group">(.*?)</g>', panel["svg"]):
+                assert re.search(r'class="dot [sml] source\b', group)
+                assert not re.search(r'class="[^"]*\btarget\b', group)

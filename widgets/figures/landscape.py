@@ -261,12 +261,13 @@ def _cut(state: State, said: _Numbers, detail: int) -> Panel:
 def _readouts(state: State, said: _Numbers) -> tuple[Readout, ...]:
     unit = "" if state.controls.objective == "mmd" else "u²"
     some, later = said.status is not None, said.ends is None
+    value = (number(said.end_value, 4), unit) if some else ("…" if later else "–", "")
     empty = "…" if later else "–"
     ends = "…" if said.ends is None else str(places(said.ends, 0.1)) if some else "–"
     reached = f"{said.reached} of {state.count}" if some else empty
     return (
-        Readout("value", "Objective at the last end", number(said.end_value, 4) if some else empty, unit, "source"),
-        Readout("away", "Last end, from the truth", number(said.end_away, 3) if some else empty, "u", "source"),
+        Readout("value", "Objective at the last end", *value, "source"),
+        Readout("away", "Last end, from the truth", number(said.end_away, 3) if some else empty, "u" * some, "source"),
         Readout("steps", "Its steps", f"{said.steps}" if some else empty),
         Readout("truth", "Objective at the truth", number(said.truth, 4), unit, "truth"),
         Readout("lowest", "Deepest tile, from the truth", number(float(np.hypot(*said.lowest))), "u"),

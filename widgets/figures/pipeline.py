@@ -182,13 +182,14 @@ def _readouts(state: State) -> tuple[Readout, ...]:
     judgement = state.judgement
     found = judgement.evidence
     verdict = ("accepted" if state.accepted else "refused") if state.verdict else "–"
+    apart = ("–", "") if judgement.apart is None else (number(judgement.apart, 3), "u")
     return (
         Readout("stop", "The last stage stopped", state.stages[-1].stop or "–"),
         Readout("verdict", "Verdict", verdict),
         Readout("share", "Source explained", number(100 * float(found.share), 0), "%"),
         Readout("rms", "RMS of what is explained", number(float(found.rms), 3), "u"),
         Readout("conditioning", "Smallest eigenvalue / largest", number(float(found.weakest), 3)),
-        Readout("halves", "Two halves end apart", "–" if judgement.apart is None else number(judgement.apart, 3), "u"),
+        Readout("halves", "Two halves end apart", *apart),
         Readout("prediction", "Turned from the prediction", number(judgement.turn, 0), "°"),
         Readout("right", "Within 5° and 0.2 u", "yes" if right(state.scene, state.pose) else "no", "", "truth"),
         Readout("rotation_error", "Rotation error", number(turn, 1), "°", "truth"),
