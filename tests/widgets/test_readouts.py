@@ -55,6 +55,8 @@ def check(readout: dict[str, Any]) -> None:
             assert readout["unit"] == unit, readout
     if "at the start" in label or "all pairs" in label:
         assert readout["role"] == "ghost", readout
+    if readout["name"] == "rms":
+        assert readout["role"] in ("source", ""), readout
     if readout["value"] in ("–", "…"):
         assert readout["unit"] == "", readout
 

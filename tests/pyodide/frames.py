@@ -1,0 +1,21 @@
+"""Figures asked for frames, natively or in the page's Python: the questions are the same, the answers are compared."""
+
+import json
+
+from widgets.contract import preset
+from widgets.host import Host
+from widgets.jobs import finished
+from widgets.registry import WIDGETS
+
+
+def main(text):
+    """The frames for {"frames": requests}, and the whole result of every job of every figure."""
+    asked = json.loads(text)
+    host = Host()
+    frames = [host.frame(json.dumps(request)) for request in asked["frames"]]
+    jobs = {
+        f"{name} {job.name}": finished(job, preset(widget).controls, preset(widget).seed, "fig-x")
+        for name, widget in WIDGETS.items()
+        for job in widget.jobs
+    }
+    return json.dumps({"frames": frames, "jobs": jobs})

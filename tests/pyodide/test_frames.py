@@ -1,0 +1,88 @@
+"""Every figure natively and in the page's Python: the same bytes at its controls' ends and for all that can be done."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from sitegen.inside import run_python_in_shipped_runtime
+from tests.pyodide.frames import main
+from widgets.contract import SEED, Widget, preset
+from widgets.controls import Spec, Value, specs
+from widgets.registry import WIDGETS
+
+FRAMES = Path(__file__).with_name("frames.py")
+
+
+def ends(spec: Spec) -> tuple[Value, ...]:
+    """A slider's two ends, every option of a choice, both sides of a toggle."""
+    if spec.kind == "slider":
+        return spec.low, spec.high
+    return tuple(spec.options) if spec.kind == "choice" else (False, True)
+
+
+def requests(widget: Widget) -> Iterator[dict[str, Any]]:
+    """Every preset, with each button, handle, pick and hover; and each control at each of its ends, after one press."""
+    presses = [["press", b.name] for b in widget.buttons if b.does == "press"]
+    placed = [
+        *(["drag", handle, 1.23, -0.57] for handle in widget.handles),
+        *(["click", panel, 0.4, 0.3] for panel in widget.clicks),
+        *(["hover", panel, 0.4, 0.3] for panel in widget.hovers),
+    ]
+    for name in widget.presets:
+        plain = preset(widget, name).plain()
+        yield asked(plain, None)
+        yield asked({**plain, "seed": SEED + 13, "log": [*placed, *presses[:1]]}, None)
+        for entry in (*presses, *placed):
+            yield asked({**plain, "log": [entry]}, 0)
+    for control, spec in specs(widget.controls).items():
+        for end in ends(spec):
+            yield asked({**preset(widget, "default", {control: end}).plain(), "log": presses[:1]}, 0)
+
+
+def asked(record: Mapping[str, Any], detail: int | None) -> dict[str, Any]:
+    return {"figure": "fig-x", "record": record, "detail": detail}
+
+
+def walk() -> Iterator[dict[str, Any]]:
+    """Every stage of the walkthrough, in each of its presets: one after the other through two iterations."""
+    widget = WIDGETS["four"]
+    for name in widget.presets:
+        yield from (asked({**preset(widget, name).plain(), "log": [["press", "next"]] * k}, 0) for k in range(2, 11))
+
+
+@pytest.fixture(scope="module")
+def answers() -> tuple[list[dict[str, Any]], dict[str, Any], dict[str, Any]]:
+    """The questions, and the answers natively and in the page's Python."""
+    questions = [*(request for widget in WIDGETS.values() for request in requests(widget)), *walk()]
+    unique = list({json.dumps(question, sort_keys=True): question for question in questions}.values())
+    given = {"frames": unique}
+    return unique, json.loads(main(json.dumps(given))), run_python_in_shipped_runtime(FRAMES.read_text("utf-8"), given)
+
+
+@pytest.mark.parametrize("name", WIDGETS)
+def test_frames_are_the_same_bytes_in_the_page(
+    answers: tuple[list[dict[str, Any]], dict[str, Any], dict[str, Any]], name: str
+) -> None:
+    questions, here, there = answers
+    mine = [i for i, question in enumerate(questions) if question["record"]["widget"] == name]
+    assert len(mine) > len(WIDGETS[name].presets)
+    parted = [questions[i] for i in mine if here["frames"][i] != there["frames"][i]]
+    assert not parted
+
+
+def test_jobs_find_the_same_in_the_page(
+    answers: tuple[list[dict[str, Any]], dict[str, Any], dict[str, Any]],
+) -> None:
+    """The race's table at its first settings: every number as printed, and to 1e-9 relative as computed."""
+    _, here, there = answers
+    assert here["jobs"].keys() == there["jobs"].keys() == {"race benchmark"}
+    for name, result in here["jobs"].items():
+        for mine, theirs in zip(result["rows"], there["jobs"][name]["rows"], strict=True):
+            assert (mine["name"], mine["texts"]) == (theirs["name"], theirs["texts"])
+            assert mine["values"][:-1] == pytest.approx(theirs["values"][:-1], rel=1e-9)
+            assert mine["values"][-1] is theirs["values"][-1] is None, "how long it took is of the machine"
