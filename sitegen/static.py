@@ -67,10 +67,20 @@ def headers_for(path: str, rules: list[Rule]) -> dict[str, str]:
     return {name: value for pattern, headers in rules if fnmatch.fnmatchcase(path, pattern) for name, value in headers}
 
 
+LOOPBACK = ("localhost", "127.0.0.1", "::1")
+
+
+def named(host: str) -> str:
+    """The name in a Host header, without its port and an address's brackets."""
+    if host.startswith("["):
+        return host[1:].partition("]")[0].lower()
+    return host.partition(":")[0].lower()
+
+
 def locate(root: Path, url: str) -> tuple[str, Path] | None:
     """The request path and the file that a URL names below `root`; None for what would lead outside of it."""
     asked = unquote(url.partition("?")[0])  # urlsplit would take "//x" for a host, and "//[" for a mistake of ours
-    if "\0" in asked:
+    if "\0" in asked or "\\" in asked:  # Windows takes a backslash for a slash
         return None
     file = (root / asked.lstrip("/")).resolve()
     if not file.is_relative_to(root.resolve()):
@@ -89,6 +99,15 @@ class StaticHandler(BaseHTTPRequestHandler):
 
     def do_HEAD(self) -> None:
         self.do_GET()
+
+    def parse_request(self) -> bool:
+        """Answer nobody who was sent here under another name: a foreign page could read what is on loopback."""
+        if not super().parse_request():
+            return False
+        if self.server.local and named(self.headers.get("Host", "")) not in LOOPBACK:
+            self.send_error(HTTPStatus.MISDIRECTED_REQUEST, "This server is for this machine alone")
+            return False
+        return True
 
     def do_GET(self) -> None:
         found = locate(self.server.root, self.path)
@@ -138,6 +157,7 @@ class StaticServer(ThreadingHTTPServer):
 
     def __init__(self, root: Path, address: tuple[str, int], handler: type[StaticHandler] = StaticHandler) -> None:
         self.root = root
+        self.local = address[0] in LOOPBACK
         self._callers: WeakSet[socket.socket] = WeakSet()
         super().__init__(address, handler)
 

@@ -1,10 +1,11 @@
 // The page's one worker: Python with numpy, the solvers and the widgets. Strings and numbers in, strings and numbers out.
 //
 // page → worker                                            worker → page
-//   { type: "start", runtime, files, modules? }              { type: "progress", loaded, total }    bytes
+//   { type: "start", runtime, files, again?, modules? }      { type: "progress", loaded, total }    bytes
 //       runtime: absolute address of the runtime's folder    { type: "stage", stage }               download, python, numpy, widgets
 //       files: [{ name, size, sha256 }]                      { type: "ready", milliseconds }
-//                                                            { type: "failed", message, detail }
+//       again: an earlier start failed: every file is        { type: "failed", message, detail }
+//         held to its hash before it is used
 //   { type: "frame", id, request }                           { type: "frame", id, frame, python_ms }
 //   { type: "job", id, request }                             { type: "job", id, slice, python_ms }
 //   { type: "give", id, request, data }                      { type: "give", id, told, python_ms }      data: Uint8Array
@@ -12,6 +13,7 @@
 //                                                            { type: "error", id, message, trace }
 //   { type: "heap" }                                         { type: "heap", bytes }
 
+const network = self.fetch.bind(self); // what start() puts in its place is for Pyodide alone
 const PROGRESS_EVERY = 100; // ms
 
 let python = null; // Pyodide, once it is up
@@ -42,10 +44,12 @@ function progressTeller(files) {
   };
 }
 
-async function open(url, file) {
-  const response = await fetch(url).catch((error) => {
-    throw new Error(`${file.name} could not be loaded: ${error.message}`);
-  });
+const lost = (file) => (error) => {
+  throw new Error(`${file.name} could not be loaded: ${error.message}`);
+};
+
+async function open(url, file, cache) {
+  const response = await network(url, { cache }).catch(lost(file));
   if (!response.ok) throw new Error(`${file.name} could not be loaded: the server answered ${response.status}`);
   return response;
 }
@@ -62,14 +66,30 @@ function counted(response, count) {
 
 const hex = (buffer) => Array.from(new Uint8Array(buffer), (byte) => byte.toString(16).padStart(2, "0")).join("");
 
-// The file's bytes, verified against its pin (where a page has no crypto.subtle, gzip's own checksum is left); a .pack is
-// a gzipped zip of stored members, so that it travels compressed from any host and is inflated by the browser itself.
-async function bytesOf(url, file, count) {
-  const response = await open(url, file);
-  const packed = await new Response(counted(response, count)).arrayBuffer();
-  if (self.crypto?.subtle && hex(await crypto.subtle.digest("SHA-256", packed)) !== file.sha256) {
+// Holds bytes to the file's pin; where a page has no crypto.subtle, the engine's and gzip's own checks are left.
+async function hold(bytes, file) {
+  if (self.crypto?.subtle && hex(await crypto.subtle.digest("SHA-256", bytes)) !== file.sha256) {
     throw new Error(`${file.name} is not the file that was built: its checksum differs`);
   }
+}
+
+async function checked(url, file, count, cache) {
+  const response = await open(url, file, cache);
+  const type = response.headers.get("content-type");
+  if (file.name.endsWith(".mjs") && !/javascript/i.test(type)) {
+    throw new Error(`${file.name} could not be loaded: the server calls it ${type}, not JavaScript`);
+  }
+  const bytes = await new Response(counted(response, count)).arrayBuffer().catch(lost(file));
+  await hold(bytes, file);
+  return bytes;
+}
+
+// The file's bytes, as they were built. A wrong answer may have stayed in the browser's cache: then once more past it.
+const sound = (url, file, count) => checked(url, file, count, "default").catch(() => checked(url, file, count, "reload"));
+
+// A .pack is a gzipped zip of stored members: it travels compressed from any host, and the browser inflates it.
+async function bytesOf(url, file, count) {
+  const packed = await sound(url, file, count);
   if (!file.name.endsWith(".pack")) return new Uint8Array(packed);
   try {
     const inflated = new Response(packed).body.pipeThrough(new DecompressionStream("gzip"));
@@ -110,7 +130,18 @@ function install(FS, folder, zip) {
   }
 }
 
-async function start({ runtime, files, modules = ["solvers", "widgets.host"] }) {
+// What failed without a file's name: a script that is not as it was built may go wrong anywhere.
+async function culprit({ runtime, files }, error) {
+  if (files.some(({ name }) => error.message.startsWith(name))) return error;
+  const scripts = files.filter(({ name }) => name.endsWith(".mjs"));
+  const found = scripts.map((file) => checked(new URL(file.name, runtime).href, file, () => {}, "default"));
+  return Promise.all(found).then(
+    () => error,
+    (named) => named,
+  );
+}
+
+async function start({ runtime, files, again = false, modules = ["solvers", "widgets.host"] }) {
   const began = performance.now();
   post({ type: "stage", stage: "download" });
   const count = progressTeller(files);
@@ -121,15 +152,18 @@ async function start({ runtime, files, modules = ["solvers", "widgets.host"] }) 
   };
   const address = (file) => new URL(file.name, runtime).href;
   const load = (file) => shared(bytesOf(address(file), file, count));
-  const script = (file) =>
-    shared(
-      import(address(file)).then(
-        (module) => (count(file.size), module),
-        (error) => {
-          throw new Error(`${file.name} could not be loaded: ${error.message}`);
-        },
-      ),
-    );
+  const alike = (file) => sound(address(file), file, () => {});
+  const script = async (file) => {
+    if (again) await alike(file);
+    try {
+      const module = await import(address(file));
+      count(file.size);
+      return module;
+    } catch (error) {
+      await alike(file); // which says what is wrong with it, or leaves a right copy for the next start
+      return lost(file)(error);
+    }
+  };
 
   const wasm = pick("pyodide.asm.wasm");
   const stdlibFile = pick("python_stdlib.pack");
@@ -137,16 +171,22 @@ async function start({ runtime, files, modules = ["solvers", "widgets.host"] }) 
 
   // Everything at once.
   // The engine compiles while the rest still loads; instantiation, later, finds the module ready.
+  let intact; // told once all is up: a compiler may take what is not as it was built
+  const compileCore = async () => {
+    if (again) return WebAssembly.compile(await sound(address(wasm), wasm, count));
+    const response = await open(address(wasm), wasm, "default");
+    const [one, other] = counted(response, count).tee();
+    intact = shared(new Response(other).arrayBuffer().then((bytes) => hold(bytes, wasm)));
+    return WebAssembly.compileStreaming(new Response(one, { headers: { "content-type": "application/wasm" } }));
+  };
   const compiledCore = shared(
-    open(address(wasm), wasm)
-      .then((response) => new Response(counted(response, count), { headers: { "content-type": "application/wasm" } }))
-      .then((response) => WebAssembly.compileStreaming(response))
-      .catch((error) => {
-        throw error.message.startsWith(wasm.name) ? error : new Error(`${wasm.name} is damaged: ${error.message}`);
-      }),
+    compileCore().catch(async (error) => {
+      await alike(wasm);
+      throw error.message.startsWith(wasm.name) ? error : new Error(`${wasm.name} is damaged: ${error.message}`);
+    }),
   );
-  const loader = script(pick("/pyodide.mjs"));
-  const engine = script(pick("pyodide.asm.mjs"));
+  const loader = shared(script(pick("/pyodide.mjs")));
+  const engine = shared(script(pick("pyodide.asm.mjs")));
   const lock = load(pick(".json")).then((bytes) => JSON.parse(new TextDecoder().decode(bytes)));
   const stdlib = load(stdlibFile);
   const archives = wheels.map(load);
@@ -160,8 +200,8 @@ async function start({ runtime, files, modules = ["solvers", "widgets.host"] }) 
     [address(wasm), async () => new Response()],
     [address(stdlibFile), async () => new Response(await stdlib)],
   ]);
-  const plain = { fetch: self.fetch, instantiateStreaming: WebAssembly.instantiateStreaming };
-  self.fetch = (input, init) => (handed.get(String(input?.url ?? input)) ?? (() => plain.fetch(input, init)))();
+  const { instantiateStreaming } = WebAssembly;
+  self.fetch = (input, init) => (handed.get(String(input?.url ?? input)) ?? (() => network(input, init)))();
   WebAssembly.instantiateStreaming = async (_, imports) => {
     const module = await compiledCore;
     return { module, instance: await WebAssembly.instantiate(module, imports) };
@@ -187,8 +227,8 @@ async function start({ runtime, files, modules = ["solvers", "widgets.host"] }) 
   const up = shared(begin());
   await downloads;
   python = await up;
-  self.fetch = plain.fetch;
-  WebAssembly.instantiateStreaming = plain.instantiateStreaming;
+  self.fetch = network;
+  WebAssembly.instantiateStreaming = instantiateStreaming;
 
   post({ type: "stage", stage: "numpy" });
   python.runPython("import numpy.random, numpy.linalg");
@@ -200,6 +240,7 @@ async function start({ runtime, files, modules = ["solvers", "widgets.host"] }) 
     answers = { frame: host.frame, job: host.job, give: taking(host.give), forget: host.forget };
   }
   await Promise.allSettled(compiled);
+  await intact;
   post({ type: "ready", milliseconds: performance.now() - began });
 }
 
@@ -217,7 +258,7 @@ function answer({ type, id, request, data }) {
 }
 
 self.onmessage = ({ data }) => {
-  if (data.type === "start") start(data).catch((error) => fail(error.message, error));
+  if (data.type === "start") start(data).catch(async (error) => fail((await culprit(data, error)).message, error));
   else if (data.type in NAMES) answer(data);
   else if (data.type === "forget") answers?.forget(data.key);
   else if (data.type === "heap") post({ type: "heap", bytes: python ? python._module.HEAPU8.byteLength : 0 });

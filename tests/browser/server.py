@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import threading
+from http import HTTPStatus
 from pathlib import Path
 
 from sitegen.static import StaticHandler, StaticServer
@@ -23,13 +24,40 @@ class Doorkeeper(StaticHandler):
         else:
             super().do_GET()
 
+    def answer(self, status: HTTPStatus, data: bytes, kind: str, headers: dict[str, str]) -> None:
+        spoil = self.server.spoilt.get(self.path.rpartition("/")[2])
+        if spoil == "typed":
+            kind = "text/plain"
+        elif spoil == "flipped":
+            at = len(data) // 2
+            data = data[:at] + bytes([data[at] ^ 1]) + data[at + 1 :]
+        elif spoil == "short":
+            data = data[: len(data) * 2 // 3]
+        elif spoil == "cut":
+            self.cut(data)
+            return
+        super().answer(status, data, kind, headers)
+
+    def cut(self, data: bytes) -> None:
+        """The line breaks in the middle of the answer."""
+        self.close_connection = True
+        self.send_response(HTTPStatus.OK)
+        self.send_header("Content-Type", "text/javascript")
+        self.send_header("Content-Length", str(len(data)))
+        self.end_headers()
+        self.wfile.write(data[: len(data) // 2])
+
 
 class SiteServer(StaticServer):
-    """Serves `root`; `hold(pattern)` keeps requests waiting until `release()`, `forbid(pattern)` answers 404."""
+    """Serves `root`; `hold(pattern)` keeps requests waiting until `release()`, `forbid(pattern)` answers 404.
+
+    What is `spoilt` comes wrong: of another type, with a flipped bit, too short, or cut off by the line.
+    """
 
     def __init__(self, root: Path, handler: type[Doorkeeper] = Doorkeeper) -> None:
         self.held: re.Pattern[str] | None = None
         self.forbidden: re.Pattern[str] | None = None
+        self.spoilt: dict[str, str] = {}  # a file's name → typed, flipped, short or cut
         self.open = threading.Event()
         super().__init__(root, ("127.0.0.1", 0), handler)
         threading.Thread(target=self.serve_forever, kwargs={"poll_interval": 0.05}, daemon=True).start()

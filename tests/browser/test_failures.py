@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 
+import pytest
 from playwright.sync_api import expect
 
 from tests.browser.conftest import Reader
@@ -61,6 +62,91 @@ def test_a_slow_start_says_so_and_offers_retry(reader: Callable[..., Reader], se
     retry.click()
     solve.changes("rms", before)
     solve.becomes("live")
+
+
+WRONG = {
+    ("pyodide.mjs", "typed"): "pyodide.mjs could not be loaded: the server calls it text/plain, not JavaScript",
+    ("pyodide.asm.mjs", "cut"): "pyodide.asm.mjs could not be loaded",
+    ("pyodide.asm.wasm", "flipped"): "pyodide.asm.wasm is not the file that was built",
+    ("numpy.pack", "short"): "numpy.pack is not the file that was built",
+}
+
+
+@pytest.mark.parametrize(("file", "how"), WRONG)
+def test_a_wrong_file_is_named_and_does_not_stay(
+    reader: Callable[..., Reader], server: SiteServer, file: str, how: str
+) -> None:
+    """The figure names it, keeps its picture and its tape; Retry works once the file is right.
+
+    Though the wrong one came with leave to keep it for a year.
+    """
+    one = reader(reduced_motion="reduce")
+    one.expect("Failed to load", "MIME type", "ERR_CONTENT_LENGTH_MISMATCH", "SyntaxError", "asm.wasm", "wasm inst")
+    server.spoilt = {file: how}
+    page = one.open("kabsch.html")
+    solve = Figure(page, "fig-solve").seen()
+    expect(page.locator("html")).to_have_attribute("data-runtime", "failed", timeout=60_000)
+    expect(solve.root.locator(".figure-status")).to_contain_text(WRONG[file, how])
+    start = solve.readout("rms")
+    solve.button("solve").click()
+    solved = solve.changes("rms", start)
+    solve.becomes("tape")
+    solve.drag("source", 50, 50)
+    solve.becomes("failed")
+    assert solve.readout("rms") == solved
+    server.spoilt = {}
+    solve.root.get_by_role("button", name="Retry").click()
+    solve.changes("rms", solved)
+    solve.becomes("live")
+
+
+def test_a_worker_killed_at_its_start_or_at_work_is_replaced(reader: Callable[..., Reader], server: SiteServer) -> None:
+    """The figure says that Python fell silent; Retry starts another, and what was asked of the first is shown."""
+    one = reader(reduced_motion="reduce")
+    one.context.add_init_script("window.LADDER_PATIENCE = 1500")
+    server.hold("/runtime/.*wasm")
+    page = one.open("kabsch.html")
+    solve = Figure(page, "fig-solve").seen()
+    expect(page.locator("html")).to_have_attribute("data-runtime", "loading")
+    page.evaluate("Ladder.runtime.kill()")
+    server.release()
+    before = solve.readout("rms")
+    solve.drag("source", 50, 50)
+    solve.becomes("failed")
+    page.evaluate("window.LADDER_PATIENCE = 60000")
+    retry = solve.root.get_by_role("button", name="Retry")
+    retry.click()
+    moved = solve.changes("rms", before)
+    solve.live().settled()
+    # In the middle of a request: asked and killed in one go, before the answer can come.
+    page.evaluate(
+        """() => { const { limits, runtime, figures, record } = Ladder, figure = figures.get("fig-solve");
+          limits.frame = 1500; figure.ask(record.press(figure.record, "solve")); runtime.kill(); }"""
+    )
+    solve.becomes("failed")
+    expect(solve.root.locator(".figure-status")).to_contain_text("Python has not answered")
+    page.evaluate("Ladder.limits.frame = 60000")
+    retry.click()
+    solve.changes("rms", moved)
+    solve.becomes("live")
+
+
+def test_a_worker_killed_in_a_job_ends_the_job(reader: Callable[..., Reader]) -> None:
+    """The job says so, its table stays, and the button that began it begins it anew."""
+    race = Figure(reader(reduced_motion="reduce").open("race.html"), "fig-race").live()
+    job = race.root.locator("section.job").first
+    rows = job.locator("tbody tr").count()
+    race.page.evaluate("Ladder.limits.frame = 1500")
+    job.locator('[data-do="begin"]').click()
+    expect(job).to_have_attribute("data-state", "running")
+    race.page.evaluate("Ladder.runtime.kill()")
+    expect(job.locator(".job-words")).to_have_text("Python stopped before the run was done.", timeout=30_000)
+    assert job.locator("tbody tr").count() == rows
+    race.page.evaluate("Ladder.limits.frame = 60000")
+    job.locator('[data-do="begin"]').click()
+    race.live()
+    expect(job).to_have_attribute("data-state", "running")
+    job.locator('[data-do="stop"]').click()
 
 
 def test_an_error_in_one_figure_leaves_the_others_alone(reader: Callable[..., Reader]) -> None:

@@ -127,7 +127,7 @@ def test_a_changed_file_is_named(served: Served, ending: str) -> None:
 def test_a_damaged_engine_is_named(served: Served) -> None:
     path = served.file("pyodide.asm.wasm")
     path.write_bytes(path.read_bytes()[:-1000])
-    assert "pyodide.asm.wasm is damaged" in served.failure()
+    assert "pyodide.asm.wasm is not the file that was built" in served.failure()
 
 
 def test_a_module_that_is_not_there_is_told(served: Served) -> None:

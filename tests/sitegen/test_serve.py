@@ -12,11 +12,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from sitegen import serve
-from sitegen.static import content_type, headers_for, serving
+from sitegen.cli import parse
+from sitegen.static import StaticServer, content_type, headers_for, locate, serving
 
 PATIENCE = 30.0  # seconds until a wait counts as failed
+
 
 class Events:
     """The stream that a page listens to."""
@@ -207,3 +211,109 @@ def test_header_patterns_match_as_hosts_do() -> None:
     rules: list[Any] = [("/*", (("A", "1"),)), ("/runtime/*", (("A", "2"),))]
     assert headers_for("/index.html", rules) == {"A": "1"}
     assert headers_for("/runtime/x/y.wasm", rules) == {"A": "2"}
+
+
+SNEAKY = [
+    "/../secret.txt",
+    "/../../etc/passwd",
+    "/%2e%2e/secret.txt",
+    "/..%2fsecret.txt",
+    "/%2e%2e%2fsecret.txt",
+    "/%252e%252e/secret.txt",
+    "/a/../../secret.txt",
+    "/./.././secret.txt",
+    "/..\\secret.txt",
+    "/..%5csecret.txt",
+    "/%5c..%5csecret.txt",
+    "//etc/passwd",
+    "///etc/passwd",
+    "/%2fetc/passwd",
+    "/C:/Windows/win.ini",
+    "/C:%5cWindows%5cwin.ini",
+    "/file:///etc/passwd",
+    "//[",
+    "/index.html%00.png",
+    "/a%00b",
+    "/link.txt",
+    "/linked/secret.txt",
+    "/site/../../secret.txt",
+    "/%c0%ae%c0%ae/secret.txt",
+    "/" + "../" * 60 + "etc/passwd",
+    "/" + "a/" * 3000,
+]
+
+
+@pytest.fixture
+def walled(tmp_path: Path) -> Iterator[StaticServer]:
+    """A site beside a secret, with links in it that lead out."""
+    site = tmp_path / "site"
+    site.mkdir()
+    (tmp_path / "secret.txt").write_text("secret")
+    (site / "index.html").write_text("<p>hello")
+    (site / "link.txt").symlink_to(tmp_path / "secret.txt")
+    (site / "linked").symlink_to(tmp_path, target_is_directory=True)
+    with serving(site) as server:
+        yield server
+
+
+def raw(server: StaticServer, path: str, host: str = "localhost") -> tuple[int, bytes]:
+    """A request as no client library would write it."""
+    with socket.create_connection(server.server_address[:2], timeout=PATIENCE) as connection:
+        connection.sendall(f"GET {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n".encode("latin-1"))
+        with connection.makefile("rb") as stream:
+            return int(stream.readline().split()[1]), stream.read()
+
+
+@pytest.mark.parametrize("path", SNEAKY)
+def test_nothing_outside_of_the_site_is_served(walled: StaticServer, path: str) -> None:
+    """However it is asked for: dots, their escapes, backslashes, absolute names, NUL, links that lead out."""
+    status, body = raw(walled, path)
+    assert status in (400, 404, 414), body
+    assert b"secret" not in body.replace(b"secret.txt", b"")
+    assert b"root:" not in body
+
+
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    st.lists(
+        st.sampled_from(["..", ".", "/", "\\", "%2e", "%2f", "%5c", "%00", "linked", "secret.txt", "~"]), max_size=9
+    )
+)
+def test_no_path_leads_out(tmp_path: Path, steps: list[str]) -> None:
+    """What a URL names lies in the folder, or is nothing."""
+    site = tmp_path / "site"
+    site.mkdir(exist_ok=True)
+    (tmp_path / "secret.txt").touch()
+    if not (site / "linked").is_symlink():
+        (site / "linked").symlink_to(tmp_path, target_is_directory=True)
+    found = locate(site, "/" + "".join(steps))
+    assert found is None or found[1].resolve().is_relative_to(site.resolve())
+
+
+def test_a_foreign_name_for_loopback_is_turned_away(walled: StaticServer) -> None:
+    """A page of evil.example whose name suddenly means 127.0.0.1 learns nothing; other ports' pages neither."""
+    port = walled.server_address[1]
+    for host in ("localhost", f"localhost:{port}", f"127.0.0.1:{port}", f"[::1]:{port}", "LOCALHOST"):
+        assert raw(walled, "/", host) == (200, raw(walled, "/")[1])
+        assert b"hello" in raw(walled, "/", host)[1]
+    for host in (
+        "evil.example",
+        f"evil.example:{port}",
+        "localhost.evil.example",
+        "127.0.0.1.evil.example",
+        "",
+        "[::2]",
+    ):
+        status, body = raw(walled, "/", host)
+        assert status == 421, host
+        assert b"hello" not in body
+
+
+def test_the_dev_server_is_for_this_machine_unless_told_otherwise(tmp_path: Path) -> None:
+    """By default loopback, with the check of names; `--host 0.0.0.0` answers to any name."""
+    asked = parse(["serve"])
+    with serve.listening(tmp_path, asked.host, 0, serve.Live()) as server:
+        assert server.server_address[0] == "127.0.0.1"
+        assert server.local
+    with serve.listening(tmp_path, "0.0.0.0", 0, serve.Live()) as server:
+        assert not server.local

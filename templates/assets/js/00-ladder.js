@@ -26,7 +26,7 @@
     if (element && element.textContent !== value) element.textContent = value;
   }
 
-  /** localStorage as JSON; where it is forbidden or full, nothing is kept and nothing fails. */
+  /** localStorage as JSON; where it is forbidden or full, nothing is kept and nothing fails: `set` says so. */
   const store = {
     get(key) {
       try {
@@ -38,8 +38,9 @@
     set(key, value) {
       try {
         localStorage.setItem(key, JSON.stringify(value));
+        return true;
       } catch {
-        // not kept
+        return false;
       }
     },
   };

@@ -7,6 +7,7 @@
   const page = document.documentElement;
   const { runtime: folder, runtimeFiles, runtimeBytes, worker: script } = document.body.dataset;
   const files = JSON.parse(runtimeFiles || "[]");
+  const LATE = 2000; // ms by which a timer is late only where the page did not run
 
   const MOST_BROUGHT = 16;
 
@@ -32,7 +33,7 @@
     /** the figure that the reader has a hand on: its questions go first */
     touched: null,
     on,
-    start,
+    start: () => begin(false),
     restart,
     frame,
     job,
@@ -52,7 +53,7 @@
   }
 
   /** Starts once; what failed is started again by `restart` only. */
-  function start() {
+  function begin(careful) {
     if (runtime.state !== "idle") return;
     runtime.loaded = 0;
     runtime.stage = "";
@@ -69,7 +70,7 @@
       die(event.message ? `Python could not go on: ${event.message}` : missing);
     };
     worker.onmessageerror = () => die("Python sent something unreadable");
-    worker.postMessage({ type: "start", runtime: new URL(folder, document.baseURI).href, files });
+    worker.postMessage({ type: "start", runtime: new URL(folder, document.baseURI).href, files, again: careful });
     become("loading");
     wait();
   }
@@ -77,8 +78,9 @@
   function restart() {
     if (runtime.state === "file") return;
     drop();
+    const careful = !runtime.stopped; // files were at fault, perhaps
     runtime.state = "idle";
-    start();
+    begin(careful);
   }
 
   /** Takes the worker away; what it was asked is the askers' to keep. */
@@ -102,10 +104,9 @@
 
   /** A start is alive as long as it tells something; one that does not is left running, but the reader is asked. */
   function wait() {
-    clearTimeout(patience);
     const limit = globalThis.LADDER_PATIENCE ?? limits.start;
     const seconds = Math.max(1, Math.round(limit / 1000));
-    patience = setTimeout(() => become("failed", `Python has not come any further for ${seconds} s`), limit);
+    lasting(limit, wait, () => become("failed", `Python has not come any further for ${seconds} s`));
   }
 
   function told() {
@@ -179,15 +180,20 @@
     held.add(key);
   }
 
-  /** Silence counts only while the page is seen: browsers slow hidden pages down. */
   function listen() {
-    clearTimeout(patience);
     const limit = asked.type === "give" ? limits.reading : limits.frame;
     const seconds = Math.round(limit / 1000);
-    patience = setTimeout(() => {
-      if (document.hidden) listen();
-      else die(`Python has not answered for ${seconds} s`);
-    }, limit);
+    lasting(limit, listen, () => die(`Python has not answered for ${seconds} s`));
+  }
+
+  /**
+   * Silence counts only while the page is seen and awake: browsers slow hidden pages down, and a page that comes back
+   * (from the history, from a lid that was shut) finds its timers due before the worker could say anything.
+   */
+  function lasting(limit, anew, over) {
+    clearTimeout(patience);
+    const due = performance.now() + limit;
+    patience = setTimeout(() => (document.hidden || performance.now() > due + LATE ? anew() : over()), limit);
   }
 
   /**

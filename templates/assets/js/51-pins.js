@@ -58,17 +58,22 @@
     );
   }
 
-  /** What an earlier visit kept, as far as it still is a pin of this figure. */
-  function kept(key, { initial }) {
+  const WORDS = ["name", "label", "value", "unit"];
+  const read = (each) => WORDS.every((word) => typeof each?.[word] === "string");
+
+  /**
+   * What an earlier visit or another tab kept, as far as it still is a pin of this figure. A control that the figure got
+   * since then stands where the page has it; a run that cannot be done any more is none.
+   */
+  function kept(key, { initial, spec }) {
     const pins = store.get(key);
     if (!Array.isArray(pins)) return [];
-    const known = pins.filter(
-      (pin) => pin?.record?.widget === initial.widget && Array.isArray(pin.record.log) && Array.isArray(pin.readouts),
-    );
-    // A control that the figure got since then stands where the page has it.
-    return known.map((pin) => {
-      const controls = { ...initial.controls, ...pin.record.controls };
-      return { ...pin, record: { ...pin.record, controls } };
+    return pins.slice(-MOST).flatMap((pin) => {
+      const { controls, seed, log, widget } = pin?.record ?? {};
+      if (widget !== initial.widget || !Array.isArray(log) || !Array.isArray(pin.readouts)) return [];
+      const { record } = Ladder.sound({ controls: { ...controls }, seed, log }, initial, spec);
+      if (record.seed !== seed || record.log.length < log.length) return [];
+      return [{ record, readouts: pin.readouts.filter(read) }];
     });
   }
 
@@ -79,6 +84,7 @@
     const specs = figure.spec.controls;
     const key = `ladder-pins:${location.pathname}#${figure.id}`;
     let pins = kept(key, figure);
+    let stored = true;
 
     function show() {
       box.hidden = pins.length === 0;
@@ -89,9 +95,15 @@
       box.replaceChildren(scroll, tool("Copy", "Copy as CSV"), " ", tool("Save", "Save as CSV"));
     }
 
+    /** Another tab may have pinned or removed runs; where nothing is stored, the page's own are all there are. */
+    function look() {
+      if (stored) pins = kept(key, figure);
+      show();
+    }
+
     function keep(next) {
       pins = next.slice(-MOST);
-      store.set(key, pins);
+      stored = store.set(key, pins);
       show();
     }
 
@@ -109,7 +121,10 @@
       Save: () => save(fileName(figure.id, "-runs.csv"), csv(specs, pins), "text/csv"),
     };
     const disposers = [
+      on(globalThis, "storage", (event) => event.key === key && look()),
+      on(globalThis, "pageshow", (event) => event.persisted && look()),
       on(pin, "click", () => {
+        look();
         const readouts = figure.frame.readouts.map(({ name, label, value, unit }) => ({ name, label, value, unit }));
         keep([...pins, { record: figure.shown, readouts }]);
         figure.status.say(`Run ${pins.length} pinned.`);

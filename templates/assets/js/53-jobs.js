@@ -143,7 +143,8 @@
       box.dataset.state = "running";
       bar.value = 0;
       tell(runtime.state === "live" ? "Running." : "Python is starting; the run begins when it is up.");
-      runtime.start();
+      if (runtime.state === "failed") runtime.restart();
+      else runtime.start();
       const began = performance.now();
       try {
         for (let does = "begin"; run === mine; does = "go on") {

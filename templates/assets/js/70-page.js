@@ -3,7 +3,6 @@
   "use strict";
 
   const { figures, on, runtime } = Ladder;
-  const THEMES = ["auto", "light", "dark"];
 
   function live(root) {
     const figure = new Ladder.Figure(root);
@@ -49,25 +48,6 @@
     for (const { root } of figures.values()) seen.observe(root);
   }
 
-  function theme(button) {
-    const page = document.documentElement;
-    const now = () => (THEMES.includes(page.dataset.theme) ? page.dataset.theme : "auto");
-    const show = () => {
-      button.setAttribute("aria-label", `Theme: ${now()}`);
-      button.dataset.now = now();
-    };
-    on(button, "click", () => {
-      page.dataset.theme = THEMES[(THEMES.indexOf(now()) + 1) % THEMES.length];
-      try {
-        localStorage.setItem("ladder-theme", now());
-      } catch {
-        // holds for this page
-      }
-      show();
-    });
-    show();
-  }
-
   /** Where not all rungs fit, the page's own is in the middle. */
   function climb(ladder) {
     const step = ladder.querySelector("[aria-current]")?.closest("li");
@@ -105,7 +85,7 @@
   document.querySelectorAll(".ladder").forEach(climb);
   document.querySelectorAll(".contents details").forEach(unfold);
   reach(document.querySelectorAll(".formula"));
-  document.querySelectorAll("button.theme").forEach(theme);
+  document.querySelectorAll("button.theme").forEach(Ladder.theme);
   document.querySelectorAll("button.search-open").forEach(Ladder.search);
   document.querySelectorAll(".stored").forEach(Ladder.stored);
   document.querySelectorAll("pre.copied").forEach(Ladder.copied);
