@@ -12,7 +12,7 @@ const FILES = __FILES__;
 const RUNTIME_FILES = __RUNTIME__;
 
 const { scope } = self.registration;
-const OURS = `ladder:${new URL(scope).pathname}:`;
+const OURS = `ladder-offline:${new URL(scope).pathname}:`;
 const SITE = `${OURS}site:${VERSION}`;
 const RUNTIME = `${OURS}runtime:__RUNTIME_VERSION__`;
 const PATIENCE = 3000; // ms for an answer from the network where there is a kept one

@@ -58,7 +58,7 @@ def test_the_zip_reads_and_steps_from_disk(reader: Callable[..., Reader], site: 
     solve.changes("rms", start)
     solve.becomes("tape")
     expect(solve.root.locator(".figure-status")).to_contain_text("python3 -m http.server")
-    assert page.locator("footer a[download]").count() == 0
+    assert page.locator('a[href$=".zip"]').count() == 0
     assert page.evaluate("document.fonts.check('16px \\'Ladder Serif\\'')")
 
 
