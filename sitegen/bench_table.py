@@ -78,7 +78,7 @@ LINES = (
     ),
     Line(
         "axe-core, both themes, 1280 and 390 px", "0 violations",
-        tests=("tests/browser/test_static.py::test_no_accessibility_violations",),
+        tests=("tests/browser/test_access.py::test_axe_finds_nothing_on_any_page",),
     ),
     Line(
         "what a pointer does", "also by keyboard, also by touch",
@@ -95,8 +95,21 @@ LINES = (
         ),
     ),
     Line(
-        "1,000 drags", "no growth of the worker's heap",
-        tests=("tests/browser/test_live.py::test_a_thousand_drags_leave_the_heap_alone",),
+        "1,000 drags and picks", "no growth of the worker's heap",
+        tests=("tests/browser/test_growth.py::test_a_thousand_actions_leave_the_worker_s_heap_alone",),
+    ),
+    Line(
+        "Chromium, Firefox and WebKit", "static, tape, live, drag, offline",
+        tests=tuple(
+            f"tests/browser/engines/test_engines.py::{name}"
+            for name in (
+                "test_every_page_is_complete_without_scripts",
+                "test_the_tape_answers_before_python_is_up",
+                "test_python_answers_with_the_build_s_bytes",
+                "test_pointer_and_keys_drag_a_handle",
+                "test_everything_works_with_the_server_gone",
+            )
+        ),
     ),
 )  # fmt: skip
 
