@@ -10,7 +10,7 @@ from playwright.sync_api import Page, expect
 
 from sitegen.bench_page import until
 from tests.browser.conftest import Reader
-from tests.browser.figures import Figure
+from tests.browser.figures import LIVE, Figure
 from tests.browser.test_access import violations
 from tests.browser.test_hover import place
 
@@ -107,7 +107,7 @@ def test_the_focus_stays_where_something_is(reader: Callable[..., Reader]) -> No
     begin.focus()
     race.page.keyboard.press("Enter")
     expect(stop).to_be_focused()
-    until(race.page, "document.querySelector('.job progress').value > 0")
+    expect(race.root.locator(".job-words")).to_contain_text("step", timeout=LIVE)
     race.page.keyboard.press("Enter")
     expect(begin).to_be_focused()
     found = [*violations(race.page, "race with a result")]
