@@ -25,6 +25,7 @@ LOADED = {
     "use": ("href", "xlink:href"),
     "video": ("src", "poster"),
 }
+TELLING = {"a", "button", "label", "legend", "summary", "h1", "h2", "h3", "h4", "h5", "h6"}
 LOADED_LINKS = {"stylesheet", "icon", "apple-touch-icon", "preload", "modulepreload", "prefetch", "manifest"}
 CSS_URL = re.compile(r"url\(\s*(['\"]?)(.*?)\1\s*\)|@import\s+(['\"])(.*?)\3")
 
@@ -73,6 +74,7 @@ class Page:
     name: str
     source: str
     elements: list[Element] = field(default_factory=list)
+    texts: list[tuple[Element, str]] = field(default_factory=list)  # of links, buttons, labels and headings
 
     @cached_property
     def ids(self) -> dict[str, list[Element]]:
@@ -88,10 +90,25 @@ class _Collector(HTMLParser):
     def __init__(self, page: Page) -> None:
         super().__init__(convert_charrefs=True)
         self.page = page
+        self.open: list[tuple[Element, list[str]]] = []
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         line, column = self.getpos()
-        self.page.elements.append(Element(tag, {name: value or "" for name, value in attrs}, line, column + 1))
+        element = Element(tag, {name: value or "" for name, value in attrs}, line, column + 1)
+        self.page.elements.append(element)
+        for _, said in self.open:
+            said.append(element.get("alt") or element.get("aria-label"))
+        if tag in TELLING:
+            self.open.append((element, []))
+
+    def handle_data(self, data: str) -> None:
+        for _, said in self.open:
+            said.append(data)
+
+    def handle_endtag(self, tag: str) -> None:
+        if self.open and self.open[-1][0].tag == tag:
+            element, said = self.open.pop()
+            self.page.texts.append((element, "".join(said).strip()))
 
 
 def read_pages(site: Path) -> dict[str, Page]:

@@ -21,6 +21,8 @@ from sitegen.weight import PAGE_LIMIT, RUNTIME_LIMIT, page_weight, runtime_weigh
 SHOWN = "site"  # how problems name the site, wherever it was built
 POINTING = ("aria-controls", "aria-describedby", "aria-details", "aria-labelledby", "aria-owns", "for", "list")
 DATA_SCRIPTS = ("application/json", "application/ld+json")
+UNSAFE = re.compile(r"'unsafe-[\w-]+'")
+BY_CONTENT = ("assets/", "images/", "runtime/", "tapes/")  # as the service worker and the hosts' headers have it
 # An address in a script's string; a namespace is a name and never asked for.
 SCRIPT_ADDRESS = re.compile(r"""["'`](?:(?:https?|wss?):)?//(?!www\.w3\.org/)[\w.-]+\.\w+""")
 
@@ -30,7 +32,7 @@ def check_site(site: Path) -> list[Problem]:
     pages = read_pages(site)
     found: list[Problem] = []
     for page in pages.values():
-        for rule in (html_is_valid, ids_are_unique, links_lead_somewhere, policy_holds, images_have_words):
+        for rule in RULES:
             found += rule(page, pages)
     found += [*styles_and_scripts_stay_home(site), *names_are_ascii(site, pages), *is_light(pages)]
     return sorted(set(found))
@@ -103,6 +105,9 @@ def policy_holds(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
     policies = [e for e in page.elements if e.get("http-equiv").lower() == "content-security-policy"]
     if not policies:
         yield Problem(f"{SHOWN}/{page.name}", 1, 1, "no Content-Security-Policy")
+    for policy in policies:
+        for word in UNSAFE.findall(policy.get("content")):
+            yield at(page, policy, f"the policy allows {word}")
     for element in page.elements:
         inline = element.tag == "script" and "src" not in element.attributes
         if (inline and element.get("type") not in DATA_SCRIPTS) or element.tag == "style":
@@ -119,6 +124,49 @@ def images_have_words(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
             yield at(page, element, f"{element.get('src')}: an image without alt")
         if element.get("role") == "img" and not (element.get("aria-label") or element.get("aria-labelledby")):
             yield at(page, element, f"<{element.tag} role=img> without aria-label or aria-labelledby")
+
+
+def things_have_names(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
+    """Links, buttons, labels and headings hold words, or are named by an attribute."""
+    for element, text in page.texts:
+        named = text or any(element.get(name) for name in ("aria-label", "aria-labelledby", "title"))
+        hidden = element.get("aria-hidden") == "true" or (element.tag == "a" and "href" not in element.attributes)
+        if not named and not hidden:
+            yield at(page, element, f"an empty <{element.tag}>")
+
+
+def headings_go_down_by_one(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
+    """One first-level heading, before all others; below it no level is left out."""
+    headings = [element for element in page.elements if re.fullmatch("h[1-6]", element.tag)]
+    before = 0
+    for element in headings:
+        level = int(element.tag[1])
+        if level == 1 and before:
+            yield at(page, element, "a second <h1>")
+        elif level > before + 1:
+            yield at(page, element, f"<h{level}> where <h{before + 1}> is the next level")
+        before = level
+
+
+def loaded_files_are_named_by_content(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
+    """What a page loads lies where names hold a hash: it gets the files of its own build, or none."""
+    for element in page.elements:
+        for address in [*element.loads, *([element.get("data-tape")] if element.get("data-tape") else [])]:
+            target = inside(address, page.name)
+            if target and target[0] != page.name and not target[0].startswith(BY_CONTENT):
+                yield at(page, element, f"{address}: loaded from outside of {', '.join(BY_CONTENT)}")
+
+
+RULES = (
+    html_is_valid,
+    ids_are_unique,
+    links_lead_somewhere,
+    policy_holds,
+    images_have_words,
+    things_have_names,
+    headings_go_down_by_one,
+    loaded_files_are_named_by_content,
+)
 
 
 def styles_and_scripts_stay_home(site: Path) -> Iterator[Problem]:

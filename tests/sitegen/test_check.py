@@ -72,6 +72,13 @@ FAULTS = [
     ('<p id="words">', '<p id="words" onclick="x()">', "the attribute 'onclick' on <p>: the policy blocks it"),
     ('type="application/json"', "", "an inline <script>: the policy blocks it"),
     ("http-equiv", "name", "1:1: no Content-Security-Policy"),
+    ("default-src 'none'", "script-src 'self' 'unsafe-inline'", "the policy allows 'unsafe-inline'"),
+    (">two</a>", "><b> </b></a>", "4:46: an empty <a>"),
+    ("<p id", "<button type=button></button><p id", "an empty <button>"),
+    ('<p id="words">Text</p>', '<h3 id="words">Text</h3>', "<h3> where <h2> is the next level"),
+    ('<p id="words">Text</p>', '<h1 id="words">Text</h1>', "a second <h1>"),
+    ('src="assets/a.png"', 'src="a.png"', "a.png: loaded from outside of assets/, images/, runtime/, tapes/"),
+    ('data-tape="tapes/t.js"', 'data-tape="two.html"', "two.html: loaded from outside of"),
     ('id="words"', 'id="wörds"', "the id 'wörds' is not plain ASCII"),
 ]
 
