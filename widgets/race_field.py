@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from types import MappingProxyType
 from typing import Any
 
@@ -108,6 +109,16 @@ class Run:
     batch: Batch[Any] | None = None
     panel: Panel | None = None
 
+    @cached_property
+    def first(self) -> Batch[Any]:
+        """Its batch at the start, begun when first asked for: normals, maps and candidate pairs are half of a step."""
+        return self.entry.contestant.begin(self.problem)
+
+    @property
+    def ready(self) -> bool:
+        """Whether the next step has nothing to begin."""
+        return self.batch is not None or "first" in self.__dict__
+
     @property
     def method(self) -> str:
         """The name of its method."""
@@ -160,7 +171,7 @@ def stepped(run: Run) -> Run:
     """The run after one step more; one that has stopped is handed back as it is."""
     if run.done:
         return run
-    batch = run.entry.contestant.begin(run.problem) if run.batch is None else run.batch
+    batch = run.first if run.batch is None else run.batch
     if batch.done:  # at once: the clouds do not determine a pose for it
         return replace(run, batch=batch, panel=None)
     batch = advance(batch)

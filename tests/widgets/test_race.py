@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from solvers.benchmark import benchmark
-from solvers.race import CONTESTANTS, EXTRAS, SEEDS, contestants, race_problem
+from solvers.race import CONTESTANTS, EXTRAS, SEEDS, Contestant, contestants, race_problem
 from solvers.race import Controls as Race
 from solvers.stepper import advance
 from widgets.contract import Action, preset
@@ -24,6 +24,7 @@ from widgets.jobs import Progress
 from widgets.race_benchmark import work
 from widgets.race_field import ENTRIES, field
 from widgets.race_panels import CHART, HEIGHT, LINE, apart, course, picked
+from widgets.svg import panel_svg
 
 STEP, FINISH = Action("press", "step"), Action("press", "finish")
 
@@ -32,6 +33,33 @@ def after(steps: int, state: State) -> State:
     for _ in range(steps):
         state = act(state, STEP)
     return state
+
+
+def test_a_reader_s_rest_begins_the_contestants_three_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The picture is one at all levels; the first step begins those that are left, and goes where it always did."""
+    begun = list[str]()
+    begin = Contestant.begin
+
+    def counted(self: Contestant, *given: Any) -> Any:
+        begun.append(self.method)
+        return begin(self, *given)
+
+    def pose(state: State) -> list[Any]:
+        return [run.pose.matrix.tolist() for run in state.runs]
+
+    plain = act(start(Controls(), 40), STEP)
+    monkeypatch.setattr(Contestant, "begin", counted)
+    state = start(Controls(), 40)
+    pictures = list[Any]()
+    for level in range(WIDGET.details):
+        picture = draw(state, level)
+        pictures.append([[panel_svg(panel, "f") for panel in picture.panels], picture.readouts, picture.description])
+        assert begun == [c.method for c in CONTESTANTS[: 3 * level]]
+        assert WIDGET.known(state) == level
+        assert pictures[level] == pictures[0]
+    assert pose(act(state, STEP)) == pose(plain)
+    assert len(begun) == 9
+    assert WIDGET.known(act(state, STEP)) == WIDGET.details - 1
 
 
 @pytest.mark.parametrize("seed", [40, 53])

@@ -19,6 +19,8 @@ from ..race_panels import PLACING, Stage, chart, drawn, handles, picked, scenery
 from ..room import ANCHOR, BRINGS, SETTINGS, problem
 from ..script import called, named
 
+AHEAD = 3  # of the nine begin while nobody asks for anything, at each level of detail
+LEVELS = 4  # of detail: the picture is the same in all
 NINTH = {STAND_IN: ENTRIES[STAND_IN].contestant.label} | {c.method: c.label for c in EXTRAS}
 
 
@@ -95,8 +97,11 @@ def act(state: State, action: Action) -> State:
     return replace(state, runs=tuple(drawn(run, stage) for run in state.runs))
 
 
-def draw(state: State) -> Picture:
-    """Nine panels and the chart."""
+def draw(state: State, detail: int = LEVELS - 1) -> Picture:
+    """Nine panels and the chart. What is finer of a later level is the next step's time: its contestants have begun."""
+    for run in state.runs[: detail * AHEAD]:
+        if not run.ready:
+            _ = run.first
     panels = tuple(run.panel for run in state.runs if run.panel is not None)
     return Picture(
         (*panels, chart(state.runs, state.followed)),
@@ -106,6 +111,12 @@ def draw(state: State) -> Picture:
         _note(state),
         frozenset({"step", "finish"} if state.done else ()),
     )
+
+
+def known(state: State) -> int:
+    """The level of detail up to which the contestants are ready."""
+    ready = next((k for k, run in enumerate(state.runs) if not run.ready), len(state.runs))
+    return ready // AHEAD
 
 
 def _readouts(state: State) -> tuple[Readout, ...]:
@@ -201,6 +212,8 @@ WIDGET = Widget(
     start=start,
     act=act,
     draw=draw,
+    details=LEVELS,
+    known=known,
     buttons=(
         Button("run", "Run", "run", primary=True, repeats="step"),
         Button("step", "Step"),
