@@ -55,6 +55,8 @@ def reading(running: Browser, server: SiteServer) -> Iterator[Reading]:
     window = running.window()
     one = Reading(window, server.origin)
     yield one
-    wrong = [said for said in window.complaints() if not any(part in said for part in one.expected)]
-    window.close()
+    try:
+        wrong = [said for said in window.complaints() if not any(part in said for part in one.expected)]
+    finally:
+        window.close()
     assert not wrong, f"the browser complained: {wrong}"

@@ -55,10 +55,12 @@ class Figure:
         return self
 
     def live(self) -> Figure:
-        """Waits until Python is up."""
-        self.reading.until("() => ['live', 'failed'].includes(document.documentElement.dataset.runtime)")
-        state, message = self.reading.run("() => [Ladder.runtime.state, Ladder.runtime.message]")
-        assert state == "live", message
+        """Waits until Python is up; a start that the page calls slow goes on."""
+        self.reading.until(
+            "() => { const { state, message } = Ladder.runtime;"
+            " if (state === 'failed' && !message.includes('any further')) throw new Error(message);"
+            " return state === 'live'; }"
+        )
         return self
 
     def settled(self) -> Figure:

@@ -15,7 +15,8 @@ from widgets.registry import WIDGETS
 pytestmark = pytest.mark.browser
 
 # A page as one sees it. empty: figures without a drawing; flat: formulas without height; whole: with all their parts;
-# stacked: numerators stand over denominators; source: LaTeX is left over.
+# stacked: numerators stand over denominators; aligned: in a table's cell one part stands after the other;
+# hanging: parentheses stand out of their place; plain: terms without a line; source: LaTeX is left over.
 SEEN = """() => {
   const seen = (e) => { const { width, height } = e.getBoundingClientRect(); return width > 0 && height > 0; };
   const empty = (svg) => !seen(svg) || svg.querySelectorAll("path").length < 3;
@@ -24,6 +25,9 @@ SEEN = """() => {
   const flat = (e) => e.getBoundingClientRect().height < 4;
   const bare = (f) => { const svgs = [...f.querySelectorAll("svg.plot")]; return !svgs.length || svgs.some(empty); };
   const parts = { msub: 2, msup: 2, msubsup: 3, mfrac: 2, munder: 2, mover: 2, munderover: 3 };
+  const boxes = (row) => [...row.children].map((e) => e.getBoundingClientRect());
+  const follow = (row) => boxes(row).every(({ left }, i, all) => i === 0 || left >= all[i - 1].right - 4);
+  const hangs = (e) => (getComputedStyle(e).hangingPunctuation || "none") !== "none";
   const root = document.documentElement;
   return {
     heading: document.querySelector("h1").textContent.trim().length,
@@ -36,6 +40,9 @@ SEEN = """() => {
       [...document.querySelectorAll(tag)].every((e) => e.children.length === count)),
     stacked: [...document.querySelectorAll("mfrac")].every(({ children: [top, bottom] }) =>
       top.getBoundingClientRect().bottom <= bottom.getBoundingClientRect().top + 1),
+    aligned: [...document.querySelectorAll("mtd > mrow")].every(follow),
+    hanging: [...document.querySelectorAll("math")].some(hangs),
+    plain: [...document.querySelectorAll(".term")].some((e) => getComputedStyle(e).textDecorationLine !== "underline"),
     wide: root.scrollWidth - root.clientWidth,
     fonts: [...new Set(loaded)].map((family) => family.replaceAll('"', "")),
     source: document.querySelector("main").innerText.includes("$"),
@@ -61,6 +68,9 @@ def test_every_page_is_complete_without_scripts(
         assert seen["flat"] == [], f"{name}: formulas without height"
         assert seen["whole"], f"{name}: a formula lacks parts"
         assert seen["stacked"], f"{name}: a fraction that does not stand over its denominator"
+        assert seen["aligned"], f"{name}: parts of a formula stand over one another"
+        assert not seen["hanging"], f"{name}: a parenthesis that is drawn over what stands before it"
+        assert not seen["plain"], f"{name}: a term that is not underlined"
         assert seen["wide"] <= 0, f"{name} at {width} px"
         assert not seen["source"], f"{name}: a dollar sign is left over"
         assert {"Ladder Serif", "Ladder Sans"} <= set(seen["fonts"]), name

@@ -6,7 +6,7 @@ import json
 from collections.abc import Sequence
 from typing import Any, Protocol
 
-PATIENCE = 90  # seconds until a wait counts as failed: a start of Python in the slowest engine on a busy machine
+PATIENCE = 180  # seconds until a wait counts as failed: a start of Python in the slowest engine on a busy machine
 
 Place = tuple[int, int]  # CSS px in the viewport
 
