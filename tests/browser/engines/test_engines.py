@@ -19,7 +19,7 @@ pytestmark = pytest.mark.browser
 # hanging: parentheses stand out of their place; plain: terms without a line; source: LaTeX is left over.
 SEEN = """() => {
   const seen = (e) => { const { width, height } = e.getBoundingClientRect(); return width > 0 && height > 0; };
-  const empty = (svg) => !seen(svg) || svg.querySelectorAll("path").length < 3;
+  const empty = (svg) => !seen(svg) || svg.querySelectorAll("path").length < 2;
   const figures = [...document.querySelectorAll("figure.figure")];
   const loaded = [...document.fonts].filter(({ status }) => status === "loaded").map(({ family }) => family);
   const flat = (e) => e.getBoundingClientRect().height < 4;
