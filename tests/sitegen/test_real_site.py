@@ -1,4 +1,4 @@
-"""The project's own content builds, and to the same bytes elsewhere, when nothing that is drawn or computed was kept."""
+"""The project's own content builds, and to the same bytes elsewhere, with nothing kept of what is drawn or computed."""
 
 from __future__ import annotations
 
