@@ -107,7 +107,7 @@ def objective_chart(run: Run) -> Panel:
         y_label="Objective",
         x_range=(0.0, 1.0),
         y_range=(0.0, 1.0),
-        now=run.steps / last if run.steps else None,
+        now=run.steps / last,
         x_ticks=[(0.0, "0"), (1.0, str(last))],
         y_ticks=ticks if len(values) else [(0.0, "–")],
         height=190.0,
