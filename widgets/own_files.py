@@ -36,6 +36,20 @@ def _heading(pose: Pose) -> float:
     return float(np.degrees(np.arctan2(pose.R[1, 0], pose.R[0, 0])))
 
 
+def steady(value: float) -> float:
+    """The number to 13 digits: the last ones differ between processors, and files shall not."""
+    return float(f"{value:.13g}") + 0.0
+
+
+def _told(value: Any) -> Any:
+    """Plain data with every number steady."""
+    if isinstance(value, dict):
+        return {key: _told(each) for key, each in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_told(each) for each in value]
+    return steady(value) if isinstance(value, float) else value
+
+
 def pose_json(run: Run) -> str:
     """The pose with what it came from."""
     raw, signs = run.clouds.raw, run.evidence
@@ -63,18 +77,19 @@ def pose_json(run: Run) -> str:
             "explained": float(signs.share),
             "conditioning": float(signs.weakest),
         }
-    return json.dumps(told, indent=2, ensure_ascii=False) + "\n"
+    return json.dumps(_told(told), indent=2, ensure_ascii=False) + "\n"
 
 
 def pose_csv(run: Run) -> str:
     """The 4 × 4 matrix, a row a line."""
-    return "".join(",".join(repr(float(v)) for v in row) + "\n" for row in in_space(run.pose))
+    return "".join(",".join(repr(steady(float(v))) for v in row) + "\n" for row in in_space(run.pose))
 
 
 def script(run: Run, example: str, points: int) -> str:
     """Python that makes the same run from the same files, or from the example or the drawn points."""
     c = run.clouds
-    turn, (x, y) = float(np.arctan2(run.began.R[1, 0], run.began.R[0, 0])), run.began.t.tolist()
+    turn = steady(float(np.arctan2(run.began.R[1, 0], run.began.R[0, 0])))
+    x, y = (steady(v) for v in run.began.t.tolist())
     start = f"Pose.from_angle({turn!r}, ({x!r}, {y!r}))"
     if not c.whole:
         head = ["import numpy as np", "from solvers import Pose"]
