@@ -191,4 +191,4 @@ def test_a_page_opened_from_disk_steps(reading: Reading, site: Path) -> None:
     solve.click('[data-button="solve"]')
     solve.changes("rms", start)
     reading.figure("fig-solve").drag('[data-handle="source"]', 60, 40)
-    reading.until("() => document.querySelector('#fig-solve .figure-status').textContent.includes('build.py serve')")
+    reading.until("() => document.querySelector('#fig-solve .figure-status').textContent.includes('http.server')")
