@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from playwright.sync_api import BrowserContext, ConsoleMessage, sync_playwright
+from playwright.sync_api import BrowserContext, ConsoleMessage, Playwright
 
 from sitegen.browser import FLAGS
 from tests.browser.engines.window import Place
@@ -14,16 +14,14 @@ from tests.browser.engines.window import Place
 class Chromium:
     """A running Chromium."""
 
-    def __init__(self, program: Path) -> None:
-        self.playwright = sync_playwright().start()
-        self.browser = self.playwright.chromium.launch(executable_path=program, args=FLAGS)
+    def __init__(self, program: Path, playwright: Playwright) -> None:
+        self.browser = playwright.chromium.launch(executable_path=program, args=FLAGS)
 
     def window(self) -> ChromiumWindow:
         return ChromiumWindow(self.browser.new_context())
 
     def close(self) -> None:
         self.browser.close()
-        self.playwright.stop()
 
 
 class ChromiumWindow:

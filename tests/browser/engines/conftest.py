@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from playwright.sync_api import Playwright
 
 from tests.browser.engines.chromium import Chromium
 from tests.browser.engines.firefox import Firefox
@@ -18,10 +19,10 @@ from tests.browser.engines.window import Browser
 from tests.browser.server import Doorkeeper, SiteServer
 
 # What drives an engine, and how its program is called where `build.py test` has not found it already.
-DRIVERS: dict[str, tuple[Callable[[Path], Browser], str]] = {
+DRIVERS: dict[str, tuple[Callable[[Path, Playwright], Browser], str]] = {
     "chromium": (Chromium, "chromium"),
-    "firefox": (Firefox, "firefox-esr"),
-    "webkit": (Webkit, "WebKitWebDriver"),
+    "firefox": (lambda program, playwright: Firefox(program), "firefox-esr"),
+    "webkit": (lambda program, playwright: Webkit(program), "WebKitWebDriver"),
 }
 
 
@@ -32,12 +33,12 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 
 
 @pytest.fixture(scope="session")
-def running(request: pytest.FixtureRequest) -> Iterator[Browser]:
-    """The engine's browser."""
+def running(request: pytest.FixtureRequest, playwright: Playwright) -> Iterator[Browser]:
+    """The engine's browser. There is one Playwright a process, which all tests in Chromium share."""
     drive, usual = DRIVERS[request.param]
     program = os.environ.get(f"LADDER_{request.param.upper()}") or shutil.which(usual)
     assert program, f"no {usual} on the PATH: `python3 build.py test --engines {request.param}` finds or installs one"
-    browser = drive(Path(program))
+    browser = drive(Path(program), playwright)
     yield browser
     browser.close()
 
