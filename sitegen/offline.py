@@ -6,7 +6,7 @@ import sys
 from collections.abc import Collection, Iterator
 from pathlib import Path
 
-from playwright.sync_api import BrowserContext, Error, Page, sync_playwright
+from playwright.sync_api import Browser, BrowserContext, Error, Page, sync_playwright
 
 from sitegen.browser import FLAGS, BrowserMissing, chromium
 from sitegen.building import attempt, tell
@@ -31,33 +31,34 @@ def offline_check(root: Path, given: Path | None = None) -> int:
         print(error, file=sys.stderr)
         return 1
     faults = 0
-    for name, figures, fault in visits(root / "site", browser):
-        print(f"{name}: {fault or f'opens, {figures} figures answer'}", flush=True)
-        faults += bool(fault)
+    with sync_playwright() as playwright:
+        running = playwright.chromium.launch(executable_path=browser, args=FLAGS)
+        for name, figures, fault in visits(root / "site", running):
+            print(f"{name}: {fault or f'opens, {figures} figures answer'}", flush=True)
+            faults += bool(fault)
+        running.close()
     print(f"{faults} pages fail without the server" if faults else "everything works without the server", flush=True)
     return 1 if faults else 0
 
 
-def visits(site: Path, browser: Path, only: Collection[str] = ()) -> Iterator[tuple[str, int, str]]:
+def visits(site: Path, browser: Browser, only: Collection[str] = ()) -> Iterator[tuple[str, int, str]]:
     """Visit the first page, stop the server, open every page: its name, how many figures answered, what is wrong.
 
     only: the pages to open; all where none is named.
     """
-    with sync_playwright() as playwright:
-        running = playwright.chromium.launch(executable_path=browser, args=FLAGS)
-        context = running.new_context(reduced_motion="reduce")
-        try:
-            with serving(site) as server:
-                if fault := kept_fault(context, f"{server.origin}/index.html"):
-                    yield "index.html", 0, fault
-                    return
-            forget(context)
-            for path in sorted(site.rglob("*.html")):
-                name = path.relative_to(site).as_posix()
-                if name not in NOT_KEPT and (not only or name in only):
-                    yield (name, *answers(context, f"{server.origin}/{name}"))
-        finally:
-            running.close()
+    context = browser.new_context(reduced_motion="reduce")
+    try:
+        with serving(site) as server:
+            if fault := kept_fault(context, f"{server.origin}/index.html"):
+                yield "index.html", 0, fault
+                return
+        forget(context)
+        for path in sorted(site.rglob("*.html")):
+            name = path.relative_to(site).as_posix()
+            if name not in NOT_KEPT and (not only or name in only):
+                yield (name, *answers(context, f"{server.origin}/{name}"))
+    finally:
+        context.close()
 
 
 def kept_fault(context: BrowserContext, address: str) -> str:

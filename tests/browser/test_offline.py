@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import gzip
 import hashlib
-import os
 import shutil
 from collections.abc import Callable
 from dataclasses import replace
@@ -12,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Browser, Page, expect
 
 from sitegen import offline, runtime
 from sitegen.build import STANDARD, build
@@ -90,20 +89,18 @@ def builds(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     return made
 
 
-def test_a_figure_of_a_page_never_visited_answers_without_the_server(site: Path) -> None:
+def test_a_figure_of_a_page_never_visited_answers_without_the_server(browser: Browser, site: Path) -> None:
     """With nothing but what the service worker keeps (`serve --offline-check` asks so on every page)."""
-    browser = Path(os.environ.get("LADDER_CHROMIUM") or shutil.which("chromium") or "chromium")
     ((name, answered, fault),) = offline.visits(site, browser, {"race.html"})
     assert (name, answered, fault) == ("race.html", 1, "")
 
 
-def test_what_is_not_kept_is_told(site: Path, tmp_path: Path) -> None:
+def test_what_is_not_kept_is_told(browser: Browser, site: Path, tmp_path: Path) -> None:
     """The check can fail: a figure's Python that the worker does not know of is missed, on the page that needs it."""
     broken = shutil.copytree(site, tmp_path / "site", ignore=shutil.ignore_patterns("*.gz", "*.br"))
     worker = broken / "sw.js"
     lines = worker.read_text("utf-8").splitlines(keepends=True)
     worker.write_text("".join(line for line in lines if "/numpy.pack" not in line), "utf-8")
-    browser = Path(os.environ.get("LADDER_CHROMIUM") or shutil.which("chromium") or "chromium")
     ((name, answered, fault),) = offline.visits(broken, browser, {"kabsch.html"})
     assert (name, answered) == ("kabsch.html", 0)
     assert "numpy.pack could not be loaded" in fault

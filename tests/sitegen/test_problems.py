@@ -122,7 +122,7 @@ BROKEN = {
     "unknown anchor": ("A [b](#ther)\n\n## There\n", ["7:7: no anchor 'ther' on second.html; did you mean 'there'?"]),
     "anchor of another page": (
         "A [b](index.html#elsewhere)\n",
-        ["7:7: no anchor 'elsewhere' on index.html; there are cite-this-page, main"],
+        ["7:7: no anchor 'elsewhere' on index.html; there are cite-this-page, main, notebook"],
     ),
     "unknown page": ("A *b* [b](indx.html)\n", ["7:11: no page 'indx.html'; did you mean 'index.html'?"]),
     "unknown command in a line": ("A $x + \\frb{y}$\n", ["7:8: formula: Unsupported function name: \\frb"]),
