@@ -8,7 +8,7 @@
   async function unkeep() {
     const registration = await navigator.serviceWorker.getRegistration();
     if (!registration) return;
-    const ours = `ladder:${new URL(registration.scope).pathname}:`;
+    const ours = `ladder-offline:${new URL(registration.scope).pathname}:`;
     const kept = (await caches.keys()).filter((name) => name.startsWith(ours));
     await Promise.all([...kept.map((name) => caches.delete(name)), registration.unregister()]);
   }
