@@ -66,8 +66,12 @@ def name(node: dict[str, Any]) -> str:
     return str(node.get("name", {}).get("value", ""))
 
 
+# What passes is not gathered, and style sheets, which hold no video, are not fetched once more.
+QUICK = {"resultTypes": ["violations"], "preload": False}
+
+
 def violations(page: Page, where: str, **options: Any) -> Iterator[str]:
-    for found in Axe().run(page, options=options).response["violations"]:
+    for found in Axe().run(page, options={**QUICK, **options}).response["violations"]:
         for node in found["nodes"]:
             yield f"{where}: {found['id']}: {node['target']}"
 

@@ -24,6 +24,7 @@ from widgets.contract import parsed, preset
 from widgets.host import Host
 from widgets.registry import WIDGETS
 
+pytestmark = pytest.mark.native  # minutes in the page's Python, whose frames are compared elsewhere
 EXAMPLES = int(os.environ.get("LADDER_EXAMPLES", "0"))
 SEARCH = settings(
     max_examples=EXAMPLES or 12,
