@@ -27,7 +27,7 @@ WARM, PRESSES = 60, 300
 
 @pytest.mark.parametrize(
     ("page", "name", "kind", "what", "warm_up"),
-    [("icp.html", "fig-nearest", "drag", "source", 500)],
+    [("icp.html", "fig-nearest", "drag", "source", 1500)],
 )
 def test_a_thousand_actions_leave_the_worker_s_heap_alone(
     reader: Callable[..., Reader], page: str, name: str, kind: str, what: str, warm_up: int
