@@ -33,7 +33,7 @@
 
   Ladder.copied = function (block) {
     const button = make("button", { type: "button", class: "button" }, "Copy");
-    block.after(button);
+    block.nextElementSibling.replaceChildren(button);
     return on(button, "click", async () => {
       if (await copy(block.textContent)) text(button, "Copied");
       else getSelection().selectAllChildren(block);
