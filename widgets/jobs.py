@@ -92,7 +92,7 @@ class Running:
         self.works.pop((figure, job.name), None)
 
     def slice(self, figure: str, job: Job) -> dict[str, Any]:
-        """Some more work, about `SLICE` seconds of it, and how far it has come, as plain data.
+        """Some more work, about `SLICE` seconds of it or up to a result, and how far it has come, as plain data.
 
         Raises ValueError where no such job is under way.
         """
@@ -109,7 +109,8 @@ class Running:
                 raise
             result = progress.result or result
             after = self.now()
-            if progress.part >= 1 or 2 * after - before - began > SLICE:
+            # After a result something else begins, of which the piece before tells nothing.
+            if progress.part >= 1 or progress.result or 2 * after - before - began > SLICE:
                 break
             before = after
         done = progress.part >= 1
