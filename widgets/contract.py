@@ -48,6 +48,18 @@ class Button:
     repeats: str = ""
 
 
+UNDONE = (Button("back", "Back", "back"), Button("reset", "Reset", "reset"), Button("new", "New draw", "reseed"))
+"""The last buttons of most figures: what was done is taken back, or done on another draw."""
+
+ITERATED = (
+    Button("step", "Step", primary=True),
+    Button("run", "Run", "run", repeats="step"),
+    Button("finish", "To the end"),
+    *UNDONE,
+)
+"""The buttons of a method that iterates."""
+
+
 @dataclass(frozen=True)
 class Key:
     """One entry of the legend."""

@@ -21,7 +21,7 @@ from solvers.stepper import Problem, advance
 from solvers.surface_icp import SurfaceState
 
 from ..contestant_links import LINKS, Linked
-from ..contract import Action, Button, Key, Widget
+from ..contract import UNDONE, Action, Key, Widget
 from ..controls import slider
 from ..picture import Array, Mark, Panel, Picture, Points, Readout, Ring, Role, Segments, View, degrees, number
 from ..placing import Placing, place, written
@@ -191,7 +191,7 @@ WIDGET = Widget(
     start=start,
     act=act,
     draw=draw,
-    buttons=(Button("back", "Back", "back"), Button("reset", "Reset", "reset"), Button("new", "New draw", "reseed")),
+    buttons=UNDONE,
     legend=(
         Key("source", "source, the chosen point large"),
         Key("target", "target", "square"),

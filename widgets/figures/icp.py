@@ -10,7 +10,7 @@ import numpy as np
 from solvers.scenes import room, room_start
 
 from ..chart import Series, chart
-from ..contract import Action, Button, Key, Motion, Widget
+from ..contract import ITERATED, Action, Key, Motion, Widget
 from ..controls import choice, slider
 from ..icp_run import Rule, Run, begun
 from ..picture import Array, Mark, Panel, Picture, Points, Readout, degrees, number
@@ -305,14 +305,7 @@ WIDGET = Widget(
     start=start,
     act=act,
     draw=draw,
-    buttons=(
-        Button("step", "Step", primary=True),
-        Button("run", "Run", "run", repeats="step"),
-        Button("finish", "To the end"),
-        Button("back", "Back", "back"),
-        Button("reset", "Reset", "reset"),
-        Button("new", "New draw", "reseed"),
-    ),
+    buttons=ITERATED,
     legend=(
         Key("source", "source, which moves"),
         Key("target", "target", "square"),

@@ -10,7 +10,7 @@ from solvers import Fit, Pose, fit_rigid
 from solvers.metrics import rms, rre, rte
 from solvers.scenes import Scene, kabsch_scene
 
-from ..contract import Action, Button, Key, Motion, Widget
+from ..contract import UNDONE, Action, Button, Key, Motion, Widget
 from ..controls import choice, slider, toggle
 from ..picture import (
     Array,
@@ -312,9 +312,7 @@ WIDGET = Widget(
     draw=draw,
     buttons=(
         Button("solve", "Solve", primary=True),
-        Button("back", "Back", "back"),
-        Button("reset", "Reset", "reset"),
-        Button("new", "New draw", "reseed"),
+        *UNDONE,
     ),
     legend=(
         Key("source", "source, which moves"),

@@ -11,7 +11,7 @@ from solvers.arrays import BoolArray
 from solvers.scenes import Scene, room
 
 from ..chart import Series, chart
-from ..contract import Action, Button, Key, Widget
+from ..contract import UNDONE, Action, Button, Key, Widget
 from ..controls import choice, slider
 from ..field import PAD, axis_marks, scale_marks
 from ..picture import (
@@ -375,9 +375,7 @@ WIDGET = Widget(
         Button("sow", f"Sow {SIDE**2} starts", primary=True),
         Button("resample", "Resample"),
         Button("clear", "Clear"),
-        Button("back", "Back", "back"),
-        Button("reset", "Reset", "reset"),
-        Button("new", "New draw", "reseed"),
+        *UNDONE,
     ),
     legend=(
         Key("truth", "truth, and starts that reach it", "ring"),

@@ -15,7 +15,7 @@ from solvers.wall_scenes import ndt_room
 from .. import climbing
 from ..chart import Series, chart
 from ..climbing import Climb
-from ..contract import Action, Button, Key, Widget
+from ..contract import UNDONE, Action, Button, Key, Widget
 from ..controls import slider, toggle
 from ..picture import (
     Array,
@@ -333,9 +333,7 @@ WIDGET = Widget(
     buttons=(
         Button("step", "Step"),
         Button("run", "Run", "run", primary=True, repeats="step"),
-        Button("back", "Back", "back"),
-        Button("reset", "Reset", "reset"),
-        Button("new", "New draw", "reseed"),
+        *UNDONE,
     ),
     legend=(
         Key("source", "scan, which moves"),

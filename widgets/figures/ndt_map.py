@@ -11,7 +11,7 @@ from solvers.ndt_score import score_map
 from solvers.spectral import symmetric_eigen
 from solvers.wall_scenes import ndt_room
 
-from ..contract import Action, Button, Key, Widget
+from ..contract import UNDONE, Action, Button, Key, Widget
 from ..controls import slider, toggle
 from ..field import scale_marks
 from ..picture import (
@@ -297,9 +297,7 @@ WIDGET = Widget(
     draw=draw,
     buttons=(
         Button("next", "Next cell", primary=True),
-        Button("back", "Back", "back"),
-        Button("reset", "Reset", "reset"),
-        Button("new", "New draw", "reseed"),
+        *UNDONE,
     ),
     legend=(
         Key("target", "point in a kept cell", "square"),

@@ -15,7 +15,7 @@ from solvers.ndt_translation import climb
 from solvers.scenes import Scene
 from solvers.wall_scenes import ndt_room
 
-from ..contract import Action, Button, Key, Widget
+from ..contract import UNDONE, Action, Button, Key, Widget
 from ..controls import choice, slider
 from ..field import PAD, Field, axis_marks, scale_marks
 from ..picture import (
@@ -263,9 +263,7 @@ WIDGET = Widget(
     known=lambda state: state.field.known,
     buttons=(
         Button("truth", "Climb from the truth", primary=True),
-        Button("back", "Back", "back"),
-        Button("reset", "Reset", "reset"),
-        Button("new", "New draw", "reseed"),
+        *UNDONE,
     ),
     legend=(
         Key("truth", "truth", "ring"),

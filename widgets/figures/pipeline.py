@@ -8,7 +8,7 @@ from typing import Any
 from solvers import Pose
 from solvers.scenes import Scene, room_start
 
-from ..contract import Action, Button, Key, Motion, Widget
+from ..contract import UNDONE, Action, Button, Key, Motion, Widget
 from ..controls import choice, slider
 from ..picture import Label, Mark, Panel, Path, Picture, Points, Readout, Role, Segments, Shape, View, degrees, number
 from ..pipeline_run import (
@@ -294,9 +294,7 @@ WIDGET = Widget(
     buttons=(
         Button("next", "Next stage", primary=True),
         Button("finish", "All stages"),
-        Button("back", "Back", "back"),
-        Button("reset", "Reset", "reset"),
-        Button("new", "New draw", "reseed"),
+        *UNDONE,
     ),
     legend=(
         Key("source", "source, where the stage leaves it"),

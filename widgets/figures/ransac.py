@@ -16,7 +16,7 @@ from solvers.scenes import Scene
 from solvers.stepper import Problem, advance, begin
 
 from ..budget import budget_chart, whole
-from ..contract import Action, Button, Key, Widget
+from ..contract import UNDONE, Action, Button, Key, Widget
 from ..controls import choice, slider
 from ..match_view import HANDLE, PULLED, Shown, match_handle, match_panel, pulled_to
 from ..picture import Array, Picture, Readout, number
@@ -317,9 +317,7 @@ WIDGET = Widget(
         Button("run", "Run", "run", primary=True, repeats="step"),
         Button("step", "Step"),
         Button("finish", "To the end"),
-        Button("back", "Back", "back"),
-        Button("reset", "Reset", "reset"),
-        Button("new", "New draw", "reseed"),
+        *UNDONE,
     ),
     legend=(
         Key("inlier", "match within ε of the best pose", "line"),

@@ -10,7 +10,7 @@ import numpy as np
 from solvers.bird_scene import AREA, SHAPE, bird, bird_start
 
 from ..chart import Series, chart
-from ..contract import Action, Button, Key, Motion, Widget
+from ..contract import ITERATED, Action, Key, Motion, Widget
 from ..controls import choice, slider
 from ..picture import Array, Group, Mark, Panel, Path, Picture, Points, Readout, Role, View, degrees, number
 from ..placing import HANDLES, Placing, place, written
@@ -331,14 +331,7 @@ WIDGET = Widget(
     start=start,
     act=act,
     draw=draw,
-    buttons=(
-        Button("step", "Step", primary=True),
-        Button("run", "Run", "run", repeats="step"),
-        Button("finish", "To the end"),
-        Button("back", "Back", "back"),
-        Button("reset", "Reset", "reset"),
-        Button("new", "New draw", "reseed"),
-    ),
+    buttons=ITERATED,
     legend=(
         Key("source", "source, which moves"),
         Key("target", "target", "square"),

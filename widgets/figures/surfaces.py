@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from solvers.scenes import room_start
 
-from ..contract import Action, Button, Key, Motion, Widget
+from ..contract import ITERATED, Action, Key, Motion, Widget
 from ..controls import choice, slider
 from ..picture import Mark, Panel, Picture, Readout, degrees, number
 from ..placing import HANDLES, place, written
@@ -224,14 +224,7 @@ WIDGET = Widget(
     start=start,
     act=act,
     draw=draw,
-    buttons=(
-        Button("step", "Step", primary=True),
-        Button("run", "Run", "run", repeats="step"),
-        Button("finish", "To the end"),
-        Button("back", "Back", "back"),
-        Button("reset", "Reset", "reset"),
-        Button("new", "New draw", "reseed"),
-    ),
+    buttons=ITERATED,
     legend=(
         Key("source", "source, which moves"),
         Key("target", "target", "square"),

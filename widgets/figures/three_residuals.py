@@ -10,7 +10,7 @@ from solvers import Pose
 from solvers.scenes import room_start
 
 from ..chart import Series, chart
-from ..contract import Action, Button, Key, Motion, Widget
+from ..contract import ITERATED, Action, Key, Motion, Widget
 from ..controls import choice, slider
 from ..picture import Handle, Label, Mark, Panel, Picture, Readout, Role, Segments, View, degrees, number
 from ..placing import Placing, place, written
@@ -248,14 +248,7 @@ WIDGET = Widget(
     start=start,
     act=act,
     draw=draw,
-    buttons=(
-        Button("step", "Step", primary=True),
-        Button("run", "Run", "run", repeats="step"),
-        Button("finish", "To the end"),
-        Button("back", "Back", "back"),
-        Button("reset", "Reset", "reset"),
-        Button("new", "New draw", "reseed"),
-    ),
+    buttons=ITERATED,
     legend=(
         Key("source", "source, which moves; in the chart, point to point"),
         Key("target", "target", "square"),

@@ -10,7 +10,7 @@ from solvers import Pose
 from solvers.metrics import rre, rte
 from solvers.scans import Scans, two_scans
 
-from ..contract import Action, Button, Key, Motion, Widget
+from ..contract import UNDONE, Action, Button, Key, Motion, Widget
 from ..controls import slider
 from ..picture import (
     Array,
@@ -204,9 +204,7 @@ WIDGET = Widget(
     draw=draw,
     buttons=(
         Button("answer", "Show the answer", primary=True),
-        Button("back", "Back", "back"),
-        Button("reset", "Reset", "reset"),
-        Button("new", "New draw", "reseed"),
+        *UNDONE,
     ),
     legend=(
         Key("source", "source scan, which you move"),
