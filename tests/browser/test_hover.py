@@ -8,6 +8,7 @@ import pytest
 
 from tests.browser.conftest import Reader
 from tests.browser.figures import Figure
+from tests.browser.server import SiteServer
 
 PAGE, NAME = "ndt-map.html", "fig-cells"
 
@@ -69,11 +70,12 @@ def test_a_tap_points_and_a_finger_still_scrolls(reader: Callable[..., Reader]) 
     assert page.evaluate("e => getComputedStyle(e).touchAction", drawing) != "none"
 
 
-def test_passing_over_a_picture_asks_for_nothing_before_python_is_up(reader: Callable[..., Reader]) -> None:
+def test_passing_over_a_picture_asks_for_nothing_before_python_is_up(
+    reader: Callable[..., Reader], server: SiteServer
+) -> None:
     """With the runtime not live a mouse move changes no record and leaves the figure as it was printed."""
-    page = reader().open(PAGE)
-    cells = Figure(page, NAME)
-    page.evaluate("() => { Object.defineProperty(Ladder.runtime, 'state', {value: 'loading', writable: true}); }")
+    server.hold("/runtime/.*wasm")
+    cells = Figure(reader().open(PAGE), NAME)
     cells.page.mouse.move(*place(cells, -2.5, 0.4))
     cells.page.mouse.move(*place(cells, 0.5, 1.4))
     assert cells.record()["log"] == []
