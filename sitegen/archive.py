@@ -43,7 +43,8 @@ def folder_name(title: str) -> str:
 
 def archive(folder: str, files: Mapping[str, bytes], cache: Path) -> bytes:
     """A zip of the files (name → content) in one folder. Names have to be ASCII."""
-    body, directory = bytearray(), bytearray()
+    body: list[bytes] = []
+    at, directory = 0, bytearray()
     names = sorted(files)
     with ThreadPoolExecutor(os.cpu_count()) as threads:  # packing lets other threads run meanwhile
         members = list(threads.map(lambda name: _packed(name, files[name], cache), names))
@@ -52,11 +53,12 @@ def archive(folder: str, files: Mapping[str, bytes], cache: Path) -> bytes:
         facts = struct.pack(
             "<5H3L2H", VERSION, 0, method, *NOON, zlib.crc32(data), len(packed), len(data), len(member), 0
         )
-        made_by, rest = struct.pack("<H", VERSION), struct.pack("<3H2L", 0, 0, 0, 0, len(body))
+        made_by, rest = struct.pack("<H", VERSION), struct.pack("<3H2L", 0, 0, 0, 0, at)
         directory += b"PK\1\2" + made_by + facts + rest + member
-        body += b"PK\3\4" + facts + member + packed
-    end = struct.pack("<4H2LH", 0, 0, len(files), len(files), len(directory), len(body), 0)
-    return bytes(body + directory + b"PK\5\6" + end)
+        body += [b"PK\3\4" + facts + member, packed]
+        at += len(body[-2]) + len(packed)
+    end = struct.pack("<4H2LH", 0, 0, len(files), len(files), len(directory), at, 0)
+    return b"".join([*body, directory, b"PK\5\6" + end])
 
 
 def _packed(name: str, data: bytes, cache: Path) -> tuple[int, bytes]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import hashlib
 import json
 import re
 from collections.abc import Iterable, Mapping
@@ -11,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from .archive import Download
-from .files import fingerprint, hashed_name, short_hash
+from .files import digest, fingerprint, hashed_name, short_hash
 from .problems import Place, Problems, hint
 
 POLICY = (
@@ -135,7 +134,7 @@ def service_worker(
     pages = {name: data for name, data in files.items() if name not in FOR_HOSTS}
     filled = {
         "VERSION": fingerprint([*pages.items(), ("sw.js", code)])[:16],
-        "FILES": _listed((name, len(data), hashlib.sha256(data).hexdigest()) for name, data in pages.items()),
+        "FILES": _listed((name, len(data), digest(data)) for name, data in pages.items()),
         "RUNTIME": (python := _listed(runtime)),
         "RUNTIME_VERSION": short_hash(python.encode()),
     }
@@ -145,7 +144,7 @@ def service_worker(
 def _listed(files: Iterable[tuple[str, int, str]]) -> str:
     """Name, bytes and integrity of each file as JSON, a line a file."""
     lines = [
-        json.dumps([name, size, "sha256-" + base64.b64encode(bytes.fromhex(digest)).decode()])
-        for name, size, digest in sorted(files)
+        json.dumps([name, size, "sha256-" + base64.b64encode(bytes.fromhex(hashed)).decode()])
+        for name, size, hashed in sorted(files)
     ]
     return "[\n" + "".join(f"  {line},\n" for line in lines).removesuffix(",\n") + "\n]"

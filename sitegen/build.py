@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,24 +19,27 @@ from widgets.registry import WIDGETS
 
 from . import about, ahead, emblem, figures, fonts, manifest, outside, plotting, runtime, search
 from .archive import Download, archive, folder_name
+from .assembled import assembled
 from .assets import HEADERS, Assets, read_assets, service_worker
 from .cite import Reference, read_references, unused
 from .claims import read_results, tests_for
 from .computed import Values
-from .content import OWN_PAGES, Chapter, Site, read_chapters, read_site
+from .content import OWN_PAGES, SETTINGS, Chapter, Site, read_chapters, read_site
 from .figures import Bakery, Figure, code_hash
-from .files import fingerprint, short_hash, write
+from .files import content as content_of
+from .files import fingerprint
 from .glossary import Term, read_glossary
 from .maths import Mathematics
 from .maths import render as render_formulas
 from .notebooks import Shown, notebooks
 from .outside import Progress, quiet
 from .pages import Writer, environment, figure_html, figure_view, plot_html
-from .plotting import Gallery, Placed, Plot
+from .plotting import Gallery, Placed, Plot, version
 from .problems import BuildFailed, Place, Problem, Problems
 from .prune import prune
 from .publish import publish
-from .render import Body, Known, render
+from .remembered import Remembered
+from .render import Body, Known, highlighted, render
 from .survey import OWN_IDS, Survey, survey
 from .tape import Tape, record_tapes
 
@@ -46,13 +50,14 @@ SERVED = ("temml", "pyodide", "numpy", "minisearch", *fonts.BUNDLES)
 class Report:
     """A build that went well: its pages, its warnings (of a strict build: notes that are no fault), files and bytes.
 
-    Packed copies and the runtime are not counted.
+    Packed copies and the runtime are not counted. sources: the page of each chapter's file.
     """
 
     pages: tuple[str, ...]
     warnings: tuple[Problem, ...]
     files: int
     size: int
+    sources: Mapping[str, str]
 
 
 @dataclass(frozen=True)
@@ -61,7 +66,7 @@ class Parts:
 
     widgets: Mapping[str, Widget]
     plots: Mapping[str, Plot] = field(default_factory=plotting.known)
-    assemble: Callable[..., runtime.RuntimeInfo] | None = runtime.assemble
+    assemble: Callable[..., runtime.RuntimeInfo] | None = assembled
     cut_fonts: Callable[..., fonts.FontSet] | None = fonts.make
     draw_emblem: Callable[..., Mapping[str, bytes]] | None = emblem.make
     licences: Callable[..., Sequence[outside.Licence]] = outside.licences
@@ -84,7 +89,8 @@ def build(
 ) -> Report:
     """Build the site of the checkout at `root` into `dest`, which changes only when all went well.
 
-    strict: warnings are problems. drafts: chapters that are drafts are built too. pack: .gz and .br beside the files.
+    strict: warnings are problems. drafts: chapters that are drafts are built too. pack: .gz and .br beside the files,
+    and the whole site in a zip to take away; who only looks at pages needs neither.
     Raises BuildFailed with every problem of the content; OutsideError, NodeError, WheelError where the machinery fails.
     """
     progress, cache, problems = progress or quiet, cache or outside.cache_dir(), Problems()
@@ -94,8 +100,9 @@ def build(
     terms = read_glossary(root, chapters, problems)
     surveys = [survey(chapter, parts.widgets, parts.plots, problems) for chapter in chapters]
     formulas = [asked for one in surveys for asked in one.formulas]
-    mathematics = render_formulas(formulas, site.macros, cache, problems, progress)
-    templates = environment(root)
+    unknown = Problems() if SETTINGS in problems.unread else problems  # the site's macros stand there
+    mathematics = render_formulas(formulas, site.macros, cache, unknown, progress)
+    templates = environment(root, cache)
     started = _runtime(root, parts, cache, progress)
     templates.globals["wheel"] = f"runtime/{started.wheel}" if started else ""
     bakery = Bakery(parts.widgets, cache)
@@ -109,7 +116,7 @@ def build(
         _pages(surveys, references, terms),
         references,
         terms,
-        tests_for(root, chapters),
+        tests_for(root, chapters, cache),
         read_results(root),
         mathematics,
         values,
@@ -136,8 +143,9 @@ def build(
     works = {chapter.page: body.cited for chapter, body in bodies}
     books = notebooks(surveys, works, shown)
     made = about.made(root, surveys, [body for _, body in bodies], started.size if started else 0)
-    content = _Content(root, site, chapters, bodies, references, cited, known, licences, books, made)
-    files = _files(content, templates, mathematics, tapes, started, parts, cache, progress, problems)
+    code = _sources(known, bodies, cache)
+    content = _Content(root, site, chapters, bodies, references, cited, known, licences, books, made, code)
+    files = _files(content, templates, mathematics, tapes, started, parts, pack, cache, progress, problems)
     if problems.found:
         raise BuildFailed(problems.found)
     publish(files, started, dest, pack, cache, progress)
@@ -148,6 +156,7 @@ def build(
         tuple(sorted([*problems.warnings, *(problems.notes if strict else [])])),
         len(files),
         sum(map(len, files.values())),
+        {chapter.source.path: chapter.page for chapter in chapters},
     )
 
 
@@ -165,6 +174,7 @@ class _Content:
     licences: Sequence[outside.Licence]
     notebooks: Mapping[str, bytes]
     made: about.Made
+    sources: Mapping[str, Markup]
 
 
 def _missing(surveys: Sequence[Survey], gallery: Gallery, bakery: Bakery, cache: Path) -> list[ahead.Piece]:
@@ -177,6 +187,15 @@ def _missing(surveys: Sequence[Survey], gallery: Gallery, bakery: Bakery, cache:
         *((plotting.make_ahead, (p.plot.name, p.id, cache)) for p in ours if gallery.lacks(p)),
         *((figures.make_ahead, (f.dom_id, f.records, cache)) for f in known if bakery.lacks(f.dom_id, f.records)),
     ]
+
+
+def _sources(known: Known, bodies: Sequence[tuple[Chapter, Body]], cache: Path) -> dict[str, Markup]:
+    """The claimed tests' sources as code."""
+    shown = Remembered(cache, f"code-{version('pygments')}")
+    claimed = {claim.test_id: known.tests[claim.test_id].source for _, body in bodies for claim in body.claims}
+    made = {name: shown.answer(text, partial(highlighted, text, "python")) for name, text in claimed.items()}
+    shown.keep()
+    return {name: Markup(code) for name, code in made.items()}
 
 
 def _figure_drawer(
@@ -210,7 +229,8 @@ def _pages(
     pages["references.html"] = {f"ref-{key}": reference.place for key, reference in references.items()}
     pages["glossary.html"] = {term.anchor: term.place for term in terms.values()}
     fixed = {name: Place("templates/chapter.html") for name in OWN_IDS}
-    return pages | {one.chapter.page: {**fixed, **one.anchors} for one in surveys}
+    # Of two chapters of one name, which is a problem, the first is meant.
+    return pages | {one.chapter.page: {**fixed, **one.anchors} for one in reversed(surveys)}
 
 
 def _runtime(root: Path, parts: Parts, cache: Path, progress: Progress) -> runtime.RuntimeInfo | None:
@@ -228,6 +248,7 @@ def _files(
     tapes: Mapping[tuple[str, str], Tape],
     started: runtime.RuntimeInfo | None,
     parts: Parts,
+    pack: bool,
     cache: Path,
     progress: Progress,
     problems: Problems,
@@ -238,8 +259,7 @@ def _files(
     unstyled = _html(content, templates, Assets())
     fontset = None
     if parts.cut_fonts is not None:
-        text, signs = _characters(unstyled, cache)
-        text = "".join(sorted(set(text).union(*(script.decode() for script in scripts.values()))))
+        text, signs = _characters(unstyled, scripts, cache)
         fontset = parts.cut_fonts(text, signs, url="fonts/", cache=cache, progress=progress)
     if fontset and fontset.missing:
         problems.note(Place("content"), f"no typeface of the site has {' '.join(fontset.missing)}")
@@ -258,14 +278,14 @@ def _files(
         assets.runtime = {"folder": "runtime/", "files": json.dumps(started.start_files()), "bytes": started.size}
     if parts.search is not None:
         assets.search_library = assets.add("minisearch.js", parts.search(cache))
-        assets.search_data = assets.add("search.js", search.search_data(unstyled))
+        assets.search_data = assets.add("search.js", search.search_data(unstyled, cache))
     images = {image.name: image.data for _, body in content.bodies for image in body.images}
     if manifest.ICONS.keys() <= assets.pictures.keys():
         site, assets.ground = content.site, emblem.colours()["paper"]
         made = manifest.web_manifest(site.title, site.description, site.language, assets.ground[0], assets.pictures)
         assets.manifest = assets.add("site.webmanifest", made)
     rest = {**scripts, **images, **assets.files}
-    assets.download = _download(content, templates, assets, rest, started, cache)
+    assets.download = _download(content, templates, assets, rest, started, cache) if pack else None
     files = {**_pages_of(content, templates, assets), **rest}
     writer = Writer(templates, content.site, content.chapters, assets)
     if content.site.url:
@@ -273,7 +293,8 @@ def _files(
         public = [*(chapter.page for chapter in content.chapters), *own]
         files["sitemap.xml"] = writer.sitemap(public).encode()
     files |= _for_hosts(content.root, files, started)
-    files[assets.download.name] = assets.download.data
+    if assets.download:
+        files[assets.download.name] = assets.download.data
     files |= content.notebooks  # to be taken away, so not among what is kept for offline use
     return files
 
@@ -297,7 +318,7 @@ def _download(
     files |= {**_for_hosts(content.root, files, started), **content.notebooks}
     if started:
         names = [name.removeprefix("runtime/") for name, _, _ in started.kept_files()]
-        files |= {f"runtime/{name}": (started.folder / name).read_bytes() for name in names}
+        files |= {f"runtime/{name}": content_of(started.folder / name) for name in names}
     folder = folder_name(content.site.title)
     return Download(f"{folder}.zip", archive(folder, files, cache))
 
@@ -306,16 +327,19 @@ def _pages_of(content: _Content, templates: Environment, assets: Assets) -> dict
     return {name: html.encode() for name, html in _html(content, templates, assets).items()}
 
 
-def _characters(pages: Mapping[str, str], cache: Path) -> tuple[str, str]:
-    """The characters in the pages' text and in their mathematics; those of pages that did not change are kept."""
-    path = cache / f"characters-{fonts.FORMAT}.json"
-    known: dict[str, list[str]] = json.loads(path.read_text("utf-8")) if path.is_file() else {}
-    keys = {name: short_hash(page.encode()) for name, page in pages.items()}
-    found = {key: known.get(key) or list(fonts.characters([pages[name]])) for name, key in keys.items()}
-    if found != known:
-        write(path, json.dumps(found, ensure_ascii=False, sort_keys=True).encode())
-    text, signs = ("".join(sorted(set().union(*both))) for both in zip(*found.values(), strict=True))
+def _characters(pages: Mapping[str, str], scripts: Mapping[str, bytes], cache: Path) -> tuple[str, str]:
+    """The characters in the pages' text and in their mathematics, those of the tapes among the text's. The name of a
+    tape holds its content's hash."""
+    known = Remembered(cache, f"characters-{fonts.FORMAT}")
+    found = [known.answer(page, partial(fonts.characters, [page])) for page in pages.values()]
+    found += [known.answer(name, partial(_letters, script)) for name, script in scripts.items()]
+    known.keep()
+    text, signs = ("".join(sorted(set().union(*both))) for both in zip(*found, strict=True))
     return text, signs
+
+
+def _letters(script: bytes) -> tuple[str, str]:
+    return "".join(sorted(set(script.decode()))), ""
 
 
 def _html(content: _Content, templates: Environment, assets: Assets) -> dict[str, str]:
@@ -328,7 +352,7 @@ def _html(content: _Content, templates: Environment, assets: Assets) -> dict[str
     pages["glossary.html"] = writer.glossary(terms)
     pages["about.html"] = writer.about(content.made)
     pages["reference.html"] = writer.reference()
-    pages["checks.html"] = writer.checks(content.bodies, content.known.tests, content.known.results)
+    pages["checks.html"] = writer.checks(content.bodies, content.known.tests, content.known.results, content.sources)
     pages["licences.html"] = writer.licences(content.licences)
     pages["404.html"] = writer.lost()
     return pages

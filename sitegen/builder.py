@@ -1,9 +1,13 @@
-"""Builds in fresh processes, so that edits of Python count; the next one already waits with other people's modules."""
+"""Builds in a process of their own, which builds again with what it has in memory for as long as no code has changed.
+
+So edits of Python count: then a fresh process takes its place, and that already waits with other people's modules.
+"""
 
 from __future__ import annotations
 
 import contextlib
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -12,10 +16,11 @@ from sitegen.building import Outcome
 
 WAITING = Path(__file__).with_name("waiting.py")
 CLEAR_UP_SECONDS = 5.0
+KEPT = ("templates", "widgets", "solvers", "sitegen", "content/data")
 
 
 class Process:
-    """One process for one build (see waiting.py)."""
+    """One process that builds (see waiting.py)."""
 
     def __init__(self, root: Path, dest: Path, modules: list[str]) -> None:
         command = [sys.executable, "-P", str(WAITING), str(root), str(dest), json.dumps(modules)]
@@ -28,7 +33,7 @@ class Process:
         self._from.readline()  # it says so when it is ready
 
     def build(self) -> tuple[Outcome, list[str]]:
-        """Let it build; the outcome, and what it had imported of other people's."""
+        """Let it build; the outcome, and what it has imported of other people's."""
         with contextlib.suppress(OSError):  # where it has died, the missing answer tells
             self._to.write("\n")
             self._to.flush()
@@ -58,19 +63,53 @@ class Builder:
     def __init__(self, root: Path, dest: Path) -> None:
         self.root, self.dest = root, dest
         self._modules: list[str] = []
-        self._next = Process(root, dest, self._modules)
+        self._code: frozenset[Stamp] = frozenset()  # what the process at work has imported
+        self._at_work: Process | None = None
+        self._next: Process | None = Process(root, dest, self._modules)
 
     def build(self) -> Outcome:
         """One build, of the sources as they are now; renew() before the next."""
-        outcome, modules = self._next.build()
+        code = sources(self.root)
+        if self._at_work is None or code != self._code:
+            self._end_work()
+            self._at_work, self._next, self._code = self._next or self._fresh(), None, code
+        outcome, modules = self._at_work.build()
         self._modules = modules or self._modules
+        if outcome.trouble:  # whatever is half imported, or wrong in memory, goes with the process
+            self._end_work()
         return outcome
 
     def renew(self) -> None:
         """Have the next process wait; returns when it is ready."""
-        self._next.close()
-        self._next = Process(self.root, self.dest, self._modules)
+        self._next = self._next or self._fresh()
 
     def close(self) -> None:
-        """End the process that waits or builds."""
-        self._next.close()
+        """End the processes that wait or build."""
+        self._end_work()
+        if self._next is not None:
+            self._next.close()
+
+    def _fresh(self) -> Process:
+        return Process(self.root, self.dest, self._modules)
+
+    def _end_work(self) -> None:
+        if self._at_work is not None:
+            self._at_work.close()
+            self._at_work = None
+
+
+Stamp = tuple[str, int, int]
+
+
+def sources(root: Path) -> frozenset[Stamp]:
+    """Name, date and size of all that a process may keep in its memory from build to build: everything but chapters,
+    their pictures and lists, and tests, which every build reads anew."""
+    found = set()
+    for name in KEPT:
+        for folder, folders, files in os.walk(root / name):
+            folders[:] = [one for one in folders if one != "__pycache__"]
+            for file in files:
+                path = os.path.join(folder, file)
+                with contextlib.suppress(FileNotFoundError):  # removed meanwhile
+                    found.add((path, os.stat(path).st_mtime_ns, os.stat(path).st_size))
+    return frozenset(found)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import time
 import traceback
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,7 @@ class Outcome:
     """How a build went: nothing in `problems` and `trouble` means that it is published.
 
     trouble: why there could be no build at all (an outside file that cannot be had, a mistake in Python), as text.
+    sources: the page of each chapter's file.
     """
 
     problems: tuple[Problem, ...] = ()
@@ -26,6 +27,7 @@ class Outcome:
     trouble: str = ""
     seconds: float = 0.0
     pages: int = 0
+    sources: dict[str, str] = field(default_factory=dict)
 
     @property
     def good(self) -> bool:
@@ -39,7 +41,7 @@ class Outcome:
     @classmethod
     def parsed(cls, plain: dict[str, Any]) -> Outcome:
         """The outcome that plain() wrote."""
-        known = {field.name: plain[field.name] for field in fields(cls) if field.name in plain}
+        known = {one.name: plain[one.name] for one in fields(cls) if one.name in plain}
         lists = {name: tuple(Problem(**one) for one in plain.get(name, ())) for name in ("problems", "warnings")}
         return cls(**{**known, **lists})
 
@@ -48,20 +50,23 @@ class Outcome:
         return [*map(str, self.problems), *self.trouble.splitlines()]
 
 
-def attempt(root: Path, dest: Path, *, strict: bool = False, progress: Progress = quiet) -> Outcome:
-    """Build the checkout `root` into `dest` and say how it went."""
+def attempt(
+    root: Path, dest: Path, *, strict: bool = False, pack: bool = True, progress: Progress = quiet
+) -> Outcome:
+    """Build the checkout `root` into `dest`, packed for hosts or not, and say how it went."""
     began = time.monotonic()
     try:
         from sitegen.build import build
 
-        report = build(root, dest, strict=strict, progress=progress)
+        report = build(root, dest, strict=strict, pack=pack, progress=progress)
     except BuildFailed as failed:
         return Outcome(problems=failed.problems, seconds=time.monotonic() - began)
     except OutsideError as error:
         return Outcome(trouble=str(error), seconds=time.monotonic() - began)
     except Exception:
         return Outcome(trouble=traceback.format_exc(), seconds=time.monotonic() - began)
-    return Outcome(warnings=tuple(report.warnings), seconds=time.monotonic() - began, pages=len(report.pages))
+    seconds = time.monotonic() - began
+    return Outcome((), tuple(report.warnings), "", seconds, len(report.pages), dict(report.sources))
 
 
 def build_command(root: Path) -> int:

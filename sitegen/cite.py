@@ -12,6 +12,7 @@ from markupsafe import Markup
 from . import schema
 from .problems import Place, Problems, read_text
 
+NAME = "content/references.yaml"
 KEY = re.compile(r"[a-z][a-z0-9-]*")
 FIELDS = {
     "authors": schema.Field(
@@ -96,8 +97,7 @@ def read_references(root: Path, problems: Problems) -> dict[str, Reference]:
     path = root / "content" / "references.yaml"
     if not path.is_file():
         return {}
-    name = "content/references.yaml"
-    document = schema.read(read_text(path, name, problems), name, problems)
+    document = schema.read(read_text(path, NAME, problems), NAME, problems)
     if document is None or document.data is None:
         return {}
     if not isinstance(document.data, dict):

@@ -12,13 +12,16 @@ import inspect
 import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from .content import Chapter, read_chapters, read_site
 from .files import fingerprint, write
 from .problems import Problems
+from .remembered import Remembered
 
+FORMAT = "1"  # of what is remembered of test files; raised when the reading changes
 RESULTS = Path("tests/results.json")
 TESTED = ("solvers", "widgets")
 Outcome = Literal["passed", "failed"]
@@ -47,28 +50,35 @@ def standing(result: Result | None) -> str:
     return result.outcome if result is not None and result.current else "unknown"
 
 
-def read_tests(root: Path, files: Iterable[str]) -> dict[str, Test]:
+def read_tests(root: Path, files: Iterable[str], cache: Path) -> dict[str, Test]:
     """The tests of the named files (relative to the root; what is no file has none) by id."""
-    found: dict[str, Test] = {}
+    known = Remembered(cache, f"tests-{FORMAT}")
+    found: list[Test] = []
     for name in sorted(set(files)):
         path = root / name
-        if path.suffix != ".py" or not path.is_file():
-            continue
-        source = path.read_text("utf-8")
-        try:
-            tree = ast.parse(source)
-        except SyntaxError:
-            continue
-        lines = source.splitlines()
-        for node in tree.body:
-            members = node.body if isinstance(node, ast.ClassDef) and node.name.startswith("Test") else [node]
-            owner = f"{node.name}::" if isinstance(node, ast.ClassDef) else ""
-            for member in members:
-                if isinstance(member, (ast.FunctionDef, ast.AsyncFunctionDef)) and member.name.startswith("test"):
-                    first = min([member.lineno, *(d.lineno for d in member.decorator_list)])
-                    text = inspect.cleandoc("\n" + "\n".join(lines[first - 1 : member.end_lineno]))
-                    test_id = f"{name}::{owner}{member.name}"
-                    found[test_id] = Test(test_id, ast.get_docstring(member) or "", text, first)
+        if path.suffix == ".py" and path.is_file():
+            source = path.read_text("utf-8")
+            found += [Test(*one) for one in known.answer(f"{name}\0{source}", partial(_tests_in, name, source))]
+    known.keep()
+    return {test.id: test for test in found}
+
+
+def _tests_in(name: str, source: str) -> list[list[Any]]:
+    """The tests of one file, each as what a Test is made of; none where the file is no Python."""
+    try:
+        tree = ast.parse(source)
+    except SyntaxError:
+        return []
+    found: list[list[Any]] = []
+    lines = source.splitlines()
+    for node in tree.body:
+        members = node.body if isinstance(node, ast.ClassDef) and node.name.startswith("Test") else [node]
+        owner = f"{node.name}::" if isinstance(node, ast.ClassDef) else ""
+        for member in members:
+            if isinstance(member, (ast.FunctionDef, ast.AsyncFunctionDef)) and member.name.startswith("test"):
+                first = min([member.lineno, *(d.lineno for d in member.decorator_list)])
+                text = inspect.cleandoc("\n" + "\n".join(lines[first - 1 : member.end_lineno]))
+                found.append([f"{name}::{owner}{member.name}", ast.get_docstring(member) or "", text, first])
     return found
 
 
@@ -113,11 +123,11 @@ def claimed_by(chapters: Iterable[Chapter]) -> list[str]:
     return sorted(ids)
 
 
-def tests_for(root: Path, chapters: Iterable[Chapter]) -> dict[str, Test]:
+def tests_for(root: Path, chapters: Iterable[Chapter], cache: Path) -> dict[str, Test]:
     """The tests in the files that chapters name; all tests where one of theirs is not there, to name the nearest."""
     wanted = claimed_by(chapters)
-    found = read_tests(root, (test_id.partition("::")[0] for test_id in wanted))
-    return found if set(wanted) <= set(found) else read_tests(root, test_files(root))
+    found = read_tests(root, (test_id.partition("::")[0] for test_id in wanted), cache)
+    return found if set(wanted) <= set(found) else read_tests(root, test_files(root), cache)
 
 
 def read_results(root: Path) -> dict[str, Result]:

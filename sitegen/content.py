@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import pairwise, takewhile
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +15,11 @@ from .problems import Place, Problems, hint, read_text
 
 FILE_NAME = re.compile(r"(?P<number>\d+(?:\.\d+)?)(?P<letter>[a-z]?)-(?P<slug>[a-z0-9-]+)\.md")
 SLUG = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
+PLAIN = re.compile(r"^\s*(title|slug|rung): *[\"']?([^\"'\n]+?)[\"']?$", re.MULTILINE)
+FRONT_LINE = re.compile(r"[a-z]+:|\s+\S|- |#")
 OWN_PAGES = ("about", "references", "glossary", "reference", "checks", "licences", "404")
 
+SETTINGS = "content/site.yaml"
 SITE = {
     "title": schema.text(required=True),
     "description": schema.text(required=True),
@@ -98,8 +102,7 @@ class Chapter:
 
 def read_site(root: Path, problems: Problems) -> Site:
     """The settings; defaults where they are faulty."""
-    path = root / "content" / "site.yaml"
-    name = path.relative_to(root).as_posix()
+    path, name = root / SETTINGS, SETTINGS
     document = None
     if path.is_file():
         document = schema.read(read_text(path, name, problems), name, problems)
@@ -119,7 +122,7 @@ def read_site(root: Path, problems: Problems) -> Site:
     url = values["url"]
     if url and not re.fullmatch(r"https?://[^\s]+", url):
         problems.add(document.at("url"), f"url: an address that begins with https:// is expected, not {url!r}")
-    if not document.places and len(problems.found) == had:
+    if not document.places and len(problems.found) == had and name not in problems.unread:
         problems.add(Place(name, 1, 1), "the site's settings are empty")
     return Site(
         values["title"],
@@ -149,13 +152,13 @@ def read_chapters(root: Path, site: Site, problems: Problems, drafts: bool = Fal
             problems.add(
                 Place(f"content/{path.name}"), "a chapter's file is called like 01-kabsch.md: number, hyphen, name"
             )
-        else:
-            found.append(((float(match["number"]), match["letter"]), path))
+        # Without a number it stands last, so that what refers to it is no mistake as well.
+        found.append(((float(match["number"]), match["letter"]) if match else (math.inf, path.name), path))
     found.sort()
     if not found and not problems.found:
         problems.add(Place("content"), "no chapter found")
     for (one, first), (other, second) in pairwise(found):
-        if one == other:
+        if one == other and math.isfinite(one[0]):
             problems.add(Place(f"content/{second.name}"), f"has the same number as {first.name}")
     chapters: list[Chapter] = []
     for _, path in found:
@@ -169,12 +172,12 @@ def read_chapters(root: Path, site: Site, problems: Problems, drafts: bool = Fal
 
 def _chapter(root: Path, path: Path, problems: Problems, first: bool) -> Chapter:
     name = path.relative_to(root).as_posix()
-    front, body = _split(read_text(path, name, problems))
+    front, body = _split(read_text(path, name, problems), name, problems)
     source = Source(name, body, problems)
     values = _defaults(FRONT)
     document = schema.read(front, name, problems, first_line=2) if front else None
-    if not front:
-        problems.add(Place(name, 1, 1), "front matter is missing: lines between --- and --- with at least a title")
+    if front and document is None:
+        values |= {m[1]: m[2] for m in PLAIN.finditer(front)}  # others refer to it by these
     elif document is not None:
         values = schema.validated(document, FRONT, problems)
         for where, slug in [
@@ -202,15 +205,19 @@ def _chapter(root: Path, path: Path, problems: Problems, first: bool) -> Chapter
     )
 
 
-def _split(text: str) -> tuple[str, str]:
+def _split(text: str, name: str, problems: Problems) -> tuple[str, str]:
     """Front matter and the rest, with blank lines in the front matter's place so that line numbers hold."""
     if not text.startswith("---\n"):
+        here = "the file is empty" if not text.strip() else "front matter is missing"
+        problems.add(Place(name, 1, 1), f"{here}: it begins with lines between --- and --- with at least a title")
         return "", text
-    end = text.find("\n---\n", 3)
-    if end < 0:
-        return "", text
-    front = text[4 : end + 1]
-    return front or "\n", "\n" * (front.count("\n") + 2) + text[end + 5 :]
+    closed = re.compile(r"^---[ \t]*(?:\n|\Z)", re.MULTILINE).search(text, 4)
+    if closed is not None:
+        front = text[4 : closed.start()]
+        return front or "\n", "\n" * (front.count("\n") + 2) + text[closed.end() :]
+    problems.add(Place(name, 1, 1), "the front matter that begins here is never closed by a line ---")
+    lines = list(takewhile(FRONT_LINE.match, text.split("\n")[1:]))
+    return "\n".join([*lines, ""]), "\n" * (len(lines) + 1) + "\n".join(text.split("\n")[len(lines) + 1 :])
 
 
 def _check_names(chapters: list[Chapter], problems: Problems) -> None:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 NAME = re.compile(r"[a-z][a-z-]*")
 ATTRIBUTE = re.compile(r'\s*(?:(?P<name>[A-Za-z_][\w-]*)=)?(?P<value>"(?:[^"\\]|\\.)*"|[^\s"]+)')
+APART = re.compile(r"\s+=")
 CLOSING = {"[": "]", "{": "}"}
 
 
@@ -110,6 +111,9 @@ def attributes(directive: Directive) -> list[Attribute]:
             offset = i + len(source[i:]) - len(source[i:].lstrip())
             raise DirectiveError("a value in quotes is never closed", directive.attributes_start + offset)
         value = match["value"]
+        if (not match["name"] and value.endswith("=")) or APART.match(source, match.end()):
+            where = directive.attributes_start + match.start("name" if match["name"] else "value")
+            raise DirectiveError("an attribute is written name=value, without blanks around the =", where)
         if value.startswith('"'):
             value = re.sub(r"\\(.)", r"\1", value[1:-1])
         start = match.start("name") if match["name"] else match.start("value")

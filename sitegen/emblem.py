@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from fontTools.ttLib import TTFont
 
 from sitegen import fonts, outside
 from sitegen.files import kept
@@ -141,6 +140,8 @@ def _share(title: str, line: str, faces: fonts.FontSet, scene: Scene) -> bytes:
 def _font(faces: fonts.FontSet, face: str, folder: Path) -> Path:
     """One of the site's faces as matplotlib takes it: a file without compression."""
     data = next(data for name, data in faces.files.items() if re.fullmatch(rf"{face}-[0-9a-f]+\.woff2", name))
+    from fontTools.ttLib import TTFont
+
     font = TTFont(io.BytesIO(data), recalcTimestamp=False)
     font.flavor = None
     path = folder / f"{face}.ttf"

@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -26,11 +28,12 @@ from widgets.jobs import finished
 from widgets.registry import WIDGETS
 
 from .directives import Attribute, Directive, DirectiveError, attributes
-from .files import fingerprint, kept
+from .files import content, fingerprint, kept, used, write
 from .problems import Place, Problems, hint
 
 Plain = dict[str, Any]
 FIGURES = Path(widgets.figures.__path__[0])
+TAPE = "1"  # of what is kept of tapes; raised when their making changes
 
 
 @dataclass
@@ -58,13 +61,13 @@ class Figure:
                 self.records.append(state)
 
 
-def listed(directive: Directive, at: Callable[[int], Place], problems: Problems) -> list[Attribute]:
-    """The directive's attributes; none, and a problem, where they cannot be read or one stands twice."""
+def listed(directive: Directive, at: Callable[[int], Place], problems: Problems) -> list[Attribute] | None:
+    """The directive's attributes; None where they cannot be read. That, and one that stands twice, is a problem."""
     try:
         found = attributes(directive)
     except DirectiveError as error:
         problems.add(at(error.offset), str(error))
-        return []
+        return None
     seen: set[str] = set()
     for attribute in found:
         if attribute.name and attribute.name in seen:
@@ -78,6 +81,8 @@ def placed(
 ) -> Figure | None:
     """The figure that a `::figure` line places, its tape as its widget wants it; None where it names no widget."""
     given = listed(directive, at, problems)
+    if given is None:
+        return None
     bare = [a for a in given if not a.name]
     if not bare:
         problems.add(
@@ -103,7 +108,7 @@ def placed(
     if (figure_id and not figure_id.value.replace("-", "").isalnum()) or (figure_id and not figure_id.value.isascii()):
         problems.add(at(figure_id.value_start), f"{figure_id.value!r} is no id: ASCII letters, digits and hyphens")
     base = preset(widget, name)
-    record = changed(widget, base, named.values(), at, problems)
+    record = changed(widget, base, named.values(), at, problems, ("preset", "id"))
     figure = Figure(figure_id.value if figure_id else widget.name, number, widget, record, at(directive.start))
     figure.records.append(record.plain())  # its own comes first, also where presses lead to it
     figure.remember(record)
@@ -111,6 +116,12 @@ def placed(
         log = [["press", press] for press in presses]
         figure.remember(parsed(widget, {**record.plain(), "controls": merged(widget, record, changes), "log": log}))
     return figure
+
+
+def id_of(directive: Directive) -> str:
+    """The id that a `::figure` or `::plot` line gives, also where it cannot be read: that named, or its first word."""
+    named = re.search(r"\bid\s*=\s*([\w-]+)", directive.attributes) or re.match(r"\s*([\w-]+)", directive.attributes)
+    return named[1] if named else ""
 
 
 def merged(widget: Widget, base: Record, changes: Mapping[str, Any]) -> dict[str, Any]:
@@ -121,9 +132,17 @@ def merged(widget: Widget, base: Record, changes: Mapping[str, Any]) -> dict[str
 
 
 def changed(
-    widget: Widget, base: Record, given: Iterable[Attribute], at: Callable[[int], Place], problems: Problems
+    widget: Widget,
+    base: Record,
+    given: Iterable[Attribute],
+    at: Callable[[int], Place],
+    problems: Problems,
+    more: Sequence[str] = (),
 ) -> Record:
-    """A record with other control values, `seed=`, and `press=a,b*3` for a log; what is wrong goes to `problems`."""
+    """A record with other control values, `seed=`, and `press=a,b*3` for a log; what is wrong goes to `problems`.
+
+    more: what else may be named where this is written.
+    """
     known = specs(widget.controls)
     presses = {b.name for b in widget.buttons if b.does == "press"}
     controls: dict[str, Any] = {}
@@ -151,10 +170,10 @@ def changed(
                     log += [["press", name]] * (int(times) if star else 1)
                 offset += len(written) + 1
         elif attribute.name not in known:
-            names = [*known, "seed", "press"]
-            problems.add(
-                at(attribute.start), f"{widget.name} has no control {attribute.name!r}{hint(attribute.name, names)}"
-            )
+            near = hint(attribute.name, [*known, "seed", "press", *more])
+            if attribute.name in ("preset", "id"):
+                near = ": that is the ::figure line's; controls, seed and press are set here"
+            problems.add(at(attribute.start), f"{widget.name} has no control {attribute.name!r}{near}")
         else:
             value = attribute.value if known[attribute.name].kind == "choice" else attribute.plain
             try:
@@ -176,14 +195,26 @@ def code_hash(
     for package in packages:
         root = Path(package.__path__[0]).parent
         paths = [path for path in (root / package.__name__).rglob("*.py") if not skip(path)]
-        files += [(path.relative_to(root).as_posix(), path.read_bytes()) for path in paths]
+        files += [(path.relative_to(root).as_posix(), content(path)) for path in paths]
     return fingerprint(files)
 
 
 def code_of(name: str, widgets: Mapping[str, Widget]) -> str:
     """The hash of what the frames of one figure are made by: all but the modules of the other figures."""
     own = Path(str(sys.modules[widgets[name].start.__module__].__file__))
+    return _code_beside(own)
+
+
+@lru_cache
+def _code_beside(own: Path) -> str:
     return code_hash(skip=lambda path: path.parent == FIGURES and path != own and not path.name.startswith("_"))
+
+
+@lru_cache(maxsize=128)
+def _tape(path: Path) -> tuple[bytes, Plain]:
+    """A tape from the cache, whose name tells what it is made of."""
+    script, first = json.loads(path.read_text("utf-8"))
+    return script.encode(), first
 
 
 class Bakery:
@@ -202,6 +233,24 @@ class Bakery:
             return _plain([json.loads(self._host.frame(json.dumps({"figure": dom_id, "record": r}))) for r in records])
 
         return json.loads(kept(self._frames_at(dom_id, records), made))  # type: ignore[no-any-return]
+
+    def tape(
+        self,
+        dom_id: str,
+        records: Sequence[Plain],
+        script: Callable[[str, Sequence[Plain], Sequence[Plain]], str],
+    ) -> tuple[bytes, Plain]:
+        """What `script` makes of a figure's records and their frames, and the first of these, kept likewise."""
+
+        def made() -> bytes:
+            frames = self.frames(dom_id, records)
+            return _plain([script(dom_id, records, frames), frames[0]])
+
+        place = self._frames_at(dom_id, records)
+        path = place.with_name(f"{place.stem}-{TAPE}.json")
+        if not used(path):
+            write(path, made())
+        return _tape(path)
 
     def results(self, dom_id: str, record: Plain) -> tuple[Plain, ...]:
         """What each job of the record's widget finds, without what depends on the machine, kept likewise."""
@@ -245,7 +294,7 @@ def make_ahead(dom_id: str, records: Sequence[Plain], cache: Path) -> None:
     bakery.results(dom_id, records[0])
 
 
-def _plain(made: list[Plain]) -> bytes:
+def _plain(made: list[Any]) -> bytes:
     return dumps(made).encode()
 
 

@@ -8,6 +8,7 @@ import os
 import tempfile
 import time
 from collections.abc import Callable, Iterable
+from functools import lru_cache
 from pathlib import Path, PurePosixPath
 
 import brotli  # type: ignore[import-untyped]
@@ -49,9 +50,26 @@ def used(path: Path) -> bool:
     return True
 
 
+def content(path: Path) -> bytes:
+    """A file's bytes; of one that has neither another date nor another size than before, from memory."""
+    facts = path.stat()
+    return _content(path, facts.st_mtime_ns, facts.st_size)
+
+
+@lru_cache(maxsize=1024)
+def _content(path: Path, changed: int, size: int) -> bytes:
+    return path.read_bytes()
+
+
+@lru_cache(maxsize=512)
+def digest(data: bytes) -> str:
+    """The sha256 in hex; of what was asked for a short while ago, from memory."""
+    return hashlib.sha256(data).hexdigest()
+
+
 def short_hash(data: bytes) -> str:
     """Ten hex digits of the content's sha256."""
-    return hashlib.sha256(data).hexdigest()[:10]
+    return digest(data)[:10]
 
 
 def hashed_name(name: str, data: bytes) -> str:
@@ -65,7 +83,7 @@ def packed(name: str, data: bytes, cache: Path) -> dict[str, bytes]:
     if PurePosixPath(name).suffix not in PACKED or len(data) < WORTH:
         return {}
     home = cache / "brotli" / f"{FORMAT}-{brotli.__version__}"
-    small = kept(home / hashlib.sha256(data).hexdigest(), lambda: _brotli(data))
+    small = kept(home / digest(data), lambda: _brotli(data))
     return {name + ".gz": gzipped(data, cache), name + ".br": small}
 
 
@@ -73,7 +91,7 @@ def gzipped(data: bytes, cache: Path) -> bytes:
     """The data by gzip -9 without a date; data that is gzip already is left as it is."""
     if data[:2] == b"\x1f\x8b":
         return data
-    return kept(cache / "gzip" / hashlib.sha256(data).hexdigest(), lambda: gzip.compress(data, 9, mtime=0))
+    return kept(cache / "gzip" / digest(data), lambda: gzip.compress(data, 9, mtime=0))
 
 
 def _brotli(data: bytes) -> bytes:
@@ -83,7 +101,7 @@ def _brotli(data: bytes) -> bytes:
 
 def fingerprint(files: Iterable[tuple[str, bytes]]) -> str:
     """A hash of names and contents together, whatever their order."""
-    digest = hashlib.sha256()
+    found = hashlib.sha256()
     for name, data in sorted(files):
-        digest.update(f"{name}\0{len(data)}\0".encode() + data)
-    return digest.hexdigest()
+        found.update(f"{name}\0{len(data)}\0".encode() + data)
+    return found.hexdigest()

@@ -8,24 +8,22 @@ The licence of the originals reserves their names, so that modified fonts carry 
 
 from __future__ import annotations
 
-import functools
 import hashlib
 import io
 import json
 import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from functools import partial
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
 import fontTools
-from fontTools import subset
-from fontTools.ttLib import TTFont
-from fontTools.varLib import instancer
 
 from sitegen import ahead, outside
-from sitegen.files import kept, short_hash
+from sitegen.files import content, kept, short_hash
+from sitegen.remembered import Remembered
 
 BUNDLES = ("serif", "sans", "math-font")
 FORMAT = "5"  # of what is cached; raised when the making changes in a way that its inputs do not tell
@@ -178,7 +176,8 @@ def make(
     name in the CSS, relative to the style sheet. cache: where originals and cuts are kept; default: the outside cache.
     Raises outside.OutsideError when an original cannot be had.
     """
-    home = (cache or outside.cache_dir()) / "fonts"
+    cache = cache or outside.cache_dir()
+    home, known = cache / "fonts", Remembered(cache, f"typefaces-{FORMAT}-{fontTools.version}")
     originals = outside.gather(BUNDLES, cache=cache, progress=progress)
     wanted = _wanted(text, mathematics)
     found: set[int] = set()
@@ -186,7 +185,7 @@ def make(
     for face in FACES:
         left = set(map(ord, wanted[face.wanted]))
         for file in face.files:
-            here = left & _coverage(originals[file])
+            here = left.intersection(known.answer(_digest(originals[file]), partial(_coverage, originals[file])))
             if here:
                 codes = sorted(here)
                 cuts.append((face, originals[file], codes, _place(face, originals[file], codes, home)))
@@ -203,8 +202,10 @@ def make(
         first = original == originals[face.files[0]]
         rules.append(_rule(face, url + name, "" if first else ranges(set(codes))))
         if first:
-            rules += [_near(f, face, data) for f in FALLBACKS if f.stands_for == face.name]
+            for near in (f for f in FALLBACKS if f.stands_for == face.name):
+                rules.append(known.answer(f"{near} {face} {name} {SAMPLE}", partial(_near, near, face, data)))
             preload += [name] if face.preload else []
+    known.keep()
     missing = {c for c in text + mathematics if ord(c) not in found and _shown(c)}
     return FontSet(files, "\n".join(rules) + "\n", tuple(preload), "".join(sorted(missing)))
 
@@ -221,11 +222,18 @@ def _shown(character: str) -> bool:
     return not unicodedata.category(character).startswith("C")
 
 
-@functools.cache
-def _coverage(path: Path) -> frozenset[int]:
+def _digest(path: Path) -> str:
+    return hashlib.sha256(content(path)).hexdigest()
+
+
+def _coverage(path: Path) -> list[int]:
     """The code points that an original has."""
+    from fontTools.ttLib import (
+        TTFont,  # its parts are imported where they work: most builds find every cut in the cache
+    )
+
     with TTFont(path, lazy=True) as font:
-        return frozenset(font.getBestCmap())
+        return sorted(font.getBestCmap())
 
 
 def _cut(face: Face, original: Path, codes: Sequence[int], place: Path) -> bytes:
@@ -235,12 +243,15 @@ def _cut(face: Face, original: Path, codes: Sequence[int], place: Path) -> bytes
 
 def _place(face: Face, original: Path, codes: Sequence[int], home: Path) -> Path:
     """Where a cut is kept: by all that it is made of."""
-    source = hashlib.sha256(original.read_bytes()).hexdigest()
-    recipe = json.dumps([FORMAT, fontTools.version, source, asdict(face), list(codes)], sort_keys=True)
+    recipe = json.dumps([FORMAT, fontTools.version, _digest(original), asdict(face), list(codes)], sort_keys=True)
     return home / f"{face.name}-{hashlib.sha256(recipe.encode()).hexdigest()[:24]}.woff2"
 
 
 def _made(face: Face, original: Path, codes: Sequence[int]) -> bytes:
+    from fontTools import subset
+    from fontTools.ttLib import TTFont
+    from fontTools.varLib import instancer
+
     options = subset.Options(
         layout_features=list(face.features), hinting=False, name_IDs=[0, 1, 2, 4, 6, 13, 14], notdef_outline=True,
         recalc_timestamp=False,
@@ -311,6 +322,8 @@ def ranges(codes: Iterable[int]) -> str:
 
 def _near(fallback: Fallback, face: Face, data: bytes) -> str:
     """The @font-face that stretches a reader's own face to the measure of ours, whose cut is `data`."""
+    from fontTools.ttLib import TTFont
+
     font = TTFont(io.BytesIO(data))
     em, line = font["head"].unitsPerEm, font["hhea"]
     size = average_advance(font) / fallback.average

@@ -62,10 +62,9 @@ def read_glossary(root: Path, chapters: Sequence[Chapter], problems: Problems) -
         if chapter is None and values["chapter"]:
             where = document.at(key, "chapter")
             problems.add(where, f"no chapter {values['chapter']!r}{hint(values['chapter'], by_slug)}")
-        if chapter is not None:
-            also = tuple(values["also"])
-            page, title = chapter.page, chapter.title
-            found.append(Term(str(key), values["term"], values["says"], also, page, title, document.at(key)))
+        page, title = (chapter.page, chapter.title) if chapter else ("", "")  # what is faulty has its name still
+        words = values["term"], values["says"], tuple(values["also"])
+        found.append(Term(str(key), *words, page, title, document.at(key)))
     return {term.key: term for term in sorted(found, key=lambda term: ascii_slug(term.term))}
 
 

@@ -44,17 +44,22 @@ class Links:
             figures = {s.chapter.page: f for s in self.surveys if (f := s.figures.get(name) or s.plots.get(name))}
             found = {page: (figure.dom_id, f"Figure {figure.number}") for page, figure in figures.items()}
             names = [f for s in self.surveys for f in (*s.figures, *s.plots)]
-            return self._numbered("figure", name, found, names, place)
+            return self._numbered("figure", name, found, names, place, f"fig:{name}")
         if kind == "eq" and name:
             numbers = {s.chapter.page: s.equations[name] for s in self.surveys if name in s.equations}
             found = {page: (f"eq-{name}", f"({number})") for page, number in numbers.items()}
-            return self._numbered("equation", name, found, [e for s in self.surveys for e in s.equations], place)
+            names = [e for s in self.surveys for e in s.equations]
+            return self._numbered("equation", name, found, names, place, f"eq:{name}")
         slug, _, fragment = text.partition("#")
         for survey in self.surveys:
             if slug in (survey.chapter.slug, survey.chapter.name):
                 return self._chapter(survey, fragment, place)
+        kinds = [(f"fig:{slug}", {**s.figures, **s.plots}) for s in self.surveys]
+        kinds += [(f"eq:{slug}", dict(s.equations)) for s in self.surveys]
+        whole = next((kind for kind, there in kinds if slug in there), "")
         near = hint(slug, [survey.chapter.slug for survey in self.surveys])
-        self.problems.add(place, f"no chapter {slug!r}{near} (figures are fig:id, equations eq:label)")
+        more = f"; did you mean {whole!r}?" if whole else f"{near} (figures are fig:id, equations eq:label)"
+        self.problems.add(place, f"no chapter {slug!r}{more}")
         return Markup("")
 
     def _chapter(self, survey: Survey, fragment: str, place: Place) -> Markup:
@@ -64,12 +69,13 @@ class Links:
         return Markup('<a class="ref" href="{}">{}</a>').format(href, text)
 
     def _numbered(
-        self, what: str, name: str, found: Mapping[str, tuple[str, str]], names: Sequence[str], place: Place
+        self, what: str, name: str, found: Mapping[str, tuple[str, str]], names: Sequence[str], place: Place, key: str
     ) -> Markup:
         """A link to a numbered thing: this chapter's own, or the only one elsewhere."""
         page = self.page if self.page in found else next(iter(found), None)
         if page is None:
-            self.problems.add(place, f"no {what} {name!r}{hint(name, names)}")
+            if not any(key in survey.lost for survey in self.surveys):
+                self.problems.add(place, f"no {what} {name!r}{hint(name, names)}")
             return Markup("")
         if page != self.page and len(found) > 1:
             where = " and ".join(sorted(found))

@@ -28,10 +28,13 @@ from .problems import Place, Problems, hint
 BLOCK = ("figure", "plot", "try", "aside")
 INLINE = ("value", "readout", "claim", "ref", "term")
 PLACED = ("link", "image", "math_inline", "footnote_ref", "autolink")
-CITATION = re.compile(r"\[(@[^\]\n]*)\]")
+CITATION = re.compile(r"\[(@[^\]]*)\]")
 CITED = re.compile(r"\s*@(?P<key>[^\s,;\]]*)(?:,\s*(?P<locator>[^;\]]*?))?\s*(?:;|$)")
 HEADING_ID = re.compile(r"\s*\{#([^}]*)\}\s*$")
 ANCHOR = re.compile(r"[a-z][a-z0-9-]*")
+NO_HEADING = re.compile(r"^#{2,6}(?=\w)", re.MULTILINE)
+INDENTED = re.compile(r"^\s*::[a-z]+\[", re.MULTILINE)
+LOST = re.compile(r"\bid=(?P<figure>[\w-]+)|\${2}\s*\((?P<equation>[\w-]+)\)")
 
 
 @dataclass
@@ -58,17 +61,40 @@ class Source:
 
 @dataclass
 class Document:
-    """A parsed file: the flow, and each footnote's tokens by label."""
+    """A parsed file: the flow, and each footnote's tokens by label.
+
+    lost: figures and equations ("fig:id", "eq:label") in what could not be read; to refer to them is no mistake.
+    """
 
     tokens: list[Token]
     footnotes: dict[str, list[Token]]
+    lost: set[str]
 
 
 def parse(source: Source) -> Document:
     """The file's tokens; what is not well-formed goes to source.problems."""
-    env: dict[str, Any] = {"source": source, "footnote_tokens": {}}
-    tokens = parser().parse(source.text, env)
-    return Document(tokens, env["footnote_tokens"])
+    text = source.text
+    while True:
+        env: dict[str, Any] = {"source": source, "footnote_tokens": {}, "lost": set()}
+        tokens = parser().parse(text, env)
+        line = _open_fence(tokens, source)
+        if line is None:
+            return Document(tokens, env["footnote_tokens"], env["lost"])
+        # It took all that follows for code: without its first line the rest is read.
+        says = f"{source.lines[line].strip()!r} begins code that never ends"
+        source.problems.add(Place(source.path, line + 1, 1), says)
+        text = text[: source.starts[line]] + " " * len(source.lines[line]) + text[_line_end(source, line) :]
+
+
+def _open_fence(tokens: list[Token], source: Source) -> int | None:
+    """The line in which a fence opens that nothing closes."""
+    for token in tokens:
+        if token.type == "fence" and token.map:
+            first, end = token.map
+            last = source.lines[end - 1] if end - first > 1 else ""
+            if not last.rstrip().endswith(token.markup):
+                return first
+    return None
 
 
 @lru_cache(maxsize=1)
@@ -84,6 +110,7 @@ def parser() -> MarkdownIt:
     )
     md.inline.ruler.before("link", "directive", _inline_directive)
     md.inline.ruler.before("link", "citation", _citation)
+    md.inline.ruler.after("math_inline", "dollar", _dollar)
     rules = {rule.name: rule.fn for rule in md.inline.ruler.__rules__}
     for name in PLACED:
         md.inline.ruler.at(name, partial(_placed, rules[name]))
@@ -119,13 +146,15 @@ def _block_directive(state: StateBlock, start_line: int, end_line: int, silent: 
     except DirectiveError as error:
         if not silent:
             source.problems.add(source.at(error.offset), str(error))
-            state.line = start_line + 1
+            _lose(state.env, state.src[start : state.eMarks[stop_line - 1]])
+            state.line = stop_line
         return True
     if directive is None:
         if not re.match(r"::[a-z]+(\s|\{|$)", state.src[start : state.eMarks[start_line]]):
             return False
         if not silent:
             source.problems.add(source.at(start), "a directive is written ::name[text]{attributes}")
+            _lose(state.env, state.src[start : state.eMarks[start_line]])
             state.line = start_line + 1
         return True
     if silent:
@@ -139,6 +168,7 @@ def _block_directive(state: StateBlock, start_line: int, end_line: int, silent: 
     if directive.name not in BLOCK:
         why = "; in a line it has one colon" if directive.name in INLINE else hint(directive.name, BLOCK)
         source.problems.add(source.at(start), f"no directive ::{directive.name}{why}")
+        _lose(state.env, directive.attributes)
     state.line = last + 1
     token = state.push("directive_open", "", 1)
     token.map, token.info, token.meta = (
@@ -162,19 +192,18 @@ def _inline_directive(state: StateInline, silent: bool) -> bool:
         directive = read(state.src, start, state.posMax, ":")
     except DirectiveError as error:
         if not silent:
-            token = state.push("fault", "", 0)
-            token.meta = {"offset": error.offset, "message": str(error)}
+            _fault(state, error.offset, str(error))
         state.pos += 1
         return True
     if directive is None:
         return False
     if not silent:
         if directive.name not in INLINE:
-            wrong = state.push("fault", "", 0)
             why = (
                 "; as a line of its own it has two colons" if directive.name in BLOCK else hint(directive.name, INLINE)
             )
-            wrong.meta = {"offset": start, "message": f"no directive :{directive.name}{why}"}
+            _fault(state, start, f"no directive :{directive.name}{why}")
+            _lose(state.env, directive.attributes)
         elif directive.name == "claim":
             _claim(state, directive)
         else:
@@ -197,7 +226,12 @@ def _claim(state: StateInline, directive: Directive) -> None:
 def _citation(state: StateInline, silent: bool) -> bool:
     match = CITATION.match(state.src, state.pos, state.posMax)
     if match is None:
-        return False
+        if not state.src.startswith("[@", state.pos):
+            return False
+        if not silent:
+            _fault(state, state.pos, "the citation that begins here is never closed by ']'")
+        state.pos += 2
+        return True
     if not silent:
         token = state.push("cite", "", 0)
         base = match.start(1)
@@ -208,14 +242,41 @@ def _citation(state: StateInline, silent: bool) -> bool:
         ]
         token.meta = {"offset": state.pos, "cited": found}
         if "".join(m.group() for m in CITED.finditer(match[1])) != match[1] or not all(key for key, _, _ in found):
-            wrong = state.push("fault", "", 0)
-            wrong.meta = {
-                "offset": state.pos,
-                "message": "a citation is written [@key], [@key, p. 3] or [@one; @other]",
-            }
+            _fault(state, state.pos, "a citation is written [@key], [@key, p. 3] or [@one; @other]")
             token.meta["cited"] = []
     state.pos = match.end()
     return True
+
+
+def _dollar(state: StateInline, silent: bool) -> bool:
+    """A dollar that no formula begins with, nor an equation on lines of its own."""
+    start = state.pos
+    if state.src[start] != "$":
+        return False
+    double = state.src.startswith("$$", start)
+    end = state.src.find("$$", start + 2, state.posMax) if double else -1
+    if not silent:
+        says = "the formula that begins here is never closed by $; a dollar itself is written \\$"
+        if double:
+            says = "the equation that begins here is never closed by $$ before a blank line"
+        if end >= 0:
+            says = "$$ stands in a paragraph: an equation has lines of its own, after a blank one"
+        _fault(state, start, says)
+        _lose(state.env, state.src[start : state.posMax])
+    # What an equation holds is no text.
+    state.pos = end + 2 if end >= 0 else state.posMax if double else start + 1
+    return True
+
+
+def _fault(state: StateInline, offset: int, message: str) -> None:
+    """A token that becomes a problem once its place in the file is known."""
+    state.push("fault", "", 0).meta = {"offset": offset, "message": message}
+
+
+def _lose(env: Any, text: str) -> None:
+    """Note what a text that could not be read would have been called."""
+    for match in LOST.finditer(text):
+        env["lost"].add(f"fig:{match['figure']}" if match["figure"] else f"eq:{match['equation']}")
 
 
 def _placed(rule: Callable[[StateInline, bool], bool], state: StateInline, silent: bool) -> bool:
@@ -265,9 +326,16 @@ def _places(state: StateCore) -> None:
                 token.meta["label_place"] = source.at(label)
         elif token.type == "fence" and token.map:
             token.meta = {"place": Place(source.path, token.map[0] + 1, 1)}
+        elif token.type == "code_block" and token.map and INDENTED.match(token.content):
+            line = source.lines[token.map[0]]
+            where = Place(source.path, token.map[0] + 1, line.find("::") + 1)
+            source.problems.add(where, "indented by a tab or four blanks this is code: a directive begins its line")
+            _lose(state.env, token.content)
         if token.type != "inline":
             continue
         at = partial(_inline_place, source, token, cell)
+        for match in NO_HEADING.finditer(token.content):
+            source.problems.add(at(match.start()), f"a heading has a blank after its {match[0]}")
         for child in token.children or []:
             if "offset" in (child.meta or {}):
                 child.meta["place"] = at(child.meta["offset"])

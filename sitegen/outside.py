@@ -14,7 +14,6 @@ import sys
 import tarfile
 import tempfile
 import tomllib
-import urllib.request
 import zipfile
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -220,6 +219,8 @@ def _fill(bundle: Bundle, home: Path, progress: Progress) -> list[str]:
 
 
 def _from_url(source: Source, files: Sequence[PinnedFile], progress: Progress) -> dict[str, bytes]:
+    import urllib.request  # with TLS and all: a tenth of a second, and most builds fetch nothing
+
     taken = {}
     for file in files:
         with urllib.request.urlopen(source.spec + file.name, timeout=URL_TIMEOUT) as answer:

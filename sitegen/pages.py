@@ -9,7 +9,7 @@ from typing import Any
 from urllib.parse import quote
 from xml.sax.saxutils import escape as xml_escape
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from jinja2 import Environment, FileSystemBytecodeCache, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from widgets.contract import Widget
@@ -27,7 +27,7 @@ from .glossary import Term
 from .notebooks import name_of
 from .outside import Licence
 from .plotting import Drawn, Placed
-from .render import Body, highlighted
+from .render import Body
 
 SAID = {
     "passed": "Passed on this code.",
@@ -78,10 +78,13 @@ class Page:
     next: Chapter | None = None
 
 
-def environment(root: Path) -> Environment:
-    """The templates of a checkout; a name that is not there is an error, text is escaped."""
+def environment(root: Path, cache: Path) -> Environment:
+    """The templates of a checkout; a name that is not there is an error, text is escaped. Their code is kept."""
+    compiled = cache / "templates"
+    compiled.mkdir(parents=True, exist_ok=True)
     made = Environment(
         loader=FileSystemLoader(root / "templates"),
+        bytecode_cache=FileSystemBytecodeCache(str(compiled)),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
@@ -216,9 +219,13 @@ class Writer:
         return self._fill("references.html", page, references=entries)
 
     def checks(
-        self, bodies: Sequence[tuple[Chapter, Body]], tests: Mapping[str, Test], results: Mapping[str, Result]
+        self,
+        bodies: Sequence[tuple[Chapter, Body]],
+        tests: Mapping[str, Test],
+        results: Mapping[str, Result],
+        sources: Mapping[str, Markup],
     ) -> str:
-        """Every claim with its test and what that last said."""
+        """Every claim with its test, that test's source as code, and what it last said."""
         claimed: dict[str, list[dict[str, Any]]] = {}
         for chapter, body in bodies:
             for claim in body.claims:
@@ -227,13 +234,12 @@ class Writer:
         checks = []
         for test_id, claims in claimed.items():
             state = standing(results.get(test_id))
-            source = highlighted(tests[test_id].source, "python")
             checks.append(
                 {
                     "anchor": anchor(test_id),
                     "claims": claims,
                     "test": tests[test_id],
-                    "source": source,
+                    "source": sources[test_id],
                     "state": state,
                     "said": SAID[state],
                 }

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache as once
 from importlib import import_module
-from importlib.metadata import version
+from importlib.metadata import version as version_of
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -137,6 +137,8 @@ def placed(
 ) -> Placed | None:
     """The plot that a `::plot` line places; None where it names none."""
     given = listed(directive, at, problems)
+    if given is None:
+        return None
     bare = [a for a in given if not a.name]
     if not bare:
         problems.add(at(directive.attributes_start), "a plot's name is expected first: {trial-budget id=budget}")
@@ -160,6 +162,12 @@ def placed(
     return Placed(plot_id, number, plot, at(directive.start))
 
 
+@once
+def version(package: str) -> str:
+    """An installed package's version, which takes a while to find."""
+    return version_of(package)
+
+
 class Gallery:
     """Results and drawings, each made once for what it is made of."""
 
@@ -167,6 +175,7 @@ class Gallery:
         self.plots = plots
         self._cache, self._progress = cache, progress
         self._results: dict[str, Any] = {}
+        self._places: dict[str, Path] = {}
 
     def lacks(self, placed: Placed) -> bool:
         """Whether the plot has to be computed or drawn."""
@@ -196,6 +205,12 @@ class Gallery:
 
     def _drawings(self, placed: Placed, result: Any) -> Path:
         """Where a plot's drawings are kept: by its result, its module's look, and what draws."""
+        key = f"{placed.plot.name} {placed.dom_id}"
+        if key not in self._places:
+            self._places[key] = self._found(placed, result)
+        return self._places[key]
+
+    def _found(self, placed: Placed, result: Any) -> Path:
         from . import drawing
 
         source = Path(str(drawing.__file__)).read_bytes()

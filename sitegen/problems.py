@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from difflib import get_close_matches
@@ -28,6 +29,8 @@ class Problems:
     found: list[Problem] = field(default_factory=list)
     warnings: list[Problem] = field(default_factory=list)
     notes: list[Problem] = field(default_factory=list)
+    unread: set[str] = field(default_factory=set)
+    """Files of which nothing could be read: what they would have named is no mistake of others."""
 
     def add(self, place: Place, message: str) -> None:
         """Note a problem at a place, once."""
@@ -66,14 +69,36 @@ class BuildFailed(Exception):
 
 
 def read_text(path: Path, name: str, problems: Problems) -> str:
-    """An author's file as any editor saves it, with plain line ends; what is not UTF-8 goes to `problems`."""
-    raw = path.read_bytes()
+    """An author's file as any editor saves it, with plain line ends. What is not UTF-8, and where two versions stand
+    since a merge was not finished, goes to `problems`; what can be read is given, so that all else is told too."""
+    text = _decoded(path.read_bytes(), name, problems).removeprefix("\ufeff")
+    text = text.replace("\r\n", "\n").replace("\r", "\n").replace("\0", "\ufffd")
+    for match in CONFLICT.finditer(text):
+        first, last = (text.count("\n", 0, place) + 1 for place in (match.start(), match.end()))
+        problems.add(Place(name, first, 1), f"two versions stand here, up to line {last}: a merge was not finished")
+    return CONFLICT.sub(_ours, text)
+
+
+def _decoded(raw: bytes, name: str, problems: Problems) -> str:
+    if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
+        problems.add(Place(name, 1, 1), "UTF-16, and UTF-8 is expected: have the editor save it so")
+        return raw.decode("utf-16", "replace")
     try:
-        text = raw.decode("utf-8")
+        return raw.decode("utf-8")
     except UnicodeDecodeError as error:
-        problems.add(Place(name, raw[: error.start].count(b"\n") + 1, 1), "not UTF-8")
-        text = raw.decode("utf-8", "replace")
-    return text.removeprefix("\ufeff").replace("\r\n", "\n").replace("\0", "\ufffd")
+        before = raw[: error.start].decode("utf-8")
+        place = Place(name, before.count("\n") + 1, len(before.rpartition("\n")[2].removeprefix("\ufeff")) + 1)
+        problems.add(place, "not UTF-8 from here on: have the editor save it so")
+        return raw.decode("utf-8", "replace")
+
+
+CONFLICT = re.compile(r"^<{7}(?: .*)?\n((?:.*\n)*?)={7}\n((?:.*\n)*?)>{7}(?: .*)?$", re.MULTILINE)
+
+
+def _ours(match: re.Match[str]) -> str:
+    """Our version of a conflict, with blank lines for the rest, so that line numbers hold."""
+    ours = re.split(r"^\|{7}", match[1], maxsplit=1, flags=re.MULTILINE)[0]  # what both came from may stand there too
+    return "\n" + ours + "\n" * (match[0].count("\n") - ours.count("\n") - 1)
 
 
 def hint(name: str, names: Iterable[str]) -> str:

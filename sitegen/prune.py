@@ -14,8 +14,8 @@ from .files import DAY, write
 
 UNUSED = 60 * DAY
 FOLDERS = (
-    *("brotli", "compiled", "drawings", "emblem", "fonts", "frames", "gzip", "maths", "outside", "plots", "runtime"),
-    *("sweep", "values", "wheel"),
+    *("brotli", "compiled", "drawings", "emblem", "fonts", "frames", "gzip", "maths", "outside", "plots"),
+    *("remembered", "runtime", "sweep", "templates", "values", "wheel"),
 )
 STAMP = "pruned"
 

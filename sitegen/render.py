@@ -19,10 +19,12 @@ from pygments.formatters import HtmlFormatter
 from pygments.lexers import find_lexer_class_by_name, get_all_lexers
 from pygments.util import ClassNotFound
 
+from .cite import NAME as REFERENCES
 from .cite import Reference
 from .claims import Result, Test, anchor, standing
 from .computed import CallError, Values, printed, read_call
 from .figures import Figure, Plain, changed, dumps, listed
+from .glossary import NAME as GLOSSARY
 from .glossary import Term, named
 from .images import Image, read_image
 from .links import Links
@@ -284,11 +286,13 @@ class _Renderer:
         (figure_id, figure_at), (name, _) = words
         name_at = directive.text.rindex(name)
         figure = self._survey.figures.get(figure_id)
-        if figure is None:
+        if figure is None and f"fig:{figure_id}" not in self._survey.lost:
             where = at(directive.text_start + figure_at)
             self._problems.add(where, f"no figure {figure_id!r} in this chapter{hint(figure_id, self._survey.figures)}")
             return ""
         given = listed(directive, at, self._problems)
+        if figure is None or given is None:
+            return ""
         for extra in (a for a in given if not a.name):
             self._problems.add(at(extra.start), f"name=value is expected, not {extra.value!r}")
         record = changed(figure.widget, figure.record, [a for a in given if a.name], at, self._problems)
@@ -306,7 +310,9 @@ class _Renderer:
         lead = len(directive.attributes) - len(directive.attributes.lstrip())
         if test_id not in self._known.tests:
             where = at(directive.attributes_start + lead)
-            self._problems.add(where, f"no test {test_id!r}{hint(test_id, self._known.tests)}")
+            near = hint(test_id, self._known.tests) if test_id else ""
+            says = f"no test {test_id!r}{near}" if test_id else "a claim names its test: {tests/file.py::test_name}"
+            self._problems.add(where, says)
         elif not self._known.tests[test_id].doc:
             self._problems.warn(
                 at(directive.attributes_start + lead), f"{test_id} has no docstring that tells readers what it checks"
@@ -336,7 +342,8 @@ class _Renderer:
         for key, locator, offset in token.meta["cited"]:
             reference = self._known.references.get(key)
             if reference is None:
-                self._problems.add(token.meta["at"](offset), f"no reference {key!r}{hint(key, self._known.references)}")
+                near = hint(key, self._known.references)
+                self._lacks(token.meta["at"](offset), f"no reference {key!r}{near}", REFERENCES)
                 continue
             if key not in self._body.cited:
                 self._body.cited.append(key)
@@ -352,12 +359,18 @@ class _Renderer:
         if term is None:
             where = at(directive.attributes_start if key else directive.text_start)
             name = key or directive.text
-            self._problems.add(where, f"no term {name!r} in the glossary{hint(name, self._known.terms)}")
+            self._lacks(where, f"no term {name!r} in the glossary{hint(name, self._known.terms)}", GLOSSARY)
             return escapeHtml(directive.text)
         if term.key not in self._body.terms:
             self._body.terms.append(term.key)
         attributes = f'class="term" href="glossary.html#{term.anchor}" data-card="card-{term.anchor}"'
         return f"<a {attributes}>{escape(unbroken(directive.text))}</a>"
+
+
+    def _lacks(self, place: Place, message: str, file: str) -> None:
+        """A problem with a name that a file should have, unless nothing of the file could be read."""
+        if file not in self._problems.unread:
+            self._problems.add(place, message)
 
 
 def _simple(rule: Callable[[Token], str]) -> Callable[..., str]:

@@ -17,8 +17,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pyodide_lock import PackageSpec
-
 from sitegen.files import fingerprint, gzipped, short_hash, used, write
 from sitegen.lighter import ADDED, CHANGED, PREPARED, REPLACED, SITE_PACKAGES, STDLIB
 from sitegen.node import run_node
@@ -230,6 +228,8 @@ def stored_zip(members: Mapping[str, bytes]) -> bytes:
 
 def lock_text(stock: Path, wheels: Mapping[str, bytes]) -> bytes:
     """A pyodide-lock.json of our packages alone, with the sha256 of the wheels in the packs; platform as in `stock`."""
+    from pyodide_lock import PackageSpec  # its import takes long, and most builds make no runtime
+
     packages: dict[str, Any] = {}
     for file_name, data in wheels.items():
         name, version = file_name.split("-")[:2]

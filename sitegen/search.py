@@ -7,12 +7,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from html.parser import HTMLParser
 from pathlib import Path
 
 from .figures import dumps
 from .outside import gather
+from .remembered import Remembered
 
+FORMAT = "1"  # of what is remembered; raised when the reading changes
 LEFT_OUT = ("checks.html", "licences.html", "404.html")
 HEADINGS = ("h1", "h2", "h3")
 # What is read elsewhere, or is no prose: cards, code that figures show, controls, drawings, formulas, data for scripts.
@@ -44,11 +47,17 @@ class Section:
         return " ".join("".join(self.parts).split())
 
 
-def search_data(pages: Mapping[str, str]) -> bytes:
+def search_data(pages: Mapping[str, str], cache: Path) -> bytes:
     """The script that hands the page every section: [address, page, heading, text] of each."""
-    found = [section for name, html in pages.items() if name not in LEFT_OUT for section in sections(name, html)]
-    entries = [[one.at, one.page, one.heading, one.text] for one in found if one.heading or one.text]
-    return f"Ladder.searchable({dumps(entries)});\n".encode()
+    known = Remembered(cache, f"search-{FORMAT}")
+    found = {name: known.answer(f"{name}\0{html}", partial(_entries, name, html)) for name, html in pages.items()}
+    known.keep()
+    return f"Ladder.searchable({dumps([entry for entries in found.values() for entry in entries])});\n".encode()
+
+
+def _entries(name: str, html: str) -> list[list[str]]:
+    found = [] if name in LEFT_OUT else sections(name, html)
+    return [[one.at, one.page, one.heading, one.text] for one in found if one.heading or one.text]
 
 
 def sections(name: str, html: str) -> list[Section]:

@@ -11,7 +11,7 @@ import os
 import sys
 import time
 import webbrowser
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import partial
 from http import HTTPStatus
 from pathlib import Path
@@ -28,7 +28,8 @@ WATCHED = ("content", "templates", "widgets", "solvers", "sitegen", "tests")
 SETTLE_MS = 40  # an editor's save is over when nothing has changed for so long
 SWAP_SECONDS = 30.0  # how long a request may wait for a build that has just moved its file away
 PORTS = 50
-RELOAD = Path(__file__).with_name("reload.js")
+PREVIEW = Path(__file__).with_name("preview")
+RELOAD = "/.ladder/reload.js"
 
 # A worker of an earlier visit would answer with what it keeps; this one takes its place and goes.
 NO_SERVICE_WORKER = b"""\
@@ -46,6 +47,7 @@ class Live:
         self._good = 0
         self._lines: list[str] = []
         self._title = ""
+        self._edited: list[dict[str, str]] = []
         self._count = 0
         self._building = False
         self._closed = False
@@ -60,8 +62,8 @@ class Live:
         with self._changed:
             self._building = True
 
-    def end(self, outcome: Outcome) -> None:
-        """The build is over: tell the pages."""
+    def end(self, outcome: Outcome, edited: Iterable[str] = ()) -> None:
+        """The build is over: tell the pages, and which chapters were edited since the last one."""
         with self._changed:
             self._building = False
             self._count += 1
@@ -69,6 +71,8 @@ class Live:
             self._lines = outcome.lines()
             count = len(outcome.problems)
             self._title = f"The build found {count} problem{'s' * (count != 1)}" if count else "The build failed"
+            files = sorted(set(edited) & outcome.sources.keys())
+            self._edited = [{"file": Path(file).name, "page": outcome.sources[file]} for file in files]
             self._changed.notify_all()
 
     def close(self) -> None:
@@ -94,7 +98,8 @@ class Live:
                 if self._closed:
                     return
                 told = self._count
-                text = json.dumps({"build": self.build, "title": self._title, "lines": self._lines})
+                state = {"build": self.build, "title": self._title, "lines": self._lines, "edited": self._edited}
+                text = json.dumps(state)
             yield text if news else ""
 
 
@@ -118,9 +123,10 @@ class LiveHandler(StaticHandler):
         self.build = self.server.live.build
         path = self.path.partition("?")[0]
         if self.headers.get("Service-Worker") == "script":
-            self.answer(HTTPStatus.OK, NO_SERVICE_WORKER, content_type(RELOAD), {})
-        elif path == "/.ladder/reload.js":
-            self.answer(HTTPStatus.OK, RELOAD.read_bytes(), content_type(RELOAD), {})
+            self.answer(HTTPStatus.OK, NO_SERVICE_WORKER, content_type(Path(RELOAD)), {})
+        elif path == RELOAD:
+            scripts = b"".join(script.read_bytes() for script in sorted(PREVIEW.glob("*.js")))
+            self.answer(HTTPStatus.OK, scripts, content_type(Path(RELOAD)), {})
         elif path == "/.ladder/events":
             self.stream()
         else:
@@ -135,7 +141,8 @@ class LiveHandler(StaticHandler):
 
     def answer(self, status: HTTPStatus, data: bytes, kind: str, headers: dict[str, str]) -> None:
         if kind.startswith("text/html"):
-            tag = f'<script src="/.ladder/reload.js" data-build="{self.build}" defer></script>'.encode()
+            # Nothing is painted before it has run: a page that comes anew stands where its author was.
+            tag = f'<script src="{RELOAD}" data-build="{self.build}" defer blocking="render"></script>'.encode()
             before, head, after = data.partition(b"</head>")
             data = before + tag + head + after
             headers = {name: value for name, value in headers.items() if name.lower() != "cache-control"}
@@ -169,15 +176,15 @@ class LiveSite:
         self._thread = Thread(target=self.server.serve_forever, kwargs={"poll_interval": 0.05}, daemon=True)
         self._thread.start()
 
-    def rebuild(self) -> Outcome:
-        """Build, and tell the pages and the terminal."""
+    def rebuild(self, edited: Iterable[str] = ()) -> Outcome:
+        """Build after an edit of these files (relative to the root), and tell the pages and the terminal."""
         self.idle.clear()
         self.live.begin()
         outcome = Outcome(trouble="the build was interrupted")
         try:
             outcome = self.builder.build()
         finally:
-            self.live.end(outcome)
+            self.live.end(outcome, edited)
         tell(outcome)
         self.builder.renew()
         self.idle.set()
@@ -189,7 +196,7 @@ class LiveSite:
             if changes:
                 names = sorted({Path(path).relative_to(self.root).as_posix() for _, path in changes})
                 print(f"\n{', '.join(names[:3])}{' …' * (len(names) > 3)} changed", flush=True)
-                self.rebuild()
+                self.rebuild(names)
 
     def _watch(self) -> Iterator[set[tuple[watchfiles.Change, str]]]:
         return watchfiles.watch(

@@ -14,7 +14,7 @@ from widgets.contract import Widget
 
 from .content import Chapter
 from .directives import Attribute
-from .figures import Figure, changed, listed, placed
+from .figures import Figure, changed, id_of, listed, placed
 from .markdown import ANCHOR, ascii_slug, text_of
 from .maths import Asked, Formula
 from .plotting import Placed, Plot
@@ -48,13 +48,15 @@ class Survey:
     equations: dict[str, str] = field(default_factory=dict)
     notes: dict[str, int] = field(default_factory=dict)
     formulas: list[Asked] = field(default_factory=list)
+    lost: set[str] = field(default_factory=set)
+    """Figures and equations ("fig:id", "eq:label") that are named and could not be made: that is told once."""
 
 
 def survey(
     chapter: Chapter, widgets: Mapping[str, Widget], plots: Mapping[str, Plot], problems: Problems
 ) -> Survey:
     """The chapter's survey; what is wrong in itself goes to `problems`."""
-    found = Survey(chapter)
+    found = Survey(chapter, lost=set(chapter.document.lost))
     flow = chapter.document.tokens
     _notes(found, problems)
     for i, token in enumerate(flow):
@@ -132,6 +134,8 @@ def _figure(found: Survey, token: Token, widgets: Mapping[str, Widget], problems
     if figure is not None:
         _anchor(found, figure.dom_id, figure.place, f"the figure {figure.id!r}", problems)
         found.figures.setdefault(figure.id, figure)
+    else:
+        found.lost.add(f"fig:{id_of(token.meta['directive'])}")
 
 
 def _plot(found: Survey, token: Token, plots: Mapping[str, Plot], problems: Problems) -> None:
@@ -140,6 +144,8 @@ def _plot(found: Survey, token: Token, plots: Mapping[str, Plot], problems: Prob
     if plot is not None:
         _anchor(found, plot.dom_id, plot.place, f"the figure {plot.id!r}", problems)
         found.plots.setdefault(plot.id, plot)
+    else:
+        found.lost.add(f"fig:{id_of(token.meta['directive'])}")
 
 
 def _next(found: Survey) -> str:
@@ -198,7 +204,7 @@ def figure_of(found: Survey, given: list[Attribute], token: Token, problems: Pro
         problems.add(at(token.meta["directive"].attributes_start), "a figure's id is expected first: {solve noise=0.2}")
         return None
     figure = found.figures.get(bare[0].value)
-    if figure is None:
+    if figure is None and f"fig:{bare[0].value}" not in found.lost:
         problems.add(
             at(bare[0].start), f"no figure {bare[0].value!r} in this chapter{hint(bare[0].value, found.figures)}"
         )
@@ -208,11 +214,11 @@ def figure_of(found: Survey, given: list[Attribute], token: Token, problems: Pro
 def _try(found: Survey, token: Token, widgets: Mapping[str, Widget], problems: Problems) -> None:
     at = token.meta["at"]
     given = listed(token.meta["directive"], at, problems)
-    figure = figure_of(found, given, token, problems)
+    figure = None if given is None else figure_of(found, given, token, problems)
     for child in token.children or []:
         if child.type in LINKS:
             problems.add(child.meta.get("place", token.meta["place"]), "a button's text holds no links")
-    if figure is not None:
+    if figure is not None and given is not None:
         record = changed(figure.widget, figure.record, [a for a in given if a.name], at, problems)
         figure.remember(record)
         token.meta["figure"], token.meta["record"] = figure, record

@@ -32,14 +32,13 @@ def record_tapes(
     for i, (chapter, figure) in enumerate(figures):
         progress("drawing figures", i, len(figures))
         try:
-            frames = bakery.frames(figure.dom_id, figure.records)
+            script, first = bakery.tape(figure.dom_id, figure.records, tape_script)
             results = bakery.results(figure.dom_id, figure.records[0])
         except Exception as error:  # a widget's own mistake: the author sees which figure and why
             problems.add(figure.place, f"the figure cannot be drawn: {type(error).__name__}: {error}")
             continue
-        script = tape_script(figure.dom_id, figure.records, frames).encode()
         name = hashed_name(f"tapes/{chapter.name}-{figure.id}.js", script)
-        tapes[chapter.name, figure.id] = Tape(name, script, frames[0], results)
+        tapes[chapter.name, figure.id] = Tape(name, script, first, results)
     progress("drawing figures", len(figures), len(figures))
     return tapes
 

@@ -6,10 +6,11 @@ import os
 import subprocess
 import sys
 import tempfile
+from functools import cache as once
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from sitegen.files import fingerprint, used, write
+from sitegen.files import content, fingerprint, used, write
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGES = ("solvers", "widgets")
@@ -28,7 +29,7 @@ class WheelError(RuntimeError):
 def sources(root: Path = ROOT) -> dict[str, bytes]:
     """The files of our packages that are installed, by their path in the wheel, sorted."""
     found = {
-        path.relative_to(root).as_posix(): path.read_bytes()
+        path.relative_to(root).as_posix(): content(path)
         for package in PACKAGES
         for path in (root / package).rglob("*")
         if path.suffix in (".py", ".int8") or path.name == "py.typed"
@@ -36,25 +37,30 @@ def sources(root: Path = ROOT) -> dict[str, bytes]:
     return dict(sorted(found.items()))
 
 
+def inputs(root: Path = ROOT) -> dict[str, bytes]:
+    """All files that a wheel of the checkout is made of, by their names."""
+    metadata = {name: (root / name).read_bytes() for name in _METADATA if (root / name).is_file()}
+    return sources(root) | metadata
+
+
 def build_wheel(cache: Path, root: Path = ROOT) -> Path:
     """The wheel of the checkout at `root`, from the cache when nothing of it has changed. Raises WheelError."""
-    metadata = {name: (root / name).read_bytes() for name in _METADATA if (root / name).is_file()}
-    inputs = sources(root) | metadata
+    given = inputs(root)
     # The wheel names the backend's version.
-    home = cache / "wheel" / fingerprint([*inputs.items(), ("setuptools", _setuptools().encode())])[:16]
+    home = cache / "wheel" / fingerprint([*given.items(), ("setuptools", backend().encode())])[:16]
     kept = sorted(home.glob("*.whl"))
     if kept and used(kept[0]):
         return kept[0]
     with tempfile.TemporaryDirectory(prefix="ladder-wheel-") as temporary:
         # Built from a copy: no build/ or egg-info is left in the checkout, and build.py hides no package there.
         copy, out = Path(temporary, "source"), Path(temporary, "out")
-        for name, data in inputs.items():
+        for name, data in given.items():
             target = copy / name
             target.parent.mkdir(parents=True, exist_ok=True)
             target.write_bytes(data)
         out.mkdir()
         env = {**os.environ, "SOURCE_DATE_EPOCH": _EPOCH, "PYTHONHASHSEED": "0"}
-        command = [sys.executable, "-P", *(_BACKEND if _is_enough(_setuptools()) else _PIP), str(out)]
+        command = [sys.executable, "-P", *(_BACKEND if _is_enough(backend()) else _PIP), str(out)]
         done = subprocess.run(command, cwd=copy, env=env, capture_output=True, text=True, check=False)
         made = sorted(out.glob("*.whl"))
         if done.returncode != 0 or len(made) != 1:
@@ -63,8 +69,9 @@ def build_wheel(cache: Path, root: Path = ROOT) -> Path:
         return home / made[0].name
 
 
-def _setuptools() -> str:
-    """The version that the environment has; "0" where it has none."""
+@once
+def backend() -> str:
+    """The version of the build backend, setuptools, that the environment has; "0" where it has none."""
     try:
         return version("setuptools")
     except PackageNotFoundError:

@@ -27,8 +27,9 @@ POLICY = "default-src 'none'; script-src 'self'; style-src 'self'; connect-src '
 class Report:
     pages: tuple = ("index.html",)
     warnings: tuple = ()
+    sources: tuple = (("content/page.md", "index.html"),)
 
-def build(root, dest, *, strict=False, progress=None):
+def build(root, dest, *, strict=False, pack=True, progress=None):
     text = (root / "content" / "page.md").read_text("utf-8")
     if "wrong" in text:
         raise BuildFailed([Problem("content/page.md", 1, 1 + text.index("wrong"), "this is wrong")])

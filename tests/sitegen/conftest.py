@@ -256,7 +256,7 @@ class Project:
     def build(self, **options: Any) -> Report:
         none = {"assemble": None, "cut_fonts": None, "search": None}
         parts = Parts(self.widgets, self.plots, licences=lambda names, cache: [], **none)
-        return build(self.root, self.site, cache=self.cache, parts=parts, pack=False, **options)
+        return build(self.root, self.site, cache=self.cache, parts=parts, **{"pack": False, **options})
 
     def page(self, name: str) -> str:
         return (self.site / name).read_text("utf-8")

@@ -31,9 +31,9 @@ def kept(tmp_path: Path, rows: list[Row]) -> list[list[str]]:
     return [line.strip("| ").split(" | ") for line in text.splitlines() if line.startswith("|")][2:]
 
 
-def test_the_tests_that_lines_name_are_there_and_the_readme_has_its_place() -> None:
+def test_the_tests_that_lines_name_are_there_and_the_readme_has_its_place(tmp_path: Path) -> None:
     named = {test for line in LINES for test in line.tests}
-    assert named <= set(read_tests(ROOT, {test.partition("::")[0] for test in named}))
+    assert named <= set(read_tests(ROOT, {test.partition("::")[0] for test in named}, tmp_path))
     assert all(line.rows or line.tests for line in LINES)
     readme = (ROOT / "README.md").read_text("utf-8")
     assert [readme.count(mark) for mark in MARKS] == [1, 1]

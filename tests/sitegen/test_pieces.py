@@ -134,7 +134,7 @@ def test_tests_are_read_and_never_run(project: Project) -> None:
         "tests/test_more.py", "raise SystemExit\n\n\ndef test_a():\n    '''Doc.'''\n\n\ndef helper():\n    pass\n"
     )
     project.write("tests/test_broken.py", "def test_b(:\n")
-    tests = claims.read_tests(project.root, claims.test_files(project.root))
+    tests = claims.read_tests(project.root, claims.test_files(project.root), project.cache)
     assert sorted(tests) == [
         "tests/test_claimed.py::TestGroup::test_inside",
         "tests/test_claimed.py::test_it_holds",

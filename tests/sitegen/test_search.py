@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 from sitegen.search import search_data, sections
 
@@ -28,8 +29,8 @@ def test_sections_of_a_page() -> None:
     ]
 
 
-def test_the_script_holds_every_section_and_ends_no_element() -> None:
-    script = search_data({"p.html": PAGE, "checks.html": PAGE, "old.html": "<p>Moved</p>"}).decode()
+def test_the_script_holds_every_section_and_ends_no_element(tmp_path: Path) -> None:
+    script = search_data({"p.html": PAGE, "checks.html": PAGE, "old.html": "<p>Moved</p>"}, tmp_path).decode()
     entries = json.loads(script.removeprefix("Ladder.searchable(").removesuffix(");\n"))
     assert [at for at, *_ in entries] == ["p.html", "p.html#one", "p.html#two", "p.html#term-gate"]
     assert "<" not in script

@@ -63,7 +63,8 @@ def test_a_page_carries_the_reload_script_and_the_built_file_does_not(
     """The script is a file of the same origin, so the site's own policy lets it run; pages are never kept by caches."""
     status, headers, text = get(live_site)
     assert status == 200
-    assert f'<script src="/.ladder/reload.js" data-build="{live_site.live.build}" defer></script></head>' in text
+    tag = f'<script src="/.ladder/reload.js" data-build="{live_site.live.build}" defer blocking="render"></script>'
+    assert f"{tag}</head>" in text
     assert headers["Content-Security-Policy"].startswith("default-src 'none'; script-src 'self'")
     assert headers["Cache-Control"] == "no-cache"
     assert ".ladder" not in (small_checkout / "site" / "index.html").read_text("utf-8")
@@ -73,10 +74,11 @@ def test_a_page_carries_the_reload_script_and_the_built_file_does_not(
 def test_an_edit_is_built_and_told(live_site: serve.LiveSite, events: Events, small_checkout: Path) -> None:
     """The stream tells the state at once, then the new build after an edit of content, and after one of Python."""
     first = events.next()
-    assert first == {"build": live_site.live.build, "title": first["title"], "lines": []}
+    assert first == {"build": live_site.live.build, "title": first["title"], "lines": [], "edited": []}
     (small_checkout / "content" / "page.md").write_text("second", "utf-8")
     second = events.next()
     assert second["build"] != first["build"]
+    assert second["edited"] == [{"file": "page.md", "page": "index.html"}]
     assert "second." in get(live_site)[2]
     (small_checkout / "sitegen" / "tone.py").write_text("TONE = '!'\n", "utf-8")
     assert events.next()["build"] != second["build"]
