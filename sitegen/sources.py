@@ -89,18 +89,28 @@ def reached(source: str, first: Iterable[str], imported: Callable[[str], str] = 
         for name in _defines(node):
             named[name] = node
     found: dict[str, str] = {}
-    waiting = list(first)
+    waiting, lines = list(first), source.split("\n")
     while waiting:
         name = waiting.pop()
         if name in found or name not in named:
             continue
         node = named[name]
-        decorators = [ast.get_source_segment(source, each) or "" for each in getattr(node, "decorator_list", [])]
-        found[name] = "\n".join([*decorators, code_text(ast.get_source_segment(source, node) or "")])
+        decorators = [_segment(lines, each) for each in getattr(node, "decorator_list", [])]
+        found[name] = "\n".join([*decorators, code_text(_segment(lines, node))])
         if isinstance(node, ast.ImportFrom):
             found[name] += imported(node.module or "")
         waiting += sorted({each.id for each in ast.walk(node) if isinstance(each, ast.Name)})
     return found
+
+
+def _segment(lines: list[str], node: ast.stmt | ast.expr) -> str:
+    """The text of a node; ast's own function splits the source anew for each. Columns count bytes."""
+    last = (node.end_lineno or node.lineno) - 1
+    end = lines[last].encode()[: node.end_col_offset].decode()
+    if last == node.lineno - 1:
+        return end.encode()[node.col_offset :].decode()
+    begin = lines[node.lineno - 1].encode()[node.col_offset :].decode()
+    return "\n".join([begin, *lines[node.lineno : last], end])
 
 
 def _defines(node: ast.stmt) -> list[str]:
