@@ -6,7 +6,9 @@ import json
 import re
 import sys
 import tempfile
+import time
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import html5lib
@@ -14,8 +16,10 @@ from html5lib.constants import E as HTML_ERRORS
 
 from sitegen.building import attempt, tell
 from sitegen.built import Element, Page, css_addresses, inside, is_foreign, read_pages
+from sitegen.outside import cache_dir
 from sitegen.problems import Problem, hint
 from sitegen.progress import shown
+from sitegen.remembered import Remembered
 from sitegen.weight import PAGE_LIMIT, RUNTIME_LIMIT, page_weight, runtime_weight
 
 SHOWN = "site"  # how problems name the site, wherever it was built
@@ -27,10 +31,14 @@ BY_CONTENT = ("assets/", "images/", "runtime/", "tapes/")  # as the service work
 SCRIPT_ADDRESS = re.compile(r"""["'`](?:(?:https?|wss?):)?//(?!www\.w3\.org/)[\w.-]+\.\w+""")
 
 
-def check_site(site: Path) -> list[Problem]:
+def check_site(site: Path, cache: Path | None = None) -> list[Problem]:
     """All problems of a built site, in order."""
-    pages = read_pages(site)
-    found: list[Problem] = []
+    return check_pages(site, read_pages(site), cache or cache_dir())
+
+
+def check_pages(site: Path, pages: dict[str, Page], cache: Path) -> list[Problem]:
+    """All problems of a built site whose pages are read, in order."""
+    found = html_faults(pages, cache)
     for page in pages.values():
         for rule in RULES:
             found += rule(page, pages)
@@ -43,13 +51,20 @@ def at(page: Page, element: Element, message: str) -> Problem:
     return Problem(f"{SHOWN}/{page.name}", element.line, element.column, message)
 
 
-def html_is_valid(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
-    """The page parses without an error by the HTML standard's own algorithm."""
+def html_faults(pages: dict[str, Page], cache: Path) -> list[Problem]:
+    """The pages parse without an error by the HTML standard's own algorithm; what was found of a page is remembered."""
+    known = Remembered(cache, f"html-{html5lib.__version__}")
+    found = {name: known.answer(page.source, partial(html_errors, page.source)) for name, page in pages.items()}
+    known.keep()
+    return [Problem(f"{SHOWN}/{name}", *fault) for name, faults in found.items() for fault in faults]
+
+
+def html_errors(source: str) -> list[tuple[int, int, str]]:
+    """Line, column and words of every error in a page."""
     parser = html5lib.HTMLParser(strict=False)
-    parser.parse(page.source)
-    for (line, column), code, values in parser.errors:
-        message = HTML_ERRORS.get(code, code)
-        yield Problem(f"{SHOWN}/{page.name}", line, column, f"HTML: {message % values if values else message}")
+    parser.parse(source)
+    errors = [(place, HTML_ERRORS.get(code, code), values) for place, code, values in parser.errors]
+    return [(line, column, f"HTML: {said % values if values else said}") for (line, column), said, values in errors]
 
 
 def ids_are_unique(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
@@ -158,7 +173,6 @@ def loaded_files_are_named_by_content(page: Page, pages: dict[str, Page]) -> Ite
 
 
 RULES = (
-    html_is_valid,
     ids_are_unique,
     links_lead_somewhere,
     policy_holds,
@@ -221,9 +235,8 @@ def is_light(pages: dict[str, Page]) -> Iterator[Problem]:
             yield Problem(f"{SHOWN}/{weight.page}", 0, 0, message)
 
 
-def summary(site: Path) -> str:
+def summary(pages: dict[str, Page]) -> str:
     """The sizes, for reading."""
-    pages = read_pages(site)
     heaviest = max(map(page_weight, pages.values()), key=lambda weight: weight.total)
     runtime = max(map(runtime_weight, pages.values()), key=lambda weight: weight.total)
     return (
@@ -239,28 +252,34 @@ def publish_and_check(root: Path, dest: Path) -> int:
     tell(outcome)
     if not outcome.good:
         return 1
-    problems = check_site(dest)
+    pages = read_pages(dest)
+    problems = check_pages(dest, pages, cache_dir())
     for problem in problems:
         print(problem, file=sys.stderr)
-    print(f"{len(problems)} problems" if problems else f"no problems; {summary(dest)}", flush=True)
+    print(f"{len(problems)} problems" if problems else f"no problems; {summary(pages)}", flush=True)
     return 1 if problems else 0
 
 
-def prove_sweep(root: Path) -> int:
-    """Say which results of the sweep are stale, and run a sample of the others again. The exit code is 1 for wrong."""
+def prove_sweep(root: Path, *, anew: bool = False) -> int:
+    """Say which results of the sweep are stale, and run a sample of the others again, also one that has been proved
+    before where `anew` says so. The exit code is 1 for wrong."""
     from sitegen.sweep_check import standing
 
-    found = standing(root)
+    found = standing(root, cache=None if anew else cache_dir())
     for problem in found.stale:
         print(f"{problem} (note)", file=sys.stderr)
     for problem in found.wrong:
         print(problem, file=sys.stderr)
-    print(f"the sweep: {found.proved} runs made again end as its files say", flush=True)
+    again = "made again" if found.ran else "made again on this machine with the same code"
+    print(f"the sweep: {found.proved} runs {again} end as its files say", flush=True)
     return 1 if found.wrong else 0
 
 
 def check_command(root: Path) -> int:
     """Build strictly into a temporary folder and check that; site/ stays as it is. Then prove the sweep's files."""
+    began = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="ladder-check-") as folder:
         code = publish_and_check(root, Path(folder) / "site")
-    return max(code, prove_sweep(root))
+    code = max(code, prove_sweep(root))
+    print(f"checked in {time.monotonic() - began:.1f} s", flush=True)
+    return code

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -13,7 +15,9 @@ import numpy as np
 
 from solvers.race import Contestant
 
+from . import sweep_plan, sweep_units
 from .problems import Problem
+from .remembered import Remembered
 from .sweep_plan import FOLDER, SWEEPS, Sweep, code_of, flags, racing
 from .sweep_units import BATCH, Unit, close, run_unit
 
@@ -24,15 +28,21 @@ OFF = 1
 @dataclass(frozen=True)
 class Standing:
     """What was found. wrong: results that are not what the code gives. stale: results of other code, or none at all.
-    proved: how many runs were made again and agreed."""
+    proved: how many runs were made again and agreed; ran: how many samples were made now."""
 
     wrong: tuple[Problem, ...]
     stale: tuple[Problem, ...]
     proved: int
+    ran: int = 0
 
 
-def standing(root: Path, sweeps: Sequence[Sweep] = SWEEPS) -> Standing:
-    """Read every file of the sweep, and run a sample of each contestant's part again where the code is the same."""
+def standing(root: Path, sweeps: Sequence[Sweep] = SWEEPS, cache: Path | None = None) -> Standing:
+    """Read every file of the sweep, and run a sample of each contestant's part again where the code is the same.
+
+    cache: where it is remembered what a sample gave, on this machine, of these results by this code; None for nowhere.
+    """
+    known = Remembered(cache, "sweep") if cache else None
+    ran: list[str] = []
     wrong: list[Problem] = []
     stale: list[Problem] = []
     proved = 0
@@ -48,7 +58,8 @@ def standing(root: Path, sweeps: Sequence[Sweep] = SWEEPS) -> Standing:
             if entry.get("code") != codes[contestant.method] or list(entry["cells"]) != list(sweep.cells):
                 old.append(contestant.label)
             elif data["numpy"] == np.__version__:
-                of, off = sample(sweep, contestant, entry["cells"])
+                make = partial(_sampled, sweep, contestant, entry["cells"], ran)
+                of, off = known.answer(_given(sweep, contestant, entry), make) if known else make()
                 if off > OFF:
                     message = f"{contestant.label}: {off} of {of} runs made again end otherwise, by the same code"
                     wrong.append(Problem(name, 0, 0, message))
@@ -60,7 +71,24 @@ def standing(root: Path, sweeps: Sequence[Sweep] = SWEEPS) -> Standing:
         elif data["numpy"] != np.__version__:
             message = f"stale: numpy was {data['numpy']} and is {np.__version__}; {again}"
             stale.append(Problem(name, 0, 0, message))
-    return Standing(tuple(wrong), tuple(stale), proved)
+    if known:
+        known.keep()
+    return Standing(tuple(wrong), tuple(stale), proved, len(ran))
+
+
+def _sampled(
+    sweep: Sweep, contestant: Contestant, cells: Mapping[str, Any], ran: list[str]
+) -> tuple[int, int]:
+    ran.append(contestant.method)
+    return sample(sweep, contestant, cells)
+
+
+def _given(sweep: Sweep, contestant: Contestant, entry: Mapping[str, Any]) -> str:
+    """All that the outcome of a sample depends on; the entry holds the hash of the solver's code."""
+    machine = [platform.platform(), platform.processor(), np.__version__]
+    runner = [Path(str(module.__file__)).read_text("utf-8") for module in (sweep_plan, sweep_units)]
+    plan = [contestant.method, sweep.name, sweep.cells, sweep.seeds, sweep.block]
+    return json.dumps([machine, runner, plan, entry], sort_keys=True, default=str)
 
 
 def sample(sweep: Sweep, contestant: Contestant, cells: Mapping[str, Any]) -> tuple[int, int]:

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from sitegen import browser, claims
-from sitegen.check import publish_and_check
+from sitegen.check import prove_sweep, publish_and_check
 
 
 class Ledger:
@@ -60,6 +60,7 @@ def test(root: Path, engines: Sequence[str], given: Path | None, further: Sequen
         "ruff": lambda: module("ruff", "check", "."),
         "mypy": lambda: module("mypy"),
         "check": lambda: publish_and_check(root, root / "site"),
+        "sweep": lambda: prove_sweep(root, anew=True),
     }
     if engines:
         steps = {"check": steps["check"]}

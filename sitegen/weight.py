@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import gzip
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
+from sitegen import files
 from sitegen.built import Page, css_addresses, inside, is_foreign
+from sitegen.outside import cache_dir
 
 PAGE_LIMIT = 300_000  # the heaviest page, with its fonts; tapes and the runtime load beside it
 RUNTIME_LIMIT = 7_500_000
@@ -30,8 +31,7 @@ class Weight:
 
 @lru_cache(maxsize=4096)
 def _gzipped(path: Path, changed: int) -> int:
-    data = path.read_bytes()
-    return len(data) if data[:2] == b"\x1f\x8b" else len(gzip.compress(data, 9, mtime=0))
+    return len(files.gzipped(path.read_bytes(), cache_dir()))
 
 
 def gzipped(path: Path) -> int:

@@ -35,7 +35,8 @@ def build(root, dest, *, strict=False, pack=True, progress=None):
         raise BuildFailed([Problem("content/page.md", 1, 1 + text.index("wrong"), "this is wrong")])
     beside = dest.with_name("site.beside")
     beside.mkdir()
-    (beside / "index.html").write_text(f"<!doctype html><html><head><title>x</title></head><body>{text}{TONE}</body>")
+    head = "<!doctype html><html><head><title>x</title></head>"
+    (beside / "index.html").write_text(f"{head}<body>{text}{TONE}</body><!--{os.getpid()}-->")
     (beside / "_headers").write_text(f"/*\\n  Content-Security-Policy: {POLICY}\\n  Cache-Control: immutable")
     (beside / "code.mjs").write_text("export {};")
     if dest.exists():

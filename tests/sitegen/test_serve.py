@@ -72,17 +72,20 @@ def test_a_page_carries_the_reload_script_and_the_built_file_does_not(
 
 
 def test_an_edit_is_built_and_told(live_site: serve.LiveSite, events: Events, small_checkout: Path) -> None:
-    """The stream tells the state at once, then the new build after an edit of content, and after one of Python."""
-    first = events.next()
+    """The stream tells the state at once, then the new build after an edit of content, and after one of Python, which
+    alone needs a fresh process."""
+    first, process = events.next(), get(live_site)[2].partition("<!--")[2]
     assert first == {"build": live_site.live.build, "title": first["title"], "lines": [], "edited": []}
     (small_checkout / "content" / "page.md").write_text("second", "utf-8")
     second = events.next()
     assert second["build"] != first["build"]
     assert second["edited"] == [{"file": "page.md", "page": "index.html"}]
     assert "second." in get(live_site)[2]
+    assert get(live_site)[2].endswith(process)
     (small_checkout / "sitegen" / "tone.py").write_text("TONE = '!'\n", "utf-8")
     assert events.next()["build"] != second["build"]
     assert "second!" in get(live_site)[2]
+    assert not get(live_site)[2].endswith(process)
 
 
 def test_a_failed_build_is_told_and_leaves_the_page(

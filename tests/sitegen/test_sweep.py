@@ -121,14 +121,18 @@ def test_results_are_proved_or_said_to_be_stale(home: Path, monkeypatch: pytest.
     monkeypatch.setattr(sweep_check, "racing", lambda: only)
     small = replace(SMALL, keep=keep_bits)
     data = swept(home, ["icp", "gicp"], small)
-    fine = sweep_check.standing(home, [small])
-    assert (fine.wrong, fine.stale, fine.proved) == ((), (), 16)
+    cache = home / "cache"
+    fine = sweep_check.standing(home, [small], cache)
+    assert (fine.wrong, fine.stale, fine.proved, fine.ran) == ((), (), 16, 2)
+    again = sweep_check.standing(home, [small], cache)
+    assert (again.proved, again.ran) == (16, 0), "what was proved is remembered"
+    assert sweep_check.standing(home, [small]).ran == 2
 
     path = home / "content/data/sweep/small.json"
     for cell in data["contestants"]["icp"]["cells"].values():
         cell["bits"] = bits([not flag for flag in flags(cell["bits"], 8)])
     path.write_text(json.dumps(data), "utf-8")
-    (problem,) = sweep_check.standing(home, [small]).wrong
+    (problem,) = sweep_check.standing(home, [small], cache).wrong
     assert "small.json:0:0: ICP: 8 of 8 runs made again end otherwise" in str(problem)
 
     data["contestants"]["icp"]["code"] = "older"
