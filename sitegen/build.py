@@ -25,6 +25,7 @@ from .cite import Reference, read_references, unused
 from .claims import read_results, tests_for
 from .computed import Values
 from .content import OWN_PAGES, SETTINGS, Chapter, Site, read_chapters, read_site
+from .decks import Deck, deck
 from .figures import Bakery, Figure, code_hash
 from .files import content as content_of
 from .files import fingerprint
@@ -130,6 +131,7 @@ def build(
     for one in surveys:
         known.figure_html = _figure_drawer(one, tapes, draw)
         bodies.append((one.chapter, render(one, known)))
+    decks = [deck(one, tapes, known, draw) for one in surveys if one.slides]
     values.keep()
     cited = {key: [chapter for chapter, body in bodies if key in body.cited] for key in references}
     for reference in unused(references, (key for key, by in cited.items() if by)):
@@ -144,7 +146,7 @@ def build(
     books = notebooks(surveys, works, shown)
     made = about.made(root, surveys, [body for _, body in bodies], started.size if started else 0)
     code = _sources(known, bodies, cache)
-    content = _Content(root, site, chapters, bodies, references, cited, known, licences, books, made, code)
+    content = _Content(root, site, chapters, bodies, decks, references, cited, known, licences, books, made, code)
     files = _files(content, templates, mathematics, tapes, started, parts, pack, cache, progress, problems)
     if problems.found:
         raise BuildFailed(problems.found)
@@ -168,6 +170,7 @@ class _Content:
     site: Site
     chapters: Sequence[Chapter]
     bodies: Sequence[tuple[Chapter, Body]]
+    decks: Sequence[Deck]
     references: Mapping[str, Reference]
     cited: Mapping[str, Sequence[Chapter]]
     known: Known
@@ -228,9 +231,14 @@ def _pages(
     pages: dict[str, Mapping[str, Place] | None] = {f"{name}.html": None for name in OWN_PAGES if name != "404"}
     pages["references.html"] = {f"ref-{key}": reference.place for key, reference in references.items()}
     pages["glossary.html"] = {term.anchor: term.place for term in terms.values()}
-    fixed = {name: Place("templates/chapter.html") for name in OWN_IDS}
+    pages |= {one.chapter.deck: None for one in surveys if one.slides}
+
+    def fixed(one: Survey) -> dict[str, Place]:
+        names = (name for name in OWN_IDS if name != "slides" or one.slides)
+        return {name: Place("templates/chapter.html") for name in names}
+
     # Of two chapters of one name, which is a problem, the first is meant.
-    return pages | {one.chapter.page: {**fixed, **one.anchors} for one in reversed(surveys)}
+    return pages | {one.chapter.page: {**fixed(one), **one.anchors} for one in reversed(surveys)}
 
 
 def _runtime(root: Path, parts: Parts, cache: Path, progress: Progress) -> runtime.RuntimeInfo | None:
@@ -279,7 +287,8 @@ def _files(
     if parts.search is not None:
         assets.search_library = assets.add("minisearch.js", parts.search(cache))
         assets.search_data = assets.add("search.js", search.search_data(unstyled, cache))
-    images = {image.name: image.data for _, body in content.bodies for image in body.images}
+    found = [*(body for _, body in content.bodies), *(each.found for each in content.decks)]
+    images = {image.name: image.data for body in found for image in body.images}
     if manifest.ICONS.keys() <= assets.pictures.keys():
         site, assets.ground = content.site, emblem.colours()["paper"]
         made = manifest.web_manifest(site.title, site.description, site.language, assets.ground[0], assets.pictures)
@@ -290,7 +299,8 @@ def _files(
     writer = Writer(templates, content.site, content.chapters, assets)
     if content.site.url:
         own = ("about.html", "references.html", "glossary.html", "reference.html", "checks.html")
-        public = [*(chapter.page for chapter in content.chapters), *own]
+        slides = [*(each.chapter.deck for each in content.decks), *(["slides.html"] if content.decks else [])]
+        public = [*(chapter.page for chapter in content.chapters), *own, *slides]
         files["sitemap.xml"] = writer.sitemap(public).encode()
     files |= _for_hosts(content.root, files, started)
     if assets.download:
@@ -348,6 +358,9 @@ def _html(content: _Content, templates: Environment, assets: Assets) -> dict[str
     references, terms = content.references, content.known.terms
     pages = {chapter.page: writer.chapter(chapter, body, references, terms) for chapter, body in content.bodies}
     pages |= {f"{name}.html": writer.redirect(chapter) for chapter in content.chapters for name in _old_names(chapter)}
+    pages |= {each.chapter.deck: writer.deck(each, content.decks, references, terms) for each in content.decks}
+    if content.decks:
+        pages["slides.html"] = writer.slides(content.decks)
     pages["references.html"] = writer.references(content.references, content.cited)
     pages["glossary.html"] = writer.glossary(terms)
     pages["about.html"] = writer.about(content.made)

@@ -12,12 +12,13 @@ from typing import Any
 from . import schema
 from .markdown import Document, Source, parse
 from .problems import Place, Problems, hint, read_text
+from .slides import Slide, read_slides
 
 FILE_NAME = re.compile(r"(?P<number>\d+(?:\.\d+)?)(?P<letter>[a-z]?)-(?P<slug>[a-z0-9-]+)\.md")
 SLUG = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
 PLAIN = re.compile(r"^\s*(title|slug|rung): *[\"']?([^\"'\n]+?)[\"']?$", re.MULTILINE)
 FRONT_LINE = re.compile(r"[a-z]+:|\s+\S|- |#")
-OWN_PAGES = ("about", "references", "glossary", "reference", "checks", "licences", "404")
+OWN_PAGES = ("about", "references", "glossary", "reference", "checks", "licences", "slides", "404")
 
 SETTINGS = "content/site.yaml"
 SITE = {
@@ -42,6 +43,7 @@ FRONT = {
     "summary": schema.text(),
     "redirects": schema.texts(),
     "draft": schema.flag(),
+    "slides": schema.Field("a list of slides", lambda v: isinstance(v, list), default=[]),
 }
 
 
@@ -85,6 +87,7 @@ class Chapter:
     redirects: tuple[str, ...]
     draft: bool
     front: schema.Yaml | None = None
+    slides: tuple[Slide, ...] = ()
 
     def at(self, *path: str | int) -> Place:
         """The place of a thing in the front matter."""
@@ -94,6 +97,11 @@ class Chapter:
     def page(self) -> str:
         """The chapter's file name on the site."""
         return f"{self.name}.html"
+
+    @property
+    def deck(self) -> str:
+        """The file name of its slides; "" where it has none."""
+        return f"slides-{self.slug}.html" if self.slides else ""
 
     def numbered(self, count: int) -> str:
         """The number of its figure or equation: 1.2 on rung 1, 2 where there is no rung."""
@@ -202,6 +210,7 @@ def _chapter(root: Path, path: Path, problems: Problems, first: bool) -> Chapter
         tuple(values["redirects"]),
         values["draft"],
         document,
+        read_slides(document, source, problems) if document is not None else (),
     )
 
 
@@ -228,6 +237,11 @@ def _check_names(chapters: list[Chapter], problems: Problems) -> None:
             if name in taken:
                 problems.add(chapter.at("slug"), f"the page name {name!r} is taken by {taken[name]}")
             taken[name] = chapter.source.path
+    decks = {chapter.deck.removesuffix(".html"): f"the slides of {chapter.source.path}" for chapter in chapters}
+    for chapter in chapters:
+        if chapter.name in decks:
+            problems.add(chapter.at("slug"), f"the page name {chapter.name!r} is taken by {decks[chapter.name]}")
+    taken |= decks
     for chapter in chapters:
         for i, name in enumerate(chapter.redirects):
             if name in taken:

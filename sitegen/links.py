@@ -17,10 +17,12 @@ from .survey import Survey
 class Links:
     """The links of one page. `pages`: page name → its anchors, None where they are not known here.
 
+    chapter: the page of the chapter whose figures and equations are meant first; its own, or that of a deck's chapter.
     inline: renders a heading's tokens for the text of a link.
     """
 
     page: str
+    chapter: str
     surveys: Sequence[Survey]
     pages: Mapping[str, Mapping[str, Place] | None]
     problems: Problems
@@ -72,12 +74,12 @@ class Links:
         self, what: str, name: str, found: Mapping[str, tuple[str, str]], names: Sequence[str], place: Place, key: str
     ) -> Markup:
         """A link to a numbered thing: this chapter's own, or the only one elsewhere."""
-        page = self.page if self.page in found else next(iter(found), None)
+        page = self.chapter if self.chapter in found else next(iter(found), None)
         if page is None:
             if not any(key in survey.lost for survey in self.surveys):
                 self.problems.add(place, f"no {what} {name!r}{hint(name, names)}")
             return Markup("")
-        if page != self.page and len(found) > 1:
+        if page != self.chapter and len(found) > 1:
             where = " and ".join(sorted(found))
             self.problems.add(place, f"{what} {name!r} stands on {where}: a plain link tells which is meant")
         fragment, text = found[page]

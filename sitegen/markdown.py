@@ -39,11 +39,15 @@ LOST = re.compile(r"\bid=(?P<figure>[\w-]+)|\${2}\s*\((?P<equation>[\w-]+)\)")
 
 @dataclass
 class Source:
-    """A Markdown file as it is parsed: its path as problems name it, and its text with the front matter blanked out."""
+    """A Markdown file as it is parsed: its path as problems name it, and its text with the front matter blanked out.
+
+    shift: columns that stand before each line of the text in its file.
+    """
 
     path: str
     text: str
     problems: Problems
+    shift: int = 0
     lines: list[str] = field(init=False)
     starts: list[int] = field(init=False)
 
@@ -56,7 +60,7 @@ class Source:
     def at(self, offset: int) -> Place:
         """The place of an offset in the text."""
         line = bisect_right(self.starts, offset) - 1
-        return Place(self.path, line + 1, offset - self.starts[line] + 1)
+        return Place(self.path, line + 1, self.shift + offset - self.starts[line] + 1)
 
 
 @dataclass
@@ -364,7 +368,7 @@ def _inline_place(source: Source, inline: Token, cell: int, offset: int) -> Plac
     bars = [m.end() for m in re.finditer(r"(?<!\\)\|", raw)] if cell else []
     first = bars[cell - (not raw.lstrip().startswith("|"))] if cell < len(bars) + 1 and bars else 0
     column = raw.find(content.rstrip(), first)
-    return Place(source.path, row + 1, max(column, 0) + len(before.rpartition("\n")[2]) + 1)
+    return Place(source.path, row + 1, source.shift + max(column, 0) + len(before.rpartition("\n")[2]) + 1)
 
 
 def _fold(state: StateCore) -> None:

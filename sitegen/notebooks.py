@@ -25,7 +25,7 @@ from .figures import Figure, Plain
 from .markdown import HEADING_ID
 from .plotting import Drawn, Placed
 from .problems import Place
-from .render import Known, blocks, fragment
+from .render import Known, blocks, pieces
 from .standalone import data_address, standalone
 from .survey import Survey
 
@@ -91,7 +91,7 @@ class _Writer:
     def __init__(self, survey: Survey, shown: Shown) -> None:
         self._survey, self._shown = survey, shown
         self._source = survey.chapter.source
-        self._html = fragment(survey, shown.known)
+        self._html = pieces(survey, shown.known).inline
         self._base = shown.site.url or "../"
 
     def head(self) -> Iterator[Cell]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 from xml.sax.saxutils import escape as xml_escape
 
@@ -29,11 +29,22 @@ from .outside import Licence
 from .plotting import Drawn, Placed
 from .render import Body
 
+if TYPE_CHECKING:
+    from .decks import Deck
+
 SAID = {
     "passed": "Passed on this code.",
     "failed": "Failed on this code.",
     "unknown": "Not yet run on this code.",
 }
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """What a slide shows of a figure: names of panels and of readouts."""
+
+    panels: tuple[str, ...]
+    readouts: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -49,6 +60,12 @@ class FigureView:
     tape: str
     caption: Markup
     jobs: tuple[JobView, ...] = ()
+    chosen: Chosen | None = None
+
+    @property
+    def readouts(self) -> list[Plain]:
+        """The readouts beside the picture: all, or those that are chosen."""
+        return [r for r in self.frame["readouts"] if self.chosen is None or r["name"] in self.chosen.readouts]
 
 
 @dataclass(frozen=True)
@@ -152,6 +169,7 @@ class Writer:
             assets=self.assets,
             policy=POLICY,
             ladder=self._ladder(page.name),
+            has_slides=any(chapter.slides for chapter in self.chapters),
             **values,
         )
 
@@ -199,7 +217,33 @@ class Writer:
             cards=cards,
             words=words,
             notebook=name_of(chapter),
+            slides=len(chapter.slides) + 1 if chapter.slides else 0,
         )
+
+    def deck(
+        self, deck: Deck, decks: Sequence[Deck], references: Mapping[str, Reference], terms: Mapping[str, Term]
+    ) -> str:
+        """The slides of a chapter. decks: all of them, in reading order."""
+        chapter, i = deck.chapter, decks.index(deck)
+        says = f"{chapter.title}, as {deck.count} slides with the chapter's live figures."
+        page = self._page(chapter.deck, f"{chapter.title}: slides", says, "deck-page")
+        of = {each.chapter.page: each.chapter.deck for each in decks}
+        rungs = [{**rung, "page": of.get(rung["page"], "")} for rung in self._ladder(chapter.page)]
+        return self._fill(
+            "deck.html",
+            page,
+            deck=deck,
+            chapter=chapter,
+            rungs=rungs,
+            after=decks[i + 1].chapter if i + 1 < len(decks) else None,
+            cards=[references[key] for key in deck.found.cited],
+            words=[terms[key] for key in deck.found.terms],
+        )
+
+    def slides(self, decks: Sequence[Deck]) -> str:
+        """All decks, each with its question and a still."""
+        says = f"{self.site.title} as slides: a deck for each chapter, with its live figures."
+        return self._fill("slides.html", self._page("slides.html", "Slides", says, "slides-page"), decks=decks)
 
     def glossary(self, terms: Mapping[str, Term]) -> str:
         """Every term, with the chapter that explains it."""

@@ -80,9 +80,19 @@ def render(survey: Survey, known: Known) -> Body:
     return _Renderer(survey, known).body()
 
 
-def fragment(survey: Survey, known: Known) -> Callable[[Sequence[Token]], str]:
-    """Renders inline tokens of a chapter by themselves, apart from its body."""
-    return _Renderer(survey, known)._inline
+@dataclass(frozen=True)
+class Pieces:
+    """Renders pieces of a chapter apart from its body. found: what was cited, marked and shown on the way."""
+
+    found: Body
+    flow: Callable[[Sequence[Token]], Markup]
+    inline: Callable[[Sequence[Token]], Markup]
+
+
+def pieces(survey: Survey, known: Known, page: str = "") -> Pieces:
+    """What renders them, for the chapter's page or another one; what is wrong goes to known.problems."""
+    renderer = _Renderer(survey, known, page)
+    return Pieces(renderer._body, renderer.flow, lambda tokens: Markup(renderer._inline(tokens)))
 
 
 UNIT = re.compile(r"(?:(?<=\d)|^) (?=(?:%|u²?|rad)(?!\w))")  # a text that begins with a unit follows a computed number
@@ -107,12 +117,15 @@ def highlighted(code: str, language: str) -> Markup:
 
 
 class _Renderer:
-    def __init__(self, survey: Survey, known: Known) -> None:
+    """Renders what belongs to a chapter for one page: the chapter's, or its deck's where `page` names that."""
+
+    def __init__(self, survey: Survey, known: Known, page: str = "") -> None:
         self._survey, self._known = survey, known
         self._chapter = survey.chapter
         self._problems = known.problems
         self._body = Body()
         self._links = Links(
+            page or survey.chapter.page,
             survey.chapter.page,
             known.surveys,
             known.pages,
@@ -151,18 +164,22 @@ class _Renderer:
         self._html.rules["claim_open"] = self._claim_open  # type: ignore[assignment]
 
     def body(self) -> Body:
+        self._body.html = self.flow(self._chapter.document.tokens)
+        for heading in self._survey.headings:
+            if heading.level in (2, 3):
+                self._body.contents.append((heading.level, heading.id, Markup(self._inline(_unlinked(heading.tokens)))))
+        return self._body
+
+    def flow(self, tokens: Sequence[Token]) -> Markup:
+        """Top-level blocks, with buttons that stand together as a list."""
         parts: list[str] = []
-        for tries, run in groupby(blocks(self._chapter.document.tokens), lambda block: block[0].type == "try"):
+        for tries, run in groupby(blocks(tokens), lambda block: block[0].type == "try"):
             if tries:
                 items = "".join(f"<li>{self._blocks(block)}</li>\n" for block in run)
                 parts.append(f'<ul class="tries">\n{items}</ul>\n')
             else:
                 parts += map(self._noted, run)
-        self._body.html = Markup("".join(parts))
-        for heading in self._survey.headings:
-            if heading.level in (2, 3):
-                self._body.contents.append((heading.level, heading.id, Markup(self._inline(_unlinked(heading.tokens)))))
-        return self._body
+        return Markup("".join(parts))
 
     def _noted(self, block: Sequence[Token]) -> str:
         """A block with the notes beside it that it is the first to refer to."""

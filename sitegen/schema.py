@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import date
@@ -49,11 +50,12 @@ def year(required: bool = False) -> Field:
 
 @dataclass(frozen=True)
 class Yaml:
-    """Read data with the place of every key and list item, by its path."""
+    """Read data with the place of every key and list item, by its path; `texts`: where each text's first letter is."""
 
     data: Any
     places: Mapping[Path, Place]
     root: Place
+    texts: Mapping[Path, Place] = dataclasses.field(default_factory=dict)
 
     def at(self, *path: str | int) -> Place:
         """The place of a key or item, or of the nearest thing around it."""
@@ -63,17 +65,24 @@ class Yaml:
             path = path[:-1]
         return self.root
 
+    def text_at(self, *path: str | int) -> Place:
+        """The place of a text's first letter. Lines of a text after `|` lie below each other from there."""
+        return self.texts.get(path) or self.at(*path)
+
 
 def read(source: str, path: str, problems: Problems, first_line: int = 1) -> Yaml | None:
     """Parsed YAML; None, and a problem, where it is none."""
     places: dict[Path, Place] = {}
+    texts: dict[Path, Place] = {}
     try:
         loader = Loader(source)
         try:
             node = loader.get_single_node()
             if node is not None:
                 _collect(node, (), places, path, first_line, problems)
-            return Yaml(None if node is None else loader.construct_document(node), places, Place(path, first_line, 1))
+                _find_texts(node, (), texts, source.split("\n"), Place(path, first_line, 1))
+            data = None if node is None else loader.construct_document(node)
+            return Yaml(data, places, Place(path, first_line, 1), texts)
         finally:
             loader.dispose()
     except yaml.MarkedYAMLError as error:
@@ -125,6 +134,23 @@ def _collect(node: Any, at: Path, places: dict[Path, Place], path: str, first: i
         for i, item in enumerate(node.value):
             places[(*at, i)] = Place(path, first + item.start_mark.line, item.start_mark.column + 1)
             _collect(item, (*at, i), places, path, first, problems)
+
+
+def _find_texts(node: Any, at: Path, texts: dict[Path, Place], lines: list[str], root: Place) -> None:
+    """Where texts begin: after a quote, or below the sign of a text of several lines, behind its indentation."""
+    if isinstance(node, yaml.MappingNode):
+        for key, value in node.value:
+            _find_texts(value, (*at, key.value) if isinstance(key, yaml.ScalarNode) else at, texts, lines, root)
+    elif isinstance(node, yaml.SequenceNode):
+        for i, item in enumerate(node.value):
+            _find_texts(item, (*at, i), texts, lines, root)
+    else:
+        line, column = node.start_mark.line, node.start_mark.column + (node.style in ("'", '"'))
+        if node.style in ("|", ">"):
+            line += 1
+            written = next((each for each in lines[line:] if each.strip()), "")
+            column = len(written) - len(written.lstrip())
+        texts[at] = Place(root.path, root.line + line, column + 1)
 
 
 def validated(document: Yaml, fields: Mapping[str, Field], problems: Problems, *at: str | int) -> dict[str, Any]:

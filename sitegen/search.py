@@ -16,7 +16,7 @@ from .outside import gather
 from .remembered import Remembered
 
 FORMAT = "1"  # of what is remembered; raised when the reading changes
-LEFT_OUT = ("checks.html", "licences.html", "404.html")
+LEFT_OUT = ("checks.html", "licences.html", "404.html", "slides.html")
 HEADINGS = ("h1", "h2", "h3")
 # What is read elsewhere, or is no prose: cards, code that figures show, controls, drawings, formulas, data for scripts.
 SILENT = ("script", "style", "svg", "math", "form", "nav", "button", "select", "template", "dialog", "details")
@@ -56,8 +56,13 @@ def search_data(pages: Mapping[str, str], cache: Path) -> bytes:
 
 
 def _entries(name: str, html: str) -> list[list[str]]:
-    found = [] if name in LEFT_OUT else sections(name, html)
+    found = sections(name, html) if _searched(name) else []
     return [[one.at, one.page, one.heading, one.text] for one in found if one.heading or one.text]
+
+
+def _searched(name: str) -> bool:
+    """Slides say what their chapters say."""
+    return name not in LEFT_OUT and not name.startswith("slides-")
 
 
 def sections(name: str, html: str) -> list[Section]:

@@ -5,25 +5,29 @@ What is found is noted on the tokens' meta, so that rendering only looks it up.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 from markdown_it.token import Token
 
-from widgets.contract import Widget
+from widgets.contract import Record, Widget
+from widgets.controls import specs
 
 from .content import Chapter
-from .directives import Attribute
+from .directives import Attribute, Directive
 from .figures import Figure, changed, id_of, listed, placed
 from .markdown import ANCHOR, ascii_slug, text_of
 from .maths import Asked, Formula
 from .plotting import Placed, Plot
 from .plotting import placed as placed_plot
 from .problems import Place, Problems, hint
+from .slides import Slide
 
 # Ids that the templates and the figures give; no heading may have them.
-OWN_IDS = ("main", "cite-this-page", "notebook")
+OWN_IDS = ("main", "cite-this-page", "notebook", "slides")
 OWN_PREFIXES = ("fig-", "eq-", "note-", "noteref-", "claim-", "card-")
+SENTENCE = re.compile(r"\s*[.,]((?:\s*\\end\{\w+\})*)\s*$")
 LINKS = ("link_open", "claim_open", "cite", "ref", "term", "footnote_ref")
 
 
@@ -36,9 +40,20 @@ class Heading:
     tokens: list[Token]
 
 
+@dataclass(frozen=True)
+class Staged:
+    """A slide with what it shows of its chapter; `record` is the state that its figure stands in."""
+
+    slide: Slide
+    equation: Formula | None = None
+    figure: Figure | None = None
+    record: Record | None = None
+    plot: Placed | None = None
+
+
 @dataclass
 class Survey:
-    """What a chapter holds. `notes`: footnote label → number; `equations`: label → number."""
+    """What a chapter holds. `notes`: footnote label → number; `equations`: label → number, `labelled`: → formula."""
 
     chapter: Chapter
     anchors: dict[str, Place] = field(default_factory=dict)
@@ -47,7 +62,9 @@ class Survey:
     plots: dict[str, Placed] = field(default_factory=dict)
     equations: dict[str, str] = field(default_factory=dict)
     notes: dict[str, int] = field(default_factory=dict)
+    labelled: dict[str, Formula] = field(default_factory=dict)
     formulas: list[Asked] = field(default_factory=list)
+    slides: list[Staged] = field(default_factory=list)
     lost: set[str] = field(default_factory=set)
     """Figures and equations ("fig:id", "eq:label") that are named and could not be made: that is told once."""
 
@@ -67,8 +84,16 @@ def survey(
                 _figure(found, token, widgets, problems)
             case "plot":
                 _plot(found, token, plots, problems)
-    every = [*flow, *(token for tokens in chapter.document.footnotes.values() for token in tokens)]
-    for token in every:
+    _within(found, [*flow, *(t for tokens in chapter.document.footnotes.values() for t in tokens)], widgets, problems)
+    for slide in chapter.slides:
+        _within(found, [*slide.title, *slide.text, *slide.notes], widgets, problems)
+        found.slides.append(_staged(found, slide, problems))
+    return found
+
+
+def _within(found: Survey, tokens: list[Token], widgets: Mapping[str, Widget], problems: Problems) -> None:
+    """The formulas of some text and its buttons, for which the chapter's figures must be known."""
+    for token in tokens:
         if token.type in ("math_block", "math_block_label"):
             _equation(found, token, problems)
         for child in token.children or []:
@@ -76,12 +101,11 @@ def survey(
                 formula = Formula(child.content, False)
                 child.meta["formula"] = formula
                 found.formulas.append(Asked(formula, _shifted(child)))
-    for token in every:
+    for token in tokens:
         if token.type == "try":
             _try(found, token, widgets, problems)
         if token.type in ("figure", "plot", "try", "aside") and not token.children:
             problems.add(token.meta["place"], f"::{token.type} has no text")
-    return found
 
 
 def inline(tokens: Iterable[Token]) -> Iterator[Token]:
@@ -167,6 +191,7 @@ def _equation(found: Survey, token: Token, problems: Problems) -> None:
         _anchor(found, f"eq-{label}", place, f"the equation {label!r}", problems)
         number = found.chapter.numbered(len(found.equations) + 1)
         token.meta["number"] = found.equations.setdefault(label, number)
+        found.labelled.setdefault(label, formula)
 
 
 def _notes(found: Survey, problems: Problems) -> None:
@@ -222,3 +247,50 @@ def _try(found: Survey, token: Token, widgets: Mapping[str, Widget], problems: P
         record = changed(figure.widget, figure.record, [a for a in given if a.name], at, problems)
         figure.remember(record)
         token.meta["figure"], token.meta["record"] = figure, record
+
+
+def _staged(found: Survey, slide: Slide, problems: Problems) -> Staged:
+    """The slide with the things of the chapter that it names; what it names wrongly goes to `problems`."""
+    shown: dict[str, Iterable[str]] = {"equation": found.labelled, "figure": found.figures, "plot": found.plots}
+    for what, known in shown.items():
+        name = getattr(slide, what)
+        if name and name not in known and f"{'eq' if what == 'equation' else 'fig'}:{name}" not in found.lost:
+            problems.add(slide.at(what), f"no {what} {name!r} in this chapter{hint(name, known)}")
+        if name and what != "equation" and any(getattr(before.slide, what) == name for before in found.slides):
+            problems.add(slide.at(what), f"the {what} {name!r} stands on a slide before: a ::try line sets it anew")
+    equation = found.labelled.get(slide.equation)
+    if equation is not None:  # without what ends it in a sentence
+        equation = Formula(SENTENCE.sub(r"\1", equation.source), True)
+        found.formulas.append(Asked(equation, lambda inside: slide.at("equation")))
+    figure = found.figures.get(slide.figure)
+    for token in slide.text:
+        if token.type == "try" and token.meta.get("figure") not in (None, figure):
+            problems.add(token.meta["place"], "a slide's button sets the slide's own figure")
+    return Staged(
+        slide,
+        equation,
+        figure,
+        _set(figure, slide, problems) if figure else None,
+        found.plots.get(slide.plot),
+    )
+
+
+def _set(figure: Figure, slide: Slide, problems: Problems) -> Record:
+    """The state of a slide's figure: the chapter's own, or what `set` makes of it, which the tape then has as well."""
+    known = specs(figure.widget.controls)
+    for i, name in enumerate(slide.controls):
+        if name not in known:
+            problems.add(slide.at("controls", i), f"{figure.widget.name} has no control {name!r}{hint(name, known)}")
+    if not slide.set:
+        return figure.record
+    written = Directive("set", "", slide.set, 0, 0, 0, len(slide.set))
+
+    def at(offset: int) -> Place:
+        return slide.text_at("set", offset)
+
+    given = listed(written, at, problems) or []
+    for extra in (a for a in given if not a.name):
+        problems.add(at(extra.start), f"name=value is expected, not {extra.value!r}")
+    record = changed(figure.widget, figure.record, [a for a in given if a.name], at, problems)
+    figure.remember(record)
+    return record

@@ -14,9 +14,11 @@
 
   function readouts(list, frame) {
     if (!list) return;
+    const chosen = list.dataset.chosen?.split(" "); // on a slide not all of them stand beside the picture
+    const shown = frame.readouts.filter(({ name }) => chosen?.includes(name) ?? true);
     const there = [...list.children].map((each) => each.dataset.readout).join();
-    if (there !== frame.readouts.map(({ name }) => name).join()) list.replaceChildren(...frame.readouts.map(row));
-    frame.readouts.forEach(({ label, value, unit }, i) => {
+    if (there !== shown.map(({ name }) => name).join()) list.replaceChildren(...shown.map(row));
+    shown.forEach(({ label, value, unit }, i) => {
       text(list.children[i].querySelector("dt"), label);
       text(list.children[i].querySelector(".value"), value);
       text(list.children[i].querySelector(".unit"), unit);

@@ -6,7 +6,8 @@
 
   /**
    * Keeps buttons at places in percent of a panel. Boxes are measured when sizes change and not on every frame, which
-   * would make each swap wait for layout.
+   * would make each swap wait for layout. What is measured is px of the screen; a slide beside its notes is drawn smaller
+   * than it is laid out.
    */
   Ladder.overlay = function (figure) {
     const { stage } = figure;
@@ -14,9 +15,11 @@
     const boxes = new Map();
     const places = new Map(); // button → [panel, left %, top %]
     let origin = null; // the layer's place on the screen, until something scrolls
+    let scale = 1; // px of the screen to one of the layout
 
     function measure() {
       const from = (origin = layer.getBoundingClientRect());
+      scale = from.width / layer.offsetWidth || 1;
       for (const panel of stage.querySelectorAll(".figure-panel")) {
         const box = drawing(stage, panel.dataset.panel)?.getBoundingClientRect();
         if (box) boxes.set(panel.dataset.panel, [box.left - from.left, box.top - from.top, box.width, box.height]);
@@ -27,13 +30,14 @@
     function settle(button) {
       const [panel, left, top] = places.get(button);
       const [x, y, width, height] = boxes.get(panel) ?? [0, 0, 0, 0];
-      button.style.left = `${x + (left / 100) * width}px`;
-      button.style.top = `${y + (top / 100) * height}px`;
+      button.style.left = `${(x + (left / 100) * width) / scale}px`;
+      button.style.top = `${(y + (top / 100) * height) / scale}px`;
     }
 
     const watch = new ResizeObserver(measure);
     [stage, ...stage.querySelectorAll(".figure-panel")].forEach((each) => watch.observe(each));
     measure();
+    const scaled = figure.on("scaled", measure); // by a slide, which no observer tells
     const scrolled = on(document, "scroll", () => (origin = null), { capture: true, passive: true });
     return {
       layer,
@@ -56,6 +60,7 @@
       },
       dispose() {
         watch.disconnect();
+        scaled();
         scrolled();
       },
     };

@@ -89,6 +89,7 @@
   document.querySelectorAll("button.search-open").forEach(Ladder.search);
   document.querySelectorAll(".stored").forEach(Ladder.stored);
   document.querySelectorAll("pre.copied").forEach(Ladder.copied);
+  document.querySelectorAll("main.deck").forEach(Ladder.slides); // before the cards: Escape closes one first
   Ladder.cards();
   Ladder.links();
   Ladder.startWhenSeen(roots);
