@@ -147,8 +147,9 @@ _HEARD = """(performance.getEntriesByName('ladder:swap').length
 
 
 def pages_with(site: Path, mark: str) -> list[str]:
-    """The pages whose HTML holds a mark, by name."""
-    return sorted(page.name for page in site.glob("*.html") if mark in page.read_text("utf-8"))
+    """The pages whose HTML holds a mark, by name; without the decks, whose figures are those of the chapters."""
+    pages = [page for page in site.glob("*.html") if not page.name.startswith("slides-")]
+    return sorted(page.name for page in pages if mark in page.read_text("utf-8"))
 
 
 def number_ms(value: float) -> str:

@@ -78,12 +78,12 @@ def _read(front: schema.Yaml, i: int, chapter: Source, problems: Problems) -> Sl
         start = front.text_at("slides", i, name)
         source = Source(chapter.path, "\n" * (start.line - 1) + values[name], problems, start.column - 1)
         tokens = parse(source).tokens
-        for token in tokens:
-            for each in (token, *(token.children or [])):
-                if each.type in ELSEWHERE or (each.type == "try" and name != "text"):
-                    why = ELSEWHERE.get(each.type, "a button stands in the slide's text")
-                    problems.add((each.meta or {}).get("place") or front.at("slides", i, name), why)
-        return tokens
+        every = [each for token in tokens for each in (token, *(token.children or []))]
+        wrong = [each for each in every if each.type in ELSEWHERE or (each.type == "try" and name != "text")]
+        for each in wrong:
+            why = ELSEWHERE.get(each.type, "a button stands in the slide's text")
+            problems.add((each.meta or {}).get("place") or front.at("slides", i, name), why)
+        return [] if wrong else tokens
 
     slide = Slide(
         parsed("title"),
@@ -104,6 +104,6 @@ def _read(front: schema.Yaml, i: int, chapter: Source, problems: Problems) -> Sl
     for name in OF_A_FIGURE:
         if values[name] and not slide.figure:
             problems.add(slide.at(name), f"{name}: the slide names no figure")
-    if values["title"] and not (slide.text or slide.equation or slide.figure or slide.plot):
+    if values["title"] and not (values["text"] or slide.equation or slide.figure or slide.plot):
         problems.add(slide.at(), "a slide shows something: text, an equation, a figure or a plot")
     return slide

@@ -9,6 +9,9 @@
   /** The drawing of a panel. */
   Ladder.drawing = (stage, name) => panelOf(stage, name)?.querySelector("svg.plot") ?? null;
 
+  /** Whether a panel is to be seen: a slide may show some of a figure's panels only. */
+  Ladder.onStage = (stage, name) => !panelOf(stage, name)?.hidden;
+
   /** The drawing that each panel element holds, as text: what has not changed is left alone. */
   const held = new WeakMap();
 

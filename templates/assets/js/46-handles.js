@@ -3,7 +3,7 @@
 (() => {
   "use strict";
 
-  const { make, on, record: records } = Ladder;
+  const { make, on, onStage, record: records } = Ladder;
   const HINT = "handle-hint";
   const MOST_KEYS = 50;
 
@@ -42,8 +42,9 @@
     let keys = []; // [handle, key] pressed faster than frames come
 
     function update() {
+      const seen = (panel) => onStage(figure.stage, panel);
       const places = figure.frame.handles.flatMap((handle) =>
-        [handle.panel, ...(handle.also ?? [])].map((panel) => [`${handle.name} ${panel}`, handle, panel]),
+        [handle.panel, ...(handle.also ?? [])].filter(seen).map((panel) => [`${handle.name} ${panel}`, handle, panel]),
       );
       const wanted = new Set(places.map(([key]) => key));
       for (const [key, button] of buttons) {

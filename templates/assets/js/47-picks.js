@@ -3,7 +3,7 @@
 (() => {
   "use strict";
 
-  const { drawing, make, on, percent, record: records, runtime, world } = Ladder;
+  const { drawing, make, on, onStage, percent, record: records, runtime, world } = Ladder;
   const WAYS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
   const clamp = (value, low, high) => Math.min(high, Math.max(low, value));
 
@@ -111,9 +111,10 @@
   Ladder.crosshair = crosshair;
 
   Ladder.picks = function (figure, overlay) {
+    const seen = (name) => onStage(figure.stage, name);
     const disposers = [
-      ...(figure.spec.clicks ?? []).flatMap((name) => picked(figure, overlay, name)),
-      ...(figure.spec.hovers ?? []).flatMap((name) => pointed(figure, overlay, name)),
+      ...(figure.spec.clicks ?? []).filter(seen).flatMap((name) => picked(figure, overlay, name)),
+      ...(figure.spec.hovers ?? []).filter(seen).flatMap((name) => pointed(figure, overlay, name)),
     ];
     return () => disposers.forEach((dispose) => dispose());
   };
