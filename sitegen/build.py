@@ -30,6 +30,7 @@ from .figures import Bakery, Figure, code_hash
 from .files import content as content_of
 from .files import fingerprint
 from .glossary import Term, read_glossary
+from .highlighting import highlighted
 from .maths import Mathematics
 from .maths import render as render_formulas
 from .notebooks import Shown, notebooks
@@ -40,7 +41,7 @@ from .problems import BuildFailed, Place, Problem, Problems
 from .prune import prune
 from .publish import publish
 from .remembered import Remembered
-from .render import Body, Known, highlighted, render
+from .render import Body, Known, render
 from .survey import OWN_IDS, Survey, survey
 from .tape import Tape, record_tapes
 

@@ -19,7 +19,7 @@ from solvers.methods import METHODS
 from solvers.stepper import Method
 
 from .docstrings import meanings, pieces, rendered, said
-from .render import highlighted
+from .highlighting import highlighted
 
 # Heading, what is said of it, and the things under it by their full names.
 GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cache
 from itertools import groupby, takewhile
 from pathlib import Path
 from urllib.parse import unquote
@@ -14,10 +13,6 @@ from markdown_it.common.utils import escapeHtml
 from markdown_it.renderer import RendererHTML
 from markdown_it.token import Token
 from markupsafe import Markup, escape
-from pygments import highlight
-from pygments.formatters import HtmlFormatter
-from pygments.lexers import find_lexer_class_by_name, get_all_lexers
-from pygments.util import ClassNotFound
 
 from .cite import NAME as REFERENCES
 from .cite import Reference
@@ -26,6 +21,7 @@ from .computed import CallError, Values, printed, read_call
 from .figures import Figure, Plain, changed, dumps, listed
 from .glossary import NAME as GLOSSARY
 from .glossary import Term, named
+from .highlighting import highlighted
 from .images import Image, read_image
 from .links import Links
 from .markdown import parser, text_of
@@ -101,19 +97,6 @@ UNIT = re.compile(r"(?:(?<=\d)|^) (?=(?:%|u²?|rad)(?!\w))")  # a text that begi
 def unbroken(text: str) -> str:
     """The text with each unit held to its number, so that no line begins with one."""
     return UNIT.sub("\u00a0", text)
-
-
-@cache
-def highlighted(code: str, language: str) -> Markup:
-    """Code with Pygments' classes. Raises ValueError for a language that it does not know."""
-    if not language:
-        return Markup(escape(code))
-    try:
-        lexer = find_lexer_class_by_name(language)(stripnl=False)
-    except ClassNotFound:
-        names = {alias for _, aliases, _, _ in get_all_lexers() for alias in aliases}
-        raise ValueError(f"no language {language!r}{hint(language, names)}") from None
-    return Markup(highlight(code, lexer, HtmlFormatter(nowrap=True)))
 
 
 class _Renderer:

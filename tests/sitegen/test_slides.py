@@ -39,13 +39,16 @@ BROKEN = {
     "no title": ("slides:\n  - text: A\n", ["7:5: title is missing: a text"]),
     "title of another kind": (
         "slides:\n  - title: 3\n    text: A\n",
-        ["7:5: title: a text is expected, not 3"],
+        ["7:5: title: a text is expected, not 3; in quotes it is one: title: \"3\""],
     ),
     "unknown figure": (
         "slides:\n  - title: T\n    figure: dmo\n",
         ["8:5: no figure 'dmo' in this chapter; did you mean 'demo'?"],
     ),
-    "unknown plot": ("slides:\n  - title: T\n    plot: dot\n", ["8:5: no plot 'dot' in this chapter; did you mean 'dots'?"]),
+    "unknown plot": (
+        "slides:\n  - title: T\n    plot: dot\n",
+        ["8:5: no plot 'dot' in this chapter; did you mean 'dots'?"],
+    ),
     "unknown equation": (
         "slides:\n  - title: T\n    equation: enrgy\n",
         ["8:5: no equation 'enrgy' in this chapter; did you mean 'energy'?"],
