@@ -17,6 +17,7 @@ _PAREN = r"(?:\s?\([^()]*\))?"
 _OF_ALL = ("It stops when", "A stage ends", "Where poses come", "The others", "Raises", "Degenerate:", "The arrays")
 _WHOLE = re.compile(rf"(?<=\.)\s+(?={'|'.join(_OF_ALL)})")
 _SENTENCE = re.compile(r"(?<=\.)\s+(?=[A-Z])")
+_LOW = dict(zip("ᵢⱼₖₘₙₓ", "ijkmnx", strict=True))
 _AS_IN = re.compile(r"(?:\b[Aa]s(?: in)?)\s+`([\w.]+)`")
 
 
@@ -91,9 +92,15 @@ def meanings(
 
 def said(text: str) -> Markup:
     """A piece of prose as HTML: code in backticks, nothing else is markup."""
-    parts = re.split(r"`([^`]+)`", " ".join(text.split()))
-    inner = [escape(part) if i % 2 == 0 else Markup("<code>{}</code>").format(part) for i, part in enumerate(parts)]
+    parts = [_lowered(part) for part in re.split(r"`([^`]+)`", " ".join(text.split()))]
+    inner = [part if i % 2 == 0 else Markup("<code>{}</code>").format(part) for i, part in enumerate(parts)]
     return Markup("").join(inner)
+
+
+def _lowered(text: str) -> Markup:
+    """Text as HTML, the letters that stand below the line as subscripts: the site's typefaces have no such letters."""
+    runs = re.compile(f"[{''.join(_LOW)}]+")
+    return Markup(runs.sub(lambda run: f"<sub>{''.join(_LOW[c] for c in run[0])}</sub>", escape(text)))
 
 
 def rendered(doc: str, names: Sequence[str]) -> Markup:
@@ -104,7 +111,7 @@ def rendered(doc: str, names: Sequence[str]) -> Markup:
             parts.append(Markup('<p class="meaning"><code>{}</code> {}</p>').format(one.head, said(one.says)))
         elif one.startswith("    "):
             lines = re.sub(r"^    ", "", one, flags=re.MULTILINE)
-            parts.append(Markup('<pre tabindex="0"><code>{}</code></pre>').format(lines))
+            parts.append(Markup('<pre tabindex="0"><code>{}</code></pre>').format(_lowered(lines)))
         elif one.startswith("- "):
             items = [said(item) for item in re.split(r"(?:^|\n)- ", one) if item.strip()]
             parts.append(Markup("<ul>{}</ul>").format(Markup("").join(map(Markup("<li>{}</li>").format, items))))

@@ -35,10 +35,12 @@ from solvers.stepper import Method, Problem
 
 @dataclass(frozen=True)
 class BpOptions:
-    """first, last: where σ starts and ends, world units (None: 0.3 and 0.03 of the target's RMS radius), times `shrink`
-    at every step. reach: pairs farther apart than this many σ have no score. miss: ψ₀. sweeps: of the messages at every
-    step. least_support: source points whose marginals sum to less are not fitted. It stops when σ has reached its end
-    and a step moves the source points, root mean square, by at most `tolerance` of their RMS radius."""
+    """first, last: where σ starts and ends, world units (None: 0.3 and 0.03 of the target's RMS radius). shrink: what σ
+    is multiplied by at every step, until its end. reach: pairs farther apart than this many σ have no score. miss: ψ₀,
+    the score of having no partner, beside scores of at most 1. sweeps: how often the messages go to and fro at every
+    step. least_support: source points whose marginals sum to less are not fitted. tolerance: it stops when σ has
+    reached its end and a step moves the source points, root mean square, by at most this fraction of their RMS
+    radius."""
 
     first: float | None = None
     last: float | None = None

@@ -39,10 +39,11 @@ _CELLS = 256
 
 @dataclass(frozen=True)
 class CongruentOptions:
-    """separation: the least distance of two drawn source points, tolerance: by how much the target's may differ,
-    inlier: ε, all in world units. per_step: hypotheses in a step, even. most: steps that draws are made for, after
-    which they come again. screen: source points looked up first. patience: steps without a better pose after which it
-    stops."""
+    """separation: the least distance of two drawn source points, world units. tolerance: by how much the distance of
+    the two target points may differ from theirs, world units. inlier: ε, the distance to the nearest target point
+    beyond which a source point's share of the objective grows no more, world units. per_step: hypotheses in a step,
+    even. most: steps that draws are made for, after which they come again. screen: source points looked up first, in
+    all hypotheses of a step. patience: steps without a better pose after which it stops."""
 
     separation: float = 2.0
     tolerance: float = 0.28

@@ -59,8 +59,8 @@ class CpdOptions:
     """clutter: the weight w of the uniform part, 0 ≤ w < 1. volume: over what it is spread, V in uᵈ (None: V = N, the
     paper's convention). sigma: the first σ, world units (None: from all distances, `√(Σ_mn ‖x_n − T y_m‖² / M N d)`).
 
-    It stops when a step moves the moving points, root mean square, by at most `tolerance` of their RMS radius and
-    changes σ by at most this fraction.
+    tolerance: it stops when a step moves the moving points, root mean square, by at most this fraction of their RMS
+    radius and changes σ by at most this fraction.
     """
 
     clutter: float = 0.1

@@ -47,14 +47,14 @@ _NOTHING = "the clutter explains every moving point: no weight is left"
 
 @dataclass(frozen=True)
 class FilterRegOptions:
-    """filter: 'grid', 'lattice' or 'exact' (`solvers.filters`). variance: 'estimated', or 'scheduled': σ is multiplied
-    by `shrink`, above 0 up to 1, after every step. first: the first σ, world units (None: estimated, √ of the mean
-    squared difference in a coordinate over all pairs; scheduled, 0.3 of the target's RMS radius). last: the least σ
-    (None: 0.001 of that radius estimated, 0.03 scheduled). A σ finer than a filter can be is raised to that.
-    clutter: w, 0 < w < 1. volume: V in u² (None: V = M, the number of moving points).
-
-    It stops when a step moves the source points, root mean square, by at most `tolerance` of their RMS radius, and σ is
-    at its last or has changed by at most this fraction.
+    """filter: 'grid', 'lattice' or 'exact' (`solvers.filters`). variance: 'estimated' anew at every step, or
+    'scheduled'. shrink: what a scheduled σ is multiplied by after every step, above 0 up to 1. first: the first σ,
+    world units (None: estimated, √ of the mean squared difference in a coordinate over all pairs; scheduled, 0.3 of the
+    target's RMS radius). last: the least σ (None: 0.001 of that radius estimated, 0.03 scheduled). A σ finer than a
+    filter can be is raised to that. clutter: w, the weight of clutter among the moving points, 0 < w < 1. volume: V
+    that the clutter is spread over, u² (None: V = M, the number of moving points). tolerance: it stops when a step
+    moves the source points, root mean square, by at most this fraction of their RMS radius, and σ is at its last or has
+    changed by at most this fraction.
     """
 
     filter: str = "lattice"

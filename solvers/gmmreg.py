@@ -39,9 +39,10 @@ _FINEST = 1e-6  # of the clouds' extent: below it no two points of a fit see eac
 
 @dataclass(frozen=True)
 class GmmRegOptions:
-    """first, last: where σ starts and ends, world units (None: 0.4 and 0.05 of the target's RMS radius), times `shrink`
-    after every stage. A stage ends when a step moves the source points, root mean square, by at most `coarse` of their
-    RMS radius, the last one by `tolerance`; or when no step lowers E."""
+    """first, last: where σ starts and ends, world units (None: 0.4 and 0.05 of the target's RMS radius). shrink: what σ
+    is multiplied by after every stage. tolerance: the last stage ends when a step moves the source points, root mean
+    square, by at most this fraction of their RMS radius. coarse: this fraction in the stages before the last. A stage
+    ends, too, when no step lowers E."""
 
     first: float | None = None
     last: float | None = None

@@ -33,9 +33,9 @@ from solvers.stepper import Method, Problem
 @dataclass(frozen=True)
 class KissOptions:
     """angle, shift: how far off the start may be, radians and world units (None: the start pose's own rotation and
-    translation). initial: σ before anything is known, and least: the smallest deviation that counts, world units.
-    tolerance: it stops when a step moves the source points, root mean square, by at most this fraction of their RMS
-    radius."""
+    translation). initial: σ before anything is known, world units. least: the smallest deviation that counts, world
+    units. tolerance: it stops when a step moves the source points, root mean square, by at most this fraction of their
+    RMS radius."""
 
     angle: float | None = None
     shift: float | None = None

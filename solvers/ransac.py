@@ -58,8 +58,9 @@ def trials(share: ArrayLike, confidence: float, sample: int) -> FloatArray | flo
 
 @dataclass(frozen=True)
 class RansacOptions:
-    """inlier: ε, world units. confidence: p, above 0 and below 1. most: the cap on trials. per_step: trials in a step.
-    separation: the least distance between the points of a draw, world units."""
+    """inlier: ε, the residual up to which a pair agrees with a pose, world units. confidence: p, the probability wanted
+    that one draw at least is of right pairs alone, above 0 and below 1. most: the cap on trials. per_step: trials in a
+    step. separation: the least distance between the points of a draw, world units."""
 
     inlier: float = 0.25
     confidence: float = 0.99

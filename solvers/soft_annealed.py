@@ -31,9 +31,10 @@ from solvers.stepper import Method, Problem
 
 @dataclass(frozen=True)
 class SoftOptions:
-    """first, last: where σ starts and ends, world units (None: 0.3 and 0.03 of the target's RMS radius), times `shrink`
-    at every step. miss: o. least_support: source points with less are not fitted. It stops when σ has reached its end
-    and a step moves the source points, root mean square, by at most `tolerance` of their RMS radius."""
+    """first, last: where σ starts and ends, world units (None: 0.3 and 0.03 of the target's RMS radius). shrink: what σ
+    is multiplied by at every step, until its end. miss: o, the score of having no partner, beside kernels of at most 1.
+    least_support: source points whose support is less are not fitted. tolerance: it stops when σ has reached its end
+    and a step moves the source points, root mean square, by at most this fraction of their RMS radius."""
 
     first: float | None = None
     last: float | None = None

@@ -48,6 +48,7 @@ def test_nothing_of_a_docstring_becomes_markup() -> None:
     """Only what stands in backticks is code; a formula keeps its lines."""
     assert said("a < b, `x > 0` <i>") == "a &lt; b, <code>x &gt; 0</code> &lt;i&gt;"
     assert "<pre tabindex=\"0\"><code>E = Σ r²</code></pre>" in rendered(DOC, ["gate"])
+    assert said("`Σ wᵢ < aₓ`") == "<code>Σ w<sub>i</sub> &lt; a<sub>x</sub></code>"
 
 
 @pytest.mark.parametrize("name", [name for name in solvers.__all__ if name != "METHODS"])
