@@ -3,19 +3,21 @@
 (() => {
   "use strict";
 
-  const { on, idle, make, runtime } = Ladder;
+  const { on, idle, runtime } = Ladder;
   const line = navigator.connection;
 
   /** Whether the reader's line is to be spared: asked to, metered, or slow. */
   const slow = /2g|^3g/.test(line?.effectiveType ?? "");
   Ladder.frugal = Boolean(line?.saveData || line?.type === "cellular" || slow);
 
-  /** A hand near a figure before the start: the largest file is fetched already. */
+  /**
+   * A hand near a figure before the start: the largest file is fetched already, into the browser's cache. (Of a preload
+   * that only a worker uses, Chromium complains.)
+   */
   function preload() {
     const wasm = runtime.urls.find((url) => url.endsWith(".wasm"));
-    if (wasm && runtime.state === "idle") {
-      document.head.append(make("link", { rel: "preload", as: "fetch", href: wasm, crossorigin: "anonymous" }));
-    }
+    if (!wasm || runtime.state !== "idle") return;
+    fetch(wasm).then((response) => response.arrayBuffer()).catch(() => {}); // what fails here, the start will tell
   }
 
   Ladder.startWhenSeen = function (roots) {
