@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from typing import Any
 
 from playwright.sync_api import Locator, Page, expect
@@ -93,6 +94,23 @@ class Figure:
 
 def figures(page: Page) -> list[Figure]:
     return [Figure(page, node.get_attribute("id") or "") for node in page.locator("figure.figure").all()]
+
+
+def finger(page: Page, path: Sequence[tuple[float, float]]) -> None:
+    """A finger put down at the first place, drawn through the others and lifted at the last, as touch input."""
+    touch = page.context.new_cdp_session(page)
+    for kind, places in (("touchStart", path[:1]), ("touchMove", path[1:]), ("touchEnd", [()])):
+        for place in places:
+            points = [dict(zip("xy", place, strict=True))] if place else []
+            touch.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+
+def lifted(page: Page) -> None:
+    """The pace of a finger: no hand taps within 60 ms of lifting, and Chromium takes such a tap for none."""
+    page.evaluate(
+        "new Promise(done => { const end = performance.now() + 150;"
+        "const look = () => performance.now() > end ? done() : requestAnimationFrame(look); look(); })"
+    )
 
 
 def first_record(figure: Figure) -> dict[str, Any]:

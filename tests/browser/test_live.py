@@ -9,7 +9,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from tests.browser.conftest import Reader
-from tests.browser.figures import Figure, figures
+from tests.browser.figures import Figure, figures, finger, lifted
 from widgets.contract import SEED, preset
 from widgets.host import Host
 from widgets.registry import WIDGETS
@@ -159,7 +159,7 @@ def test_touch_drags_a_handle_and_scrolls_past_a_figure(reader: Callable[..., Re
         != "none"
     )
     before = solve.readout("rms")
-    finger(page, solve, "source", 40, 30)
+    drag_by_finger(page, solve, "source", 40, 30)
     solve.changes("rms", before)
     moved = solve.settled().readout("rms")
     lifted(page)
@@ -167,28 +167,15 @@ def test_touch_drags_a_handle_and_scrolls_past_a_figure(reader: Callable[..., Re
     solve.changes("rms", moved)
 
 
-def lifted(page: Page) -> None:
-    """The pace of a finger: no hand taps within 60 ms of lifting, and Chromium takes such a tap for none."""
-    page.evaluate(
-        "new Promise(done => { const end = performance.now() + 150;"
-        "const look = () => performance.now() > end ? done() : requestAnimationFrame(look); look(); })"
-    )
-
-
-def finger(page: Page, figure: Figure, name: str, dx: float, dy: float) -> None:
-    """A touch drag, as touch input."""
+def drag_by_finger(page: Page, figure: Figure, name: str, dx: float, dy: float) -> None:
+    """A touch drag of a handle that is large enough for a finger."""
     figure.handle(name).scroll_into_view_if_needed()
     box = figure.handle(name).bounding_box()
     assert box
     assert box["width"] >= 44
     assert box["height"] >= 44
     x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-    path = [(x + dx * i / 6, y + dy * i / 6) for i in range(7)]
-    touch = page.context.new_cdp_session(page)
-    touch.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": [{"x": x, "y": y}]})
-    for u, v in path[1:]:
-        touch.send("Input.dispatchTouchEvent", {"type": "touchMove", "touchPoints": [{"x": u, "y": v}]})
-    touch.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+    finger(page, [(x + dx * i / 6, y + dy * i / 6) for i in range(7)])
 
 
 def test_every_control_changes_what_is_drawn(reader: Callable[..., Reader], pages: list[str]) -> None:

@@ -9,6 +9,7 @@ import struct
 import subprocess
 import sys
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +17,11 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 
+from sitegen.bench_page import until
 from solvers import Pose
 from solvers.scenes import room
 from tests.browser.conftest import Reader
-from tests.browser.figures import Figure
+from tests.browser.figures import Figure, finger, lifted
 
 ROOT = Path(__file__).resolve().parents[2]
 TRUTH = Pose.from_angle(np.radians(12.0), (400.5, -80.25))  # of clouds of some hundred units, such as millimetres
@@ -210,6 +212,45 @@ def test_clouds_are_drawn_by_mouse_and_by_keys(reader: Callable[..., Reader], tm
     found = printed(own.frame()["python"], tmp_path)
     assert found["rotation"] == pytest.approx(180 / 7, abs=0.05)
     assert float(own.readout("rms")) < 0.01
+
+
+def test_a_finger_draws_where_it_else_scrolls(reader: Callable[..., Reader]) -> None:
+    """On a phone, with the pen in hand, a finger leaves points and the page stays; without it the page scrolls."""
+    page, own = opened(reader, width=390, height=844, has_touch=True, is_mobile=True)
+    panel, scrolled = own.root.locator('.figure-panel[data-panel="main"]'), "window.scrollY"
+    counts = []
+    for place, lean in (("source", 0.0), ("target", 0.1)):
+        own.root.locator(f'[data-pen="{place}"]').tap()
+        panel.scroll_into_view_if_needed()
+        box = panel.bounding_box()
+        assert box is not None
+        corners = [(0.35, 0.7), (0.4 + lean, 0.25), (0.7, 0.35 + lean)]
+        before = page.evaluate(scrolled)
+        finger(page, along([(box["x"] + u * box["width"], box["y"] + v * box["height"]) for u, v in corners]))
+        told(own, place, "Drawn by hand: ")
+        counts.append(int(re.findall(r"\d+", own.root.locator(f'[data-told="{place}"]').inner_text())[0]))
+        assert page.evaluate(scrolled) == before
+        lifted(page)
+    assert min(counts) > 20
+    own.root.locator('[data-pen="target"]').tap()
+    own.settled()
+    panel.scroll_into_view_if_needed()
+    box, before = panel.bounding_box(), page.evaluate(scrolled)
+    assert box is not None
+    x, y = box["x"] + 0.5 * box["width"], box["y"]
+    finger(page, along([(x, y + 0.9 * box["height"]), (x, y + 0.2 * box["height"])]))
+    until(page, f"{scrolled} > {before} + 50")
+    assert own.root.locator('[data-told="target"]').inner_text().startswith("Drawn by hand: ")
+
+
+def along(corners: list[tuple[float, float]], steps: int = 12) -> list[tuple[float, float]]:
+    """Places on the way round the corners."""
+    way = [
+        (a + (c - a) * i / steps, b + (d - b) * i / steps)
+        for (a, b), (c, d) in pairwise(corners)
+        for i in range(1, steps + 1)
+    ]
+    return [corners[0], *way]
 
 
 def test_a_link_says_that_the_clouds_are_not_in_it(reader: Callable[..., Reader]) -> None:
