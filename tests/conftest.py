@@ -51,6 +51,14 @@ def build(root, dest, *, strict=False, pack=True, progress=None):
 '''
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """How far, where and from which seed tests/browser/test_random_walk.py goes."""
+    group = parser.getgroup("random walk")
+    group.addoption("--walk-steps", type=int, help="actions a page")
+    group.addoption("--walk-seed", help="any text")
+    group.addoption("--walk-pages", help="names, separated by commas; every page with a figure without it")
+
+
 @pytest.fixture
 def small_checkout(tmp_path: Path) -> Path:
     (tmp_path / "content").mkdir()

@@ -1,0 +1,292 @@
+"""A reader without a plan: whatever a page offers is pressed, dragged, turned, pointed at and left, drawn by a seed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from random import Random
+from typing import Any
+
+from playwright.sync_api import Error, Page
+
+from tests.browser.conftest import Reader
+
+# What may be done, to which elements, and how often compared with the others.
+OFFERS = {
+    "press": (6, "figure.figure .buttons [data-button]:not([aria-disabled=true])"),
+    "slide": (4, "form.controls input[type=range]"),
+    "choose": (3, "form.controls label:has(input[type=radio]:not(:checked))"),
+    "toggle": (2, "form.controls label:has(input[type=checkbox])"),
+    "drag": (5, ".figure-handles .handle"),
+    "move": (3, ".figure-handles .handle:not(.copy)"),
+    "pick": (4, "figure.figure .figure-panel"),
+    "point": (3, "figure.figure .figure-panel"),
+    "cross": (3, ".figure-handles .crosshair"),
+    "stroke": (4, ".figure-stage.drawing .figure-panel"),
+    "try": (2, "button.try"),
+    "tool": (4, "[data-pin], [data-link], .runs [data-do], .job-found button, .own button:not([data-file])"),
+    "take": (1, ".figure-tools button, .figure-take button"),
+    "unfold": (1, "figure.figure summary"),
+    "job": (3, ".job-head [data-do]"),
+    "theme": (1, "button.theme"),
+    "resize": (1, "html"),
+    "revisit": (1, "figure.figure"),
+    "reload": (0.5, "html"),
+    "leave": (0.5, ".pager a"),
+}
+OFFERED = """kinds => Object.fromEntries(Object.entries(kinds).map(([kind, part]) => {
+  const offered = (e) => !e.disabled && e.checkVisibility({ visibilityProperty: true });
+  return [kind, [...document.querySelectorAll(part)].flatMap((e, i) => (offered(e) ? [i] : []))];
+}))"""
+# Brings an element into view; its box and its words, and what lies over the middle of it.
+FOUND = """([part, index]) => {
+  const element = document.querySelectorAll(part)[index];
+  if (!element?.checkVisibility()) return null;
+  element.scrollIntoView({ block: "center", inline: "center", behavior: "instant" });
+  const { left, top, width, height } = element.getBoundingClientRect();
+  const over = document.elementFromPoint(left + width / 2, top + height / 2);
+  const { handle, panel, button, pick } = element.dataset;
+  const words = [element.closest("figure")?.id, handle ?? button ?? pick ?? "", panel ?? "", element.name ?? ""];
+  const said = handle || button || panel ? "" : element.textContent.trim().replace(/\\s+/g, " ").slice(0, 40);
+  const covered = Boolean(over) && !element.contains(over) && over.outerHTML.slice(0, 120);
+  return { left, top, width, height, covered, words: [...words, said].filter(Boolean).join(" ") };
+}"""
+FOCUS = "([part, index]) => document.querySelectorAll(part)[index].focus({ preventScroll: true })"
+# Waits until nothing is asked, waiting, moving or being made finer, but for what runs until it is paused; then what is
+# wrong with the page.
+FAULTS = """async () => {
+  const wrong = [];
+  const { record: records, runtime, figures } = Ladder;
+  const end = performance.now() + 60_000;
+  const frame = () => new Promise(requestAnimationFrame);
+  await frame(); // what was pointed at last is asked for
+  while ([...figures.values()].some((figure) => !figure.running && figure.busy)) {
+    if (performance.now() > end) return ["its figures do not come to rest"];
+    await frame();
+  }
+  if (["failed", "file"].includes(runtime.state)) wrong.push(`Python is ${runtime.state}: ${runtime.message}`);
+  const root = document.documentElement;
+  if (root.scrollWidth > root.clientWidth) wrong.push(`${root.scrollWidth - root.clientWidth} px too wide`);
+  const ids = [...document.querySelectorAll("[id]")].map(({ id }) => id);
+  const twice = ids.filter((id, i) => ids.indexOf(id) !== i);
+  if (twice.length) wrong.push(`ids twice: ${twice}`);
+  for (const figure of figures.values()) {
+    const say = (words) => wrong.push(`${figure.id}: ${words}`);
+    const { root, stage, frame, spec } = figure;
+    const markup = stage.innerHTML;
+    const lines = [".readouts", ".figure-status", ".figure-words", ".controls", ".runs", ".job-found", ".own"];
+    const shown = lines.map((part) => root.querySelector(part)?.textContent ?? "").join(" ");
+    for (const text of [markup, shown]) {
+      const odd = text.match(/.{0,60}(\\bNaN\\b|\\bundefined\\b|\\bnull\\b|\\bInfinity\\b|\\[object).{0,60}/);
+      if (odd) say(odd[0]);
+    }
+    if (figure.error) say(figure.error);
+    if (figure.running) continue;
+    if (!["static", "tape", "live"].includes(root.dataset.state)) say(`its state is ${root.dataset.state}`);
+    if (records.key(figure.record) !== records.key(figure.shown)) say("what is asked is not what is shown");
+    const drawn = frame.panels.map(({ name, svg }) => [name, svg, Ladder.drawing(stage, name)]);
+    const template = document.createElement("template");
+    for (const [name, svg, there] of drawn) {
+      if (!svg) continue; // the build's own
+      template.innerHTML = svg;
+      if (there?.outerHTML !== template.innerHTML) say(`panel ${name} is not the frame's`);
+    }
+    if (stage.querySelectorAll(".figure-panel").length !== drawn.length) say("another number of panels");
+    const told = [...root.querySelectorAll(".readout")].map((e) => [e.dataset.readout,
+      e.querySelector(".value").textContent]);
+    if (String(told) !== String(frame.readouts.map(({ name, value }) => [name, value]))) say(`readouts: ${told}`);
+    if (root.querySelector(".figure-words")?.textContent !== frame.description) say("words of another frame");
+    const form = root.querySelector("form.controls");
+    for (const [name, { kind, step }] of Object.entries(spec.controls)) {
+      const field = form?.elements.namedItem(name);
+      if (!field) continue;
+      const [has, value] = [kind === "toggle" ? field.checked : field.value, figure.shown.controls[name]];
+      const same = kind === "slider" ? Math.abs(has - value) <= step / 2 + 1e-9 : has === value;
+      if (!same) say(`control ${name} shows ${has} for ${value}`);
+    }
+    for (const { name, does } of spec.buttons) {
+      const off = root.querySelector(`[data-button="${name}"]`).getAttribute("aria-disabled") === "true";
+      if (does === "press" && off !== frame.disabled.includes(name)) say(`button ${name} is ${off ? "off" : "on"}`);
+      if (does === "back" && off !== !figure.record.log.length) say(`button ${name} is ${off ? "off" : "on"}`);
+    }
+    for (const { name, panel, left, top } of frame.handles) {
+      const button = root.querySelector(`.handle[data-handle="${name}"]:not(.copy)`);
+      const [own, box] = [button?.getBoundingClientRect(), Ladder.drawing(stage, panel).getBoundingClientRect()];
+      const dx = own ? own.left + own.width / 2 - box.left - (left / 100) * box.width : NaN;
+      const dy = own ? own.top + own.height / 2 - box.top - (top / 100) * box.height : NaN;
+      if (!(Math.hypot(dx, dy) < 1.5)) say(`handle ${name} is off by ${dx}, ${dy} px`);
+    }
+  }
+  return wrong;
+}"""
+# A figure as it is seen, to be compared with another page's.
+SEEN = """id => {
+  const { root, stage, shown } = Ladder.figures.get(id);
+  const text = (part) => [...root.querySelectorAll(part)].map((e) => e.textContent);
+  return {
+    svg: [...stage.querySelectorAll("svg.plot")].map((svg) => svg.outerHTML),
+    captions: text(".panel-caption span"),
+    readouts: text(".readout .value"),
+    words: text(".figure-words"),
+    python: text(".figure-python code"),
+    controls: shown.controls,
+  };
+}"""
+WIDE, NARROW = {"width": 1280, "height": 1000}, {"width": 390, "height": 800}
+
+
+class Walk:
+    """A walk on one page. `tried` says what was done."""
+
+    def __init__(self, reader: Reader, page: Page, seed: str) -> None:
+        self.reader, self.page = reader, page
+        self.random = Random(seed)
+        self.tried: list[str] = []
+
+    def steps(self, count: int) -> None:
+        """So many actions, now and then two or three of them before anything is answered; then all comes to rest.
+
+        Raises AssertionError with all that was tried.
+        """
+        hasty = 0
+        for _ in range(count):
+            self.step()
+            hasty = hasty - 1 if hasty else self.random.choice((0, 0, 1, 2))
+            if not hasty:
+                self.check()
+        self.pause()
+        self.check()
+
+    def step(self) -> None:
+        """One action, drawn from what the page offers."""
+        offered = self.page.evaluate(OFFERED, {kind: part for kind, (_, part) in OFFERS.items()})
+        kinds = [kind for kind in OFFERS if offered[kind]]
+        (kind,) = self.random.choices(kinds, [OFFERS[kind][0] for kind in kinds])
+        self.do(kind, self.random.choice(offered[kind]))
+
+    def do(self, kind: str, index: int) -> None:
+        part = OFFERS[kind][1]
+        box = self.page.evaluate(FOUND, [part, index])
+        if box is None:  # gone with the answer to the last action
+            return
+        self.tried.append(f"{kind} {box['words']}")
+        if kind in DIRECT:
+            DIRECT[kind](self)
+        elif kind in KEYED:
+            self.page.evaluate(FOCUS, [part, index])
+            keys = [self.random.choice(KEYED[kind]) for _ in range(self.random.randint(1, 4))]
+            self.tried[-1] += f": {' '.join(keys)}"
+            for key in keys:
+                self.page.keyboard.press(key)
+        else:
+            WITH_POINTER[kind](self, box)
+
+    def check(self) -> None:
+        """Once the figures are at rest: what the browser complains of, and what is wrong with the page."""
+        try:
+            wrong = [*self.page.evaluate(FAULTS), *self.reader.unexpected()]
+        except Error as error:
+            raise AssertionError(f"{error} after {self.told()}") from error
+        assert not wrong, f"{wrong} after {self.told()}"
+
+    def told(self) -> str:
+        return "".join(f"\n  {i + 1}. {what}" for i, what in enumerate(self.tried))
+
+    def pause(self) -> None:
+        """Pauses what runs and stops what works."""
+        for part in (".buttons [data-button]", ".job-head [data-do=stop]:not(:disabled)"):
+            for node in self.page.locator(part).all():
+                if node.inner_text() in ("Pause", "Stop"):
+                    node.evaluate("button => button.click()")
+
+    # What the pointer does.
+
+    def place(self, box: dict[str, Any]) -> tuple[float, float]:
+        """Somewhere in a box, not at its very edge, and on the screen."""
+        x, y = (box[low] + box[size] * self.random.uniform(0.1, 0.9) for low, size in SIDES)
+        size = self.page.viewport_size
+        assert size is not None
+        return min(max(x, 1), size["width"] - 1), min(max(y, 1), size["height"] - 1)
+
+    def click(self, box: dict[str, Any]) -> None:
+        """The middle of a part that nothing may lie over."""
+        assert not box["covered"], f"covered by {box['covered']} after {self.told()}"
+        times = self.random.choice((1, 1, 1, 2, 3))
+        x, y = (box[low] + box[size] / 2 for low, size in SIDES)
+        for _ in range(times):
+            self.page.mouse.click(x, y)
+        self.tried[-1] += f" ×{times}" if times > 1 else ""
+
+    def tap(self, box: dict[str, Any]) -> None:
+        """Somewhere in a part, once."""
+        x, y = self.place(box)
+        self.tried[-1] += f" at {x - box['left']:.0f}, {y - box['top']:.0f} px"
+        self.page.mouse.click(x, y)
+
+    def drag(self, box: dict[str, Any]) -> None:
+        """By up to 200 px; now and then Escape takes it back."""
+        x, y = (box[low] + box[size] / 2 for low, size in SIDES)
+        far, way = self.random.uniform(2, 200), self.random.uniform(0, 2 * math.pi)
+        dx, dy = far * math.cos(way), far * math.sin(way)
+        self.tried[-1] += f" by {dx:.0f}, {dy:.0f} px"
+        self.page.mouse.move(x, y)
+        self.page.mouse.down()
+        self.page.mouse.move(x + dx, y + dy, steps=self.random.randint(1, 4))
+        if self.random.random() < 0.15:
+            self.tried[-1] += ", Escape"
+            self.page.keyboard.press("Escape")
+        self.page.mouse.up()
+
+    def point(self, box: dict[str, Any]) -> None:
+        for _ in range(self.random.randint(1, 4)):
+            self.page.mouse.move(*self.place(box))
+
+    def stroke(self, box: dict[str, Any]) -> None:
+        self.page.mouse.move(*self.place(box))
+        self.page.mouse.down()
+        for _ in range(3):
+            self.page.mouse.move(*self.place(box), steps=3)
+        self.page.mouse.up()
+
+    # What is done to the page.
+
+    def resize(self) -> None:
+        self.page.set_viewport_size(self.random.choice((WIDE, NARROW)))  # type: ignore[arg-type]
+
+    def reload(self) -> None:
+        self.page.reload()
+
+    def revisit(self) -> None:
+        """Takes a figure's link, changes the address to it, and goes back."""
+        links = self.page.evaluate("[...Ladder.figures.values()].map(figure => figure.link().split('#')[1])")
+        self.page.evaluate("hash => { location.hash = hash; }", self.random.choice(links))
+        if self.random.random() < 0.5:
+            self.tried[-1] += ", back"
+            self.page.go_back()
+
+    def leave(self) -> None:
+        """To a page without figures, and back."""
+        self.page.goto(f"{self.reader.origin}/licences.html")
+        self.page.go_back()
+
+
+SIDES = (("left", "width"), ("top", "height"))
+ARROWS = [f"{shift}Arrow{way}" for shift in ("", "Shift+") for way in ("Left", "Right", "Up", "Down")]
+KEYED = {
+    "slide": ["ArrowLeft", "ArrowRight", "PageUp", "PageDown", "Home", "End"],
+    "move": ARROWS,
+    "cross": [*ARROWS, "Enter", "Enter", "Enter"],
+}
+WITH_POINTER: dict[str, Callable[[Walk, dict[str, Any]], None]] = {
+    **dict.fromkeys(("press", "choose", "toggle", "try", "tool", "take", "unfold", "job", "theme"), Walk.click),
+    "drag": Walk.drag,
+    "pick": Walk.tap,
+    "point": Walk.point,
+    "stroke": Walk.stroke,
+}
+DIRECT: dict[str, Callable[[Walk], None]] = {
+    "resize": Walk.resize,
+    "reload": Walk.reload,
+    "revisit": Walk.revisit,
+    "leave": Walk.leave,
+}
