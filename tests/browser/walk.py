@@ -51,7 +51,7 @@ FOUND = """([part, index]) => {
   const covered = Boolean(over) && !element.contains(over) && over.outerHTML.slice(0, 120);
   return { left, top, width, height, covered, words: [...words, said].filter(Boolean).join(" ") };
 }"""
-FOCUS = "([part, index]) => document.querySelectorAll(part)[index].focus({ preventScroll: true })"
+FOCUS = "([part, index]) => document.querySelectorAll(part)[index]?.focus({ preventScroll: true })"
 # Waits until nothing is asked, waiting, moving or being made finer, but for what runs until it is paused; then what is
 # wrong with the page.
 FAULTS = """async () => {
@@ -111,6 +111,7 @@ FAULTS = """async () => {
     }
     for (const { name, panel, left, top } of frame.handles) {
       const button = root.querySelector(`.handle[data-handle="${name}"]:not(.copy)`);
+      if (button && !button.checkVisibility()) continue; // the pen is in the reader's hand
       const [own, box] = [button?.getBoundingClientRect(), Ladder.drawing(stage, panel).getBoundingClientRect()];
       const dx = own ? own.left + own.width / 2 - box.left - (left / 100) * box.width : NaN;
       const dy = own ? own.top + own.height / 2 - box.top - (top / 100) * box.height : NaN;
