@@ -152,7 +152,7 @@ class Walk:
         hasty = 0
         for _ in range(count):
             self.step()
-            hasty = hasty - 1 if hasty else self.random.choice((0, 0, 1, 2))
+            hasty = hasty - 1 if hasty else self.random.choice((0, 0, 1, 3))
             if not hasty:
                 self.check()
         self.pause()
