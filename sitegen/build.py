@@ -24,7 +24,7 @@ from .assets import HEADERS, Assets, read_assets, service_worker
 from .cite import Reference, read_references, unused
 from .claims import read_results, tests_for
 from .computed import Values
-from .content import OWN_PAGES, SETTINGS, Chapter, Site, read_chapters, read_site
+from .content import OWN_PAGES, SETTINGS, Chapter, Site, read_chapters, read_guide, read_site
 from .decks import Deck, deck
 from .figures import Bakery, Figure, code_hash
 from .files import content as content_of
@@ -100,7 +100,9 @@ def build(
     chapters = read_chapters(root, site, problems, drafts)
     references = read_references(root, problems)
     terms = read_glossary(root, chapters, problems)
-    surveys = [survey(chapter, parts.widgets, parts.plots, problems) for chapter in chapters]
+    guide = read_guide(root, problems)
+    written = [*chapters, *([guide] if guide else [])]
+    surveys = [survey(one, parts.widgets, parts.plots, problems) for one in written]
     formulas = [asked for one in surveys for asked in one.formulas]
     unknown = Problems() if SETTINGS in problems.unread else problems  # the site's macros stand there
     mathematics = render_formulas(formulas, site.macros, cache, unknown, progress)
@@ -118,7 +120,7 @@ def build(
         _pages(surveys, references, terms),
         references,
         terms,
-        tests_for(root, chapters, cache),
+        tests_for(root, written, cache),
         read_results(root),
         mathematics,
         values,
@@ -134,6 +136,8 @@ def build(
         bodies.append((one.chapter, render(one, known)))
     decks = [deck(one, tapes, known, draw) for one in surveys if one.slides]
     values.keep()
+    guided = bodies.pop() if guide else None
+    surveys = surveys[: len(chapters)]
     cited = {key: [chapter for chapter, body in bodies if key in body.cited] for key in references}
     for reference in unused(references, (key for key, by in cited.items() if by)):
         problems.note(reference.place, f"{reference.key} is cited by no chapter")
@@ -147,7 +151,9 @@ def build(
     books = notebooks(surveys, works, shown)
     made = about.made(root, surveys, [body for _, body in bodies], started.size if started else 0)
     code = _sources(known, bodies, cache)
-    content = _Content(root, site, chapters, bodies, decks, references, cited, known, licences, books, made, code)
+    content = _Content(
+        root, site, chapters, bodies, decks, references, cited, known, licences, books, made, code, guided
+    )
     files = _files(content, templates, mathematics, tapes, started, parts, pack, cache, progress, problems)
     if problems.found:
         raise BuildFailed(problems.found)
@@ -179,6 +185,7 @@ class _Content:
     notebooks: Mapping[str, bytes]
     made: about.Made
     sources: Mapping[str, Markup]
+    guide: tuple[Chapter, Body] | None
 
 
 def _missing(surveys: Sequence[Survey], gallery: Gallery, bakery: Bakery, cache: Path) -> list[ahead.Piece]:
@@ -289,6 +296,7 @@ def _files(
         assets.search_library = assets.add("minisearch.js", parts.search(cache))
         assets.search_data = assets.add("search.js", search.search_data(unstyled, cache))
     found = [*(body for _, body in content.bodies), *(each.found for each in content.decks)]
+    found += [content.guide[1]] if content.guide else []
     images = {image.name: image.data for body in found for image in body.images}
     if manifest.ICONS.keys() <= assets.pictures.keys():
         site, assets.ground = content.site, emblem.colours()["paper"]
@@ -364,9 +372,11 @@ def _html(content: _Content, templates: Environment, assets: Assets) -> dict[str
         pages["slides.html"] = writer.slides(content.decks)
     pages["references.html"] = writer.references(content.references, content.cited)
     pages["glossary.html"] = writer.glossary(terms)
-    pages["about.html"] = writer.about(content.made)
+    pages["about.html"] = writer.about(content.made, guide=content.guide is not None)
     pages["reference.html"] = writer.reference()
     pages["checks.html"] = writer.checks(content.bodies, content.known.tests, content.known.results, content.sources)
+    if content.guide:
+        pages["style.html"] = writer.guide(*content.guide, references, terms)
     pages["licences.html"] = writer.licences(content.licences)
     pages["404.html"] = writer.lost()
     return pages

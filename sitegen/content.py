@@ -18,7 +18,8 @@ FILE_NAME = re.compile(r"(?P<number>\d+(?:\.\d+)?)(?P<letter>[a-z]?)-(?P<slug>[a
 SLUG = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
 PLAIN = re.compile(r"^\s*(title|slug|rung): *[\"']?([^\"'\n]+?)[\"']?$", re.MULTILINE)
 FRONT_LINE = re.compile(r"[a-z]+:|\s+\S|- |#")
-OWN_PAGES = ("about", "references", "glossary", "reference", "checks", "licences", "slides", "404")
+OWN_PAGES = ("about", "references", "glossary", "reference", "checks", "licences", "slides", "style", "404")
+GUIDE = "style.md"  # for authors: written like a chapter, and none
 
 SETTINGS = "content/site.yaml"
 SITE = {
@@ -154,7 +155,7 @@ def _defaults(fields: dict[str, schema.Field]) -> dict[str, Any]:
 def read_chapters(root: Path, site: Site, problems: Problems, drafts: bool = False) -> list[Chapter]:
     """The chapters in reading order, which is that of the numbers their file names begin with."""
     found: list[tuple[tuple[float, str], Path]] = []
-    for path in sorted((root / "content").glob("*.md")):
+    for path in sorted(path for path in (root / "content").glob("*.md") if path.name != GUIDE):
         match = FILE_NAME.fullmatch(path.name)
         if match is None:
             problems.add(
@@ -176,6 +177,12 @@ def read_chapters(root: Path, site: Site, problems: Problems, drafts: bool = Fal
     _check_names(chapters, problems)
     _check_rungs(chapters, site, problems)
     return chapters
+
+
+def read_guide(root: Path, problems: Problems) -> Chapter | None:
+    """The style guide, as a chapter; None where there is none."""
+    path = root / "content" / GUIDE
+    return _chapter(root, path, problems, first=False) if path.is_file() else None
 
 
 def _chapter(root: Path, path: Path, problems: Problems, first: bool) -> Chapter:

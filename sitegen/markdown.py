@@ -19,6 +19,7 @@ from markdown_it.rules_block import StateBlock
 from markdown_it.rules_core import StateCore
 from markdown_it.rules_inline import StateInline
 from markdown_it.token import Token
+from mdit_py_plugins.container import container_plugin
 from mdit_py_plugins.dollarmath import dollarmath_plugin
 from mdit_py_plugins.footnote import footnote_plugin
 
@@ -27,6 +28,7 @@ from .problems import Place, Problems, hint
 
 BLOCK = ("figure", "plot", "try", "aside")
 INLINE = ("value", "readout", "claim", "ref", "term")
+CONTAINERS = ("example", "anatomy")
 PLACED = ("link", "image", "math_inline", "footnote_ref", "autolink")
 CITATION = re.compile(r"\[(@[^\]]*)\]")
 CITED = re.compile(r"\s*@(?P<key>[^\s,;\]]*)(?:,\s*(?P<locator>[^;\]]*?))?\s*(?:;|$)")
@@ -34,6 +36,7 @@ HEADING_ID = re.compile(r"\s*\{#([^}]*)\}\s*$")
 ANCHOR = re.compile(r"[a-z][a-z0-9-]*")
 NO_HEADING = re.compile(r"^#{2,6}(?=\w)", re.MULTILINE)
 INDENTED = re.compile(r"^\s*::[a-z]+\[", re.MULTILINE)
+CONTAINER = re.compile(r"^:::\s*(\w*)", re.MULTILINE)
 LOST = re.compile(r"\bid=(?P<figure>[\w-]+)|\${2}\s*\((?P<equation>[\w-]+)\)")
 
 
@@ -108,6 +111,8 @@ def parser() -> MarkdownIt:
     md.enable(["table", "smartquotes", "strikethrough"])
     dollarmath_plugin(md, allow_digits=False, allow_blank_lines=False)
     footnote_plugin(md, inline=False, move_to_end=False, always_match_refs=True)
+    for name in CONTAINERS:
+        container_plugin(md, name)
     md.inline.add_terminator_char(":")
     md.block.ruler.before(
         "paragraph", "directive", _block_directive, {"alt": ["paragraph", "reference", "blockquote", "list"]}
@@ -328,6 +333,9 @@ def _places(state: StateCore) -> None:
             if token.type == "math_block_label":
                 label = source.text.rindex("(", 0, _line_end(source, token.map[1] - 1)) + 1
                 token.meta["label_place"] = source.at(label)
+        elif token.type.startswith("container_") and token.map and source.lines[token.map[1] :][:1] != [":::"]:
+            where = Place(source.path, token.map[0] + 1, 1)
+            source.problems.add(where, f"{token.markup}{token.info} is never closed by :::")
         elif token.type == "fence" and token.map:
             token.meta = {"place": Place(source.path, token.map[0] + 1, 1)}
         elif token.type == "code_block" and token.map and INDENTED.match(token.content):
@@ -338,6 +346,9 @@ def _places(state: StateCore) -> None:
         if token.type != "inline":
             continue
         at = partial(_inline_place, source, token, cell)
+        for match in CONTAINER.finditer(token.content):
+            near = hint(match[1], CONTAINERS) if match[1] else ", and this one closes none"
+            source.problems.add(at(match.start()), f"no block :::{match[1]}{near}")
         for match in NO_HEADING.finditer(token.content):
             source.problems.add(at(match.start()), f"a heading has a blank after its {match[0]}")
         for child in token.children or []:

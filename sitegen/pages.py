@@ -16,7 +16,7 @@ from widgets.contract import Widget
 from widgets.controls import Spec, specs
 from widgets.picture import number
 
-from . import reference
+from . import palette, reference
 from .about import Made, bibtex
 from .assets import POLICY, Assets
 from .cite import Reference
@@ -205,19 +205,12 @@ class Writer:
         )
         if page.home:
             page = replace(page, title=self.site.title)
-        cards = [references[key] for key in body.cited]
-        words = [terms[key] for key in body.terms]
-        contents = _tree(body.contents)
         return self._fill(
             "chapter.html",
             page,
-            chapter=chapter,
-            body=body.html,
-            contents=contents,
-            cards=cards,
-            words=words,
             notebook=name_of(chapter),
             slides=len(chapter.slides) + 1 if chapter.slides else 0,
+            **_written(chapter, body, references, terms),
         )
 
     def deck(
@@ -244,6 +237,16 @@ class Writer:
         """All decks, each with its question and a still."""
         says = f"{self.site.title} as slides: a deck for each chapter, with its live figures."
         return self._fill("slides.html", self._page("slides.html", "Slides", says, "slides-page"), decks=decks)
+
+    def guide(
+        self, chapter: Chapter, body: Body, references: Mapping[str, Reference], terms: Mapping[str, Term]
+    ) -> str:
+        """The style guide: what its author wrote, and the colours as the style sheet has them."""
+        page = self._page("style.html", chapter.title, chapter.summary, "chapter-page", hidden=True)
+        filled = _written(chapter, body, references, terms)
+        own = [(2, name.lower(), Markup(name)) for name in ("Colours", "Type")]  # sections that its template adds
+        filled["contents"] = _tree([*body.contents, *own])
+        return self._fill("style.html", replace(page, canonical=""), swatches=palette.swatches(), **filled)
 
     def glossary(self, terms: Mapping[str, Term]) -> str:
         """Every term, with the chapter that explains it."""
@@ -293,12 +296,12 @@ class Writer:
         )
         return self._fill("checks.html", page, checks=checks)
 
-    def about(self, made: Made) -> str:
+    def about(self, made: Made, *, guide: bool) -> str:
         """What the site is, and what this build of it was made of."""
         site = self.site
         page = self._page("about.html", "About this site", f"How {site.title} is made, kept and cited.", "about-page")
         cited = bibtex(site.title, site.author, site.year, site.url)
-        return self._fill("about.html", page, made=made, bibtex=cited)
+        return self._fill("about.html", page, made=made, bibtex=cited, guide=guide)
 
     def licences(self, licences: Sequence[Licence]) -> str:
         """The licences of what the site serves."""
@@ -321,6 +324,19 @@ class Writer:
         )
         head = '<?xml version="1.0" encoding="UTF-8"?>\n<urlset xmlns="http://www.sitemaps.org/schemas/sitemap/0.9">\n'
         return head + "".join(entries) + "</urlset>\n"
+
+
+def _written(
+    chapter: Chapter, body: Body, references: Mapping[str, Reference], terms: Mapping[str, Term]
+) -> dict[str, Any]:
+    """What the template of a chapter shows of its text."""
+    return {
+        "chapter": chapter,
+        "body": body.html,
+        "contents": _tree(body.contents),
+        "cards": [references[key] for key in body.cited],
+        "words": [terms[key] for key in body.terms],
+    }
 
 
 def figure_html(templates: Environment) -> Callable[[FigureView], Markup]:

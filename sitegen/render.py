@@ -161,8 +161,18 @@ class _Renderer:
                 items = "".join(f"<li>{self._blocks(block)}</li>\n" for block in run)
                 parts.append(f'<ul class="tries">\n{items}</ul>\n')
             else:
-                parts += map(self._noted, run)
+                parts += [self._contained(b) if b[0].type.startswith("container_") else self._noted(b) for b in run]
         return Markup("".join(parts))
+
+    def _contained(self, block: Sequence[Token]) -> str:
+        """What stands between `:::name` and `:::`; of an example its source as well."""
+        (first, last), name = block[0].map or (0, 0), block[0].info.strip()
+        inside = self.flow(block[1:-1])
+        if name != "example":
+            return f'<div class="{name}">\n{inside}</div>\n'
+        source = escape("\n".join(self._chapter.source.lines[first + 1 : last]))
+        code = f'<pre class="code" tabindex="0"><code>{source}</code></pre>'
+        return f'<div class="example">\n{code}\n<div class="example-result">\n{inside}</div>\n</div>\n'
 
     def _noted(self, block: Sequence[Token]) -> str:
         """A block with the notes beside it that it is the first to refer to."""

@@ -16,7 +16,7 @@ from .outside import gather
 from .remembered import Remembered
 
 FORMAT = "1"  # of what is remembered; raised when the reading changes
-LEFT_OUT = ("checks.html", "licences.html", "404.html", "slides.html")
+LEFT_OUT = ("checks.html", "licences.html", "404.html", "slides.html", "style.html")
 HEADINGS = ("h1", "h2", "h3")
 # What is read elsewhere, or is no prose: cards, code that figures show, controls, drawings, formulas, data for scripts.
 SILENT = ("script", "style", "svg", "math", "form", "nav", "button", "select", "template", "dialog", "details")

@@ -29,7 +29,7 @@
     button.addEventListener("click", () => host.remove());
   }
 
-  /** The list of problems: file, line and column first, in one column, then what is wrong. */
+  /** The list of problems: file, line and column, and below what is wrong. */
   function problems(title, lines) {
     const { host, inside } = box(
       "build-problems",
@@ -41,12 +41,11 @@
     hideButton(host, head, "");
     const list = element(inside, "div", "display: grid; gap: 8px");
     for (const line of lines) {
-      const placed = /^(\S+?)(:\d+:\d+): (.*)$/s.exec(line);
+      const placed = /^(\S+?:\d+:\d+: )(.*)$/s.exec(line);
       const row = element(list, "div", "white-space: pre-wrap; overflow-wrap: anywhere", placed ? "" : line);
       if (!placed) continue;
-      element(row, "span", "color: #c9bfb4", placed[1].replace(/^content\//, ""));
-      element(row, "span", "color: #c9bfb4", placed[2].replace(/^:0:0$/, ""));
-      element(row, "div", "padding-left: 2ch", placed[3]);
+      element(row, "span", "color: #c9bfb4", placed[1]);
+      element(row, "span", "display: block; padding-left: 2ch", placed[2]);
     }
   }
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from sitegen.emblem import colours
+from sitegen.palette import contrast
 
 CSS = Path(__file__).resolve().parents[2] / "templates" / "assets" / "css"
 THEMES = pytest.mark.parametrize("theme", [0, 1], ids=["light", "dark"])
@@ -42,12 +43,6 @@ APART = {"normal": 30.0, "protanopia": 20.0, "deuteranopia": 20.0, "tritanopia":
 def linear(value: str) -> np.ndarray:
     rgb = np.array(list(bytes.fromhex(value[1:]))) / 255
     return np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
-
-
-def contrast(one: str, other: str) -> float:
-    """WCAG 2's ratio of relative luminances."""
-    low, high = sorted(float(linear(v) @ (0.2126, 0.7152, 0.0722)) + 0.05 for v in (one, other))
-    return high / low
 
 
 def lab(rgb: np.ndarray) -> np.ndarray:

@@ -1,0 +1,68 @@
+"""The style guide: it shows every directive there is beside what it becomes, and every colour that means something."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from sitegen.content import read_guide
+from sitegen.markdown import BLOCK, INLINE
+from sitegen.palette import MEANING, contrast, swatches
+from sitegen.problems import Problems
+from tests.sitegen.conftest import START, Project
+from widgets.picture import ROLES
+
+ROOT = Path(__file__).resolve().parents[2]
+MARKDOWN = {
+    *("cite", "footnote_ref", "math_inline", "math_block_label", "image", "link_open", "em_open", "strong_open"),
+    *("code_inline", "fence", "table_open", "bullet_list_open", "blockquote_open"),
+}
+
+
+def test_every_directive_stands_in_an_example() -> None:
+    """And so does every other thing that chapters are written with."""
+    problems = Problems()
+    guide = read_guide(ROOT, problems)
+    assert guide is not None
+    shown: set[str] = set()
+    inside = False
+    for token in guide.document.tokens:
+        inside = token.type == "container_example_open" or (inside and token.type != "container_example_close")
+        if inside:
+            shown |= {token.type, *(child.type for child in token.children or [])}
+    assert problems.found == []
+    wanted = {*BLOCK, *INLINE, *MARKDOWN} - {"claim"} | {"claim_open"}
+    assert wanted - shown == set()
+
+
+def test_an_example_is_its_source_and_its_result(project: Project) -> None:
+    """The source as it was typed, then what a chapter would show; the guide is on no ladder and in no search."""
+    project.write("content/00-start.md", START.partition("Read")[0])
+    project.chapter("\nText.\n")
+    body = ":::example\nA *word* & :ref[second].\n:::\n\n:::anatomy\n::figure[C]{toy id=demo}\n:::\n"
+    project.write("content/style.md", f"---\ntitle: Style\nquestion: How?\nsummary: S\n---\n\n{body}")
+    project.build(strict=True)
+    page = project.page("style.html")
+    assert "<code>A *word* &amp; :ref[second].</code></pre>" in page
+    assert '<div class="example-result">\n<p>A <em>word</em> &amp; <a class="ref" href="second.html">' in page
+    assert re.search(r'<div class="anatomy">\s*<figure class="figure" id="fig-demo"', page)
+    assert 'name="robots" content="noindex"' in page
+    assert '<a href="style.html">style guide</a>' in project.page("about.html")
+    assert "style.html" not in project.page("sitemap.xml")
+    assert "Figures</th><td>0" not in project.page("about.html")
+    project.write("content/style.md", f"---\ntitle: Style\nsummary: S\n---\n\n:::exmple\nText.\n\n{body[:-4]}")
+    assert project.problems() == [
+        "content/style.md:6:1: no block :::exmple; did you mean 'example'?",
+        "content/style.md:13:1: :::anatomy is never closed by :::",
+    ]
+
+
+def test_colours_are_told_with_their_least_contrast() -> None:
+    """Each role of pictures has a meaning; those of the race's lines are its legend's to tell."""
+    assert {role for role in ROLES if not role.startswith("by-")} <= set(MEANING)
+    assert contrast("#000000", "#ffffff") == pytest.approx(21.0)
+    for swatch in swatches():
+        assert swatch.mark >= 3.0, swatch
+        assert swatch.text >= 4.5, swatch
