@@ -24,6 +24,7 @@ from mdit_py_plugins.dollarmath import dollarmath_plugin
 from mdit_py_plugins.footnote import footnote_plugin
 
 from .directives import Directive, DirectiveError, read
+from .faults import dollar, fault, lose
 from .problems import Place, Problems, hint
 
 BLOCK = ("figure", "plot", "try", "aside")
@@ -37,7 +38,6 @@ ANCHOR = re.compile(r"[a-z][a-z0-9-]*")
 NO_HEADING = re.compile(r"^#{2,6}(?=\w)", re.MULTILINE)
 INDENTED = re.compile(r"^\s*::[a-z]+\[", re.MULTILINE)
 CONTAINER = re.compile(r"^:::\s*(\w*)", re.MULTILINE)
-LOST = re.compile(r"\bid=(?P<figure>[\w-]+)|\${2}\s*\((?P<equation>[\w-]+)\)")
 
 
 @dataclass
@@ -119,7 +119,7 @@ def parser() -> MarkdownIt:
     )
     md.inline.ruler.before("link", "directive", _inline_directive)
     md.inline.ruler.before("link", "citation", _citation)
-    md.inline.ruler.after("math_inline", "dollar", _dollar)
+    md.inline.ruler.after("math_inline", "dollar", dollar)
     rules = {rule.name: rule.fn for rule in md.inline.ruler.__rules__}
     for name in PLACED:
         md.inline.ruler.at(name, partial(_placed, rules[name]))
@@ -155,7 +155,7 @@ def _block_directive(state: StateBlock, start_line: int, end_line: int, silent: 
     except DirectiveError as error:
         if not silent:
             source.problems.add(source.at(error.offset), str(error))
-            _lose(state.env, state.src[start : state.eMarks[stop_line - 1]])
+            lose(state.env, state.src[start : state.eMarks[stop_line - 1]])
             state.line = stop_line
         return True
     if directive is None:
@@ -163,7 +163,7 @@ def _block_directive(state: StateBlock, start_line: int, end_line: int, silent: 
             return False
         if not silent:
             source.problems.add(source.at(start), "a directive is written ::name[text]{attributes}")
-            _lose(state.env, state.src[start : state.eMarks[start_line]])
+            lose(state.env, state.src[start : state.eMarks[start_line]])
             state.line = start_line + 1
         return True
     if silent:
@@ -177,7 +177,7 @@ def _block_directive(state: StateBlock, start_line: int, end_line: int, silent: 
     if directive.name not in BLOCK:
         why = "; in a line it has one colon" if directive.name in INLINE else hint(directive.name, BLOCK)
         source.problems.add(source.at(start), f"no directive ::{directive.name}{why}")
-        _lose(state.env, directive.attributes)
+        lose(state.env, directive.attributes)
     state.line = last + 1
     token = state.push("directive_open", "", 1)
     token.map, token.info, token.meta = (
@@ -201,7 +201,7 @@ def _inline_directive(state: StateInline, silent: bool) -> bool:
         directive = read(state.src, start, state.posMax, ":")
     except DirectiveError as error:
         if not silent:
-            _fault(state, error.offset, str(error))
+            fault(state, error.offset, str(error))
         state.pos += 1
         return True
     if directive is None:
@@ -211,8 +211,8 @@ def _inline_directive(state: StateInline, silent: bool) -> bool:
             why = (
                 "; as a line of its own it has two colons" if directive.name in BLOCK else hint(directive.name, INLINE)
             )
-            _fault(state, start, f"no directive :{directive.name}{why}")
-            _lose(state.env, directive.attributes)
+            fault(state, start, f"no directive :{directive.name}{why}")
+            lose(state.env, directive.attributes)
         elif directive.name == "claim":
             _claim(state, directive)
         else:
@@ -238,7 +238,7 @@ def _citation(state: StateInline, silent: bool) -> bool:
         if not state.src.startswith("[@", state.pos):
             return False
         if not silent:
-            _fault(state, state.pos, "the citation that begins here is never closed by ']'")
+            fault(state, state.pos, "the citation that begins here is never closed by ']'")
         state.pos += 2
         return True
     if not silent:
@@ -251,41 +251,10 @@ def _citation(state: StateInline, silent: bool) -> bool:
         ]
         token.meta = {"offset": state.pos, "cited": found}
         if "".join(m.group() for m in CITED.finditer(match[1])) != match[1] or not all(key for key, _, _ in found):
-            _fault(state, state.pos, "a citation is written [@key], [@key, p. 3] or [@one; @other]")
+            fault(state, state.pos, "a citation is written [@key], [@key, p. 3] or [@one; @other]")
             token.meta["cited"] = []
     state.pos = match.end()
     return True
-
-
-def _dollar(state: StateInline, silent: bool) -> bool:
-    """A dollar that no formula begins with, nor an equation on lines of its own."""
-    start = state.pos
-    if state.src[start] != "$":
-        return False
-    double = state.src.startswith("$$", start)
-    end = state.src.find("$$", start + 2, state.posMax) if double else -1
-    if not silent:
-        says = "the formula that begins here is never closed by $; a dollar itself is written \\$"
-        if double:
-            says = "the equation that begins here is never closed by $$ before a blank line"
-        if end >= 0:
-            says = "$$ stands in a paragraph: an equation has lines of its own, after a blank one"
-        _fault(state, start, says)
-        _lose(state.env, state.src[start : state.posMax])
-    # What an equation holds is no text.
-    state.pos = end + 2 if end >= 0 else state.posMax if double else start + 1
-    return True
-
-
-def _fault(state: StateInline, offset: int, message: str) -> None:
-    """A token that becomes a problem once its place in the file is known."""
-    state.push("fault", "", 0).meta = {"offset": offset, "message": message}
-
-
-def _lose(env: Any, text: str) -> None:
-    """Note what a text that could not be read would have been called."""
-    for match in LOST.finditer(text):
-        env["lost"].add(f"fig:{match['figure']}" if match["figure"] else f"eq:{match['equation']}")
 
 
 def _placed(rule: Callable[[StateInline, bool], bool], state: StateInline, silent: bool) -> bool:
@@ -342,7 +311,7 @@ def _places(state: StateCore) -> None:
             line = source.lines[token.map[0]]
             where = Place(source.path, token.map[0] + 1, line.find("::") + 1)
             source.problems.add(where, "indented by a tab or four blanks this is code: a directive begins its line")
-            _lose(state.env, token.content)
+            lose(state.env, token.content)
         if token.type != "inline":
             continue
         at = partial(_inline_place, source, token, cell)

@@ -36,6 +36,11 @@ class Problems:
         """Note a problem at a place, once."""
         _append(self.found, place, message)
 
+    def lacks(self, file: str, place: Place, message: str) -> None:
+        """Note a name that a file should have, unless nothing of that file could be read."""
+        if file not in self.unread:
+            self.add(place, message)
+
     def warn(self, place: Place, message: str) -> None:
         """Note what only a strict build minds."""
         _append(self.warnings, place, message)

@@ -168,11 +168,11 @@ class _Renderer:
         """What stands between `:::name` and `:::`; of an example its source as well."""
         (first, last), name = block[0].map or (0, 0), block[0].info.strip()
         inside = self.flow(block[1:-1])
-        if name != "example":
-            return f'<div class="{name}">\n{inside}</div>\n'
-        source = escape("\n".join(self._chapter.source.lines[first + 1 : last]))
-        code = f'<pre class="code" tabindex="0"><code>{source}</code></pre>'
-        return f'<div class="example">\n{code}\n<div class="example-result">\n{inside}</div>\n</div>\n'
+        if name == "example":
+            source = escape("\n".join(self._chapter.source.lines[first + 1 : last]))
+            code = f'<pre class="code" tabindex="0"><code>{source}</code></pre>'
+            inside = Markup(f'{code}\n<div class="example-result">\n{inside}</div>\n')
+        return f'<div class="{name}">\n{inside}</div>\n'
 
     def _noted(self, block: Sequence[Token]) -> str:
         """A block with the notes beside it that it is the first to refer to."""
@@ -353,7 +353,7 @@ class _Renderer:
             reference = self._known.references.get(key)
             if reference is None:
                 near = hint(key, self._known.references)
-                self._lacks(token.meta["at"](offset), f"no reference {key!r}{near}", REFERENCES)
+                self._problems.lacks(REFERENCES, token.meta["at"](offset), f"no reference {key!r}{near}")
                 continue
             if key not in self._body.cited:
                 self._body.cited.append(key)
@@ -369,18 +369,13 @@ class _Renderer:
         if term is None:
             where = at(directive.attributes_start if key else directive.text_start)
             name = key or directive.text
-            self._lacks(where, f"no term {name!r} in the glossary{hint(name, self._known.terms)}", GLOSSARY)
+            says = f"no term {name!r} in the glossary{hint(name, self._known.terms)}"
+            self._problems.lacks(GLOSSARY, where, says)
             return escapeHtml(directive.text)
         if term.key not in self._body.terms:
             self._body.terms.append(term.key)
         attributes = f'class="term" href="glossary.html#{term.anchor}" data-card="card-{term.anchor}"'
         return f"<a {attributes}>{escape(unbroken(directive.text))}</a>"
-
-
-    def _lacks(self, place: Place, message: str, file: str) -> None:
-        """A problem with a name that a file should have, unless nothing of the file could be read."""
-        if file not in self._problems.unread:
-            self._problems.add(place, message)
 
 
 def _simple(rule: Callable[[Token], str]) -> Callable[..., str]:

@@ -1,0 +1,41 @@
+"""Faults in lines of text: a token stands for one until its place is known; what it swallowed is lost."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from markdown_it.rules_inline import StateInline
+
+LOST = re.compile(r"\bid=(?P<figure>[\w-]+)|\${2}\s*\((?P<equation>[\w-]+)\)")
+
+
+def dollar(state: StateInline, silent: bool) -> bool:
+    """A dollar that no formula begins with, nor an equation on lines of its own."""
+    start = state.pos
+    if state.src[start] != "$":
+        return False
+    double = state.src.startswith("$$", start)
+    end = state.src.find("$$", start + 2, state.posMax) if double else -1
+    if not silent:
+        says = "the formula that begins here is never closed by $; a dollar itself is written \\$"
+        if double:
+            says = "the equation that begins here is never closed by $$ before a blank line"
+        if end >= 0:
+            says = "$$ stands in a paragraph: an equation has lines of its own, after a blank one"
+        fault(state, start, says)
+        lose(state.env, state.src[start : state.posMax])
+    # What an equation holds is no text.
+    state.pos = end + 2 if end >= 0 else state.posMax if double else start + 1
+    return True
+
+
+def fault(state: StateInline, offset: int, message: str) -> None:
+    """A token that becomes a problem once its place in the file is known."""
+    state.push("fault", "", 0).meta = {"offset": offset, "message": message}
+
+
+def lose(env: Any, text: str) -> None:
+    """Note what a text that could not be read would have been called."""
+    for match in LOST.finditer(text):
+        env["lost"].add(f"fig:{match['figure']}" if match["figure"] else f"eq:{match['equation']}")
