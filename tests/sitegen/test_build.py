@@ -18,9 +18,10 @@ from markupsafe import escape
 
 from sitegen.assets import FOR_HOSTS, POLICY
 from sitegen.check import check_site
-from sitegen.files import packed, write
+from sitegen.files import packed, short_hash, write
 from sitegen.static import header_rules, headers_for
 from tests.sitegen.conftest import START, Project, fresh_cache
+from widgets.host import Host
 
 
 class Elements(HTMLParser):
@@ -108,6 +109,19 @@ def test_the_figure_and_its_tape(built: Project) -> None:
     assert record["record"] == entries[0]["record"]
     assert "svg" not in record["frame"]["panels"][0]
     assert record["spec"]["controls"]["scene"]["sets"] == {"noisy": {"noise": 0.9}}
+
+
+def test_a_tape_s_frames_are_those_of_their_records(built: Project) -> None:
+    """Each entry's frame is what its record draws, and no other entry's."""
+    (figure,) = Elements(built.page("second.html")).of_class("figure")
+    script = built.page(figure["data-tape"] or "")
+    drawings, entries = json.loads(f"[{script.removeprefix('Ladder.tape(').removesuffix(');' + chr(10))}]")[1:]
+    host = Host(built.widgets)
+    for entry in entries:
+        frame = entry["frame"]
+        for panel in frame["panels"]:
+            panel["svg"] = drawings[panel["svg"]]
+        assert frame == json.loads(json.dumps(host.render("fig-demo", entry["record"])))
 
 
 def test_what_a_figure_s_job_finds_stands_in_the_page(built: Project) -> None:
@@ -374,10 +388,24 @@ def test_hosts_are_told_the_policy_and_what_may_be_kept(built: Project) -> None:
     assert headers_for("/sw.js", rules)["Cache-Control"] == "no-cache"
 
 
+def test_files_that_hosts_keep_for_ever_are_named_by_their_content(built: Project) -> None:
+    """What has a hash in its name has its own; another content has another name."""
+    named = {}
+    for folder in ("assets", "images", "tapes"):
+        for file in (built.site / folder).rglob("*.*"):
+            found = re.search(r"[.-]([0-9a-f]{10})\.\w+$", file.name)
+            assert found, file
+            named[file.name] = found[1] == short_hash(file.read_bytes())
+    assert len(named) >= 3
+    assert [name for name, right in named.items() if not right] == []
+
+
 def test_packed_copies_hold_the_same(project: Project) -> None:
-    data = b"<p>text</p>" * 300
-    made = packed("a/b.html", data, project.cache)
-    assert gzip.decompress(made["a/b.html.gz"]) == data
-    assert brotli.decompress(made["a/b.html.br"]) == data
-    assert made["a/b.html.gz"][4:8] == b"\0\0\0\0", "no date"
+    """Also of a page that differs from one packed before in its last letter, or its first, alone."""
+    text = b"<p>text</p>" * 3000
+    for data in (text, text[:-1] + b"!", b"!" + text[1:]):
+        made = packed("a/b.html", data, project.cache)
+        assert gzip.decompress(made["a/b.html.gz"]) == data
+        assert brotli.decompress(made["a/b.html.br"]) == data
+        assert made["a/b.html.gz"][4:8] == b"\0\0\0\0", "no date"
     assert packed("a/b.woff2", data, project.cache) == {}

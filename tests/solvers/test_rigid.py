@@ -5,7 +5,7 @@ import pytest
 
 from solvers import Pose, Status, fit_planar, fit_rigid
 from solvers.metrics import rre, rte, scale_error
-from solvers.rigid import pair_cost
+from solvers.rigid import best_rotation, pair_cost
 
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
 
@@ -321,3 +321,18 @@ def test_scipy_finds_the_same_rotation(seed, random_pose):
     other, rssd = Rotation.align_vectors(q, p, weights=weights)
     assert rre(fit.pose, Pose(other.as_matrix(), np.zeros(3))) < 1e-12
     assert fit.cost == pytest.approx(rssd**2, rel=1e-9)
+
+
+def test_the_best_rotation_in_space_is_never_a_reflection() -> None:
+    """Also where the best orthogonal matrix is one: the trace is less by twice the least singular value."""
+    rng = np.random.default_rng(5)
+    H = rng.standard_normal((200, 3, 3))
+    R, trace, gap = best_rotation(H)
+    values = np.linalg.svd(H, compute_uv=False)
+    sign = np.sign(np.linalg.det(H))
+    assert {-1.0, 1.0} == set(sign)
+    np.testing.assert_allclose(np.linalg.det(R), 1.0, atol=1e-12)
+    np.testing.assert_allclose(R @ R.swapaxes(1, 2), np.broadcast_to(np.eye(3), H.shape), atol=1e-12)
+    np.testing.assert_allclose(np.trace(R @ H, axis1=1, axis2=2), trace, atol=1e-12)
+    np.testing.assert_allclose(trace, values[:, 0] + values[:, 1] + sign * values[:, 2], atol=1e-12)
+    np.testing.assert_allclose(gap, values[:, 1] + sign * values[:, 2], atol=1e-12)

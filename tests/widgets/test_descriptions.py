@@ -7,6 +7,10 @@ import re
 import pytest
 
 from tests.widgets.test_every_widget import taped
+from widgets.contract import preset
+from widgets.controls import specs
+from widgets.host import Host
+from widgets.picture import number
 from widgets.registry import WIDGETS
 
 
@@ -23,6 +27,23 @@ def test_the_words_follow_the_state(name: str) -> None:
             first[key] = words
         elif key in first:
             assert words != first[key], plain["log"]
+
+
+@pytest.mark.parametrize("name", [name for name in WIDGETS if "noise" in specs(WIDGETS[name].controls)])
+def test_the_words_tell_the_settings(name: str) -> None:
+    """The noise, and the share put elsewhere, are in the words as they are set, and not as something else is."""
+    host, known = Host(), specs(WIDGETS[name].controls)
+    for control in ("noise", "outliers"):
+        if control not in known or (name == "ransac" and control == "outliers"):  # a share that is told as a count
+            continue
+        spec = known[control]
+        for part in (0.4, 0.8):
+            value = round(spec.low + spec.step * round(part * (spec.high - spec.low) / spec.step), spec.decimals)
+            frame = host.render("fig-x", preset(WIDGETS[name], "default", {control: value}).plain())
+            told = " ".join([frame["description"], *(panel["caption"] for panel in frame["panels"])])
+            share = value if spec.unit == "%" else 100 * value
+            shown = f"{number(value, spec.decimals)} u" if control == "noise" else f"{number(share, 0)} %"
+            assert re.search(rf"(?<![\d.]){re.escape(shown)}(?!\d)", told), (control, shown, told)
 
 
 @pytest.mark.parametrize("name", WIDGETS)

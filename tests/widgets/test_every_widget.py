@@ -132,6 +132,15 @@ def test_two_handles_do_not_cover_each_other(name: str) -> None:
                     assert dist(one["world"], other["world"]) * 358 / (x1 - x0) >= 40
 
 
+@pytest.mark.parametrize("name", [name for name in WIDGETS if any(b.does == "reseed" for b in WIDGETS[name].buttons)])
+def test_another_seed_is_another_draw(name: str) -> None:
+    """Where a button draws anew, some preset's picture is another one on the next seed."""
+    widget, host = WIDGETS[name], Host()
+    plains = [preset(widget, start).plain() for start in widget.presets]
+    drawn = [[host.render("f", {**plain, "seed": plain["seed"] + k})["panels"] for k in (0, 13)] for plain in plains]
+    assert any(one != other for one, other in drawn)
+
+
 @pytest.mark.parametrize("name", WIDGETS)
 def test_legend_names_only_what_is_drawn(name: str) -> None:
     """Each key of the legend appears in at least one recorded state."""

@@ -59,6 +59,13 @@ def test_a_rotation_lowers_the_whole_map() -> None:
     assert shown(TRUTH, rotation=15.0)[0]["turn"] == 15
 
 
+def test_the_map_says_at_which_rotation_it_is() -> None:
+    for rotation in (0.0, -15.0, 30.0):
+        plain = preset(WIDGET, "default", {"rotation": rotation, "noise": 0.05}).plain()
+        caption = Host().render("f", plain, 0)["panels"][0]["caption"]
+        assert caption == f"Score at {rotation:.0f}°".replace("-", "−")
+
+
 def test_the_scale_ends_at_a_round_number_above_the_map() -> None:
     """0.4 at the true rotation, 0.2 or less at 15°: the bar's own numbers."""
 

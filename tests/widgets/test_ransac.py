@@ -109,6 +109,15 @@ def test_a_step_lights_its_two_pairs_and_says_its_count() -> None:
     assert not [m for m in draw(run(FINISH)).panels[0].marks if m.__dict__.get("role") == "accent"]
 
 
+def test_the_points_of_each_view_have_its_role() -> None:
+    """The dots at the left are the source's, all forty; the squares at the right are the target's."""
+    (panel,) = [panel for panel in draw(run()).panels if panel.name == "main"]
+    points = [mark for mark in panel.marks if isinstance(mark, Points) and len(mark.xy)]
+    left = [mark for mark in points if (mark.xy[:, 0] < 0.0).all()]
+    assert [(mark.role, len(mark.xy)) for mark in left] == [("source", 40)]
+    assert {mark.role for mark in points if mark.shape == "square"} == {"target"}
+
+
 def test_lines_split_by_the_best_pose() -> None:
     """Before a consensus all forty are alike; after it the solid ones are its inliers and the dashed ones the rest."""
     (all_of_them,) = [m for m in draw(run()).panels[0].marks if isinstance(m, Segments) and m.role == "pair"]

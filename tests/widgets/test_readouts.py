@@ -38,12 +38,16 @@ def test_labels_units_and_roles_agree_with_names(name: str) -> None:
     widget, host = WIDGETS[name], Host()
     presses = [["press", button.name] for button in widget.buttons if button.does == "press"]
     for start in widget.presets:
+        plain = preset(widget, start).plain()
+        # GICP measures in its covariances' standard deviations.
+        length = "σ" if plain["controls"].get("residual") == "gicp" else "u"
         for log in ([], presses[:1]):
-            for readout in host.render("fig-x", {**preset(widget, start).plain(), "log": log})["readouts"]:
-                check(readout)
+            for readout in host.render("fig-x", {**plain, "log": log})["readouts"]:
+                check(readout, length)
 
 
-def check(readout: dict[str, Any]) -> None:
+def check(readout: dict[str, Any], length: str) -> None:
+    """length: the unit of a residual."""
     label, parts = readout["label"].lower(), readout["name"].split("_")
     number = readout["value"].lstrip("−").replace(".", "").isdigit()
     for part in parts:
@@ -53,6 +57,8 @@ def check(readout: dict[str, Any]) -> None:
     for word, unit in UNITS.items():
         if number and (word in parts or (word in label and "<" not in label)):
             assert readout["unit"] == unit, readout
+    if number and "rms" in label:
+        assert readout["unit"] == ("" if "rises" in parts else length), readout
     if "at the start" in label or "all pairs" in label:
         assert readout["role"] == "ghost", readout
     if readout["name"] == "rms":
