@@ -11,6 +11,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -42,6 +43,9 @@ class _Replay:
         self.log = log
 
 
+_Marks = dict[tuple[int, int], tuple[Mark, View, str]]
+
+
 @dataclass
 class _Markup:
     """What was turned into markup for a figure's last picture: panels by id prefix, marks by themselves and their view.
@@ -50,27 +54,28 @@ class _Markup:
     """
 
     panels: dict[str, tuple[Panel, str]] = field(default_factory=dict)
-    marks: dict[tuple[int, int], tuple[Mark, View, str]] = field(default_factory=dict)
+    marks: _Marks = field(default_factory=dict)
 
     def drawn(self, figure: str, panels: tuple[Panel, ...]) -> list[str]:
         """The panels' SVG; what the last picture had and this one has not is forgotten."""
         before, self.marks = self.marks, {}
         old, self.panels = self.panels, {}
-
-        def draw(mark: Mark, view: View, prefix: str) -> str:
-            if isinstance(mark, Group):  # its id is the panel's, what is in it may be shared
-                return group_svg(mark, view, prefix, draw)
-            key = id(mark), id(view)
-            known = self.marks.get(key) or before.get(key) or (mark, view, mark_svg(mark, view, prefix))
-            self.marks[key] = known
-            return known[2]
-
+        draw = partial(self._mark, before)
         for panel in panels:
             prefix = f"{figure}-{panel.name}"
             known = old.get(prefix)
             same = known is not None and known[0] is panel
             self.panels[prefix] = known if known and same else (panel, panel_svg(panel, prefix, draw))
         return [svg for _, svg in self.panels.values()]
+
+    def _mark(self, before: _Marks, mark: Mark, view: View, prefix: str) -> str:
+        # No closure that calls itself: it would keep the last picture's marks until cycles are next collected.
+        if isinstance(mark, Group):  # its id is the panel's, what is in it may be shared
+            return group_svg(mark, view, prefix, partial(self._mark, before))
+        key = id(mark), id(view)
+        known = self.marks.get(key) or before.get(key) or (mark, view, mark_svg(mark, view, prefix))
+        self.marks[key] = known
+        return known[2]
 
 
 class Host:

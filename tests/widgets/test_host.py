@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import json
 import re
 from dataclasses import replace
@@ -17,6 +18,7 @@ from widgets.figures import ndt_score, two_poses
 from widgets.figures.kabsch import WIDGET
 from widgets.host import Host, _rounded, _view
 from widgets.picture import Group, Mark, Panel, Picture, Points, View
+from widgets.registry import WIDGETS
 from widgets.svg import mark_svg, panel_svg
 
 PLAIN = preset(WIDGET, "noisy").plain()
@@ -280,6 +282,27 @@ def test_levels_differ_and_the_finest_is_the_default() -> None:
 def test_a_level_that_is_not_there_is_refused(detail: Any) -> None:
     with pytest.raises(ValueError, match=r"detail: .* is not a whole number from 0 to 4"):
         Host().render("f", SCORE, detail)
+
+
+@pytest.mark.parametrize("name", WIDGETS)
+def test_a_frame_leaves_nothing_to_the_cycle_collector(name: str) -> None:
+    """A page's memory would grow by what the collector, which counts objects and not bytes, has not yet come to."""
+    widget, host = WIDGETS[name], Host()
+    kinds = [["drag", h] for h in widget.handles] + [["click", c] for c in widget.clicks]
+    plains = [{**preset(widget).plain(), "log": [[*kinds[0], x, 1.0]] if kinds else []} for x in (0.5, 1.0, 1.5)]
+    detail = 0 if widget.details > 1 else None
+    host.render("f", plains[0], detail)
+    gc.collect()
+    gc.set_debug(gc.DEBUG_SAVEALL)
+    try:
+        for plain in plains[1:]:
+            host.render("f", plain, detail)
+        gc.collect()
+        left = [one for one in gc.garbage if type(one).__module__.partition(".")[0] in ("widgets", "solvers", "numpy")]
+    finally:
+        gc.set_debug(0)
+        gc.garbage.clear()
+    assert left == []
 
 
 def test_a_figure_without_levels_has_one() -> None:
