@@ -386,7 +386,7 @@ WIDGET = Widget(
         Key("ink", "cut of the nearest distances", "dashed"),
     ),
     clicks=("map",),
-    tape=(({}, ("sow", "sow")), ({}, ("sow", "clear")), ({}, ("sow", "resample"))),
+    tape=(({}, ("sow", "sow")), ({}, ("sow", "resample"))),
     python=python,
     shows="Draws two objectives over translations as terrain, with descents from many starts.",
 )
