@@ -147,8 +147,7 @@ def build(
     licences = parts.licences(SERVED, cache=cache)
     wheel = str(templates.globals["wheel"])
     shown = Shown(site, known, wheel, lambda page, figure: tapes[page, figure.id].first, gallery.drawn)
-    works = {chapter.page: body.cited for chapter, body in bodies}
-    books = notebooks(surveys, works, shown)
+    books = notebooks(surveys, [body for _, body in bodies], shown, cache)
     made = about.made(root, surveys, [body for _, body in bodies], started.size if started else 0)
     code = _sources(known, bodies, cache)
     content = _Content(

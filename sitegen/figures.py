@@ -210,6 +210,12 @@ def _code_beside(own: Path) -> str:
     return code_hash(skip=lambda path: path.parent == FIGURES and path != own and not path.name.startswith("_"))
 
 
+@lru_cache(maxsize=512)
+def _frames(path: Path) -> list[Plain]:
+    """Frames from the cache, whose name tells what they are made of; nobody changes them."""
+    return json.loads(path.read_text("utf-8"))  # type: ignore[no-any-return]
+
+
 @lru_cache(maxsize=128)
 def _tape(path: Path) -> tuple[bytes, Plain]:
     """A tape from the cache, whose name tells what it is made of."""
@@ -232,7 +238,10 @@ class Bakery:
         def made() -> bytes:
             return _plain([json.loads(self._host.frame(json.dumps({"figure": dom_id, "record": r}))) for r in records])
 
-        return json.loads(kept(self._frames_at(dom_id, records), made))  # type: ignore[no-any-return]
+        path = self._frames_at(dom_id, records)
+        if not used(path):
+            write(path, made())
+        return _frames(path)
 
     def tape(
         self,

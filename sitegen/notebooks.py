@@ -10,8 +10,11 @@ from __future__ import annotations
 import html
 import json
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cache as once
+from functools import partial
+from pathlib import Path
 from textwrap import dedent
 from typing import Any
 
@@ -21,12 +24,14 @@ from widgets.script import WHEEL
 
 from .cite import Reference
 from .content import Chapter, Site
+from .emblem import TOKENS
 from .figures import Figure, Plain
+from .files import fingerprint, kept
 from .markdown import HEADING_ID
 from .plotting import Drawn, Placed
 from .problems import Place
-from .render import Known, blocks, pieces
-from .standalone import data_address, standalone
+from .render import Body, Known, blocks, pieces
+from .standalone import SHEETS, data_address, standalone
 from .survey import Survey
 
 Cell = tuple[str, str]  # "markdown" or "code", and its text
@@ -269,6 +274,29 @@ def _bibliography(references: Sequence[Reference]) -> str:
     return "## References\n\n" + "\n".join(lines)
 
 
-def notebooks(surveys: Sequence[Survey], cited: Mapping[str, Sequence[str]], shown: Shown) -> dict[str, bytes]:
-    """Every chapter's notebook by its name on the site. cited: page → the keys of the works that it cites."""
-    return {name_of(one.chapter): notebook(one, cited[one.chapter.page], shown) for one in surveys}
+def notebooks(surveys: Sequence[Survey], bodies: Sequence[Body], shown: Shown, cache: Path) -> dict[str, bytes]:
+    """Every chapter's notebook by its name on the site, kept by what it is made of. bodies: the chapters rendered."""
+    home = cache / "notebooks"
+    made = {}
+    for survey, body in zip(surveys, bodies, strict=True):
+        path = home / f"{_made_of(survey, body, shown)}.ipynb"
+        made[name_of(survey.chapter)] = kept(path, partial(notebook, survey, body.cited, shown))
+    return made
+
+
+def _made_of(survey: Survey, body: Body, shown: Shown) -> str:
+    """The hash of a notebook's parts: the chapter as written and as rendered, where all that others bring to it stands
+    (numbers, references, drawings with their words and Python), the works that it cites, the site, and what writes."""
+    chapter = survey.chapter
+    works = [repr(shown.known.references[key]) for key in body.cited]
+    notes = [shown.site, shown.wheel, chapter.title, chapter.question, chapter.page, chapter.slug, survey.notes, works]
+    parts = [("source", chapter.source.text), ("html", body.html), ("notes", repr(notes)), ("code", _code())]
+    return fingerprint((name, text.encode()) for name, text in parts)
+
+
+@once
+def _code() -> str:
+    """The hash of what writes notebooks, and of the styles that it takes into pictures."""
+    here = Path(__file__).parent
+    files = [here / "notebooks.py", here / "standalone.py", TOKENS, *(TOKENS.with_name(name) for name in SHEETS)]
+    return fingerprint((path.name, path.read_bytes()) for path in files)

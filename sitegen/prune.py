@@ -14,7 +14,7 @@ from .files import DAY, write
 
 UNUSED = 60 * DAY
 FOLDERS = (
-    *("brotli", "compiled", "drawings", "emblem", "fonts", "frames", "gzip", "maths", "outside", "plots"),
+    *("brotli", "compiled", "drawings", "emblem", "fonts", "frames", "gzip", "maths", "notebooks", "outside", "plots"),
     *("remembered", "runtime", "sweep", "templates", "values", "wheel"),
 )
 STAMP = "pruned"

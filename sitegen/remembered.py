@@ -10,7 +10,7 @@ from typing import Any
 
 from .files import used, write
 
-MOST = 400  # entries that are kept; those of the last builds are
+SPARE = 60  # entries of earlier builds that are kept beside those of the last one: the file is read at each build
 
 
 class Remembered:
@@ -33,5 +33,5 @@ class Remembered:
         if self._asked.keys() <= self._known.keys():
             return
         rest = [(key, value) for key, value in self._known.items() if key not in self._asked]
-        self._known = dict([*rest, *self._asked.items()][-MOST:])
+        self._known = dict([*rest[max(0, len(rest) - SPARE) :], *self._asked.items()])
         write(self._path, json.dumps(self._known, ensure_ascii=False).encode())

@@ -61,6 +61,17 @@ def test_a_chapter_is_put_into_plain_markdown(project: Project) -> None:
     before = (project.site / "notebooks" / "second.ipynb").read_bytes()
     project.build()
     assert (project.site / "notebooks" / "second.ipynb").read_bytes() == before
+    for name, old, new in (  # it is kept by its parts, and none is forgotten
+        ("content/references.yaml", "First things", "Other things"),
+        ("content/site.yaml", "mathbb", "mathbf"),
+        ("content/site.yaml", "A. Tester", "B. Tester"),
+        ("content/01-second.md", "A first paragraph", "A paragraph"),
+    ):
+        project.write(name, (project.root / name).read_text("utf-8").replace(old, new))
+        project.build()
+        after = (project.site / "notebooks" / "second.ipynb").read_bytes()
+        assert after != before, new
+        before = after
     assert [str(p) for p in check_site(project.site) if "notebook" in p.message] == []
     assert "notebooks/second.ipynb" in project.page("second.html")
 

@@ -28,7 +28,7 @@ def test_an_answer_is_kept_for_what_was_given(tmp_path: Path) -> None:
 
 def test_what_nobody_asks_for_any_more_makes_room(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The oldest go first, and nothing of the last build."""
-    monkeypatch.setattr(remembered, "MOST", 3)
+    monkeypatch.setattr(remembered, "SPARE", 1)
     for build in ("ab", "cd"):
         known = Remembered(tmp_path, "f")
         for text in build:
