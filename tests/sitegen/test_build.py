@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gzip
 import json
 import os
 import re
@@ -11,14 +10,13 @@ from hashlib import sha256
 from html.parser import HTMLParser
 from pathlib import Path
 
-import brotli
 import html5lib
 import pytest
 from markupsafe import escape
 
 from sitegen.assets import FOR_HOSTS, POLICY
 from sitegen.check import check_site
-from sitegen.files import packed, short_hash, write
+from sitegen.files import short_hash
 from sitegen.static import header_rules, headers_for
 from tests.sitegen.conftest import START, Project, fresh_cache
 from widgets.host import Host
@@ -367,15 +365,6 @@ def test_an_interrupted_exchange_brings_the_old_site_back(built: Project, monkey
     assert [p.name for p in built.root.iterdir() if p.name.startswith(".site")] == []
 
 
-def test_a_write_that_fails_leaves_nothing_behind(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """On a full disk the old file stays, and no half of the new one."""
-    write(tmp_path / "a", b"old")
-    monkeypatch.setattr(os, "replace", lambda source, target: 1 / 0)
-    with pytest.raises(ZeroDivisionError):
-        write(tmp_path / "a", b"new")
-    assert contents(tmp_path) == {"a": b"old"}
-
-
 def test_hosts_are_told_the_policy_and_what_may_be_kept(built: Project) -> None:
     """The pages' own policy and that nobody frames them; names that hold their hash for ever, the rest asked for."""
     rules = header_rules(built.site)
@@ -398,14 +387,3 @@ def test_files_that_hosts_keep_for_ever_are_named_by_their_content(built: Projec
             named[file.name] = found[1] == short_hash(file.read_bytes())
     assert len(named) >= 3
     assert [name for name, right in named.items() if not right] == []
-
-
-def test_packed_copies_hold_the_same(project: Project) -> None:
-    """Also of a page that differs from one packed before in its last letter, or its first, alone."""
-    text = b"<p>text</p>" * 3000
-    for data in (text, text[:-1] + b"!", b"!" + text[1:]):
-        made = packed("a/b.html", data, project.cache)
-        assert gzip.decompress(made["a/b.html.gz"]) == data
-        assert brotli.decompress(made["a/b.html.br"]) == data
-        assert made["a/b.html.gz"][4:8] == b"\0\0\0\0", "no date"
-    assert packed("a/b.woff2", data, project.cache) == {}
