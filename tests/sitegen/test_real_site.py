@@ -12,7 +12,7 @@ from sitegen.build import build
 from sitegen.outside import cache_dir
 
 ROOT = Path(__file__).resolve().parents[2]
-MADE_ANEW = ("frames", "values", "drawings", "emblem", "maths", "packed", "runtime")
+MADE_ANEW = ("frames", "values", "drawings", "emblem", "maths", "notebooks", "remembered", "runtime", "templates")
 LEFT = (".venv", "__pycache__", ".hypothesis", ".mypy_cache", ".pytest_cache", ".ruff_cache")
 BUILD = """
 import sys
