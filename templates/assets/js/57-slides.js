@@ -92,7 +92,7 @@
       else delete page.dataset.slides;
       button("grid").setAttribute("aria-pressed", String(wanted));
       for (const slide of slides) {
-        slide.querySelector(".slide-inside").inert = wanted;
+        for (const part of slide.querySelectorAll(".slide-inside > :not(h2, .slide-head)")) part.inert = wanted;
         slide.querySelector(".slide-open").tabIndex = wanted ? 0 : -1;
       }
       rescaled();
