@@ -17,7 +17,7 @@ NAMES = st.from_regex(r"[a-z]{1,8}(/[a-z]{1,8})?\.(html|pack|js|png)", fullmatch
 CONTENTS = st.one_of(st.binary(max_size=40), st.binary(min_size=1, max_size=20).map(lambda data: data * 200))
 
 
-@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.dictionaries(NAMES, CONTENTS, max_size=6))
 def test_what_was_put_in_comes_out(tmp_path: Path, files: dict[str, bytes]) -> None:
     """By the standard library's reader, checksums and all, in whatever order the files were given."""
