@@ -19,7 +19,7 @@ from tests.browser.walk import SEEN, Walk
 from widgets.host import Host
 
 pytestmark = pytest.mark.browser
-STEPS, SEED = 10, 1  # a page
+STEPS, SEED = 6, 1  # a page
 
 
 def test_whatever_a_reader_does_the_state_is_in_the_link(

@@ -94,7 +94,9 @@ FAULTS = """async () => {
     if (stage.querySelectorAll(".figure-panel").length !== drawn.length) say("another number of panels");
     const told = [...root.querySelectorAll(".readout")].map((e) => [e.dataset.readout,
       e.querySelector(".value").textContent]);
-    if (String(told) !== String(frame.readouts.map(({ name, value }) => [name, value]))) say(`readouts: ${told}`);
+    const chosen = root.querySelector(".readouts")?.dataset.chosen?.split(" "); // on a slide
+    const wanted = frame.readouts.filter(({ name }) => chosen?.includes(name) ?? true);
+    if (String(told) !== String(wanted.map(({ name, value }) => [name, value]))) say(`readouts: ${told}`);
     if (root.querySelector(".figure-words")?.textContent !== frame.description) say("words of another frame");
     const form = root.querySelector("form.controls");
     for (const [name, { kind, step }] of Object.entries(spec.controls)) {
