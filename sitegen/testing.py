@@ -36,6 +36,7 @@ class Ledger:
 
 
 ENGINE_TESTS = "tests/browser/engines"
+PROCESSES = 4  # at most: the longest file of tests takes a quarter of all
 
 
 def test(root: Path, engines: Sequence[str], given: Path | None, further: Sequence[str]) -> int:
@@ -74,10 +75,19 @@ def test(root: Path, engines: Sequence[str], given: Path | None, further: Sequen
             failed.append(name)
     print("== pytest", flush=True)
     ledger = Ledger(failed)
-    code = int(pytest.main(list(further), plugins=[ledger]))
+    code = int(pytest.main([*processes(further), *further], plugins=[ledger]))
     if ledger.reports:
         claims.write_results(root, claims.merged(ledger.reports))
     return 1 if code or failed else 0
+
+
+def processes(further: Sequence[str], count: int | None = None) -> list[str]:
+    """What makes pytest run in as many processes as the machine has (or `count`), a file in one of them, unless it is
+    told how, or of a few tests only. The browser's files come first: they take longest."""
+    count = min(PROCESSES, (os.cpu_count() or 1) if count is None else count)
+    told = any(word.startswith(("-n", "--numprocesses", "--pdb", "-s")) for word in further)
+    some = any(Path(word.partition("::")[0]).exists() for word in further if not word.startswith("-"))
+    return [] if told or some or count < 2 else [f"-n{count}", "--dist=loadfile", "--no-loadscope-reorder"]
 
 
 def module(*words: str) -> int:
