@@ -1,11 +1,13 @@
 // The page's one worker: Python with numpy, the solvers and the widgets. Strings and numbers in, strings and numbers out.
 //
 // page → worker                                            worker → page
-//   { type: "start", runtime, files, again?, modules? }      { type: "progress", loaded, total }    bytes
+//   { type: "start", runtime, files, again?, known?,         { type: "progress", loaded, total }    bytes
+//     modules? }
 //       runtime: absolute address of the runtime's folder    { type: "stage", stage }               download, python, numpy, widgets
 //       files: [{ name, size, sha256 }]                      { type: "ready", milliseconds }
 //       again: an earlier start failed: every file is        { type: "failed", message, detail }
 //         held to its hash before it is used
+//       known: this very engine has come up here before
 //   { type: "frame", id, request }                           { type: "frame", id, frame, python_ms }
 //   { type: "job", id, request }                             { type: "job", id, slice, python_ms }
 //   { type: "give", id, request, data }                      { type: "give", id, told, python_ms }      data: Uint8Array
@@ -15,6 +17,7 @@
 
 const network = self.fetch.bind(self); // what start() puts in its place is for Pyodide alone
 const PROGRESS_EVERY = 100; // ms
+const WASM = "application/wasm";
 
 let python = null; // Pyodide, once it is up
 let answers = null; // frame, job, give and forget of the one widgets.host.Host, the Python objects that are held
@@ -141,7 +144,7 @@ async function culprit({ runtime, files }, error) {
   );
 }
 
-async function start({ runtime, files, again = false, modules = ["solvers", "widgets.host"] }) {
+async function start({ runtime, files, again = false, known = false, modules = ["solvers", "widgets.host"] }) {
   const began = performance.now();
   post({ type: "stage", stage: "download" });
   const count = progressTeller(files);
@@ -175,9 +178,15 @@ async function start({ runtime, files, again = false, modules = ["solvers", "wid
   const compileCore = async () => {
     if (again) return WebAssembly.compile(await sound(address(wasm), wasm, count));
     const response = await open(address(wasm), wasm, "default");
+    if (known && response.headers.get("content-type") === WASM) {
+      // A browser keeps what it has compiled only for a response as it came. That one was held to its hash then.
+      const module = await WebAssembly.compileStreaming(response);
+      count(wasm.size);
+      return module;
+    }
     const [one, other] = counted(response, count).tee();
     intact = shared(new Response(other).arrayBuffer().then((bytes) => hold(bytes, wasm)));
-    return WebAssembly.compileStreaming(new Response(one, { headers: { "content-type": "application/wasm" } }));
+    return WebAssembly.compileStreaming(new Response(one, { headers: { "content-type": WASM } }));
   };
   const compiledCore = shared(
     compileCore().catch(async (error) => {

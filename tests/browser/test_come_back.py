@@ -69,3 +69,29 @@ def test_a_page_from_the_history_is_alive(playwright: Playwright, server: SiteSe
         solve.shows("rms", before)
     finally:
         running.close()
+
+
+SAID = """
+const { postMessage } = Worker.prototype;
+window.known = [];
+Worker.prototype.postMessage = function (message, ...more) {
+  if (message.type === "start") window.known.push(message.known);
+  return postMessage.call(this, message, ...more);
+};
+"""
+
+
+def test_an_engine_that_came_up_is_known_on_every_page(reader: Callable[..., Reader]) -> None:
+    """The browser may then use what it compiled before. Where nothing can be stored, nothing is known."""
+    one = reader(reduced_motion="reduce")
+    one.context.add_init_script(SAID)
+    page = one.open("kabsch.html")
+    for name, known in (("kabsch.html", False), ("icp.html", True)):
+        page.goto(f"{one.origin}/{name}")
+        page.evaluate("Ladder.runtime.start()")
+        page.wait_for_selector('html[data-runtime="live"]')
+        assert page.evaluate("window.known") == [known], name
+    page.evaluate("Storage.prototype.setItem = () => { throw new Error('full') }, localStorage.clear()")
+    page.evaluate("Ladder.runtime.restart()")
+    page.wait_for_selector('html[data-runtime="live"]')
+    assert page.evaluate("localStorage.length") == 0

@@ -50,15 +50,19 @@ class Served:
         (name,) = [file.name for file in self.info.files if file.name.endswith(ending)]
         return self.root / "runtime" / name
 
-    def talk(self, *said: tuple[dict[str, Any], str]) -> list[dict[str, Any]]:
+    def before(self, script: str) -> None:
+        """Has the worker run this first."""
+        (self.root / "worker.mjs").write_text(script + WORKER.read_text("utf-8"), "utf-8")
+
+    def talk(self, *said: tuple[dict[str, Any], str], known: bool = False) -> list[dict[str, Any]]:
         start = {"type": "start", "runtime": f"{self.origin}/runtime/", "files": self.info.start_files()}
-        talk = [{"send": start, "until": "ready"}, *({"send": send, "until": until} for send, until in said)]
+        talk = [{"send": {**start, "known": known}, "until": "ready"}, *({"send": send, "until": until} for send, until in said)]
         self.page.goto(self.origin)
         heard: list[dict[str, Any]] = self.page.evaluate(TALK, ["worker.mjs", talk])
         return heard
 
-    def failure(self) -> str:
-        heard = self.talk()
+    def failure(self, known: bool = False) -> str:
+        heard = self.talk(known=known)
         assert [m["type"] for m in heard].count("failed") == 1
         assert heard[-1]["type"] == "failed"
         return str(heard[-1]["message"])
@@ -124,10 +128,46 @@ def test_a_changed_file_is_named(served: Served, ending: str) -> None:
     assert f"{ending} is not the file that was built" in served.failure()
 
 
-def test_a_damaged_engine_is_named(served: Served) -> None:
+@pytest.mark.parametrize("known", [False, True])
+def test_a_damaged_engine_is_named(served: Served, known: bool) -> None:
     path = served.file("pyodide.asm.wasm")
     path.write_bytes(path.read_bytes()[:-1000])
-    assert "pyodide.asm.wasm is not the file that was built" in served.failure()
+    assert "pyodide.asm.wasm is not the file that was built" in served.failure(known)
+
+
+# Tells the address of what is compiled as it comes: a browser keeps what it makes of a file by that.
+COMPILED = """
+const compile = WebAssembly.compileStreaming;
+WebAssembly.compileStreaming = (response) => {
+  postMessage({ type: "compiled", address: response.url });
+  return compile.call(WebAssembly, response);
+};
+"""
+MISNAMED = """
+const plain = self.fetch;
+self.fetch = async (...asked) => {
+  const { body } = await plain(...asked);
+  return new Response(body, { headers: { "content-type": "text/plain" } });
+};
+"""
+
+
+@pytest.mark.parametrize("known", [False, True])
+def test_an_engine_that_came_up_before_is_compiled_as_it_comes(served: Served, known: bool) -> None:
+    """Only then: at first its bytes are counted and held to their hash on the way. All of them are told either way."""
+    served.before(COMPILED)
+    heard = served.talk(known=known)
+    (compiled,) = [m["address"] for m in heard if m["type"] == "compiled"]
+    engine = served.file("pyodide.asm.wasm").relative_to(served.root).as_posix()
+    assert compiled == (f"{served.origin}/{engine}" if known else "")
+    assert [m["loaded"] for m in heard if m["type"] == "progress"][-1] == served.info.size
+    assert heard[-1]["type"] == "ready"
+
+
+def test_a_host_that_calls_the_engine_something_else_is_forgiven(served: Served) -> None:
+    """What is known comes up where a browser would not compile it by its type."""
+    served.before(MISNAMED)
+    assert served.talk(known=True)[-1]["type"] == "ready"
 
 
 def test_a_module_that_is_not_there_is_told(served: Served) -> None:

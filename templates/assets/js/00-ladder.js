@@ -48,7 +48,7 @@
   const still = matchMedia("(prefers-reduced-motion: reduce)");
   const calm = () => still.matches;
 
-  /** Once the page has loaded and the browser has nothing better to do. */
+  /** Once the page has loaded and the browser has nothing better to do. (Safari has no word for it.) */
   function idle(then) {
     const wait = () => (globalThis.requestIdleCallback ?? ((go) => setTimeout(go, 200)))(then, { timeout: 2000 });
     if (document.readyState === "complete") wait();

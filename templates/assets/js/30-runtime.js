@@ -2,11 +2,13 @@
 (() => {
   "use strict";
 
-  const { emitter, limits } = Ladder;
+  const { emitter, limits, store } = Ladder;
   const { on, emit } = emitter();
   const page = document.documentElement;
   const { runtime: folder, runtimeFiles, runtimeBytes, worker: script } = document.body.dataset;
   const files = JSON.parse(runtimeFiles || "[]");
+  const ENGINE = "ladder-engine"; // the hash of the engine that came up here last
+  const engine = files.find(({ name }) => name.endsWith(".wasm"))?.sha256;
   const LATE = 2000; // ms by which a timer is late only where the page did not run
 
   const MOST_BROUGHT = 16;
@@ -70,7 +72,9 @@
       die(event.message ? `Python could not go on: ${event.message}` : missing);
     };
     worker.onmessageerror = () => die("Python sent something unreadable");
-    worker.postMessage({ type: "start", runtime: new URL(folder, document.baseURI).href, files, again: careful });
+    const known = store.get(ENGINE) === engine;
+    const address = new URL(folder, document.baseURI).href;
+    worker.postMessage({ type: "start", runtime: address, files, again: careful, known });
     become("loading");
     wait();
   }
@@ -128,6 +132,7 @@
     ready() {
       clearTimeout(patience);
       runtime.stopped = false;
+      store.set(ENGINE, engine);
       become("live");
       next();
     },
