@@ -1,17 +1,20 @@
-"""The cold start of the runtime, side by side with stock Pyodide and numpy in one browser: same server, same policy.
+"""The start of the runtime, side by side with stock Pyodide and numpy in one browser: same server, same policy.
 
-Both run in a module worker of a fresh browser context, so that nothing is in any cache; ours ends when solvers and
-widgets are imported as well, the stock one at the end of `import numpy`. They take turns, since load comes and goes.
+Cold, both run in a module worker of a fresh browser context, so that nothing is in any cache; ours ends when solvers
+and widgets are imported as well, the stock one at the end of `import numpy`. They take turns, since load comes and
+goes. Later visits are ours alone, in a profile that a browser keeps.
 """
 
 from __future__ import annotations
 
 import shutil
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from playwright.sync_api import Browser, sync_playwright
+from playwright.sync_api import BrowserContext, Playwright, sync_playwright
 
 from sitegen.assets import POLICY
 from sitegen.browser import FLAGS
@@ -21,8 +24,9 @@ from sitegen.static import serving
 
 WORKER = HERE.parent / "templates" / "assets" / "worker.mjs"
 TIMEOUT = 120_000
+STAY = 2_000.0  # ms for which a later visit's Python stays: browsers write down what they compiled a while after
 
-_RUN = """([worker, message, timeout]) => new Promise((resolve, reject) => {
+_RUN = """([worker, message, timeout, stay]) => new Promise((resolve, reject) => {
   const began = performance.now();
   const running = new Worker(worker, { type: "module" });
   const late = setTimeout(() => reject(new Error("no answer")), timeout);
@@ -31,15 +35,16 @@ _RUN = """([worker, message, timeout]) => new Promise((resolve, reject) => {
     if (data.type === "failed") reject(new Error(data.message));
     if (data.type !== "ready") return;
     clearTimeout(late);
-    running.terminate();
-    resolve(performance.now() - began);
+    const took = performance.now() - began;
+    setTimeout(() => (running.terminate(), resolve(took)), stay);
   };
   running.postMessage(message);
 })"""
 
 
-def measure_start(info: RuntimeInfo, chromium: Path, rounds: int = 5) -> list[tuple[float, float]]:
-    """Cold starts in milliseconds, (stock, ours) side by side, `rounds` of them; a first pair is thrown away."""
+@contextmanager
+def _served(info: RuntimeInfo) -> Iterator[tuple[Playwright, str, dict[str, Any], dict[str, Any]]]:
+    """Playwright, the address of a folder with both, and what their workers are told: the stock one's, ours."""
     with tempfile.TemporaryDirectory(prefix="ladder-bench-") as temporary, sync_playwright() as playwright:
         root = Path(temporary)
         shutil.copytree(info.folder, root / "runtime")
@@ -49,25 +54,46 @@ def measure_start(info: RuntimeInfo, chromium: Path, rounds: int = 5) -> list[tu
         for path in gather(["numpy", "pyodide"], cache=cache_dir()).values():
             shutil.copyfile(path, root / "stock" / path.name)
         (root / "index.html").write_text("<!doctype html><title>bench</title><link rel=icon href=data:,>", "utf-8")
-        (root / "_headers").write_text(f"/*\n  Content-Security-Policy: {POLICY}\n", "utf-8")
-        browser = playwright.chromium.launch(executable_path=chromium, args=FLAGS)
+        # Named by their content, these are kept by the browser as those of the site are.
+        kept = "/runtime/*\n  Cache-Control: public, max-age=31536000, immutable\n"
+        (root / "_headers").write_text(f"/*\n  Content-Security-Policy: {POLICY}\n{kept}", "utf-8")
         with serving(root) as server:
             here = server.origin + "/"
             stock = {"folder": here + "stock/"}
             ours = {"type": "start", "runtime": here + "runtime/", "files": info.start_files()}
-            pairs = [
-                (_start(browser, here, "stock.mjs", stock), _start(browser, here, "worker.mjs", ours))
-                for _ in range(rounds + 1)
-            ][1:]
+            yield playwright, here, stock, ours
+
+
+def measure_start(info: RuntimeInfo, chromium: Path, rounds: int = 5) -> list[tuple[float, float]]:
+    """Cold starts in milliseconds, (stock, ours) side by side, `rounds` of them; a first pair is thrown away."""
+    with _served(info) as (playwright, here, stock, ours):
+        browser = playwright.chromium.launch(executable_path=chromium, args=FLAGS)
+
+        def cold(worker: str, message: dict[str, Any]) -> float:
+            context = browser.new_context()
+            try:
+                return _start(context, here, worker, message)
+            finally:
+                context.close()
+
+        pairs = [(cold("stock.mjs", stock), cold("worker.mjs", ours)) for _ in range(rounds + 1)][1:]
         browser.close()
     return pairs
 
 
-def _start(browser: Browser, here: str, worker: str, message: dict[str, Any]) -> float:
-    context = browser.new_context()
-    try:
-        page = context.new_page()
-        page.goto(here)
-        return float(page.evaluate(_RUN, [worker, message, TIMEOUT]))
-    finally:
+def measure_later(info: RuntimeInfo, chromium: Path, visits: int = 5) -> list[float]:
+    """Starts in milliseconds of a reader who has been here: a first visit and two on which the browser keeps what it
+    has compiled are thrown away."""
+    with _served(info) as (playwright, here, _, ours), tempfile.TemporaryDirectory(prefix="ladder-bench-") as profile:
+        context = playwright.chromium.launch_persistent_context(profile, executable_path=chromium, args=FLAGS)
+        times = [_start(context, here, "worker.mjs", {**ours, "known": k > 0}, STAY) for k in range(visits + 3)]
         context.close()
+    return times[3:]
+
+
+def _start(context: BrowserContext, here: str, worker: str, message: dict[str, Any], stay: float = 0.0) -> float:
+    page = context.new_page()
+    page.goto(here)
+    milliseconds = float(page.evaluate(_RUN, [worker, message, TIMEOUT, stay]))
+    page.close()
+    return milliseconds

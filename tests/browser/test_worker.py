@@ -55,8 +55,9 @@ class Served:
         (self.root / "worker.mjs").write_text(script + WORKER.read_text("utf-8"), "utf-8")
 
     def talk(self, *said: tuple[dict[str, Any], str], known: bool = False) -> list[dict[str, Any]]:
-        start = {"type": "start", "runtime": f"{self.origin}/runtime/", "files": self.info.start_files()}
-        talk = [{"send": {**start, "known": known}, "until": "ready"}, *({"send": send, "until": until} for send, until in said)]
+        runtime = f"{self.origin}/runtime/"
+        start = {"type": "start", "runtime": runtime, "files": self.info.start_files(), "known": known}
+        talk = [{"send": start, "until": "ready"}, *({"send": send, "until": until} for send, until in said)]
         self.page.goto(self.origin)
         heard: list[dict[str, Any]] = self.page.evaluate(TALK, ["worker.mjs", talk])
         return heard

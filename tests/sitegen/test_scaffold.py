@@ -46,6 +46,7 @@ def test_a_new_chapter_builds_as_it_is(project: Project) -> None:
     page = project.page("my-chapter.html")
     assert "Of &#34;this&#34;: and that" in page
     assert 'id="fig-my-chapter"' in page
+    assert "The one thing to see" in project.page("slides-my-chapter.html")
     assert "my-chapter.html" not in project.build().pages  # a draft
 
 
