@@ -74,8 +74,9 @@ def drag(bench: Bench) -> list[Row]:
 
 
 def with_figures(site: Path) -> list[str]:
-    """The pages that have a figure to move, by name."""
-    return pages_with(site, 'class="figure" id="')
+    """The rungs that have a figure to move, by name: other pages' figures are theirs, or wait for a reader's files."""
+    rungs = pages_with(site, 'class="chapter-rung"')
+    return [name for name in pages_with(site, 'class="figure" id="') if name in rungs]
 
 
 def followed(page: Page, figure: Locator, page_name: str, rung: str) -> Followed | None:

@@ -87,7 +87,7 @@ def tab_race(bench: Bench) -> Rounds:
         root = Path(temporary)
         for path in gather(["numpy", "pyodide"], cache=cache_dir()).values():
             shutil.copyfile(path, root / path.name)
-        (wheel,) = bench.site.glob("runtime/*.whl")
+        (wheel,) = bench.site.glob("runtime/*/*.whl")
         shutil.copyfile(wheel, root / wheel.name)
         shutil.copyfile(Path(__file__).with_name("bench_race.mjs"), root / "race.mjs")
         (root / "index.html").write_text("<!doctype html><title>race</title><link rel=icon href=data:,>", "utf-8")

@@ -56,9 +56,10 @@ def test_each_figure_is_held_to_its_rungs_aim() -> None:
 
 
 def test_pages_with_figures_are_found_in_the_built_site(tmp_path: Path) -> None:
-    """A page without a figure is not opened."""
-    (tmp_path / "a.html").write_text('<figure class="figure" id="fig-a" data-widget="icp">', "utf-8")
-    (tmp_path / "b.html").write_text("<p>figure</p>", "utf-8")
+    """A rung without a figure is not opened, nor is a figure of a page that is no rung."""
+    figure, rung = '<figure class="figure" id="fig-a" data-widget="icp">', '<p class="chapter-rung">Rung 1</p>'
+    for name, text in (("a", rung + figure), ("b", rung + "<p>figure</p>"), ("c", figure)):
+        (tmp_path / f"{name}.html").write_text(text, "utf-8")
     assert with_figures(tmp_path) == ["a.html"]
 
 
