@@ -17,11 +17,12 @@ for (const level of ["error", "warn"]) console[level] = (...said) => complaints.
 
 
 class Listening(Doorkeeper):
-    """Serves pages whose first script is the listener."""
+    """Serves pages whose first script is the listener; what keeps pages for later gets them as they were built."""
 
     def read(self, file: Path) -> bytes | None:
         if file.name == NAME:
             return LISTENER
         data = super().read(file)
         tag = f'<head><script src="{NAME}"></script>'.encode()
-        return data.replace(b"<head>", tag, 1) if data and file.suffix == ".html" else data
+        opened = file.suffix == ".html" and "text/html" in self.headers.get("Accept", "")
+        return data.replace(b"<head>", tag, 1) if data and opened else data
