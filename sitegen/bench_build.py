@@ -41,7 +41,7 @@ def start(bench: Bench) -> list[Row]:
         info = assemble(Path(folder))
         pairs, later = measure_start(info, bench.chromium), measure_later(info, bench.chromium)
     rounds = f"median of {len(pairs)} pairs of cold starts"
-    stock = f"stock: {median(stock for stock, _ in pairs):.0f} ms"
+    stock = f"that of stock Pyodide with numpy {median(stock for stock, _ in pairs):.0f} ms"
     return [
         Row("runtime start against stock Pyodide with numpy", median(b / a for a, b in pairs), "", 0.35, rounds),
         Row("runtime start, cold", median(ours for _, ours in pairs), "ms", None, stock),

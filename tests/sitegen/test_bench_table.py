@@ -52,6 +52,13 @@ def test_a_line_shows_what_is_farthest_from_its_aim(tmp_path: Path) -> None:
     assert all(cells[line.what][1] == "held" for line in LINES if not line.rows)
 
 
+def test_a_cold_start_tells_how_quick_the_machine_is(tmp_path: Path) -> None:
+    """Under the table, with that of the stock runtime."""
+    kept(tmp_path, [*MEASURED, Row("runtime start, cold", 900.0, "ms", None, "that of the stock one 2500 ms")])
+    text = (tmp_path / "README.md").read_text("utf-8")
+    assert "Chromium 140. A cold start of the runtime took 900 ms there; that of the stock one 2500 ms." in text
+
+
 def test_a_line_that_nothing_measured_is_an_error(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="nothing was measured for 'clean build"):
         kept(tmp_path, [row for row in MEASURED if row.what != "clean build"])
