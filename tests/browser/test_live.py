@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from typing import Any
 
@@ -106,6 +107,20 @@ def test_keys_do_what_a_drag_does(solve: Figure) -> None:
     expect(handle).to_be_focused()
     assert solve.page.evaluate("scrollY") == top
     assert len(solve.record()["log"]) == 1
+
+
+def test_a_new_draw_is_the_next_seed_s(solve: Figure) -> None:
+    """Other clouds, which the record names; pressing again goes on."""
+    solve.set("noise", "0.3")
+    solve.settled()
+    seeds, pictures = [solve.record()["seed"]], {json.dumps(solve.frame()["panels"])}
+    for _ in range(2):
+        solve.button("new").click()
+        solve.settled()
+        seeds.append(solve.record()["seed"])
+        pictures.add(json.dumps(solve.frame()["panels"]))
+    assert seeds == [seeds[0], seeds[0] + 13, seeds[0] + 26]
+    assert len(pictures) == 3
 
 
 def test_escape_puts_a_drag_back(solve: Figure) -> None:
