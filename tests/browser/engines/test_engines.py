@@ -46,7 +46,8 @@ SEEN = """() => {
     plain: [...document.querySelectorAll(".term")].some((e) => getComputedStyle(e).textDecorationLine !== "underline"),
     wide: root.scrollWidth - root.clientWidth,
     fonts: [...new Set(loaded)].map((family) => family.replaceAll('"', "")),
-    source: document.querySelector("main").innerText.includes("$"),
+    source: [...document.querySelectorAll("main :is(p, li, td, h1, h2, h3, figcaption)")].some((node) =>
+      [...node.childNodes].some(({ nodeType, data }) => nodeType === 3 && data.includes("$"))),
   };
 }"""
 
