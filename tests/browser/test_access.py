@@ -11,12 +11,10 @@ from playwright.sync_api import Page, expect
 
 from tests.browser.conftest import Reader
 from tests.browser.figures import figures
+from tests.browser.layout import BEYOND, SMALL, STOPS, remaining
 
 # Some of the many checks stand for all.
 OPEN = "[...document.querySelectorAll('details')].slice(0, 9).forEach(each => { each.open = true; })"
-# Where the focus can go, in its order: where it stands on the page and what it belongs to.
-STOPS = """() => [...document.querySelectorAll('a[href], button, input, summary, [tabindex="0"]')]
-  .filter(e => e.tabIndex >= 0 && !e.disabled && e.checkVisibility({visibilityProperty: true}))"""
 BLOCKS = f"""root => {{
   const stops = ({STOPS})().filter(e => root.contains(e));
   const blocks = [...new Set(stops.map(e => {{ while (e.parentElement !== root) e = e.parentElement; return e; }}))];
@@ -27,27 +25,6 @@ LANDMARKS = """() => ['header.site-header', 'nav', 'main', 'footer.site-footer']
   .map(s => document.querySelectorAll(s).length)"""
 LINKS = """() => [...document.querySelectorAll('main a[href]')].map(a =>
   [(a.getAttribute('aria-label') ?? a.textContent).trim().replace(/\\s+/g, ' '), a.getAttribute('href')])"""
-# A link in a line of text is as tall as the line; so are the marks in it.
-SMALL = f"""() => ({STOPS})().map(e => e.matches('input[type=radio], input[type=checkbox]') ? e.closest('label') : e)
-  .filter(e => !(e.matches('a') && getComputedStyle(e).display === 'inline')
-    && !e.matches('.claim-mark, .note-number, .formula, .contents a, .figure-number a, pre, .skip, div'))
-  .map(e => [e, e.getBoundingClientRect()]).filter(([, r]) => r.width && (r.width < 43.5 || r.height < 43.5))
-  .map(([e, r]) => `${{e.outerHTML.slice(0, 90)}}: ${{r.width}} × ${{r.height}}`)"""
-# What reaches beyond the screen, but for what scrolls in a box of its own.
-BEYOND = """() => {
-  const width = document.documentElement.clientWidth;
-  const boxed = e => {
-    for (let p = e.parentElement; p && p !== document.body; p = p.parentElement)
-      if (getComputedStyle(p).overflowX !== 'visible') return true;
-    return false;
-  };
-  const found = [...document.querySelectorAll('body *')].filter(e => {
-    const r = e.getBoundingClientRect();
-    return r.width && r.height && (r.right > width + 1 || r.left < -1) && !e.closest('.visually-hidden, .card')
-      && e.checkVisibility({visibilityProperty: true}) && !boxed(e);
-  }).map(e => `${e.tagName}.${e.getAttribute('class') ?? ''} ${e.textContent.trim().slice(0, 30)}`);
-  return document.documentElement.scrollWidth > width ? ['the page scrolls sideways', ...found] : found;
-}"""
 
 
 def accessible(page: Page) -> list[dict[str, Any]]:
@@ -163,12 +140,12 @@ def test_room_and_touch_on_every_page(reader: Callable[..., Reader], pages: list
     for path in pages:
         page = one.open(path)
         page.evaluate(OPEN)
-        assert page.evaluate(SMALL) == [], path
+        assert remaining(page, SMALL) == [], path
         page.set_viewport_size({"width": 320, "height": 640})
-        assert page.evaluate(BEYOND) == [], f"{path} at 320 px"
+        assert remaining(page, BEYOND) == [], f"{path} at 320 px"
         page.set_viewport_size({"width": 640, "height": 900})
         page.evaluate("() => { document.documentElement.style.fontSize = '200%'; }")
-        assert page.evaluate(BEYOND) == [], f"{path} with large text"
+        assert remaining(page, BEYOND) == [], f"{path} with large text"
         page.close()
 
 

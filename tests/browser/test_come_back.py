@@ -51,7 +51,6 @@ def test_a_page_from_the_history_is_alive(playwright: Playwright, server: SiteSe
         before = solve.readout("rms")
         solve.drag("source", 50, 40)
         moved = solve.changes("rms", before)
-        solve.settled()
         page.evaluate("addEventListener('pageshow', ({ persisted }) => { window.persisted = persisted; })")
         page.goto(f"{server.origin}/references.html")
         other = context.new_page()

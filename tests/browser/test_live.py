@@ -10,7 +10,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from tests.browser.conftest import Reader
-from tests.browser.figures import Figure, figures, finger, lifted
+from tests.browser.figures import Figure, figures, finger, tap_after_drag
 from widgets.contract import SEED, preset
 from widgets.host import Host
 from widgets.registry import WIDGETS
@@ -175,10 +175,8 @@ def test_touch_drags_a_handle_and_scrolls_past_a_figure(reader: Callable[..., Re
     )
     before = solve.readout("rms")
     drag_by_finger(page, solve, "source", 40, 30)
-    solve.changes("rms", before)
-    moved = solve.settled().readout("rms")
-    lifted(page)
-    solve.button("solve").tap()
+    moved = solve.changes("rms", before)
+    tap_after_drag(solve.button("solve"))
     solve.changes("rms", moved)
 
 

@@ -21,7 +21,7 @@ from sitegen.bench_page import until
 from solvers import Pose
 from solvers.scenes import room
 from tests.browser.conftest import Reader
-from tests.browser.figures import Figure, finger, lifted
+from tests.browser.figures import Figure, finger, tap_after_drag
 
 ROOT = Path(__file__).resolve().parents[2]
 TRUTH = Pose.from_angle(np.radians(12.0), (400.5, -80.25))  # of clouds of some hundred units, such as millimetres
@@ -220,7 +220,7 @@ def test_a_finger_draws_where_it_else_scrolls(reader: Callable[..., Reader]) -> 
     panel, scrolled = own.root.locator('.figure-panel[data-panel="main"]'), "window.scrollY"
     counts = []
     for place, lean in (("source", 0.0), ("target", 0.1)):
-        own.root.locator(f'[data-pen="{place}"]').tap()
+        tap_after_drag(own.root.locator(f'[data-pen="{place}"]'))
         panel.scroll_into_view_if_needed()
         box = panel.bounding_box()
         assert box is not None
@@ -230,9 +230,8 @@ def test_a_finger_draws_where_it_else_scrolls(reader: Callable[..., Reader]) -> 
         told(own, place, "Drawn by hand: ")
         counts.append(int(re.findall(r"\d+", own.root.locator(f'[data-told="{place}"]').inner_text())[0]))
         assert page.evaluate(scrolled) == before
-        lifted(page)
     assert min(counts) > 20
-    own.root.locator('[data-pen="target"]').tap()
+    tap_after_drag(own.root.locator('[data-pen="target"]'))
     own.settled()
     panel.scroll_into_view_if_needed()
     box, before = panel.bounding_box(), page.evaluate(scrolled)

@@ -13,7 +13,9 @@ from playwright.sync_api import Page, expect
 from sitegen.bench_page import until
 from tests.browser.conftest import Reader
 from tests.browser.figures import Figure
-from tests.browser.test_access import BEYOND, SMALL, violations
+from tests.browser.layout import BEYOND, SMALL, remaining
+from tests.browser.test_access import violations
+from tests.browser.test_static import LATE_FONTS
 
 DECK = "slides-kabsch.html"
 SIZES = [(1280, 720), (1920, 1080)]
@@ -71,11 +73,12 @@ def test_every_slide_of_every_deck_fits(reader: Callable[..., Reader], decks: li
     one, found = reader(reduced_motion="reduce"), []
     for name in decks:
         page = one.open(name)
+        assert page.evaluate(LATE_FONTS) == [], f"{name} asks for a font after its styles are read: it may shift"
         for width, height in SIZES:
             page.set_viewport_size({"width": width, "height": height})
-            found += [f"{name} at {width}: {each}" for each in page.evaluate(MISFITS)]
+            found += [f"{name} at {width}: {each}" for each in remaining(page, MISFITS)]
         page.set_viewport_size({"width": 390, "height": 844})
-        found += [f"{name} at 390: {each}" for each in [*page.evaluate(BEYOND), *page.evaluate(SMALL)]]
+        found += [f"{name} at 390: {each}" for each in [*remaining(page, BEYOND), *remaining(page, SMALL)]]
         assert page.title().endswith(": slides · The Registration Ladder")
         page.close()
     assert not found, "\n".join(found)
@@ -209,7 +212,7 @@ def test_notes_and_overview(reader: Callable[..., Reader]) -> None:
     page.keyboard.press("n")
     expect(notes).to_be_visible()
     expect(page.get_by_role("button", name="Notes")).to_have_attribute("aria-pressed", "true")
-    assert not page.evaluate(BEYOND)
+    assert remaining(page, BEYOND) == []
     before = solve.record()["log"]
     solve.drag("source", 60, 0)
     solve.settled()
@@ -327,7 +330,7 @@ def test_a_phone_scrolls_through(reader: Callable[..., Reader]) -> None:
     stands_at(page, 3)
     page.get_by_role("button", name="Notes").tap()
     expect(page.locator("[id='3'] .slide-notes")).to_be_visible()
-    assert page.evaluate(BEYOND) == []
+    assert remaining(page, BEYOND) == []
 
 
 def test_axe_finds_nothing_on_a_deck(reader: Callable[..., Reader]) -> None:
