@@ -22,6 +22,7 @@ from sitegen.progress import shown
 from sitegen.remembered import Remembered
 from sitegen.weight import PAGE_LIMIT, RUNTIME_LIMIT, page_weight, runtime_weight
 
+FORMAT = "1"  # of what is remembered of pages; raised when the reading changes
 SHOWN = "site"  # how problems name the site, wherever it was built
 POINTING = ("aria-controls", "aria-describedby", "aria-details", "aria-labelledby", "aria-owns", "for", "list")
 DATA_SCRIPTS = ("application/json", "application/ld+json")
@@ -53,7 +54,7 @@ def at(page: Page, element: Element, message: str) -> Problem:
 
 def html_faults(pages: dict[str, Page], cache: Path) -> list[Problem]:
     """The pages parse without an error by the HTML standard's own algorithm; what was found of a page is remembered."""
-    known = Remembered(cache, f"html-{html5lib.__version__}")
+    known = Remembered(cache, f"html-{FORMAT}-{html5lib.__version__}")
     found = {name: known.answer(page.source, partial(html_errors, page.source)) for name, page in pages.items()}
     known.keep()
     return [Problem(f"{SHOWN}/{name}", *fault) for name, faults in found.items() for fault in faults]

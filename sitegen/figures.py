@@ -28,12 +28,12 @@ from widgets.jobs import finished
 from widgets.registry import WIDGETS
 
 from .directives import Attribute, Directive, DirectiveError, attributes
-from .files import content, fingerprint, kept, used, write
+from .files import content, fingerprint, kept, short_hash, used, write
 from .problems import Place, Problems, hint
 
 Plain = dict[str, Any]
 FIGURES = Path(widgets.figures.__path__[0])
-TAPE = "1"  # of what is kept of tapes; raised when their making changes
+TAPE = short_hash(content(Path(__file__).with_name("tape.py")))  # of what makes the tapes that are kept
 
 
 @dataclass
