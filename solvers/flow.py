@@ -142,7 +142,9 @@ def _step(state: FlowState, weights: Params, anchored: bool) -> FlowState:
     m = problem.source.shape[1]
     with np.errstate(under="ignore"):
         present = state.present.clip(-FAR, FAR)
-        predicted = network.endpoint(weights, state.tokens[:, None], present, state.time[:, None, None, None])
+        # Problem by problem, so that what attention weighs stays in the processor's cache.
+        each = zip(state.tokens, present, state.time, strict=True)
+        predicted = np.stack([network.endpoint(weights, *one) for one in each])
     given = np.broadcast_to(state.given[:, None], predicted.shape)
     if anchored:
         predicted = np.concatenate([predicted[..., :m, :], given[..., m:, :]], axis=-2)

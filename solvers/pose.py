@@ -29,18 +29,21 @@ class Pose:
     scale: FloatArray | float = 1.0
 
     def __post_init__(self) -> None:
-        R, t, scale = (np.asarray(x, dtype=np.float64) for x in (self.R, self.t, self.scale))
+        R, t = np.asarray(self.R, dtype=np.float64), np.asarray(self.t, dtype=np.float64)
+        scale = np.asarray(self.scale, dtype=np.float64)
         if R.ndim < 2 or R.shape[-1] != R.shape[-2]:
             raise ValueError(f"R: expected shape (..., d, d), got {R.shape}")
         d = R.shape[-1]
         if t.ndim < 1 or t.shape[-1] != d:
             raise ValueError(f"t: expected shape (..., {d}) to go with R, got {t.shape}")
-        try:
-            batch = np.broadcast_shapes(R.shape[:-2], t.shape[:-1], scale.shape)
-        except ValueError:
-            raise ValueError(
-                f"R, t, scale: leading axes {R.shape[:-2]}, {t.shape[:-1]} and {scale.shape} do not broadcast"
-            ) from None
+        batch = scale.shape
+        if not R.shape[:-2] == t.shape[:-1] == batch:  # seldom, and slow to work out
+            try:
+                batch = np.broadcast_shapes(R.shape[:-2], t.shape[:-1], scale.shape)
+            except ValueError:
+                raise ValueError(
+                    f"R, t, scale: leading axes {R.shape[:-2]}, {t.shape[:-1]} and {scale.shape} do not broadcast"
+                ) from None
         object.__setattr__(self, "R", _frozen(R, (*batch, d, d)))
         object.__setattr__(self, "t", _frozen(t, (*batch, d)))
         object.__setattr__(self, "scale", _frozen(scale, batch))

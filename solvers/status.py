@@ -42,7 +42,9 @@ def reasons(batch: tuple[int, ...], words: str = "") -> ReasonArray:
 def mark(
     status: StatusArray, reason: ReasonArray, where: BoolArray, new: Status, words: str = ""
 ) -> tuple[StatusArray, ReasonArray]:
-    """Copies of `status` and `reason` with `new` and `words` at the problems `where` is true; the first mark stays:
-    a problem that is no longer running keeps what was said of it."""
+    """`status` and `reason` with `new` and `words` at the problems `where` is true, copies where that changes anything;
+    the first mark stays: a problem that is no longer running keeps what was said of it."""
     where = where & (status == Status.RUNNING)
+    if not where.any():
+        return status, reason
     return np.where(where, np.int8(new), status), np.where(where, np.asarray(words, dtype=object), reason)

@@ -158,7 +158,7 @@ def begin(method: Method[S], problem: Problem, options: Any = None, max_steps: i
     steps = np.zeros(problem.size, dtype=np.int64)
     state = _cap(state, steps, cap)
     rows = np.flatnonzero(state.status == Status.RUNNING).astype(np.int64)
-    return Batch(method, cap, state, rows, take(state, rows), steps)
+    return Batch(method, cap, state, rows, state if rows.size == problem.size else take(state, rows), steps)
 
 
 def advance(batch: Batch[S]) -> Batch[S]:
@@ -176,6 +176,8 @@ def advance(batch: Batch[S]) -> Batch[S]:
     stopped = part.status != Status.RUNNING
     if not stopped.any():
         return replace(batch, part=part, steps=steps)
+    if stopped.all() and rows.size == steps.size:  # as a single problem does: nothing to sort out
+        return replace(batch, whole=part, rows=rows[:0], part=take(part, rows[:0]), steps=steps)
     whole = put(batch.whole, rows[stopped], take(part, stopped))
     return replace(batch, whole=whole, rows=rows[~stopped], part=take(part, ~stopped), steps=steps)
 
