@@ -188,8 +188,8 @@ class _Content:
 
 
 def _missing(surveys: Sequence[Survey], gallery: Gallery, bakery: Bakery, cache: Path) -> list[ahead.Piece]:
-    """The site's own plots and figures that the cache does not have; plots first, since some compute for long."""
-    plots = [placed for one in surveys for placed in one.plots.values()]
+    """The site's own plots and figures that the cache does not have; plots first, the longest to compute before all."""
+    plots = plotting.longest_first(placed for one in surveys for placed in one.plots.values())
     ours = [placed for placed in plots if plotting.known().get(placed.plot.name) is placed.plot]
     shown = [figure for one in surveys for figure in one.figures.values()]
     known = [figure for figure in shown if WIDGETS.get(figure.widget.name) is figure.widget]

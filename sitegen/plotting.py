@@ -6,7 +6,7 @@ import inspect
 import json
 import pkgutil
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache as once
 from importlib import import_module
@@ -38,7 +38,8 @@ Table = tuple[Sequence[str], Sequence[Sequence[str]]]
 
 @dataclass(frozen=True)
 class Plot:
-    """A regression figure as its module has it. code: the hash of what `compute` runs; look: of all of the module."""
+    """A regression figure as its module has it. code: the hash of what `compute` runs; look: of all of the module.
+    seconds: about how long `compute` takes, so that a build begins with the longest."""
 
     name: str
     title: str
@@ -51,6 +52,7 @@ class Plot:
     sizes: Mapping[str, tuple[int, int]]
     code: str
     look: str
+    seconds: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -108,6 +110,7 @@ def read(module: ModuleType) -> Plot:
         {**SIZES, **getattr(module, "SIZES", {})},
         fingerprint([("runs", runs(source).encode()), *reads]),
         fingerprint([("module", source.encode()), *helpers]),
+        getattr(module, "SECONDS", 0.0),
     )
 
 
@@ -243,6 +246,11 @@ class Gallery:
 
         svgs = json.loads(kept(self._drawings(placed, result), make))
         return Drawn(svgs, plot.words(result), plot.table(result) if plot.table else None)
+
+
+def longest_first(placed: Iterable[Placed]) -> list[Placed]:
+    """In the order that keeps every core busy to the end; what takes as long stays in the order of the site."""
+    return sorted(placed, key=lambda one: -one.plot.seconds)
 
 
 def make_ahead(name: str, plot_id: str, cache: Path) -> None:

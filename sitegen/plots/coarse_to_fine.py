@@ -14,6 +14,7 @@ from solvers.wall_scenes import ndt_room
 
 TITLE = "Success of NDT against starting angle and offset, one cell size and coarse to fine"
 SIZES = {"wide": (720, 330), "narrow": (350, 600)}
+SECONDS = 7
 
 RUNS = 30
 CELLS = {"one": (0.8,), "fine": (3.2, 1.6, 0.8)}

@@ -17,6 +17,7 @@ from solvers.walkthrough import begin_walk, found
 
 TITLE = "Success of the four methods against the starting angle, with and without clutter and the smaller cloud"
 SIZES = {"wide": (720, 330), "narrow": (350, 790)}
+SECONDS = 35
 
 SETTINGS = {"clean": "Clean", "smaller": "15 % smaller", "clutter": "A fifth clutter"}
 METHODS = {"cpd": "CPD", "filterreg": "FilterReg", "mmd": "MMD", "flow": "flow"}

@@ -12,6 +12,7 @@ from solvers.scenes import room, room_start
 
 TITLE = "Success of ICP against the starting angle, four settings of the room"
 SIZES = {"wide": (720, 300), "narrow": (350, 470)}
+SECONDS = 12
 
 SETTINGS = {"clean": "Clean", "striped": "Striped sampling", "outliers": "Outliers", "combo": "Noise and outliers"}
 ANGLES = tuple(range(-90, 91, 10))

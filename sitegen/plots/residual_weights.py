@@ -12,6 +12,7 @@ from solvers.scenes import room, room_start
 
 TITLE = "Success of residuals and robust weights, near and midway start"
 SIZES = {"wide": (720, 350), "narrow": (350, 640)}
+SECONDS = 8
 
 STARTS = {"near": (15.0, 0.5), "midway": (45.0, 1.43)}
 RESIDUALS = {"point": "Point to point", "plane": "Point to plane", "gicp": "GICP"}

@@ -15,6 +15,7 @@ from solvers.ransac import trials
 
 TITLE = "Trial budget against inlier fraction, and measured failures at the budget"
 SIZES = {"wide": (720, 360), "narrow": (350, 640)}
+SECONDS = 9
 
 PAIRS, NOISE, INLIER, SEPARATION = 40, 0.06, 0.25, 0.7
 CONFIDENCES = (0.9, 0.99, 0.999)

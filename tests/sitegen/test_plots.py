@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ from sitegen.computed import CallError, of_plot, read_call
 from sitegen.drawing import COLOURS, clean, draw
 from sitegen.plots import basins, icp_reach, sweep_table, trial_budget
 from sitegen.plots._rates import wilson
-from sitegen.plotting import Gallery, Placed, known, make_ahead, runs
+from sitegen.plotting import Gallery, Placed, known, longest_first, make_ahead, runs
 from sitegen.problems import Place
 from tests.sitegen.conftest import TOY_PLOT, Counted, Project
 
@@ -256,6 +257,15 @@ def test_what_is_made_ahead_is_what_the_build_would_make(tmp_path: Path) -> None
         assert together.drawn(one) == alone.drawn(one)
     assert {path.name: path.stat().st_mtime_ns for path in (tmp_path / "one").rglob("*.json")} == before
     assert len(before) == 4
+
+
+def test_the_longest_plots_are_begun_first() -> None:
+    """By the seconds that their modules name; the others keep the order of the site."""
+    placed = [Placed(name, "1", plot, Place("x")) for name, plot in known().items()]
+    order = [one.plot for one in longest_first(placed)]
+    assert order[0].name == "four-reach"
+    assert all(a.seconds >= b.seconds for a, b in pairwise(order))
+    assert [plot.name for plot in order if not plot.seconds] == [name for name, p in known().items() if not p.seconds]
 
 
 def test_what_fails_ahead_is_left_to_the_build(tmp_path: Path) -> None:
