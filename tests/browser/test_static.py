@@ -9,7 +9,7 @@ from playwright.sync_api import expect
 
 from tests.browser.conftest import Reader
 from tests.browser.figures import Figure, figures
-from tests.browser.layout import SIDEWAYS, SMALL_TEXT, remaining
+from tests.browser.layout import CUT, SIDEWAYS, SMALL_TEXT, remaining
 
 SHIFT = """() => new Promise(done => {
   let moved = 0;
@@ -55,7 +55,8 @@ def test_mathematics_is_rendered_at_build_time(reader: Callable[..., Reader]) ->
 
 
 def test_nothing_overflows_or_moves(reader: Callable[..., Reader], pages: list[str]) -> None:
-    """No page shifts while it becomes alive, uses an id twice, and at any width scrolls sideways or has tiny text."""
+    """No page shifts while it becomes alive or uses an id twice; at any width none scrolls sideways, has tiny text or
+    cuts off a label."""
     one = reader(390)
     for name in pages:
         page = one.open(name)
@@ -71,6 +72,7 @@ def test_nothing_overflows_or_moves(reader: Callable[..., Reader], pages: list[s
             page.set_viewport_size({"width": width, "height": 1000})
             assert remaining(page, SIDEWAYS) == [], f"{name} at {width}"
             assert remaining(page, SMALL_TEXT) == [], f"{name} at {width}"
+            assert remaining(page, CUT) == [], f"{name} at {width}"
         page.close()
 
 

@@ -181,7 +181,7 @@ def _charts(state: State) -> tuple[Panel, ...]:
     damping = _chart(
         state,
         "damping",
-        "λ, score per u²; a gap where none is needed",
+        "λ, score per u²; a gap: none needed",
         (1e1, 1e5),
         {k: np.where(run.damping > 0.0, run.damping, np.nan) for k, run in state.runs.items()},
         log=True,

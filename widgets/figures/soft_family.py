@@ -156,7 +156,7 @@ def _objective_chart(run: Run) -> Panel:
             Series(x, y, "ink", dashed=run.rule.promise == "none"),
         ],
         x_label="step",
-        y_label=f"{'MMD²' if log else '−log likelihood a point'}; dashed: at the truth",
+        y_label=f"{'MMD²' if log else '−log likelihood a point'}; dashed: truth",
         x_range=(0.0, float(STEPS)),
         y_range=(0.0, 1.0),
         now=float(run.steps),

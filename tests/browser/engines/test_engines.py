@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from sitegen.offline import NOT_KEPT
-from tests.browser.engines.page import Reading
+from tests.browser.engines.page import Figure, Reading
 from tests.browser.server import SiteServer
 from widgets.contract import preset
 from widgets.host import Host
@@ -159,6 +159,43 @@ def test_every_figure_of_a_page_answers(reading: Reading, page: str) -> None:
     for width in (1280, 390):
         reading.window.size(width, 1000)
         assert reading.run("() => document.documentElement.scrollWidth - document.documentElement.clientWidth") <= 0
+
+
+AT = "() => [...document.querySelectorAll('.slide')].findIndex((e) => Math.abs(e.getBoundingClientRect().top) < 2) + 1"
+# What of a slide ends under the bar or beside the screen.
+BESIDE = """() => {
+  const bar = document.querySelector(".deck-bar").getBoundingClientRect().height;
+  return [...document.querySelectorAll(".slide")].flatMap((slide) => {
+    const box = slide.getBoundingClientRect(), most = box.top + innerHeight - bar + 1;
+    const parts = [...slide.querySelectorAll(".slide-inside > *, .slide-inside svg, .buttons, .controls, .readouts")];
+    const out = parts.map((e) => [e, e.getBoundingClientRect()]).filter(([, { width, bottom, left, right }]) =>
+      width && (bottom > most || left < -1 || right > innerWidth + 1));
+    return out.map(([e, { bottom }]) => `${slide.id}: ${e.tagName} ${e.className} ends at ${bottom - box.top}`);
+  });
+}"""
+
+
+# Chapters with formulas, a map beside its charts, and many panels.
+@pytest.mark.parametrize("deck", ["slides-kabsch.html", "slides-landscape.html", "slides-race.html"])
+def test_a_deck_turns_and_its_figure_answers(reading: Reading, deck: str) -> None:
+    """Every slide fits the screen; keys lead from one to the next; on a slide the figure answers a press."""
+    reading.window.size(1280, 720)
+    reading.open(deck)
+    assert reading.run(BESIDE) == []
+    name = reading.names()[0]
+    at = reading.run("(name) => Number(document.getElementById(name).closest('.slide').id)", name)
+    for number in range(2, at + 1):
+        reading.window.press("ArrowRight")
+        reading.until(f"() => ({AT})() === {number}")
+    assert reading.run("() => location.hash") == f"#{at}"
+    figure = Figure(reading, name).live().settled()
+    before = figure.frame()["panels"]
+    # The slide is seen as it stands: bringing the button into the middle would turn the page half way.
+    reading.window.pointer([figure.middle(f".buttons [data-button]:not({NOTHING_YET})")])
+    figure.becomes("live").settled()
+    assert figure.frame()["panels"] != before
+    reading.window.press("ArrowRight")
+    reading.until(f"() => ({AT})() === {at + 1}")
 
 
 def test_everything_works_with_the_server_gone(
