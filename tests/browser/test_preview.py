@@ -88,8 +88,11 @@ def test_an_author_stays_where_they_were(desk: Desk) -> None:
     page.evaluate("moved = 0")
 
     place = desk.top("#determinant")
-    desk.edit(chapter, "Someone hands you two clouds", "A sentence.\n\n" * 9 + "Someone hands you two clouds")
+    more = "A sentence.\n\n" * 9 + "An :term[objective]{objective} more.\n\n"
+    desk.edit(chapter, "Someone hands you two clouds", f"{more}Someone hands you two clouds")
     expect(page.get_by_text("A sentence.")).to_have_count(9, timeout=PATIENCE)
+    new = page.locator("p", has_text="An objective more.").locator("a[data-card]")
+    expect(new).to_have_attribute("aria-describedby", new.get_attribute("data-card") or "")
     assert abs(desk.top("#determinant") - place) <= 1
     assert desk.same_page
 

@@ -7,12 +7,20 @@
   const CLOSE = 250;
   const EDGE = 8; // px
 
+  const cardOf = (link) => document.getElementById(link.dataset.card);
+
+  /** Screen readers hear of the cards that are there. */
+  Ladder.described = function () {
+    for (const link of document.querySelectorAll("a[data-card]")) {
+      if (cardOf(link)) link.setAttribute("aria-describedby", link.dataset.card);
+    }
+  };
+
   Ladder.cards = function () {
     let shown = null; // { link, card }
     let due = 0;
     let finger = false;
 
-    const cardOf = (link) => document.getElementById(link.dataset.card);
     const linkAt = (event) => event.target.closest?.("a[data-card]");
 
     function close() {
@@ -80,9 +88,7 @@
       else if (shown && !shown.card.contains(event.target)) close();
     }
 
-    for (const link of document.querySelectorAll("a[data-card]")) {
-      if (cardOf(link)) link.setAttribute("aria-describedby", link.dataset.card);
-    }
+    Ladder.described();
     const disposers = [
       on(document, "pointerover", over),
       on(document, "pointerdown", (event) => {
