@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from sitegen.bench_page import until
 from tests.browser.conftest import Reader
 from tests.browser.figures import Figure
 from widgets.contract import preset
@@ -75,6 +76,29 @@ def test_a_new_input_goes_before_what_is_left_to_refine(score: Figure) -> None:
     seen = levels(score)
     assert [level for level, rotation in seen if rotation == 8] == [0, 1]
     assert [level for level, rotation in seen if rotation == 9] == LEVELS
+
+
+# Finer drawings are held until `arrive()`; what is asked by hand is answered as ever.
+HELD = """() => {
+  const { runtime } = Ladder, { frame } = runtime;
+  window.late = [];
+  window.arrive = () => late.splice(0).forEach(go => go());
+  runtime.frame = (question) => frame.call(runtime, question).then((found) =>
+    question.finer ? new Promise(go => late.push(() => go(found))) : found);
+}"""
+
+
+def test_a_finer_drawing_that_comes_too_late_is_dropped(score: Figure) -> None:
+    """While a finer drawing is on its way the control is moved: the old value's map is not put over the new one's."""
+    score.page.evaluate(HELD)
+    for value in ("8", "9"):
+        score.set("rotation", value)
+        until(score.page, f"late.length && levels.some(([, rotation]) => rotation === {value})")
+    until(score.page, "late.length === 2")
+    score.page.evaluate("arrive()")
+    until(score.page, "late.length")  # the next finer one of the new value, asked for since that before it was shown
+    assert levels(score) == [[0, 8], [0, 9], [1, 9]]
+    assert score.frame()["controls"]["rotation"] == 9
 
 
 def test_a_climb_on_a_known_field_does_not_make_it_coarse(score: Figure) -> None:
