@@ -113,7 +113,8 @@ class Holding(StaticHandler):
 
 
 def tape(bench: Bench) -> list[Row]:
-    """From the click on a figure's main button to the swapped picture, with Python not up: once on every page."""
+    """From the click on a figure's main button to the swapped picture, with Python not up and the figure in sight: once
+    on every page."""
     Holding.let_go = Event()
     delays: dict[str, float] = {}
     kept: list[str] = []
@@ -124,6 +125,8 @@ def tape(bench: Bench) -> list[Row]:
                     main = page.locator(_MAIN)
                     if not main.count():  # nothing to press before a choice is made
                         continue
+                    main.first.scroll_into_view_if_needed()
+                    until(page, _TAPED)
                     main.first.click()
                     until(page, _HEARD)
                     found = answered(page.evaluate(MARKS))
@@ -141,6 +144,9 @@ def tape(bench: Bench) -> list[Row]:
 
 
 _MAIN = 'figure.figure button.primary[data-button]:not([aria-disabled="true"])'
+# The figure has come into sight, and its tape with it.
+_TAPED = f"""(url => !url || performance.getEntriesByName(new URL(url, document.baseURI).href).length)(
+  document.querySelector({_MAIN!r}).closest('figure').dataset.tape)"""
 # Answered from the tape, or kept because what was asked for is not on it.
 _HEARD = """(performance.getEntriesByName('ladder:swap').length
   || document.querySelector('figure.figure[data-state=waiting]'))"""
