@@ -80,10 +80,13 @@ def with_figures(site: Path) -> list[str]:
 
 
 def followed(page: Page, figure: Locator, page_name: str, rung: str) -> Followed | None:
-    """The figure's handles dragged, or without any its first slider drawn; None where there is neither."""
+    """The figure's handles dragged, or without any its first slider drawn; None where there is neither.
+
+    A hand comes after the figure has come into sight and Python has drawn it once, unseen.
+    """
     widget, where = figure.get_attribute("data-widget") or "", f"{page_name}#{figure.get_attribute('id')}"
     figure.evaluate(_CENTRED)
-    until(page, IDLE)
+    until(page, f"Ladder.figures.get({figure.get_attribute('id')!r}).ready && {IDLE}")
     named = dict.fromkeys(handle.get_attribute("data-handle") or "" for handle in figure.locator(".handle").all())
     handles = list(named)[:HANDLES]
     slider = figure.locator("input[type=range]").first

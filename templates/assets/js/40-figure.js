@@ -24,6 +24,8 @@
       this.frame = frame;
       this.visible = false;
       this.warmed = false;
+      /** Python has drawn it: the next touch pays for no import */
+      this.ready = false;
       /** why the last question has no answer, in words; cleared by the next answer */
       this.error = "";
       this.kept = "static";
@@ -185,7 +187,8 @@
       if (this.warmed || runtime.state !== "live" || !this.visible || this.waiting.length) return;
       this.warmed = true;
       const detail = this.spec.details > 1 ? 0 : undefined;
-      runtime.frame({ figure: this.id, record: this.shown, detail, finer: true }).catch(() => {});
+      const drawn = runtime.frame({ figure: this.id, record: this.shown, detail, finer: true }).catch(() => {});
+      drawn.finally(() => (this.ready = true));
     }
 
     runtimeChanged() {
