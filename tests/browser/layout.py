@@ -45,6 +45,38 @@ CUT = """() => [...document.querySelectorAll('svg.plot text, .graph-svg text')].
   if (!r.width || !whole.width || !e.checkVisibility()) return false;
   return Math.max(whole.left - r.left, r.right - whole.right, whole.top - r.top, r.bottom - whole.bottom) > 4;
 }).map(e => `${e.closest('figure').id} cuts off: ${e.textContent}`)"""
+# Whole fonts that were used and not asked for early; a few single letters have small files of their own.
+LATE_FONTS = """() => {
+  const early = [...document.querySelectorAll('link[rel=preload]')].map(e => e.href);
+  const styles = [...document.styleSheets].flatMap(sheet => [...sheet.cssRules].map(rule => rule.style));
+  const sources = styles.map(style => !style?.unicodeRange && style?.src).filter(Boolean).join();
+  return performance.getEntriesByType('resource').map(e => e.name)
+    .filter(name => name.endsWith('.woff2') && sources.includes(name.split('/').pop()) && !early.includes(name));
+}"""
+# What of a slide is cut off, lies under the bar, or is too small to be read from afar.
+MISFITS = """() => {
+  const bar = document.querySelector('.deck-bar').getBoundingClientRect().height;
+  return [...document.querySelectorAll('.slide')].flatMap(slide => {
+    const inside = slide.querySelector('.slide-inside'), box = inside.getBoundingClientRect();
+    const seen = [...inside.querySelectorAll('*')].filter(e =>
+      e.checkVisibility({visibilityProperty: true}) && !e.closest('svg, math, .figure-handles, .visually-hidden'));
+    const out = seen.concat(...inside.querySelectorAll('svg')).filter(e => {
+      const r = e.getBoundingClientRect();
+      return r.width && r.height && (r.top < box.top - 1 || r.left < -1 || r.right > innerWidth + 1
+        || r.bottom > box.top + innerHeight - bar + 1);
+    }).map(e => `${e.tagName}.${e.getAttribute('class') ?? ''} ends at ${e.getBoundingClientRect().bottom - box.top}`);
+    const type = parseFloat(getComputedStyle(document.documentElement).fontSize);
+    const small = [...slide.querySelectorAll('.slide-text > :is(p, ul, ol)')].filter(e =>
+      !e.matches('.slide-ways, .tries') && parseFloat(getComputedStyle(e).fontSize) < 1.49 * type)
+      .map(e => `small: ${e.textContent.slice(0, 30)}`);
+    const words = [...slide.querySelectorAll('.figure-panel:not([hidden]) text, .graph-wide text')].map(e => {
+      const svg = e.closest('svg'), scale = svg.getBoundingClientRect().width / svg.viewBox.baseVal.width;
+      return [e.textContent, scale * parseFloat(getComputedStyle(e).fontSize) * 16 / type];
+    }).filter(([, px]) => px < 10.95).map(([words, px]) => `${words} has ${px.toFixed(1)} px`);
+    const rows = box.height > innerHeight + 1 ? [`as tall as ${box.height}`] : [];
+    return [...out.slice(0, 3), ...small, ...words, ...rows].map(each => `${slide.id}: ${each}`);
+  });
+}"""
 
 
 def remaining(page: Page, script: str) -> list[str]:

@@ -13,36 +13,11 @@ from playwright.sync_api import Page, expect
 from sitegen.bench_page import until
 from tests.browser.conftest import Reader
 from tests.browser.figures import Figure
-from tests.browser.layout import BEYOND, CUT, SMALL, remaining
+from tests.browser.layout import BEYOND, CUT, LATE_FONTS, MISFITS, SMALL, remaining
 from tests.browser.test_access import violations
-from tests.browser.test_static import LATE_FONTS
 
 DECK = "slides-kabsch.html"
 SIZES = [(1280, 720), (1366, 650), (1920, 1080)]
-# What of a slide is cut off, lies under the bar, or is too small to be read from afar.
-MISFITS = """() => {
-  const bar = document.querySelector('.deck-bar').getBoundingClientRect().height;
-  return [...document.querySelectorAll('.slide')].flatMap(slide => {
-    const inside = slide.querySelector('.slide-inside'), box = inside.getBoundingClientRect();
-    const seen = [...inside.querySelectorAll('*')].filter(e =>
-      e.checkVisibility({visibilityProperty: true}) && !e.closest('svg, math, .figure-handles, .visually-hidden'));
-    const out = seen.concat(...inside.querySelectorAll('svg')).filter(e => {
-      const r = e.getBoundingClientRect();
-      return r.width && r.height && (r.top < box.top - 1 || r.left < -1 || r.right > innerWidth + 1
-        || r.bottom > box.top + innerHeight - bar + 1);
-    }).map(e => `${e.tagName}.${e.getAttribute('class') ?? ''} ends at ${e.getBoundingClientRect().bottom - box.top}`);
-    const type = parseFloat(getComputedStyle(document.documentElement).fontSize);
-    const small = [...slide.querySelectorAll('.slide-text > :is(p, ul, ol)')].filter(e =>
-      !e.matches('.slide-ways, .tries') && parseFloat(getComputedStyle(e).fontSize) < 1.49 * type)
-      .map(e => `small: ${e.textContent.slice(0, 30)}`);
-    const words = [...slide.querySelectorAll('.figure-panel:not([hidden]) text, .graph-wide text')].map(e => {
-      const svg = e.closest('svg'), scale = svg.getBoundingClientRect().width / svg.viewBox.baseVal.width;
-      return [e.textContent, scale * parseFloat(getComputedStyle(e).fontSize) * 16 / type];
-    }).filter(([, px]) => px < 10.95).map(([words, px]) => `${words} has ${px.toFixed(1)} px`);
-    const rows = box.height > innerHeight + 1 ? [`as tall as ${box.height}`] : [];
-    return [...out.slice(0, 3), ...small, ...words, ...rows].map(each => `${slide.id}: ${each}`);
-  });
-}"""
 CURRENT = """() => {
   const at = [...document.querySelectorAll('.slide')].find(e => Math.abs(e.getBoundingClientRect().top) < 2);
   return at ? Number(at.id) : 0;

@@ -9,7 +9,7 @@ from playwright.sync_api import expect
 
 from tests.browser.conftest import Reader
 from tests.browser.figures import Figure, figures
-from tests.browser.layout import CUT, SIDEWAYS, SMALL_TEXT, remaining
+from tests.browser.layout import CUT, LATE_FONTS, SIDEWAYS, SMALL_TEXT, remaining
 
 SHIFT = """() => new Promise(done => {
   let moved = 0;
@@ -17,15 +17,6 @@ SHIFT = """() => new Promise(done => {
     .observe({type: 'layout-shift', buffered: true});
   requestAnimationFrame(() => requestAnimationFrame(() => done(moved)));
 })"""
-
-# Whole fonts that were used and not asked for early; a few single letters have small files of their own.
-LATE_FONTS = """() => {
-  const early = [...document.querySelectorAll('link[rel=preload]')].map(e => e.href);
-  const styles = [...document.styleSheets].flatMap(sheet => [...sheet.cssRules].map(rule => rule.style));
-  const sources = styles.map(style => !style?.unicodeRange && style?.src).filter(Boolean).join();
-  return performance.getEntriesByType('resource').map(e => e.name)
-    .filter(name => name.endsWith('.woff2') && sources.includes(name.split('/').pop()) && !early.includes(name));
-}"""
 
 
 @pytest.mark.parametrize("width", [1280, 390])

@@ -8,6 +8,7 @@ import pytest
 
 from sitegen.offline import NOT_KEPT
 from tests.browser.engines.page import Figure, Reading
+from tests.browser.layout import MISFITS
 from tests.browser.server import SiteServer
 from widgets.contract import preset
 from widgets.host import Host
@@ -162,17 +163,6 @@ def test_every_figure_of_a_page_answers(reading: Reading, page: str) -> None:
 
 
 AT = "() => [...document.querySelectorAll('.slide')].findIndex((e) => Math.abs(e.getBoundingClientRect().top) < 2) + 1"
-# What of a slide ends under the bar or beside the screen.
-BESIDE = """() => {
-  const bar = document.querySelector(".deck-bar").getBoundingClientRect().height;
-  return [...document.querySelectorAll(".slide")].flatMap((slide) => {
-    const box = slide.getBoundingClientRect(), most = box.top + innerHeight - bar + 1;
-    const parts = [...slide.querySelectorAll(".slide-inside > *, .slide-inside svg, .buttons, .controls, .readouts")];
-    const out = parts.map((e) => [e, e.getBoundingClientRect()]).filter(([, { width, bottom, left, right }]) =>
-      width && (bottom > most || left < -1 || right > innerWidth + 1));
-    return out.map(([e, { bottom }]) => `${slide.id}: ${e.tagName} ${e.className} ends at ${bottom - box.top}`);
-  });
-}"""
 
 
 # Chapters with formulas, a map beside its charts, and many panels.
@@ -181,7 +171,7 @@ def test_a_deck_turns_and_its_figure_answers(reading: Reading, deck: str) -> Non
     """Every slide fits the screen; keys lead from one to the next; on a slide the figure answers a press."""
     reading.window.size(1280, 720)
     reading.open(deck)
-    assert reading.run(BESIDE) == []
+    assert reading.run(MISFITS) == []
     name = reading.names()[0]
     at = reading.run("(name) => Number(document.getElementById(name).closest('.slide').id)", name)
     for number in range(2, at + 1):
