@@ -54,7 +54,7 @@ def test_a_step_writes_into_nothing_that_it_is_given(name: str, rng: Generator) 
     """A state is kept by whoever holds it, and the states before the first step are shared with it."""
     target = rng.standard_normal((2, 40, 2)) @ np.diag([3.0, 1.0])
     source = Pose.from_angle([0.2, -0.3], (0.1, 0.2)).inverse().apply(target)
-    problem = Problem(source, target, np.ones((2, 40)), Pose.identity(2, (2,)), np.array([40, 53]))
+    problem = Problem(source, target, np.ones((2, 40)), Pose.identity(2, (2,)), np.array([40, 53], dtype=np.int64))
     batch = begin(METHODS[name], problem, max_steps=4)
     while not batch.done:
         assert locked(batch.whole) + locked(batch.part) > 10
