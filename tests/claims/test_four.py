@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from solvers import register
 from solvers.flow_weights import FOLDER
 from solvers.metrics import rre, rte
 from solvers.status import Status
@@ -60,6 +61,20 @@ def test_cpd_forgets_how_far_away_it_began():
     for other in poses[1:]:
         assert np.degrees(rre(other, poses[0])).max() < 0.1
         assert rte(other, poses[0]).max() < 0.01
+
+
+def test_a_wide_first_sigma_makes_cpd_forget():
+    """From the same shifts, on three draws: rigid CPD, whose scale is fixed, ends in the same place to 0.1° and 0.01 u,
+    as CPD with a scale does. With a first σ of 0.05 u neither does: two ends lie more than 4 u apart."""
+    drawn = scenes(seeds=(40, 53, 66), name="noisy")
+    source, target = (np.stack([getattr(scene, name) for scene in drawn]) for name in ("source", "target"))
+    for method in ("cpd-rigid", "cpd-similarity"):
+        for sigma in (None, 0.05):
+            starts = [fish_start(60.0, shift) for shift in ((0.7, -0.45), (2.0, -1.2), (4.0, -2.0))]
+            ends = [register(source, target, method, start=start, sigma=sigma).pose for start in starts]
+            turns = max(np.degrees(rre(other, ends[0])).max() for other in ends[1:])
+            shifts = max(rte(other, ends[0]).max() for other in ends[1:])
+            assert (turns < 0.1 and shifts < 0.01) if sigma is None else shifts > 2.5, (method, sigma)
 
 
 def test_clutter_is_sought_among_the_observations():

@@ -5,7 +5,9 @@ from functools import cache
 import numpy as np
 import pytest
 
+from solvers import register
 from solvers.benchmark import benchmark
+from solvers.metrics import rre, rte
 from solvers.race import CONTESTANTS, SEEDS, Contestant, Controls, contestants, race_problem
 from solvers.scenes import ROOM_SETTINGS
 from solvers.stepper import advance
@@ -91,14 +93,21 @@ def test_more_frequencies_bring_the_optimum_nearer():
 
 
 def test_density_alone_changes_who_arrives():
-    """In the clean room with the source sampled twice as densely, association BP falls from 25 seeds to none; ICP, its
-    variants and the soft targets keep all 25."""
-    names = ("icp", "point-to-plane", "gicp", "soft-annealed", "association-bp")
+    """In the clean room with the source sampled twice as densely, association BP falls from 25 seeds to none and the
+    hypothesis mixture to 20; ICP, its variants and the soft targets keep all 25."""
+    names = ("icp", "point-to-plane", "gicp", "soft-annealed", "association-bp", "hypothesis-mixture")
     usual, dense = lines(names, setting="clean"), lines(names, setting="clean", density=2.0)
-    assert usual["association-bp"].close == 25
-    assert dense["association-bp"].close == 0
-    for name in names[:-1]:
-        assert usual[name].close == dense[name].close == 25
+    assert all(usual[name].close == 25 for name in names)
+    kept = {"association-bp": 0, "hypothesis-mixture": 20}
+    assert {name: dense[name].close for name in names} == {name: kept.get(name, 25) for name in names}
+
+
+@pytest.mark.parametrize(("degrees", "distance"), [(0.0, 0.0), (30.0, 1.0)])
+def test_density_costs_association_bp_its_reach(degrees, distance):
+    """Only the start is another: from the truth, and from 30° and 1 u, association BP is right on all 25 seeds at twice
+    the density."""
+    near = lines(("association-bp",), setting="clean", density=2.0, degrees=degrees, distance=distance)
+    assert near["association-bp"].close == 25
 
 
 def test_less_overlap_moves_some_optima_away():
@@ -109,6 +118,42 @@ def test_less_overlap_moves_some_optima_away():
     assert found["mmd"].close < 13
     stay = {"gicp", "ransac-congruent", "ndt", "soft-annealed", "association-bp", "hypothesis-mixture"}
     assert {name for name, x in found.items() if x.close == 25} == stay
+
+
+def with_options(method, controls, **options):
+    """The line of one contestant with some of its options changed."""
+    usual = dict(contestants([method])[0].options)
+    return benchmark(controls, contestants=[Contestant(method, method, {**usual, **options})])[0]
+
+
+LESS_SEEN = Controls(setting="clean", overlap=0.6, degrees=0.0, distance=0.0)
+
+
+def test_a_narrower_gate_keeps_icp_at_the_truth():
+    """With 60 % overlap and from the truth only the gate is another: 1 u keeps all 25 seeds, the race's 2.6 u none."""
+    assert with_options("icp", LESS_SEEN).close == 0
+    assert with_options("icp", LESS_SEEN, gate=1.0).close == 25
+
+
+def test_mmds_coarse_stages_lose_what_the_fine_one_keeps():
+    """With 60 % overlap and from the truth MMD-Reg's schedule keeps 10 of 25 seeds, its last length scale alone 23. Of
+    the 15 that leave, 14 end at a higher objective of that length scale than the run that had only this one."""
+    problem, truth = race_problem(LESS_SEEN)
+    usual = dict(contestants(["mmd"])[0].options)
+    assert usual["lengths"] == (2.4, 1.2, 0.6, 0.3)
+    ends, near = {}, {}
+    for name, lengths in (("schedule", usual["lengths"]), ("last", usual["lengths"][-1:])):
+        options = {**usual, "lengths": lengths}
+        ends[name] = register(problem.source, problem.target, "mmd", start=problem.start, seed=problem.seed, **options)
+        turn, shift = np.degrees(rre(ends[name].pose, truth)), rte(ends[name].pose, truth)
+        near[name] = (turn < 5.0) & (shift < 0.2)
+    assert (near["schedule"].sum(), near["last"].sum()) == (10, 23)
+    assert (ends["schedule"].objective > ends["last"].objective)[~near["schedule"]].sum() == 14
+
+
+def test_more_waves_keep_more_of_the_schedule():
+    """Only the number of waves is another: 512 in place of 32 keep 20 of 25 seeds where these keep 10."""
+    assert [with_options("mmd", LESS_SEEN, count=count).close for count in (32, 512)] == [10, 20]
 
 
 def test_stripes_split_the_field_by_what_they_compare():

@@ -92,13 +92,49 @@ def test_a_uniform_component_helps_against_uniform_junk():
     assert set(counts.values()) == {12}
 
 
-def test_no_clutter_weight_repairs_a_missing_part():
-    """Where the target lacks two fifths of the clean room, rigid CPD finds none of 12 seeds from 20° and 0.5 u, with
-    any clutter weight from 0 to 0.99."""
+WEIGHTS = (0.02, 0.12, 0.3, 0.6, 0.9, 0.99)  # of CPD's clutter
+
+
+@cache
+def part_missing(clutter, sigma=None, from_truth=False):
+    """Rigid CPD on 12 seeds of the clean room of whose target two fifths are missing, from 20° and 0.5 u: which were
+    right, and the negative log-likelihoods of the ends."""
     p, truth = problem(setting="clean", overlap=0.6, degrees=20.0, distance=0.5)
-    for weight in (0.0, 0.02, 0.12, 0.3, 0.6, 0.9, 0.99):
-        found = register(p.source[:12], p.target[:12], "cpd-rigid", start=p.start[:12], clutter=weight)
-        assert not right(found.pose, truth[:12]).any()
+    start = (truth if from_truth else p.start)[:12]
+    found = register(p.source[:12], p.target[:12], "cpd-rigid", start=start, clutter=clutter, sigma=sigma)
+    return right(found.pose, truth[:12]), found.objective
+
+
+def test_no_clutter_weight_helps_from_the_default_sigma():
+    """Rigid CPD is right on none of 12 seeds with any clutter weight from 0 to 0.99, and the default first σ is the root
+    mean square of all distances over √2, more than 3 u."""
+    for weight in (0.0, *WEIGHTS):
+        assert not part_missing(weight)[0].any()
+    p, _ = problem(setting="clean", overlap=0.6, degrees=20.0, distance=0.5)
+    moved = p.start[:12].apply(p.source[:12])
+    sigma = np.sqrt(np.square(moved[:, :, None] - p.target[:12, None]).sum(axis=-1).mean(axis=(1, 2)) / 2)
+    assert (sigma > 3.0).all()
+    default = register(p.source[:12], p.target[:12], "cpd-rigid", start=p.start[:12], max_steps=3)
+    for k in range(12):
+        told = register(p.source[k], p.target[k], "cpd-rigid", start=p.start[k], max_steps=3, sigma=float(sigma[k]))
+        np.testing.assert_allclose(told.pose.matrix, default.pose.matrix[k], atol=1e-9)
+
+
+@pytest.mark.parametrize("sigma", [0.5, 0.7, 1.0])
+def test_a_smaller_first_sigma_lets_the_clutter_weight_help(sigma):
+    """Only the first σ is another: every weight from 0.02 to 0.99 is right on all 12 seeds, and without one none is."""
+    assert not part_missing(0.0, sigma)[0].any()
+    for weight in WEIGHTS:
+        assert part_missing(weight, sigma)[0].all()
+
+
+def test_the_default_sigma_misses_a_better_optimum():
+    """Only the start is another: from the truth, with the default first σ, every weight stays right on all 12 seeds, and
+    every run ends at a higher likelihood than the one from 20°."""
+    for weight in WEIGHTS:
+        stays, better = part_missing(weight, from_truth=True)
+        assert stays.all()
+        assert (better < part_missing(weight)[1]).all()
 
 
 @pytest.mark.parametrize("degrees", [45.0, 180.0])
@@ -132,10 +168,11 @@ def test_a_hasty_proposal_is_not_repaired():
 
 
 def test_a_third_of_what_converges_is_wrong():
-    """At the race's usual settings 198 of 225 runs say that they have converged, and 69 of these are wrong."""
+    """At the race's usual settings 195 to 200 of 225 runs say that they have converged (a run that needs the last step
+    allowed does so on one processor and not on another), and a third of these are wrong."""
     good, _, converged = race(45.0)
-    assert converged.sum() == 198
-    assert (converged & ~good).sum() == 69
+    assert 195 <= converged.sum() <= 200
+    assert 0.32 < (converged & ~good).sum() / converged.sum() < 0.37
 
 
 def test_from_half_a_turn_most_of_what_converges_is_wrong():
