@@ -48,6 +48,11 @@ def _test_options(parser: argparse.ArgumentParser) -> None:
         metavar="NAMES",
         help="only what is tested on every engine, on these (with commas; without names: %(const)s)",
     )
+    parser.add_argument(
+        "--pythons",
+        action="store_true",
+        help="only the build and the solvers' tests, with every other Python of this machine that is new enough",
+    )
 
 
 def _bench_options(parser: argparse.ArgumentParser) -> None:
@@ -107,6 +112,10 @@ def _check(root: Path, asked: Arguments) -> int:
 
 
 def _test(root: Path, asked: Arguments) -> int:
+    if asked.pythons:
+        from sitegen.pythons import test_pythons
+
+        return test_pythons(root)
     from sitegen.testing import test
 
     return test(root, [name for name in asked.engines.split(",") if name], asked.browser_path, asked.further)
