@@ -93,8 +93,8 @@ def test_25_draws_show_no_bias():
 
 
 def test_400_draws_show_a_small_bias():
-    """σ = 0.03 u, 400 draws that no other test has: the mean in x is −0.001 to −0.004 u, more than three standard errors
-    from zero, and a tenth to a third of the typical offset."""
+    """σ = 0.03 u, 400 draws that no other test has: the mean in x is −0.001 to −0.004 u, more than three standard
+    errors from zero, and a tenth to a third of the typical offset."""
     off = offsets(0.03, seeds=range(10_000, 10_400))
     mean = off[:, 0].mean()
     assert -0.004 < mean < -0.001

@@ -106,8 +106,8 @@ def part_missing(clutter, sigma=None, from_truth=False):
 
 
 def test_no_clutter_weight_helps_from_the_default_sigma():
-    """Rigid CPD is right on none of 12 seeds with any clutter weight from 0 to 0.99, and the default first σ is the root
-    mean square of all distances over √2, more than 3 u."""
+    """Rigid CPD is right on none of 12 seeds with any clutter weight from 0 to 0.99, and the default first σ is the
+    root mean square of all distances over √2, more than 3 u."""
     for weight in (0.0, *WEIGHTS):
         assert not part_missing(weight)[0].any()
     p, _ = problem(setting="clean", overlap=0.6, degrees=20.0, distance=0.5)
@@ -129,8 +129,8 @@ def test_a_smaller_first_sigma_lets_the_clutter_weight_help(sigma):
 
 
 def test_the_default_sigma_misses_a_better_optimum():
-    """Only the start is another: from the truth, with the default first σ, every weight stays right on all 12 seeds, and
-    every run ends at a higher likelihood than the one from 20°."""
+    """Only the start is another: from the truth, with the default first σ, every weight stays right on all 12 seeds,
+    and every run ends at a higher likelihood than the one from 20°."""
     for weight in WEIGHTS:
         stays, better = part_missing(weight, from_truth=True)
         assert stays.all()

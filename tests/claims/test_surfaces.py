@@ -318,8 +318,8 @@ def test_tukey_throws_away_the_wall_that_matters():
 
 def test_about_the_median_itself_the_scale_is_smaller():
     """The clean room, 25 draws from −110°, 45°, 75° and 180°: the median absolute deviation about the median itself is
-    0.2 to 0.6 times that about zero. With it Tukey rejects 15 to 20 % of the pairs on average from 180°, and at most 2 %
-    from the other three; with the scale about zero it rejects no pair from any of the four."""
+    0.2 to 0.6 times that about zero. With it Tukey rejects 15 to 20 % of the pairs on average from 180°, and at most
+    2 % from the other three; with the scale about zero it rejects no pair from any of the four."""
     scenes = [room("clean", seed=seed) for seed in SEEDS]
     source, target = (np.stack([getattr(scene, name) for scene in scenes]) for name in ("source", "target"))
     for degrees, low, high in ((-110.0, 0.0, 0.02), (45.0, 0.0, 0.02), (75.0, 0.0, 0.02), (180.0, 0.15, 0.2)):
