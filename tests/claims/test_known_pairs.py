@@ -264,6 +264,10 @@ def test_two_pairs_leave_one_square():
     source, target = np.array([(0.0, 0.0), (2.0, 0.0)]), np.array([(1.0, 1.0), (1.0, 3.4)])
     pose = fit_rigid(source, target).pose
     np.testing.assert_allclose(metrics.residuals(pose, source, target), 0.2, atol=1e-12)
+    sigma = 0.01  # of 20,000 draws about an exact copy: the expected sum of squares
+    drawn = draws(source, KABSCH_TRUTH, sigma, 20_000)
+    left = metrics.residuals(fit_rigid(source, drawn).pose, source, drawn)
+    assert (left**2).sum(axis=-1).mean() == pytest.approx(sigma**2, rel=0.04)
 
 
 def test_spread_of_the_angle():
@@ -299,13 +303,16 @@ def test_a_wrong_pair_pulls_in_proportion():
 
 
 def test_one_wrong_pair_among_many_is_bounded_by_its_distance():
-    """One partner displaced by 1 u among a thousand pairs moves the fit by about a thousandth of a unit."""
+    """A thousand pairs, each in turn with its partner displaced by 1 u in a direction of its own: the fit moves the
+    points by one to two thousandths of a unit, root mean square."""
     rng = np.random.default_rng(10)
     source = rng.uniform(-3.0, 3.0, (1000, 2))
     target = KABSCH_TRUTH.apply(source)
-    target[0] += (0.6, 0.8)
-    pose = fit_rigid(source, target).pose
-    assert metrics.point_error(pose, KABSCH_TRUTH, source) < 0.002
+    for k, angle in enumerate(rng.uniform(0.0, 2 * np.pi, 1000)):
+        displaced = target.copy()
+        displaced[k] += (np.cos(angle), np.sin(angle))
+        pose = fit_rigid(source, displaced).pose
+        assert 0.001 <= metrics.point_error(pose, KABSCH_TRUTH, source) < 0.002
 
 
 def test_partners_wrong_alike_hide_one_another():
@@ -318,12 +325,17 @@ def test_partners_wrong_alike_hide_one_another():
 
 
 def test_far_wrong_partners_show_in_the_largest_residual():
-    """With one to three far and unrelated wrong partners, the largest residual belongs to one of them."""
-    for wrong in (1, 2, 3):
+    """25 draws with one to three far and unrelated wrong partners: the largest residual belongs to one of them in all;
+    the largest residuals, as many as are wrong, are theirs in 25, 21 and 19."""
+    all_shown = dict.fromkeys((1, 2, 3), 0)
+    for wrong in all_shown:
         for seed in range(40, 40 + 13 * 25, 13):
             scene = kabsch_scene("outliers", seed=seed, outliers=wrong)
             left = metrics.residuals(fit_rigid(scene.source, scene.target).pose, scene.source, scene.target)
+            assert scene.target_outlier.sum() == wrong
             assert scene.target_outlier[left.argmax()]
+            all_shown[wrong] += bool(scene.target_outlier[np.argsort(left)[-wrong:]].all())
+    assert all_shown == {1: 25, 2: 21, 3: 19}
 
 
 def test_enough_wrong_pairs_reflect_a_bird():

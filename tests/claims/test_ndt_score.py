@@ -44,13 +44,15 @@ def test_a_point_of_its_own_cell_scores_a_half_on_average():
 
 
 def test_a_sharp_cell_counts_no_more_than_a_blurred_one():
-    """At its mean every kept cell of the room gives a point one, though areas differ more than fiftyfold."""
-    _, cells = room(40, noise=0.01)
-    kept = cells.kept[0]
-    for mean in cells.mean[0][kept]:
-        assert total(cells, mean[None]) == pytest.approx(1.0, abs=1e-12)
-    areas = 1 / np.sqrt(np.linalg.det(cells.precision[0][kept]))
-    assert areas.max() / areas.min() > 50
+    """25 draws of the room at its usual noise: at its mean every kept cell gives a point one, though areas differ more
+    than twenty-five-fold."""
+    for seed in SEEDS:
+        _, cells = room(seed, noise=0.03)
+        kept = cells.kept[0]
+        for mean in cells.mean[0][kept]:
+            assert total(cells, mean[None]) == pytest.approx(1.0, abs=1e-12)
+        areas = 1 / np.sqrt(np.linalg.det(cells.precision[0][kept]))
+        assert areas.max() / areas.min() > 25
 
 
 @pytest.mark.parametrize("grids", [1, 4])

@@ -1,5 +1,7 @@
 """The checkable claims of the chapters 'The contestants' and 'The soft family', against the solvers."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -168,8 +170,9 @@ def test_the_heuristics_weight_moves_with_bandwidth_and_count():
 
 @pytest.mark.parametrize("method", ["icp", "soft-annealed", "mmd"])
 def test_smooth_or_not_along_a_line(method):
-    """Along a straight line of poses the slope of ICP's objective jumps where partners change; those of soft targets at
-    one width and of MMD change by less and less as the steps are made smaller."""
+    """Along a straight line of poses in 200, 800 and 3200 steps: the slope of ICP's objective jumps where partners
+    change, by more than a quarter of its largest value each time; in those of soft targets at one width and of MMD the
+    largest change falls with the step."""
     scene = bird()
     options = {"icp": {}, "soft-annealed": {"first": 0.5, "last": 0.5}, "mmd": {"lengths": (1.0,)}}[method]
 
@@ -188,8 +191,11 @@ def test_smooth_or_not_along_a_line(method):
         slope = np.diff(value) / (shifts[1] - shifts[0])
         return np.abs(np.diff(slope)).max() / np.abs(slope).max()
 
-    coarse, fine = jump(201), jump(1601)
-    assert (fine > 0.3 * coarse) if method == "icp" else (fine < 0.2 * coarse)
+    jumps = [jump(200 * times + 1) for times in (1, 4, 16)]
+    if method == "icp":
+        assert min(jumps) > 0.25
+    else:
+        assert all(fine < 0.3 * coarse < 0.01 for coarse, fine in pairwise(jumps))
 
 
 def test_who_may_be_claimed_more_than_once():

@@ -96,7 +96,8 @@ def raw_condition(moved, n, centre, unit):
 
 def test_condition_before_and_after_centring():
     """The room's system has condition 2.7 about its centre with the angle scaled by the RMS radius, 13 about the
-    origin in plain units, and beyond ten million when the same room lies 100 u away or is measured in millimetres."""
+    origin in plain units, and beyond eight million when the same room lies 100 u away in any of twelve directions, or
+    is measured in millimetres."""
     scene = room("clean")
     index = nearest.build(scene.target[None])
     n = normals(index).vectors[0, index.nearest(scene.source[None])[0][0]]
@@ -107,8 +108,9 @@ def test_condition_before_and_after_centring():
     assert own == pytest.approx(2.7, abs=0.05)
     assert raw_condition(x + 100.0, n, middle + 100.0, radius) == pytest.approx(own, rel=1e-6)
     assert raw_condition(x, n, 0.0, 1.0) == pytest.approx(13.1, abs=0.1)
-    assert raw_condition(x + 100.0, n, 0.0, 1.0) > 1e7
-    assert raw_condition(1000.0 * x, n, 0.0, 1.0) > 1e7
+    for way in np.radians(np.arange(0.0, 360.0, 30.0)):
+        assert raw_condition(x + 100.0 * np.array([np.cos(way), np.sin(way)]), n, 0.0, 1.0) > 8e6
+    assert raw_condition(1000.0 * x, n, 0.0, 1.0) > 8e6
 
 
 @pytest.mark.parametrize("scene", [single_wall, corridor])
@@ -124,7 +126,7 @@ def test_walls_leave_the_slide(scene):
         assert "slide along" in found.reason
         assert np.degrees(rre(found.pose, drawn.truth)) < 1.0
         assert abs(after[1] * along[0] - after[0] * along[1]) < 0.05
-        assert along @ after == pytest.approx(along @ before, abs=0.35)
+        assert along @ after == pytest.approx(along @ before, abs=0.01)
         assert abs(along @ after) > 0.4
 
 

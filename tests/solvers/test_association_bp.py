@@ -59,6 +59,10 @@ def test_messages_are_exact_on_trees(rng):
         psi = _random_tree(rng, 6, 7)
         assert np.count_nonzero(psi) == 12
         assert np.allclose(bp_marginals(psi, 0.12, 14), exact_marginals(psi, 0.12), rtol=0.0, atol=1e-12)
+    chain = np.eye(8) + np.eye(8, k=-1)  # 15 pairs in a row: what one end says reaches the other after 7 sweeps
+    exact = exact_marginals(chain, 0.12)
+    assert np.abs(bp_marginals(chain, 0.12, 14) - exact).max() < 1e-12
+    assert 0.004 < np.abs(bp_marginals(chain, 0.12, BpOptions().sweeps) - exact).max() < 0.006
 
 
 def test_on_loops_they_are_an_approximation_of_stated_error(rng):
@@ -70,6 +74,10 @@ def test_on_loops_they_are_an_approximation_of_stated_error(rng):
     assert 0.07 < worst[2] < 0.12
     assert 0.01 < worst[3] < 0.12
     assert 0.01 < worst[5] < 0.12
+    for miss, low, high in ((0.01, 0.24, 0.3), (0.001, 0.35, 0.42)):
+        drawn = np.exp(-0.5 * np.square(2.0 * rng.standard_normal((300, 2, 2))))
+        error = max(np.abs(bp_marginals(psi, miss, 400) - exact_marginals(psi, miss)).max() for psi in drawn)
+        assert low < error < high
     equal = [np.full((2, 2), score) for score in np.geomspace(0.01, 100.0, 40)]
     assert max(np.abs(bp_marginals(psi, 0.12, 200) - exact_marginals(psi, 0.12)).max() for psi in equal) > 0.03
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import inspect
 import json
 from pathlib import Path
 
@@ -213,8 +214,15 @@ def test_both_are_methods_like_the_others():
     assert np.abs(runs[0] - runs[2]).max() > 0
 
 
+@pytest.mark.native
 def test_the_study_is_of_other_scenes_than_the_training():
-    """The seeds of the scenes are apart, and so are the scenes."""
-    assert POINTS >= 28
-    a, b = draw(TRAINING, 3, POINTS, 99), draw(TRAINING, 3, POINTS, 1000)
-    assert np.abs(a.target - b.target).max() > 0.1
+    """Step s of a training draws its batch from the seed of its log plus s, as the log has it for both trainings. The
+    study's seed lies outside both ranges, and its scenes are not among a sample of the training's."""
+    log = json.loads(Path(FOLDER, "log.json").read_text("utf-8"))
+    studied = inspect.signature(study).parameters["seed"].default
+    for first in (log["seed"], log["again"]["seed"]):
+        assert studied not in range(first, first + log["steps"] + 1)
+    held_out = draw(TRAINING, 5, POINTS, studied).target
+    for seed in range(log["seed"], log["seed"] + log["steps"], 97):
+        drawn = draw(TRAINING, log["batch"], POINTS, seed).target
+        assert np.abs(held_out[:, None] - drawn[None]).max(axis=(2, 3)).min() > 0.1

@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from solvers import METHODS, Pose, Status, register
+from solvers import METHODS, Pose, Status, nearest, register
 from solvers.fast_robust_icp import _coordinates, _posed
 from solvers.kiss_icp import KissOptions, sigma
 from solvers.metrics import rre, rte
@@ -311,15 +311,22 @@ def test_no_weight_at_all_is_degenerate(rng):
     assert rejected.status is Status.DEGENERATE
 
 
+@pytest.mark.native
 @pytest.mark.parametrize("method", FAMILY)
 def test_tree_and_products_give_the_same_run(method, monkeypatch, rng):
     """Where scipy answers and where it does not, every step is the same, bit for bit."""
     cloud = shape(rng, 2, 500)
-    make = partial(register, cloud, cloud[::2] + 0.02, method, start=Pose.from_angle(0.1))
+    assert nearest.build(cloud[None]).trees is not None
+    make = partial(register, cloud[::2] + 0.02, cloud, method, start=Pose.from_angle(0.1))
     with_tree = make()
+    rows, squares = nearest.build(cloud[None]).nearest(cloud[None, ::2] + 0.02)
     monkeypatch.setattr("solvers.nearest.TREE_FROM", 10**9)
+    assert nearest.build(cloud[None]).trees is None
     without = make()
     assert np.array_equal(with_tree.history.poses.matrix, without.history.poses.matrix)
+    assert len(with_tree.history.objective) > 3
+    for found, again in zip((rows, squares), nearest.build(cloud[None]).nearest(cloud[None, ::2] + 0.02), strict=True):
+        assert np.array_equal(found, again)
 
 
 # The particular ideas.

@@ -121,12 +121,17 @@ def test_a_large_motion_is_found_to_the_last_digits(rng, random_pose, d):
 
 
 def test_the_objective_falls_within_a_stage_and_jumps_between():
-    """Every step at an unchanged length scale lowers ‖r‖², and the lengths go down their schedule."""
-    scene = room("combo", seed=53)
+    """No step at an unchanged length scale raises ‖r‖², all but the last lower it, and the lengths go down their
+    schedule, in five draws of the room."""
+    for seed in (40, 53, 66, 79, 92):
+        _falls_within_a_stage(room("combo", seed=seed))
+
+
+def _falls_within_a_stage(scene):
     seen = []
     register(
-        scene.source, scene.target, "mmd", start=room_start(), seed=53, callback=lambda k, s: seen.append(s) or False,
-        **RACE,
+        scene.source, scene.target, "mmd", start=room_start(), seed=scene.seed,
+        callback=lambda k, s: seen.append(s) or False, **RACE,
     )  # fmt: skip
     lengths = [float(s.length[0]) for s in seen]
     assert sorted(set(lengths), reverse=True) == list(RACE["lengths"])
@@ -134,6 +139,7 @@ def test_the_objective_falls_within_a_stage_and_jumps_between():
     falls = [b.objective[0] < a.objective[0] for a, b in pairwise(seen) if a.length == b.length]
     assert len(falls) > 8
     assert all(falls[:-1])
+    assert all(b.objective[0] <= a.objective[0] for a, b in pairwise(seen) if a.length == b.length)
     for s in seen:
         assert np.allclose(s.residual, s.moving_mean - s.fixed_mean)
         w = s.frequencies / s.length[:, None, None]

@@ -212,12 +212,27 @@ def test_damping_makes_the_matrix_definite_and_the_step_a_descent(rng):
 def test_capping_the_parts_of_a_step_separately_can_climb():
     """One common factor keeps a descent direction; clipping length and angle by themselves can turn it into ascent."""
     g, step = np.array([[1.0, 0.0, 2.0]]), np.array([[3.0, 0.0, -1.7]])
+    along = step[0] / np.linalg.norm(step)
+    hessian = np.outer(g, g) / -(g * step).sum() + np.eye(3) - np.outer(along, along)
+    assert np.linalg.eigvalsh(hessian).min() > 0.0
+    np.testing.assert_allclose(np.linalg.solve(hessian, -g[0]), step[0], atol=1e-12)
     assert (g * step).sum() < 0.0
     clipped = np.array([[3.0, 0.0, -0.2]])
     assert (g * clipped).sum() > 0.0
     one = newton.capped(step, (np.array([3.0 / 0.5]), np.array([1.7 / 0.2])))
     assert (g * one).sum() < 0.0
     np.testing.assert_allclose(one, step / 8.5)
+
+
+def test_a_common_factor_keeps_every_descent(rng):
+    """A thousand gradients and positive definite Hessians: the step, capped as a whole, still descends."""
+    roots, g = rng.standard_normal((1000, 3, 3)), rng.standard_normal((1000, 3))
+    hessian = roots @ roots.transpose(0, 2, 1) + 1e-3 * np.eye(3)
+    step = np.linalg.solve(hessian, -g[..., None])[..., 0]
+    limits = (np.linalg.norm(step[:, :2], axis=1) / 0.5, np.abs(step[:, 2]) / 0.2)
+    capped = newton.capped(step, limits)
+    assert (np.maximum(*limits) > 1.0).sum() > 500
+    assert ((g * capped).sum(axis=1) < 0.0).all()
 
 
 def test_zero_or_infinite_curvature_makes_no_step():
@@ -242,7 +257,8 @@ def test_each_level_only_climbs(seed):
     assert levels[-1] == 2
     for a, b in pairwise(states):
         if a.level[0] == b.level[0]:
-            assert b.at.score[0] > a.at.score[0] or not b.accepted[0]
+            assert b.at.score[0] >= a.at.score[0]
+            assert b.accepted[0] == (b.at.score[0] > a.at.score[0])
         assert np.hypot(*b.step[0, :2]) <= 0.5 * (1 + 1e-12)
         assert abs(b.step[0, 2]) <= 0.2 * (1 + 1e-12)
 
@@ -310,6 +326,29 @@ def test_a_wall_is_harder_along_itself():
     scene = room("clean")
     corner = register(scene.source, scene.target, "ndt", cells=1.5, max_steps=0).states[0]
     assert alone.condition[0] > 3.0 * corner.condition[0]
+
+
+@GRIDS
+def test_along_a_wall_only_the_pattern_of_the_cells_is_left(grids):
+    """A long wall, sampled evenly: the least curvature is along it, a slide by whole cells changes no score, a slide by
+    parts of one does, and 0.1 u across it nothing is left."""
+    h, x = 1.5, (np.arange(1200) - 599.5) * 0.05
+    wall = np.column_stack([x, 0.4 + 0.02 * np.sin(2.0 * np.pi * x / (h / 5.0))])  # rough, alike in every cell
+    scan = wall[np.abs(x) < 6.4]
+    cells = ndt_map.build(wall[None], h, grids=grids)
+
+    def score(*shift):
+        at = evaluate(cells, (scan + shift)[None], np.zeros((1, 2)), derivatives=False)
+        return float(at.score[0]) / (len(scan) * grids)
+
+    whole = [score(k * h, 0.0) for k in range(-3, 4)]
+    np.testing.assert_allclose(whole, whole[0], rtol=1e-9)
+    assert np.ptp([score(k * h / 10, 0.0) for k in range(10)]) > 1e-3 / grids
+    assert score(0.0, 0.1) < 0.01 * whole[0]
+    hessian = evaluate(cells, (scan + np.array([0.2, 0.0]))[None], np.zeros((1, 2))).hessian[0, :2, :2]
+    size, vectors = np.linalg.eigh(hessian)
+    assert abs(vectors[0, np.abs(size).argmin()]) > 0.999
+    assert np.abs(size).max() > 100.0 * np.abs(size).min()
 
 
 def test_the_climb_over_translations_shows_accepted_and_rejected_steps():
