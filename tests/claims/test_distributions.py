@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from solvers import METHODS, Pose
-from solvers.features import exact_squared_mmd, mean_features, unit_frequencies
+from solvers.features import exact_squared_mmd, mean_features, mean_kernel, unit_frequencies
 from solvers.metrics import rre, rte
 from solvers.race import SEEDS
 from solvers.scenes import room, room_start
@@ -44,6 +44,21 @@ def ends(lengths, degrees=45.0, distance=1.43, overlap=1.0):
     problem = Problem(source, target, np.ones(source.shape[:2]), begun, np.array(SEEDS))
     pose = run(begin(method, problem, method.options(lengths=lengths, count=32)))[0].pose()
     return np.degrees(rre(pose, Pose.identity(2, (b,)))), rte(pose, Pose.identity(2, (b,)))
+
+
+def test_only_the_cross_term_knows_the_pose():
+    """The clean room over a full turn and several shifts: exact MMD² plus twice the mean kernel between the clouds is
+    constant. Of 32 waves at ℓ = 1.2 u, the squared length of the source's own mean goes from 0.186 to 0.222."""
+    scene = room("clean")
+    frequencies = unit_frequencies(np.array([40]), 32, 2) / 1.2
+    own, sums = [], []
+    for degrees in range(0, 360, 5):
+        for shift in ((0.0, 0.0), (0.3, -1.0), (4.0, 2.0)):
+            moved = Pose.from_angle(np.radians(degrees), shift).apply(scene.source)
+            sums.append(float(exact_squared_mmd(moved, scene.target, 1.2)) + 2 * mean_kernel(moved, scene.target, 1.2))
+            own.append(float(np.square(mean_features(moved[None], frequencies)).sum()))
+    assert np.ptp(sums) < 1e-12
+    assert (round(min(own), 3), round(max(own), 3)) == (0.186, 0.222)
 
 
 def test_a_shift_turns_the_mean():
