@@ -97,9 +97,9 @@ def build(
     """
     progress, cache, problems = progress or quiet, cache or outside.cache_dir(), Problems()
     site = read_site(root, problems)
-    chapters = read_chapters(root, site, problems, drafts)
+    chapters, left_out = read_chapters(root, site, problems, drafts)
     references = read_references(root, problems)
-    terms = read_glossary(root, chapters, problems)
+    terms = read_glossary(root, chapters, left_out, problems)
     guide = read_guide(root, problems)
     written = [*chapters, *([guide] if guide else [])]
     surveys = [survey(one, parts.widgets, parts.plots, problems) for one in written]
@@ -117,6 +117,7 @@ def build(
     known = Known(
         root,
         surveys,
+        [survey(one, parts.widgets, parts.plots, Problems()) for one in left_out],
         _pages(surveys, references, terms),
         references,
         terms,

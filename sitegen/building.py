@@ -51,14 +51,20 @@ class Outcome:
 
 
 def attempt(
-    root: Path, dest: Path, *, strict: bool = False, pack: bool = True, progress: Progress = quiet
+    root: Path,
+    dest: Path,
+    *,
+    strict: bool = False,
+    drafts: bool = False,
+    pack: bool = True,
+    progress: Progress = quiet,
 ) -> Outcome:
-    """Build the checkout `root` into `dest`, packed for hosts or not, and say how it went."""
+    """Build the checkout `root` into `dest`, with drafts or without, packed for hosts or not, and say how it went."""
     began = time.monotonic()
     try:
         from sitegen.build import build
 
-        report = build(root, dest, strict=strict, pack=pack, progress=progress)
+        report = build(root, dest, strict=strict, drafts=drafts, pack=pack, progress=progress)
     except BuildFailed as failed:
         return Outcome(problems=failed.problems, seconds=time.monotonic() - began)
     except OutsideError as error:

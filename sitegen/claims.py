@@ -109,7 +109,7 @@ def code_hash(root: Path, test_id: str, packages: Mapping[str, str]) -> str:
 def claimed(root: Path) -> list[str]:
     """The ids of all tests that chapters, drafts too, name."""
     problems = Problems()
-    return claimed_by(read_chapters(root, read_site(root, problems), problems, drafts=True))
+    return claimed_by(read_chapters(root, read_site(root, problems), problems, drafts=True)[0])
 
 
 def claimed_by(chapters: Iterable[Chapter]) -> list[str]:

@@ -152,8 +152,11 @@ def _defaults(fields: dict[str, schema.Field]) -> dict[str, Any]:
     return {name: field.default for name, field in fields.items()}
 
 
-def read_chapters(root: Path, site: Site, problems: Problems, drafts: bool = False) -> list[Chapter]:
-    """The chapters in reading order, which is that of the numbers their file names begin with."""
+def read_chapters(
+    root: Path, site: Site, problems: Problems, drafts: bool = False
+) -> tuple[list[Chapter], list[Chapter]]:
+    """The chapters in reading order, which is that of the numbers their file names begin with; and the drafts left out,
+    whose mistakes stop nothing."""
     found: list[tuple[tuple[float, str], Path]] = []
     for path in sorted(path for path in (root / "content").glob("*.md") if path.name != GUIDE):
         match = FILE_NAME.fullmatch(path.name)
@@ -170,13 +173,23 @@ def read_chapters(root: Path, site: Site, problems: Problems, drafts: bool = Fal
         if one == other and math.isfinite(one[0]):
             problems.add(Place(f"content/{second.name}"), f"has the same number as {first.name}")
     chapters: list[Chapter] = []
+    left_out: list[Chapter] = []
     for _, path in found:
-        chapter = _chapter(root, path, problems, first=not chapters)
-        if drafts or not chapter.draft:
+        own = Problems()
+        chapter = _chapter(root, path, own, first=not chapters)
+        if chapter.draft and not drafts:
+            left_out.append(chapter)
+        else:
             chapters.append(chapter)
+            problems.take(own)
     _check_names(chapters, problems)
     _check_rungs(chapters, site, problems)
-    return chapters
+    return chapters, left_out
+
+
+def is_draft(what: str, draft: Chapter) -> str:
+    """What to say of a name that leads to a draft which is left out."""
+    return f"{what} is a draft: {draft.source.path} is published once its line 'draft: true' is gone"
 
 
 def read_guide(root: Path, problems: Problems) -> Chapter | None:

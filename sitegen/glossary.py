@@ -8,7 +8,7 @@ from pathlib import Path
 
 from . import schema
 from .cite import KEY
-from .content import Chapter
+from .content import Chapter, is_draft
 from .markdown import ascii_slug
 from .problems import Place, Problems, hint, read_text
 
@@ -39,8 +39,10 @@ class Term:
         return f"term-{self.key}"
 
 
-def read_glossary(root: Path, chapters: Sequence[Chapter], problems: Problems) -> dict[str, Term]:
-    """The terms by key, in the order of the alphabet; faulty ones go to `problems`."""
+def read_glossary(
+    root: Path, chapters: Sequence[Chapter], drafts: Sequence[Chapter], problems: Problems
+) -> dict[str, Term]:
+    """The terms by key, in the order of the alphabet; faulty ones go to `problems`. drafts: those that are left out."""
     path = root / "content" / "glossary.yaml"
     if not path.is_file():
         return {}
@@ -51,6 +53,7 @@ def read_glossary(root: Path, chapters: Sequence[Chapter], problems: Problems) -
         problems.add(document.at(), "a mapping of keys to terms is expected")
         return {}
     by_slug = {chapter.slug: chapter for chapter in chapters}
+    left_out = {draft.slug: draft for draft in drafts}
     found = []
     for key in document.data:
         if not KEY.fullmatch(str(key)):
@@ -60,8 +63,9 @@ def read_glossary(root: Path, chapters: Sequence[Chapter], problems: Problems) -
         values = schema.validated(document, FIELDS, problems, key)
         chapter = by_slug.get(values["chapter"])
         if chapter is None and values["chapter"]:
-            where = document.at(key, "chapter")
-            problems.add(where, f"no chapter {values['chapter']!r}{hint(values['chapter'], by_slug)}")
+            name, draft = values["chapter"], left_out.get(values["chapter"])
+            says = is_draft(repr(name), draft) if draft else f"no chapter {name!r}{hint(name, by_slug)}"
+            problems.add(document.at(key, "chapter"), says)
         page, title = (chapter.page, chapter.title) if chapter else ("", "")  # what is faulty has its name still
         words = values["term"], values["says"], tuple(values["also"])
         found.append(Term(str(key), *words, page, title, document.at(key)))

@@ -9,6 +9,7 @@ from pathlib import Path
 from markdown_it.token import Token
 from markupsafe import Markup
 
+from .content import is_draft
 from .problems import Place, Problems, hint
 from .survey import Survey
 
@@ -18,12 +19,14 @@ class Links:
     """The links of one page. `pages`: page name → its anchors, None where they are not known here.
 
     chapter: the page of the chapter whose figures and equations are meant first; its own, or that of a deck's chapter.
+    drafts: the chapters that are left out, so that a link to one is told as such.
     inline: renders a heading's tokens for the text of a link.
     """
 
     page: str
     chapter: str
     surveys: Sequence[Survey]
+    drafts: Sequence[Survey]
     pages: Mapping[str, Mapping[str, Place] | None]
     problems: Problems
     inline: Callable[[Sequence[Token]], str]
@@ -35,7 +38,8 @@ class Links:
         page, _, fragment = href.partition("#")
         name = self._page_named(page) if page else self.page
         if name is None:
-            self.problems.add(place, f"no page {page!r}{hint(page, self.pages)}")
+            draft = next((one for one in self.drafts if page == one.chapter.deck or _is_named(page, one)), None)
+            self._lacks(place, repr(page), draft, f"no page {page!r}{hint(page, self.pages)}")
             return href
         return self._address(name, fragment, place)
 
@@ -46,12 +50,14 @@ class Links:
             figures = {s.chapter.page: f for s in self.surveys if (f := s.figures.get(name) or s.plots.get(name))}
             found = {page: (figure.dom_id, f"Figure {figure.number}") for page, figure in figures.items()}
             names = [f for s in self.surveys for f in (*s.figures, *s.plots)]
-            return self._numbered("figure", name, found, names, place, f"fig:{name}")
+            draft = next((s for s in self.drafts if name in s.figures or name in s.plots), None)
+            return self._numbered("figure", name, found, names, draft, place, f"fig:{name}")
         if kind == "eq" and name:
             numbers = {s.chapter.page: s.equations[name] for s in self.surveys if name in s.equations}
             found = {page: (f"eq-{name}", f"({number})") for page, number in numbers.items()}
             names = [e for s in self.surveys for e in s.equations]
-            return self._numbered("equation", name, found, names, place, f"eq:{name}")
+            draft = next((s for s in self.drafts if name in s.equations), None)
+            return self._numbered("equation", name, found, names, draft, place, f"eq:{name}")
         slug, _, fragment = text.partition("#")
         for survey in self.surveys:
             if slug in (survey.chapter.slug, survey.chapter.name):
@@ -61,8 +67,13 @@ class Links:
         whole = next((kind for kind, there in kinds if slug in there), "")
         near = hint(slug, [survey.chapter.slug for survey in self.surveys])
         more = f"; did you mean {whole!r}?" if whole else f"{near} (figures are fig:id, equations eq:label)"
-        self.problems.add(place, f"no chapter {slug!r}{more}")
+        draft = next((s for s in self.drafts if slug == s.chapter.slug), None)
+        self._lacks(place, repr(slug), draft, f"no chapter {slug!r}{more}")
         return Markup("")
+
+    def _lacks(self, place: Place, what: str, draft: Survey | None, says: str) -> None:
+        """Note what is named and not there, or only in a draft."""
+        self.problems.add(place, is_draft(what, draft.chapter) if draft else says)
 
     def _chapter(self, survey: Survey, fragment: str, place: Place) -> Markup:
         href = self._address(survey.chapter.page, fragment, place)
@@ -71,13 +82,20 @@ class Links:
         return Markup('<a class="ref" href="{}">{}</a>').format(href, text)
 
     def _numbered(
-        self, what: str, name: str, found: Mapping[str, tuple[str, str]], names: Sequence[str], place: Place, key: str
+        self,
+        what: str,
+        name: str,
+        found: Mapping[str, tuple[str, str]],
+        names: Sequence[str],
+        draft: Survey | None,
+        place: Place,
+        key: str,
     ) -> Markup:
-        """A link to a numbered thing: this chapter's own, or the only one elsewhere."""
+        """A link to a numbered thing: this chapter's own, or the only one elsewhere. draft: one that has it too."""
         page = self.chapter if self.chapter in found else next(iter(found), None)
         if page is None:
             if not any(key in survey.lost for survey in self.surveys):
-                self.problems.add(place, f"no {what} {name!r}{hint(name, names)}")
+                self._lacks(place, f"the chapter of {what} {name!r}", draft, f"no {what} {name!r}{hint(name, names)}")
             return Markup("")
         if page != self.chapter and len(found) > 1:
             where = " and ".join(sorted(found))
@@ -91,7 +109,7 @@ class Links:
         if page in self.pages:
             return page
         for survey in self.surveys:
-            if page in (f"{survey.chapter.slug}.html", Path(survey.chapter.source.path).name):
+            if _is_named(page, survey):
                 return survey.chapter.page
         return None
 
@@ -102,3 +120,8 @@ class Links:
             self.problems.add(place, f"no anchor {name!r} on {page}{hint(name, anchors)}")
         path = "" if page == self.page else page
         return (path + (f"#{fragment}" if fragment else "")) or page
+
+
+def _is_named(page: str, survey: Survey) -> bool:
+    """Whether a link to `page` means the chapter, by its slug or by its file."""
+    return page in (f"{survey.chapter.slug}.html", Path(survey.chapter.source.path).name)

@@ -49,6 +49,13 @@ class Problems:
         """Note what an author may want to know."""
         _append(self.notes, place, message)
 
+    def take(self, others: Problems) -> None:
+        """Note all that others have."""
+        self.found += others.found
+        self.warnings += others.warnings
+        self.notes += others.notes
+        self.unread |= others.unread
+
 
 def _append(problems: list[Problem], place: Place, message: str) -> None:
     problem = Problem(place.path, place.line, place.column, message)

@@ -33,10 +33,11 @@ from .survey import LINKS, Survey
 
 @dataclass
 class Known:
-    """All that rendering looks things up in. `pages`: page name → its anchors, None where any will do."""
+    """All that rendering looks things up in. pages: name → anchors, None where any will do; drafts: not built."""
 
     root: Path
     surveys: Sequence[Survey]
+    drafts: Sequence[Survey]
     pages: Mapping[str, Mapping[str, Place] | None]
     references: Mapping[str, Reference]
     terms: Mapping[str, Term]
@@ -111,6 +112,7 @@ class _Renderer:
             page or survey.chapter.page,
             survey.chapter.page,
             known.surveys,
+            known.drafts,
             known.pages,
             known.problems,
             lambda tokens: self._inline(_unlinked(tokens)),

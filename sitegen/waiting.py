@@ -37,7 +37,7 @@ def build(root: str, dest: str) -> dict[str, Any]:
         from sitegen.progress import shown
 
         with shown() as progress:
-            outcome = attempt(Path(root), Path(dest), pack=False, progress=progress).plain()
+            outcome = attempt(Path(root), Path(dest), drafts=True, pack=False, progress=progress).plain()
     except Exception:  # the very modules that tell of problems may be what is being edited
         outcome = {"trouble": traceback.format_exc()}
     known = (*sys.stdlib_module_names, *OURS, "__main__", "__mp_main__")

@@ -29,14 +29,14 @@ class Report:
     warnings: tuple = ()
     sources: tuple = (("content/page.md", "index.html"),)
 
-def build(root, dest, *, strict=False, pack=True, progress=None):
+def build(root, dest, *, strict=False, drafts=False, pack=True, progress=None):
     text = (root / "content" / "page.md").read_text("utf-8")
     if "wrong" in text:
         raise BuildFailed([Problem("content/page.md", 1, 1 + text.index("wrong"), "this is wrong")])
     beside = dest.with_name("site.beside")
     beside.mkdir()
     head = "<!doctype html><html><head><title>x</title></head>"
-    (beside / "index.html").write_text(f"{head}<body>{text}{TONE}</body><!--{os.getpid()}-->")
+    (beside / "index.html").write_text(f"{head}<body>{text}{TONE}{' A draft.' * drafts}</body><!--{os.getpid()}-->")
     (beside / "_headers").write_text(f"/*\\n  Content-Security-Policy: {POLICY}\\n  Cache-Control: immutable")
     (beside / "code.mjs").write_text("export {};")
     if dest.exists():

@@ -88,6 +88,11 @@ def test_an_edit_is_built_and_told(live_site: serve.LiveSite, events: Events, sm
     assert not get(live_site)[2].endswith(process)
 
 
+def test_an_author_sees_drafts(live_site: serve.LiveSite) -> None:
+    """`serve` builds them, as `new chapter` says."""
+    assert "first. A draft." in get(live_site)[2]
+
+
 def test_a_failed_build_is_told_and_leaves_the_page(
     live_site: serve.LiveSite, events: Events, small_checkout: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
