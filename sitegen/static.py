@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import fnmatch
 import hashlib
+import math
 import mimetypes
 import socket
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from http import HTTPStatus
@@ -15,7 +17,7 @@ from pathlib import Path
 from threading import Thread
 from typing import Any
 from urllib.parse import unquote
-from weakref import WeakSet
+from weakref import WeakKeyDictionary
 
 # Written down, since what a machine's own tables say of these differs (or is nothing).
 TYPES = {
@@ -67,6 +69,9 @@ def headers_for(path: str, rules: list[Rule]) -> dict[str, str]:
     return {name: value for pattern, headers in rules if fnmatch.fnmatchcase(path, pattern) for name, value in headers}
 
 
+REQUEST_SECONDS = 30.0  # by then a caller has sent the whole head of its next request, or is sent away
+CHUNK = 1 << 16  # bytes of an answer that a caller has as long to take
+
 LOOPBACK = ("localhost", "127.0.0.1", "::1")
 
 
@@ -97,13 +102,24 @@ class StaticHandler(BaseHTTPRequestHandler):
     disable_nagle_algorithm = True  # head and body are two writes: the second must not wait for the first's receipt
     server: StaticServer
 
+    def setup(self) -> None:
+        """Nothing that is sent or awaited takes longer; an answer is sent in pieces, so that a large one may."""
+        super().setup()
+        self.connection.settimeout(self.server.patience)
+
     def do_HEAD(self) -> None:
         self.do_GET()
+
+    def handle_one_request(self) -> None:
+        """The next request, which may trickle in only for a while."""
+        self.server.expect(self.connection)
+        super().handle_one_request()
 
     def parse_request(self) -> bool:
         """Answer nobody who was sent here under another name: a foreign page could read what is on loopback."""
         if not super().parse_request():
             return False
+        self.server.expect(self.connection, math.inf)
         if self.server.local and named(self.headers.get("Host", "")) not in LOOPBACK:
             self.send_error(HTTPStatus.MISDIRECTED_REQUEST, "This server is for this machine alone")
             return False
@@ -144,7 +160,8 @@ class StaticHandler(BaseHTTPRequestHandler):
             self.send_header("Content-Length", str(len(data)))
         self.end_headers()
         if not fresh and self.command != "HEAD":
-            self.wfile.write(data)
+            for at in range(0, len(data), CHUNK):
+                self.wfile.write(data[at : at + CHUNK])
 
     def log_message(self, format: str, *args: Any) -> None:
         """Requests are not worth a line each."""
@@ -158,22 +175,34 @@ class StaticServer(ThreadingHTTPServer):
     def __init__(self, root: Path, address: tuple[str, int], handler: type[StaticHandler] = StaticHandler) -> None:
         self.root = root
         self.local = address[0] in LOOPBACK
-        self._callers: WeakSet[socket.socket] = WeakSet()
+        self.patience = REQUEST_SECONDS
+        self._callers: WeakKeyDictionary[socket.socket, float] = WeakKeyDictionary()  # and when each one's time is up
         super().__init__(address, handler)
 
     def get_request(self) -> tuple[socket.socket, Any]:
         """A caller's connection, remembered for as long as it is open."""
         caller, address = super().get_request()
-        self._callers.add(caller)
+        self.expect(caller)
         return caller, address
+
+    def expect(self, caller: socket.socket, seconds: float | None = None) -> None:
+        """A caller has so long for what it does next: as a rule, for the head of a request."""
+        self._callers[caller] = time.monotonic() + (self.patience if seconds is None else seconds)
+
+    def service_actions(self) -> None:
+        """Send away those whose time is up. This is called at every turn of the server's loop."""
+        now = time.monotonic()
+        for caller, until in list(self._callers.items()):
+            if until < now:
+                self._callers[caller] = math.inf
+                hang_up(caller)
 
     def stop(self) -> None:
         """Be gone, also for those who are still connected. The server must be running in another thread."""
         self.shutdown()
         self.server_close()
         for caller in list(self._callers):
-            with suppress(OSError):  # closed long ago
-                caller.shutdown(socket.SHUT_RDWR)
+            hang_up(caller)
 
     @property
     def origin(self) -> str:
@@ -185,6 +214,12 @@ class StaticServer(ThreadingHTTPServer):
         """A browser that goes away in the middle of an answer is no event; everything else is told."""
         if not isinstance(sys.exc_info()[1], ConnectionError):
             super().handle_error(request, client_address)
+
+
+def hang_up(caller: socket.socket) -> None:
+    """End a connection; its thread finds nothing more to read and ends."""
+    with suppress(OSError):  # closed long ago
+        caller.shutdown(socket.SHUT_RDWR)
 
 
 @contextmanager

@@ -5,9 +5,10 @@ from __future__ import annotations
 import http.client
 import json
 import socket
+import threading
 import time
-from collections.abc import Iterator
-from contextlib import closing
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import Any
 
@@ -317,6 +318,77 @@ def test_a_foreign_name_for_loopback_is_turned_away(walled: StaticServer) -> Non
         status, body = raw(walled, "/", host)
         assert status == 421, host
         assert b"hello" not in body
+
+
+def wait_for(condition: Callable[[], bool]) -> None:
+    deadline = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
+def connected(server: StaticServer) -> socket.socket:
+    return socket.create_connection(server.server_address[:2], timeout=PATIENCE)
+
+
+GET = b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n"
+
+
+def test_who_asks_for_nothing_is_sent_away(walled: StaticServer) -> None:
+    """One that never asks, one that was answered and stays, one that sends its request a byte at a time: each ends, and
+    so does the thread that it holds."""
+    before = threading.active_count()
+    walled.patience = 0.5
+    with ExitStack() as stack:
+        silent = [stack.enter_context(connected(walled)) for _ in range(40)]
+        answered, slow = (stack.enter_context(connected(walled)) for _ in range(2))
+        answered.sendall(GET)
+        for letter in GET * 1000:
+            try:
+                slow.sendall(bytes([letter]))
+                time.sleep(0.01)
+            except OSError:
+                break
+        else:
+            raise AssertionError("a request that takes ten minutes is listened to")
+        assert all(one.recv(1) == b"" for one in silent)
+        with answered.makefile("rb") as stream:
+            assert stream.readline().startswith(b"HTTP/1.1 200")
+            assert stream.read().endswith(b"<p>hello")
+        wait_for(lambda: threading.active_count() <= before)
+
+
+def test_who_takes_long_gets_all(walled: StaticServer) -> None:
+    """A large file that is taken slowly comes whole, long after a silent caller would have been sent away; who takes
+    nothing of it is."""
+    size = 40_000_000
+    (walled.root / "large.bin").write_bytes(bytes(size))
+    walled.patience = 0.5
+    ask = GET.replace(b"GET /", b"GET /large.bin")
+    before = threading.active_count()
+    with connected(walled) as slow, connected(walled) as none:
+        for one in (slow, none):
+            one.sendall(ask)
+        began, taken = time.monotonic(), 0
+        while taken < size:
+            data = slow.recv(1 << 18)
+            assert data, f"cut off after {taken} bytes and {time.monotonic() - began:.1f} s"
+            taken += len(data)
+            time.sleep(0.01)
+        assert time.monotonic() - began > 2 * walled.patience
+        wait_for(lambda: threading.active_count() <= before)
+
+
+def test_a_page_that_listens_is_not_sent_away(live_site: serve.LiveSite, events: Events, small_checkout: Path) -> None:
+    """However long nothing is edited."""
+    live_site.server.patience = 0.2
+    with closing(Events(live_site)) as late:
+        first = late.next()
+        silent = connected(live_site.server)
+        with silent:
+            assert silent.recv(1) == b"", "it has been longer than that"
+        (small_checkout / "content" / "page.md").write_text("second", "utf-8")
+        assert late.next()["build"] != first["build"]
 
 
 def test_the_dev_server_is_for_this_machine_unless_told_otherwise(tmp_path: Path) -> None:
