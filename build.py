@@ -1,5 +1,7 @@
 """The project's commands: `python3 build.py --help` lists them. Needs Python 3.11 or newer and nothing else."""
 
+import os
+import signal
 import sys
 
 if sys.version_info < (3, 11):  # noqa: UP036  (this is where an older Python is told so)
@@ -7,7 +9,7 @@ if sys.version_info < (3, 11):  # noqa: UP036  (this is where an older Python is
 
 from pathlib import Path
 
-from sitegen import cli, venv
+from sitegen import cli, stopping, venv
 
 ROOT = Path(__file__).resolve().parent
 
@@ -15,6 +17,7 @@ ROOT = Path(__file__).resolve().parent
 def main(words):
     """Run one command: parse it, be inside .venv (made on first use), hand over. Returns the exit code."""
     asked = cli.parse(words)  # --help and mistakes end here, before anything is set up
+    stopping.listen()
     try:
         if cli.COMMANDS[asked.command].needs_venv:
             venv.enter(ROOT, Path(__file__).resolve(), words)
@@ -23,7 +26,11 @@ def main(words):
         sys.stderr.write("build.py: " + str(error) + "\n")
         return 1
     except KeyboardInterrupt:
-        return 130
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        sys.stdout.flush()
+        sys.stderr.write("\n" * sys.stderr.isatty() + "build.py: stopped by Ctrl-C\n")
+        sys.stderr.flush()
+        os._exit(130)  # threads that pack a large file would be waited for
 
 
 if __name__ == "__main__":

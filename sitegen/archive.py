@@ -6,15 +6,14 @@ which would be the slowest step of a build.
 
 from __future__ import annotations
 
-import os
 import re
 import struct
 import zlib
 from collections.abc import Mapping
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
+from sitegen import ahead
 from sitegen.files import PACKED, WORTH, gzipped
 
 NOON = (0, 0x0021)  # 1980-01-01, the first date that a zip can hold: the same files give the same bytes
@@ -46,7 +45,7 @@ def archive(folder: str, files: Mapping[str, bytes], cache: Path) -> bytes:
     body: list[bytes] = []
     at, directory = 0, bytearray()
     names = sorted(files)
-    with ThreadPoolExecutor(os.cpu_count()) as threads:  # packing lets other threads run meanwhile
+    with ahead.threads() as threads:
         members = list(threads.map(lambda name: _packed(name, files[name], cache), names))
     for name, (method, packed) in zip(names, members, strict=True):
         member, data = f"{folder}/{name}".encode("ascii"), files[name]

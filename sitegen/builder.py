@@ -25,12 +25,22 @@ class Process:
     def __init__(self, root: Path, dest: Path, modules: list[str]) -> None:
         command = [sys.executable, "-P", str(WAITING), str(root), str(dest), json.dumps(modules)]
         self._child = subprocess.Popen(
-            command, cwd=root, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, encoding="utf-8"
+            command,
+            cwd=root,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            encoding="utf-8",
+            process_group=0,  # Ctrl-C is for the process that started this one
         )
         assert self._child.stdin is not None
         assert self._child.stdout is not None
         self._to, self._from = self._child.stdin, self._child.stdout
-        self._from.readline()  # it says so when it is ready
+        try:
+            self._from.readline()  # it says so when it is ready
+        except BaseException:
+            self.close()
+            raise
 
     def build(self) -> tuple[Outcome, list[str]]:
         """Let it build; the outcome, and what it has imported of other people's."""

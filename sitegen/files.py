@@ -13,12 +13,15 @@ from pathlib import Path, PurePosixPath
 
 import brotli  # type: ignore[import-untyped]
 
+from .stopping import held
+
 PACKED = {".html", ".css", ".js", ".mjs", ".json", ".ipynb", ".svg", ".xml", ".txt", ".wasm", ".webmanifest", ".ico"}
 FORMAT = "2"  # of what is kept; raised when the packing changes
 DAY = 86_400.0  # seconds
 WORTH = 1024  # bytes below which packing saves nothing that a reader would notice
 
 
+@held()
 def write(path: Path, data: bytes) -> None:
     """Write beside, then rename: nobody meets half a file, and a full disk leaves none behind."""
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -6,12 +6,13 @@ import os
 import shutil
 import tempfile
 from collections.abc import Mapping
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from . import ahead
 from .files import packed
 from .outside import Progress
 from .runtime import RuntimeInfo
+from .stopping import held
 
 
 def publish(
@@ -25,37 +26,38 @@ def publish(
     """Write all files into a folder beside `dest`, then put that in its place."""
     dest.parent.mkdir(parents=True, exist_ok=True)
     beside = Path(tempfile.mkdtemp(prefix=f".{dest.name}-", dir=dest.parent))
-    beside.chmod(0o755)
     try:
-        with ThreadPoolExecutor(os.cpu_count()) as threads:  # packing lets other threads run meanwhile
-            runtime = threads.submit(_copy_runtime, started, beside / "runtime", pack, cache) if started else None
-            written = [threads.submit(_write, beside, name, data, pack, cache) for name, data in files.items()]
-            for i, each in enumerate(written):
-                progress("writing pages", i, len(files))
-                each.result()
-            if runtime is not None:
-                runtime.result()
-        progress("writing pages", len(files), len(files))
+        beside.chmod(0o755)
+        _fill(beside, {**_runtime(started), **files}, pack, cache, progress)
         if (dest / ".gitignore").is_file():  # the folder's own, which is in git and not of the build
             shutil.copyfile(dest / ".gitignore", beside / ".gitignore")
-        _exchange(beside, dest)
+        with held():
+            _exchange(beside, dest)
     finally:
-        shutil.rmtree(beside, ignore_errors=True)
+        with held():
+            shutil.rmtree(beside, ignore_errors=True)
 
 
-def _write(folder: Path, name: str, data: bytes, pack: bool, cache: Path) -> None:
-    for each, bytes_ in {name: data, **(packed(name, data, cache) if pack else {})}.items():
-        (folder / each).parent.mkdir(parents=True, exist_ok=True)
-        (folder / each).write_bytes(bytes_)
+def _runtime(started: RuntimeInfo | None) -> dict[str, bytes]:
+    names = [*(file.name for file in started.files), started.wheel] if started else []
+    return {f"runtime/{name}": (started.folder / name).read_bytes() for name in names if started}
 
 
-def _copy_runtime(started: RuntimeInfo, folder: Path, pack: bool, cache: Path) -> None:
-    for name in [*(file.name for file in started.files), started.wheel]:
-        _write(folder, name, (started.folder / name).read_bytes(), pack, cache)
+def _fill(folder: Path, files: Mapping[str, bytes], pack: bool, cache: Path, progress: Progress) -> None:
+    """Write the files. The threads only pack: so nothing is written any more once this is left."""
+    for parent in {(folder / name).parent for name in files}:
+        parent.mkdir(parents=True, exist_ok=True)
+    with ahead.threads() as threads:
+        packs = [threads.submit(packed, name, data, cache) for name, data in files.items()] if pack else []
+        for i, (name, data) in enumerate(files.items()):
+            progress("writing pages", i, len(files))
+            for each, bytes_ in {name: data, **(packs[i].result() if pack else {})}.items():
+                (folder / each).write_bytes(bytes_)
+    progress("writing pages", len(files), len(files))
 
 
 def _exchange(beside: Path, dest: Path) -> None:
-    """Put the new folder in the old one's place; where that fails or is cut off half way, the old one comes back."""
+    """Put the new folder in the old one's place; where that fails half way, the old one comes back."""
     old = beside.with_name(beside.name + "-old")
     try:
         if dest.exists():

@@ -253,7 +253,7 @@ def serve(root: Path, host: str, port: int, *, opens: bool = True) -> int:
             webbrowser.open(f"{site.server.origin}/")
         site.watch()
     except KeyboardInterrupt:
-        print()
+        print("\nstopped", flush=True)
     finally:
         site.close()
     return 0

@@ -13,7 +13,6 @@ import json
 import sys
 import zipfile
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import as_completed
 from contextlib import contextmanager
 from dataclasses import asdict
 from functools import cache as once
@@ -154,9 +153,15 @@ def workers(root: Path, asked: Sequence[Unit], processes: int, scheduler: str) -
 
 @contextmanager
 def _processes(asked: Sequence[Unit], count: int) -> Iterator[Work]:
-    with ahead.processes(count) as pool:
-        futures = {pool.submit(run_unit, unit): unit for unit in asked}
-        yield ((futures[future], future.result()) for future in as_completed(futures))
+    with ahead.working([(run_unit, (unit,)) for unit in asked], count) as finished:
+        yield ((asked[i], _sound(found)) for i, found in finished)
+
+
+def _sound(found: Any) -> dict[str, list[float]]:
+    """What a unit found; what went wrong in it is raised."""
+    if isinstance(found, ahead.PieceFailed):
+        raise found
+    return dict(found)
 
 
 @contextmanager

@@ -64,8 +64,12 @@ def main(root: str, dest: str, modules: str) -> None:
         answers.write(json.dumps(build(root, dest)) + "\n")
         answers.flush()
         gc.collect()
-    os._exit(0)  # taking a large interpreter apart takes time, and nothing is left to be done
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    code = 0
+    try:
+        main(*sys.argv[1:])
+    except SystemExit:
+        code = 1
+    os._exit(code)  # taking a large interpreter apart takes time, and nothing is left to be done

@@ -39,7 +39,7 @@ def checkout(tmp_path: Path) -> Path:
     root = tmp_path / "a checkout ½"
     (root / "sitegen").mkdir(parents=True)
     shutil.copy(ROOT / "build.py", root)
-    for name in ("__init__", "cli", "venv", "clean"):
+    for name in ("__init__", "cli", "venv", "clean", "stopping"):
         shutil.copy(ROOT / "sitegen" / f"{name}.py", root / "sitegen")
     (root / "sitegen" / "building.py").write_text(BUILDING, "utf-8")
     (root / "requirements.lock").write_text("# nothing\n", "utf-8")

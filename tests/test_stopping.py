@@ -1,0 +1,159 @@
+"""Ctrl-C as a terminal sends it: to every process of the group, while real processes, Node and threads are at work."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+PATIENCE = 60.0  # seconds until a wait counts as failed
+ENDS = 15.0  # seconds; it takes a fraction of one, but machines are busy
+ENDINGS = {"build": (130, "build.py: stopped by Ctrl-C"), "serve": (0, "stopped")}
+STAGES = {"writing": 3, "counting": 3, "node": 2, "packing": 1}  # and how many processes say that they have begun
+
+pytestmark = pytest.mark.skipif(os.name == "nt", reason="groups of processes are POSIX's")
+
+# A generator that comes to a stage and stays there. Who is at work says so by a file with its process' number.
+BUILD = """\
+import hashlib, os
+from pathlib import Path
+from sitegen import ahead
+from sitegen.files import write
+from sitegen.node import run_node
+from sitegen.publish import publish
+
+class Report:
+    pages, warnings, sources = ("index.html",), (), ()
+
+def say(root, name):
+    write(root / "begun" / name, str(os.getpid()).encode())
+
+def writing(root, name):
+    say(root, name)
+    while True:
+        write(root / "cache" / name, os.urandom(1 << 20))
+
+def counting(root, name):
+    say(root, name)
+    hashlib.pbkdf2_hmac("sha256", b"", b"", 1 << 31)  # no signal is heard before this ends, in half an hour
+
+def build(root, dest, *, strict=False, drafts=False, pack=True, progress=None):
+    stage = (root / "content" / "page.md").read_text()
+    say(root, "build")
+    if stage in ("writing", "counting"):
+        ahead.make("pieces", [(globals()[stage], (root, f"piece-{i}")) for i in range(5)], progress)
+    elif stage == "node":
+        run_node(root / "sitegen" / "slow.mjs", str(root / "begun" / "node"))
+    elif stage == "packing":
+        words = os.urandom(1 << 16).hex().encode()
+        files = {f"{i}.txt": b"%d" % i + words * 200 for i in range(40)}
+        publish(files, None, dest, True, root / "cache", progress)
+    return Report()
+"""
+NODE = """\
+import { readFileSync, renameSync, writeFileSync } from "node:fs";
+const said = JSON.parse(readFileSync(0, "utf-8"));
+writeFileSync(said + ".new", String(process.pid));
+renameSync(said + ".new", said);
+setInterval(() => {}, 1000);
+"""
+
+
+class Started:
+    """A command in a session of its own, as a terminal would start it."""
+
+    def __init__(self, root: Path, *words: str) -> None:
+        self.root = root
+        self.process = subprocess.Popen(
+            [sys.executable, "build.py", *words],
+            cwd=root,
+            env={**os.environ, "PYTHONIOENCODING": "utf-8"},
+            start_new_session=True,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+
+    def interrupt(self, times: int) -> tuple[int, str]:
+        """Press Ctrl-C so many times; the exit code and all that was printed, once it has ended."""
+        for _ in range(times):
+            os.killpg(self.process.pid, signal.SIGINT)
+        printed, _ = self.process.communicate(timeout=ENDS)
+        return self.process.returncode, printed
+
+    def processes(self) -> list[int]:
+        """Those that the build said were at work."""
+        return [int(path.read_text()) for path in (self.root / "begun").glob("[!.]*")]
+
+    def close(self) -> None:
+        for number in [self.process.pid, *self.processes()]:
+            if alive(number):
+                os.kill(number, signal.SIGKILL)
+        self.process.communicate(timeout=ENDS)
+
+
+def alive(number: int) -> bool:
+    """Whether the process is there, and not only remembered for its exit code."""
+    done = subprocess.run(["ps", "-o", "stat=", "-p", str(number)], capture_output=True, text=True, check=False)
+    return bool(done.stdout.strip()) and not done.stdout.strip().startswith("Z")
+
+
+def wait_for(started: Started, stage: str) -> None:
+    """Until everything that the stage sets to work is at it."""
+    deadline = time.monotonic() + PATIENCE
+    while len(started.processes()) < STAGES[stage] or (stage == "packing" and not [*started.root.glob(".site-*/*")]):
+        assert started.process.poll() is None, started.process.communicate()[0]
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
+@pytest.fixture
+def checkout(tmp_path: Path) -> Path:
+    """The commands with the generator above."""
+    root = tmp_path / "checkout"
+    (root / "content").mkdir(parents=True)
+    shutil.copytree(ROOT / "sitegen", root / "sitegen", ignore=shutil.ignore_patterns("__pycache__"))
+    for name in ("build.py", "requirements.lock"):
+        shutil.copy(ROOT / name, root)
+    (root / ".venv").symlink_to((ROOT / ".venv").resolve(), target_is_directory=True)
+    (root / "solvers").symlink_to(ROOT / "solvers")
+    (root / "widgets").symlink_to(ROOT / "widgets")
+    (root / "sitegen" / "build.py").write_text(BUILD, "utf-8")
+    (root / "sitegen" / "slow.mjs").write_text(NODE, "utf-8")
+    return root
+
+
+@pytest.mark.parametrize("times", [1, 2])
+@pytest.mark.parametrize("stage", STAGES)
+@pytest.mark.parametrize("words", [["build"], ["serve", "--no-open", "--port", "0"]], ids=["build", "serve"])
+def test_ctrl_c_ends_everything_and_leaves_nothing(checkout: Path, words: list[str], stage: str, times: int) -> None:
+    """Once or twice: the command says one line and is gone, with all that it had started, whatever they were doing; no
+    folder is left beside the site, and no half of a file in the cache."""
+    (checkout / "content" / "page.md").write_text(stage, "utf-8")
+    with closing(Started(checkout, *words)) as started:
+        wait_for(started, stage)
+        code, printed = started.interrupt(times)
+        assert (code, printed.strip()) == ENDINGS[words[0]]
+        assert [number for number in started.processes() if alive(number)] == []
+    assert [path.name for path in checkout.glob(".site*")] == []
+    assert [path.name for path in checkout.glob("cache/**/.*")] == []
+
+
+def test_ctrl_c_ends_a_server_that_waits(checkout: Path) -> None:
+    """That is how `serve` is meant to end: code 0, and the process that would have built next goes too."""
+    (checkout / "content" / "page.md").write_text("nothing", "utf-8")
+    with closing(Started(checkout, "serve", "--no-open", "--port", "0")) as started:
+        assert started.process.stdout is not None
+        while "Ctrl-C ends it" not in (line := started.process.stdout.readline()):
+            assert line, "it has ended"
+        code, printed = started.interrupt(1)
+        assert (code, printed.strip()) == (0, "stopped")
+        assert [number for number in started.processes() if alive(number)] == []
