@@ -83,6 +83,7 @@ def _new_options(parser: argparse.ArgumentParser) -> None:
 
 def _publish_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("where", metavar="DEST", help="a folder, or git+REPOSITORY#BRANCH (branch: gh-pages)")
+    parser.add_argument("--force", action="store_true", help="also among, and over, files that no publish put there")
 
 
 def _clean_options(parser: argparse.ArgumentParser) -> None:
@@ -149,7 +150,7 @@ def _new(root: Path, asked: Arguments) -> int:
 def _publish(root: Path, asked: Arguments) -> int:
     from sitegen.hosting import publish_command
 
-    return publish_command(root, asked.where)
+    return publish_command(root, asked.where, force=asked.force)
 
 
 def _clean(root: Path, asked: Arguments) -> int:
