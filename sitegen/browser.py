@@ -12,6 +12,8 @@ from pathlib import Path
 
 from playwright.sync_api import Error, sync_playwright
 
+from sitegen import webkit
+
 # Headless in a container, and no requests of the browser's own.
 FLAGS = (
     "--no-sandbox",
@@ -66,11 +68,6 @@ def firefox_fault(path: Path) -> str:
     return run_fault([str(path), "--version"])
 
 
-def webkit_fault(path: Path) -> str:
-    """Why this driver of WebKitGTK's cannot be used; nothing when it can."""
-    return run_fault([str(path), "--version"]) or ("" if shutil.which("Xvfb") else "it needs Xvfb, a display")
-
-
 @dataclass(frozen=True)
 class Engine:
     """How one of the engines is come by.
@@ -118,7 +115,7 @@ ENGINES = {
         ("WebKitWebDriver",),
         (),
         ("webkit2gtk-driver", "xvfb"),
-        webkit_fault,
+        webkit.fault,
     ),
 }
 

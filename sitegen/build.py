@@ -39,7 +39,7 @@ from .pages import Writer, environment, figure_html, figure_view, plot_html
 from .plotting import Gallery, Placed, Plot, version
 from .problems import BuildFailed, Place, Problem, Problems
 from .prune import prune
-from .publish import publish
+from .publish import clear, publish
 from .remembered import Remembered
 from .render import Body, Known, render
 from .survey import OWN_IDS, Survey, survey
@@ -95,6 +95,7 @@ def build(
     and the whole site in a zip to take away; who only looks at pages needs neither.
     Raises BuildFailed with every problem of the content; OutsideError, NodeError, WheelError where the machinery fails.
     """
+    clear(dest)
     progress, cache, problems = progress or quiet, cache or outside.cache_dir(), Problems()
     site = read_site(root, problems)
     chapters, left_out = read_chapters(root, site, problems, drafts)

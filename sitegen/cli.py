@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 Arguments = argparse.Namespace
+TO_PYTEST = "pytest: files, or -k NAME for what is called so, run these tests alone, after what they need"
 
 
 @dataclass(frozen=True)
@@ -22,7 +23,7 @@ class Command:
     options: Callable[[argparse.ArgumentParser], None]
     run: Callable[[Path, Arguments], int]
     needs_venv: bool = True
-    passes_on: str = ""  # what becomes of further arguments; empty where there may be none
+    passes_on: str = ""  # where further arguments go; empty where there may be none
 
 
 def _none(parser: argparse.ArgumentParser) -> None:
@@ -163,7 +164,7 @@ COMMANDS: dict[str, Command] = {
     "build": Command("build site/ (the same as no command)", _none, _build),
     "serve": Command("build, show the site, and reload the page on every edit", _serve_options, _serve),
     "check": Command("a strict build: links, anchors, references, claims, HTML, sizes", _none, _check),
-    "test": Command("every check and test; finds or installs a browser", _test_options, _test, passes_on="pytest"),
+    "test": Command("every check and test; finds or installs a browser", _test_options, _test, passes_on=TO_PYTEST),
     "bench": Command("measure what the project is held to; prints a table, writes bench.json", _bench_options, _bench),
     "sweep": Command("run the race on 1,000 seeds, and its maps; goes on where it was", _sweep_options, _sweep),
     "train": Command("train the learned flows' networks anew, with PyTorch; most of an hour", _train_options, _train),

@@ -11,8 +11,17 @@ from pathlib import Path
 from . import ahead
 from .files import packed
 from .outside import Progress
+from .problems import BuildFailed, Problem
 from .runtime import RuntimeInfo
 from .stopping import held
+
+
+def clear(dest: Path) -> None:
+    """Raises BuildFailed where what has the site's name is a file or a link, which a build would put away."""
+    what = "a link" if dest.is_symlink() else "a file" if dest.exists() and not dest.is_dir() else ""
+    if what:
+        message = f"this is {what}, not a folder; a build would put a folder in its place: move or rename it first"
+        raise BuildFailed([Problem(dest.name, 0, 0, message)])
 
 
 def publish(
@@ -23,7 +32,8 @@ def publish(
     cache: Path,
     progress: Progress,
 ) -> None:
-    """Write all files into a folder beside `dest`, then put that in its place."""
+    """Write all files into a folder beside `dest`, then put that in its place. Raises BuildFailed as `clear` does."""
+    clear(dest)
     dest.parent.mkdir(parents=True, exist_ok=True)
     beside = Path(tempfile.mkdtemp(prefix=f".{dest.name}-", dir=dest.parent))
     try:

@@ -1,16 +1,21 @@
-"""`test`: lint, types, a strict build with its checks, then pytest over everything, in a real browser."""
+"""`test`: lint, types, a strict build with its checks, then pytest over everything, in a real browser.
+
+Of a part (a file, -k NAME …) nothing is run but these tests, and before them what they need: a browser, the built site.
+"""
 
 from __future__ import annotations
 
+import argparse
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
 
 import pytest
 
 from sitegen import browser, claims
+from sitegen.building import build_command
 from sitegen.check import prove_sweep, publish_and_check
 
 
@@ -35,26 +40,60 @@ class Ledger:
             terminalreporter.write_line(f"failed: {', '.join(self.failed)} (see above)", red=True)
 
 
+class Question:
+    """A pytest plugin that has nothing run, and keeps what pytest makes of its arguments."""
+
+    options = argparse.Namespace()
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_cmdline_main(self, config: pytest.Config) -> int:
+        """In place of a run."""
+        self.options = config.option
+        return 0
+
+
+class Needs:
+    """A pytest plugin that sees to what the tests of a part need, before the first of them runs."""
+
+    def __init__(self, root: Path, given: Path | None) -> None:
+        self.root, self.given = root, given
+
+    def pytest_collection_finish(self, session: pytest.Session) -> None:
+        """What they need is told by their fixtures."""
+        fixtures = {name for item in session.items for name in getattr(item, "fixturenames", ())}
+        fault = "" if session.config.option.collectonly else self.fault(fixtures)
+        if fault:
+            pytest.exit(fault, 1)
+
+    def fault(self, fixtures: Collection[str]) -> str:
+        """A browser where one is driven, the site as its sources are where it is looked at; what cannot be had."""
+        fault = find_browsers(["chromium"], self.given) if "playwright" in fixtures else ""
+        if not fault and "site" in fixtures and build_command(self.root) != 0:
+            return "these tests look at the built site, which cannot be built"
+        return fault
+
+
 ENGINE_TESTS = "tests/browser/engines"
 PROCESSES = 4  # at most: the longest file of tests takes a quarter of all
+# pytest's options that choose among the tests, or run none.
+CHOOSING = ("keyword", "markexpr", "deselect", "ignore", "ignore_glob", "lf", "stepwise", "collectonly", "help")
 
 
 def test(root: Path, engines: Sequence[str], given: Path | None, further: Sequence[str]) -> int:
-    """Run everything, with Chromium; or, on the engines that are named, what is tested on every engine.
+    """Run everything, with Chromium; or the part that `further` arguments, which go to pytest, choose; or, on the
+    engines that are named, what is tested on every engine.
 
-    `further` arguments go to pytest. The exit code is 0 only when nothing at all failed; an engine that is absent and
-    cannot be installed has failed.
+    The exit code is 0 only when nothing at all failed; an engine that is absent and cannot be installed has failed.
     """
     os.chdir(root)
-    faults = []
-    for name in engines or ["chromium"]:
-        try:
-            program = browser.found(name, given if name == "chromium" else None)
-            os.environ[f"LADDER_{name.upper()}"] = str(program)
-        except browser.BrowserMissing as error:
-            faults.append(str(error))
-    if faults:
-        print("\n".join(faults), file=sys.stderr)
+    asked = understood(further)
+    if asked is None:
+        return 2
+    if is_part(root, asked) and not engines:
+        return test_part(Needs(root, given), asked, further)
+    fault = find_browsers(engines or ["chromium"], given)
+    if fault:
+        print(fault, file=sys.stderr)
         return 1
     os.environ["LADDER_ENGINES"] = ",".join(engines or ["chromium"])
     steps: dict[str, Callable[[], int]] = {
@@ -66,8 +105,8 @@ def test(root: Path, engines: Sequence[str], given: Path | None, further: Sequen
     if engines:
         steps = {"check": steps["check"]}
         further = [*further, *([] if any(ENGINE_TESTS in word for word in further) else [ENGINE_TESTS])]
-    else:
-        further = [f"--ignore={ENGINE_TESTS}", *further]  # what these ask of Chromium, the other tests ask too
+    else:  # what the engines' tests ask of Chromium, the other tests ask too
+        further = [*processes(asked), f"--ignore={ENGINE_TESTS}", *further]
     failed = []
     for name, step in steps.items():
         print(f"== {name}", flush=True)
@@ -75,19 +114,53 @@ def test(root: Path, engines: Sequence[str], given: Path | None, further: Sequen
             failed.append(name)
     print("== pytest", flush=True)
     ledger = Ledger(failed)
-    code = int(pytest.main([*processes(further), *further], plugins=[ledger]))
-    if ledger.reports:
+    code = int(pytest.main([*further], plugins=[ledger]))
+    if ledger.reports and not engines:
         claims.write_results(root, claims.merged(ledger.reports))
     return 1 if code or failed else 0
 
 
-def processes(further: Sequence[str], count: int | None = None) -> list[str]:
+def test_part(needs: Needs, asked: argparse.Namespace, further: Sequence[str]) -> int:
+    """Run some tests after what they need, and nothing else; what a claim's test last said stays as it was."""
+    if getattr(asked, "numprocesses", None):  # these choose for themselves, and tell this one nothing
+        fault = needs.fault(("playwright", "site"))
+        if fault:
+            print(fault, file=sys.stderr)
+            return 1
+    return 1 if pytest.main([*further], plugins=[needs]) else 0
+
+
+def understood(words: Sequence[str]) -> argparse.Namespace | None:
+    """pytest's options by its arguments; None, and pytest has told why, where it does not know them."""
+    question = Question()
+    return question.options if pytest.main([*words], plugins=[question]) == 0 else None
+
+
+def is_part(root: Path, asked: argparse.Namespace) -> bool:
+    """Whether pytest is asked for some of the tests: by files, by -k and the like."""
+    everything = {root.resolve(), (root / "tests").resolve()}
+    some = {Path(name.partition("::")[0]).resolve() for name in asked.file_or_dir}
+    return bool(some and not some & everything) or any(getattr(asked, name, None) for name in CHOOSING)
+
+
+def processes(asked: argparse.Namespace, count: int | None = None) -> list[str]:
     """What makes pytest run in as many processes as the machine has (or `count`), a file in one of them, unless it is
-    told how, or of a few tests only. The browser's files come first: they take longest."""
+    told how. The browser's files come first: they take longest."""
     count = min(PROCESSES, (os.cpu_count() or 1) if count is None else count)
-    told = any(word.startswith(("-n", "--numprocesses", "--pdb", "-s")) for word in further)
-    some = any(Path(word.partition("::")[0]).exists() for word in further if not word.startswith("-"))
-    return [] if told or some or count < 2 else [f"-n{count}", "--dist=loadfile", "--no-loadscope-reorder"]
+    told = getattr(asked, "numprocesses", None) is not None or asked.usepdb or asked.capture == "no"
+    return [] if told or count < 2 else [f"-n{count}", "--dist=loadfile", "--no-loadscope-reorder"]
+
+
+def find_browsers(engines: Sequence[str], given: Path | None) -> str:
+    """Find or install the engines' programs and name them to the tests; what cannot be had."""
+    faults = []
+    for name in engines:
+        try:
+            program = browser.found(name, given if name == "chromium" else None)
+            os.environ[f"LADDER_{name.upper()}"] = str(program)
+        except browser.BrowserMissing as error:
+            faults.append(str(error))
+    return "\n".join(faults)
 
 
 def module(*words: str) -> int:

@@ -1,7 +1,8 @@
-"""What tests of several folders share: a checkout with a small generator, and that checkout being served."""
+"""What tests of several folders share: the built site; a checkout with a small generator, and that being served."""
 
 from __future__ import annotations
 
+import os
 import shutil
 import threading
 from collections.abc import Iterator
@@ -57,6 +58,14 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption("--walk-steps", type=int, help="actions a page")
     group.addoption("--walk-seed", help="any text")
     group.addoption("--walk-pages", help="names, separated by commas; every page with a figure without it")
+
+
+@pytest.fixture(scope="session")
+def site() -> Path:
+    """The built site. By this fixture `build.py test` knows which tests need it as its sources are."""
+    built = Path(os.environ.get("LADDER_SITE", ROOT / "site"))
+    assert (built / "index.html").is_file(), f"no built site in {built}: run `python3 build.py` first"
+    return built
 
 
 @pytest.fixture

@@ -15,7 +15,6 @@ from sitegen.browser import FLAGS
 from tests.browser.server import SiteServer
 
 ROOT = Path(__file__).resolve().parents[2]
-SITE = Path(os.environ.get("LADDER_SITE", ROOT / "site"))
 BLOCKED = "Service Worker registration blocked"  # by the tests themselves, where they are not about being offline
 
 
@@ -31,12 +30,6 @@ def browser(playwright: Playwright) -> Iterator[Browser]:
     running = playwright.chromium.launch(executable_path=path, args=FLAGS)
     yield running
     running.close()
-
-
-@pytest.fixture(scope="session")
-def site() -> Path:
-    assert (SITE / "index.html").is_file(), f"no built site in {SITE}: run `python3 build.py` first"
-    return SITE
 
 
 @pytest.fixture(scope="session")

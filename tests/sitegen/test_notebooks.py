@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import json
-import os
 import re
 from pathlib import Path
 from xml.etree import ElementTree
@@ -18,7 +17,6 @@ from sitegen.notebooks import written
 from tests.sitegen.conftest import Project
 
 ROOT = Path(__file__).resolve().parents[2]
-SITE = Path(os.environ.get("LADDER_SITE", ROOT / "site"))
 LARGEST = 300_000  # bytes
 IMAGE = re.compile(r'<img alt="([^"]+)" width="[\d.]+" src="data:image/svg\+xml;base64,([^"]+)">')
 OURS = re.compile(r"::?(?:figure|plot|try|aside|value|readout|claim|ref|term)\[|\[@|\[\^|^#.*\{#|\$\$ \(", re.MULTILINE)
@@ -29,10 +27,10 @@ def read(path: Path) -> nbformat.NotebookNode:
 
 
 @pytest.fixture(scope="module")
-def books() -> dict[str, nbformat.NotebookNode]:
+def books(site: Path) -> dict[str, nbformat.NotebookNode]:
     """The built site's notebooks by name."""
-    found = {path.stem: read(path) for path in sorted((SITE / "notebooks").glob("*.ipynb"))}
-    assert found, f"no notebooks in {SITE}: run `python3 build.py` first"
+    found = {path.stem: read(path) for path in sorted((site / "notebooks").glob("*.ipynb"))}
+    assert found, f"no notebooks in {site}: run `python3 build.py` first"
     return found
 
 
@@ -83,11 +81,11 @@ def test_no_cell_no_output() -> None:
     assert book["cells"][1] == {**book["cells"][1], "outputs": [], "execution_count": None, "source": "1 + 1"}
 
 
-def test_every_chapters_notebook_is_whole(books: dict[str, nbformat.NotebookNode]) -> None:
+def test_every_chapters_notebook_is_whole(site: Path, books: dict[str, nbformat.NotebookNode]) -> None:
     """Of the built site: valid, small, nothing of our own Markdown left, formulas with even signs."""
     for name, book in books.items():
         nbformat.validate(book)
-        assert (SITE / "notebooks" / f"{name}.ipynb").stat().st_size < LARGEST
+        assert (site / "notebooks" / f"{name}.ipynb").stat().st_size < LARGEST
         said = re.sub(r"base64,[^\"]*", "", text_of(book))
         assert not OURS.search(said), name
         assert not re.search(r"&(?:amp|lt|gt|quot|#\d+);", re.sub(r"<img [^>]*>", "", said)), name

@@ -11,9 +11,6 @@ import pytest
 from sitegen.check import check_site
 from tests.sitegen.conftest import SECOND, Project
 
-ROOT = Path(__file__).resolve().parents[2]
-SITE = ROOT / "site"
-
 BODY = """\
 ::figure[C]{toy preset=default id=demo noise=0.5}
 
@@ -203,13 +200,13 @@ def test_a_deck_takes_no_chapters_name(project: Project) -> None:
 
 
 @pytest.fixture(scope="module")
-def decks() -> dict[str, str]:
+def decks(site: Path) -> dict[str, str]:
     """Every deck of the built site, by chapter page."""
-    chapters = [path for path in sorted(SITE.glob("*.html")) if 'class="chapter"' in path.read_text("utf-8")]
-    assert len(chapters) >= 16, f"no built site in {SITE}: run `python3 build.py` first"
+    chapters = [path for path in sorted(site.glob("*.html")) if 'class="chapter"' in path.read_text("utf-8")]
+    assert len(chapters) >= 16, f"no built site in {site}: run `python3 build.py` first"
     linked = {path.name: re.findall(r'href="(slides-[^"]*)"', path.read_text("utf-8")) for path in chapters}
     assert all(len(found) == 1 for found in linked.values()), linked
-    return {page: (SITE / name).read_text("utf-8") for page, (name,) in linked.items()}
+    return {page: (site / name).read_text("utf-8") for page, (name,) in linked.items()}
 
 
 def test_every_chapter_has_a_complete_deck(decks: dict[str, str]) -> None:
@@ -225,13 +222,13 @@ def test_every_chapter_has_a_complete_deck(decks: dict[str, str]) -> None:
         assert re.search(r'<a href="slides[^"]*">(Next deck|All decks)', slides[-1]), page
 
 
-def test_decks_are_kept_offline_and_in_the_zip_and_not_searched(decks: dict[str, str]) -> None:
-    names = {path.name for path in SITE.glob("slides*.html")}
+def test_decks_are_kept_offline_and_in_the_zip_and_not_searched(site: Path, decks: dict[str, str]) -> None:
+    names = {path.name for path in site.glob("slides*.html")}
     assert len(names) == len(decks) + 1
-    worker = (SITE / "sw.js").read_text("utf-8")
+    worker = (site / "sw.js").read_text("utf-8")
     assert all(f'["{name}", ' in worker for name in names)
-    (path,) = SITE.glob("*.zip")
+    (path,) = site.glob("*.zip")
     with zipfile.ZipFile(path) as zipped:
         assert names <= {Path(each).name for each in zipped.namelist()}
-    (data,) = SITE.glob("assets/search.*.js")
+    (data,) = site.glob("assets/search.*.js")
     assert "slides-" not in data.read_text("utf-8")

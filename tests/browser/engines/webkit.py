@@ -1,79 +1,35 @@
-"""WebKit: WebKitGTK's own small browser on a display of its own, through its WebDriver and Selenium."""
+"""A reader's window in WebKit: sitegen.webkit says how one is come by."""
 
 from __future__ import annotations
 
 import base64
-import os
-import shutil
-import subprocess
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from selenium import webdriver
-from selenium.webdriver.remote.client_config import ClientConfig
-from selenium.webdriver.webkitgtk.options import Options
-from selenium.webdriver.webkitgtk.service import Service
-
+from sitegen.webkit import Display, session
 from tests.browser.engines.window import PATIENCE, Place, key_actions, pointer_actions
-
-SCREEN = "1600x1400x24"
-# Without this the browser's own toolbar keeps its window wider than a phone.
-NARROW = "headerbar *, box button, entry, button { min-width: 0; padding: 0; margin: 0; }"
 
 
 class Webkit:
-    """A display, and a home folder with nothing in it, for one browser a window."""
+    """A display for one browser a window."""
 
     def __init__(self, driver: Path) -> None:
         self.driver = driver
-        self.home = tempfile.TemporaryDirectory(prefix="ladder-webkit-", ignore_cleanup_errors=True)
-        self.display, number = start_display()
-        homes = {f"XDG_{kind}_HOME": f"{self.home.name}/{kind.lower()}" for kind in ("CONFIG", "DATA", "CACHE")}
-        self.env = {**os.environ, **homes, "DISPLAY": f":{number}", "GDK_BACKEND": "x11"}
-        style = Path(homes["XDG_CONFIG_HOME"]) / "gtk-3.0" / "gtk.css"
-        style.parent.mkdir(parents=True)
-        style.write_text(NARROW, "utf-8")
+        self.display = Display()
 
     def window(self) -> WebkitWindow:
-        return WebkitWindow(Service(str(self.driver), env=self.env))
+        return WebkitWindow(self.driver, self.display)
 
     def close(self) -> None:
-        self.display.terminate()
-        self.display.wait(PATIENCE)
-        self.home.cleanup()
-
-
-def start_display() -> tuple[subprocess.Popen[bytes], str]:
-    """An X server that draws nowhere, and its number: it takes the first that is free, and tells."""
-    xvfb = shutil.which("Xvfb")
-    if not xvfb:
-        raise RuntimeError("WebKit needs Xvfb, which is not on the PATH")
-    ours, theirs = os.pipe()
-    command = [xvfb, "-displayfd", str(theirs), "-screen", "0", SCREEN, "-nolisten", "tcp"]
-    running = subprocess.Popen(command, pass_fds=[theirs], stdin=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    os.close(theirs)
-    with open(ours, encoding="ascii") as told:
-        number = told.readline().strip()
-    if not number:
-        raise RuntimeError(f"Xvfb ended with code {running.wait(PATIENCE)}")
-    return running, number
+        self.display.close()
 
 
 class WebkitWindow:
     """A browser with one window."""
 
-    def __init__(self, service: Service) -> None:
-        self.service = service
+    def __init__(self, driver: Path, display: Display) -> None:
         self.wrong: list[str] = []
-        service.start()
-        where = service.service_url
-        config = ClientConfig(remote_server_addr=where, timeout=3 * PATIENCE)
-        try:
-            self.driver = webdriver.Remote(where, options=Options(), client_config=config)
-        except BaseException:
-            service.stop()
-            raise
+        self.service, self.driver = session(driver, display, 3 * PATIENCE)
         self.driver.set_script_timeout(2 * PATIENCE)
 
     def size(self, width: int, height: int) -> None:

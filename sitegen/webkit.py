@@ -1,0 +1,92 @@
+"""WebKit: WebKitGTK's own small browser on a display of its own, through its WebDriver and Selenium."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import tempfile
+from pathlib import Path
+
+from selenium import webdriver
+from selenium.common.exceptions import WebDriverException
+from selenium.webdriver.remote.client_config import ClientConfig
+from selenium.webdriver.webkitgtk.options import Options
+from selenium.webdriver.webkitgtk.service import Service
+from urllib3.exceptions import HTTPError
+
+SCREEN = "1600x1400x24"
+# Without this the browser's own toolbar keeps its window wider than a phone.
+NARROW = "headerbar *, box button, entry, button { min-width: 0; padding: 0; margin: 0; }"
+STARTS = 60  # seconds until a first session counts as failed
+
+
+class Display:
+    """An X server that draws nowhere, and a home folder with nothing in it. `env`: what a driver on it is to know."""
+
+    def __init__(self) -> None:
+        self.server, number = start_display()
+        self.home = tempfile.TemporaryDirectory(prefix="ladder-webkit-", ignore_cleanup_errors=True)
+        homes = {f"XDG_{kind}_HOME": f"{self.home.name}/{kind.lower()}" for kind in ("CONFIG", "DATA", "CACHE")}
+        self.env = {**os.environ, **homes, "DISPLAY": f":{number}", "GDK_BACKEND": "x11"}
+        style = Path(homes["XDG_CONFIG_HOME"]) / "gtk-3.0" / "gtk.css"
+        style.parent.mkdir(parents=True)
+        style.write_text(NARROW, "utf-8")
+
+    def close(self) -> None:
+        """End the server; where it does not by itself, by force."""
+        self.server.terminate()
+        try:
+            self.server.wait(STARTS)
+        except subprocess.TimeoutExpired:
+            self.server.kill()
+            self.server.wait()
+        self.home.cleanup()
+
+
+def start_display() -> tuple[subprocess.Popen[bytes], str]:
+    """The X server and its number: it takes the first that is free, and tells. Raises RuntimeError where it cannot."""
+    xvfb = shutil.which("Xvfb")
+    if not xvfb:
+        raise RuntimeError("WebKit needs Xvfb, a display, which is not on the PATH")
+    ours, theirs = os.pipe()
+    command = [xvfb, "-displayfd", str(theirs), "-screen", "0", SCREEN, "-nolisten", "tcp"]
+    running = subprocess.Popen(command, pass_fds=[theirs], stdin=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    os.close(theirs)
+    with open(ours, encoding="ascii") as told:
+        number = told.readline().strip()
+    if not number:
+        raise RuntimeError(f"Xvfb ended with code {running.wait(STARTS)}")
+    return running, number
+
+
+def session(driver: Path, display: Display, seconds: float) -> tuple[Service, webdriver.Remote]:
+    """The driver's service, running, and a browser with one window; `seconds`: how long any answer may take."""
+    service = Service(str(driver), env=display.env)
+    service.start()
+    config = ClientConfig(remote_server_addr=service.service_url, timeout=round(seconds))
+    try:
+        return service, webdriver.Remote(service.service_url, options=Options(), client_config=config)
+    except BaseException:
+        service.stop()
+        raise
+
+
+def fault(driver: Path) -> str:
+    """Why no browser can be driven by this program; nothing when one can. It is asked for a session: what it says to
+    --version differs between versions, and so does its exit code."""
+    try:
+        display = Display()
+    except (RuntimeError, OSError) as error:
+        return str(error)
+    try:
+        service, browser = session(driver, display, STARTS)
+        try:
+            browser.quit()
+        finally:
+            service.stop()
+    except (WebDriverException, HTTPError, OSError) as error:
+        return str(error).strip().splitlines()[0]
+    finally:
+        display.close()
+    return ""
