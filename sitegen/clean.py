@@ -15,7 +15,8 @@ SOURCES = ("sitegen", "solvers", "widgets", "tests")
 
 
 def clean(root: Path, *, everything: bool = False) -> int:
-    """Empty site/ (but for its .gitignore) and remove the caches; `everything`: also .venv and the user's cache."""
+    """Empty site/ (but for its .gitignore) and remove the caches; `everything`: also .venv and the user's cache. The
+    exit code is 1 where something cannot be removed, which is told; the rest is."""
     gone = [path for path in sorted((root / "site").glob("*")) if path.name != ".gitignore"]
     gone += [root / name for name in CACHES]
     gone += [root / "__pycache__", *root.glob("*.egg-info"), *root.glob(".site-*")]  # the last: builds cut off
@@ -36,13 +37,19 @@ def clean(root: Path, *, everything: bool = False) -> int:
             gone.append(cache)
         gone.append(venv.folder(root))
     for path in gone:
-        if path.is_dir() and not path.is_symlink():
-            shutil.rmtree(path)
-        elif path.exists() or path.is_symlink():
-            path.unlink()
-        else:
+        shown = path.relative_to(root) if path.is_relative_to(root) else path
+        try:
+            if path.is_dir() and not path.is_symlink():
+                shutil.rmtree(path)
+            elif path.exists() or path.is_symlink():
+                path.unlink()
+            else:
+                continue
+        except OSError as error:
+            print(f"clean: {shown} cannot be removed: {error.strerror or error}", file=sys.stderr)
+            code = 1
             continue
-        print(f"removed {path.relative_to(root) if path.is_relative_to(root) else path}")
+        print(f"removed {shown}")
     return code
 
 

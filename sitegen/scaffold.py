@@ -6,38 +6,54 @@ The pieces lie in sitegen/pieces as they are written, with $name, $module and mo
 from __future__ import annotations
 
 import json
+import keyword
 import re
 import sys
 from collections.abc import Mapping
 from pathlib import Path
 from string import Template
 
+import yaml
+
 from .content import OWN_PAGES, SLUG
 from .files import write
 
 PIECES = Path(__file__).with_name("pieces")
 NUMBERED = re.compile(r"(\d+)(?:\.\d+)?[a-z]?-(.+)\.md")
+DEVICES = re.compile(r"aux|con|nul|prn|(?:com|lpt)\d")  # no file of Windows has such a name, whatever its ending
+LONGER = "choose another name, such as one of two words: known-pairs"
+EVERY_TEST = "test_.py"  # is in the name of every file of tests
 
 
 class NameTaken(ValueError):
-    """The name is none, or stands for something already; the message says what to do."""
+    """The name will not do, or stands for something already; the message says what to do."""
 
 
 def new_command(root: Path, kind: str, name: str, title: str) -> int:
-    """Write the piece and say what to do next. The exit code is 2 where the name will not do."""
+    """Write the piece and say what to do next. The exit code is 2 where the name will not do, 1 where a file cannot be
+    written."""
     try:
         made = new_chapter(root, name, title) if kind == "chapter" else new_figure(root, name, title)
     except NameTaken as error:
         print(f"new {kind}: {error}", file=sys.stderr)
         return 2
+    except OSError as error:
+        print(f"new {kind}: {error.filename}: {error.strerror}; nothing was made", file=sys.stderr)
+        return 1
     for path in made:
         print(f"made {path.relative_to(root).as_posix()}")
     if kind == "chapter":
         print("It is a draft: `python3 build.py serve` shows it; take `draft: true` away to publish it.")
     else:
         print(f"A chapter places it by ::figure[caption]{{{name}}}.")
-        print(f"Its test: `python3 build.py test {made[1].relative_to(root).as_posix()}`")
+        print(f"Its own tests and what holds for every figure: `python3 build.py test -k {chosen(name)}`")
     return 0
+
+
+def chosen(name: str) -> str:
+    """What pytest's -k takes to choose a figure's own file of tests, and the cases of others that are named by it."""
+    module = name.replace("-", "_")
+    return name if name == module else f'"{name} or {module}"'
 
 
 def new_chapter(root: Path, name: str, title: str = "") -> list[Path]:
@@ -56,6 +72,10 @@ def new_figure(root: Path, name: str, title: str = "") -> list[Path]:
     """A figure's module and its test. Raises NameTaken."""
     _sound(name)
     module = name.replace("-", "_")
+    if keyword.iskeyword(module):
+        raise NameTaken(f"{name!r} is a word of Python's own, and no module can be imported by it; {LONGER}")
+    if module in EVERY_TEST:
+        raise NameTaken(f"{name!r} is in every test's name, and `test -k {name}` would run them all; {LONGER}")
     pieces = {"figure.txt": f"widgets/figures/{module}.py", "test_figure.txt": f"tests/widgets/test_{module}.py"}
     for path in pieces.values():
         if (root / path).exists():
@@ -65,16 +85,23 @@ def new_figure(root: Path, name: str, title: str = "") -> list[Path]:
 
 def _sound(name: str) -> None:
     if not SLUG.fullmatch(name) or name[0].isdigit():
-        raise NameTaken(f"{name!r} is no name: small ASCII letters, digits and hyphens, a letter first")
+        raise NameTaken(f"{name!r} cannot be a name: small ASCII letters, digits and hyphens, a letter first")
+    if yaml.safe_load(name) != name:
+        raise NameTaken(f"{name!r} means {yaml.safe_load(name)} in a chapter's front matter; {LONGER}")
+    if DEVICES.fullmatch(name):
+        raise NameTaken(f"{name!r} is a device's name on Windows, where no file can have it; {LONGER}")
 
 
 def _fill(root: Path, name: str, title: str, pieces: Mapping[str, str]) -> list[Path]:
     plain = name.replace("-", " ").capitalize()
     quoted = json.dumps(title or plain, ensure_ascii=False)  # a string of Python and of YAML alike
     words = {"name": name, "module": name.replace("-", "_"), "words": plain, "quoted": quoted}
-    made = []
-    for piece, path in pieces.items():
-        text = Template((PIECES / piece).read_text("utf-8")).safe_substitute(words)
-        write(root / path, text.encode())
-        made.append(root / path)
-    return made
+    texts = {root / path: Template((PIECES / piece).read_text("utf-8")) for piece, path in pieces.items()}
+    try:
+        for path, text in texts.items():
+            write(path, text.safe_substitute(words).encode())
+    except OSError:
+        for path in texts:
+            path.unlink(missing_ok=True)  # none of them was there before
+        raise
+    return [*texts]

@@ -5,7 +5,9 @@ from __future__ import annotations
 import argparse
 import ast
 import io
+import os
 import sys
+import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -19,6 +21,25 @@ from solvers.race import CONTESTANTS, EXTRAS, MAX_STEPS, SEEDS, Controls, contes
 from solvers.scenes import ROOM_SETTINGS
 
 REACH = 3.0  # spacings of the target
+MOST_SEEDS = 100_000
+
+
+class _Help(argparse.HelpFormatter):
+    """argparse's own, which would break a method's name at its hyphens."""
+
+    def _fill_text(self, text: str, width: int, indent: str) -> str:
+        return textwrap.fill(text, width, initial_indent=indent, subsequent_indent=indent, break_on_hyphens=False)
+
+    def _split_lines(self, text: str, width: int) -> list[str]:
+        return textwrap.wrap(" ".join(text.split()), width, break_on_hyphens=False)
+
+
+def _whole(text: str) -> int:
+    """A whole number that 64 bits hold."""
+    number = int(text)
+    if not -(2**63) <= number < 2**63:
+        raise argparse.ArgumentTypeError(f"a number of {len(text)} digits; expected 18 at most")
+    return number
 
 
 def _register_parser() -> argparse.ArgumentParser:
@@ -26,6 +47,7 @@ def _register_parser() -> argparse.ArgumentParser:
         prog="python -m solvers",
         description="Register two point clouds: find the pose that takes SOURCE to TARGET.",
         epilog=f"Methods: {', '.join(METHODS)}. 'python -m solvers benchmark --help' tells of the race's table.",
+        formatter_class=_Help,
     )
     parser.add_argument("source", type=Path, metavar="SOURCE", help="the cloud that is moved: CSV, XYZ, PLY or PCD")
     parser.add_argument("target", type=Path, metavar="TARGET", help="the cloud that stays")
@@ -40,9 +62,9 @@ def _register_parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--options", nargs="+", default=[], metavar="NAME=VALUE", help="the method's own, such as gate=0.5 trim=0.2"
     )
-    parser.add_argument("--max-steps", type=int, help="cap on the steps (the method's own)")
-    parser.add_argument("--seed", type=int, default=0, help="what random methods draw from (0)")
-    parser.add_argument("--points", type=int, metavar="N", help="thin each cloud to at most N points first")
+    parser.add_argument("--max-steps", type=_whole, help="cap on the steps (the method's own)")
+    parser.add_argument("--seed", type=_whole, default=0, help="what random methods draw from (0)")
+    parser.add_argument("--points", type=_whole, metavar="N", help="thin each cloud to at most N points first")
     parser.add_argument("--above", action="store_true", help="register clouds in space seen from above, by x and y")
     parser.add_argument("--reach", type=float, help="how near explains a source point (3 spacings of the target)")
     parser.add_argument("--out", type=Path, metavar="PICTURE.svg", help="draw both clouds before and after")
@@ -52,7 +74,7 @@ def _register_parser() -> argparse.ArgumentParser:
 def _opened(path: Path, given: argparse.Namespace) -> tuple[FloatArray, str]:
     """The points of a file and a line on them. Raises ValueError that names the file."""
     try:
-        found = cloud_text.read(path.read_bytes())
+        found = cloud_text.read(_bytes(path))
     except OSError as error:
         raise ValueError(f"{path}: {error.strerror or error}") from None
     except ValueError as error:
@@ -63,6 +85,15 @@ def _opened(path: Path, given: argparse.Namespace) -> tuple[FloatArray, str]:
     notices = "".join(f"; {notice}" for notice in found.notices)
     n, d = found.points.shape
     return kept, f"{path}: {n} point{'' if n == 1 else 's'} in {d}-D{thin}, {found.format}{notices}"
+
+
+def _bytes(path: Path) -> bytes:
+    """What a file holds; of one that is too large, or has no end, nothing is kept. Raises ValueError with its size."""
+    size, most = path.stat().st_size, cloud_text.MOST_BYTES
+    if size > most:
+        raise ValueError(f"{size / 1e6:.1f} MB are more than the {most / 1e6:.0f} MB that are read")
+    with path.open("rb") as file:
+        return file.read(most + 1)
 
 
 def _start(text: str, d: int) -> Pose:
@@ -86,9 +117,21 @@ def _option(text: str) -> tuple[str, Any]:
     if value in ("inf", "np.inf"):
         return name, np.inf
     try:
-        return name, ast.literal_eval(value)
+        read = ast.literal_eval(value)
+    except (RecursionError, MemoryError):
+        raise ValueError(f"--options: {name}: brackets are nested too deeply") from None
     except (ValueError, SyntaxError):
-        return name, value
+        read = value
+    if _too_large(read):
+        raise ValueError(f"--options: {name}: {len(value)} digits; expected a number below 1e308")
+    return name, read
+
+
+def _too_large(value: Any) -> bool:
+    """Whether a number, or one of several, is larger than any float."""
+    if isinstance(value, (list, tuple, set)):
+        return any(map(_too_large, value))
+    return isinstance(value, int) and abs(value) > sys.float_info.max
 
 
 def _signs(source: FloatArray, target: FloatArray, pose: Pose, reach: float) -> tuple[float, float]:
@@ -155,6 +198,7 @@ def _benchmark_parser() -> argparse.ArgumentParser:
         prog="python -m solvers benchmark",
         description="Run the race on many seeds and print the table."
         " Without options: all six settings from 45°, then 'combo' from 15°.",
+        formatter_class=_Help,
     )
     bench.add_argument("--setting", choices=(*ROOM_SETTINGS, "all"), help="of the room; 'all' is all six")
     bench.add_argument("--degrees", type=float, default=45.0, help="starting rotation (45)")
@@ -163,8 +207,8 @@ def _benchmark_parser() -> argparse.ArgumentParser:
     bench.add_argument("--outliers", type=float, help="replaced fraction of each cloud (the setting's own)")
     bench.add_argument("--overlap", type=float, default=1.0, help="fraction of the room that the target sees (1)")
     bench.add_argument("--density", type=float, default=1.0, help="the source's sampling density against the usual (1)")
-    bench.add_argument("--seeds", type=int, default=len(SEEDS), help="how many of the seeds 40 + 13k (25)")
-    bench.add_argument("--max-steps", type=int, default=MAX_STEPS, help="cap on the steps (70)")
+    bench.add_argument("--seeds", type=_whole, default=len(SEEDS), help="how many of the seeds 40 + 13k (25)")
+    bench.add_argument("--max-steps", type=_whole, default=MAX_STEPS, help="cap on the steps (70)")
     names = ", ".join(c.method for c in (*CONTESTANTS, *EXTRAS))
     bench.add_argument("--only", nargs="+", metavar="METHOD", help=f"of {names}")
     return bench
@@ -177,6 +221,8 @@ def _benchmark(arguments: Sequence[str]) -> None:
     if given.setting is None and given.degrees == 45.0:
         cases.append(("combo", 15.0))
     racing = contestants(given.only)
+    if given.seeds > MOST_SEEDS:
+        raise ValueError(f"--seeds: {given.seeds} are more than the {MOST_SEEDS} that are run")
     for name, degrees in cases:
         controls = Controls(degrees, given.distance, name, given.noise, given.outliers, given.overlap, given.density)
         lines = benchmark(
@@ -187,7 +233,7 @@ def _benchmark(arguments: Sequence[str]) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line; the exit code: 0, or 2 where an argument or a file is wrong."""
+    """Run the command line; the exit code: 0, 2 where an argument or a file is wrong, or 1 where nobody reads on."""
     given = list(sys.argv[1:] if arguments is None else arguments)
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # a console without σ prints the rest all the same
@@ -196,6 +242,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
             _benchmark(given[1:])
         else:
             _register(given)
+        sys.stdout.flush()
+    except BrokenPipeError:  # as `| head` does once it has its lines; what is left goes nowhere, and without a word
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
     except ValueError as error:
         print(f"solvers: {error}", file=sys.stderr)
         return 2

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import errno
 import importlib.util
 import json
 import os
@@ -134,6 +135,28 @@ def test_test_passes_further_arguments_on_in_order() -> None:
     assert asked.further == ["-k", "drag", "-x", "tests/browser"]
     assert cli.parse(["test", "--engines", "-x"]).engines == "chromium,firefox,webkit"
     assert cli.parse(["test"]).engines == ""
+
+
+def test_clean_tells_what_cannot_be_removed_and_removes_the_rest(
+    checkout: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As on a tree that can only be read: a line for each, no traceback, exit code 1."""
+    for name in ("site/index.html", "site/assets/a.css", ".mypy_cache/x", ".ruff_cache/x"):
+        (checkout / name).parent.mkdir(parents=True, exist_ok=True)
+        (checkout / name).touch()
+    remove = shutil.rmtree
+
+    def stubborn(path: Path) -> None:
+        if path.name == ".mypy_cache":
+            raise OSError(errno.EROFS, os.strerror(errno.EROFS), str(path))
+        remove(path)
+
+    monkeypatch.setattr(shutil, "rmtree", stubborn)
+    assert clean(checkout) == 1
+    told = capsys.readouterr()
+    assert told.err == "clean: .mypy_cache cannot be removed: Read-only file system\n"
+    assert "removed .ruff_cache" in told.out
+    assert not (checkout / "site" / "index.html").exists()
 
 
 def test_clean_leaves_the_site_folder_and_the_sources(checkout: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,6 +3,33 @@
 To write a figure, make one module in widgets/figures with a frozen controls dataclass, three functions and a WIDGET.
 `start(controls, seed)` gives the first state, `act(state, action)` the next (states are immutable),
 and `draw(state)` the Picture. Everything else (tape, back, links, pins, the browser) is replay of records.
+
+What every figure is held to
+----------------------------
+By tests that go over all figures; `python3 build.py test -k NAME` runs them for one, with its own.
+- The page is laid out once. In every state there are the same panels, in the same order, each with the same view, and
+  the same readouts by name and label; a value that there is not yet is "–", without a unit. A chart's axes may grow
+  with what was done, but not its size and padding, and in the states of the tape not at all.
+- Nothing raises, whatever is done in whatever order with any values that the controls take; the same record gives the
+  same bytes. No NaN, infinity or None reaches a mark, a readout or a sentence.
+- A panel's width (`View.width`) says how it stands: near 640 px across the page, near 480 beside one other, near 320,
+  as charts do, beside two, near 200 beside three. On a phone each is as wide as the page, and the style sheet keeps the
+  letters of these four between 11 and 14 px; no word reaches beyond the panel's edge.
+- A panel's label is two words or more, and no other's.
+- What `motion` names is a `Group` that `draw` puts into that panel of the state after it. The group "source" holds the
+  source's points as dots, and nothing of the target.
+- A handle's `keys` are those of `move_keys` or `turn_keys`; each takes it elsewhere, one that moves to where the key
+  says. However far a cloud is flung, its handles stay in their panel's window and, in one panel, 40 px apart at a width
+  of 358 px (`widgets.placing` sees to both). Handles of one panel have different labels, and values in words.
+- Readouts are text as `picture.number` writes it: a true minus sign, no exponent. A name promises its label, unit and
+  role: `rotation…` is in °, `translation…` in u, `…truth…` has the role "truth"; a label with RMS is in u
+  (tests/widgets/test_readouts.py has the list).
+- The description is whole sentences of 60 characters or more with a number in them, another after each press of the
+  tape. It, or a caption, tells the noise and the share put elsewhere as the controls `noise` and `outliers` are set.
+- Each entry of the legend is drawn in some state of the tape. A button draws anew only where the seed plays a part.
+- The script that `python` gives runs on numpy and solvers alone and prints three or more lines "name value", which are
+  the readouts of these names, to their last digit; no line is longer than 120 characters.
+- What a choice `sets` are values that the other controls take.
 """
 
 from __future__ import annotations

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from html import escape
 
 from .picture import Panel
-from .svg import panel_svg
+from .svg import panel_svg, written
 
 GAP = 24.0  # px round and between the panels
 HEAD = 26.0  # px for a panel's name above it
@@ -34,14 +33,14 @@ def document(panels: Sequence[Panel], title: str) -> str:
     for panel in panels:
         width, height = panel.view.size
         place = f'x="{x:g}" y="{GAP + HEAD:g}" width="{width:g}" height="{height:g}"'
-        inside.append(f'<text x="{x:g}" y="{GAP + 12:g}">{escape(panel.caption)}</text>')
+        inside.append(f'<text x="{x:g}" y="{GAP + 12:g}">{written(panel.caption)}</text>')
         inside.append(f'<rect {place} fill="#f3f3ef"/>')
         inside.append(panel_svg(panel, panel.name).replace('<svg class="plot"', f'<svg class="plot" {place}', 1))
         x, highest = x + width + GAP, max(highest, height)
     w, h = f"{x:g}", f"{highest + HEAD + 2 * GAP:g}"
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {w} {h}" width="{w}" height="{h}">\n'
-        f'<title>{escape(title)}</title>\n<style>{STYLE}</style>\n<rect width="{w}" height="{h}" fill="#fff"/>\n'
+        f'<title>{written(title)}</title>\n<style>{STYLE}</style>\n<rect width="{w}" height="{h}" fill="#fff"/>\n'
         + "\n".join(inside)
         + "\n</svg>\n"
     )

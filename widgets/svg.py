@@ -8,6 +8,7 @@ Marks carry classes, never colours or style attributes: themes, print and a stri
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable
 from functools import lru_cache
 from html import escape
@@ -43,6 +44,8 @@ HEAT_LEVELS = 24
 _K = 0.5522847498307936  # 4/3 (√2 − 1): control points of a quarter circle's cubic Bézier curve
 _QUARTER = np.array([(1, 0), (1, _K), (_K, 1)])
 CIRCLE = np.concatenate([_QUARTER, _QUARTER @ [[0, 1], [-1, 0]], -_QUARTER, _QUARTER @ [[0, -1], [1, 0]], [(1, 0)]])
+# What XML has no place for, not even as a reference: most control characters, and halves of a pair.
+FORBIDDEN = re.compile(r"[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 FAR = 1e6  # px; what lies beyond is clamped, so that no exponent or overflow reaches the markup
 
 
@@ -74,6 +77,12 @@ def _spot(view: View, xy: ArrayLike, dx: float = 0.0, dy: float = 0.0) -> tuple[
     return _whole(across + dx), _whole(down + dy)
 
 
+def written(text: str, quote: bool = True) -> str:
+    """Words as markup has them, in an attribute or between tags; what XML forbids, as a file's name may hold it, is
+    replaced."""
+    return escape(FORBIDDEN.sub("\ufffd", text), quote)
+
+
 def panel_svg(panel: Panel, prefix: str, draw: Callable[[Mark, View, str], str] | None = None) -> str:
     """The panel as one <svg> element whose ids begin with `prefix`. draw: `mark_svg`, or what remembers its answers."""
     width, height = panel.view.size
@@ -81,7 +90,7 @@ def panel_svg(panel: Panel, prefix: str, draw: Callable[[Mark, View, str], str] 
     body = "".join((draw or mark_svg)(mark, panel.view, prefix) for mark in panel.marks)
     grid = _grid(panel.view) if panel.grid else ""
     return (
-        f'<svg class="plot" viewBox="0 0 {w} {h}" role="img" aria-label="{escape(panel.label)}" '
+        f'<svg class="plot" viewBox="0 0 {w} {h}" role="img" aria-label="{written(panel.label)}" '
         f'focusable="false">{grid}{body}</svg>'
     )
 
@@ -257,7 +266,7 @@ def _ring(mark: Ring, view: View, prefix: str) -> str:
 
 def _label(mark: Label, view: View, prefix: str) -> str:
     x, y = _spot(view, mark.xy, mark.dx, mark.dy)
-    return f'<text class="label {mark.role} {mark.anchor}" x="{x}" y="{y}">{escape(mark.text, quote=False)}</text>'
+    return f'<text class="label {mark.role} {mark.anchor}" x="{x}" y="{y}">{written(mark.text, quote=False)}</text>'
 
 
 def group_svg(mark: Group, view: View, prefix: str, draw: Callable[[Mark, View, str], str] = mark_svg) -> str:

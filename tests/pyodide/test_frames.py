@@ -13,6 +13,7 @@ import pytest
 
 from sitegen.inside import run_python_in_shipped_runtime
 from tests.pyodide.frames import main
+from tests.widgets.chosen import figures
 from widgets.contract import SEED, Widget, preset
 from widgets.controls import Spec, Value, specs
 from widgets.registry import WIDGETS
@@ -59,9 +60,10 @@ def walk() -> Iterator[dict[str, Any]]:
 
 
 @pytest.fixture(scope="module")
-def answers() -> tuple[list[dict[str, Any]], dict[str, Any], dict[str, Any]]:
-    """The questions, and the answers natively and in the page's Python."""
-    questions = [*(request for widget in WIDGETS.values() for request in requests(widget)), *walk()]
+def answers(request: pytest.FixtureRequest) -> tuple[list[dict[str, Any]], dict[str, Any], dict[str, Any]]:
+    """The questions about the figures that are asked for, and the answers natively and in the page's Python."""
+    names = figures(request)
+    questions = [each for name in names for each in requests(WIDGETS[name])] + [*(walk() if "four" in names else ())]
     unique = list({json.dumps(question, sort_keys=True): question for question in questions}.values())
     given = {"frames": unique}
     return unique, json.loads(main(json.dumps(given))), run_python_in_shipped_runtime(FRAMES.read_text("utf-8"), given)

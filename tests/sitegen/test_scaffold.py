@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -10,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from sitegen.scaffold import NameTaken, new_chapter, new_command, new_figure
+from sitegen.scaffold import NameTaken, chosen, new_chapter, new_command, new_figure
 from tests.sitegen.conftest import ROOT, Project
 from widgets.registry import WIDGETS
 
@@ -26,7 +27,8 @@ assert len({frame["description"] for frame in frames}) == 3
 printed = {}
 for frame in frames:
     exec(frame["python"], {"print": lambda name, value: printed.update({name: value})})
-    assert f"{printed['rms']:.3f}" == frame["readouts"][0]["value"]
+    for readout in frame["readouts"]:
+        assert abs(printed[readout["name"]] - float(readout["value"])) < 0.06, readout
 """
 
 
@@ -51,14 +53,15 @@ def test_a_new_chapter_builds_as_it_is(project: Project) -> None:
 
 
 def test_a_new_figure_works_as_it_is(tmp_path: Path) -> None:
-    for name in ("solvers", "widgets"):
+    for name in ("solvers", "widgets", "tests/widgets"):
         shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(ROOT / "pyproject.toml", tmp_path)
     made = new_figure(tmp_path, "my-figure", "It's \"mine\"")
     assert [path.relative_to(tmp_path).as_posix() for path in made] == [
         "widgets/figures/my_figure.py",
         "tests/widgets/test_my_figure.py",
     ]
-    run(tmp_path, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(made[1]))
+    run(tmp_path, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-k", chosen("my-figure").strip('"'), "tests/widgets")
     run(tmp_path, "-c", FRAMES)
     ruff = ("ruff", "check", "--no-cache", "--ignore", "I001", "--config", str(ROOT / "pyproject.toml"))
     run(ROOT, "-m", *ruff, *map(str, made))
@@ -67,8 +70,73 @@ def test_a_new_figure_works_as_it_is(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["", "Upper", "with space", "9lives", "ünder", "../out", "a--b"])
 def test_what_is_no_name_is_refused(project: Project, name: str) -> None:
     for new in (new_chapter, new_figure):
-        with pytest.raises(NameTaken, match="is no name"):
+        with pytest.raises(NameTaken, match="cannot be a name"):
             new(project.root, name)
+
+
+@pytest.mark.parametrize("name", ["class", "and", "import", "yield"])
+def test_a_word_of_python_s_names_no_figure(project: Project, name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Its test could not import it. A chapter may have the name."""
+    assert new_command(project.root, "figure", name, "") == 2
+    assert f"{name!r} is a word of Python's own" in capsys.readouterr().err
+    assert not (project.root / "widgets" / "figures").exists()
+    assert new_command(project.root, "chapter", name, "") == 0
+
+
+@pytest.mark.parametrize("name", ["no", "null", "true", "off"])
+def test_a_word_of_yaml_s_names_nothing(project: Project, name: str) -> None:
+    """It stands in the front matter as the page's and as a slide's figure's."""
+    for new in (new_chapter, new_figure):
+        with pytest.raises(NameTaken, match=r"means .* in a chapter's front matter"):
+            new(project.root, name)
+
+
+def test_a_name_that_windows_or_every_test_has_is_refused(project: Project) -> None:
+    for new in (new_chapter, new_figure):
+        with pytest.raises(NameTaken, match="a device's name on Windows"):
+            new(project.root, "aux")
+    for name in ("test", "py", "e"):
+        with pytest.raises(NameTaken, match=f"`test -k {name}` would run them all"):
+            new_figure(project.root, name)
+
+
+def test_names_that_only_look_dangerous_work(tmp_path: Path) -> None:
+    """Of a module that the figure imports, of Python's soft words: their own tests pass, beside each other."""
+    names = ("figures", "none", "numpy", "match", "self", "placing", "dataclasses")
+    for folder in ("solvers", "widgets"):
+        shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__"))
+    tests = [str(new_figure(tmp_path, name)[1]) for name in names]
+    run(tmp_path, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--import-mode=importlib", *tests)
+
+
+def test_what_cannot_be_written_leaves_nothing(project: Project, capsys: pytest.CaptureFixture[str]) -> None:
+    """A tree that can only be read, or here a file in the place of a folder: one line, exit code 1."""
+    project.write("tests/widgets", "a file")
+    assert new_command(project.root, "figure", "mine", "") == 1
+    told = capsys.readouterr().err
+    assert told.startswith("new figure: ")
+    assert told.endswith("; nothing was made\n")
+    assert told.count("\n") == 1
+    assert not (project.root / "widgets" / "figures" / "mine.py").exists()
+
+
+def test_the_command_that_is_told_chooses_the_figure_s_tests() -> None:
+    """Its own file and, of every file of tests that goes over all figures, its case; of no other figure any."""
+    choosing = chosen("two-poses").strip('"')
+    words = ["-m", "pytest", "--collect-only", "-q", "-k", choosing, "tests/widgets", "tests/pyodide/test_frames.py"]
+    done = subprocess.run([sys.executable, *words], cwd=ROOT, capture_output=True, text=True, check=True)
+    found = [line.removeprefix("tests/") for line in done.stdout.splitlines() if "::" in line]
+    own = [line for line in found if line.startswith("widgets/test_two_poses.py::")]
+    cases = [line for line in found if line.endswith("[two-poses]")]
+    assert len(own) > 3
+    files = {line.partition("::")[0] for line in cases}
+    over_all = {
+        path.relative_to(ROOT / "tests").as_posix()
+        for path in [*(ROOT / "tests" / "widgets").glob("test_*.py"), ROOT / "tests" / "pyodide" / "test_frames.py"]
+        if re.search(r'parametrize\("name", (?:list\()?WIDGETS\)?\)', path.read_text("utf-8"))
+    }
+    assert over_all == files >= {"widgets/test_every_widget.py", "pyodide/test_frames.py"}
+    assert not [line for line in found if line not in own and "[" in line and "two-poses" not in line]
 
 
 def test_a_name_is_given_once(project: Project, capsys: pytest.CaptureFixture[str]) -> None:

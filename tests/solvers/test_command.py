@@ -6,15 +6,17 @@ import os
 import re
 import subprocess
 import sys
+import tracemalloc
 from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 
-from solvers import METHODS, Pose, register
+from solvers import METHODS, Pose, cloud_text, register
 from solvers.__main__ import main
 from solvers.hall import hall
+from solvers.race import CONTESTANTS, EXTRAS
 from solvers.scenes import room
 
 pytestmark = pytest.mark.native
@@ -107,10 +109,91 @@ def test_what_is_wrong_is_one_line_and_exit_code_2(files, capsys, monkeypatch, a
     assert err.count("\n") == 1
 
 
-def test_help_names_every_method(capsys):
+@pytest.mark.parametrize("columns", [40, 57, 80, 200])
+def test_help_names_every_method(capsys, monkeypatch, columns):
+    """At any width: argparse by itself breaks a name at its hyphens."""
+    monkeypatch.setenv("COLUMNS", str(columns))
+    for words, names in ((["--help"], METHODS), (["benchmark", "--help"], [c.method for c in (*CONTESTANTS, *EXTRAS)])):
+        with pytest.raises(SystemExit) as end:
+            main(words)
+        assert end.value.code == 0
+        out = capsys.readouterr().out
+        assert [name for name in names if name not in re.split(r"[\s,.]+", out)] == []
+        assert "benchmark" in out
+
+
+def test_a_file_is_not_read_before_its_size_is_known(files, capsys):
+    """100 GB of nothing, of which the disk has none; and a file that has no end."""
+    with open(files / "large.csv", "wb") as file:
+        file.truncate(100_000_000_000)
+    tracemalloc.start()
+    try:
+        code, _, err = said(capsys, files / "large.csv", files / "b.xyz")
+        assert (code, err.partition("large.csv: ")[2]) == (2, "100000.0 MB are more than the 24 MB that are read\n")
+        code, _, err = said(capsys, "/dev/zero", files / "b.xyz")
+        assert code == 2
+        assert tracemalloc.get_traced_memory()[1] < 3 * cloud_text.MOST_BYTES
+    finally:
+        tracemalloc.stop()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["--options", "gate=" + "9" * 400], r"--options: gate: 400 digits; expected a number below 1e308"),
+        (["--options", "gate=0x" + "f" * 400], r"--options: gate: 402 digits"),
+        (["--options", "cells=(1," + "9" * 400 + ")", "--method", "ndt"], r"--options: cells: .* below 1e308"),
+        (["--options", "gate=" + "9" * 5000], r"gate: expected a number"),
+        (["--options", "gate=" + "(" * 100_000], r"gate: (expected a number|.*nested too deeply)"),
+        (["--options", "gate=" + "[" * 90 + "]" * 90], r"gate: expected a number"),
+        (["--options", "gate=" + "-" * 5000 + "1"], r"gate: .*nested too deeply"),
+        (["--start", "9" * 400 + ",0,0"], r"--start"),
+        (["--reach", "9" * 400], r"--reach"),
+    ],
+)
+def test_options_beyond_all_measure_are_one_line(files, capsys, arguments, told):
+    code, _, err = said(capsys, files / "a.csv", files / "b.xyz", *arguments)
+    assert code == 2
+    assert re.match(f"solvers: .*{told}", err)
+    assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize("option", ["--seed", "--max-steps", "--points"])
+def test_counts_of_400_digits_are_refused(files, capsys, option):
     with pytest.raises(SystemExit) as end:
-        main(["--help"])
-    assert end.value.code == 0
-    out = " ".join(capsys.readouterr().out.split())
-    assert all(name in out for name in METHODS)
-    assert "benchmark" in out
+        said(capsys, files / "a.csv", files / "b.xyz", option, "9" * 400)
+    assert end.value.code == 2
+    assert f"argument {option}: a number of 400 digits; expected 18 at most" in capsys.readouterr().err
+    code, _, err = said(capsys, "benchmark", "--seeds", "100001")
+    assert (code, err) == (2, "solvers: --seeds: 100001 are more than the 100000 that are run\n")
+
+
+def test_a_reader_that_goes_away_is_no_fault(files):
+    """As `| head` does: no traceback, not while the lines are written nor at the end, and the exit code tells."""
+    env = {**os.environ, "PYTHONPATH": str(ROOT)}
+    for unbuffered in ("", "1"):
+        command = [sys.executable, "-m", "solvers", "a.csv", "b.xyz"]
+        reading, writing = os.pipe()
+        os.close(reading)
+        done = subprocess.run(
+            command,
+            cwd=files,
+            env={**env, "PYTHONUNBUFFERED": unbuffered},
+            stdout=writing,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+        os.close(writing)
+        assert (done.returncode, done.stderr) == (1, "")
+
+
+def test_a_picture_is_well_formed_whatever_a_file_is_called(files, capsys):
+    """Control characters, and bytes that are no UTF-8: XML has a place for neither."""
+    name = os.fsdecode(b"a\x01\x0b<&\xff\x1b[31m.csv")
+    (files / "a.csv").rename(files / name)
+    code, _, _ = said(capsys, files / name, files / "b.xyz", "--out", files / "picture.svg")
+    assert code == 0
+    tree = ElementTree.fromstring((files / "picture.svg").read_text("utf-8"))
+    title = next(node.text for node in tree.iter() if node.tag.endswith("title"))
+    assert title == "a\ufffd\ufffd<&\ufffd\ufffd[31m.csv registered to b.xyz by icp"

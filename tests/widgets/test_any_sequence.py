@@ -19,7 +19,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from tests.widgets.any_record import FAR, records
-from tests.widgets.test_every_widget import check_frame
+from tests.widgets.test_every_widget import at, check_frame
 from widgets.contract import parsed, preset
 from widgets.host import Host
 from widgets.registry import WIDGETS
@@ -50,10 +50,11 @@ def test_any_actions_in_any_order(name: str) -> None:
         for plain, frame in zip(prefixes, frames, strict=True):
             check_any_frame(plain, json.loads(frame))
             layouts.add(layout(json.loads(frame)))
-        assert len(layouts) == 1, "readouts or panels come and go"
+        assert len(layouts) == 1, f"{name}: readouts or panels come, go or change size: {sorted(layouts)}"
         back = data.draw(st.integers(0, len(frames) - 1))
-        assert host.frame(asked(prefixes[back])) == frames[back]
-        assert Host().frame(asked(record)) == frames[-1]
+        again = f"{at(record)}: the same record draws two pictures; start, act and draw may keep nothing between calls"
+        assert host.frame(asked(prefixes[back])) == frames[back], again
+        assert Host().frame(asked(record)) == frames[-1], again
 
     follow()
 
@@ -73,26 +74,29 @@ def check_any_frame(plain: dict[str, Any], frame: dict[str, Any]) -> None:
         tree = ElementTree.fromstring(panel["svg"])
         ids += [node.attrib["id"] for node in tree.iter() if "id" in node.attrib]
         words = " ".join([*tree.itertext(), panel["caption"], tree.attrib["aria-label"]])
-        assert not re.search(r"\b(nan|inf|None)\b", words)
-    assert len(set(ids)) == len(ids)
+        wrong = re.search(r"\b(nan|inf|None)\b", words)
+        assert not wrong, f"{at(plain)}: {wrong[0]!r} is written in the panel {panel['name']}: {words!r}"
+    assert len(set(ids)) == len(ids), f"{at(plain)}: two Groups of one panel have one name: {sorted(ids)}"
     check_handles(widget.name, frame)
     said = [frame["description"], frame["note"]]
-    assert not re.search(r"(?<!\w)-\d", " ".join(said)), said
-    assert "None" not in [readout["value"] for readout in frame["readouts"]]
+    plainly = re.search(r"(?<!\w)-\d", " ".join(said))
+    assert not plainly, f"{at(plain)}: write negative numbers by picture.number or worded, with a minus sign: {said}"
+    assert "None" not in [readout["value"] for readout in frame["readouts"]], f'{at(plain)}: show "–" in place of None'
 
 
 def check_handles(name: str, frame: dict[str, Any]) -> None:
     """Each handle is the figure's own, within its panel, and says what it is and where."""
     panels = {panel["name"] for panel in frame["panels"]}
     for handle in frame["handles"]:
-        assert handle["name"] in WIDGETS[name].handles
-        assert handle["panel"] in panels
-        assert set(handle["also"]) <= panels
-        assert 0 <= handle["left"] <= 100, handle
-        assert 0 <= handle["top"] <= 100, handle
-        assert handle["label"]
-        assert handle["value"]
-        assert not re.search(r"\b(nan|inf|None)\b", handle["value"])
+        what = f"{name}, {handle}"
+        assert handle["name"] in WIDGETS[name].handles, f"{what}: WIDGET.handles does not name it"
+        assert handle["panel"] in panels, f"{what}: the picture has no such panel"
+        assert set(handle["also"]) <= panels, f"{what}: `also` names a panel that the picture does not have"
+        assert 0 <= handle["left"] <= 100, f"{what}: outside its panel's window; limit where it can be put"
+        assert 0 <= handle["top"] <= 100, f"{what}: outside its panel's window; limit where it can be put"
+        assert handle["label"], f"{what}: without a label"
+        assert handle["value"], f"{what}: without a value in words"
+        assert not re.search(r"\b(nan|inf|None)\b", handle["value"]), f"{what}: its value is no number"
 
 
 def layout(frame: dict[str, Any]) -> str:
@@ -118,4 +122,6 @@ def test_handles_stay_within_reach(name: str) -> None:
                 for one, other in combinations(frame["handles"], 2):
                     if one["panel"] == other["panel"]:
                         x0, x1, *_ = views[one["panel"]]
-                        assert dist(one["world"], other["world"]) * 358 / (x1 - x0) >= 40, log
+                        px = dist(one["world"], other["world"]) * 358 / (x1 - x0)
+                        near = f"{name}: {one['name']} and {other['name']} are {px:.0f} px apart on a phone after {log}"
+                        assert px >= 40, f"{near}; keep them 40 px apart, as Placing's `least` does"

@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from tests.widgets.test_every_widget import taped
+from tests.widgets.test_every_widget import at, taped
 from widgets.contract import preset
 from widgets.controls import specs
 from widgets.host import Host
@@ -20,13 +20,15 @@ def test_the_words_follow_the_state(name: str) -> None:
     first: dict[str, str] = {}
     for plain, frame in taped(name):
         words = frame["description"]
-        assert re.fullmatch(r"[A-Z0-9].*\d.*\.", words, re.DOTALL), words
-        assert not re.search(r"[^.] None\b|\b1 points?\b give\b|\d%|\.\.|\{|\}", words), words
+        whole = re.fullmatch(r"[A-Z0-9].*\d.*\.", words, re.DOTALL)
+        assert whole, f"{at(plain)}: a description is whole sentences with a number in them, not {words!r}"
+        slip = re.search(r"[^.] None\b|\b1 points?\b give\b|\d%|\.\.|\{|\}", words)
+        assert not slip, f"{at(plain)}: {slip[0]!r} in the description: {words!r}"
         key = repr((plain["preset"], plain["controls"], plain["seed"]))
         if not plain["log"]:
             first[key] = words
         elif key in first:
-            assert words != first[key], plain["log"]
+            assert words != first[key], f"{at(plain)}: the description is as before; tell what the presses changed"
 
 
 @pytest.mark.parametrize("name", [name for name in WIDGETS if "noise" in specs(WIDGETS[name].controls)])
@@ -43,7 +45,8 @@ def test_the_words_tell_the_settings(name: str) -> None:
             told = " ".join([frame["description"], *(panel["caption"] for panel in frame["panels"])])
             share = value if spec.unit == "%" else 100 * value
             shown = f"{number(value, spec.decimals)} u" if control == "noise" else f"{number(share, 0)} %"
-            assert re.search(rf"(?<![\d.]){re.escape(shown)}(?!\d)", told), (control, shown, told)
+            found = re.search(rf"(?<![\d.]){re.escape(shown)}(?!\d)", told)
+            assert found, f"{name}: {control} is {value}; say {shown!r} in the description or a caption, not {told!r}"
 
 
 @pytest.mark.parametrize("name", WIDGETS)
@@ -51,11 +54,12 @@ def test_every_panel_and_handle_has_a_name_of_its_own(name: str) -> None:
     """In a figure no two pictures, and in a panel no two handles, are called the same; names say more than one word."""
     for _, frame in taped(name):
         labels = [re.search(r'aria-label="([^"]*)"', panel["svg"]).group(1) for panel in frame["panels"]]  # type: ignore[union-attr]
-        assert len(set(labels)) == len(labels)
-        assert all(len(label.split()) > 1 for label in labels), labels
+        assert len(set(labels)) == len(labels), f"{name}: give each Panel a label of its own, not {labels}"
+        worded = all(len(label.split()) > 1 for label in labels)
+        assert worded, f"{name}: label each Panel by two words or more, not {labels}"
         handles = [(handle["panel"], handle["label"]) for handle in frame["handles"]]
-        assert len(set(handles)) == len(handles)
+        assert len(set(handles)) == len(handles), f"{name}: give each Handle of a panel its own label, not {handles}"
         for handle in frame["handles"]:
             least, most, now = handle["slider"]
-            assert least <= now <= most
-            assert handle["value"].strip()
+            assert least <= now <= most, f"{name}: the handle {handle['name']} is at {now}, beyond {least} … {most}"
+            assert handle["value"].strip(), f"{name}: the handle {handle['name']} has no value in words"

@@ -58,30 +58,44 @@ def test_a_state_draws_reads_and_describes(name: str) -> None:
         check_frame(plain, frame)
 
 
+def at(plain: dict[str, Any]) -> str:
+    """Which state of which figure, for a message."""
+    log = ", then ".join(" ".join(map(str, action)) for action in plain["log"]) or "nothing was done"
+    return f"{plain['widget']}, preset {plain['preset']}, {plain['controls']}, seed {plain['seed']}, {log}"
+
+
 def check_frame(plain: dict[str, Any], frame: dict[str, Any]) -> None:
-    widget = WIDGETS[plain["widget"]]
-    assert frame["panels"]
+    widget, here = WIDGETS[plain["widget"]], at(plain)
+    assert frame["panels"], f"{here}: a Picture has at least one Panel"
     names = [panel["name"] for panel in frame["panels"]]
-    assert len(set(names)) == len(names)
+    assert len(set(names)) == len(names), f"{here}: give each Panel a name of its own, not {names}"
     for panel in frame["panels"]:
         svg = panel["svg"]
         assert svg.startswith('<svg class="plot" viewBox="0 0 ')
-        assert "<path" in svg
+        assert "<path" in svg, f"{here}: the panel {panel['name']} shows no mark; draw something in every state"
         assert all(i.startswith(f"fig-x-{panel['name']}-") for i in re.findall(r' id="([^"]*)"', svg))
-        assert not re.search(
+        wrong = re.search(
             r"style=|fill=|stroke=|nan|inf|\d\.\d", re.sub(r'>[^<]*</text>|aria-label="[^"]*"', "", svg), re.IGNORECASE
         )
-    assert frame["readouts"]
+        assert not wrong, f"{here}: the panel {panel['name']} has {wrong[0]!r} in its markup; marks hold finite numbers"
+    assert frame["readouts"], f"{here}: a Picture has at least one Readout"
     for readout in frame["readouts"]:
-        assert readout["value"].strip()
-        assert not re.search(r"nan|inf|e-\d|-", readout["value"])
-        assert readout["role"] == "" or readout["role"] in ROLES
-    assert re.fullmatch(r"[A-Z0-9].{60,}\.", frame["description"])
-    assert not re.search(r"\bnan\b|\binf\b|  ", frame["description"] + frame["note"])
-    assert set(frame["disabled"]) <= {button.name for button in widget.buttons}
+        text = f"{here}: {readout['name']} shows {readout['value']!r}"
+        assert readout["value"].strip(), f'{text}; where there is no value yet, show "–"'
+        assert not re.search(r"nan|inf|e-\d|-", readout["value"]), f"{text}; write numbers by picture.number"
+        assert readout["role"] == "" or readout["role"] in ROLES, f"{text}; its role is none of {', '.join(ROLES)}"
+    said = frame["description"]
+    sentences = re.fullmatch(r"[A-Z0-9].{60,}\.", said)
+    assert sentences, f"{here}: describe what is seen in whole sentences, 60 characters or more, not {said!r}"
+    wrong = re.search(r"\bnan\b|\binf\b|  ", said + frame["note"])
+    assert not wrong, f"{here}: {wrong[0]!r} in the description or the note: {said!r}, {frame['note']!r}"
+    buttons = {button.name for button in widget.buttons}
+    assert set(frame["disabled"]) <= buttons, f"{here}: disabled names {frame['disabled']}; the buttons are {buttons}"
     assert frame["controls"] == plain["controls"]
     if frame["motion"]:
-        assert f'id="{frame["motion"]["group"]}"' in "".join(panel["svg"] for panel in frame["panels"])
+        group, drawn = frame["motion"]["group"], "".join(panel["svg"] for panel in frame["panels"])
+        missing = f"{here}: motion names {group}, and draw puts no Group of that name into that panel"
+        assert f'id="{group}"' in drawn, missing
 
 
 @pytest.mark.parametrize("name", WIDGETS)
@@ -92,7 +106,10 @@ def test_readout_names_and_panels_stay(name: str) -> None:
         json.dumps([[(r["name"], r["label"]) for r in f["readouts"]], [(p["name"], p["view"]) for p in f["panels"]]])
         for f in frames
     }
-    assert len(layouts) == 1
+    assert len(layouts) == 1, (
+        f"{name}: give every state the same readouts (names, labels) and the same panels, each with one view; "
+        f"of the tape's states there are these: {sorted(layouts)}"
+    )
 
 
 @pytest.mark.parametrize("name", WIDGETS)
@@ -105,31 +122,38 @@ def test_keys_are_drags(name: str) -> None:
 
 
 def check_keys(host: Host, plain: dict[str, Any], frame: dict[str, Any]) -> None:
-    widget = WIDGETS[plain["widget"]]
-    assert {handle["name"] for handle in frame["handles"]} <= set(widget.handles)
+    widget, here = WIDGETS[plain["widget"]], at(plain)
+    drawn = {handle["name"] for handle in frame["handles"]}
+    assert drawn <= set(widget.handles), f"{here}: draw has the handles {drawn}, WIDGET.handles names {widget.handles}"
     for handle in frame["handles"]:
-        assert set(handle["keys"]) == {f"{s}Arrow{w}" for s in ("", "Shift+") for w in ("Left", "Right", "Up", "Down")}
-        assert handle["panel"] in {panel["name"] for panel in frame["panels"]}
-        assert 0 <= handle["left"] <= 100
-        assert 0 <= handle["top"] <= 100
+        what, arrows = f"{here}: the handle {handle['name']}", [f"Arrow{w}" for w in ("Left", "Right", "Up", "Down")]
+        keys = {*arrows, *(f"Shift+{arrow}" for arrow in arrows)}
+        assert set(handle["keys"]) == keys, f"{what} has other keys; make them by move_keys or turn_keys"
+        assert handle["panel"] in {panel["name"] for panel in frame["panels"]}, f"{what} is in no panel of the picture"
+        assert 0 <= handle["left"] <= 100, f"{what} lies outside its panel's window; limit where it can be put"
+        assert 0 <= handle["top"] <= 100, f"{what} lies outside its panel's window; limit where it can be put"
         for key, place in handle["keys"].items():
             after = host.render("f", {**plain, "log": [*plain["log"], ["drag", handle["name"], *place]]})
             (there,) = (h for h in after["handles"] if h["name"] == handle["name"])
-            assert there["world"] != handle["world"] or there["value"] != handle["value"], key
+            stays = there["world"] == handle["world"] and there["value"] == handle["value"]
+            assert not stays, f"{what} does not move by {key}; act takes a drag to {place} for nothing"
             if handle["kind"] == "move":
-                assert dist(there["world"], place) < 2e-4, key
+                landed = dist(there["world"], place) < 2e-4
+                assert landed, f"{what} goes to {there['world']} by {key}, which names {place}; act puts it elsewhere"
 
 
 @pytest.mark.parametrize("name", WIDGETS)
 def test_two_handles_do_not_cover_each_other(name: str) -> None:
     """At 358 px wide, two touch targets of 44 px have their centres at least 40 px apart."""
-    for _, frame in taped(name):
+    for plain, frame in taped(name):
         views = {panel["name"]: panel["view"] for panel in frame["panels"]}
         for i, one in enumerate(frame["handles"]):
             for other in frame["handles"][:i]:
                 if one["panel"] == other["panel"]:
                     x0, x1, *_ = views[one["panel"]]
-                    assert dist(one["world"], other["world"]) * 358 / (x1 - x0) >= 40
+                    px = dist(one["world"], other["world"]) * 358 / (x1 - x0)
+                    near = f"{at(plain)}: {one['name']} and {other['name']} are {px:.0f} px apart on a phone"
+                    assert px >= 40, f"{near}; keep them 40 px apart, as Placing's `least` does"
 
 
 @pytest.mark.parametrize("name", [name for name in WIDGETS if any(b.does == "reseed" for b in WIDGETS[name].buttons)])
@@ -138,7 +162,8 @@ def test_another_seed_is_another_draw(name: str) -> None:
     widget, host = WIDGETS[name], Host()
     plains = [preset(widget, start).plain() for start in widget.presets]
     drawn = [[host.render("f", {**plain, "seed": plain["seed"] + k})["panels"] for k in (0, 13)] for plain in plains]
-    assert any(one != other for one, other in drawn)
+    differ = any(one != other for one, other in drawn)
+    assert differ, f"{name}: a button draws anew, and no preset's picture depends on the seed; take the button away"
 
 
 @pytest.mark.parametrize("name", WIDGETS)
@@ -147,8 +172,8 @@ def test_legend_names_only_what_is_drawn(name: str) -> None:
     drawn = "".join(p["svg"] for _, frame in taped(name) for p in frame["panels"])
     classes = {word for group in re.findall(r'class="([^"]*)"', drawn) for word in group.split()}
     for key in WIDGETS[name].legend:
-        assert key.shape in SHAPES
-        assert key.role in classes, key.label
+        assert key.shape in SHAPES, f"{name}: the legend's {key.label!r} has the shape {key.shape}; there are {SHAPES}"
+        assert key.role in classes, f"{name}: no state of the tape draws {key.role!r}, the legend's {key.label!r}"
 
 
 @pytest.mark.parametrize("name", WIDGETS)
@@ -169,5 +194,7 @@ def test_what_moves_is_drawn_as_the_source(name: str) -> None:
     for _, frame in ends(name):
         for panel in frame["panels"]:
             for group in re.findall(rf'<g id="fig-x-{panel["name"]}-source" class="group">(.*?)</g>', panel["svg"]):
-                assert re.search(r'class="dot [sml] source\b', group)
-                assert not re.search(r'class="[^"]*\btarget\b', group)
+                points = re.search(r'class="dot [sml] source\b', group)
+                assert points, f"{name}: put the source's Points, as dots, into the Group 'source': it is what moves"
+                foreign = re.search(r'class="[^"]*\btarget\b', group)
+                assert not foreign, f"{name}: take what has the role target out of the Group 'source': it stays"

@@ -43,28 +43,30 @@ def test_labels_units_and_roles_agree_with_names(name: str) -> None:
         length = "σ" if plain["controls"].get("residual") == "gicp" else "u"
         for log in ([], presses[:1]):
             for readout in host.render("fig-x", {**plain, "log": log})["readouts"]:
-                check(readout, length)
+                check(name, readout, length)
 
 
-def check(readout: dict[str, Any], length: str) -> None:
+def check(figure: str, readout: dict[str, Any], length: str) -> None:
     """length: the unit of a residual."""
+    here = f"{figure}: the readout {readout['name']} ({readout})"
     label, parts = readout["label"].lower(), readout["name"].split("_")
     number = readout["value"].lstrip("−").replace(".", "").isdigit()
     for part in parts:
-        assert WORDS.get(part, "") in label, readout
+        assert WORDS.get(part, "") in label, f"{here} is to have {WORDS.get(part)!r} in its label, as its name says"
         if part in ROLES:
-            assert readout["role"] == ROLES[part], readout
+            assert readout["role"] == ROLES[part], f"{here} is to have the role {ROLES[part]!r}, as its name says"
     for word, unit in UNITS.items():
         if number and (word in parts or (word in label and "<" not in label)):
-            assert readout["unit"] == unit, readout
+            assert readout["unit"] == unit, f"{here} is to be in {unit}: its name or label says {word}"
     if number and "rms" in label:
-        assert readout["unit"] == ("" if "rises" in parts else length), readout
+        unit = "" if "rises" in parts else length
+        assert readout["unit"] == unit, f"{here} is to have the unit {unit!r}, as a residual"
     if "at the start" in label or "all pairs" in label:
-        assert readout["role"] == "ghost", readout
+        assert readout["role"] == "ghost", f"{here} is to have the role 'ghost': it is not of what is shown now"
     if readout["name"] == "rms":
-        assert readout["role"] in ("source", ""), readout
+        assert readout["role"] in ("source", ""), f"{here} is to have the role 'source' or none"
     if readout["value"] in ("–", "…"):
-        assert readout["unit"] == "", readout
+        assert readout["unit"] == "", f"{here} has no value, and so no unit"
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.widgets.chosen import figures
 from widgets.contract import preset
 from widgets.controls import Spec, specs
 from widgets.host import Host
@@ -90,16 +91,16 @@ def states(name: str, host: Host) -> Iterator[dict[str, Any]]:
 
 
 @pytest.fixture(scope="module")
-def runs() -> dict[str, list[tuple[dict[str, Any], str]]]:
-    """Of every figure: frames, and what their scripts print."""
-    host = Host()
-    frames = [(name, frame) for name in WIDGETS for frame in states(name, host)]
+def runs(request: pytest.FixtureRequest) -> dict[str, list[tuple[dict[str, Any], str]]]:
+    """Of every figure that is asked for: frames, and what their scripts print."""
+    host, names = Host(), figures(request)
+    frames = [(name, frame) for name in names for frame in states(name, host)]
     asked = json.dumps([frame["python"] for _, frame in frames])
     done = subprocess.run(
         [sys.executable, "-I", "-c", RUNNER, str(ROOT)], input=asked, capture_output=True, text=True, encoding="utf-8"
     )
-    assert done.returncode == 0, done.stderr
-    found: dict[str, list[tuple[dict[str, Any], str]]] = {name: [] for name in WIDGETS}
+    assert done.returncode == 0, f"a script of {', '.join(names)} fails in an interpreter of its own:\n{done.stderr}"
+    found: dict[str, list[tuple[dict[str, Any], str]]] = {name: [] for name in names}
     for (name, frame), printed in zip(frames, json.loads(done.stdout), strict=True):
         found[name].append((frame, printed))
     return found
@@ -111,11 +112,16 @@ def test_a_script_prints_the_figures_numbers(name: str, runs: dict[str, list[tup
     for frame, said in runs[name]:
         printed = dict(line.split(" ", 1) for line in said.splitlines())
         shown = {r["name"]: r["value"].replace("−", "-").replace(",", "") for r in frame["readouts"]}
-        assert len(printed) >= 3, frame["python"]
+        few = f"{name}: a script prints three readouts or more, as print(\"name\", value); this one:\n{frame['python']}"
+        assert len(printed) >= 3, few
+        assert set(printed) <= set(shown), f"{name}: {sorted(set(printed) - set(shown))} are printed and no readouts"
         for readout, value in printed.items():
             decimals = len(shown[readout].partition(".")[2])
             close = pytest.approx(float(shown[readout]), abs=0.51 * 10**-decimals)
-            assert float(value) == close, (readout, frame["record"], frame["python"])
+            assert float(value) == close, (
+                f"{name}: the script prints {value} for {readout}, the figure shows {shown[readout]}, "
+                f"at {frame['record']}:\n{frame['python']}"
+            )
 
 
 @pytest.mark.parametrize("name", WIDGETS)
