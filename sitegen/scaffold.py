@@ -93,15 +93,18 @@ def _sound(name: str) -> None:
 
 
 def _fill(root: Path, name: str, title: str, pieces: Mapping[str, str]) -> list[Path]:
+    """Write the pieces, all or none. Raises OSError that names the one that cannot be written."""
     plain = name.replace("-", " ").capitalize()
     quoted = json.dumps(title or plain, ensure_ascii=False)  # a string of Python and of YAML alike
     words = {"name": name, "module": name.replace("-", "_"), "words": plain, "quoted": quoted}
     texts = {root / path: Template((PIECES / piece).read_text("utf-8")) for piece, path in pieces.items()}
-    try:
-        for path, text in texts.items():
+    made: list[Path] = []
+    for path, text in texts.items():
+        try:
             write(path, text.safe_substitute(words).encode())
-    except OSError:
-        for path in texts:
-            path.unlink(missing_ok=True)  # none of them was there before
-        raise
-    return [*texts]
+        except OSError as error:
+            for other in made:
+                other.unlink()
+            raise OSError(error.errno, error.strerror, path.relative_to(root).as_posix()) from error
+        made.append(path)
+    return made

@@ -67,6 +67,34 @@ def test_a_new_figure_works_as_it_is(tmp_path: Path) -> None:
     run(ROOT, "-m", *ruff, *map(str, made))
 
 
+def test_what_a_figure_is_held_to_is_told_when_it_fails(tmp_path: Path) -> None:
+    """A motion of what is no group, a view that follows the state, a sentence too short: each with what to do."""
+    for name in ("solvers", "widgets"):
+        shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
+    (tmp_path / "tests" / "widgets").mkdir(parents=True)
+    for name in ("tests/widgets/test_every_widget.py", "tests/widgets/test_descriptions.py", "pyproject.toml"):
+        shutil.copy(ROOT / name, tmp_path / name)
+    (made, _) = new_figure(tmp_path, "my-figure")
+    text = made.read_text("utf-8")
+    broken = {
+        'Group("source"': 'Group("sourec"',
+        '"Source and target", VIEW': '"Source and target", View(-6.0, 6.0 + left, -4.0, 4.0)',
+        "which have noise of {number(state.controls.noise)} u.": "as they should be by now.",
+    }
+    for right, wrong in broken.items():
+        assert text.count(right) == 1
+        text = text.replace(right, wrong)
+    made.write_text(text, "utf-8")
+    words = ["-m", "pytest", "-q", "-p", "no:cacheprovider", "-k", "my-figure", "tests/widgets"]
+    done = subprocess.run([sys.executable, *words], cwd=tmp_path, capture_output=True, text=True, check=False)
+    for told in (
+        "draw puts no Group of that name into that panel",
+        "my-figure: give every state the same readouts (names, labels) and the same panels, each with one view",
+        "my-figure: noise is 0.2; say '0.20 u' in the description or a caption",
+    ):
+        assert told in done.stdout
+
+
 @pytest.mark.parametrize("name", ["", "Upper", "with space", "9lives", "ünder", "../out", "a--b"])
 def test_what_is_no_name_is_refused(project: Project, name: str) -> None:
     for new in (new_chapter, new_figure):
@@ -114,9 +142,7 @@ def test_what_cannot_be_written_leaves_nothing(project: Project, capsys: pytest.
     project.write("tests/widgets", "a file")
     assert new_command(project.root, "figure", "mine", "") == 1
     told = capsys.readouterr().err
-    assert told.startswith("new figure: ")
-    assert told.endswith("; nothing was made\n")
-    assert told.count("\n") == 1
+    assert re.fullmatch(r"new figure: tests/widgets/test_mine\.py: .+; nothing was made\n", told)
     assert not (project.root / "widgets" / "figures" / "mine.py").exists()
 
 
