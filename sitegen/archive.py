@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from sitegen import ahead
-from sitegen.files import PACKED, WORTH, gzipped
+from sitegen.packing import PACKED, WORTH, gzipped
 
 NOON = (0, 0x0021)  # 1980-01-01, the first date that a zip can hold: the same files give the same bytes
 STORED, DEFLATED = 0, 8

@@ -5,38 +5,38 @@ from __future__ import annotations
 import json
 import sys
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
-from typing import Any
 
-from .files import content, digest, fingerprint, used, write
+from .files import content, digest, fingerprint
 from .outside import Progress, cache_dir, quiet
 from .runtime import RuntimeFile, RuntimeInfo, assemble
+from .store import Store
 from .wheel import backend, inputs
 
 CODE = (".py", ".mjs", ".toml", ".txt")
 
 
-def assembled(dest: Path, *, cache: Path | None = None, progress: Progress = quiet) -> RuntimeInfo:
-    """The runtime in the folder `dest`, which `assemble` makes where there is another one, or a faulty one.
+def assembled(*, cache: Path | None = None, progress: Progress = quiet) -> RuntimeInfo:
+    """The runtime as it was put together last of the same; anew where there is none, or one that lacks a file.
 
-    Raises OutsideError, NodeError or WheelError.
+    Its files are kept each by its own hash: most are the same in every version. Raises OutsideError, NodeError or
+    WheelError.
     """
-    note, made_of = dest.with_name(f"{dest.name}.json"), _made_of()
-    plain: dict[str, Any] = json.loads(note.read_text("utf-8")) if used(note) else {}
-    if plain.get("made_of") == made_of:
-        files = tuple(RuntimeFile(**file) for file in plain["files"])
-        info = RuntimeInfo(dest, files, plain["wheel"], plain["version"])
-        if _is_whole(info, plain["wheel_sha256"]):
-            return info
-    info = assemble(dest, cache=cache or cache_dir(), progress=progress)
-    facts = {
-        "made_of": made_of,
-        "files": [asdict(file) for file in info.files],
-        "wheel": info.wheel,
-        "wheel_sha256": digest((dest / info.wheel).read_bytes()),
-        "version": info.version,
-    }
-    write(note, json.dumps(facts).encode())
+    cache = cache or cache_dir()
+    store, made_of = Store(cache, "runtime"), _made_of()
+    if kept := store.find(made_of):
+        plain = json.loads(kept)
+        contents = {name: data for name, key in plain["contents"].items() if (data := store.find(key)) is not None}
+        if contents.keys() == plain["contents"].keys():
+            files = tuple(RuntimeFile(**file) for file in plain["files"])
+            return RuntimeInfo(files, plain["wheel"], plain["version"], contents)
+    info = assemble(cache=cache, progress=progress)
+    keys = {name: digest(data) for name, data in info.contents.items()}
+    for name, key in keys.items():
+        store.get(key, partial(info.contents.__getitem__, name))
+    plain = {"files": [asdict(file) for file in info.files], "wheel": info.wheel, "version": info.version}
+    store.put(made_of, json.dumps({**plain, "contents": keys}).encode())
     return info
 
 
@@ -47,12 +47,3 @@ def _made_of() -> str:
     code = [path for path in home.rglob("*") if path.suffix in CODE]
     ours = [(f"sitegen/{path.relative_to(home).as_posix()}", content(path)) for path in code]
     return fingerprint([*inputs().items(), *ours, ("python", sys.version.encode()), ("backend", backend().encode())])
-
-
-def _is_whole(info: RuntimeInfo, wheel: str) -> bool:
-    """Whether the folder holds these files, byte for byte, and no others."""
-    wanted = {**{file.name: file.sha256 for file in info.files}, info.wheel: wheel}
-    there = {path.relative_to(info.folder).as_posix(): path for path in info.folder.rglob("*") if path.is_file()}
-    if there.keys() != wanted.keys() or not all(used(path) for path in there.values()):
-        return False
-    return all(digest(content(path)) == wanted[name] for name, path in there.items())

@@ -47,7 +47,7 @@ def _served(info: RuntimeInfo) -> Iterator[tuple[Playwright, str, dict[str, Any]
     """Playwright, the address of a folder with both, and what their workers are told: the stock one's, ours."""
     with tempfile.TemporaryDirectory(prefix="ladder-bench-") as temporary, sync_playwright() as playwright:
         root = Path(temporary)
-        shutil.copytree(info.folder, root / "runtime")
+        info.write(root / "runtime")
         shutil.copyfile(WORKER, root / "worker.mjs")
         shutil.copyfile(HERE / "bench_stock.mjs", root / "stock.mjs")
         (root / "stock").mkdir()

@@ -27,8 +27,6 @@ from .computed import Values
 from .content import OWN_PAGES, SETTINGS, Chapter, Site, read_chapters, read_guide, read_site
 from .decks import Deck, deck
 from .figures import Bakery, Figure, code_hash
-from .files import content as content_of
-from .files import fingerprint
 from .glossary import Term, read_glossary
 from .highlighting import highlighted
 from .maths import Mathematics
@@ -42,6 +40,7 @@ from .prune import prune
 from .publish import clear, publish
 from .remembered import Remembered
 from .render import Body, Known, render
+from .store import unwritable
 from .survey import OWN_IDS, Survey, survey
 from .tape import Tape, record_tapes
 
@@ -108,7 +107,7 @@ def build(
     unknown = Problems() if SETTINGS in problems.unread else problems  # the site's macros stand there
     mathematics = render_formulas(formulas, site.macros, cache, unknown, progress)
     templates = environment(root, cache)
-    started = _runtime(root, parts, cache, progress)
+    started = _runtime(parts, cache, progress)
     templates.globals["wheel"] = f"runtime/{started.wheel}" if started else ""
     bakery = Bakery(parts.widgets, cache)
     gallery = Gallery(parts.plots, cache, progress)
@@ -160,10 +159,12 @@ def build(
         raise BuildFailed(problems.found)
     publish(files, started, dest, pack, cache, progress)
     prune(cache)
+    full = unwritable(cache)
+    told = [Problem(str(cache), 0, 0, f"nothing can be kept in this cache: {full}; every build makes it all anew")]
     pages = tuple(sorted(name for name in files if name.endswith(".html")))
     return Report(
         pages,
-        tuple(sorted([*problems.warnings, *(problems.notes if strict else [])])),
+        tuple(sorted([*problems.warnings, *(problems.notes if strict else []), *(told if full else [])])),
         len(files),
         sum(map(len, files.values())),
         {chapter.source.path: chapter.page for chapter in chapters},
@@ -250,12 +251,9 @@ def _pages(
     return pages | {one.chapter.page: {**fixed(one), **one.anchors} for one in reversed(surveys)}
 
 
-def _runtime(root: Path, parts: Parts, cache: Path, progress: Progress) -> runtime.RuntimeInfo | None:
-    """The browser runtime, kept in the cache from build to build, one for each checkout."""
-    if parts.assemble is None:
-        return None
-    home = cache / "runtime" / fingerprint([("root", str(root.resolve()).encode())])[:12]
-    return parts.assemble(home, cache=cache, progress=progress)
+def _runtime(parts: Parts, cache: Path, progress: Progress) -> runtime.RuntimeInfo | None:
+    """The browser runtime, kept in the cache from build to build."""
+    return None if parts.assemble is None else parts.assemble(cache=cache, progress=progress)
 
 
 def _files(
@@ -337,8 +335,7 @@ def _download(
     files = {**_pages_of(content, templates, assets.from_disk()), **rest}
     files |= {**_for_hosts(content.root, files, started), **content.notebooks}
     if started:
-        names = [name.removeprefix("runtime/") for name, _, _ in started.kept_files()]
-        files |= {f"runtime/{name}": content_of(started.folder / name) for name in names}
+        files |= {f"runtime/{name}": data for name, data in started.contents.items()}
     folder = folder_name(content.site.title)
     return Download(f"{folder}.zip", archive(folder, files, cache))
 

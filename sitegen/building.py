@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import sys
 import time
 import traceback
@@ -12,6 +13,9 @@ from typing import Any
 from sitegen.outside import OutsideError, Progress, quiet
 from sitegen.problems import BuildFailed, Problem
 from sitegen.progress import shown
+
+# What is no mistake of anybody's code: a full disk, or one that only others may write.
+MACHINE = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM)
 
 
 @dataclass(frozen=True)
@@ -69,6 +73,10 @@ def attempt(
         return Outcome(problems=failed.problems, seconds=time.monotonic() - began)
     except OutsideError as error:
         return Outcome(trouble=str(error), seconds=time.monotonic() - began)
+    except OSError as error:
+        if error.errno not in MACHINE:
+            return Outcome(trouble=traceback.format_exc(), seconds=time.monotonic() - began)
+        return Outcome(trouble=f"{error.filename or dest}: {error.strerror}", seconds=time.monotonic() - began)
     except Exception:
         return Outcome(trouble=traceback.format_exc(), seconds=time.monotonic() - began)
     seconds = time.monotonic() - began

@@ -8,21 +8,21 @@ from __future__ import annotations
 
 import ast
 import importlib
-import json
 import math
 import re
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 from widgets.picture import SUPERSCRIPT
 
-from .files import used, write
 from .plotting import Gallery
 from .problems import hint
+from .remembered import Remembered
 
 OURS = ("solvers", "widgets")
 NAMESPACES = (*OURS, "plots")
@@ -149,31 +149,24 @@ def of_plot(call: Call, gallery: Gallery) -> int | float:
 
 
 class Values:
-    """Evaluated calls, those of each package kept in a file for one state of its code; a plot keeps its own."""
+    """Evaluated calls, those of each package remembered for one state of its code; a plot keeps its own."""
 
     def __init__(self, cache: Path, codes: Mapping[str, str], gallery: Gallery) -> None:
-        self._paths = {name: cache / "values" / f"{name}-{code}.json" for name, code in codes.items()}
-        self._known: dict[str, dict[str, int | float]] = {
-            name: json.loads(path.read_text("utf-8")) if used(path) else {} for name, path in self._paths.items()
-        }
-        self._new: set[str] = set()
+        self._known = {name: Remembered(cache, f"values {name} {code}") for name, code in codes.items()}
         self._gallery = gallery
 
     def value(self, call: Call) -> int | float:
-        """The call's number, from the file where it is there. Raises CallError."""
+        """The call's number. Raises CallError."""
         package = call.names[0][0]
         if package == "plots":
             return of_plot(call, self._gallery)
-        known = self._known[package]
-        if call.text not in known:
-            known[call.text] = evaluate(call)
-            self._new.add(package)
-        return known[call.text]
+        found: int | float = self._known[package].answer(call.text, partial(evaluate, call))
+        return found
 
     def keep(self) -> None:
         """Write down what is new."""
-        for name in sorted(self._new):
-            write(self._paths[name], json.dumps(self._known[name], sort_keys=True).encode())
+        for known in self._known.values():
+            known.keep()
 
 
 def printed(value: int | float, spec: str = "") -> str:

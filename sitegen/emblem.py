@@ -6,7 +6,6 @@ matplotlib is imported where something is drawn: most builds find all of it in t
 
 from __future__ import annotations
 
-import hashlib
 import io
 import json
 import re
@@ -20,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from sitegen import fonts, outside
-from sitegen.files import kept
+from sitegen.store import Store
 from solvers.scenes import Scene, kabsch_scene
 
 FORMAT = "1"  # of what is kept; raised when the drawing changes
@@ -44,12 +43,12 @@ def make(title: str, line: str, faces: fonts.FontSet, *, cache: Path | None = No
     title, line: what the share picture says, the line in some hundred characters, set in the title and sans of `faces`.
     Kept in the cache by what they are made of.
     """
-    home = (cache or outside.cache_dir()) / "emblem"
+    store = Store(cache or outside.cache_dir(), "emblem")
     scene = kabsch_scene("clean")
     shapes = [scene.source, scene.target, *scene.outline, scene.truth.matrix, scene.start.matrix]
     used = [FORMAT, version("matplotlib"), title, line, sorted(colours().items()), sorted(faces.files)]
     used += [shape.tolist() for shape in shapes]
-    key = hashlib.sha256(json.dumps(used).encode()).hexdigest()[:24]
+    key = json.dumps(used)
     drawn: dict[str, Callable[[], bytes]] = {
         "favicon.png": lambda: _icon(32),
         "touch-icon.png": lambda: _icon(180),
@@ -60,7 +59,7 @@ def make(title: str, line: str, faces: fonts.FontSet, *, cache: Path | None = No
     }
     files = {"favicon.svg": _svg().encode()}
     for name, draw in drawn.items():
-        files[name] = kept(home / f"{key}-{name}", draw)
+        files[name] = store.get(f"{name} {key}", draw)
     return files
 
 

@@ -5,7 +5,6 @@ Nothing is drawn here: frames come from widgets.host, which the browser runs too
 
 from __future__ import annotations
 
-import hashlib
 import json
 import re
 import sys
@@ -28,8 +27,9 @@ from widgets.jobs import finished
 from widgets.registry import WIDGETS
 
 from .directives import Attribute, Directive, DirectiveError, attributes
-from .files import content, fingerprint, kept, short_hash, used, write
+from .files import content, fingerprint, short_hash
 from .problems import Place, Problems, hint
+from .store import Store
 
 Plain = dict[str, Any]
 FIGURES = Path(widgets.figures.__path__[0])
@@ -211,15 +211,15 @@ def _code_beside(own: Path) -> str:
 
 
 @lru_cache(maxsize=512)
-def _frames(path: Path) -> list[Plain]:
-    """Frames from the cache, whose name tells what they are made of; nobody changes them."""
-    return json.loads(path.read_text("utf-8"))  # type: ignore[no-any-return]
+def _frames(kept: bytes) -> list[Plain]:
+    """Frames as they are kept; nobody changes them."""
+    return json.loads(kept)  # type: ignore[no-any-return]
 
 
 @lru_cache(maxsize=128)
-def _tape(path: Path) -> tuple[bytes, Plain]:
-    """A tape from the cache, whose name tells what it is made of."""
-    script, first = json.loads(path.read_text("utf-8"))
+def _tape(kept: bytes) -> tuple[bytes, Plain]:
+    """A tape as it is kept."""
+    script, first = json.loads(kept)
     return script.encode(), first
 
 
@@ -229,7 +229,7 @@ class Bakery:
     def __init__(self, widgets: Mapping[str, Widget], cache: Path) -> None:
         self._widgets = widgets
         self._host = Host(widgets)
-        self._cache = cache / "frames"
+        self._store = Store(cache, "frames")
         self._codes: dict[str, str] = {}
 
     def frames(self, dom_id: str, records: Sequence[Plain]) -> list[Plain]:
@@ -238,10 +238,7 @@ class Bakery:
         def made() -> bytes:
             return _plain([json.loads(self._host.frame(json.dumps({"figure": dom_id, "record": r}))) for r in records])
 
-        path = self._frames_at(dom_id, records)
-        if not used(path):
-            write(path, made())
-        return _frames(path)
+        return _frames(self._store.get(self._frames_key(dom_id, records), made))
 
     def tape(
         self,
@@ -255,11 +252,7 @@ class Bakery:
             frames = self.frames(dom_id, records)
             return _plain([script(dom_id, records, frames), frames[0]])
 
-        place = self._frames_at(dom_id, records)
-        path = place.with_name(f"{place.stem}-{TAPE}.json")
-        if not used(path):
-            write(path, made())
-        return _tape(path)
+        return _tape(self._store.get(f"{self._frames_key(dom_id, records)} {TAPE}", made))
 
     def results(self, dom_id: str, record: Plain) -> tuple[Plain, ...]:
         """What each job of the record's widget finds, without what depends on the machine, kept likewise."""
@@ -272,28 +265,27 @@ class Bakery:
             jobs = [dict(finished(job, asked.controls, asked.seed, f"{dom_id}-{job.name}")) for job in widget.jobs]
             return _plain(jobs)
 
-        return tuple(json.loads(kept(self._results_at(dom_id, record), made)))
+        return tuple(json.loads(self._store.get(self._results_key(dom_id, record), made)))
 
     def lacks(self, dom_id: str, records: Sequence[Plain]) -> bool:
         """Whether any of a figure's frames, or what its jobs find, has to be made."""
         jobs = self._widgets[records[0]["widget"]].jobs
-        made = self._frames_at(dom_id, records).is_file() and (
-            not jobs or self._results_at(dom_id, records[0]).is_file()
+        has = self._store.has
+        return not (
+            has(self._frames_key(dom_id, records)) and (not jobs or has(self._results_key(dom_id, records[0])))
         )
-        return not made
 
-    def _frames_at(self, dom_id: str, records: Sequence[Plain]) -> Path:
-        return self._place(records[0]["widget"], [dom_id, records])
+    def _frames_key(self, dom_id: str, records: Sequence[Plain]) -> str:
+        return self._key(records[0]["widget"], [dom_id, records])
 
-    def _results_at(self, dom_id: str, record: Plain) -> Path:
-        return self._place(record["widget"], ["jobs", dom_id, record])
+    def _results_key(self, dom_id: str, record: Plain) -> str:
+        return self._key(record["widget"], ["jobs", dom_id, record])
 
-    def _place(self, name: str, asked: list[Any]) -> Path:
-        """Where it is kept: by the figure's code and what is asked of it."""
+    def _key(self, name: str, asked: list[Any]) -> str:
+        """What is kept depends on the figure's code and on what is asked of it."""
         if name not in self._codes:
             self._codes[name] = code_of(name, self._widgets)
-        key = hashlib.sha256(json.dumps([self._codes[name], *asked]).encode()).hexdigest()
-        return self._cache / f"{key}.json"
+        return json.dumps([self._codes[name], *asked])
 
 
 def make_ahead(dom_id: str, records: Sequence[Plain], cache: Path) -> None:

@@ -22,8 +22,9 @@ from typing import Any
 import fontTools
 
 from sitegen import ahead, outside
-from sitegen.files import content, kept, short_hash
+from sitegen.files import content, short_hash
 from sitegen.remembered import Remembered
+from sitegen.store import Store
 
 BUNDLES = ("serif", "sans", "math-font")
 FORMAT = "5"  # of what is cached; raised when the making changes in a way that its inputs do not tell
@@ -177,7 +178,7 @@ def make(
     Raises outside.OutsideError when an original cannot be had.
     """
     cache = cache or outside.cache_dir()
-    home, known = cache / "fonts", Remembered(cache, f"typefaces-{FORMAT}-{fontTools.version}")
+    store, known = Store(cache, "fonts"), Remembered(cache, f"typefaces-{FORMAT}-{fontTools.version}")
     originals = outside.gather(BUNDLES, cache=cache, progress=progress)
     wanted = _wanted(text, mathematics)
     found: set[int] = set()
@@ -188,15 +189,15 @@ def make(
             here = left.intersection(known.answer(_digest(originals[file]), partial(_coverage, originals[file])))
             if here:
                 codes = sorted(here)
-                cuts.append((face, originals[file], codes, _place(face, originals[file], codes, home)))
+                cuts.append((face, originals[file], codes, cache))
             left -= here
             found |= here
-    ahead.make("cutting typefaces", [(_cut, cut) for cut in cuts if not cut[-1].is_file()], progress)
+    ahead.make("cutting typefaces", [(_cut, cut) for cut in cuts if not store.has(_recipe(*cut[:3]))], progress)
     files: dict[str, bytes] = {}
     rules: list[str] = []
     preload: list[str] = []
-    for face, original, codes, place in cuts:
-        data = _cut(face, original, codes, place)
+    for face, original, codes, _ in cuts:
+        data = _cut(face, original, codes, cache)
         name = f"{face.name}-{short_hash(data)}.woff2"
         files[name] = data
         first = original == originals[face.files[0]]
@@ -236,15 +237,14 @@ def _coverage(path: Path) -> list[int]:
         return sorted(font.getBestCmap())
 
 
-def _cut(face: Face, original: Path, codes: Sequence[int], place: Path) -> bytes:
-    """The face as WOFF2 with the code points alone, from its place in the cache where the same was cut before."""
-    return kept(place, lambda: _made(face, original, codes))
+def _cut(face: Face, original: Path, codes: Sequence[int], cache: Path) -> bytes:
+    """The face as WOFF2 with the code points alone, from the cache where the same was cut before."""
+    return Store(cache, "fonts").get(_recipe(face, original, codes), partial(_made, face, original, codes))
 
 
-def _place(face: Face, original: Path, codes: Sequence[int], home: Path) -> Path:
-    """Where a cut is kept: by all that it is made of."""
-    recipe = json.dumps([FORMAT, fontTools.version, _digest(original), asdict(face), list(codes)], sort_keys=True)
-    return home / f"{face.name}-{hashlib.sha256(recipe.encode()).hexdigest()[:24]}.woff2"
+def _recipe(face: Face, original: Path, codes: Sequence[int]) -> str:
+    """All that a cut is made of."""
+    return json.dumps([FORMAT, fontTools.version, _digest(original), asdict(face), list(codes)], sort_keys=True)
 
 
 def _made(face: Face, original: Path, codes: Sequence[int]) -> bytes:

@@ -10,15 +10,18 @@ import json
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 from . import outside
-from .files import used, write
 from .node import run_node
 from .problems import Place, Problems
+from .remembered import Remembered
 
 SCRIPT = Path(__file__).with_name("temml.mjs")
 FORMAT = "1"  # of what is kept; raised when the making changes in a way that its inputs do not tell
+SPARE = 2000  # formulas of earlier builds that are kept: those of drafts come and go together
 STYLE = re.compile(r'<(?P<tag>\w+)(?P<before>[^<>]*?) style="(?P<style>[^"]*)"(?P<after>[^<>]*)>')
 COMBINING = "\u0332"  # Temml underlines what it objects to with these
 SEEN_BY_CLASS = {"display:block math;"}  # said by the class tml-display
@@ -59,19 +62,19 @@ def render(
     those that a browser would show with a part missing."""
     wanted = list(asked)
     version = outside.read_manifest()["temml"].version
-    kept = cache / "maths" / f"{_hash([FORMAT, version, SCRIPT.read_text('utf-8'), sorted(macros.items())])}.json"
-    known: dict[str, dict[str, object]] = json.loads(kept.read_text("utf-8")) if used(kept) else {}
-    new = sorted({f.formula for f in wanted if _key(f.formula) not in known}, key=_key)
+    made_by = _hash([FORMAT, version, SCRIPT.read_text("utf-8"), sorted(macros.items())])
+    known = Remembered(cache, f"maths {made_by}", SPARE)
+    new = sorted({f.formula for f in wanted if not known.knows(_key(f.formula))}, key=_key)
+    made: dict[Formula, Any] = {}
     if new:
         module = outside.gather(["temml"], cache=cache, progress=progress)["temml/dist/temml.mjs"]
         formulas = [{"source": f.source, "display": f.display} for f in new]
         answers = run_node(SCRIPT, {"module": str(module), "macros": dict(macros), "formulas": formulas}, timeout=120)
-        known |= {_key(f): answer for f, answer in zip(new, answers, strict=True)}
-        write(kept, json.dumps(known, ensure_ascii=False, sort_keys=True).encode())
+        made = dict(zip(new, answers, strict=True))
     styles: dict[str, str] = {}
     mathml: dict[Formula, str] = {}
     for one in wanted:
-        answer = known[_key(one.formula)]
+        answer = known.answer(_key(one.formula), partial(made.get, one.formula))
         if "mathml" in answer:
             mathml[one.formula] = _classed(str(answer["mathml"]), styles)
             if "<menclose" in mathml[one.formula]:
@@ -81,6 +84,7 @@ def render(
             position = answer["position"]
             place = one.at(min(position, len(one.formula.source)) if isinstance(position, int) else 0)
             problems.add(place, f"formula: {_said(str(answer['message']))}")
+    known.keep()
     return Mathematics(mathml, "".join(f".{name}{{{style}}}\n" for style, name in sorted(styles.items())))
 
 

@@ -26,12 +26,13 @@ from .cite import Reference
 from .content import Chapter, Site
 from .emblem import TOKENS
 from .figures import Figure, Plain
-from .files import fingerprint, kept
+from .files import fingerprint
 from .markdown import HEADING_ID
 from .plotting import Drawn, Placed
 from .problems import Place
 from .render import Body, Known, blocks, pieces
 from .standalone import SHEETS, data_address, standalone
+from .store import Store
 from .survey import Survey
 
 Cell = tuple[str, str]  # "markdown" or "code", and its text
@@ -276,11 +277,11 @@ def _bibliography(references: Sequence[Reference]) -> str:
 
 def notebooks(surveys: Sequence[Survey], bodies: Sequence[Body], shown: Shown, cache: Path) -> dict[str, bytes]:
     """Every chapter's notebook by its name on the site, kept by what it is made of. bodies: the chapters rendered."""
-    home = cache / "notebooks"
+    store = Store(cache, "notebooks")
     made = {}
     for survey, body in zip(surveys, bodies, strict=True):
-        path = home / f"{_made_of(survey, body, shown)}.ipynb"
-        made[name_of(survey.chapter)] = kept(path, partial(notebook, survey, body.cited, shown))
+        make = partial(notebook, survey, body.cited, shown)
+        made[name_of(survey.chapter)] = store.get(_made_of(survey, body, shown), make)
     return made
 
 

@@ -7,6 +7,7 @@ sha256 differs is ever handed on.
 from __future__ import annotations
 
 import fnmatch
+import gzip
 import hashlib
 import os
 import subprocess
@@ -15,18 +16,23 @@ import tarfile
 import tempfile
 import tomllib
 import zipfile
+import zlib
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePosixPath
+from typing import IO
 
 import platformdirs
 
-from sitegen.files import used, write
 from sitegen.node import environment, npm_command
+from sitegen.store import put_file, used
 
 MANIFEST = Path(__file__).with_name("outside.toml")
 KEPT_LICENCES = Path(__file__).with_name("licences")
 URL_TIMEOUT = 5.0  # seconds a web address may stay silent before the next source is asked
+UNPACKED = 256_000_000  # bytes that an npm package may hold: a tar is unpacked up to the last of the files wanted
+# What readers of archives raise for what is none, or a broken one.
+FAULTS = (OSError, EOFError, RuntimeError, ValueError, zlib.error, zipfile.BadZipFile, tarfile.TarError)
 
 # (what is under way, bytes done, bytes in all); bytes in all is 0 where nobody knows.
 Progress = Callable[[str, int, int], None]
@@ -119,12 +125,20 @@ def read_manifest(path: Path = MANIFEST) -> dict[str, Bundle]:
                 entry["licence"],
                 tuple(entry["licence_texts"]),
                 tuple(sources[s] for s in entry["sources"]),
-                tuple(PinnedFile(n, f["size"], f["sha256"]) for n, f in entry["files"].items()),
+                tuple(PinnedFile(_inside(n), f["size"], f["sha256"]) for n, f in entry["files"].items()),
             )
             for name, entry in data["bundle"].items()
         }
     except (KeyError, TypeError, tomllib.TOMLDecodeError) as error:
         raise OutsideError(f"{path.name}: {type(error).__name__}: {error}") from error
+
+
+def _inside(name: str) -> str:
+    """The name of a file, which lies in its bundle's folder."""
+    path = PurePosixPath(name)
+    if path.is_absolute() or ".." in path.parts or "\\" in name:
+        raise OutsideError(f"{name}: a file's name leads nowhere out of its bundle's folder")
+    return name
 
 
 def _read_source(name: str, entry: dict[str, str | int]) -> Source:
@@ -153,7 +167,7 @@ def gather(
     for bundle in bundles.values():
         if bundle.name in names:
             home = cache / "outside" / bundle.folder
-            failures += _fill(bundle, home, progress)
+            failures += _fill(bundle, home, cache, progress)
             found |= {f"{bundle.name}/{file.name}": home / file.name for file in bundle.files}
     if failures:
         raise OutsideError("\n".join(failures))
@@ -187,23 +201,22 @@ def _licence_texts(entry: str, bundle: Bundle, paths: Sequence[Path]) -> list[st
         return [f"{m}\n\n{archive.read(m).decode('utf-8').strip()}" for m in members]
 
 
-def _fill(bundle: Bundle, home: Path, progress: Progress) -> list[str]:
+def _fill(bundle: Bundle, home: Path, cache: Path, progress: Progress) -> list[str]:
     """Bring a bundle's folder in order; what could not be had, as messages."""
     tried: list[str] = []
     missing = []
     for file in bundle.files:
-        path = home / file.name
-        fault = file.fault(path.read_bytes()) if used(path) else "-"
-        if fault:
+        fault = _kept_fault(file, home / file.name)
+        if fault is not None:
             missing.append(file)
-        if len(fault) > 1:
+        if fault:
             tried.append(f"the cache: {fault}")
     for source in bundle.sources:
         if not missing:
             break
         try:
             taken = _FETCH[source.kind](source, missing, progress)
-        except (OSError, OutsideError, zipfile.BadZipFile, tarfile.TarError) as error:
+        except FAULTS as error:
             tried.append(f"{source.name} ({source.spec}): {error}")
             continue
         for file in list(missing):
@@ -212,10 +225,30 @@ def _fill(bundle: Bundle, home: Path, progress: Progress) -> list[str]:
             if data is None or fault:
                 tried.append(f"{source.name} ({source.spec}): {fault}")
             else:
-                write(home / file.name, data)
+                try:
+                    put_file(home / file.name, data, cache)
+                except OSError as error:
+                    tried.append(f"the cache: {error.filename}: {error.strerror}")
+                    break
                 missing.remove(file)
     said = "".join(f"\n  {line}" for line in tried or ["no source is named"])
     return [f"{bundle.title} {bundle.version}: {file.name} could not be had{said}" for file in missing]
+
+
+def _kept_fault(file: PinnedFile, path: Path) -> str | None:
+    """What is wrong with a file in the cache: None for nothing, "" where there is none."""
+    if not used(path):
+        return ""
+    try:
+        with path.open("rb") as kept:
+            return file.fault(_read(kept, file)) or None
+    except OSError as error:
+        return f"{path}: {error.strerror}"
+
+
+def _read(stream: IO[bytes], file: PinnedFile) -> bytes:
+    """A file from wherever it may be; one byte more than expected is enough to see that it is not the file."""
+    return stream.read(file.size + 1)
 
 
 def _from_url(source: Source, files: Sequence[PinnedFile], progress: Progress) -> dict[str, bytes]:
@@ -242,16 +275,28 @@ def _from_npm(source: Source, files: Sequence[PinnedFile], progress: Progress) -
         # A cache of its own, so that what has arrived can be seen and is gone afterwards.
         folders: list[str | Path] = ["--cache", here / "cache", "--pack-destination", here / "out"]
         _download(npm_command("pack", source.spec, *folders, "--silent", "--ignore-scripts"), here, source, progress)
-        with tarfile.open(_only_file(here / "out", source)) as archive:
-            taken = {}
-            for file in files:
-                try:
-                    member = archive.extractfile(f"{source.folder}/{file.name}")
-                except KeyError:
-                    continue
-                if member is not None:
-                    taken[file.name] = member.read()
-            return taken
+        wanted = {f"{source.folder}/{file.name}": file for file in files}
+        taken: dict[str, bytes] = {}
+        package = _only_file(here / "out", source)
+        with _Limited(package) as stream, tarfile.open(fileobj=stream, mode="r|") as archive:
+            for member in archive:
+                file = wanted.get(member.name)
+                if file is not None and member.isfile() and (found := archive.extractfile(member)):
+                    taken[file.name] = _read(found, file)
+                if len(taken) == len(wanted):
+                    break
+        return taken
+
+
+class _Limited(gzip.GzipFile):
+    """A gzip file of at most UNPACKED bytes: a small one can unpack to any size."""
+
+    def read(self, size: int | None = -1) -> bytes:
+        """So many of its bytes. Raises OutsideError."""
+        data = super().read(size)
+        if self.tell() > UNPACKED:
+            raise OutsideError(f"it unpacks to more than {UNPACKED / 1e6:.0f} MB")
+        return data
 
 
 def _from_pip(source: Source, files: Sequence[PinnedFile], progress: Progress) -> dict[str, bytes]:
@@ -265,10 +310,16 @@ def _from_pip(source: Source, files: Sequence[PinnedFile], progress: Progress) -
         _download([*pip, *options, source.spec], here, source, progress)
         wheel = _only_file(here / "out", source)
         if not source.folder:
-            return {wheel.name: wheel.read_bytes()}
+            with wheel.open("rb") as stream:
+                return {file.name: _read(stream, file) for file in files if file.name == wheel.name}
+        taken = {}
         with zipfile.ZipFile(wheel) as archive:
             members = set(archive.namelist())
-            return {f.name: archive.read(m) for f in files if (m := f"{source.folder}/{f.name}") in members}
+            for file in files:
+                if (name := f"{source.folder}/{file.name}") in members:
+                    with archive.open(name) as member:
+                        taken[file.name] = _read(member, file)
+        return taken
 
 
 _FETCH: dict[str, Callable[[Source, Sequence[PinnedFile], Progress], dict[str, bytes]]] = {

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 from xml.sax.saxutils import escape as xml_escape
 
-from jinja2 import Environment, FileSystemBytecodeCache, FileSystemLoader, StrictUndefined
+from jinja2 import BytecodeCache, Environment, FileSystemLoader, StrictUndefined
+from jinja2.bccache import Bucket
 from markupsafe import Markup
 
 from widgets.contract import Widget
@@ -28,6 +29,7 @@ from .notebooks import name_of
 from .outside import Licence
 from .plotting import Drawn, Placed
 from .render import Body
+from .store import Store
 
 if TYPE_CHECKING:
     from .decks import Deck
@@ -95,13 +97,27 @@ class Page:
     next: Chapter | None = None
 
 
+class Bytecode(BytecodeCache):
+    """The templates' code, kept by the templates' own hashes; a bucket knows the version that compiled it."""
+
+    def __init__(self, store: Store) -> None:
+        self._store = store
+
+    def load_bytecode(self, bucket: Bucket) -> None:
+        """Fill the bucket, if its template was compiled before."""
+        if kept := self._store.find(f"{bucket.key} {bucket.checksum}"):
+            bucket.bytecode_from_string(kept)
+
+    def dump_bytecode(self, bucket: Bucket) -> None:
+        """Keep what was compiled."""
+        self._store.put(f"{bucket.key} {bucket.checksum}", bucket.bytecode_to_string())
+
+
 def environment(root: Path, cache: Path) -> Environment:
     """The templates of a checkout; a name that is not there is an error, text is escaped. Their code is kept."""
-    compiled = cache / "templates"
-    compiled.mkdir(parents=True, exist_ok=True)
     made = Environment(
         loader=FileSystemLoader(root / "templates"),
-        bytecode_cache=FileSystemBytecodeCache(str(compiled)),
+        bytecode_cache=Bytecode(Store(cache, "templates")),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,

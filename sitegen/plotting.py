@@ -22,10 +22,11 @@ from solvers.methods import METHODS
 
 from .directives import Directive
 from .figures import listed
-from .files import fingerprint, kept
+from .files import fingerprint
 from .outside import Progress, quiet
 from .problems import Place, Problems, hint
 from .sources import closure, imports, method_modules, reached
+from .store import Store
 
 FORMAT = "1"  # of what is kept; raised when its form changes
 SIZES = {"wide": (680, 380), "narrow": (350, 340)}  # px; the page shows the one that fits
@@ -176,20 +177,15 @@ class Gallery:
 
     def __init__(self, plots: Mapping[str, Plot], cache: Path, progress: Progress = quiet) -> None:
         self.plots = plots
-        self._cache, self._progress = cache, progress
+        self._computed, self._drawn, self._progress = Store(cache, "plots"), Store(cache, "drawings"), progress
         self._results: dict[str, Any] = {}
-        self._places: dict[str, Path] = {}
+        self._keys: dict[str, str] = {}
 
     def lacks(self, placed: Placed) -> bool:
         """Whether the plot has to be computed or drawn."""
-        if not self._place(placed.plot).is_file():
+        if not self._computed.has(_result_key(placed.plot)):
             return True
-        return not self._drawings(placed, self.result(placed.plot)).is_file()
-
-    def _place(self, plot: Plot) -> Path:
-        """Where a plot's result is kept: by the code that it runs and numpy's version."""
-        key = fingerprint([(FORMAT, b""), ("numpy", np.__version__.encode()), ("runs", plot.code.encode())])
-        return self._cache / "plots" / f"{plot.name}-{key[:24]}.json"
+        return not self._drawn.has(self._drawings_key(placed, self.result(placed.plot)))
 
     def result(self, plot: Plot) -> Any:
         """What the plot computed. What its module raises is raised."""
@@ -202,29 +198,25 @@ class Gallery:
                 return made
 
             # Also a new result comes from its bytes, so that kept and new are the same.
-            plain = json.loads(kept(self._place(plot), make))
+            plain = json.loads(self._computed.get(_result_key(plot), make))
             self._results[plot.name] = plot.result(**{name: _tuples(value) for name, value in plain.items()})
         return self._results[plot.name]
 
-    def _drawings(self, placed: Placed, result: Any) -> Path:
-        """Where a plot's drawings are kept: by its result, its module's look, and what draws."""
-        key = f"{placed.plot.name} {placed.dom_id}"
-        if key not in self._places:
-            self._places[key] = self._found(placed, result)
-        return self._places[key]
+    def _drawings_key(self, placed: Placed, result: Any) -> str:
+        """What a plot's drawings depend on: its result, its module's look, and what draws."""
+        name = f"{placed.plot.name} {placed.dom_id}"
+        if name not in self._keys:
+            from . import drawing
 
-    def _found(self, placed: Placed, result: Any) -> Path:
-        from . import drawing
-
-        source = Path(str(drawing.__file__)).read_bytes()
-        key = fingerprint(
-            [
-                (f"{FORMAT} {version('matplotlib')} {placed.dom_id}", placed.plot.look.encode()),
-                ("result", json.dumps(asdict(result)).encode()),
-                ("drawing", source + drawing.TOKENS.read_bytes()),
-            ]
-        )
-        return self._cache / "drawings" / f"{placed.plot.name}-{key[:24]}.json"
+            source = Path(str(drawing.__file__)).read_bytes()
+            self._keys[name] = fingerprint(
+                [
+                    (f"{FORMAT} {version('matplotlib')} {placed.dom_id}", placed.plot.look.encode()),
+                    ("result", json.dumps(asdict(result)).encode()),
+                    ("drawing", source + drawing.TOKENS.read_bytes()),
+                ]
+            )
+        return self._keys[name]
 
     def drawn(self, placed: Placed) -> Drawn:
         """The plot for its page. What its module raises is raised."""
@@ -244,8 +236,13 @@ class Gallery:
             self._progress(f"drawing {plot.name}", 1, 1)
             return json.dumps(drawings).encode()
 
-        svgs = json.loads(kept(self._drawings(placed, result), make))
+        svgs = json.loads(self._drawn.get(self._drawings_key(placed, result), make))
         return Drawn(svgs, plot.words(result), plot.table(result) if plot.table else None)
+
+
+def _result_key(plot: Plot) -> str:
+    """What a plot's result depends on: the code that it runs and numpy's version."""
+    return f"{FORMAT} {np.__version__} {plot.name} {plot.code}"
 
 
 def longest_first(placed: Iterable[Placed]) -> list[Placed]:

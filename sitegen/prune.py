@@ -1,6 +1,6 @@
 """The cache of outside files and of what builds have made: what nobody has used for two months goes.
 
-Whoever takes a file from the cache notes the use by its date (files.used). Another build may be at work meanwhile: it
+Whoever takes a file from the cache notes the use by its date (store.used). Another build may be at work meanwhile: it
 has noted its use before it reads, and what it is just writing is new; so neither is taken away.
 """
 
@@ -9,14 +9,13 @@ from __future__ import annotations
 import time
 from contextlib import suppress
 from pathlib import Path
+from typing import get_args
 
-from .files import DAY, write
+from .store import DAY, Kind, put_file
 
 UNUSED = 60 * DAY
-FOLDERS = (
-    *("brotli", "compiled", "drawings", "emblem", "fonts", "frames", "gzip", "maths", "notebooks", "outside", "plots"),
-    *("remembered", "runtime", "sweep", "templates", "values", "wheel"),
-)
+BEFORE = ("maths", "unpacked", "values")  # where earlier versions kept things
+FOLDERS = (*get_args(Kind), "outside", *BEFORE)
 STAMP = "pruned"
 
 
@@ -26,7 +25,8 @@ def prune(cache: Path, now: float | None = None) -> list[Path]:
     stamp = cache / STAMP
     if stamp.is_file() and now - stamp.stat().st_mtime < DAY:
         return []
-    write(stamp, b"")
+    with suppress(OSError):  # a cache that we may only read
+        put_file(stamp, b"", cache)
     gone = []
     for name in FOLDERS:
         for path in sorted((cache / name).rglob("*"), reverse=True):  # what a folder holds comes before it

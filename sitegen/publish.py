@@ -9,8 +9,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from . import ahead
-from .files import packed
 from .outside import Progress
+from .packing import packed
 from .problems import BuildFailed, Problem
 from .runtime import RuntimeInfo
 from .stopping import held
@@ -49,8 +49,7 @@ def publish(
 
 
 def _runtime(started: RuntimeInfo | None) -> dict[str, bytes]:
-    names = [*(file.name for file in started.files), started.wheel] if started else []
-    return {f"runtime/{name}": (started.folder / name).read_bytes() for name in names if started}
+    return {f"runtime/{name}": data for name, data in started.contents.items()} if started else {}
 
 
 def _fill(folder: Path, files: Mapping[str, bytes], pack: bool, cache: Path, progress: Progress) -> None:

@@ -1,4 +1,4 @@
-"""What pure functions found, by the hash of what they were given: one small file of the cache for each function."""
+"""What pure functions found, by the hash of what they were given: one entry of the cache for each function."""
 
 from __future__ import annotations
 
@@ -8,22 +8,26 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from .files import used, write
+from .store import Store
 
-SPARE = 60  # entries of earlier builds that are kept beside those of the last one: the file is read at each build
+SPARE = 60  # answers of earlier builds that are kept beside those of the last one: all are read at each build
 
 
 class Remembered:
-    """A function's answers, as plain data, from build to build. Its file's name tells the function's version."""
+    """A function's answers, as plain data, from build to build. The name tells the function's version."""
 
-    def __init__(self, cache: Path, name: str) -> None:
-        self._path = cache / "remembered" / f"{name}.json"
-        self._known: dict[str, Any] = json.loads(self._path.read_text("utf-8")) if used(self._path) else {}
+    def __init__(self, cache: Path, name: str, spare: int | None = None) -> None:
+        self._store, self._name, self._spare = Store(cache, "remembered"), name, SPARE if spare is None else spare
+        self._known: dict[str, Any] = json.loads(self._store.find(name) or "{}")
         self._asked: dict[str, Any] = {}
+
+    def knows(self, given: str) -> bool:
+        """Whether the answer is there."""
+        return _key(given) in self._known
 
     def answer(self, given: str, make: Callable[[], Any]) -> Any:
         """What `make` finds, which depends on `given` alone."""
-        key = hashlib.sha256(given.encode()).hexdigest()[:32]
+        key = _key(given)
         if key not in self._asked:
             self._asked[key] = self._known[key] if key in self._known else make()
         return self._asked[key]
@@ -33,5 +37,9 @@ class Remembered:
         if self._asked.keys() <= self._known.keys():
             return
         rest = [(key, value) for key, value in self._known.items() if key not in self._asked]
-        self._known = dict([*rest[max(0, len(rest) - SPARE) :], *self._asked.items()])
-        write(self._path, json.dumps(self._known, ensure_ascii=False).encode())
+        self._known = dict([*rest[max(0, len(rest) - self._spare) :], *self._asked.items()])
+        self._store.put(self._name, json.dumps(self._known, ensure_ascii=False).encode())
+
+
+def _key(given: str) -> str:
+    return hashlib.sha256(given.encode()).hexdigest()[:32]

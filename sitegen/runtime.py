@@ -1,7 +1,7 @@
 """The browser runtime: Pyodide, its library and numpy as bytecode without what is never imported, and our wheel.
 
 A `.pack` is a gzipped zip of stored members: compressed from any host, inflated by the browser and not by Python.
-Every file lies in a folder named by its content's hash, so that caches may keep it for ever.
+Every file lies in a folder named by its content's hash, so that browsers may keep it for ever.
 """
 
 from __future__ import annotations
@@ -9,19 +9,20 @@ from __future__ import annotations
 import hashlib
 import io
 import json
-import os
 import tempfile
 import zipfile
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from sitegen.files import fingerprint, gzipped, short_hash, used, write
+from sitegen.files import fingerprint, short_hash, write
 from sitegen.lighter import ADDED, CHANGED, PREPARED, REPLACED, SITE_PACKAGES, STDLIB
 from sitegen.node import run_node
 from sitegen.outside import Progress, cache_dir, gather, quiet
-from sitegen.wheel import build_wheel
+from sitegen.packing import gzipped
+from sitegen.store import Store
+from sitegen.wheel import Archive, build_wheel
 
 HERE = Path(__file__).parent
 RUNNER = HERE / "pyodide_node.mjs"
@@ -45,15 +46,15 @@ class RuntimeFile:
 
 @dataclass(frozen=True)
 class RuntimeInfo:
-    """An assembled runtime: its folder, what the worker loads from it, and the wheel that readers may install.
+    """An assembled runtime: what the worker loads, and the wheel that readers may install.
 
-    wheel: its name below the folder, in a folder of its own that is named by its content.
+    wheel: its name, in a folder of its own that is named by its content. contents: every file by its name.
     """
 
-    folder: Path
     files: tuple[RuntimeFile, ...]
     wheel: str
     version: str
+    contents: Mapping[str, bytes] = field(repr=False)
 
     @property
     def size(self) -> int:
@@ -71,24 +72,27 @@ class RuntimeInfo:
 
     def kept_files(self) -> list[tuple[str, int, str]]:
         """Name below the site, bytes and sha256 of everything that a reader may ask of the runtime."""
-        wheel = (self.folder / self.wheel).read_bytes()
+        wheel = self.contents[self.wheel]
         files = [(file.name, file.size, file.sha256) for file in self.files]
         files.append((self.wheel, len(wheel), hashlib.sha256(wheel).hexdigest()))
         return [(f"runtime/{name}", size, digest) for name, size, digest in files]
 
 
-def assemble(dest: Path, *, cache: Path | None = None, progress: Progress = quiet) -> RuntimeInfo:
-    """Write the runtime into the folder `dest`; what is there and right is left alone, what is not of it is removed.
+    def write(self, folder: Path) -> Path:
+        """Put all files into a folder."""
+        for name, data in self.contents.items():
+            write(folder / name, data)
+        return folder
 
-    Raises OutsideError, NodeError or WheelError.
-    """
+
+def assemble(*, cache: Path | None = None, progress: Progress = quiet) -> RuntimeInfo:
+    """Put the runtime together. Raises OutsideError, NodeError or WheelError."""
     cache = cache or cache_dir()
     outside = gather(["numpy", "pyodide"], cache=cache, progress=progress)
     numpy_given = numpy_wheel(outside)
     kept = kept_modules()
 
-    stdlib = compiled(outside["pyodide/python_stdlib.zip"], STDLIB, 2, outside, cache, progress)
-    numpy = compiled(numpy_given, SITE_PACKAGES, 2, outside, cache, progress)
+    stdlib, numpy = library_and_numpy(outside, cache, progress)
     wheel = build_wheel(cache)
     ladder = compiled(wheel, SITE_PACKAGES, 0, outside, cache, progress, ours=True)
 
@@ -110,10 +114,9 @@ def assemble(dest: Path, *, cache: Path | None = None, progress: Progress = quie
         RuntimeFile(name, len(data), hashlib.sha256(data).hexdigest(), len(gzipped(data, cache)))
         for name, data in contents.items()
     )
-    given = f"{short_hash(wheel.read_bytes())}/{wheel.name}"
-    write_folder(dest, {**contents, given: wheel.read_bytes()})
+    given = f"{short_hash(wheel.data)}/{wheel.name}"
     version = fingerprint((file.name, file.sha256.encode()) for file in files)[:12]
-    return RuntimeInfo(dest, files, given, version)
+    return RuntimeInfo(files, given, version, {**contents, given: wheel.data})
 
 
 def numpy_wheel(outside: Mapping[str, Path]) -> Path:
@@ -140,8 +143,17 @@ def in_numpy(member: str, kept: Iterable[str]) -> bool:
     return member.endswith(".dist-info/METADATA")
 
 
+def library_and_numpy(outside: Mapping[str, Path], cache: Path, progress: Progress = quiet) -> tuple[bytes, bytes]:
+    """Pyodide's standard library and numpy's wheel, compiled. outside: the gathered files of both."""
+    given = ((outside["pyodide/python_stdlib.zip"], STDLIB), (numpy_wheel(outside), SITE_PACKAGES))
+    library, numpy = (
+        compiled(Archive(path.name, path.read_bytes()), prefix, 2, outside, cache, progress) for path, prefix in given
+    )
+    return library, numpy
+
+
 def compiled(
-    archive: Path,
+    archive: Archive,
     prefix: str,
     optimize: int,
     outside: Mapping[str, Path],
@@ -149,7 +161,7 @@ def compiled(
     progress: Progress = quiet,
     *,
     ours: bool = False,
-) -> Path:
+) -> bytes:
     """The archive with its .py compiled by Pyodide's own Python; kept by the hash of all that goes into it.
 
     outside: the gathered files of numpy and pyodide. Of our own wheel the methods of dataclasses are compiled too, for
@@ -160,38 +172,47 @@ def compiled(
     job |= {"packages": ["solvers", "widgets"] if ours else [], "prepared": PREPARED}
     job |= {"added": ADDED if prefix == STDLIB else ()}
     inputs = {
-        "archive": archive.read_bytes(),
+        "archive": archive.data,
         "compiler": COMPILER.read_bytes(),
         "engine": hashlib.sha256(engine.read_bytes()).digest(),
         "job": json.dumps([job, ENVIRONMENT], sort_keys=True).encode(),
     }
-    target = cache / "compiled" / f"{archive.stem}-{fingerprint(inputs.items())[:16]}.zip"
-    if used(target):
-        return target
-    progress(f"compiling {archive.name}", 0, 1)
-    target.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=target.parent, prefix=".compile-") as temporary:
-        request: dict[str, Any] = {
-            "folder": str(engine.parent),
-            "mounts": {"/in": str(archive.parent), "/out": temporary},
-            "env": ENVIRONMENT,
-            "python": COMPILER.read_text("utf-8"),
-            "input": [{"source": f"/in/{archive.name}", "target": "/out/out.zip", **job}],
-        }
-        if ours:
-            with zipfile.ZipFile(compiled(numpy_wheel(outside), SITE_PACKAGES, 2, outside, cache, progress)) as numpy:
-                numpy.extractall(Path(temporary, "site"))
-            stdlib = compiled(outside["pyodide/python_stdlib.zip"], STDLIB, 2, outside, cache, progress)
-            request |= {"site": str(Path(temporary, "site")), "stdlib": str(stdlib)}
-        run_node(RUNNER, request)
-        os.replace(Path(temporary, "out.zip"), target)
-    progress(f"compiling {archive.name}", 1, 1)
-    return target
+
+    def make() -> bytes:
+        progress(f"compiling {archive.name}", 0, 1)
+        with tempfile.TemporaryDirectory(prefix="ladder-compile-") as temporary:
+            here = Path(temporary)
+            write(here / "given" / archive.name, archive.data)
+            request: dict[str, Any] = {
+                "folder": str(engine.parent),
+                "mounts": {"/in": str(here / "given"), "/out": temporary},
+                "env": ENVIRONMENT,
+                "python": COMPILER.read_text("utf-8"),
+                "input": [{"source": f"/in/{archive.name}", "target": "/out/out.zip", **job}],
+            }
+            if ours:
+                library, numpy = library_and_numpy(outside, cache, progress)
+                request |= mounted(library, [numpy], here)
+            run_node(RUNNER, request)
+            data = (here / "out.zip").read_bytes()
+        progress(f"compiling {archive.name}", 1, 1)
+        return data
+
+    return Store(cache, "compiled").get(f"{archive.name} {fingerprint(inputs.items())}", make)
 
 
-def pick(archive: Path, wanted: Callable[[str], bool]) -> dict[str, bytes]:
+def mounted(library: bytes, packages: Iterable[bytes], folder: Path) -> dict[str, str]:
+    """What Node is asked for to run on this library and these packages, which are laid out in a folder."""
+    write(folder / "python_stdlib.zip", library)
+    for each in packages:
+        with zipfile.ZipFile(io.BytesIO(each)) as archive:
+            archive.extractall(folder / "site")
+    return {"stdlib": str(folder / "python_stdlib.zip"), "site": str(folder / "site")}
+
+
+def pick(archive: bytes, wanted: Callable[[str], bool]) -> dict[str, bytes]:
     """The members of a zip whose names are wanted, sorted by name."""
-    with zipfile.ZipFile(archive) as given:
+    with zipfile.ZipFile(io.BytesIO(archive)) as given:
         return {name: given.read(name) for name in sorted(given.namelist()) if wanted(name)}
 
 
@@ -247,19 +268,3 @@ def lock_text(stock: Path, wheels: Mapping[str, bytes]) -> bytes:
         packages[name] = spec.model_dump()
     info = json.loads(stock.read_text("utf-8"))["info"]
     return json.dumps({"info": info, "packages": packages}, indent=1, sort_keys=True).encode()
-
-
-def write_folder(dest: Path, contents: Mapping[str, bytes]) -> None:
-    """Make the folder hold exactly these files; those that are right already are not touched."""
-    dest.mkdir(parents=True, exist_ok=True)
-    for name, data in contents.items():
-        path = dest / name
-        if used(path) and path.stat().st_size == len(data) and path.read_bytes() == data:
-            continue
-        write(path, data)
-    wanted = {dest / name for name in contents}
-    for path in sorted(dest.rglob("*"), reverse=True):
-        if path.is_dir() and not any(path.iterdir()):
-            path.rmdir()
-        elif path.is_file() and path not in wanted:
-            path.unlink()

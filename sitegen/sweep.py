@@ -22,10 +22,11 @@ from typing import Any
 import numpy as np
 
 from . import ahead, sweep_units
-from .files import fingerprint, used, write
+from .files import fingerprint, write
 from .outside import Progress, cache_dir
 from .progress import shown
 from .sources import code_text
+from .store import Store
 from .sweep_plan import FOLDER, SWEEPS, Sweep, code_of, racing, split, units
 from .sweep_units import Unit, run_unit
 
@@ -57,19 +58,22 @@ def run(
 ) -> None:
     """Run one sweep for the contestants of `methods` (all for none) and put their results into its file."""
     asked: dict[str, list[tuple[tuple[str, ...], Unit]]] = {}
-    places: dict[str, Path] = {}
+    store, keys = Store(cache, "sweep"), dict[str, str]()
     codes = {c.method: code_of(c, root) for c in racing(methods)}
     for contestant in racing(methods):
         asked[contestant.method] = list(units(sweep, contestant))
         for _, unit in asked[contestant.method]:
-            places[_key(unit)] = place(cache, unit, codes[contestant.method])
+            keys[_key(unit)] = kept_by(unit, codes[contestant.method])
     every = [unit for listed in asked.values() for _, unit in listed]
-    missing = [unit for unit in every if not used(places[_key(unit)])]
+    found = {key: json.loads(kept) for key, name in keys.items() if (kept := store.find(name)) is not None}
+    missing = [unit for unit in every if _key(unit) not in found]
     done = len(every) - len(missing)
     progress(f"sweeping {sweep.name}", done, len(every))
     with workers(root, missing, processes, scheduler) as finished:
-        for unit, found in finished:
-            write(places[_key(unit)], json.dumps(found, separators=(",", ":")).encode())
+        for unit, runs in finished:
+            kept = json.dumps(runs, separators=(",", ":")).encode()
+            store.put(keys[_key(unit)], kept)
+            found[_key(unit)] = json.loads(kept)
             done += 1
             progress(f"sweeping {sweep.name}", done, len(every))
     entries = {}
@@ -77,7 +81,7 @@ def run(
         if code_of(next(c for c in racing() if c.method == method), root) != codes[method]:
             print(f"sweep: {method} was edited while it ran; run it again", file=sys.stderr)
             continue
-        entries[method] = {"code": codes[method], "cells": _cells(sweep, listed, places)}
+        entries[method] = {"code": codes[method], "cells": _cells(sweep, listed, found)}
     _put(root, sweep, entries)
 
 
@@ -85,11 +89,10 @@ def _key(unit: Unit) -> str:
     return json.dumps(asdict(unit), sort_keys=True)
 
 
-def place(cache: Path, unit: Unit, code: str) -> Path:
-    """Where a unit's runs are kept: by the code that they ran and that ran them, numpy's version and what was asked."""
+def kept_by(unit: Unit, code: str) -> str:
+    """What a unit's runs depend on: the code that they ran and that ran them, numpy's version and what was asked."""
     facts = {"code": code, "runner": _runner(), "numpy": np.__version__, "unit": _key(unit)}
-    key = fingerprint((name, text.encode()) for name, text in facts.items())
-    return cache / "sweep" / f"{unit.method}-{key[:24]}.json"
+    return fingerprint((name, text.encode()) for name, text in facts.items())
 
 
 @once
@@ -98,12 +101,11 @@ def _runner() -> str:
     return code_text(Path(sweep_units.__file__).read_text("utf-8"))
 
 
-def _cells(sweep: Sweep, listed: Sequence[tuple[tuple[str, ...], Unit]], places: dict[str, Path]) -> dict[str, Any]:
+def _cells(sweep: Sweep, listed: Sequence[tuple[tuple[str, ...], Unit]], ran: dict[str, Any]) -> dict[str, Any]:
     """Every cell's result, from the runs of its units in the order of their seeds."""
     runs: dict[str, dict[str, list[float]]] = {}
     for names, unit in listed:
-        found = json.loads(places[_key(unit)].read_bytes())
-        for name, part in zip(names, split(found, len(names)), strict=True):
+        for name, part in zip(names, split(ran[_key(unit)], len(names)), strict=True):
             whole = runs.setdefault(name, {})
             for key, values in part.items():
                 whole.setdefault(key, []).extend(values)

@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import sys
 import tempfile
-import zipfile
 from pathlib import Path
 
 from sitegen.lighter import LEFT_OUT, SITE_PACKAGES, STDLIB
 from sitegen.node import run_node
 from sitegen.outside import cache_dir, gather
-from sitegen.runtime import HERE, KEPT_MODULES, RUNNER, compiled, kept_modules, numpy_wheel
+from sitegen.runtime import HERE, KEPT_MODULES, RUNNER, compiled, kept_modules, library_and_numpy, mounted
 from sitegen.wheel import build_wheel
 
 # What solvers and figures may come to use any day.
@@ -28,17 +27,12 @@ ALSO = [
 def traced(cache: Path) -> list[str]:
     """The dotted names to ship, sorted: what the exercise imported, and ALSO with what that imports."""
     outside = gather(["numpy", "pyodide"], cache=cache)
-    stdlib = compiled(outside["pyodide/python_stdlib.zip"], STDLIB, 2, outside, cache)
-    numpy = compiled(numpy_wheel(outside), SITE_PACKAGES, 2, outside, cache)
+    library, numpy = library_and_numpy(outside, cache)
     ladder = compiled(build_wheel(cache), SITE_PACKAGES, 0, outside, cache, ours=True)
-    with tempfile.TemporaryDirectory(prefix="ladder-trace-") as site:
-        for archive in (numpy, ladder):
-            with zipfile.ZipFile(archive) as given:
-                given.extractall(site)
+    with tempfile.TemporaryDirectory(prefix="ladder-trace-") as temporary:
         request = {
             "folder": str(outside["pyodide/pyodide.mjs"].parent),
-            "stdlib": str(stdlib),
-            "site": site,
+            **mounted(library, [numpy, ladder], Path(temporary)),
             "python": (HERE / "exercise.py").read_text("utf-8"),
             "input": ALSO,
         }

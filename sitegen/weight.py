@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
-from sitegen import files
 from sitegen.built import Page, css_addresses, inside, is_foreign
 from sitegen.outside import cache_dir
+from sitegen.packing import gzipped as packed
 
 PAGE_LIMIT = 300_000  # the heaviest page, with its fonts; tapes and the runtime load beside it
 RUNTIME_LIMIT = 7_500_000
@@ -31,7 +31,7 @@ class Weight:
 
 @lru_cache(maxsize=4096)
 def _gzipped(path: Path, changed: int) -> int:
-    return len(files.gzipped(path.read_bytes(), cache_dir()))
+    return len(packed(path.read_bytes(), cache_dir()))
 
 
 def gzipped(path: Path) -> int:

@@ -6,11 +6,15 @@ import os
 import subprocess
 import sys
 import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cache as once
+from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from sitegen.files import content, fingerprint, used, write
+from sitegen.files import content, fingerprint
+from sitegen.store import Store
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGES = ("solvers", "widgets")
@@ -24,6 +28,14 @@ _PIP = ("-m", "pip", "wheel", "--no-deps", ".", "--wheel-dir")
 
 class WheelError(RuntimeError):
     """The wheel could not be built; the message holds what the builder said."""
+
+
+@dataclass(frozen=True)
+class Archive:
+    """A wheel, or another zip: its file's name and its bytes."""
+
+    name: str
+    data: bytes
 
 
 def sources(root: Path = ROOT) -> dict[str, bytes]:
@@ -43,14 +55,17 @@ def inputs(root: Path = ROOT) -> dict[str, bytes]:
     return sources(root) | metadata
 
 
-def build_wheel(cache: Path, root: Path = ROOT) -> Path:
+def build_wheel(cache: Path, root: Path = ROOT) -> Archive:
     """The wheel of the checkout at `root`, from the cache when nothing of it has changed. Raises WheelError."""
     given = inputs(root)
     # The wheel names the backend's version.
-    home = cache / "wheel" / fingerprint([*given.items(), ("setuptools", backend().encode())])[:16]
-    kept = sorted(home.glob("*.whl"))
-    if kept and used(kept[0]):
-        return kept[0]
+    key = fingerprint([*given.items(), ("setuptools", backend().encode())])
+    name, _, data = Store(cache, "wheel").get(key, partial(_built, given)).partition(b"\n")
+    return Archive(name.decode(), data)
+
+
+def _built(given: Mapping[str, bytes]) -> bytes:
+    """The wheel of these files: a line with its name, then its bytes."""
     with tempfile.TemporaryDirectory(prefix="ladder-wheel-") as temporary:
         # Built from a copy: no build/ or egg-info is left in the checkout, and build.py hides no package there.
         copy, out = Path(temporary, "source"), Path(temporary, "out")
@@ -65,8 +80,7 @@ def build_wheel(cache: Path, root: Path = ROOT) -> Path:
         made = sorted(out.glob("*.whl"))
         if done.returncode != 0 or len(made) != 1:
             raise WheelError(f"the build ended with code {done.returncode}:\n{(done.stdout + done.stderr).strip()}")
-        write(home / made[0].name, made[0].read_bytes())
-        return home / made[0].name
+        return made[0].name.encode() + b"\n" + made[0].read_bytes()
 
 
 @once

@@ -53,18 +53,15 @@ def answers(page: Page) -> None:
     offline.ask(page, name)
 
 
-def other_python(*given: Any, **options: Any) -> runtime.RuntimeInfo:
-    """The runtime with our wheel packed otherwise: as good, in a folder of another name."""
-    info = runtime.assemble(*given, **options)
+def other_python(**options: Any) -> runtime.RuntimeInfo:
+    """The runtime with our wheel packed otherwise: as good, under another name."""
+    info = runtime.assemble(**options)
     (old,) = [file for file in info.files if file.name.endswith("/ladder.pack")]
-    data = gzip.compress(gzip.decompress((info.folder / old.name).read_bytes()), 5, mtime=0)
+    data = gzip.compress(gzip.decompress(info.contents[old.name]), 5, mtime=0)
     name = f"{short_hash(data)}/ladder.pack"
-    folder = info.folder.with_name("other")
-    shutil.copytree(info.folder, folder, dirs_exist_ok=True)
-    (folder / name).parent.mkdir(exist_ok=True)
-    (folder / name).write_bytes(data)
     new = replace(old, name=name, size=len(data), sha256=hashlib.sha256(data).hexdigest(), gzipped=len(data))
-    return replace(info, folder=folder, files=tuple(new if file is old else file for file in info.files))
+    contents = {**{each: kept for each, kept in info.contents.items() if each != old.name}, name: data}
+    return replace(info, files=tuple(new if file is old else file for file in info.files), contents=contents)
 
 
 @pytest.fixture(scope="module")
@@ -84,8 +81,7 @@ def builds(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
             base.read_text("utf-8").replace("</footer>", f'<p class="version">{name}</p></footer>'), "utf-8"
         )
         made[name] = root / "site"
-        parts = replace(STANDARD, assemble=lambda dest, assemble=assemble, **rest: assemble(home / "runtime", **rest))
-        build(root, made[name], pack=False, parts=parts)
+        build(root, made[name], pack=False, parts=replace(STANDARD, assemble=assemble))
     return made
 
 

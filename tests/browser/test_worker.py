@@ -36,8 +36,8 @@ TALK = """([worker, talk]) => new Promise((resolve) => {
 
 
 @pytest.fixture(scope="module")
-def info(tmp_path_factory: pytest.TempPathFactory) -> RuntimeInfo:
-    return assemble(tmp_path_factory.mktemp("runtime"))
+def info() -> RuntimeInfo:
+    return assemble()
 
 
 class Served:
@@ -71,7 +71,7 @@ class Served:
 
 @pytest.fixture
 def served(info: RuntimeInfo, browser: Browser, tmp_path: Path) -> Iterator[Served]:
-    shutil.copytree(info.folder, tmp_path / "runtime")
+    info.write(tmp_path / "runtime")
     shutil.copyfile(WORKER, tmp_path / "worker.mjs")
     (tmp_path / "index.html").write_text("<!doctype html><title>worker</title>", "utf-8")
     (tmp_path / "_headers").write_text(f"/*\n  Content-Security-Policy: {POLICY}\n", "utf-8")

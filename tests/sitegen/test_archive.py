@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from sitegen.archive import Download, archive, folder_name
-from sitegen.files import packed
+from sitegen.packing import packed
 from tests.sitegen.conftest import Project
 
 NAMES = st.from_regex(r"[a-z]{1,8}(/[a-z]{1,8})?\.(html|pack|js|png)", fullmatch=True)

@@ -6,8 +6,9 @@ import os
 import time
 from pathlib import Path
 
-from sitegen.files import DAY, kept, write
+from sitegen.files import write
 from sitegen.prune import FOLDERS, STAMP, UNUSED, prune
+from sitegen.store import DAY, Store
 
 
 def old(path: Path, days: float) -> Path:
@@ -29,9 +30,12 @@ def test_what_nobody_used_for_two_months_goes(tmp_path: Path) -> None:
 
 
 def test_a_use_begins_its_age_anew(tmp_path: Path) -> None:
-    """What is read through kept() is not made again and not taken away."""
-    path = old(tmp_path / "frames/a.json", 100)
-    assert kept(path, lambda: b"made anew") == b"kept"
+    """What is read from a store is not made again and not taken away."""
+    store = Store(tmp_path, "frames")
+    store.put("a", b"kept")
+    path = store.path("a")
+    os.utime(path, (time.time() - 100 * DAY,) * 2)
+    assert store.get("a", lambda: b"made anew") == b"kept"
     assert prune(tmp_path) == []
     assert path.is_file()
 
