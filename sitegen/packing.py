@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import gzip
+import hashlib
 import zlib
-from functools import partial
+from collections.abc import Callable
+from functools import lru_cache, partial
 from pathlib import Path, PurePosixPath
 
 import brotli  # type: ignore[import-untyped]
@@ -15,6 +17,7 @@ from .store import Store
 PACKED = {".html", ".css", ".js", ".mjs", ".json", ".ipynb", ".svg", ".xml", ".txt", ".wasm", ".webmanifest", ".ico"}
 FORMAT = "2"  # of what is kept; raised when the packing changes
 WORTH = 1024  # bytes below which packing saves nothing that a reader would notice
+FAULTS = (OSError, EOFError, zlib.error, brotli.error)  # of unpacking what is not packed, or not whole
 
 
 def packed(name: str, data: bytes, cache: Path) -> dict[str, bytes]:
@@ -22,7 +25,7 @@ def packed(name: str, data: bytes, cache: Path) -> dict[str, bytes]:
     if PurePosixPath(name).suffix not in PACKED or len(data) < WORTH:
         return {}
     key = f"{FORMAT} {brotli.__version__} {digest(data)}"
-    small = Store(cache, "brotli").get(key, partial(_brotli, data), lambda small: _unbrotlied(small) == data)
+    small = Store(cache, "brotli").get(key, partial(_brotli, data), lambda kept: _holds(kept, data, brotli.decompress))
     return {name + ".gz": gzipped(data, cache), name + ".br": small}
 
 
@@ -31,7 +34,7 @@ def gzipped(data: bytes, cache: Path) -> bytes:
     if data[:2] == b"\x1f\x8b":
         return data
     make = partial(gzip.compress, data, 9, mtime=0)
-    return Store(cache, "gzip").get(f"{FORMAT} {digest(data)}", make, lambda small: _gunzipped(small) == data)
+    return Store(cache, "gzip").get(digest(data), make, lambda kept: _holds(kept, data, gzip.decompress))
 
 
 def _brotli(data: bytes) -> bytes:
@@ -39,15 +42,14 @@ def _brotli(data: bytes) -> bytes:
     return bytes(brotli.compress(data, quality=10 if len(data) < 1 << 18 else 9))
 
 
-def _unbrotlied(small: bytes) -> bytes | None:
-    try:
-        return bytes(brotli.decompress(small))
-    except brotli.error:
-        return None
+def _holds(small: bytes, data: bytes, unpack: Callable[[bytes], bytes]) -> bool:
+    return _unpacked(small, unpack) == digest(data)
 
 
-def _gunzipped(small: bytes) -> bytes | None:
+@lru_cache(maxsize=1024)
+def _unpacked(small: bytes, unpack: Callable[[bytes], bytes]) -> str:
+    """The sha256 of what a packed copy holds, "" for nothing; most are asked for twice, for hosts and for the zip."""
     try:
-        return gzip.decompress(small)
-    except (OSError, EOFError, zlib.error):
-        return None
+        return hashlib.sha256(unpack(small)).hexdigest()
+    except FAULTS:
+        return ""

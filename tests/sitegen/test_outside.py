@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import io
 import json
+import shutil
 import socket
+import tarfile
 import threading
+import tracemalloc
 import zipfile
 from collections.abc import Iterator
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -192,3 +197,109 @@ def test_the_manifest_pins_every_file_and_every_licence_has_its_text() -> None:
     assert "lapack_lite/LICENSE.txt" in shown["NumPy"].text
     for font in ("Source Serif 4", "Source Sans 3", "STIX Two Math"):
         assert "SIL OPEN FONT LICENSE" in shown[font].text.upper()
+
+
+def tarball(path: Path, members: dict[str, bytes], more: tarfile.TarInfo | None = None) -> None:
+    """What `npm pack` leaves in its folder."""
+    with tarfile.open(path, "w:gz") as archive:
+        for name, data in members.items():
+            info = tarfile.TarInfo(name)
+            info.size = len(data)
+            archive.addfile(info, io.BytesIO(data))
+        if more is not None:
+            archive.addfile(more)
+
+
+def wheel(path: Path, members: dict[str, bytes], more: tarfile.TarInfo | None = None) -> None:
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in members.items():
+            archive.writestr(name, data)
+
+
+def given_by(kind: str, folder: Path, monkeypatch: pytest.MonkeyPatch, **made: Any) -> Path:
+    """A manifest whose source is an archive of a package client that answers with these members."""
+    fill, name = {"npm": (tarball, "thing-1.0.tgz"), "pip": (wheel, "thing-1.0-py3-none-any.whl")}[kind]
+    monkeypatch.setattr(outside, "_download", lambda command, here, *rest: fill(here / "out" / name, **made))
+    return manifest(folder, f'[source.it]\n{kind} = "thing"\nfolder = "in"', '["it"]')
+
+
+@pytest.mark.parametrize("kind", ["npm", "pip"])
+def test_a_member_is_read_no_further_than_its_pinned_size(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str
+) -> None:
+    """A small archive that unpacks to 100 MB is refused with a few bytes of it in memory."""
+    given = given_by(kind, tmp_path, monkeypatch, members={"in/a.txt": bytes(100_000_000)})
+    fill = outside._download
+
+    def watched(*given: Any) -> None:
+        fill(*given)
+        tracemalloc.start()
+
+    monkeypatch.setattr(outside, "_download", watched)
+    with pytest.raises(OutsideError, match=f"a.txt has sha256 .* and {len(RIGHT) + 1} bytes, not"):
+        gather(["thing"], cache=tmp_path / "c", manifest=given)
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert most < 3_000_000
+
+
+def test_a_package_that_unpacks_without_end_is_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the wanted file lies behind more than any package of ours holds."""
+    monkeypatch.setattr(outside, "UNPACKED", 1_000_000)
+    given = given_by("npm", tmp_path, monkeypatch, members={"big": bytes(2_000_000), "in/a.txt": RIGHT})
+    with pytest.raises(OutsideError, match=r"it \(thing\): it unpacks to more than 1 MB"):
+        gather(["thing"], cache=tmp_path / "c", manifest=given)
+
+
+@pytest.mark.parametrize("kind", ["npm", "pip"])
+def test_names_in_an_archive_lead_nowhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str) -> None:
+    """Members are looked up by the names of the manifest, and nothing else is unpacked."""
+    members = {"../evil.txt": WRONG, str(tmp_path / "evil.txt"): WRONG, "in/../../evil.txt": WRONG, "in/a.txt": RIGHT}
+    given = given_by(kind, tmp_path, monkeypatch, members=members)
+    assert gather(["thing"], cache=tmp_path / "c", manifest=given)["thing/a.txt"].read_bytes() == RIGHT
+    assert [path for path in tmp_path.rglob("*.txt") if path.read_bytes() != RIGHT] == []
+
+
+def test_a_link_in_a_package_is_not_followed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    link = tarfile.TarInfo("in/a.txt")
+    link.type, link.linkname = tarfile.SYMTYPE, "b.txt"
+    given = given_by("npm", tmp_path, monkeypatch, members={"in/b.txt": RIGHT}, more=link)
+    with pytest.raises(OutsideError, match=r"it has no a\.txt"):
+        gather(["thing"], cache=tmp_path / "c", manifest=given)
+
+
+@pytest.mark.parametrize("name", ["../a.txt", "/a.txt", "b/../../a.txt", "..\\\\a.txt"])
+def test_a_manifest_names_files_of_its_own_folder_alone(tmp_path: Path, name: str) -> None:
+    with pytest.raises(OutsideError, match="leads nowhere out of its bundle's folder"):
+        read_manifest(manifest(tmp_path, '[source.web]\nurl = "http://127.0.0.1/"', '["web"]', name))
+
+
+@pytest.mark.parametrize("cut", [0, 10, 60])
+@pytest.mark.parametrize("kind", ["npm", "pip"])
+def test_an_archive_cut_short_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str, cut: int) -> None:
+    """With the source that gave it, and no traceback."""
+    given = given_by(kind, tmp_path, monkeypatch, members={"in/a.txt": RIGHT})
+    fill = outside._download
+
+    def short(command: Any, here: Path, *rest: Any) -> None:
+        fill(command, here, *rest)
+        (archive,) = (here / "out").iterdir()
+        archive.write_bytes(archive.read_bytes()[:cut])
+
+    monkeypatch.setattr(outside, "_download", short)
+    with pytest.raises(OutsideError, match=r"a\.txt could not be had\n  it \(thing\): "):
+        gather(["thing"], cache=tmp_path / "c", manifest=given)
+
+
+def test_a_folder_or_a_link_in_a_files_place_gives_way(tmp_path: Path, web: Web) -> None:
+    web.files["/a.txt"] = RIGHT
+    given = manifest(tmp_path, f'[source.web]\nurl = "{web.origin}"', '["web"]')
+    path = gather(["thing"], cache=tmp_path / "c", manifest=given)["thing/a.txt"]
+    for put in (lambda: (path / "in it").mkdir(parents=True), lambda: path.symlink_to(path)):
+        path.unlink()
+        put()
+        assert gather(["thing"], cache=tmp_path / "c", manifest=given)["thing/a.txt"].read_bytes() == RIGHT
+    shutil.rmtree(tmp_path / "c")
+    (tmp_path / "c").write_bytes(b"somebody's file")
+    with pytest.raises(OutsideError, match=r"the cache: .*: (Not a directory|File exists)"):
+        gather(["thing"], cache=tmp_path / "c", manifest=given)
