@@ -4,14 +4,18 @@ A frame is plain data: the panels' SVG, readouts, handles, and what the page nee
 states along the last record of each figure, so that one more action, a replaced drag or a step back costs one `act` at
 most; and what a state hands on unchanged, a panel or a mark that is the very same object, is not turned into markup
 again, nor is a mark that several panels of one view share drawn more than once.
+
+A record whose replay takes long is replayed in slices, for those who ask for it so: the states that a slice leads to
+are kept beside those of the last frame until the frame is drawn or another record is asked for.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
+from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -24,23 +28,34 @@ from .registry import WIDGETS
 from .script import headed
 from .svg import UNIT, group_svg, mark_svg, panel_svg
 
+SLICE = 0.1  # seconds after which a slice of a replay begins nothing more
+
 
 @dataclass
 class _Replay:
-    """The states along one log: states[i] is what the first i actions of `log` lead to."""
+    """The states along the beginning of a log: states[i] is what its first i actions lead to."""
 
     key: Any
     states: list[Any]
-    log: tuple[Action, ...] = field(default=())
+    log: tuple[Action, ...] = ()
 
-    def follow(self, widget: Widget, log: tuple[Action, ...]) -> None:
-        same = 0
-        while same < min(len(log), len(self.log)) and log[same] == self.log[same]:
-            same += 1
-        del self.states[same + 1 :]
-        for one in log[same:]:
-            self.states.append(widget.act(self.states[-1], one))
-        self.log = log
+    def shared(self, log: tuple[Action, ...]) -> int:
+        """How many of the log's first actions lead to states that are known."""
+        pairs = zip(log, self.log[: len(self.states) - 1], strict=False)
+        return next((i for i, (one, other) in enumerate(pairs) if one != other), min(len(log), len(self.states) - 1))
+
+    def towards(self, log: tuple[Action, ...]) -> _Replay:
+        """What is known along another log, to go on from."""
+        return _Replay(self.key, self.states[: self.shared(log) + 1], log)
+
+    @property
+    def whole(self) -> bool:
+        """Whether the log's end is reached."""
+        return len(self.states) > len(self.log)
+
+    def act(self, widget: Widget) -> None:
+        """One action more."""
+        self.states.append(widget.act(self.states[-1], self.log[len(self.states) - 1]))
 
 
 _Marks = dict[tuple[int, int], tuple[Mark, View, str]]
@@ -81,9 +96,11 @@ class _Markup:
 class Host:
     """Draws figures. One lives in a page's worker, one in each baking of the build."""
 
-    def __init__(self, widgets: Mapping[str, Widget] = WIDGETS) -> None:
+    def __init__(self, widgets: Mapping[str, Widget] = WIDGETS, now: Callable[[], float] = perf_counter) -> None:
         self._widgets = widgets
-        self._replays: dict[str, _Replay] = {}
+        self._now = now
+        self._replays: dict[str, _Replay] = {}  # of the last frames
+        self._begun: dict[str, _Replay] = {}  # on the way to a frame
         self._markup: dict[str, _Markup] = {}
         self._running = Running()
         self._given: dict[str, Any] = {}
@@ -91,11 +108,18 @@ class Host:
     def frame(self, request: str) -> str:
         """The frame for a request, JSON in and out: {"figure": id prefix, "record": record, "detail": level} → frame.
 
-        Raises ValueError for a record that is none.
+        With "slices": true, a replay that takes long is answered by how far it has come, {"replayed": actions,
+        "of": all of them}, and goes on when the same is asked again. Raises ValueError for a record that is none.
         """
         asked = _read(request)
-        frame = self.render(asked["figure"], asked["record"], asked.get("detail"))
-        return json.dumps(frame, ensure_ascii=False, separators=(",", ":"))
+        figure, (widget, record) = asked["figure"], self._asked(asked["record"])
+        due = self._now() + SLICE if asked.get("slices") is True else np.inf
+        replay = self._replay(figure, widget, record, due)
+        if replay.whole:
+            answer = self._drawn(figure, widget, record, replay.states, asked.get("detail"))
+        else:
+            answer = {"replayed": len(replay.states) - 1, "of": len(replay.log)}
+        return json.dumps(answer, ensure_ascii=False, separators=(",", ":"))
 
     def render(self, figure: str, plain: Mapping[str, Any], detail: int | None = None) -> dict[str, Any]:
         """The frame of the figure with id prefix `figure` in the state that the plain record names.
@@ -104,15 +128,7 @@ class Host:
         finely is drawn so: the frame tells its level, and record and level together determine every byte of it.
         """
         widget, record = self._asked(plain)
-        states = self._states(figure, widget, record)
-        level = _level(widget, states[-1], detail)
-        picture = widget.draw(states[-1]) if widget.details == 1 else widget.draw(states[-1], level)
-        moved = widget.motion(states[-2], states[-1]) if len(states) > 1 else None
-        drawn = self._markup.setdefault(figure, _Markup()).drawn(figure, picture.panels)
-        panels = [_panel(panel, svg) for panel, svg in zip(picture.panels, drawn, strict=True)]
-        frame = _frame(figure, record, picture, panels, moved, headed(widget.python(states[-1]), widget.title))
-        files = dict(widget.files(states[-1]))
-        return {**frame, "detail": level, **({"files": files} if files else {})}
+        return self._drawn(figure, widget, record, self._replay(figure, widget, record).states, detail)
 
     def job(self, request: str) -> str:
         """A slice of a job, JSON in and out: {"figure": id prefix, "record": record, "job": name, "do": what}.
@@ -154,6 +170,18 @@ class Host:
         """Lets go of what was given under this key."""
         self._given.pop(key, None)
 
+    def _drawn(
+        self, figure: str, widget: Widget, record: Record, states: list[Any], detail: int | None
+    ) -> dict[str, Any]:
+        level = _level(widget, states[-1], detail)
+        picture = widget.draw(states[-1]) if widget.details == 1 else widget.draw(states[-1], level)
+        moved = widget.motion(states[-2], states[-1]) if len(states) > 1 else None
+        drawn = self._markup.setdefault(figure, _Markup()).drawn(figure, picture.panels)
+        panels = [_panel(panel, svg) for panel, svg in zip(picture.panels, drawn, strict=True)]
+        frame = _frame(figure, record, picture, panels, moved, headed(widget.python(states[-1]), widget.title))
+        files = dict(widget.files(states[-1]))
+        return {**frame, "detail": level, **({"files": files} if files else {})}
+
     def _asked(self, plain: Mapping[str, Any]) -> tuple[Widget, Record]:
         name = plain.get("widget") if isinstance(plain, Mapping) else None
         if not isinstance(name, str) or name not in self._widgets:
@@ -161,16 +189,25 @@ class Host:
         widget = self._widgets[name]
         return widget, parsed(widget, plain)
 
-    def _states(self, figure: str, widget: Widget, record: Record) -> list[Any]:
+    def _replay(self, figure: str, widget: Widget, record: Record, due: float = np.inf) -> _Replay:
+        """The replay of the record: whole, or as far as it comes until `due`."""
         here = tuple(key in self._given for _, key in record.given)
         key = (widget.name, record.controls, record.seed, record.given, here)
-        replay = self._replays.get(figure)
-        if replay is None or replay.key != key:
-            replay = _Replay(key, [self._started(widget, record)])
-        self._replays.pop(figure, None)  # a replay that raises half way is not kept
-        replay.follow(widget, record.log)
+        # A replay that raises half way is not kept, and one that is given up leaves the last frame's states alone.
+        known = [one for one in (self._replays.get(figure), self._begun.pop(figure, None)) if one and one.key == key]
+        if known:
+            replay = max(known, key=lambda one: one.shared(record.log)).towards(record.log)
+        else:
+            replay = _Replay(key, [self._started(widget, record)], record.log)
+        moved = not known
+        while not replay.whole:
+            if moved and self._now() > due:
+                self._begun[figure] = replay
+                return replay
+            replay.act(widget)
+            moved = True
         self._replays[figure] = replay
-        return replay.states
+        return replay
 
     def _started(self, widget: Widget, record: Record) -> Any:
         if not widget.takes:
