@@ -3,7 +3,8 @@
   "use strict";
 
   /** Milliseconds; a test may shorten them. `window.LADDER_PATIENCE` stands in for `start` where it is set. */
-  const limits = { start: 25000, frame: 10000, reading: 60000, run: 125, motion: 420, rest: 60, pause: 300, gap: 1000 };
+  const patience = { start: 25000, frame: 10000, replay: 30000, reading: 60000, slow: 1000 };
+  const limits = { ...patience, run: 125, motion: 420, rest: 60, pause: 300, gap: 1000 };
 
   /** Listens, and returns the disposer. */
   function on(target, type, handler, options) {

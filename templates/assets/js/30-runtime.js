@@ -40,6 +40,7 @@
     frame,
     job,
     give,
+    holds: (key) => brought.has(key),
     heap,
     kill: () => worker?.terminate(),
     get urls() {
@@ -87,17 +88,18 @@
     begin(careful);
   }
 
-  /** Takes the worker away; what it was asked is the askers' to keep. */
+  /** Takes the worker away; what it was asked is the askers' to keep, but what was to be read waits for the next one. */
   function drop() {
     clearTimeout(patience);
     worker?.terminate();
     worker = null;
-    const lost = asked ? [asked, ...queue] : queue;
+    const waits = queue.filter(({ type }) => type === "give");
+    const lost = [...(asked ? [asked] : []), ...queue.filter((each) => !waits.includes(each))];
     asked = null;
-    queue = [];
+    queue = waits;
     heaps = [];
     held = new Set();
-    for (const { reject } of lost) reject(Object.assign(new Error("Python stopped"), { stopped: true }));
+    for (const { reject } of lost) reject(stopped("Python stopped"));
   }
 
   function die(message) {
@@ -140,7 +142,7 @@
       if (detail) console.info(detail);
       die(message);
     },
-    frame: ({ id, frame: drawn }) => answered(id, ({ resolve }) => resolve(JSON.parse(drawn))),
+    frame: ({ id, frame: drawn }) => answered(id, (question) => drew(question, JSON.parse(drawn))),
     job: ({ id, slice }) => answered(id, ({ resolve }) => resolve(JSON.parse(slice))),
     give: ({ id, told }) => answered(id, ({ resolve }) => resolve(JSON.parse(told))),
     error({ id, message, trace }) {
@@ -161,32 +163,59 @@
     next();
   }
 
-  /** The touched figure's question first, else the oldest; then slices of jobs, then what makes a picture finer. */
+  const stopped = (why) => Object.assign(new Error(why), { stopped: true });
+
+  /** A frame; or how far its replay has come, which goes on after what else is asked, unless nobody waits for it. */
+  function drew(question, answer) {
+    if (!("replayed" in answer)) return question.resolve(answer);
+    const { figure, finer, going } = question;
+    const passed = finer && queue.some((each) => each.figure === figure && each.type === "frame");
+    if (passed || !going(answer)) question.reject(stopped("Given up"));
+    else queue.push({ ...question, replay: true });
+  }
+
+  /** The touched figure's question first, else the oldest; then slices of work, then what makes a picture finer. */
   function next() {
     if (asked || !queue.length || runtime.state !== "live") return;
-    const rank = ({ finer, type }) => (finer ? 2 : type === "job" ? 1 : 0);
+    const rank = ({ finer, replay, type }) => (finer ? 2 : replay || type === "job" ? 1 : 0);
     const least = Math.min(...queue.map(rank));
     const among = queue.filter((each) => rank(each) === least);
     const first = among.find(({ figure }) => figure === runtime.touched) ?? among[0];
-    queue = queue.filter((each) => each !== first);
-    asked = first;
-    for (const key of asked.given ?? []) again(key);
+    const key = lacking(first);
+    if (key && !first.going({ reads: brought.get(key).name })) {
+      queue = queue.filter((each) => each !== first);
+      first.reject(stopped("Given up"));
+      return next();
+    }
+    asked = key ? reading(key, first) : first;
+    queue = queue.filter((each) => each !== asked);
     worker.postMessage({ type: asked.type, id: asked.id, request: asked.request, data: asked.data });
     listen();
   }
 
-  /** What a record names is the last to be forgotten, and goes once more to a worker that was started anew. */
-  function again(key) {
-    const thing = brought.get(key);
-    if (!thing) return;
+  /** What a record names is the last to be forgotten; a worker that was started anew lacks it. */
+  function lacking({ given = [] }) {
+    const named = given.filter((key) => brought.has(key));
+    for (const key of named) keep(key, brought.get(key));
+    return named.find((key) => !held.has(key));
+  }
+
+  /** Has the worker read something once more, before the question that is about it. */
+  function reading(key, question) {
+    const reject = (error) => {
+      queue = queue.filter((each) => each !== question);
+      question.reject(error);
+    };
+    return { type: "give", id: ++last, ...brought.get(key), resolve: () => held.add(key), reject };
+  }
+
+  function keep(key, thing) {
     brought.delete(key);
     brought.set(key, thing);
-    if (!held.has(key)) worker.postMessage({ type: "give", id: 0, ...thing }); // nobody waits for the answer
-    held.add(key);
   }
 
   function listen() {
-    const limit = asked.type === "give" ? limits.reading : limits.frame;
+    const limit = asked.type === "give" ? limits.reading : asked.replay ? limits.replay : limits.frame;
     const seconds = Math.round(limit / 1000);
     lasting(limit, listen, () => die(`Python has not answered for ${seconds} s`));
   }
@@ -205,16 +234,18 @@
    * The frame of a record; asked before Python is up, it comes when it is.
    * `detail`, from 0: how coarse a drawing will do; without it the finest comes. `finer`: it only betters what is shown,
    * and is dropped when the figure asks anything else before its turn has come.
-   * Rejects with the Python error, or with `stopped: true` where the worker died.
+   * `going` is told what a long answer is at, { replayed, of } in actions or { reads: a file's name }; a replay is given
+   * up where it returns false.
+   * Rejects with the Python error, or with `stopped: true` where the worker died or the replay was given up.
    */
-  function frame({ figure, record, detail, finer = false }) {
+  function frame({ figure, record, detail, finer = false, going = () => true }) {
     return new Promise((resolve, reject) => {
       const idle = queue.filter((each) => each.finer && each.figure === figure);
       queue = queue.filter((each) => !idle.includes(each));
-      for (const each of idle) each.reject(Object.assign(new Error("Asked anew"), { stopped: true }));
-      const request = JSON.stringify({ figure, record, detail });
+      for (const each of idle) each.reject(stopped("Asked anew"));
+      const request = JSON.stringify({ figure, record, detail, slices: true });
       const given = Object.values(record.given ?? {});
-      queue.push({ type: "frame", id: ++last, figure, finer, request, given, resolve, reject });
+      queue.push({ type: "frame", id: ++last, figure, finer, going, request, given, resolve, reject });
       next();
     });
   }
@@ -242,8 +273,7 @@
       next();
     }).then((told) => {
       held.add(told.key);
-      brought.delete(told.key);
-      brought.set(told.key, { request, data });
+      keep(told.key, { name, request, data });
       for (const key of [...brought.keys()].slice(0, -MOST_BROUGHT)) {
         brought.delete(key);
         held.delete(key);

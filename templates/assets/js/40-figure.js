@@ -33,6 +33,8 @@
       this.waiting = [];
       /** @type {?Question} being drawn */
       this.asked = null;
+      /** what the question that is being drawn is at, where that takes long: { replayed, of } or { reads } */
+      this.replay = null;
       this.moving = null;
       /** the record whose next finer drawing is on its way, and the timer that will ask for it */
       this.finer = null;
@@ -88,18 +90,31 @@
     pump() {
       if (this.asked || !this.waiting.length || runtime.state !== "live") return;
       const question = (this.asked = this.waiting.shift());
+      const left = () => this.asked !== question;
       const detail = this.spec.details > 1 ? 0 : undefined;
-      runtime.frame({ figure: this.id, record: question.record, detail }).then(
+      const began = performance.now();
+      /** A long replay that something newer waits for makes way: the newer record holds what was done meanwhile, too. */
+      const going = (replay) => {
+        if (left()) return false;
+        this.replay = replay;
+        this.tell();
+        return !this.waiting.length || performance.now() < began + limits.slow;
+      };
+      runtime.frame({ figure: this.id, record: question.record, detail, going }).then(
         (frame) => {
-          this.asked = null;
+          if (left()) return;
+          this.asked = this.replay = null;
           this.pump(); // Python draws the next while the page swaps this one in
           this.show(question.record, frame, "live");
           this.refine(limits.rest);
         },
         (error) => {
+          if (left()) return;
           this.asked = null;
           if (error.stopped) this.waiting = [{ record: this.record, merge: null }];
           else this.refuse(`This state cannot be drawn: ${error.message.replace(/^ValueError: /, "")}.`);
+          this.pump();
+          if (!this.asked) this.replay = null;
           this.tell();
         },
       );
@@ -139,8 +154,14 @@
 
     /** Keeps the last picture and takes back what led away from it. */
     refuse(message) {
-      this.waiting = [];
       this.error = message;
+      this.leave();
+    }
+
+    /** Gives up what is being drawn and what waits: the figure is what is seen of it. */
+    leave() {
+      this.asked = this.replay = null;
+      this.waiting = [];
       this.record = this.shown;
       this.emit("asked", "");
       this.emit("frame", this.frame);
@@ -154,6 +175,7 @@
       this.frame = frame;
       this.kept = kept;
       this.error = "";
+      if (kept === "live") this.warmed = this.ready = true;
       Ladder.swap(this.stage, frame.panels);
       this.root.dataset.frame = Number(this.root.dataset.frame ?? 0) + 1;
       mark(this.finer ? "ladder:finer" : "ladder:swap", this.id);
@@ -184,7 +206,7 @@
      * state is known when the reader's first touch comes.
      */
     warm() {
-      if (this.warmed || runtime.state !== "live" || !this.visible || this.waiting.length) return;
+      if (this.warmed || runtime.state !== "live" || !this.visible || this.asked || this.waiting.length) return;
       this.warmed = true;
       const detail = this.spec.details > 1 ? 0 : undefined;
       const drawn = runtime.frame({ figure: this.id, record: this.shown, detail, finer: true }).catch(() => {});

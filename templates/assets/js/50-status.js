@@ -2,9 +2,8 @@
 (() => {
   "use strict";
 
-  const { make, on, runtime, text } = Ladder;
+  const { limits, make, on, runtime, text } = Ladder;
 
-  const SLOW = 1000; // ms after which an answer is slow enough to say so
   const megabytes = (bytes) => (bytes / 1e6).toFixed(1);
   const STAGES = { python: "unpacking", numpy: "starting numpy", widgets: "starting the solvers" };
   const FROM_DISK =
@@ -13,6 +12,11 @@
   function progress() {
     const { loaded, total, stage } = runtime;
     return STAGES[stage] ?? `${megabytes(loaded)} of ${megabytes(total)} MB`;
+  }
+
+  function replaying({ replayed, of, reads }) {
+    if (of === undefined) return { words: `Python is reading ${reads || "the drawing"} again.` };
+    return { words: "Bringing back what was done:", progress: `${replayed} of ${of} actions` };
   }
 
   /**
@@ -39,6 +43,7 @@
     if (runtime.state === "idle" && Ladder.frugal && !figure.frame.note) {
       return { words: `Python (${megabytes(runtime.total)} MB) loads when you first need it.`, ways: [] };
     }
+    if (late && figure.replay) return { ...replaying(figure.replay), ways: ["Cancel"], heard: true };
     if (late) return { words: "Python is working on this.", ways: [], heard: true };
     return { words: figure.frame.note, ways: [] };
   }
@@ -46,6 +51,10 @@
   const ways = {
     Retry: () => runtime.restart(),
     Reset: (figure) => figure.reset(),
+    Cancel(figure) {
+      figure.leave();
+      figure.status.say("Cancelled. The figure is as it was.");
+    },
   };
 
   Ladder.status = function (figure) {
@@ -63,7 +72,8 @@
     line.replaceChildren(words, " ", bytes, choices, offer);
 
     function watch() {
-      if (watched === figure.asked) return;
+      const newer = watched && figure.replay; // the newer question takes the replay on
+      if (watched === figure.asked || (figure.asked && newer)) return;
       watched = figure.asked;
       late = false;
       clearTimeout(patience);
@@ -71,7 +81,7 @@
       patience = setTimeout(() => {
         late = true;
         show();
-      }, SLOW);
+      }, limits.slow);
     }
 
     function show() {
