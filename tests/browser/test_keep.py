@@ -60,6 +60,38 @@ def test_a_pin_from_before_a_control_was_there_is_still_a_pin(reader: Callable[.
     assert solve.record()["controls"]["noise"] == 0
 
 
+def test_a_pin_that_is_not_stored_or_that_drops_another_says_so(reader: Callable[..., Reader]) -> None:
+    """Where nothing more can be stored the run is pinned for this page alone; the 51st takes the place of the first."""
+    page = reader(reduced_motion="reduce").open("kabsch.html")
+    solve = Figure(page, "fig-solve").seen()
+    pin, status = solve.root.locator("[data-pin]"), solve.root.locator(".figure-status")
+    rows = solve.root.locator(".runs tbody tr")
+    pin.click()
+    expect(status).to_have_text(re.compile(r"^Run 1 pinned\.\s*$"))
+    page.evaluate(
+        """() => {
+          const key = Object.keys(localStorage).find(name => name.startsWith("ladder-pins:"));
+          const [pin] = JSON.parse(localStorage.getItem(key));
+          const seeds = [7, ...Array(47).fill(9)].map(seed => ({ ...pin, record: { ...pin.record, seed } }));
+          localStorage.setItem(key, JSON.stringify([pin, ...seeds]));
+        }"""
+    )
+    pin.click()
+    expect(rows).to_have_count(50)
+    expect(status).to_have_text(re.compile(r"^Run 50 pinned\.\s*$"))
+    pin.click()
+    expect(status).to_contain_text("Run 50 pinned. No more than 50 are kept: the oldest one was dropped.")
+    expect(rows).to_have_count(50)
+    expect(rows.first.locator("td").first).to_have_text("7")
+    page.evaluate("() => { Storage.prototype.setItem = () => { throw new Error('full'); }; }")
+    rows.first.get_by_role("button", name="Remove").click()
+    pin.click()
+    expect(status).to_contain_text(
+        "Run 50 pinned. This browser could not store it: it is gone when you leave this page."
+    )
+    expect(rows).to_have_count(50)
+
+
 def test_a_link_restores_the_state(reader: Callable[..., Reader]) -> None:
     """The copied link opened in a new page shows the same frame."""
     one = reader(reduced_motion="reduce")

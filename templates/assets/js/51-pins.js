@@ -69,9 +69,9 @@
     const pins = store.get(key);
     if (!Array.isArray(pins)) return [];
     return pins.slice(-MOST).flatMap((pin) => {
-      const { controls, seed, log, widget } = pin?.record ?? {};
+      const { controls, seed, log, widget, given } = pin?.record ?? {};
       if (widget !== initial.widget || !Array.isArray(log) || !Array.isArray(pin.readouts)) return [];
-      const { record } = Ladder.sound({ controls: { ...controls }, seed, log }, initial, spec);
+      const { record } = Ladder.sound({ controls: { ...controls }, seed, log, given }, initial, spec);
       if (record.seed !== seed || record.log.length < log.length) return [];
       return [{ record, readouts: pin.readouts.filter(read) }];
     });
@@ -125,9 +125,14 @@
       on(globalThis, "pageshow", (event) => event.persisted && look()),
       on(pin, "click", () => {
         look();
+        const full = pins.length === MOST;
         const readouts = figure.frame.readouts.map(({ name, label, value, unit }) => ({ name, label, value, unit }));
         keep([...pins, { record: figure.shown, readouts }]);
-        figure.status.say(`Run ${pins.length} pinned.`);
+        const notes = [
+          full && `No more than ${MOST} are kept: the oldest one was dropped.`,
+          !stored && "This browser could not store it: it is gone when you leave this page.",
+        ];
+        figure.status.say([`Run ${pins.length} pinned.`, ...notes.filter(Boolean)].join(" "));
       }),
       on(box, "click", (event) => {
         const node = event.target.closest("[data-do]");
