@@ -8,6 +8,7 @@ import re
 import struct
 import subprocess
 import sys
+from base64 import urlsafe_b64encode
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
@@ -22,6 +23,7 @@ from solvers import Pose
 from solvers.scenes import room
 from tests.browser.conftest import Reader
 from tests.browser.figures import Figure, finger, tap_after_drag
+from tests.browser.server import SiteServer
 
 ROOT = Path(__file__).resolve().parents[2]
 TRUTH = Pose.from_angle(np.radians(12.0), (400.5, -80.25))  # of clouds of some hundred units, such as millimetres
@@ -256,8 +258,8 @@ def test_a_link_says_that_the_clouds_are_not_in_it(reader: Callable[..., Reader]
     """Opened elsewhere it asks for the files; once they are there, its settings and steps hold."""
     one = reader(reduced_motion="reduce")
     own = Figure(one.open("clouds.html"), "fig-own").live()
-    both = {place: lines(points) for place, points in zip(("source", "target"), clouds(), strict=True)}
-    for place, data in both.items():
+    files = {place: lines(points) for place, points in zip(("source", "target"), clouds(), strict=True)}
+    for place, data in files.items():
         choose(own, place, f"{place}.csv", data)
         told(own, place, f"{place}.csv: ")
     own.set("method", "gicp")
@@ -272,7 +274,112 @@ def test_a_link_says_that_the_clouds_are_not_in_it(reader: Callable[..., Reader]
     page.goto(link)
     other = Figure(page, "fig-own").live()
     expect(other.root.locator(".figure-status")).to_contain_text("Choose or draw a source", timeout=60_000)
-    for place, data in both.items():
+    for place, data in files.items():
         choose(other, place, f"{place}.csv", data)
         told(other, place, f"{place}.csv: ")
     other.shows("rotation", after)
+
+
+def both(figure: Figure) -> None:
+    """Opens the two clouds."""
+    for place, points in zip(("source", "target"), clouds(), strict=True):
+        choose(figure, place, f"{place}.csv", lines(points))
+        told(figure, place, f"{place}.csv: ")
+    figure.settled()
+
+
+def test_a_pinned_run_of_files_comes_back_with_them(reader: Callable[..., Reader]) -> None:
+    """In the page with the files themselves; on a later visit it says that they are missing, and holds once they are
+    opened."""
+    page, own = opened(reader)
+    both(own)
+    before = own.readout("rms")
+    own.button("ten").click()
+    after = own.changes("rms", before)
+    pin, rows = own.root.locator("[data-pin]"), own.root.locator(".runs tbody tr")
+    pin.click()
+    own.set("clouds", "room")
+    own.changes("rms", after)
+    pin.click()
+    expect(rows).to_have_count(2)
+    rows.first.get_by_role("button", name="Restore").click()
+    own.shows("rms", after)
+    told(own, "source", "source.csv: ")
+    page.reload()
+    own.live()
+    rows.first.get_by_role("button", name="Restore").click()
+    told(own, "source", "Not here: open what this state was made with.")
+    expect(own.root.locator(".figure-status")).to_contain_text("Choose or draw a source and a target")
+    both(own)
+    own.shows("rms", after)
+
+
+def test_files_chosen_before_python_is_up_outlive_retry(reader: Callable[..., Reader], server: SiteServer) -> None:
+    """They wait for the Python that comes, as the page says they do."""
+    one = reader(reduced_motion="reduce")
+    one.context.add_init_script("window.LADDER_PATIENCE = 300;")
+    server.hold("/runtime/.*wasm")
+    own = Figure(one.open("clouds.html"), "fig-own").seen()
+    for place, points in zip(("source", "target"), clouds(), strict=True):
+        choose(own, place, f"{place}.csv", lines(points))
+        told(own, place, f"{place}.csv is read as soon as Python is up.")
+    retry = own.root.get_by_role("button", name="Retry")
+    expect(retry).to_be_visible(timeout=60_000)
+    own.page.evaluate("window.LADDER_PATIENCE = 60000")
+    server.release()
+    retry.click()
+    for place in ("source", "target"):
+        told(own, place, f"{place}.csv: ")
+    own.settled().live()
+    assert set(own.record()["given"]) == {"source", "target"}
+
+
+GIVE = """async count => {
+  for (let i = 0; i < count; i++) {
+    const data = new TextEncoder().encode(`1,${i}\n2,${i}`);
+    await Ladder.runtime.give({ figure: "fig-own", widget: "own-clouds", name: `${i}.csv`, data });
+  }
+}"""
+
+
+def test_a_file_that_is_no_longer_kept_is_told_so(reader: Callable[..., Reader]) -> None:
+    """After many others it is forgotten: a run of it says so beside the button that opens it, as the figure does."""
+    page, own = opened(reader)
+    both(own)
+    own.root.locator("[data-pin]").click()
+    page.evaluate(GIVE, 20)
+    own.root.locator(".runs").get_by_role("button", name="Restore").click()
+    told(own, "source", "No longer kept, open it again. It was source.csv: ")
+    expect(own.root.locator(".figure-status")).to_contain_text("Choose or draw a source and a target first.")
+    both(own)
+    told(own, "source", "source.csv: ")
+    assert own.readout("rms") != "–"
+
+
+PRINT = "0123456789abcdef" * 2
+
+
+@pytest.mark.parametrize(
+    ("given", "ignored", "kept"),
+    [
+        ({"source": [PRINT], "target": PRINT}, "the source", {"target": PRINT}),
+        ({"source": PRINT, "target": 7, "third": PRINT}, "the target, “third”", {"source": PRINT}),
+        ([PRINT], "what was brought along", None),
+        (None, "what was brought along", None),
+    ],
+)
+def test_a_link_with_faulty_files_opens_with_what_is_sound(
+    reader: Callable[..., Reader], given: Any, ignored: str, kept: Any
+) -> None:
+    """It says what was left out; the settings hold, and what it names that is not here can be opened."""
+    state = {"widget": "own-clouds", "controls": {"clouds": "own", "method": "gicp"}, "log": [], "given": given}
+    link = urlsafe_b64encode(json.dumps(state).encode()).decode().rstrip("=")
+    page = reader(reduced_motion="reduce").open(f"clouds.html#fig-own?s={link}")
+    own = Figure(page, "fig-own").live().settled()
+    said = f"Of the state in this page's address, this was ignored: {ignored}."
+    expect(own.root.locator(".figure-status")).to_contain_text(said)
+    assert own.record().get("given") == kept
+    assert own.record()["controls"]["method"] == "gicp"
+    for place in kept or {}:
+        told(own, place, "Not here: open what this state was made with.")
+    own.becomes("live")

@@ -78,7 +78,7 @@
     if (!mapping(given) || given.widget !== initial.widget) throw new Error("it belongs to another figure");
     const { preset = initial.preset, controls = {}, seed = initial.seed, log = [] } = given;
     if (!mapping(controls) || !Array.isArray(log)) throw new Error("it is damaged");
-    const brought = mapping(given.given) ? { given: given.given } : {};
+    const brought = given.given === undefined ? {} : { given: given.given };
     return { widget: initial.widget, preset, controls: { ...initial.controls, ...controls }, seed, log, ...brought };
   }
 

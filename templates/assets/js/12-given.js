@@ -23,6 +23,18 @@
     return there && place.length === 2 && place.every((value) => finite(value, FURTHEST));
   }
 
+  /** Of what a link's writer had brought along, what is named by a fingerprint. */
+  function brought(given, takes, ignored) {
+    if (typeof given !== "object" || given === null || Array.isArray(given)) {
+      ignored.push("what was brought along");
+      return {};
+    }
+    const sound = ([place, key]) => takes.includes(place) && typeof key === "string" && PRINT.test(key);
+    const [kept, others] = [true, false].map((is) => Object.entries(given).filter((each) => sound(each) === is));
+    ignored.push(...others.map(([place]) => (takes.includes(place) ? `the ${place}` : `“${place.slice(0, 30)}”`)));
+    return kept.length ? { given: Object.fromEntries(kept) } : {};
+  }
+
   /**
    * The sound part of what a link gave, on top of `initial`, and the names of what was left out. From the first action
    * on that the figure does not know, none is taken: the later ones were done to a state that cannot be reached.
@@ -41,8 +53,7 @@
     const count = Math.min(stop < 0 ? given.log.length : stop, LONGEST);
     if (count < given.log.length) ignored.push(`what was done from action ${count + 1} on`);
     const record = { ...initial, controls, seed: seed ? given.seed : initial.seed, log: given.log.slice(0, count) };
-    const named = Object.entries(given.given ?? {}).filter(([place, key]) => spec.takes.includes(place) && PRINT.test(key));
-    if (named.length) record.given = Object.fromEntries(named);
+    if (given.given !== undefined) Object.assign(record, brought(given.given, spec.takes, ignored));
     return { record, ignored };
   };
 })();

@@ -21,11 +21,19 @@
 
     const waits = (name) => (runtime.state === "live" ? `Reading ${name}.` : `${name} is read as soon as Python is up.`);
 
+    /** On what a record names; that may be forgotten by now, or have been brought on another visit. */
+    function named(key) {
+      if (!key) return "Nothing yet.";
+      if (runtime.holds(key)) return words.get(key);
+      const known = words.get(key);
+      return known ? `No longer kept, open it again. It was ${known}` : "Not here: open what this state was made with.";
+    }
+
     function show() {
       const { given = {} } = figure.record;
       for (const place of places) {
         const name = reading.get(place);
-        text(told(place), name ? waits(name) : (words.get(given[place]) ?? "Nothing yet."));
+        text(told(place), name ? waits(name) : named(given[place]));
       }
     }
 
@@ -150,6 +158,7 @@
       on(document, "dragover", missed),
       on(document, "drop", missed),
       figure.on("asked", show),
+      figure.on("state", show),
       figure.on("frame", shown),
       pen.dispose,
     ];
