@@ -58,9 +58,13 @@ def opened(reader: Callable[..., Reader]) -> Figure:
 def follow_link(figure: Figure, log: list[Any]) -> dict[str, Any]:
     """Has the page go to the address of the figure's first record with this log; that record."""
     record = {**first_record(figure), "log": log}
-    state = urlsafe_b64encode(json.dumps(record).encode()).decode().rstrip("=")
-    figure.page.evaluate("hash => { location.hash = hash; }", f"{figure.name}?s={state}")
+    figure.page.evaluate("hash => { location.hash = hash; }", f"{figure.name}?s={state(record)}")
     return record
+
+
+def state(record: dict[str, Any]) -> str:
+    """The record as a link carries it."""
+    return urlsafe_b64encode(json.dumps(record).encode()).decode().rstrip("=")
 
 
 def done(figure: Figure, count: int) -> None:
@@ -113,6 +117,33 @@ def test_a_long_replay_can_be_cancelled(reader: Callable[..., Reader]) -> None:
     solve.button("reset").click()
     solve.shows("rms", before).settled()
     expect(cancel).to_have_count(0)
+
+
+ASKED = """
+const { postMessage } = Worker.prototype;
+window.asked = 0;
+Worker.prototype.postMessage = function (message, ...more) {
+  if (message.type === "frame" && message.request.includes('"fig-solve"')) window.asked += 1;
+  return postMessage.call(this, message, ...more);
+};
+"""
+
+
+def test_what_was_replayed_once_is_known(reader: Callable[..., Reader]) -> None:
+    """Of a link that the page was opened with: the next action costs one answer, and so does Back."""
+    one = reader(reduced_motion="reduce")
+    slowed(one)
+    one.context.add_init_script(ASKED)
+    page = one.open(f"kabsch.html#fig-solve?s={state({'widget': 'kabsch', 'log': DONE})}")
+    solve = Figure(page, "fig-solve").live()
+    done(solve, len(DONE))
+    before = page.evaluate("window.asked")
+    assert before > len(DONE) / 2
+    solve.button("solve").click()
+    done(solve, len(DONE) + 1)
+    solve.button("back").click()
+    done(solve, len(DONE))
+    assert page.evaluate("window.asked") == before + 2
 
 
 def test_clouds_are_read_again_under_the_limit_of_reading(reader: Callable[..., Reader]) -> None:
