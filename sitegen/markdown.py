@@ -9,7 +9,6 @@ from __future__ import annotations
 import re
 import unicodedata
 from bisect import bisect_right
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import lru_cache, partial
 from typing import Any
@@ -17,22 +16,19 @@ from typing import Any
 from markdown_it import MarkdownIt
 from markdown_it.rules_block import StateBlock
 from markdown_it.rules_core import StateCore
-from markdown_it.rules_inline import StateInline
 from markdown_it.token import Token
 from mdit_py_plugins.container import container_plugin
 from mdit_py_plugins.dollarmath import dollarmath_plugin
 from mdit_py_plugins.footnote import footnote_plugin
 
-from .directives import Directive, DirectiveError, read
-from .faults import dollar, fault, lose
+from .directives import DirectiveError, read
+from .faults import dollar, lose
+from .fences import open_fence
+from .inline import BLOCK, INLINE, citation, directive_in_line, misplaced, placed
 from .problems import Place, Problems, hint
 
-BLOCK = ("figure", "plot", "try", "aside")
-INLINE = ("value", "readout", "claim", "ref", "term")
 CONTAINERS = ("example", "anatomy")
 PLACED = ("link", "image", "math_inline", "footnote_ref", "autolink")
-CITATION = re.compile(r"\[(@[^\]]*)\]")
-CITED = re.compile(r"\s*@(?P<key>[^\s,;\]]*)(?:,\s*(?P<locator>[^;\]]*?))?\s*(?:;|$)")
 HEADING_ID = re.compile(r"\s*\{#([^}]*)\}\s*$")
 ANCHOR = re.compile(r"[a-z][a-z0-9-]*")
 NO_HEADING = re.compile(r"^#{2,6}(?=\w)", re.MULTILINE)
@@ -84,24 +80,16 @@ def parse(source: Source) -> Document:
     while True:
         env: dict[str, Any] = {"source": source, "footnote_tokens": {}, "lost": set()}
         tokens = parser().parse(text, env)
-        line = _open_fence(tokens, source)
-        if line is None:
+        fence = open_fence(tokens, source.lines)
+        if fence is None:
             return Document(tokens, env["footnote_tokens"], env["lost"])
-        # It took all that follows for code: without its first line the rest is read.
-        says = f"{source.lines[line].strip()!r} begins code that never ends"
-        source.problems.add(Place(source.path, line + 1, 1), says)
-        text = text[: source.starts[line]] + " " * len(source.lines[line]) + text[_line_end(source, line) :]
-
-
-def _open_fence(tokens: list[Token], source: Source) -> int | None:
-    """The line in which a fence opens that nothing closes."""
-    for token in tokens:
-        if token.type == "fence" and token.map:
-            first, end = token.map
-            last = source.lines[end - 1] if end - first > 1 else ""
-            if not last.rstrip().endswith(token.markup):
-                return first
-    return None
+        # It took what follows for code: without its line that is read, but for what may be code indeed.
+        line = source.lines[fence.first]
+        column = source.shift + len(line) - len(line.lstrip(" >")) + 1
+        source.problems.add(Place(source.path, fence.first + 1, column), fence.says)
+        source.problems.unclear |= {(source.path, n + 1) for n in range(fence.first, fence.unclear + 1)}
+        lines = [" " * len(each) if fence.hides(n, each) else each for n, each in enumerate(text.split("\n"))]
+        text = "\n".join(lines)
 
 
 @lru_cache(maxsize=1)
@@ -117,12 +105,13 @@ def parser() -> MarkdownIt:
     md.block.ruler.before(
         "paragraph", "directive", _block_directive, {"alt": ["paragraph", "reference", "blockquote", "list"]}
     )
-    md.inline.ruler.before("link", "directive", _inline_directive)
-    md.inline.ruler.before("link", "citation", _citation)
+    md.inline.ruler.before("link", "directive", directive_in_line)
+    md.inline.ruler.after("directive", "misplaced", misplaced)
+    md.inline.ruler.before("link", "citation", citation)
     md.inline.ruler.after("math_inline", "dollar", dollar)
     rules = {rule.name: rule.fn for rule in md.inline.ruler.__rules__}
     for name in PLACED:
-        md.inline.ruler.at(name, partial(_placed, rules[name]))
+        md.inline.ruler.at(name, partial(placed, rules[name]))
     md.core.ruler.before("inline", "heading_ids", _heading_ids)
     md.core.ruler.after("inline", "places", _places)
     md.core.ruler.push("fold", _fold)
@@ -190,83 +179,6 @@ def _block_directive(state: StateBlock, start_line: int, end_line: int, silent: 
     inline.map, inline.content, inline.children = [start_line, state.line], directive.text, []
     inline.meta = {"start": directive.text_start}
     state.push("directive_close", "", -1)
-    return True
-
-
-def _inline_directive(state: StateInline, silent: bool) -> bool:
-    start = state.pos
-    if state.src[start] != ":" or (start and (state.src[start - 1].isalnum() or state.src[start - 1] == ":")):
-        return False
-    try:
-        directive = read(state.src, start, state.posMax, ":")
-    except DirectiveError as error:
-        if not silent:
-            fault(state, error.offset, str(error))
-        state.pos += 1
-        return True
-    if directive is None:
-        return False
-    if not silent:
-        if directive.name not in INLINE:
-            why = (
-                "; as a line of its own it has two colons" if directive.name in BLOCK else hint(directive.name, INLINE)
-            )
-            fault(state, start, f"no directive :{directive.name}{why}")
-            lose(state.env, directive.attributes)
-        elif directive.name == "claim":
-            _claim(state, directive)
-        else:
-            token = state.push(directive.name, "", 0)
-            token.meta = {"offset": start, "directive": directive}
-    state.pos = directive.end
-    return True
-
-
-def _claim(state: StateInline, directive: Directive) -> None:
-    token = state.push("claim_open", "", 1)
-    token.meta = {"offset": directive.start, "directive": directive}
-    stop = state.posMax
-    state.pos, state.posMax = directive.text_start, directive.text_start + len(directive.text)
-    state.md.inline.tokenize(state)
-    state.posMax = stop
-    state.push("claim_close", "", -1).meta = {"directive": directive}
-
-
-def _citation(state: StateInline, silent: bool) -> bool:
-    match = CITATION.match(state.src, state.pos, state.posMax)
-    if match is None:
-        if not state.src.startswith("[@", state.pos):
-            return False
-        if not silent:
-            fault(state, state.pos, "the citation that begins here is never closed by ']'")
-        state.pos += 2
-        return True
-    if not silent:
-        token = state.push("cite", "", 0)
-        base = match.start(1)
-        found = [
-            (m["key"], (m["locator"] or "").strip(), base + m.start("key"))
-            for m in CITED.finditer(match[1])
-            if m.group()
-        ]
-        token.meta = {"offset": state.pos, "cited": found}
-        if "".join(m.group() for m in CITED.finditer(match[1])) != match[1] or not all(key for key, _, _ in found):
-            fault(state, state.pos, "a citation is written [@key], [@key, p. 3] or [@one; @other]")
-            token.meta["cited"] = []
-    state.pos = match.end()
-    return True
-
-
-def _placed(rule: Callable[[StateInline, bool], bool], state: StateInline, silent: bool) -> bool:
-    """Run an inline rule and note on its token where it stands: for links and images, where their target stands."""
-    start, before = state.pos, len(state.tokens)
-    if not rule(state, silent):
-        return False
-    if not silent:
-        token = next((t for t in state.tokens[before:] if t.type != "text"), None)
-        if token is not None:
-            target = state.src.rfind("](", start, state.pos) if token.type in ("link_open", "image") else -1
-            token.meta = {**(token.meta or {}), "offset": target + 2 if target >= 0 else start}
     return True
 
 

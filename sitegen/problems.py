@@ -31,10 +31,12 @@ class Problems:
     notes: list[Problem] = field(default_factory=list)
     unread: set[str] = field(default_factory=set)
     """Files of which nothing could be read: what they would have named is no mistake of others."""
+    unclear: set[tuple[str, int]] = field(default_factory=set)
+    """Lines of files that may be code or text, which has been told: what is wrong in them waits for that."""
 
     def add(self, place: Place, message: str) -> None:
         """Note a problem at a place, once."""
-        _append(self.found, place, message)
+        self._append(self.found, place, message)
 
     def lacks(self, file: str, place: Place, message: str) -> None:
         """Note a name that a file should have, unless nothing of that file could be read."""
@@ -43,11 +45,11 @@ class Problems:
 
     def warn(self, place: Place, message: str) -> None:
         """Note what only a strict build minds."""
-        _append(self.warnings, place, message)
+        self._append(self.warnings, place, message)
 
     def note(self, place: Place, message: str) -> None:
         """Note what an author may want to know."""
-        _append(self.notes, place, message)
+        self._append(self.notes, place, message)
 
     def take(self, others: Problems) -> None:
         """Note all that others have."""
@@ -55,12 +57,12 @@ class Problems:
         self.warnings += others.warnings
         self.notes += others.notes
         self.unread |= others.unread
+        self.unclear |= others.unclear
 
-
-def _append(problems: list[Problem], place: Place, message: str) -> None:
-    problem = Problem(place.path, place.line, place.column, message)
-    if problem not in problems:
-        problems.append(problem)
+    def _append(self, problems: list[Problem], place: Place, message: str) -> None:
+        problem = Problem(place.path, place.line, place.column, message)
+        if problem not in problems and (place.path, place.line) not in self.unclear:
+            problems.append(problem)
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,8 @@ from typing import Any
 import yaml
 
 from .problems import Place, Problems, hint
+from .yaml_faults import Loader, cause
 
-Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 Path = tuple[str | int, ...]
 
 
@@ -86,38 +86,14 @@ def read(source: str, path: str, problems: Problems, first_line: int = 1) -> Yam
         finally:
             loader.dispose()
     except yaml.MarkedYAMLError as error:
-        begins, said = _in_words(str(error.context), str(error.problem))
-        mark = (error.context_mark if begins else error.problem_mark) or error.problem_mark or error.context_mark
-        place = Place(path, first_line + mark.line, mark.column + 1) if mark else Place(path, first_line, 1)
-        problems.add(place, f"not YAML: {said}")
+        place = Place(path, first_line, 1)
+        line, column, said = cause(source, error)
+        problems.add(Place(path, place.line + line, place.column + column), f"not YAML: {said}")
     # Without a mark come a control character, a 31st of February, a list that holds itself.
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         problems.add(Place(path, first_line, 1), f"not YAML: {str(error).splitlines()[0]}")
     problems.unread.add(path)
     return None
-
-
-# What an author did where YAML's own words speak of its grammar: what they hold, whether the place is where the thing
-# begins, and what is said instead.
-COMMON = (
-    ("mapping values are not allowed", False,
-     "a text that holds a colon and a blank stands in quotes; a name begins in the column of its neighbours"),
-    ("cannot start any token", False, "a text that begins with this character stands in quotes"),
-    ("a tab character", False, "a tab: lines are indented by blanks"),
-    ("while scanning a quoted scalar", True, "the quote that begins here is never closed"),
-    ("while scanning a simple key", True, "a line is a name, a colon, a blank and a value"),
-    ("while parsing a flow sequence", True, "the list that begins here is never closed by ]"),
-    ("while parsing a flow mapping", True, "the mapping that begins here is never closed by }"),
-    ("while parsing a block mapping", False, "the line begins in another column than its neighbours"),
-)  # fmt: skip
-
-
-def _in_words(context: str, problem: str) -> tuple[bool, str]:
-    """Whether a fault is best placed where its context begins, and what it is in an author's words."""
-    for holds, begins, said in COMMON:
-        if holds in f"{context}: {problem}":
-            return begins, said
-    return False, problem
 
 
 def _collect(node: Any, at: Path, places: dict[Path, Place], path: str, first: int, problems: Problems) -> None:

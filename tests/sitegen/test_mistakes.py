@@ -44,6 +44,20 @@ TEXT = {
     "no brackets": ("¦::figure{toy id=b3}\n\n:ref[fig:b3]", ["a directive is written ::name[text]{attributes}"]),
     "a directive's name": ("¦::figre[C]{toy id=b4}\n\n:ref[fig:b4]", ["no directive ::figre; did you mean 'figure'?"]),
     "one colon": ("¦:figure[C]{toy id=b5}\n\n:ref[fig:b5]", ["as a line of its own it has two colons"]),
+    "a figure in a line": (
+        "Text ¦::figure[C]{toy id=d0} more\n\n:ref[fig:d0] :readout[d0 x]\n\n::try[T]{d0 noise=2}",
+        ["::figure stands on a line of its own, and begins it"],
+    ),
+    "a plot in a list's words": ("- one\n- two ¦::plot[C]{toy-plot id=d1}\n", ["::plot stands on a line of its own"]),
+    "a figure deep in a paragraph": ("Text\n      ¦::figure[C]{toy}", ["::figure stands on a line of its own"]),
+    "two colons in a line": ("A ¦::term[gate]{gate}.", ["no directive ::term; in a line it has one colon"]),
+    "two colons in a cell": ("| a |\n| - |\n| ¦::ref[second] |", ["no directive ::ref; in a line it has one colon"]),
+    "two colons in a caption": ("::figure[C ¦::term[gate]{gate}]{toy id=d2}", ["no directive ::term; in a line it"]),
+    "three colons in a line": ("A ¦:::term[gate]{gate}.", ["no directive :::term; in a line it has one colon"]),
+    "two colons and a slip": ("A ¦::tern[gate]{gate}.", ["no directive ::tern; did you mean 'term'?"]),
+    "a word before": ("See¦:term[gate]{gate}.", ["no letter or digit stands right before :term"]),
+    "no brackets in a line": ("A ¦:term{gate}.", ["a directive is written :term[text]{…}"]),
+    "never closed in a line": ("A ¦::term[gate{gate}.", ["no directive ::term; in a line it has one colon"]),
     "an indented directive": ("- a\n\nText\n\n\t¦::figure[C]{toy id=b6}\n\n:ref[fig:b6]", ["indented by a tab"]),
     "an equation never closed": ("¦$$\nE = m c^2\n\nText.", ["never closed by $$ before a blank line"]),
     "an equation in a paragraph": (
@@ -85,10 +99,31 @@ TEXT = {
         "¦```python\nx = 1\n\n::figure[C]{toy id=c4}\n\n:ref[fig:c4]",
         ["begins code that never ends"],
     ),
+    "code whose end is left out": (
+        "¦```python\nx = a[$1]\n# d :ref[no]\n\n::figure[C]{toy id=d4}\n\n```python\ny\n```\n\n:ref[fig:d4] [@¦no]",
+        ["'```python' begins code that never ends: a line of ``` alone ends it, and line 12, '```python', is", "'no'"],
+    ),
+    "code whose end has words": (
+        "¦```python\nx\n``` python\n\n::figure[C]{toy id=d5}\n\n```python\ny\n```\n\n:ref[fig:d5]",
+        ["a line of ``` alone ends it, and line 8, '``` python', is none"],
+    ),
+    "code in a list never closed": (
+        "- a\n\n  ¦```python\n  x\n\n::figure[C]{toy id=d6}\n\n:ref[fig:d6]",
+        ["'```python' begins code that never ends"],
+    ),
     "a merge": (
         "¦<<<<<<< HEAD\nOurs [@one2001].\n=======\nTheirs [@no].\n>>>>>>> branch\n",
         ["two versions stand here, up to line"],
     ),
+}
+
+# Code at whose end nothing can be paired any more, each in a chapter of its own.
+FENCES = {
+    "of two without a language the first": "¦```\nx\n\n::figure[C]{toy id=d7}\n\n```\ny\n```\n\n:ref[fig:d7]",
+    "more backticks": "¦````python\nx\n```\n\n::figure[C]{toy id=d8}\n\n:ref[fig:d8]",
+    "tildes": "¦~~~\nx\n```\n\n::figure[C]{toy id=d9}\n\n:ref[fig:d9]",
+    "an end too far in": "¦```\nx\n    ```\n\n::figure[C]{toy id=e0}\n\n:ref[fig:e0]",
+    "an end behind code": "¦```\nx = 3 ```\n\n::figure[C]{toy id=e1}\n\n:ref[fig:e1]",
 }
 
 # A chapter's file, and what is said of each mark; the rest of it is read all the same.
@@ -110,6 +145,18 @@ FILES = {
     "31-latin.md": ("---\ntitle: T\nslug: latin\nsummary: S\n---\n\nA caf¦é.\n", ["not UTF-8 from here on"]),
     "32-utf16.md": ("¦---\ntitle: T\nslug: utf16\nsummary: S\n---\n", ["UTF-16, and UTF-8 is expected"]),
     "33-windows.md": ("---\ntitle: T\nslug: windows\nsummary: S\n---\n\n[@¦no]\n", ["no reference 'no'"]),
+    "34-tab-list.md": ("---\ntitle: T\nredirects:\n¦\t- old-list\nsummary: S\n---\n", ["a tab: lines are indented by"]),
+    "35-tab-dash.md": ("---\ntitle: T\nslides:\n  -¦\ttitle: A\n---\n", ["a tab: lines are indented by blanks"]),
+    "36-quote-later.md": (
+        '---\ntitle: ¦"Pairs\nslug: later\nsummary: "S"\n---\n',
+        ["the quote that begins here is never closed"],
+    ),
+    "37-quote-slides.md": (
+        "---\ntitle: T\nslides:\n  - title: A\n    text: ¦'B\n    notes: C\n  - title: 'D'\n    text: E\n---\n",
+        ["the quote that begins here is never closed"],
+    ),
+    "38-apostrophe.md": ("---\ntitle: 'It¦'s T'\nslug: its\nsummary: S\n---\n", ["with a ' in it has double quotes"]),
+    "39-escape.md": ('---\ntitle: "The ¦\\R"\nslug: escape\nsummary: S\n---\n', ["in double quotes a \\ begins an"]),
     "unnumbered.md": ("---\ntitle: T\nsummary: S\n---\n", ["a chapter's file is called like 01-kabsch.md"]),
 }
 SAVED = {
@@ -155,6 +202,26 @@ def test_a_mistake_in_the_text(desk: Project, name: str) -> None:
     agree(desk.problems(), [(f"01-second.md:{at}", said) for at, said in zip(places(text, 6), words, strict=True)])
 
 
+@pytest.mark.parametrize("name", FENCES)
+def test_a_fence_that_is_left_over_is_told_once(desk: Project, name: str) -> None:
+    desk.write("content/01-second.md", FRONT + FENCES[name].replace("¦", "") + "\n")
+    agree(desk.problems(), [("01-second.md:6:1", "begins code that never ends")])
+
+
+def test_code_may_hold_shorter_and_other_fences(desk: Project) -> None:
+    text = "````text\n```python\nx\n```\n````\n\n~~~text\n```python\n~~~\n\n> ```\n> ::figure[C]{toy}\n> ```\n"
+    desk.write("content/01-second.md", FRONT + text)
+    desk.build()
+    assert desk.page("second.html").count('<pre class="code"') == 3
+
+
+def test_colons_in_words_and_in_code_are_no_directives(desk: Project) -> None:
+    text = "C++ has std::vector[0], at 12:30 [sic] a note: figure [2], `A ::term[x]{y}`; \\::figure[C]{toy} is text.\n"
+    desk.write("content/01-second.md", FRONT + text)
+    desk.build()
+    assert "std::vector[0]" in desk.page("second.html")
+
+
 def save(desk: Project, name: str) -> list[tuple[str, str]]:
     """Write one of the faulty files; what is to be said of it."""
     text, words = FILES[name]
@@ -195,3 +262,27 @@ def test_what_a_faulty_list_would_have_named_is_no_mistake(desk: Project, name: 
     text = path.read_text("utf-8")
     desk.write(f"content/{name}", text.replace(": ", ': "', 1) if '"' not in text.split("\n")[0] else "a: [")
     assert [problem.split(": ")[1] for problem in desk.problems()] == ["not YAML"]
+
+
+LISTS = {
+    "references.yaml": (
+        "one2001:\n  authors: [¦\"Ada One]\n  title: First\n  year: 2001\n  url: https://a.org\ntwo2002:\n"
+        "  authors: [Ben Two]\n  title: \"Second\"\n",
+        "two2002:\n  authors: [Ben Two]\n¦\ttitle: Second\n",
+    ),
+    "glossary.yaml": (
+        "gate:\n  term: ¦\"Gate\n  says: How far.\nother:\n  term: Other\n  says: \"It is\"\n",
+        "gate:\n¦\tterm: Gate\n\tsays: How far.\n",
+    ),
+    "site.yaml": (
+        "title: T\nladder:\n  - {rung: ¦\"0, title: Start}\n  - {rung: \"1\", title: Known}\n",
+        "title: T\nladder:\n¦\t- {rung: \"0\", title: Start}\n",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", LISTS)
+def test_quotes_and_tabs_of_the_lists_are_told_where_they_are(desk: Project, name: str) -> None:
+    for text, said in zip(LISTS[name], ("the quote that begins here", "a tab: lines are indented"), strict=True):
+        desk.write(f"content/{name}", text.replace("¦", ""))
+        agree(desk.problems(), [(f"{name}:{places(text, 1)[0]}", said)])

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from sitegen.content import read_guide
-from sitegen.markdown import BLOCK, INLINE
+from sitegen.inline import BLOCK, INLINE
 from sitegen.palette import MEANING, contrast, swatches
 from sitegen.problems import Problems
 from tests.sitegen.conftest import START, Project

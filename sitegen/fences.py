@@ -1,0 +1,66 @@
+"""Code between fences that no fence closes, or one that is not where its author meant it to be: told once."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from markdown_it.token import Token
+
+FENCE = re.compile(r"\s*(?P<sign>`{3,}|~{3,})(?P<more>[^`]*)")
+DIRECTIVE = re.compile(r" {0,3}::[a-z]+\[")
+TEXT = re.compile(r" {0,3}(?:::+[a-z]+\b|#{2,6} |\$\$|\[\^)")  # what code hardly has
+
+
+@dataclass(frozen=True)
+class OpenFence:
+    """A fence in line `first` (from 0). unclear: the lines after it, up to this one, may be code or text; says: why."""
+
+    first: int
+    unclear: int
+    says: str
+
+    def hides(self, n: int, line: str) -> bool:
+        """Whether a line is left out when the rest is read as text: the fence, and comments, which would be titles."""
+        return n == self.first or (self.first < n <= self.unclear and line.startswith("# "))
+
+
+def open_fence(tokens: Sequence[Token], lines: Sequence[str]) -> OpenFence | None:
+    """The first fence whose code takes in what is not its own, if there is one."""
+    fences = [token for token in tokens if token.type == "fence" and token.map]
+    for i, token in enumerate(fences):
+        inner = token.content.split("\n")
+        within = next((n for n, line in enumerate(inner) if _is_opening(token, line)), None)
+        if within is not None:
+            return _found(token, lines, within)
+        if not _is_closed(token, lines):
+            # Fences come in pairs: what takes in figures lost its own end, and the last one is left over.
+            guilty = next((each for each in fences[:i] if any(map(DIRECTIVE.match, each.content.split("\n")))), token)
+            return _found(guilty, lines, None)
+    return None
+
+
+def _is_closed(token: Token, lines: Sequence[str]) -> bool:
+    first, end = token.map or (0, 0)
+    sign = re.escape(token.markup[0])
+    return end - first > 1 and re.fullmatch(rf"[\s>]*{sign}{{{len(token.markup)},}}\s*", lines[end - 1]) is not None
+
+
+def _is_opening(token: Token, line: str) -> bool:
+    """Whether a line of code looks like a fence with words behind it, which begins code and ends none."""
+    match = FENCE.fullmatch(line)
+    indented = len(line) - len(line.lstrip()) > 3
+    return bool(match and not indented and match["sign"].startswith(token.markup) and match["more"].strip())
+
+
+def _found(token: Token, lines: Sequence[str], within: int | None) -> OpenFence:
+    first, end = token.map or (0, 0)
+    inner = token.content.split("\n")
+    near = next((n for n, line in enumerate(inner) if FENCE.fullmatch(line)), None) if within is None else within
+    says = f"{lines[first].strip(' >')!r} begins code that never ends: a line of {token.markup} alone ends it"
+    if near is not None:
+        why = "is none" if inner[near].strip() != token.markup else "stands too far in"
+        says += f", and line {first + 2 + near}, {inner[near].strip()!r}, {why}"
+    text = next((n for n, line in enumerate(inner) if TEXT.match(line)), len(inner))
+    return OpenFence(first, min(first + 1 + (text - 1 if near is None else min(text - 1, near)), end - 1), says)

@@ -1,0 +1,72 @@
+"""What an author did where YAML's own words speak of its grammar, and where: often lines before YAML stumbles."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import yaml
+
+Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+TAB = "a tab: lines are indented by blanks"
+UNALIGNED = "the line begins in another column than its neighbours"
+UNCLOSED = "the quote that begins here is never closed"
+# What YAML's words hold, whether the place is where the thing begins, and what is said instead.
+COMMON = (
+    ("mapping values are not allowed", False,
+     "a text that holds a colon and a blank stands in quotes; a name begins in the column of its neighbours"),
+    ("cannot start any token", False, "a text that begins with this character stands in quotes"),
+    ("a tab character", False, TAB),
+    ("unknown escape character", False, "in double quotes a \\ begins an escape, in single ones it is a sign"),
+    ("while scanning a quoted scalar", True, UNCLOSED),
+    ("while scanning a simple key", True, "a line is a name, a colon, a blank and a value"),
+    ("while parsing a flow sequence", True, "the list that begins here is never closed by ]"),
+    ("while parsing a flow mapping", True, "the mapping that begins here is never closed by }"),
+    ("while parsing a block mapping", False, UNALIGNED),
+)  # fmt: skip
+NAMED = re.compile(r"\n\s*(?:- +)?\{?[\w\\'\"-]+:(?: |\n|$)|\n\s*- ")  # a line that begins something of its own
+
+
+def cause(source: str, error: yaml.MarkedYAMLError) -> tuple[int, int, str]:
+    """Line and column, from 0, where a fault begins, and what it is: a tab, a quote before it, or what YAML says."""
+    begins, said = _in_words(f"{error.context}: {error.problem}")
+    found = error.problem_mark or error.context_mark
+    if found is None:
+        return 0, 0, said
+    written = [*source.split("\n"), ""][found.line]
+    before = written[: found.column]
+    blank = re.match(r"[\s-]*", written)
+    if blank and "\t" in blank[0] and found.column <= blank.end():
+        return found.line, written.index("\t"), TAB
+    for start, end, style in _quoted(source):
+        if (start.line, start.column) > (found.line, found.column):
+            break
+        if NAMED.search(source.split("\n", start.line)[-1][start.column : start.column + end.index - start.index]):
+            return start.line, start.column, UNCLOSED
+        if end.line == found.line and not before[end.column :].strip() and found.column < len(written):
+            other = {"'": "double", '"': "single"}[style]
+            return end.line, end.column - 1, f"the quoted text ends here: one with a {style} in it has {other} quotes"
+    if said == UNALIGNED and before.strip():
+        said = "the value ends before this"
+    mark = (error.context_mark if begins else None) or found
+    return mark.line, mark.column, said
+
+
+def _in_words(context: str) -> tuple[bool, str]:
+    """Whether a fault is best placed where its context begins, and what it is in an author's words."""
+    for holds, begins, said in COMMON:
+        if holds in context:
+            return begins, said
+    return False, context.rpartition(": ")[2]
+
+
+def _quoted(source: str) -> Iterator[tuple[Any, Any, str]]:
+    """The texts in quotes, up to where nothing more can be read."""
+    try:
+        for token in yaml.scan(source, Loader=Loader):
+            if isinstance(token, yaml.ScalarToken) and token.style in ("'", '"'):
+                yield token.start_mark, token.end_mark, token.style
+    except yaml.YAMLError:
+        return
