@@ -26,7 +26,7 @@ from .claims import read_results, tests_for
 from .computed import Values
 from .content import OWN_PAGES, SETTINGS, Chapter, Site, read_chapters, read_guide, read_site
 from .decks import Deck, deck
-from .figures import Bakery, Figure, code_hash
+from .figures import Bakery, Figure, code_hash, frames_of
 from .glossary import Term, read_glossary
 from .highlighting import highlighted
 from .maths import Mathematics
@@ -35,6 +35,7 @@ from .notebooks import Shown, notebooks
 from .outside import Progress, quiet
 from .pages import Writer, environment, figure_html, figure_view, plot_html
 from .plotting import Gallery, Placed, Plot, version
+from .presets import try_presets
 from .problems import BuildFailed, Place, Problem, Problems
 from .prune import prune
 from .publish import clear, publish
@@ -43,6 +44,7 @@ from .render import Body, Known, render
 from .store import unwritable
 from .survey import OWN_IDS, Survey, survey
 from .tape import Tape, record_tapes
+from .widget_faults import sound
 
 SERVED = ("temml", "pyodide", "numpy", "minisearch", *fonts.BUNDLES)
 
@@ -102,18 +104,22 @@ def build(
     terms = read_glossary(root, chapters, left_out, problems)
     guide = read_guide(root, problems)
     written = [*chapters, *([guide] if guide else [])]
-    surveys = [survey(one, parts.widgets, parts.plots, problems) for one in written]
+    placeable = sound(parts.widgets, problems)
+    surveys = [survey(one, placeable, parts.plots, problems) for one in written]
     formulas = [asked for one in surveys for asked in one.formulas]
     unknown = Problems() if SETTINGS in problems.unread else problems  # the site's macros stand there
     mathematics = render_formulas(formulas, site.macros, cache, unknown, progress)
     templates = environment(root, cache)
-    started = _runtime(parts, cache, progress)
+    broken = any(name.startswith("widgets/") for name in problems.unread)  # Python in the browser would not start
+    started = None if broken else _runtime(parts, cache, progress)
     templates.globals["wheel"] = f"runtime/{started.wheel}" if started else ""
-    bakery = Bakery(parts.widgets, cache)
+    bakery = Bakery(placeable, cache)
     gallery = Gallery(parts.plots, cache, progress)
     values = Values(cache, {"solvers": code_hash((solvers,)), "widgets": code_hash((solvers, widgets))}, gallery)
     ahead.make("computing plots, drawing figures", _missing(surveys, gallery, bakery, cache), progress)
     tapes = record_tapes(surveys, bakery, problems, progress)
+    if strict:
+        try_presets(placeable, surveys, bakery, cache, problems, progress)
     known = Known(
         root,
         surveys,
@@ -125,7 +131,7 @@ def build(
         read_results(root),
         mathematics,
         values,
-        bakery.frames,
+        partial(frames_of, bakery, problems),
         lambda figure, caption: Markup(""),
         _plot_drawer(gallery, plot_html(templates), problems),
         problems,

@@ -84,11 +84,14 @@ def _slide(one: Staged, write: Pieces, figure: Markup, known: Known) -> SlideVie
     )
 
 
-def _figure(one: Staged, figure: Figure, tape: Tape, known: Known) -> FigureView:
+def _figure(one: Staged, figure: Figure, tape: Tape, known: Known) -> FigureView | None:
     """The chapter's figure in the slide's state, with the controls and readouts that the slide chooses."""
     assert one.record is not None
     plain = one.record.plain()
-    frame = tape.first if plain == figure.records[0] else known.frames(figure.dom_id, [plain])[0]
+    frames = [tape.first] if plain == figure.records[0] else known.frames(figure, [plain])
+    if not frames:
+        return None
+    (frame,) = frames
     for what in ("panel", "readout"):
         names = [each["name"] for each in frame[f"{what}s"]]
         for i, name in enumerate(getattr(one.slide, f"{what}s")):

@@ -28,12 +28,15 @@ from widgets.registry import WIDGETS
 
 from .directives import Attribute, Directive, DirectiveError, attributes
 from .files import content, fingerprint, short_hash
+from .picture_faults import FigureFault, Watched, watched_job
 from .problems import Place, Problems, hint
 from .store import Store
+from .widget_faults import module_file
 
 Plain = dict[str, Any]
 FIGURES = Path(widgets.figures.__path__[0])
 TAPE = short_hash(content(Path(__file__).with_name("tape.py")))  # of what makes the tapes that are kept
+SOUND = short_hash(content(Path(__file__).with_name("picture_faults.py")))  # of what looks at the pictures before
 
 
 @dataclass
@@ -90,7 +93,8 @@ def placed(
         )
         return None
     if bare[0].value not in widgets:
-        problems.add(at(bare[0].start), f"no widget {bare[0].value!r}{hint(bare[0].value, widgets)}")
+        near = hint(bare[0].value, widgets)
+        problems.lacks(module_file(bare[0].value), at(bare[0].start), f"no widget {bare[0].value!r}{near}")
         return None
     for extra in bare[1:]:
         problems.add(at(extra.start), f"name=value is expected, not {extra.value!r}")
@@ -228,17 +232,28 @@ class Bakery:
 
     def __init__(self, widgets: Mapping[str, Widget], cache: Path) -> None:
         self._widgets = widgets
-        self._host = Host(widgets)
+        self._host = Host(Watched(widgets))
         self._store = Store(cache, "frames")
         self._codes: dict[str, str] = {}
 
     def frames(self, dom_id: str, records: Sequence[Plain]) -> list[Plain]:
-        """One frame for each record of one widget, in order. What a widget raises is raised."""
+        """One frame for each record of one widget, in order.
+
+        Raises FigureFault for what a widget does wrong.
+        """
 
         def made() -> bytes:
-            return _plain([json.loads(self._host.frame(json.dumps({"figure": dom_id, "record": r}))) for r in records])
+            return _plain([self._frame(dom_id, record) for record in records])
 
         return _frames(self._store.get(self._frames_key(dom_id, records), made))
+
+    def _frame(self, dom_id: str, record: Plain) -> Plain:
+        widget = self._widgets[record["widget"]]
+        try:
+            frame: Plain = json.loads(self._host.frame(json.dumps({"figure": dom_id, "record": record})))
+            return frame
+        except Exception as error:
+            raise FigureFault.of(widget, "draw", error, record) from error
 
     def tape(
         self,
@@ -262,18 +277,23 @@ class Bakery:
         asked = parsed(widget, record)
 
         def made() -> bytes:
-            jobs = [dict(finished(job, asked.controls, asked.seed, f"{dom_id}-{job.name}")) for job in widget.jobs]
-            return _plain(jobs)
+            try:
+                jobs = [watched_job(widget, job) for job in widget.jobs]
+                return _plain([dict(finished(job, asked.controls, asked.seed, f"{dom_id}-{job.name}")) for job in jobs])
+            except Exception as error:
+                raise FigureFault.of(widget, "jobs", error, record) from error
 
         return tuple(json.loads(self._store.get(self._results_key(dom_id, record), made)))
 
     def lacks(self, dom_id: str, records: Sequence[Plain]) -> bool:
         """Whether any of a figure's frames, or what its jobs find, has to be made."""
         jobs = self._widgets[records[0]["widget"]].jobs
-        has = self._store.has
-        return not (
-            has(self._frames_key(dom_id, records)) and (not jobs or has(self._results_key(dom_id, records[0])))
-        )
+        lacks_results = jobs and not self._store.has(self._results_key(dom_id, records[0]))
+        return self.lacks_frames(dom_id, records) or bool(lacks_results)
+
+    def lacks_frames(self, dom_id: str, records: Sequence[Plain]) -> bool:
+        """Whether any of these frames has to be made."""
+        return not self._store.has(self._frames_key(dom_id, records))
 
     def _frames_key(self, dom_id: str, records: Sequence[Plain]) -> str:
         return self._key(records[0]["widget"], [dom_id, records])
@@ -285,7 +305,16 @@ class Bakery:
         """What is kept depends on the figure's code and on what is asked of it."""
         if name not in self._codes:
             self._codes[name] = code_of(name, self._widgets)
-        return json.dumps([self._codes[name], *asked])
+        return json.dumps([self._codes[name], SOUND, *asked])
+
+
+def frames_of(bakery: Bakery, problems: Problems, figure: Figure, records: Sequence[Plain]) -> list[Plain]:
+    """Frames of a figure in other states; none, and a problem, where it cannot be drawn."""
+    try:
+        return bakery.frames(figure.dom_id, records)
+    except FigureFault as fault:
+        fault.tell(problems, figure.place)
+        return []
 
 
 def make_ahead(dom_id: str, records: Sequence[Plain], cache: Path) -> None:
@@ -293,6 +322,11 @@ def make_ahead(dom_id: str, records: Sequence[Plain], cache: Path) -> None:
     bakery = Bakery(WIDGETS, cache)
     bakery.frames(dom_id, records)
     bakery.results(dom_id, records[0])
+
+
+def draw_ahead(dom_id: str, records: Sequence[Plain], cache: Path) -> None:
+    """Draw records of one of the site's figures, in a process of its own: the cache has them then."""
+    Bakery(WIDGETS, cache).frames(dom_id, records)
 
 
 def _plain(made: list[Any]) -> bytes:

@@ -45,7 +45,7 @@ class Known:
     results: Mapping[str, Result]
     mathematics: Mathematics
     values: Values
-    frames: Callable[[str, Sequence[Plain]], list[Plain]]
+    frames: Callable[[Figure, Sequence[Plain]], list[Plain]]
     figure_html: Callable[[Figure, Markup], Markup]
     plot_html: Callable[[Placed, Markup], Markup]
     problems: Problems
@@ -308,10 +308,11 @@ class _Renderer:
         for extra in (a for a in given if not a.name):
             self._problems.add(at(extra.start), f"name=value is expected, not {extra.value!r}")
         record = changed(figure.widget, figure.record, [a for a in given if a.name], at, self._problems)
-        (frame,) = self._known.frames(figure.dom_id, [record.plain()])
-        readouts = {r["name"]: r["value"] for r in frame["readouts"]}
+        frames = self._known.frames(figure, [record.plain()])
+        readouts = {r["name"]: r["value"] for frame in frames for r in frame["readouts"]}
         if name not in readouts:
-            self._problems.add(at(directive.text_start + name_at), f"no readout {name!r}{hint(name, readouts)}")
+            if frames:
+                self._problems.add(at(directive.text_start + name_at), f"no readout {name!r}{hint(name, readouts)}")
             return ""
         return f'<span class="computed">{escape(readouts[name])}</span>'
 

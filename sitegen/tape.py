@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from .figures import Bakery, Plain, dumps
 from .files import hashed_name
 from .outside import Progress
+from .picture_faults import FigureFault
 from .problems import Problems
 from .survey import Survey
 
@@ -34,8 +35,8 @@ def record_tapes(
         try:
             script, first = bakery.tape(figure.dom_id, figure.records, tape_script)
             results = bakery.results(figure.dom_id, figure.records[0])
-        except Exception as error:  # a widget's own mistake: the author sees which figure and why
-            problems.add(figure.place, f"the figure cannot be drawn: {type(error).__name__}: {error}")
+        except FigureFault as fault:  # a widget's own mistake: the author sees where, which figure and why
+            fault.tell(problems, figure.place)
             continue
         name = hashed_name(f"tapes/{chapter.name}-{figure.id}.js", script)
         tapes[chapter.name, figure.id] = Tape(name, script, first, results)

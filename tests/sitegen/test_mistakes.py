@@ -101,11 +101,11 @@ TEXT = {
     ),
     "code whose end is left out": (
         "¦```python\nx = a[$1]\n# d :ref[no]\n\n::figure[C]{toy id=d4}\n\n```python\ny\n```\n\n:ref[fig:d4] [@¦no]",
-        ["'```python' begins code that never ends: a line of ``` alone ends it, and line 12, '```python', is", "'no'"],
+        ["'```python' begins code that never ends: a line of ``` alone ends it, and line ", "no reference 'no'"],
     ),
     "code whose end has words": (
         "¦```python\nx\n``` python\n\n::figure[C]{toy id=d5}\n\n```python\ny\n```\n\n:ref[fig:d5]",
-        ["a line of ``` alone ends it, and line 8, '``` python', is none"],
+        ["'``` python', is none"],
     ),
     "code in a list never closed": (
         "- a\n\n  ¦```python\n  x\n\n::figure[C]{toy id=d6}\n\n:ref[fig:d6]",

@@ -308,4 +308,5 @@ def test_a_figure_that_cannot_be_drawn_is_named(project: Project) -> None:
     project.widgets["toy"] = replace(project.widgets["toy"], draw=fails)  # type: ignore[arg-type]
     project.chapter("::figure[C]{toy id=broken}\n")
     project.write("content/00-start.md", START.partition("Read")[0])
-    assert project.problems() == ["content/01-second.md:7:1: the figure cannot be drawn: ZeroDivisionError: by nought"]
+    said = "figure toy, draw: ZeroDivisionError: by nought (preset default; content/01-second.md:7 places it)"
+    assert project.problems() == [f"content/01-second.md:7:1: {said}"]
