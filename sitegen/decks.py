@@ -15,6 +15,7 @@ from .problems import hint
 from .render import Body, Known, Pieces, pieces
 from .survey import Staged, Survey
 from .tape import Tape
+from .title_slide import check_title
 
 WIDE = 1.75  # as wide as a plot is that the words stand above
 IDS = re.compile(r' id="[^"]*"')
@@ -57,6 +58,7 @@ def deck(
     survey: Survey, tapes: Mapping[tuple[str, str], Tape], known: Known, draw: Callable[[FigureView], Markup]
 ) -> Deck:
     """The deck of a chapter that has slides; what is wrong in them goes to known.problems."""
+    check_title(survey.chapter, known.problems)
     write = pieces(survey, known, survey.chapter.deck)
     views, stills = [], []
     for one in survey.slides:

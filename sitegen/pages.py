@@ -30,6 +30,7 @@ from .outside import Licence
 from .plotting import Drawn, Placed
 from .render import Body
 from .store import Store
+from .title_slide import in_part
 
 if TYPE_CHECKING:
     from .decks import Deck
@@ -243,7 +244,7 @@ class Writer:
             page,
             deck=deck,
             chapter=chapter,
-            rungs=rungs,
+            rungs=in_part(rungs),
             after=decks[i + 1].chapter if i + 1 < len(decks) else None,
             cards=[references[key] for key in deck.found.cited],
             words=[terms[key] for key in deck.found.terms],

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from sitegen.check import check_site
+from sitegen.title_slide import RUNGS, in_part
 from tests.sitegen.conftest import SECOND, Project
 
 BODY = """\
@@ -122,6 +123,31 @@ def test_broken_slides(project: Project, name: str) -> None:
     assert len(found) == len(expected), found
     assert all(said == wanted or (wanted.endswith(":") and said.startswith(wanted))
                for said, wanted in zip(found, expected, strict=True)), found  # fmt: skip
+
+
+def test_a_title_that_is_longer_than_its_slide_is_told(project: Project) -> None:
+    """A chapter without slides may have it."""
+    project.write("content/00-start.md", '---\ntitle: Start\nrung: "0"\nsummary: S\n---\n\nText.\n')
+    front = f'title: {"a title " * 12}\nslug: second\nquestion: {"is it a question " * 10}\nsummary: S'
+    project.chapter("Text.\n", f"{front}\nslides:\n  - title: A\n    text: B")
+    assert project.problems() == [
+        "content/01-second.md:2:1: title: 95 characters, and the title slide has room for 90",
+        "content/01-second.md:4:1: question: 169 characters, and the title slide has room for 160",
+    ]
+    project.chapter("Text.\n", front)
+    project.build()
+
+
+def test_a_title_slide_shows_the_rungs_round_its_own() -> None:
+    def shown(count: int, at: int) -> list[str]:
+        rungs = [{"rung": str(i), "title": "T", "page": "", "current": i == at} for i in range(count)]
+        return [each["title"] if each["rung"] == "…" else each["rung"] for each in in_part(rungs)]
+
+    assert shown(RUNGS, 3) == [str(i) for i in range(RUNGS)]
+    assert shown(30, 0) == [*(str(i) for i in range(17)), "13 more above"]
+    assert shown(30, 15) == ["7 more below", *(str(i) for i in range(7, 23)), "7 more above"]
+    assert shown(30, 29) == ["13 more below", *(str(i) for i in range(13, 30))]
+    assert shown(19, 10) == ["2 more below", *(str(i) for i in range(2, 19))]
 
 
 SLIDES = """\
