@@ -194,6 +194,7 @@ class _Content:
     made: about.Made
     sources: Mapping[str, Markup]
     guide: tuple[Chapter, Body] | None
+    insides: dict[tuple[str, bool, str], Markup] = field(default_factory=dict)
 
 
 def _missing(surveys: Sequence[Survey], gallery: Gallery, bakery: Bakery, cache: Path) -> list[ahead.Piece]:
@@ -277,7 +278,7 @@ def _files(
     """Every file of the site by name, without the runtime and what is packed."""
     scripts = {tape.name: tape.script for tape in tapes.values()}
     # What the pages say decides which letters the fonts have and what is searched, and the pages name both: so, twice.
-    unstyled = _html(content, templates, Assets())
+    unstyled = _html(content, templates, Assets(search_data="search.js" if parts.search is not None else ""))
     fontset = None
     if parts.cut_fonts is not None:
         text, signs = _characters(unstyled, scripts, cache)
@@ -310,7 +311,7 @@ def _files(
     rest = {**scripts, **images, **assets.files}
     assets.download = _download(content, templates, assets, rest, started, cache) if pack else None
     files = {**_pages_of(content, templates, assets), **rest}
-    writer = Writer(templates, content.site, content.chapters, assets)
+    writer = Writer(templates, content.site, content.chapters, assets, content.insides)
     if content.site.url:
         own = ("about.html", "references.html", "glossary.html", "reference.html", "checks.html")
         slides = [*(each.chapter.deck for each in content.decks), *(["slides.html"] if content.decks else [])]
@@ -367,7 +368,7 @@ def _letters(script: bytes) -> tuple[str, str]:
 
 def _html(content: _Content, templates: Environment, assets: Assets) -> dict[str, str]:
     """Every page by name."""
-    writer = Writer(templates, content.site, content.chapters, assets)
+    writer = Writer(templates, content.site, content.chapters, assets, content.insides)
     references, terms = content.references, content.known.terms
     pages = {chapter.page: writer.chapter(chapter, body, references, terms) for chapter, body in content.bodies}
     pages |= {f"{name}.html": writer.redirect(chapter) for chapter in content.chapters for name in _old_names(chapter)}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise, takewhile
 from pathlib import Path
 from typing import Any
@@ -200,7 +201,16 @@ def read_guide(root: Path, problems: Problems) -> Chapter | None:
 
 def _chapter(root: Path, path: Path, problems: Problems, first: bool) -> Chapter:
     name = path.relative_to(root).as_posix()
-    front, body = _split(read_text(path, name, problems), name, problems)
+    chapter, found = _parsed(name, read_text(path, name, problems), first)
+    problems.take(found)
+    return chapter
+
+
+@lru_cache(maxsize=64)
+def _parsed(name: str, text: str, first: bool) -> tuple[Chapter, Problems]:
+    """The chapter that a text is, and what is wrong in it. A process that builds again parses only what was edited."""
+    problems = Problems()
+    front, body = _split(text, name, problems)
     source = Source(name, body, problems)
     values = _defaults(FRONT)
     document = schema.read(front, name, problems, first_line=2) if front else None
@@ -216,9 +226,10 @@ def _chapter(root: Path, path: Path, problems: Problems, first: bool) -> Chapter
                 problems.add(document.at(*where), f"{slug!r} is no page name: small ASCII letters, digits and hyphens")
         if not values["summary"]:
             problems.warn(document.at(), "summary is missing: it describes the page to search engines and shared links")
-    match = FILE_NAME.fullmatch(path.name)
-    slug = values["slug"] or (match["slug"] if match else path.stem)
-    return Chapter(
+    file = Path(name)
+    match = FILE_NAME.fullmatch(file.name)
+    slug = values["slug"] or (match["slug"] if match else file.stem)
+    chapter = Chapter(
         source,
         parse(source),
         "index" if first else slug,
@@ -232,6 +243,7 @@ def _chapter(root: Path, path: Path, problems: Problems, first: bool) -> Chapter
         document,
         read_slides(document, source, problems) if document is not None else (),
     )
+    return chapter, problems
 
 
 def _split(text: str, name: str, problems: Problems) -> tuple[str, str]:

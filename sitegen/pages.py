@@ -166,12 +166,14 @@ def _undrawn(result: Plain) -> Plain:
 
 @dataclass(frozen=True)
 class Writer:
-    """Fills the templates of one build."""
+    """Fills the templates of one build. insides: of the pages that were filled already, with other assets: of all that
+    assets are, only a search and a download show below the head."""
 
     templates: Environment
     site: Site
     chapters: Sequence[Chapter]
     assets: Assets
+    insides: dict[tuple[str, bool, str], Markup]
 
     def _page(self, name: str, title: str, description: str, kind: str, **more: Any) -> Page:
         url = self.site.url
@@ -180,15 +182,20 @@ class Writer:
         return Page(name, title, description, kind, canonical, report, **more)
 
     def _fill(self, template: str, page: Page, **values: Any) -> str:
-        return self.templates.get_template(template).render(
+        download = self.assets.download.size if self.assets.download else ""
+        key = page.name, bool(self.assets.search_data), download
+        html = self.templates.get_template(template).render(
             site=self.site,
             page=page,
             assets=self.assets,
             policy=POLICY,
             ladder=self._ladder(page.name),
             has_slides=any(chapter.slides for chapter in self.chapters),
+            inside=self.insides.get(key, ""),
             **values,
         )
+        self.insides.setdefault(key, _inside(html))
+        return html
 
     def _ladder(self, current: str) -> list[dict[str, Any]]:
         """Every rung in order: those published as links, the rest as text; chapters without a rung stand at the end."""
@@ -341,6 +348,11 @@ class Writer:
         )
         head = '<?xml version="1.0" encoding="UTF-8"?>\n<urlset xmlns="http://www.sitemaps.org/schemas/sitemap/0.9">\n'
         return head + "".join(entries) + "</urlset>\n"
+
+
+def _inside(html: str) -> Markup:
+    """What stands between a page's <body …>, whose line it ends, and its </body>."""
+    return Markup(html[html.index(">\n", html.index("<body ")) + 2 : html.rindex("</body>")])
 
 
 def _written(

@@ -1,6 +1,7 @@
 """A first pass over a parsed chapter: numbers, anchors, figures, formulas, all that other chapters may refer to.
 
-What is found is noted on the tokens' meta, so that rendering only looks it up.
+What is found is noted on the tokens' meta, so that rendering only looks it up. A chapter may be surveyed again: what is
+noted then is the same.
 """
 
 from __future__ import annotations
@@ -238,6 +239,7 @@ def figure_of(found: Survey, given: list[Attribute], token: Token, problems: Pro
 
 def _try(found: Survey, token: Token, widgets: Mapping[str, Widget], problems: Problems) -> None:
     at = token.meta["at"]
+    token.meta.pop("record", None)  # of an earlier survey
     given = listed(token.meta["directive"], at, problems)
     figure = None if given is None else figure_of(found, given, token, problems)
     for child in token.children or []:

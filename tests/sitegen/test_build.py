@@ -16,6 +16,7 @@ from markupsafe import escape
 
 from sitegen.assets import FOR_HOSTS, POLICY
 from sitegen.check import check_site
+from sitegen.content import _parsed
 from sitegen.files import short_hash
 from sitegen.static import header_rules, headers_for
 from tests.sitegen.conftest import START, Project, fresh_cache
@@ -395,6 +396,25 @@ def test_the_service_worker_knows_every_file_and_their_version(built: Project) -
     built.write("templates/assets/sw.js", (built.root / "templates/assets/sw.js").read_text("utf-8") + "// more\n")
     built.build()
     assert f'"{version}"' not in built.page("sw.js"), "another worker over the same files is another version"
+
+
+def test_a_build_again_in_one_process_is_the_build_of_a_fresh_one(project: Project) -> None:
+    """What a process keeps of chapters that were not edited changes nothing: the same files, and the same problems."""
+    project.build()
+    project.write("content/00-start.md", START + "\n## A section\n\n## A section\n\nMore, and :ref[fig:demo].\n")
+    again = contents(project.site) if project.build() else {}
+    _parsed.cache_clear()
+    project.build()
+    assert contents(project.site) == again
+    project.write("content/00-start.md", START + "\n:ref[nowhere]\n")
+    wrong = project.problems()
+    assert project.problems() == wrong
+    mistakes = "\n::try[Go.]{gone}\n\n## Main {#main}\n\n[^x] $$ \n"
+    project.chapter(mistakes)
+    wrong = project.problems()
+    assert project.problems() == wrong
+    _parsed.cache_clear()
+    assert project.problems() == wrong
 
 
 def test_a_failed_build_leaves_the_last_good_site(built: Project) -> None:
