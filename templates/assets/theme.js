@@ -1,6 +1,8 @@
-// Before the first paint: the reader's theme, and a class that says scripts run: what needs them keeps its place.
+// Before the first paint: the reader's theme, and a class that says scripts run: what needs them keeps its place. Where
+// the page's own script does not come, the class goes, so that the page is what it is without scripts, and a line says it.
 (() => {
   "use strict";
+  const PATIENCE = 10_000; // ms for the script, once the page itself is there
   const root = document.documentElement;
   root.classList.add("js");
   try {
@@ -9,4 +11,22 @@
   } catch {
     // storage is forbidden: the page follows the system
   }
+
+  function look() {
+    if (root.dataset.script || !root.classList.contains("js")) return;
+    root.classList.remove("js");
+    const line = document.createElement("p");
+    const reload = document.createElement("button");
+    line.className = "unscripted";
+    line.setAttribute("role", "alert");
+    reload.type = "button";
+    reload.className = "button";
+    reload.textContent = "Reload";
+    reload.addEventListener("click", () => location.reload());
+    line.append("This page's script did not load, so its figures stand still. ", reload);
+    document.body.append(line);
+  }
+
+  document.addEventListener("readystatechange", () => setTimeout(look, PATIENCE), { once: true });
+  document.addEventListener("DOMContentLoaded", look); // by now a deferred script has run, or never will
 })();

@@ -7,7 +7,7 @@ import threading
 from http import HTTPStatus
 from pathlib import Path
 
-from sitegen.static import StaticHandler, StaticServer
+from sitegen.static import TYPES, StaticHandler, StaticServer
 
 
 class Doorkeeper(StaticHandler):
@@ -33,10 +33,22 @@ class Doorkeeper(StaticHandler):
             data = data[:at] + bytes([data[at] ^ 1]) + data[at + 1 :]
         elif spoil == "short":
             data = data[: len(data) * 2 // 3]
+        elif spoil == "empty":
+            data = b""
+        elif spoil == "page":
+            data, kind = b"<!doctype html><title>Sign in</title><p>Sign in to this network.", TYPES[".html"]
+        elif spoil == "broken":
+            status = HTTPStatus.INTERNAL_SERVER_ERROR
+        elif spoil == "reset":
+            self.close_connection = True
+            return
         elif spoil == "cut":
             self.cut(data)
             return
         super().answer(status, data, kind, headers)
+
+    def headers_of(self, path: str) -> dict[str, str]:
+        return {} if self.server.bare else super().headers_of(path)
 
     def cut(self, data: bytes) -> None:
         """The line breaks in the middle of the answer."""
@@ -51,13 +63,15 @@ class Doorkeeper(StaticHandler):
 class SiteServer(StaticServer):
     """Serves `root`; `hold(pattern)` keeps requests waiting until `release()`, `forbid(pattern)` answers 404.
 
-    What is `spoilt` comes wrong: of another type, with a flipped bit, too short, or cut off by the line.
+    What is `spoilt` comes wrong: of another type, with a flipped bit, too short, cut off by the line, empty, as some
+    other page, with the status 500, or not at all. A `bare` server sends no headers of the site's, as GitHub Pages.
     """
 
     def __init__(self, root: Path, handler: type[Doorkeeper] = Doorkeeper) -> None:
         self.held: re.Pattern[str] | None = None
         self.forbidden: re.Pattern[str] | None = None
-        self.spoilt: dict[str, str] = {}  # a file's name → typed, flipped, short or cut
+        self.spoilt: dict[str, str] = {}  # a file's name → typed, flipped, short, cut, empty, page, broken or reset
+        self.bare = False
         self.open = threading.Event()
         super().__init__(root, ("127.0.0.1", 0), handler)
         threading.Thread(target=self.serve_forever, kwargs={"poll_interval": 0.05}, daemon=True).start()

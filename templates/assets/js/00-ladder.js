@@ -22,6 +22,16 @@
     return element;
   }
 
+  /** Does a thing by itself: an error in it is reported, and what comes after it goes on. */
+  function apart(does) {
+    try {
+      return does();
+    } catch (error) {
+      reportError(error);
+      return undefined;
+    }
+  }
+
   /** Sets text only where it differs, so that nothing is laid out or announced for no reason. */
   function text(element, value) {
     if (element && element.textContent !== value) element.textContent = value;
@@ -102,5 +112,5 @@
   /** Figure id → its controller. */
   const figures = new Map();
 
-  globalThis.Ladder = { limits, on, make, text, store, calm, idle, emitter, mark, copy, save, fileName, figures };
+  globalThis.Ladder = { limits, on, make, apart, text, store, calm, idle, emitter, mark, copy, save, fileName, figures };
 })();

@@ -5,6 +5,15 @@
 
   const { figures, on, text } = Ladder;
 
+  /** A fragment as it was written; what cannot be decoded names nothing here. */
+  function decoded(fragment) {
+    try {
+      return decodeURI(fragment);
+    } catch {
+      return "";
+    }
+  }
+
   /** What goes with the current slide on other screens: the deck opened a second time follows, and leads. */
   function together(deck) {
     if (!globalThis.BroadcastChannel || location.protocol === "file:") return { tell() {}, dispose() {} };
@@ -123,7 +132,7 @@
 
     /** The slide of whatever the address names: a number, or a figure with or without a state. */
     function addressed() {
-      const name = decodeURI(location.hash.slice(1)).split("?")[0];
+      const name = decoded(location.hash.slice(1)).split("?")[0];
       const target = name && document.getElementById(name);
       return target ? slides.findIndex((slide) => slide.contains(target)) : -1;
     }

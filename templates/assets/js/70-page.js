@@ -1,8 +1,15 @@
-// Brings the page to life: its figures with their parts, the theme's button, links, cards, the runtime's start.
+// Brings the page to life: its figures with their parts, the theme's button, links, cards, the runtime's start. Each is
+// set up apart, so that one that fails leaves the others.
 (() => {
   "use strict";
 
-  const { figures, on, runtime } = Ladder;
+  const { apart, figures, on, runtime } = Ladder;
+  const page = document.documentElement;
+  const FIGURES = "figure.figure:has(> script.figure-record)";
+
+  /** A figure's part: what takes it away again, also where there was nothing to set up. */
+  const part = (setUp) => apart(setUp) ?? (() => {});
+  const each = (selector, setUp) => document.querySelectorAll(selector).forEach((node) => apart(() => setUp(node)));
 
   function live(root) {
     const figure = new Ladder.Figure(root);
@@ -14,19 +21,19 @@
     figure.voice = Ladder.voice(figure);
     figure.disposers.push(
       figure.voice.dispose,
-      Ladder.status(figure),
-      Ladder.handles(figure, overlay),
-      Ladder.picks(figure, overlay),
-      Ladder.controls(figure),
-      Ladder.buttons(figure),
-      Ladder.showReadouts(figure),
-      Ladder.showWords(figure),
-      Ladder.jobs(figure),
-      Ladder.own(figure, overlay),
-      Ladder.pins(figure),
-      Ladder.linkButton(figure),
-      Ladder.pictures(root),
-      Ladder.loadTape(figure),
+      part(() => Ladder.status(figure)),
+      part(() => Ladder.handles(figure, overlay)),
+      part(() => Ladder.picks(figure, overlay)),
+      part(() => Ladder.controls(figure)),
+      part(() => Ladder.buttons(figure)),
+      part(() => Ladder.showReadouts(figure)),
+      part(() => Ladder.showWords(figure)),
+      part(() => Ladder.jobs(figure)),
+      part(() => Ladder.own(figure, overlay)),
+      part(() => Ladder.pins(figure)),
+      part(() => Ladder.linkButton(figure)),
+      part(() => Ladder.pictures(root)),
+      part(() => Ladder.loadTape(figure)),
       overlay.dispose,
       on(root, "pointerdown", touch),
       on(root, "focusin", touch),
@@ -78,20 +85,27 @@
     fold();
   }
 
-  const roots = [...document.querySelectorAll("figure.figure:has(> script.figure-record)")];
-  for (const root of roots) live(root);
-  document.querySelectorAll("figure.graph").forEach(Ladder.pictures);
-  watch();
-  document.querySelectorAll(".ladder").forEach(climb);
-  document.querySelectorAll(".contents details").forEach(unfold);
-  reach(document.querySelectorAll(".formula"));
-  document.querySelectorAll("button.theme").forEach(Ladder.theme);
-  document.querySelectorAll("button.search-open").forEach(Ladder.search);
-  document.querySelectorAll(".stored").forEach(Ladder.stored);
-  document.querySelectorAll("pre.copied").forEach(Ladder.copied);
-  document.querySelectorAll("main.deck").forEach(Ladder.slides); // before the cards: Escape closes one first
-  Ladder.cards();
-  Ladder.links();
-  Ladder.startWhenSeen(roots);
-  Ladder.keepOffline();
+  /** The script has come, perhaps after theme.js had given it up. */
+  function arrive() {
+    page.classList.add("js");
+    page.dataset.script = "here";
+    document.querySelector(".unscripted")?.remove();
+  }
+
+  arrive();
+  each(FIGURES, live);
+  each("figure.graph", Ladder.pictures);
+  apart(watch);
+  each(".ladder", climb);
+  each(".contents details", unfold);
+  apart(() => reach(document.querySelectorAll(".formula")));
+  each("button.theme", Ladder.theme);
+  each("button.search-open", Ladder.search);
+  each(".stored", Ladder.stored);
+  each("pre.copied", Ladder.copied);
+  each("main.deck", Ladder.slides); // before the cards: Escape closes one first
+  apart(Ladder.cards);
+  apart(Ladder.links);
+  apart(() => Ladder.startWhenSeen(document.querySelectorAll(FIGURES)));
+  apart(Ladder.keepOffline);
 })();
