@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import re
+import shutil
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
-from playwright.sync_api import expect
+from playwright.sync_api import Route, expect
 
 from tests.browser.conftest import Reader
 from tests.browser.figures import Figure
 from tests.browser.server import SiteServer
+
+FRUGAL = "Object.defineProperty(navigator, 'connection', { value: { saveData: true } });"
 
 
 def test_a_killed_worker_is_restarted_by_reset(reader: Callable[..., Reader]) -> None:
@@ -160,3 +164,53 @@ def test_an_error_in_one_figure_leaves_the_others_alone(reader: Callable[..., Re
     solve.becomes("live")
     solve.button("solve").click()
     solve.changes("rms", before)
+
+
+def test_a_part_that_fails_leaves_the_others(reader: Callable[..., Reader], server: SiteServer) -> None:
+    """The deck cannot be steered and a figure's record is damaged: other figures answer, the theme changes."""
+    one = reader(reduced_motion="reduce")
+    one.expect("No channels here", "Unexpected token", "JSON")
+    one.context.add_init_script("window.BroadcastChannel = function () { throw new Error('No channels here'); };")
+    page = one.context.new_page()
+
+    def damage(route: Route) -> None:
+        answer = route.fetch()
+        damaged = answer.text().replace('class="figure-record">{', 'class="figure-record">{,', 1)
+        route.fulfill(response=answer, body=damaged)
+
+    page.route("**/slides-icp.html", damage)
+    page.goto(f"{server.origin}/slides-icp.html")
+    names = [figure.get_attribute("id") or "" for figure in page.locator("figure.figure").all()]
+    assert page.evaluate("[...Ladder.figures.keys()]") == names[1:]
+    second = Figure(page, names[1]).live().settled()
+    frames = second.frames()
+    second.button("reset").evaluate("node => Ladder.figures.get(node.closest('figure').id).reset()")
+    second.settled()
+    assert second.frames() > frames
+    page.locator("button.theme").click()
+    assert page.locator("html").get_attribute("data-theme") != "auto"
+
+
+def test_a_page_older_than_the_site_offers_a_reload(
+    reader: Callable[..., Reader], server: SiteServer, site: Path, tmp_path: Path
+) -> None:
+    """The site is published anew under an open page, whose worker is gone: Reload brings the new one, and the state."""
+    one = reader(reduced_motion="reduce")
+    one.expect("404", "Failed to load", "Failed to fetch")
+    one.context.add_init_script(FRUGAL)
+    page = one.open("kabsch.html")
+    new = tmp_path / "site"
+    shutil.copytree(site, new)
+    (worker,) = new.glob("assets/worker.*.mjs")
+    worker.rename(worker.with_name("worker.0000000000.mjs"))
+    for path in new.glob("*.html"):
+        path.write_text(path.read_text("utf-8").replace(worker.name, "worker.0000000000.mjs"), "utf-8")
+    server.root = new
+    solve = Figure(page, "fig-solve").seen()
+    before = solve.readout("rms")
+    solve.drag("source", 50, 50)
+    expect(solve.root.locator(".status-words")).to_have_text("This site has been published anew. What you did is kept.")
+    wanted = solve.record()
+    solve.root.get_by_role("button", name="Reload").click()
+    solve.changes("rms", before)
+    assert solve.record() == wanted

@@ -4,10 +4,13 @@
 
   const { limits, make, on, runtime, text } = Ladder;
 
+  const LONGEST = 280; // characters: what comes from an address or a file may be of any length
   const megabytes = (bytes) => (bytes / 1e6).toFixed(1);
   const STAGES = { python: "unpacking", numpy: "starting numpy", widgets: "starting the solvers" };
   const FROM_DISK =
     "Opened from disk: to bring the figures alive, run “python3 -m http.server” in this folder and open localhost:8000.";
+
+  const short = (words) => (words.length > LONGEST ? `${words.slice(0, LONGEST - 2).trimEnd()} …` : words);
 
   function progress() {
     const { loaded, total, stage } = runtime;
@@ -31,6 +34,7 @@
     const waits = figure.waiting.length > 0;
     if (runtime.state === "failed" && (waits || figure.visible)) {
       const kept = waits ? " What you did is kept." : "";
+      if (Ladder.published.anew) return { words: `This site has been published anew.${kept}`, ways: ["Reload"], heard: waits };
       const choices = runtime.stopped ? ["Retry", "Reset"] : ["Retry"];
       return { words: `${runtime.message}.${kept}`, ways: choices, heard: waits };
     }
@@ -55,6 +59,7 @@
       figure.leave();
       figure.status.say("Cancelled. The figure is as it was.");
     },
+    Reload: (figure) => Ladder.published.reload(figure),
   };
 
   Ladder.status = function (figure) {
@@ -87,14 +92,14 @@
     function show() {
       watch();
       const now = told(figure, late);
-      text(words, passing || now.words);
+      text(words, short(passing || now.words));
       text(bytes, now.progress ?? "");
       if (offered !== now.ways.join()) {
         offered = now.ways.join();
         if (choices.contains(document.activeElement)) figure.focus();
         choices.replaceChildren(...now.ways.map((way) => make("button", { type: "button", "data-way": way }, way)));
       }
-      const aloud = now.heard ? now.words : "";
+      const aloud = now.heard ? short(now.words) : "";
       if (heard !== aloud) figure.voice.say((heard = aloud));
     }
 
@@ -111,7 +116,7 @@
       say(message) {
         passing = message;
         show();
-        figure.voice.say(message);
+        figure.voice.say(short(message));
       },
       /** Offers text that the clipboard would not take, selected, for the reader to copy. */
       offer(label, value) {
