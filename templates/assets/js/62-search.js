@@ -8,6 +8,8 @@
   const MOST = 20;
   const BEFORE = 40; // characters of a snippet before what was found
   const LENGTH = 150;
+  const LONGEST = 200; // letters of a question,
+  const WORDS = 12; // and different words of it that are searched
   const COMBINING = /\p{M}/gu;
   const WORD = /[\p{L}\p{N}]+/gu;
 
@@ -15,16 +17,19 @@
   const plainLetter = (letter) => letter.normalize("NFKD").replace(COMBINING, "").toLowerCase()[0] ?? letter;
   const plain = (words) => Array.from(words, plainLetter).join("");
 
+  const tokens = (words) => plain(words).match(WORD) ?? [];
+
   const OPTIONS = {
     fields: ["heading", "page", "text"],
     storeFields: ["at", "page", "heading", "text"],
-    tokenize: (words) => plain(words).match(WORD) ?? [],
+    tokenize: tokens,
     processTerm: (term) => term,
     searchOptions: {
       boost: { heading: 5, page: 2 },
-      prefix: true,
+      prefix: (term, i, terms) => term.length > 2 || i === terms.length - 1, // few letters begin very many words
       fuzzy: (term) => (term.length > 4 ? 1 : false),
       combineWith: "AND",
+      tokenize: (words) => [...new Set(tokens(words))].slice(0, WORDS),
     },
   };
 
@@ -90,6 +95,7 @@
   function dialog() {
     const field = make("input", {
       type: "text",
+      maxlength: LONGEST,
       inputmode: "search",
       id: "search-field",
       role: "combobox",
