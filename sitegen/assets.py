@@ -13,13 +13,35 @@ from .archive import Download
 from .files import digest, fingerprint, hashed_name, short_hash
 from .problems import Place, Problems, hint
 
-POLICY = (
-    "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; img-src 'self' data:; "
-    "font-src 'self'; connect-src 'self'; worker-src 'self'; manifest-src 'self'; base-uri 'none'; form-action 'none'"
-)
-HEADERS = f"""\
+
+def policy(style: str = "", script: str = "") -> str:
+    """The Content-Security-Policy. style, script: hashes of what stands in a page itself.
+
+    A worker may be made of a blob: that one has its page's policy, others only what a host sends along with their file.
+    """
+    scripts = ["'self'", "'wasm-unsafe-eval'", *([script] if script else [])]
+    styles = ["'self'", *([style] if style else [])]
+    return (
+        f"default-src 'none'; script-src {' '.join(scripts)}; style-src {' '.join(styles)}; img-src 'self' data:; "
+        "font-src 'self'; connect-src 'self'; worker-src 'self' blob:; manifest-src 'self'; base-uri 'none'; "
+        "form-action 'none'"
+    )
+
+
+def source_of(text: str) -> str:
+    """What a policy calls a style or a script that stands in a page."""
+    return f"'{integrity(digest(text.encode()))}'"
+
+
+def integrity(hashed: str) -> str:
+    """A sha256 in hex as browsers want it."""
+    return "sha256-" + base64.b64encode(bytes.fromhex(hashed)).decode()
+
+
+POLICY = policy()
+HEADERS = """\
 /*
-  Content-Security-Policy: {POLICY}; frame-ancestors 'none'
+  Content-Security-Policy: {policy}; frame-ancestors 'none'
   X-Content-Type-Options: nosniff
   Referrer-Policy: strict-origin-when-cross-origin
 /assets/*
@@ -143,8 +165,5 @@ def service_worker(
 
 def _listed(files: Iterable[tuple[str, int, str]]) -> str:
     """Name, bytes and integrity of each file as JSON, a line a file."""
-    lines = [
-        json.dumps([name, size, "sha256-" + base64.b64encode(bytes.fromhex(hashed)).decode()])
-        for name, size, hashed in sorted(files)
-    ]
+    lines = [json.dumps([name, size, integrity(hashed)]) for name, size, hashed in sorted(files)]
     return "[\n" + "".join(f"  {line},\n" for line in lines).removesuffix(",\n") + "\n]"

@@ -20,7 +20,7 @@ from widgets.registry import WIDGETS
 from . import about, ahead, emblem, figures, fonts, manifest, outside, plotting, runtime, search
 from .archive import Download, archive, folder_name
 from .assembled import assembled
-from .assets import HEADERS, Assets, read_assets, service_worker
+from .assets import HEADERS, Assets, policy, read_assets, service_worker
 from .cite import Reference, read_references, unused
 from .claims import read_results, tests_for
 from .computed import Values
@@ -29,6 +29,7 @@ from .decks import Deck, deck
 from .figures import Bakery, Figure, code_hash, frames_of
 from .glossary import Term, read_glossary
 from .highlighting import highlighted
+from .lost import inline
 from .maths import Mathematics
 from .maths import render as render_formulas
 from .notebooks import Shown, notebooks
@@ -317,17 +318,20 @@ def _files(
         slides = [*(each.chapter.deck for each in content.decks), *(["slides.html"] if content.decks else [])]
         public = [*(chapter.page for chapter in content.chapters), *own, *slides]
         files["sitemap.xml"] = writer.sitemap(public).encode()
-    files |= _for_hosts(content.root, files, started)
+    files |= _for_hosts(content.root, templates, files, started)
     if assets.download:
         files[assets.download.name] = assets.download.data
     files |= content.notebooks  # to be taken away, so not among what is kept for offline use
     return files
 
 
-def _for_hosts(root: Path, files: Mapping[str, bytes], started: runtime.RuntimeInfo | None) -> dict[str, bytes]:
+def _for_hosts(
+    root: Path, templates: Environment, files: Mapping[str, bytes], started: runtime.RuntimeInfo | None
+) -> dict[str, bytes]:
     """What lies beside the files of a site: the service worker that keeps them, the headers that hosts shall send."""
     worker = service_worker(root, files, started.kept_files() if started else ())
-    return {**({} if worker is None else {"sw.js": worker}), "_headers": HEADERS.encode()}
+    headers = HEADERS.format(policy=policy(**inline(templates).hashes))
+    return {**({} if worker is None else {"sw.js": worker}), "_headers": headers.encode()}
 
 
 def _download(
@@ -340,7 +344,7 @@ def _download(
 ) -> Download:
     """The whole site in a zip, with Python, so that a small server brings the unpacked folder alive."""
     files = {**_pages_of(content, templates, assets.from_disk()), **rest}
-    files |= {**_for_hosts(content.root, files, started), **content.notebooks}
+    files |= {**_for_hosts(content.root, templates, files, started), **content.notebooks}
     if started:
         files |= {f"runtime/{name}": data for name, data in started.contents.items()}
     folder = folder_name(content.site.title)

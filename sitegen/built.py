@@ -75,6 +75,7 @@ class Page:
     source: str
     elements: list[Element] = field(default_factory=list)
     texts: list[tuple[Element, str]] = field(default_factory=list)  # of links, buttons, labels and headings
+    inline: list[tuple[Element, str]] = field(default_factory=list)  # styles, and scripts without an address
 
     @cached_property
     def ids(self) -> dict[str, list[Element]]:
@@ -91,6 +92,7 @@ class _Collector(HTMLParser):
         super().__init__(convert_charrefs=True)
         self.page = page
         self.open: list[tuple[Element, list[str]]] = []
+        self.inline: tuple[Element, list[str]] | None = None
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         line, column = self.getpos()
@@ -100,12 +102,19 @@ class _Collector(HTMLParser):
             said.append(element.get("alt") or element.get("aria-label"))
         if tag in TELLING:
             self.open.append((element, []))
+        if tag == "style" or (tag == "script" and "src" not in element.attributes):
+            self.inline = (element, [])
 
     def handle_data(self, data: str) -> None:
+        if self.inline:
+            self.inline[1].append(data)
         for _, said in self.open:
             said.append(data)
 
     def handle_endtag(self, tag: str) -> None:
+        if self.inline and self.inline[0].tag == tag:
+            self.page.inline.append((self.inline[0], "".join(self.inline[1])))
+            self.inline = None
         if self.open and self.open[-1][0].tag == tag:
             element, said = self.open.pop()
             self.page.texts.append((element, "".join(said).strip()))

@@ -14,6 +14,7 @@ from pathlib import Path
 import html5lib
 from html5lib.constants import E as HTML_ERRORS
 
+from sitegen.assets import source_of
 from sitegen.building import attempt, tell
 from sitegen.built import Element, Page, css_addresses, inside, is_foreign, read_pages
 from sitegen.outside import cache_dir
@@ -124,10 +125,11 @@ def policy_holds(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
     for policy in policies:
         for word in UNSAFE.findall(policy.get("content")):
             yield at(page, policy, f"the policy allows {word}")
-    for element in page.elements:
-        inline = element.tag == "script" and "src" not in element.attributes
-        if (inline and element.get("type") not in DATA_SCRIPTS) or element.tag == "style":
+    for element, text in page.inline:
+        allowed = all(source_of(text) in policy.get("content") for policy in policies)
+        if not allowed and (element.tag == "style" or element.get("type") not in DATA_SCRIPTS):
             yield at(page, element, f"an inline <{element.tag}>: the policy blocks it")
+    for element in page.elements:
         for name in element.attributes:
             if name == "style" or name.startswith("on"):
                 yield at(page, element, f"the attribute {name!r} on <{element.tag}>: the policy blocks it")

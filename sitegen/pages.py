@@ -25,6 +25,7 @@ from .claims import Result, Test, anchor, standing
 from .content import Chapter, Site
 from .figures import Figure, Plain, dumps, first_frame, spec
 from .glossary import Term
+from .lost import lost
 from .notebooks import name_of
 from .outside import Licence
 from .plotting import Drawn, Placed
@@ -334,8 +335,7 @@ class Writer:
 
     def lost(self) -> str:
         """What hosts answer for an address that is none."""
-        page = self._page("404.html", "No such page", self.site.description, "lost", hidden=True)
-        return self._fill("404.html", replace(page, canonical=""))
+        return lost(self.templates, self.site, self.assets.css)
 
     def redirect(self, chapter: Chapter) -> str:
         """The page under a chapter's old name."""

@@ -7,6 +7,7 @@ import os
 import re
 from base64 import b64encode
 from hashlib import sha256
+from html import unescape
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -14,12 +15,12 @@ import html5lib
 import pytest
 from markupsafe import escape
 
-from sitegen.assets import FOR_HOSTS, POLICY
+from sitegen.assets import FOR_HOSTS, POLICY, source_of
 from sitegen.check import check_site
 from sitegen.content import _parsed
 from sitegen.files import short_hash
 from sitegen.static import header_rules, headers_for
-from tests.sitegen.conftest import START, Project, fresh_cache
+from tests.sitegen.conftest import SITE, START, Project, fresh_cache
 from widgets.host import Host
 
 
@@ -265,6 +266,28 @@ def test_redirects_metadata_and_site_map(built: Project) -> None:
     assert 'name="robots" content="noindex"' in built.page("404.html")
 
 
+def test_the_page_for_a_missing_address_stands_at_any_depth(project: Project) -> None:
+    """It loads nothing; its link is absolute where the site's address is known, and else found by a script."""
+    project.build()
+    known = project.page("404.html")
+    assert '<a href="https://example.org/ladder/index.html">' in known
+    assert "<script" not in known
+    project.write("content/site.yaml", SITE.replace("url: https://example.org/ladder\n", ""))
+    project.build()
+    unknown = project.page("404.html")
+    assert re.search(r'<a href="index.html" data-beside="assets/site\.\w+\.css">', unknown)
+    for page in (known, unknown):
+        assert not re.search(r'(?:src|href)="(?!https:|data:,|index.html)', page)
+        for text in re.findall(r"<(?:style|script)>(.*?)</(?:style|script)>", page, re.DOTALL):
+            assert source_of(text) in policy_of(page)
+
+
+def policy_of(page: str) -> str:
+    """The policy that a page states."""
+    (content,) = re.findall(r'http-equiv="Content-Security-Policy" content="([^"]*)"', page)
+    return unescape(content)
+
+
 def test_files_of_any_editor(project: Project) -> None:
     """Carriage returns and a byte order mark change nothing, not even the places of problems."""
     project.build()
@@ -447,10 +470,13 @@ def test_an_interrupted_exchange_brings_the_old_site_back(built: Project, monkey
 
 
 def test_hosts_are_told_the_policy_and_what_may_be_kept(built: Project) -> None:
-    """The pages' own policy and that nobody frames them; names that hold their hash for ever, the rest asked for."""
+    """The pages' own policy, what stands in 404.html, and that nobody frames them; names that hold
+    their hash for ever, the rest asked for."""
     rules = header_rules(built.site)
     page = headers_for("/second.html", rules)
-    assert page["Content-Security-Policy"] == f"{POLICY}; frame-ancestors 'none'"
+    told = page["Content-Security-Policy"]
+    assert re.sub(r" 'sha256-[\w+/=]+'", "", told) == f"{POLICY}; frame-ancestors 'none'"
+    assert told.removesuffix("; frame-ancestors 'none'") == policy_of(built.page("404.html"))
     assert f'http-equiv="Content-Security-Policy" content="{escape(POLICY)}"' in built.page("second.html")
     assert "Cache-Control" not in page
     for folder in ("assets", "images", "tapes", "runtime"):

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from sitegen import check
+from sitegen.assets import source_of
 from sitegen.built import inside, read_pages
 from sitegen.weight import gzipped, page_weight, runtime_weight
 
@@ -109,6 +110,18 @@ def test_a_fault_of_another_file_is_named(site: Path, file: str, text: str, mess
     (site / file).write_text(text, "utf-8")
     told = [str(problem) for problem in check.check_site(site)]
     assert any(message in line for line in told), told
+
+
+def test_a_policy_may_name_what_stands_in_the_page(site: Path) -> None:
+    """A style whose hash is in the page's policy is in order; one letter more, and it is not."""
+    style = "p { color: red }"
+    page = site / "two.html"
+    told = page.read_text("utf-8").replace("default-src 'none'", f"default-src 'none'; style-src {source_of(style)}", 1)
+    page.write_text(told.replace("</head>", f"<style>{style}</style></head>", 1), "utf-8")
+    assert check.check_site(site) == []
+    page.write_text(page.read_text("utf-8").replace(style, f"{style} "), "utf-8")
+    (problem,) = check.check_site(site)
+    assert "an inline <style>: the policy blocks it" in str(problem)
 
 
 def test_all_faults_are_told_at_once(site: Path) -> None:
