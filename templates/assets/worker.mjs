@@ -5,7 +5,7 @@
 //     modules? }
 //       runtime: absolute address of the runtime's folder    { type: "stage", stage }               download, python, numpy, widgets
 //       files: [{ name, size, sha256 }]                      { type: "ready", milliseconds }
-//       again: an earlier start failed: every file is        { type: "failed", message, detail }
+//       again: an earlier start failed: the engine too is    { type: "failed", message, detail }
 //         held to its hash before it is used
 //       known: this very engine has come up here before
 //   { type: "frame", id, request }                           { type: "frame", id, frame, python_ms }
@@ -51,8 +51,11 @@ const lost = (file) => (error) => {
   throw new Error(`${file.name} could not be loaded: ${error.message}`);
 };
 
+const integrity = ({ sha256 }) => `sha256-${btoa(String.fromCharCode(...sha256.match(/../g).map((byte) => parseInt(byte, 16))))}`;
+
 async function open(url, file, cache) {
-  const response = await network(url, { cache }).catch(lost(file));
+  const held = self.crypto?.subtle ? {} : { integrity: integrity(file) }; // which a browser does without telling how far it is
+  const response = await network(url, { cache, ...held }).catch(lost(file));
   if (!response.ok) throw new Error(`${file.name} could not be loaded: the server answered ${response.status}`);
   return response;
 }
@@ -69,7 +72,7 @@ function counted(response, count) {
 
 const hex = (buffer) => Array.from(new Uint8Array(buffer), (byte) => byte.toString(16).padStart(2, "0")).join("");
 
-// Holds bytes to the file's pin; where a page has no crypto.subtle, the engine's and gzip's own checks are left.
+// Holds bytes to the file's pin; where a page has no crypto.subtle, the browser has held them to it as they came.
 async function hold(bytes, file) {
   if (self.crypto?.subtle && hex(await crypto.subtle.digest("SHA-256", bytes)) !== file.sha256) {
     throw new Error(`${file.name} is not the file that was built: its checksum differs`);
@@ -133,17 +136,6 @@ function install(FS, folder, zip) {
   }
 }
 
-// What failed without a file's name: a script that is not as it was built may go wrong anywhere.
-async function culprit({ runtime, files }, error) {
-  if (files.some(({ name }) => error.message.startsWith(name))) return error;
-  const scripts = files.filter(({ name }) => name.endsWith(".mjs"));
-  const found = scripts.map((file) => checked(new URL(file.name, runtime).href, file, () => {}, "default"));
-  return Promise.all(found).then(
-    () => error,
-    (named) => named,
-  );
-}
-
 async function start({ runtime, files, again = false, known = false, modules = ["solvers", "widgets.host"] }) {
   const began = performance.now();
   post({ type: "stage", stage: "download" });
@@ -157,15 +149,8 @@ async function start({ runtime, files, again = false, known = false, modules = [
   const load = (file) => shared(bytesOf(address(file), file, count));
   const alike = (file) => sound(address(file), file, () => {});
   const script = async (file) => {
-    if (again) await alike(file);
-    try {
-      const module = await import(address(file));
-      count(file.size);
-      return module;
-    } catch (error) {
-      await alike(file); // which says what is wrong with it, or leaves a right copy for the next start
-      return lost(file)(error);
-    }
+    await sound(address(file), file, count); // and import() takes what the browser keeps of that
+    return import(address(file)).catch(lost(file));
   };
 
   const wasm = pick("pyodide.asm.wasm");
@@ -179,7 +164,8 @@ async function start({ runtime, files, again = false, known = false, modules = [
     if (again) return WebAssembly.compile(await sound(address(wasm), wasm, count));
     const response = await open(address(wasm), wasm, "default");
     if (known && response.headers.get("content-type") === WASM) {
-      // A browser keeps what it has compiled only for a response as it came. That one was held to its hash then.
+      // A browser keeps what it has compiled only for a response as it came; its bytes are held to their hash beside.
+      intact = shared(response.clone().arrayBuffer().then((bytes) => hold(bytes, wasm)));
       const module = await WebAssembly.compileStreaming(response);
       count(wasm.size);
       return module;
@@ -267,7 +253,7 @@ function answer({ type, id, request, data }) {
 }
 
 self.onmessage = ({ data }) => {
-  if (data.type === "start") start(data).catch(async (error) => fail((await culprit(data, error)).message, error));
+  if (data.type === "start") start(data).catch((error) => fail(error.message, error));
   else if (data.type in NAMES) answer(data);
   else if (data.type === "forget") answers?.forget(data.key);
   else if (data.type === "heap") post({ type: "heap", bytes: python ? python._module.HEAPU8.byteLength : 0 });

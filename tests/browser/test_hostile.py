@@ -5,13 +5,17 @@ from __future__ import annotations
 import base64
 import json
 import re
+import threading
 from collections.abc import Callable
-from typing import Any
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from typing import Any, ClassVar
 
-from playwright.sync_api import Page, expect
+import pytest
+from playwright.sync_api import Browser, Page, expect
 
 from tests.browser.conftest import Reader
 from tests.browser.figures import Figure
+from tests.browser.server import SiteServer
 
 MARKUP = (
     '<img src=x onerror="window.struck = 1">',
@@ -122,3 +126,97 @@ def test_no_storage_becomes_markup(reader: Callable[..., Reader]) -> None:
         page.reload()
         expect(page.locator("html")).to_have_attribute("data-runtime", re.compile("idle|loading|live"))
         expect(rows).to_have_count(0)
+
+
+@pytest.mark.parametrize("fragment", ["%", "%E0%A4%A", "2?s=%", "fig-solve?s=%FF"])
+def test_a_fragment_that_cannot_be_decoded_leaves_the_deck_alive(
+    reader: Callable[..., Reader], fragment: str
+) -> None:
+    """The deck counts its slides and moves, and its figure answers."""
+    page = reader(reduced_motion="reduce").open(f"slides-kabsch.html#{fragment}")
+    expect(page.locator(".deck-at")).to_have_text(re.compile(r"^\d+ of \d+$"))
+    page.keyboard.press("End")
+    expect(page.locator(".deck-at")).to_have_text(re.compile(r"^(\d+) of \1$"))
+    Figure(page, "fig-solve").live()
+    page.evaluate("location.hash = '#%'")
+    page.keyboard.press("Home")
+    expect(page.locator(".deck-at")).to_have_text(re.compile("^1 of"))
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+def test_words_from_outside_are_clipped_in_the_status(reader: Callable[..., Reader], width: int) -> None:
+    """A link of 143 kB that names thousands of settings: the status stays a few lines, and so does what is heard."""
+    page = reader(width, reduced_motion="reduce").open("kabsch.html")
+    record = {"widget": "kabsch", "controls": {f"{i} {'setting' * 5}": 1 for i in range(2300)}, "seed": 7, "log": []}
+    link = state(record)
+    assert 135_000 < len(link) < 190_000
+    page.evaluate("link => { location.hash = `fig-solve?s=${link}`; }", link)
+    solve = Figure(page, "fig-solve")
+    expect(solve.root.locator(".status-words")).to_contain_text("this was ignored")
+    box = solve.root.locator(".figure-status").bounding_box()
+    assert box is not None
+    assert box["height"] < 250
+    assert len(solve.root.locator(".figure-voice").inner_text()) < 400
+
+
+# What a worker can ask the network by, each for an address of another origin; resolves to what came of it.
+REACHES = """async (other) => {
+  const heard = (thing) => new Promise((done) => {
+    thing.onload = thing.onopen = () => done("reached");
+    thing.onerror = () => done("stopped");
+  });
+  const said = (promise) => promise.then(() => "reached", () => "stopped");
+  const tries = {
+    fetch: () => said(fetch(`${other}/fetch`, { mode: "no-cors" })),
+    import: () => said(import(`${other}/import.mjs`)),
+    evaluated: () => said(eval(`import("${other}/evaluated.mjs")`)),
+    request: () => {
+      const asked = new XMLHttpRequest();
+      asked.open("GET", `${other}/request`);
+      asked.send();
+      return heard(asked);
+    },
+    socket: () => heard(new WebSocket(`${other.replace("http", "ws")}/socket`)),
+    events: () => heard(new EventSource(`${other}/events`)),
+  };
+  const found = {};
+  for (const [name, ask] of Object.entries(tries)) {
+    try { found[name] = await ask(); } catch { found[name] = "stopped"; }
+  }
+  return found;
+}"""
+
+
+class Listener(BaseHTTPRequestHandler):
+    """Another origin, which notes what it is asked for."""
+
+    asked: ClassVar[list[str]] = []
+
+    def do_GET(self) -> None:
+        self.asked.append(self.path)
+        self.send_response(200)
+        self.send_header("Access-Control-Allow-Origin", "*")
+        self.send_header("Content-Type", "text/javascript")
+        self.end_headers()
+
+    def log_message(self, format: str, *args: Any) -> None:
+        """Nothing to tell."""
+
+
+@pytest.mark.parametrize("bare", [False, True])
+def test_the_worker_reaches_no_other_origin(browser: Browser, server: SiteServer, bare: bool) -> None:
+    """Not by any way, also on a host that sends no headers: the policy in the page holds in its worker as well."""
+    other = ThreadingHTTPServer(("127.0.0.1", 0), Listener)
+    threading.Thread(target=other.serve_forever, daemon=True).start()
+    server.bare = bare
+    Listener.asked.clear()
+    with browser.new_context() as context:
+        page = context.new_page()
+        page.goto(f"{server.origin}/kabsch.html")
+        Figure(page, "fig-solve").live()
+        (worker,) = page.workers
+        found = worker.evaluate(REACHES, f"http://127.0.0.1:{other.server_port}")
+    other.shutdown()
+    other.server_close()
+    assert (set(found.values()), Listener.asked) == ({"stopped"}, [])
+    assert set(found) == {"fetch", "import", "evaluated", "request", "socket", "events"}

@@ -129,6 +129,26 @@ def test_a_changed_file_is_named(served: Served, ending: str) -> None:
     assert f"{ending} is not the file that was built" in served.failure()
 
 
+# Bits whose change a browser's own parsers do not see: in a message, in the engine's data.
+FLIPPED = {"pyodide.asm.mjs": b"Aborted(", "/pyodide.mjs": b"Pyodide", "pyodide.asm.wasm": b"Fatal Python error"}
+NOT_SECURE = "Object.defineProperty(self.crypto, 'subtle', { value: undefined });"
+
+
+@pytest.mark.parametrize("secure", [True, False])
+@pytest.mark.parametrize("known", [False, True])
+@pytest.mark.parametrize("ending", FLIPPED)
+def test_a_flipped_bit_is_never_live(served: Served, ending: str, known: bool, secure: bool) -> None:
+    """Also where the engine came up before, and where a page is not secure and has no hashes of its own."""
+    path = served.file(ending)
+    data = bytearray(path.read_bytes())
+    data[data.index(FLIPPED[ending])] ^= 1
+    path.write_bytes(data)
+    if not secure:
+        served.before(NOT_SECURE)
+    why = "is not the file that was built" if secure else "could not be loaded"
+    assert f"{path.name} {why}" in served.failure(known)
+
+
 @pytest.mark.parametrize("known", [False, True])
 def test_a_damaged_engine_is_named(served: Served, known: bool) -> None:
     path = served.file("pyodide.asm.wasm")
@@ -147,6 +167,7 @@ WebAssembly.compileStreaming = (response) => {
 MISNAMED = """
 const plain = self.fetch;
 self.fetch = async (...asked) => {
+  if (!asked[0].endsWith(".wasm")) return plain(...asked);
   const { body } = await plain(...asked);
   return new Response(body, { headers: { "content-type": "text/plain" } });
 };

@@ -14,6 +14,7 @@
   const MOST_BROUGHT = 16;
 
   let worker = null;
+  let launcher = null; // the address it is started from
   let last = 0; // id of the latest question
   let asked = null; // the question the worker has
   let queue = []; // the others, in the order they came
@@ -55,13 +56,22 @@
     emit("change");
   }
 
+  /**
+   * The worker's script by way of a blob: a worker made of that has its page's policy, whereas one made of a file has what
+   * the host sends along with the file, which is nothing on hosts that send no headers.
+   */
+  function launch() {
+    const code = `import ${JSON.stringify(new URL(script, document.baseURI).href)};`;
+    return URL.createObjectURL(new Blob([code], { type: "text/javascript" }));
+  }
+
   /** Starts once; what failed is started again by `restart` only. */
   function begin(careful) {
     if (runtime.state !== "idle") return;
     runtime.loaded = 0;
     runtime.stage = "";
     try {
-      worker = new Worker(new URL(script, document.baseURI), { type: "module" });
+      worker = new Worker((launcher ??= launch()), { type: "module" });
     } catch (error) {
       become("failed", `Python could not start: ${error.message}`);
       return;
