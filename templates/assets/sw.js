@@ -4,6 +4,10 @@
 // or has no room ends the attempt and takes away what it had put. A new version waits until no page of the old one is
 // open. Files in the folders below are named by their content, so that a page finds those of its own build or none;
 // everything else comes from the network while that answers, and from one version alone when it does not.
+//
+// What is kept may be damaged or evicted later. It is held to its hash again when a page asks for it, Python's files by the
+// page's worker, which asks for a wrong one once more, past all caches. What is wrong is dropped, and the next visit with
+// a network puts back whatever is missing.
 "use strict";
 
 const VERSION = "__VERSION__";
@@ -22,13 +26,34 @@ const ANY = { ignoreVary: true };
 
 const bytes = (files) => files.reduce((sum, [, size]) => sum + size, 0);
 
-/** Where storage fails, nothing is kept; the network answers. */
-async function kept(url, options) {
-  try {
-    return await caches.match(url, { ...ANY, ...options });
-  } catch {
-    return undefined;
+const addressOf = (file) => new URL(file, scope).href;
+const INTEGRITY = new Map(FILES.map(([file, , integrity]) => [addressOf(file), integrity]));
+
+async function integrityOf(response) {
+  const hash = await crypto.subtle.digest("SHA-256", await response.arrayBuffer());
+  return `sha256-${btoa(String.fromCharCode(...new Uint8Array(hash)))}`;
+}
+
+async function drop(url) {
+  for (const name of await caches.keys()) {
+    if (name.startsWith(OURS)) await (await caches.open(name)).delete(url, ANY);
   }
+}
+
+/**
+ * What is kept for an address, held to its hash where that is known. Where storage fails, nothing is kept; the network
+ * answers. What is answered with is not the copy that was read: browsers keep compiled scripts beside an untouched one.
+ */
+async function kept(url, { cacheName, integrity } = {}) {
+  const find = () => caches.match(url, { ...ANY, cacheName });
+  try {
+    const found = await find();
+    if (!found || !integrity || integrity === (await integrityOf(await find()))) return found;
+    await drop(url);
+  } catch {
+    // as if it were not there
+  }
+  return undefined;
 }
 
 /** A response that may answer a navigation: one that was reached through a redirect may not. */
@@ -49,21 +74,23 @@ async function whole(name, files) {
   return (await caches.has(name)) && (await (await caches.open(name)).keys()).length === files.length;
 }
 
-/** Puts all files into a cache, from an older one where their names tell their content; or leaves no cache. */
+/** Puts what is missing into a cache, from an older one where names tell the content; or leaves no new cache. */
 async function keep(name, files) {
   if (await whole(name, files)) return;
+  const begun = await caches.has(name);
   const cache = await caches.open(name);
   try {
     await Promise.all(
       files.map(async ([file, , integrity]) => {
-        const url = new URL(file, scope).href;
+        const url = addressOf(file);
+        if (await cache.match(url, ANY)) return;
         const fixed = BY_CONTENT.test(file);
-        const known = fixed ? await kept(url) : undefined;
+        const known = fixed ? await kept(url, { integrity }) : undefined;
         await cache.put(url, known ?? (await load(url, integrity, fixed ? "default" : "no-cache")));
       }),
     );
   } catch (error) {
-    await caches.delete(name);
+    if (!begun) await caches.delete(name);
     throw error;
   }
 }
@@ -91,7 +118,7 @@ async function activate() {
 async function ownPage(url) {
   const { origin, pathname } = new URL(url);
   for (const path of [pathname, `${pathname}index.html`, `${pathname}.html`]) {
-    const page = await kept(origin + path, { cacheName: SITE });
+    const page = await kept(origin + path, { cacheName: SITE, integrity: INTEGRITY.get(origin + path) });
     if (page) return page;
   }
   return undefined;
@@ -108,6 +135,12 @@ async function newest(request) {
   return Promise.race([fresh, new Promise((resolve) => setTimeout(resolve, PATIENCE, own))]);
 }
 
+/** A file that is named by its content; `reload` is asked for where what came before was wrong. */
+async function fixed(request) {
+  if (request.cache === "reload") await drop(request.url);
+  return (await kept(request.url, { integrity: INTEGRITY.get(request.url) })) ?? fetch(request);
+}
+
 self.addEventListener("install", (event) => event.waitUntil(install()));
 
 self.addEventListener("activate", (event) => event.waitUntil(activate()));
@@ -115,23 +148,22 @@ self.addEventListener("activate", (event) => event.waitUntil(activate()));
 self.addEventListener("fetch", (event) => {
   const { request } = event;
   if (request.method !== "GET" || !request.url.startsWith(scope)) return;
-  const fixed = BY_CONTENT.test(request.url.slice(scope.length));
-  event.respondWith(fixed ? kept(request).then((found) => found ?? fetch(request)) : newest(request));
+  event.respondWith(BY_CONTENT.test(request.url.slice(scope.length)) ? fixed(request) : newest(request));
 });
 
 let keeping = null; // one attempt serves all pages that ask for it
 
-/** A page asks whether all is kept; Python is fetched for the first that does. */
+/** A page asks whether all is kept; Python is fetched for the first that does, and what has been lost for any. */
 self.addEventListener("message", (event) => {
   const [port] = event.ports;
-  keeping ??= keep(RUNTIME, RUNTIME_FILES)
-    .then(() => whole(SITE, FILES))
+  keeping ??= keep(SITE, FILES)
+    .then(() => keep(RUNTIME, RUNTIME_FILES))
     .finally(() => {
       keeping = null;
     });
   event.waitUntil(
     keeping.then(
-      (kept) => port.postMessage({ kept, bytes: bytes(FILES) + bytes(RUNTIME_FILES) }),
+      () => port.postMessage({ kept: true, bytes: bytes(FILES) + bytes(RUNTIME_FILES) }),
       () => port.postMessage({ kept: false }),
     ),
   );

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Error, Page, expect
 
 from sitegen import offline, runtime
 from sitegen.build import STANDARD, build
@@ -157,6 +157,101 @@ def test_an_update_never_mixes_two_builds(
     kept(page)
     names = page.evaluate("caches.keys()")
     assert len(names) == 2, f"the old build's are gone: {names}"
+
+
+def spoil(page: Page, part: str) -> str:
+    """Flips a bit of a kept file; its address."""
+    address: str = page.evaluate(
+        """async part => {
+          for (const name of await caches.keys()) {
+            const cache = await caches.open(name);
+            for (const { url } of await cache.keys()) {
+              if (!new RegExp(part).test(url)) continue;
+              const kept = await cache.match(url);
+              const bytes = new Uint8Array(await kept.arrayBuffer());
+              bytes[bytes.length >> 1] ^= 1;
+              await cache.put(url, new Response(bytes, { headers: kept.headers }));
+              return url;
+            }
+          }
+        }""",
+        part,
+    )
+    return address
+
+
+def test_what_is_lost_is_kept_again(reader: Callable[..., Reader], server: SiteServer) -> None:
+    """The browser drops what was kept while the worker stays: the next visit keeps it anew."""
+    one = reader(reduced_motion="reduce", service_workers="allow")
+    page = one.open("references.html")
+    kept(page)
+    names = page.evaluate("caches.keys()")
+    count = "caches.open(name).then(cache => cache.keys()).then(keys => keys.length)"
+    sizes = [page.evaluate(f"name => {count}", name) for name in names]
+    for name in names:
+        page.evaluate("name => caches.delete(name)", name)
+        page.reload()
+        kept(page)
+        assert [page.evaluate(f"name => {count}", each) for each in names] == sizes
+    page.evaluate("name => caches.open(name).then(cache => cache.delete('kabsch.html'))", names[0])
+    page.evaluate("name => caches.open(name).then(cache => cache.delete('kabsch.html'))", names[1])
+    page.reload()
+    kept(page)
+    server.stop()
+    one.expect(*GONE)
+    page.goto(f"{server.origin}/kabsch.html")
+    answers(page)
+
+
+DAMAGED = (r"/assets/site\.\w+\.js$", "/numpy.pack$", "/pyodide.asm.mjs$", "/pyodide.asm.wasm$", "/icp.html$")
+
+
+@pytest.mark.parametrize("part", DAMAGED)
+def test_a_damaged_file_is_dropped_and_asked_for_anew(
+    reader: Callable[..., Reader], server: SiteServer, part: str
+) -> None:
+    """A kept file is not what it was: the page and its Python come up all the same, and it is kept anew."""
+    one = reader(reduced_motion="reduce", service_workers="allow")
+    page = one.open("references.html")
+    kept(page)
+    offline.forget(one.context)
+    spoilt = spoil(page, part)
+    one.expect("Failed to find a valid digest", "wasm", "CompileError")
+    page.goto(f"{server.origin}/icp.html")
+    Figure(page, page.locator("figure.figure").first.get_attribute("id") or "").seen()
+    retry = page.locator("[data-way=Retry]").first
+    live = page.locator("html[data-runtime=live]")
+    expect(retry.or_(live)).to_be_visible(timeout=60_000)
+    if retry.is_visible():
+        retry.click()
+    answers(page)
+    page.reload()
+    kept(page)
+    whole = page.evaluate(
+        """async url => {
+          const bytes = async response => new Uint8Array(await response.arrayBuffer()).join();
+          return await bytes(await caches.match(url)) === await bytes(await fetch(url, { cache: 'reload' }));
+        }""",
+        spoilt,
+    )
+    assert whole
+
+
+def test_a_damaged_file_is_dropped_without_the_rest(reader: Callable[..., Reader], server: SiteServer) -> None:
+    """With no server to ask, what is damaged is missing and everything else is still there."""
+    one = reader(reduced_motion="reduce", service_workers="allow")
+    page = one.open("references.html")
+    kept(page)
+    server.stop()
+    one.expect(*GONE)
+    offline.forget(one.context)
+    spoil(page, "/icp.html")
+    gone = one.context.new_page()
+    with pytest.raises(Error, match="ERR_FAILED"):
+        gone.goto(f"{server.origin}/icp.html")
+    gone.close()
+    page.goto(f"{server.origin}/kabsch.html")
+    answers(page)
 
 
 REFUSED = """for (const [home, kind] of [[Navigator.prototype, 'serviceWorker'],
