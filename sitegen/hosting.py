@@ -54,7 +54,7 @@ def publish_command(root: Path, where: str, *, force: bool = False) -> int:
         place = destination(where)
         if isinstance(place, Path):
             fit(site, place, force=force)
-    except PublishError as error:
+    except (PublishError, OSError) as error:
         print(f"publish: {error}", file=sys.stderr)
         return 2
     with shown() as progress:

@@ -22,6 +22,7 @@ from solvers.scenes import ROOM_SETTINGS
 
 REACH = 3.0  # spacings of the target
 MOST_SEEDS = 100_000
+LONGEST = 1000  # characters of an option's value
 
 
 class _Help(argparse.HelpFormatter):
@@ -116,6 +117,8 @@ def _option(text: str) -> tuple[str, Any]:
         raise ValueError(f"--options: {text!r} is not NAME=VALUE")
     if value in ("inf", "np.inf"):
         return name, np.inf
+    if len(value) > LONGEST:
+        raise ValueError(f"--options: {name}: {len(value)} characters; expected {LONGEST} at most")
     try:
         read = ast.literal_eval(value)
     except (RecursionError, MemoryError):

@@ -217,6 +217,7 @@ REFUSED = {
     "https://example.org/ladder.git": r"is a URL, not a folder; .* write git\+https://example.org/ladder.git#gh-pages",
     "git@example.org:me/ladder.git": r"write git\+git@example.org:me/ladder.git#gh-pages",
     "": "no folder is named",
+    300 * "x": "File name too long",
     "git+": r"git\+ names no repository; write git\+REPOSITORY#BRANCH",
     "git+#gh-pages": "names no repository",
     "git+repository#": "'' cannot be a branch's name",
