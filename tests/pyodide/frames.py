@@ -9,7 +9,7 @@ from widgets.registry import WIDGETS
 
 
 def main(text):
-    """The frames for {"frames": requests}, and the whole result of every job of every figure."""
+    """The frames for {"frames": requests}, and where "jobs" says so the whole result of every job of every figure."""
     asked = json.loads(text)
     host = Host()
     frames = [host.frame(json.dumps(request)) for request in asked["frames"]]
@@ -17,5 +17,6 @@ def main(text):
         f"{name} {job.name}": finished(job, preset(widget).controls, preset(widget).seed, "fig-x")
         for name, widget in WIDGETS.items()
         for job in widget.jobs
+        if asked["jobs"]
     }
     return json.dumps({"frames": frames, "jobs": jobs})
