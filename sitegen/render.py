@@ -223,10 +223,8 @@ class _Renderer:
         path = Path(self._known.root, "content", source)
         folder = (self._known.root / "content").resolve()
         if "://" in source or folder not in path.resolve().parents or not path.is_file():
-            files = [
-                p.relative_to(self._known.root / "content").as_posix()
-                for p in (self._known.root / "content").rglob("*")
-            ]
+            home = self._known.root / "content"
+            files = [p.relative_to(home).as_posix() for p in home.rglob("*")]
             self._problems.add(
                 place, f"no image content/{source}{hint(source, [f for f in files if not f.endswith('.md')])}"
             )

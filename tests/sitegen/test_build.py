@@ -17,7 +17,6 @@ from markupsafe import escape
 
 from sitegen.assets import FOR_HOSTS, POLICY, source_of
 from sitegen.check import check_site
-from sitegen.content import _parsed
 from sitegen.files import short_hash
 from sitegen.static import header_rules, headers_for
 from tests.sitegen.conftest import SITE, START, Project, fresh_cache
@@ -336,73 +335,6 @@ def test_images_are_measured_copied_and_named_by_content(project: Project) -> No
     assert project.page(image["src"] or "") == svg
 
 
-DRAFT = """\
----
-title: D
-slug: third
-summary: S
-draft: true
-slides:
-  - {title: T, text: X}
----
-
-## A part {#part}
-
-::figure[C]{toy id=still}
-
-::plot[C]{toy-plot id=counted}
-
-$$ a $$ (unseen)
-"""
-
-
-def test_drafts_are_left_out_unless_asked_for(project: Project) -> None:
-    project.write("content/02-draft.md", "---\ntitle: D\nslug: third\nsummary: S\ndraft: true\n---\n\nText.\n")
-    assert "third.html" not in project.build().pages
-    assert "third.html" in project.build(drafts=True).pages
-    assert "A draft: only" in project.page("third.html")
-    assert "A draft: only" not in project.page("second.html")
-
-
-@pytest.mark.parametrize(
-    ("link", "names"),
-    [
-        ("[x](third.html)", "'third.html'"),
-        ("[x](02-draft.md#part)", "'02-draft.md'"),
-        ("[x](slides-third.html)", "'slides-third.html'"),
-        (":ref[third]", "'third'"),
-        (":ref[third#part]", "'third'"),
-        (":ref[fig:still]", "the chapter of figure 'still'"),
-        (":ref[fig:counted]", "the chapter of figure 'counted'"),
-        (":ref[eq:unseen]", "the chapter of equation 'unseen'"),
-    ],
-)
-def test_what_leads_to_a_draft_is_told_as_such(project: Project, link: str, names: str) -> None:
-    """Where the draft is left out; where it is built the same link leads there."""
-    project.write("content/02-draft.md", DRAFT)
-    project.chapter(f"\nSee {link}.\n")
-    project.write("content/00-start.md", START.partition("Read")[0])
-    (said,) = project.problems()
-    assert said.startswith("content/01-second.md:8:")
-    assert said.endswith(f": {names} is a draft: content/02-draft.md is published once its line 'draft: true' is gone")
-    project.build(drafts=True)
-
-
-def test_a_term_that_a_draft_explains_is_told_as_such(project: Project) -> None:
-    project.write("content/02-draft.md", DRAFT)
-    project.write("content/glossary.yaml", "pose:\n  term: pose\n  says: Where it is.\n  chapter: third\n")
-    says = "'third' is a draft: content/02-draft.md is published once its line 'draft: true' is gone"
-    assert project.problems() == [f"content/glossary.yaml:4:3: {says}"]
-    project.build(drafts=True)
-
-
-def test_a_mistake_in_a_draft_stops_only_builds_that_have_it(project: Project) -> None:
-    """A chapter that is half written keeps nothing else from being published."""
-    project.write("content/02-draft.md", DRAFT + "\n::figure[no end\n\n:ref[nowhere]\n")
-    project.build(strict=True)
-    assert [said.partition(":")[0] for said in project.problems(drafts=True)] == ["content/02-draft.md"] * 2
-
-
 def test_the_service_worker_knows_every_file_and_their_version(built: Project) -> None:
     worker = built.page("sw.js")
     files = json.loads(re.search(r"const FILES = (\[.*?\n\]);", worker, re.DOTALL)[1])  # type: ignore[index]
@@ -419,25 +351,6 @@ def test_the_service_worker_knows_every_file_and_their_version(built: Project) -
     built.write("templates/assets/sw.js", (built.root / "templates/assets/sw.js").read_text("utf-8") + "// more\n")
     built.build()
     assert f'"{version}"' not in built.page("sw.js"), "another worker over the same files is another version"
-
-
-def test_a_build_again_in_one_process_is_the_build_of_a_fresh_one(project: Project) -> None:
-    """What a process keeps of chapters that were not edited changes nothing: the same files, and the same problems."""
-    project.build()
-    project.write("content/00-start.md", START + "\n## A section\n\n## A section\n\nMore, and :ref[fig:demo].\n")
-    again = contents(project.site) if project.build() else {}
-    _parsed.cache_clear()
-    project.build()
-    assert contents(project.site) == again
-    project.write("content/00-start.md", START + "\n:ref[nowhere]\n")
-    wrong = project.problems()
-    assert project.problems() == wrong
-    mistakes = "\n::try[Go.]{gone}\n\n## Main {#main}\n\n[^x] $$ \n"
-    project.chapter(mistakes)
-    wrong = project.problems()
-    assert project.problems() == wrong
-    _parsed.cache_clear()
-    assert project.problems() == wrong
 
 
 def test_a_failed_build_leaves_the_last_good_site(built: Project) -> None:

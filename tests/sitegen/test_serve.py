@@ -359,8 +359,7 @@ def test_who_asks_for_nothing_is_sent_away(walled: StaticServer) -> None:
 
 
 def test_who_takes_long_gets_all(walled: StaticServer) -> None:
-    """A large file that is taken slowly comes whole, long after a silent caller would have been sent away; who takes
-    nothing of it is."""
+    """A large file that is taken slowly comes whole; who takes nothing of it is sent away."""
     size = 40_000_000
     (walled.root / "large.bin").write_bytes(bytes(size))
     walled.patience = 0.5
@@ -384,8 +383,7 @@ def test_a_page_that_listens_is_not_sent_away(live_site: serve.LiveSite, events:
     live_site.server.patience = 0.2
     with closing(Events(live_site)) as late:
         first = late.next()
-        silent = connected(live_site.server)
-        with silent:
+        with connected(live_site.server) as silent:
             assert silent.recv(1) == b"", "it has been longer than that"
         (small_checkout / "content" / "page.md").write_text("second", "utf-8")
         assert late.next()["build"] != first["build"]

@@ -1,0 +1,73 @@
+"""Chapters that are drafts: who builds them, and what is said of a link to one."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.sitegen.conftest import START, Project
+
+DRAFT = """\
+---
+title: D
+slug: third
+summary: S
+draft: true
+slides:
+  - {title: T, text: X}
+---
+
+## A part {#part}
+
+::figure[C]{toy id=still}
+
+::plot[C]{toy-plot id=counted}
+
+$$ a $$ (unseen)
+"""
+
+
+def test_drafts_are_left_out_unless_asked_for(project: Project) -> None:
+    project.write("content/02-draft.md", "---\ntitle: D\nslug: third\nsummary: S\ndraft: true\n---\n\nText.\n")
+    assert "third.html" not in project.build().pages
+    assert "third.html" in project.build(drafts=True).pages
+    assert "A draft: only" in project.page("third.html")
+    assert "A draft: only" not in project.page("second.html")
+
+
+@pytest.mark.parametrize(
+    ("link", "names"),
+    [
+        ("[x](third.html)", "'third.html'"),
+        ("[x](02-draft.md#part)", "'02-draft.md'"),
+        ("[x](slides-third.html)", "'slides-third.html'"),
+        (":ref[third]", "'third'"),
+        (":ref[third#part]", "'third'"),
+        (":ref[fig:still]", "the chapter of figure 'still'"),
+        (":ref[fig:counted]", "the chapter of figure 'counted'"),
+        (":ref[eq:unseen]", "the chapter of equation 'unseen'"),
+    ],
+)
+def test_what_leads_to_a_draft_is_told_as_such(project: Project, link: str, names: str) -> None:
+    """Where the draft is left out; where it is built the same link leads there."""
+    project.write("content/02-draft.md", DRAFT)
+    project.chapter(f"\nSee {link}.\n")
+    project.write("content/00-start.md", START.partition("Read")[0])
+    (said,) = project.problems()
+    assert said.startswith("content/01-second.md:8:")
+    assert said.endswith(f": {names} is a draft: content/02-draft.md is published once its line 'draft: true' is gone")
+    project.build(drafts=True)
+
+
+def test_a_term_that_a_draft_explains_is_told_as_such(project: Project) -> None:
+    project.write("content/02-draft.md", DRAFT)
+    project.write("content/glossary.yaml", "pose:\n  term: pose\n  says: Where it is.\n  chapter: third\n")
+    says = "'third' is a draft: content/02-draft.md is published once its line 'draft: true' is gone"
+    assert project.problems() == [f"content/glossary.yaml:4:3: {says}"]
+    project.build(drafts=True)
+
+
+def test_a_mistake_in_a_draft_stops_only_builds_that_have_it(project: Project) -> None:
+    """A chapter that is half written keeps nothing else from being published."""
+    project.write("content/02-draft.md", DRAFT + "\n::figure[no end\n\n:ref[nowhere]\n")
+    project.build(strict=True)
+    assert [said.partition(":")[0] for said in project.problems(drafts=True)] == ["content/02-draft.md"] * 2
