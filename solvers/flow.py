@@ -34,7 +34,9 @@ from solvers.rows import CONSTANT, SHARED
 from solvers.status import Status, mark, reasons, statuses
 from solvers.stepper import Method, Problem
 
+TINY = float(np.finfo(np.float64).tiny)
 FAR = 10.0  # RMS radii: the network sees what lies farther out here, so that its sums stay finite
+WIDE = 1e9  # one cloud's RMS radius over the other's: beyond it the smaller one is a point to the network
 
 
 @dataclass(frozen=True)
@@ -90,12 +92,16 @@ class FlowState:
 
 def _start(problem: Problem, options: FlowOptions, weights: Params, anchored: bool) -> FlowState:
     b, m, n = problem.size, problem.source.shape[1], problem.target.shape[1]
-    source = problem.start.apply(problem.source)
-    middle, home = problem.target.mean(axis=1), source.mean(axis=1)
-    radius = np.sqrt(((problem.target - middle[:, None]) ** 2).sum(axis=-1).mean(axis=-1))
-    flat = _coincide(source) | _coincide(problem.target)
-    unit = np.where(flat, 1.0, radius)[:, None, None]
-    given = np.concatenate([(source - home[:, None]) / unit, (problem.target - middle[:, None]) / unit], axis=1)
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        source = problem.start.apply(problem.source)
+        middle, home = problem.target.mean(axis=1), source.mean(axis=1)
+        about = source - home[:, None], problem.target - middle[:, None]
+        width, radius = _radius(about[0]), _radius(about[1])
+        flat = _coincide(source) | _coincide(problem.target) | ~(np.minimum(width, radius) >= TINY)
+        unequal = ~(np.maximum(width, radius) / np.where(flat, 1.0, np.minimum(width, radius)) <= WIDE)
+        hopeless = flat | unequal
+        unit = np.where(hopeless, 1.0, radius)[:, None, None]
+        given = np.where(hopeless[:, None, None], 0.0, np.concatenate(about, axis=1) / unit)
     seen = given.clip(-FAR, FAR)
     with np.errstate(under="ignore"):
         tokens = network.encode(weights, seen[:, :m], seen[:, m:])
@@ -106,6 +112,9 @@ def _start(problem: Problem, options: FlowOptions, weights: Params, anchored: bo
         noise = np.stack([np.random.default_rng(s).standard_normal((samples, m + n, 2)) for s in problem.seed])
     blank = Pose.identity(2, (b, samples))
     status, reason = mark(statuses((b,)), reasons((b,)), flat, Status.DEGENERATE, "all points of a cloud coincide")
+    status, reason = mark(
+        status, reason, unequal, Status.DEGENERATE, f"one cloud is more than {WIDE:g} times as wide as the other"
+    )
     return FlowState(
         problem=problem,
         options=options,
@@ -128,6 +137,14 @@ def _start(problem: Problem, options: FlowOptions, weights: Params, anchored: bo
         chosen=np.zeros(b, dtype=np.int64),
         taken=np.zeros(b, dtype=np.int64),
     )
+
+
+def _radius(points: FloatArray) -> FloatArray:
+    """The root mean square (b,) of the centred points (b, n, 2)."""
+    # Divided by powers of two, which rounds nothing: no square overflows or vanishes.
+    power = np.frexp(np.abs(points).max(axis=(1, 2)))[1]
+    squares = np.ldexp(points, -power[:, None, None]) ** 2
+    return np.asarray(np.ldexp(np.sqrt(squares.sum(axis=-1).mean(axis=-1)), power))
 
 
 def _coincide(points: FloatArray) -> BoolArray:
@@ -153,7 +170,8 @@ def _step(state: FlowState, weights: Params, anchored: bool) -> FlowState:
         fit_rigid(given[..., m:, :], predicted[..., m:, :]).pose,
     )
     projected = np.concatenate([views[0].apply(given[..., :m, :]), views[1].apply(given[..., m:, :])], axis=-2)
-    rigidity = ((predicted - projected) ** 2).sum(axis=-1).mean(axis=-1)
+    with np.errstate(over="ignore", under="ignore"):
+        rigidity = ((predicted - projected) ** 2).sum(axis=-1).mean(axis=-1)
     taken = state.taken + 1
     time = taken / options.steps
     after = time[:, None, None, None]

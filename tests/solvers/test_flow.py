@@ -16,6 +16,7 @@ from solvers.flow import FLOW, FLOW_FROM_SOURCE, FlowOptions
 from solvers.flow_scenes import HELD_OUT, TRAINING, draw
 from solvers.flow_study import POINTS, Line, by_turn, study
 from solvers.flow_weights import FOLDER, pack, params, unpack
+from solvers.scenes import room
 from solvers.stepper import Problem, advance, begin
 
 NAMES = ["flow", "flow-from-source"]
@@ -226,3 +227,25 @@ def test_the_study_is_of_other_scenes_than_the_training():
     for seed in range(log["seed"], log["seed"] + log["steps"], 97):
         drawn = draw(TRAINING, log["batch"], POINTS, seed).target
         assert np.abs(held_out[:, None] - drawn[None]).max(axis=(2, 3)).min() > 0.1
+
+
+@pytest.mark.parametrize("method", ["flow", "flow-from-source"])
+@pytest.mark.parametrize("unit", [1e-300, 1e-170, 1e149])
+def test_the_unit_changes_nothing(method, unit):
+    """By powers of ten, also where squares of the coordinates vanish or overflow: the same turn in the same time."""
+    scene = room("clean", seed=40)
+    source, target = scene.source[::8], scene.target[::8]
+    plain, other = (register(source * k, target * k, method, steps=3, samples=1) for k in (1.0, unit))
+    assert other.status == Status.CONVERGED
+    assert other.pose.angle == pytest.approx(plain.pose.angle, abs=1e-6)
+    np.testing.assert_allclose(other.pose.t / unit, plain.pose.t, atol=1e-6)
+
+
+@pytest.mark.parametrize("method", ["flow", "flow-from-source"])
+@pytest.mark.parametrize(("source", "target"), [(1.0, 1e-12), (1e-12, 1.0), (1e100, 1e-100), (1e-300, 1e149)])
+def test_a_cloud_that_is_a_point_beside_the_other_is_degenerate(method, source, target):
+    """The network would see one place; no number on the way leaves float64's range."""
+    scene = room("clean", seed=40)
+    result = register(scene.source[::8] * source, scene.target[::8] * target, method)
+    assert result.status == Status.DEGENERATE
+    assert result.reason == "one cloud is more than 1e+09 times as wide as the other"
