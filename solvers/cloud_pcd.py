@@ -11,6 +11,7 @@ KEYS = ("VERSION", "FIELDS", "SIZE", "TYPE", "COUNT", "WIDTH", "HEIGHT", "VIEWPO
 KINDS = {"F": "f", "I": "i", "U": "u"}
 SIZES = {"F": ("4", "8"), "I": ("1", "2", "4", "8"), "U": ("1", "2", "4", "8")}
 MOST_FIELDS = 1000
+MOST_COUNT = 10_000
 
 
 def points(data: bytes, most: int) -> tuple[FloatArray, str]:
@@ -64,8 +65,9 @@ def _fields(named: dict[str, tuple[int, list[str]]], line: int) -> tuple[list[st
     if names.count("x") != 1 or names.count("y") != 1 or names.count("z") > 1 or len(names) > MOST_FIELDS:
         raise ValueError(f"line {where}: the fields are {told(' '.join(names))}; expected x and y, each once")
     at, counts = named.get("COUNT", (line, ["1"] * len(names)))
-    if len(counts) != len(names) or not all(c.isascii() and c.isdigit() and 0 < int(c[:9]) <= 10_000 for c in counts):
-        raise ValueError(f"line {at}: COUNT {told(' '.join(counts))}; expected a whole number for each field")
+    if len(counts) != len(names) or not all(_is_count(c) for c in counts):
+        expected = f"expected a whole number from 1 to {MOST_COUNT} for each field"
+        raise ValueError(f"line {at}: COUNT {told(' '.join(counts))}; {expected}")
     sizes, types = (named.get(key, (line, ["4" if key == "SIZE" else "F"] * len(names)))[1] for key in ("SIZE", "TYPE"))
     if len(sizes) != len(names) or len(types) != len(names):
         raise ValueError(f"line {line}: SIZE and TYPE are to name one entry for each of the {len(names)} fields")
@@ -73,6 +75,10 @@ def _fields(named: dict[str, tuple[int, list[str]]], line: int) -> tuple[list[st
         if size not in SIZES.get(kind, ()):
             raise ValueError(f"line {line}: a field of TYPE {told(kind)} and SIZE {told(size)} is unknown")
     return names, [f"<{KINDS[kind]}{size}" for size, kind in zip(sizes, types, strict=True)], [int(c) for c in counts]
+
+
+def _is_count(word: str) -> bool:
+    return word.isascii() and word.isdigit() and len(word) <= 9 and 0 < int(word) <= MOST_COUNT
 
 
 def _count(named: dict[str, tuple[int, list[str]]], line: int, most: int) -> int:

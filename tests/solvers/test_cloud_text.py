@@ -117,6 +117,7 @@ def survives(data):
         (pcd(np.eye(3)).replace(b"0.0 1.0 0.0 0", b"0.0 1.0 0,0 0"), 13, "decimal point"),
         (pcd(np.eye(3)).replace(b"DATA ascii", b"DATA binary_compressed"), 11, "expected ascii or binary"),
         (pcd(np.eye(3)).replace(b"VIEWPOINT", b"VIEW"), 9, "'VIEW' is not understood"),
+        (pcd(np.eye(3), "binary").replace(b"1 3\n", b"1 " + b"0" * 8 + b"1" * 90 + b"\n"), 6, "from 1 to 10000"),
     ],
 )
 def test_what_is_wrong_is_told_with_its_line(data, line, told):
