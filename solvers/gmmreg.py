@@ -127,7 +127,8 @@ def _at(state: GmmRegState, pose: Pose) -> GmmRegState:
     q = state.problem.target
     b, n, d = q.shape
     m = state.moved.shape[1]
-    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+    # A source that is a point beside ℓ has no curvature by the turn that is a number, and no step by it is taken.
+    with np.errstate(all="ignore"):
         ell = np.sqrt(2.0) * state.sigma
         moved = pose.apply(state.problem.source)
         # In lengths of ℓ about the target's mean: the moments of differences lose no digits to the origin.

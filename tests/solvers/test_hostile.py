@@ -78,6 +78,38 @@ def test_every_method_survives_any_finite_pairs(pairs, method):
     assert result.steps <= METHODS[method].max_steps
 
 
+@st.composite
+def unrelated(draw):
+    """Two clouds of the plane, each in a unit and of a width of its own now and then, side by side or worlds apart."""
+    units = st.sampled_from([1e-300, 1e-200, 1e-150, 1e-100, 1e-9, 1.0, 1e9, 1e100, 1e149])
+    unit = draw(units)
+    clouds_ = []
+    for _ in range(2):
+        points = draw(clouds(draw(st.integers(1, 6)), 2, st.sampled_from([0.0, 1.0, -1.0, 0.5]) | st.floats(-1.0, 1.0)))
+        own = draw(st.just(unit) | units)
+        clouds_.append(points * own * draw(st.sampled_from([1.0, 1.0, 1e-3])))
+    shift = unit * np.array([draw(st.sampled_from([0.0, 1.0, 10.0, 1e3, 1e6, 1e12])), 0.0])
+    return clouds_[0], (clouds_[1] + shift).clip(-1e150, 1e150)
+
+
+@settings(hostile, max_examples=20)
+@given(unrelated())
+def test_clouds_worlds_apart_and_in_any_unit_get_an_answer(both):
+    """Disjoint, within one cell, a point beside a plain: each method stops with a finite pose, and raises nothing."""
+    for name, method in METHODS.items():
+        if not method.paired:
+            result = register(*both, name)
+            check(result.pose, result.status, result.reason, result.objective)
+
+
+@pytest.mark.parametrize("method", [name for name in sorted(METHODS) if not METHODS[name].paired])
+def test_a_source_that_is_a_point_beside_the_target(method):
+    """A hundred powers of ten and more between the two: the square of their ratio is no number."""
+    rng = np.random.default_rng(3)
+    result = register(1e-103 * rng.standard_normal((12, 2)), 1e100 * rng.standard_normal((15, 2)), method)
+    check(result.pose, result.status, result.reason, result.objective)
+
+
 JUNK = st.one_of(
     st.none(),
     st.text(max_size=3),
