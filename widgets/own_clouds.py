@@ -20,6 +20,9 @@ from solvers.thinning import slab, spacing, thinned
 from .picture import Array
 from .room import VIEW
 
+LARGEST, LEAST = 1e15, 1e-9  # of a coordinate, of a cloud's width: a readout has nine decimals, a float64 16 digits
+ROUNDING = 1e-12  # of the largest coordinate: places that are no farther apart are one
+FINEST = 1e-15  # in the files' unit: as above, however small the coordinates
 EXAMPLES = {"room": "Room", "part": "Partly seen", "hall": "Hall in 3-D"}
 
 
@@ -46,8 +49,17 @@ class Given:
 
 
 def reads(name: str, data: bytes) -> Given:
-    """A cloud from the name and the bytes of its file. Raises ValueError with the line of what is wrong."""
-    return Given(name, read(data))
+    """A cloud from the name and the bytes of its file.
+
+    Raises ValueError with the line of what is wrong, and for coordinates in a unit that the figure cannot show.
+    """
+    text = read(data)
+    largest, width = float(np.abs(text.points).max()), float(np.ptp(text.points, axis=0).max())
+    if largest > LARGEST:
+        raise ValueError(f"a coordinate is {largest:.3g}; expected none beyond {LARGEST:g}. Write it in a larger unit")
+    if 0.0 < width < LEAST:
+        raise ValueError(f"the cloud is {width:.3g} wide; expected at least {LEAST:g}. Write it in a smaller unit")
+    return Given(name, text)
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,10 +144,12 @@ class Clouds:
 
     @property
     def area(self) -> float:
-        """Of the target's bounding box, squared units; never 0."""
+        """Of the target's bounding box, squared units; of one place, of the window's unit: never 0."""
         width, height = np.ptp(self.target, axis=0).tolist()
         longest = max(width, height)
-        return float(max(width * height, 1e-3 * longest * longest, 1e-300))
+        if longest <= _blur(self.target):
+            longest = 1.0 / self.fit.scale
+        return float(max(width * height, 1e-3 * longest * longest))
 
     @property
     def decimals(self) -> int:
@@ -163,7 +177,14 @@ def prepared(raw: Raw, height: float, thickness: float, points: int, centred: bo
     both = np.concatenate([target, first.apply(source)])
     fit = Fit() if raw.drawn or not len(both) else about(both)
     apart = spacing(target) if len(target) else 0.0
+    if len(target) and apart <= _blur(target):
+        apart = 0.0
     return Clouds(raw, source, target, cut, (len(above[0]), len(above[1])), first, fit, apart, anchor)
+
+
+def _blur(points: Array) -> float:
+    """How far apart places may be and still be one."""
+    return max(ROUNDING * float(np.abs(points).max()), FINEST)
 
 
 def _above(points: Array | None, cut: tuple[float, float] | None) -> Array:
@@ -181,4 +202,5 @@ def about(points: Array) -> Fit:
     room_x, room_y = 0.82 * (VIEW.x1 - VIEW.x0), 0.82 * (VIEW.y1 - VIEW.y0)
     across = max(width / room_x, height / room_y)
     x, y = ((low + high) / 2).tolist()
-    return Fit((x, y), 1.0 / across if across > 1e-150 else 1.0)
+    blur = _blur(points)
+    return Fit((x, y), 1.0 / (across if across > blur else max(1.0, blur)))

@@ -26,6 +26,11 @@ class Own:
     options: Callable[[float, float, float], dict[str, Any]]
     points: float = 400.0
 
+    @property
+    def opens(self) -> bool:
+        """Whether its length may stand open."""
+        return self.length in ("", "gate")
+
     def brings(self) -> dict[str, Value]:
         """What choosing the method puts the sliders to."""
         return {
@@ -89,11 +94,5 @@ OWN: Mapping[str, Own] = MappingProxyType({
 
 def options(method: str, length: float, share: float, area: float) -> dict[str, Any]:
     """The options of a method at a length scale (world units, infinite where it stands open), a share in [0, 1) and the
-    target's area, squared world units.
-
-    Raises ValueError where a method cannot do with an open length.
-    """
-    own = OWN[method]
-    if length == float("inf") and own.length not in ("", "gate"):
-        raise ValueError(f"length: {own.label} needs a {own.length}, and no open one")
-    return own.options(length, share, area)
+    target's area, squared world units."""
+    return OWN[method].options(length, share, area)

@@ -13,7 +13,7 @@ from solvers.stepper import Batch, Problem, advance, begin
 from solvers.verify import Evidence, evidence
 
 from .own_clouds import Clouds
-from .own_methods import OPEN, options
+from .own_methods import OPEN, OWN, options
 from .room import single
 
 REACH = 3.0  # spacings of the target within which a source point counts as explained
@@ -100,7 +100,7 @@ def begun(method: str, clouds: Clouds, spacings: float, share: float, seed: int,
     """A run from `start`, no step taken. spacings: the length scale, in spacings of the target. The start is rounded
     to an angle and a shift that a script can write down and find the same."""
     unit = clouds.spacing or 1.0 / clouds.fit.scale
-    length = float("inf") if spacings >= OPEN else spacings * unit
+    length = float("inf") if spacings >= OPEN and OWN[method].opens else spacings * unit
     theta = round(float(np.arctan2(start.R[1, 0], start.R[0, 0])), 12) + 0.0
     exact = Pose.from_angle(theta, start.t + 0.0)
     return Run(method, clouds, length, share, seed, exact, exact)

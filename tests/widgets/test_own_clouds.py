@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import json
+import re
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ import pytest
 from solvers import METHODS, Pose
 from solvers.scenes import room
 from solvers.thinning import thinned
+from tests.widgets.test_any_sequence import check_any_frame
 from widgets.contract import parsed, preset
 from widgets.figures.own_clouds import WIDGET
 from widgets.host import Host
@@ -119,6 +121,44 @@ def test_what_cannot_be_read_is_refused() -> None:
     for given in ("key", {"source": 3}, {"other": "0" * 32}):
         with pytest.raises(ValueError, match="given"):
             parsed(WIDGET, {**record(), "given": given})
+
+
+@pytest.mark.parametrize(
+    ("data", "told"),
+    [
+        (b"1e100,0\n2,3\n", "a coordinate is 1e+100; expected none beyond 1e+15. Write it in a larger unit"),
+        (b"0,0\n0,-2e15\n", "a coordinate is 2e+15; expected none beyond 1e+15. Write it in a larger unit"),
+        (b"0,0\n0,2e-10\n", "the cloud is 2e-10 wide; expected at least 1e-09. Write it in a smaller unit"),
+        (b"0,0,0\n1e-300,0,0\n", "the cloud is 1e-300 wide; expected at least 1e-09. Write it in a smaller unit"),
+    ],
+)
+def test_a_unit_that_the_figure_cannot_show_is_refused(data: bytes, told: str) -> None:
+    with pytest.raises(ValueError, match=f"^{re.escape(told)}$"):
+        give(Host(), "a.csv", data)
+
+
+PLACES = {
+    "one point": [[0.3, 0.2]],
+    "one place, far away": [[1e15, -1e15]] * 5,
+    "one place but for rounding": [[5e6, 5e6], [5e6 + 2e-9, 5e6], [5e6, 5e6 - 2e-9], [5e6, 5e6]],
+    "twins": [[0.0, 0.0], [1e-120, 0.0], [1.0, 0.0], [1.0, 1e-120], [0.0, 1e-120], [1e-120, 1e-120]],
+    "a line": [[k / 7, k / 7] for k in range(9)],
+    "the largest and the least": [[1e15, 0.0], [-1e15, 0.0], [0.0, 1e-300], [0.0, 0.0]],
+    "a slice without width": [[1e-200, 0.0, 0.0], [0.0, 1e-200, 2.0], [0.0, 0.0, 1.0]],
+}
+
+
+@pytest.mark.parametrize("length", [0.5, 40.0])
+@pytest.mark.parametrize("method", OWN)
+def test_whatever_the_clouds_the_figure_draws(method: str, length: float) -> None:
+    """Points, places and lines, near each other and worlds apart, at either end of the length: a run and its signs."""
+    host = Host()
+    keys = [give(host, name, text(np.array(points)))["key"] for name, points in PLACES.items()]
+    for source, target in [*zip(keys, keys, strict=True), *zip(keys, [*keys[1:], keys[0]], strict=True)]:
+        plain = record(source, target, ("step", "step"), method=method, length=length)
+        frame = host.render("fig-x", plain)
+        check_any_frame(plain, frame)
+        assert readouts(frame)["stop"] != "not begun"
 
 
 def test_rows_in_another_order_have_another_fingerprint() -> None:

@@ -13,7 +13,7 @@ from ..own_files import pose_csv, pose_json, script
 from ..own_marks import clouds_panel, dragged, handles, heading, objective_chart, plain
 from ..own_methods import OPEN, OWN
 from ..own_run import REACH, Run, begun
-from ..picture import Picture, Readout, number
+from ..picture import Picture, Readout, number, worded
 from ..placing import HANDLES
 from ..room import PLACING
 
@@ -133,7 +133,7 @@ def _note(state: State) -> str:
             return f"No {' and no '.join(missing)} point lies in this slice. Move or thicken it."
         return f"Choose or draw a {' and a '.join(missing)} first."
     if run.done:
-        return f"Stopped at step {run.steps}: {run.reason or run.status}."
+        return f"Stopped at step {run.steps}: {worded(run.reason) or run.status}."
     most = round(state.controls.points)
     thin = [f"{name} {_counted(c, k)}" for k, name in enumerate(("source", "target")) if c.seen[k] > most]
     return f"Thinned: {', '.join(thin)} points." if thin and not run.steps else ""
@@ -158,7 +158,7 @@ def _description(state: State) -> str:
             f" {number(REACH, 0)} spacings, {number(run.reach, c.decimals)} u; the others are pale.",
         ]
     if run.done and run.reason:
-        words.append(f"The run has stopped: {run.reason}.")
+        words.append(f"The run has stopped: {worded(run.reason)}.")
     return " ".join(words)
 
 
