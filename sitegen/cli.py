@@ -54,6 +54,9 @@ def _test_options(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="only the build and the solvers' tests, with every other Python of this machine that is new enough",
     )
+    parser.add_argument(
+        "--hostile", action="store_true", help="only thousands of hostile calls, in minutes; --hostile-calls N of each"
+    )
 
 
 def _bench_options(parser: argparse.ArgumentParser) -> None:
@@ -118,8 +121,10 @@ def _test(root: Path, asked: Arguments) -> int:
         from sitegen.pythons import test_pythons
 
         return test_pythons(root)
-    from sitegen.testing import test
+    from sitegen.testing import hostile, test
 
+    if asked.hostile:
+        return hostile(root, asked.further)
     return test(root, [name for name in asked.engines.split(",") if name], asked.browser_path, asked.further)
 
 

@@ -74,6 +74,8 @@ class Needs:
 
 
 ENGINE_TESTS = "tests/browser/engines"
+HOSTILE_TESTS = "tests/hostile"
+USUAL = "not hostile"  # the marks that pyproject.toml has every run ask for
 PROCESSES = 4  # at most: the longest file of tests takes a quarter of all
 # pytest's options that choose among the tests, or run none.
 CHOOSING = ("keyword", "markexpr", "deselect", "ignore", "ignore_glob", "lf", "stepwise", "collectonly", "help")
@@ -140,7 +142,19 @@ def is_part(root: Path, asked: argparse.Namespace) -> bool:
     """Whether pytest is asked for some of the tests: by files, by -k and the like."""
     everything = {root.resolve(), (root / "tests").resolve()}
     some = {Path(name.partition("::")[0]).resolve() for name in asked.file_or_dir}
-    return bool(some and not some & everything) or any(getattr(asked, name, None) for name in CHOOSING)
+    chosen = {name for name in CHOOSING if getattr(asked, name, None)}
+    if asked.markexpr == USUAL:
+        chosen.discard("markexpr")
+    return bool(some and not some & everything) or bool(chosen)
+
+
+def hostile(root: Path, further: Sequence[str]) -> int:
+    """Run the tests that make thousands of hostile calls, and no others; they need no browser and no site."""
+    os.chdir(root)
+    asked = understood(further)
+    if asked is None:
+        return 2
+    return int(pytest.main([*processes(asked), "-m", "hostile", *further, HOSTILE_TESTS]))
 
 
 def processes(asked: argparse.Namespace, count: int | None = None) -> list[str]:

@@ -53,11 +53,12 @@ def build(root, dest, *, strict=False, drafts=False, pack=True, progress=None):
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """How far, where and from which seed tests/browser/test_random_walk.py goes."""
+    """How far, where and from which seed tests/browser/test_random_walk.py goes; how much tests/hostile tries."""
     group = parser.getgroup("random walk")
     group.addoption("--walk-steps", type=int, help="actions a page")
     group.addoption("--walk-seed", help="any text")
     group.addoption("--walk-pages", help="names, separated by commas; every page with a figure without it")
+    parser.getgroup("hostile").addoption("--hostile-calls", type=int, help="calls that each hostile test makes, about")
 
 
 @pytest.fixture(scope="session")

@@ -1,0 +1,36 @@
+"""Every test here tries thousands of calls, and the last lines of a run say what came of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+from tests.hostile.tally import OUTCOMES, Tally
+
+CALLS = 5000
+
+
+@pytest.fixture
+def calls(pytestconfig: pytest.Config) -> int:
+    """How many calls a test makes, about."""
+    return int(pytestconfig.getoption("hostile_calls") or CALLS)
+
+
+@pytest.fixture
+def tally(request: pytest.FixtureRequest) -> Iterator[Tally]:
+    """What the test's calls come to, shown at the end of the run."""
+    counted = Tally(request.node.name.removeprefix("test_").replace("_", " "))
+    yield counted
+    request.node.user_properties.append(("hostile", [counted.what, *(counted.counts[each] for each in OUTCOMES)]))
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    reports = [report for stats in terminalreporter.stats.values() for report in stats]
+    ended = [report for report in reports if getattr(report, "when", "") == "teardown"]
+    rows = [row for report in ended for name, row in report.user_properties if name == "hostile"]
+    if rows:
+        terminalreporter.section("what was tried")
+        terminalreporter.write_line(f"{'':50}{'calls':>9}" + "".join(f"{each:>12}" for each in OUTCOMES))
+        for what, *counts in rows:
+            terminalreporter.write_line(f"{what:50}{sum(counts):9,}" + "".join(f"{each:12,}" for each in counts))

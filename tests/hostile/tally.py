@@ -1,0 +1,47 @@
+"""What hostile calls came to: each ends well, degenerate or refused in words of ours, and anything else is an error."""
+
+from __future__ import annotations
+
+import json
+import linecache
+import traceback
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import pytest
+
+OUTCOMES = ("ok", "degenerate", "refused", "error")
+
+
+@dataclass
+class Tally:
+    """The calls of one kind. errors: what was tried and what came of it."""
+
+    what: str
+    counts: Counter[str] = field(default_factory=Counter)
+    errors: list[str] = field(default_factory=list)
+
+    def tries(self, told: object, call: Callable[[], str]) -> None:
+        """Count one call. `call` answers with its outcome; a ValueError that our code raises is a refusal."""
+        try:
+            outcome = call()
+        except Exception as error:
+            outcome = "refused" if isinstance(error, ValueError) and _ours(error) else "error"
+            if outcome == "error":
+                self.errors.append(f"{told}:\n{''.join(traceback.format_exception(error, limit=-3))}")
+        self.counts[outcome] += 1
+
+    def closes(self) -> None:
+        """Fail with the first errors where there is any."""
+        if self.errors:
+            pytest.fail(f"{len(self.errors)} errors, such as\n\n" + "\n".join(self.errors[:5]), pytrace=False)
+
+
+def _ours(error: ValueError) -> bool:
+    """Whether a `raise` made the error, in words that were written for it, and not numpy or int() by the way. What is
+    wrong with JSON, json says best."""
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    line = linecache.getline(last.filename, last.lineno or 0)
+    written = isinstance(error, json.JSONDecodeError) or line.strip().startswith("raise ")
+    return written and 0 < len(str(error)) < 1000

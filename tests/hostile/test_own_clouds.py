@@ -1,0 +1,77 @@
+"""A reader's own clouds through the figure: every method, any settings, and each state draws or its file is refused."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import random
+import warnings
+from typing import Any
+
+import pytest
+
+from tests.hostile.clouds import READABLE, UNITS, Array, pairs
+from tests.hostile.tally import Tally
+from tests.widgets.test_any_sequence import check_any_frame
+from widgets.contract import preset
+from widgets.figures.own_clouds import WIDGET
+from widgets.host import Host
+from widgets.own_methods import OWN
+
+pytestmark = pytest.mark.hostile
+
+LOGS: list[list[Any]] = [
+    [],
+    [["press", "step"], ["press", "step"]],
+    [["press", "ten"]],
+    [["drag", "turn", 2.0, 0.3], ["drag", "source", 999_999.0, -0.1], ["press", "step"]],
+]
+
+
+@pytest.mark.parametrize("units", [READABLE, UNITS], ids=["of a file's units", "of any unit"])
+def test_own_clouds(units: tuple[float, ...], tally: Tally, calls: int) -> None:
+    draw = random.Random(14)
+    for k, (source, target) in enumerate(itertools.islice(pairs(66, units), -(-calls // len(OWN) // 2))):
+        host, given = Host(), {}
+
+        def give(place: str, points: Array, host: Host = host, given: dict[str, str] = given) -> str:
+            asked = json.dumps({"widget": WIDGET.name, "name": f"{place}.csv"})
+            given[place] = json.loads(host.give(asked, text(points)))["key"]
+            return "ok"
+
+        for place, points in (("source", source), ("target", target)):
+            tally.tries(f"pair {k}, {place}", lambda place=place, points=points: give(place, points[:, :3]))
+        for method in OWN:
+            record = state(draw, method, given)
+            tally.tries(f"pair {k}, {record}", lambda record=record, host=host: drawn(host, record))
+    tally.closes()
+
+
+def text(points: Array) -> bytes:
+    """The points as a file."""
+    return "\n".join(",".join(repr(float(v)) for v in row) for row in points).encode()
+
+
+def state(draw: random.Random, method: str, given: dict[str, str]) -> dict[str, Any]:
+    """A record of the method with what it brings, or with settings that do not suit it."""
+    controls: dict[str, Any] = {"clouds": "own", "method": method, **OWN[method].brings()}
+    if draw.random() < 0.5:
+        controls |= {"length": draw.choice((0.5, 1.0, 8.0, 40.0)), "share": draw.choice((0.0, 30.0, 60.0))}
+    if draw.random() < 0.5:
+        controls |= {"thickness": draw.choice((2.0, 50.0)), "height": draw.choice((0.0, 50.0, 100.0))}
+    controls["start"] = draw.choice(("as", "centred"))
+    return {**preset(WIDGET, "default", controls).plain(), "log": draw.choice(LOGS), "given": given}
+
+
+def drawn(host: Host, record: dict[str, Any]) -> str:
+    """How one state ends: a record that the page wrote is never refused."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        try:
+            frame = json.loads(host.frame(json.dumps({"figure": "fig-x", "record": record})))
+        except ValueError as error:
+            raise AssertionError("this is a state of the page") from error
+    check_any_frame(record, frame)
+    (stop,) = (each["value"] for each in frame["readouts"] if each["name"] == "stop")
+    assert stop != "not begun" or "files" not in frame, "there are two clouds, and the method does not take them"
+    return "degenerate" if stop.startswith("degenerate") else "ok"
