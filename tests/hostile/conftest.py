@@ -20,7 +20,7 @@ def calls(pytestconfig: pytest.Config) -> int:
 @pytest.fixture
 def tally(request: pytest.FixtureRequest) -> Iterator[Tally]:
     """What the test's calls come to, shown at the end of the run."""
-    counted = Tally(request.node.name.removeprefix("test_").replace("_", " "))
+    counted = Tally(request.node.name.removeprefix("test_").replace("_", " ").replace("[", " ").rstrip("]"))
     yield counted
     request.node.user_properties.append(("hostile", [counted.what, *(counted.counts[each] for each in OUTCOMES)]))
 

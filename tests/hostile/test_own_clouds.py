@@ -73,5 +73,7 @@ def drawn(host: Host, record: dict[str, Any]) -> str:
             raise AssertionError("this is a state of the page") from error
     check_any_frame(record, frame)
     (stop,) = (each["value"] for each in frame["readouts"] if each["name"] == "stop")
-    assert stop != "not begun" or "files" not in frame, "there are two clouds, and the method does not take them"
+    if stop == "not begun" and "files" in frame:  # both clouds are there, and the method says why it does not begin
+        assert frame["note"].startswith("Stopped at step 0: ")
+        return "refused"
     return "degenerate" if stop.startswith("degenerate") else "ok"
