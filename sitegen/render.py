@@ -306,13 +306,12 @@ class _Renderer:
         for extra in (a for a in given if not a.name):
             self._problems.add(at(extra.start), f"name=value is expected, not {extra.value!r}")
         record = changed(figure.widget, figure.record, [a for a in given if a.name], at, self._problems)
-        frames = self._known.frames(figure, [record.plain()])
-        readouts = {r["name"]: r["value"] for frame in frames for r in frame["readouts"]}
-        if name not in readouts:
-            if frames:
-                self._problems.add(at(directive.text_start + name_at), f"no readout {name!r}{hint(name, readouts)}")
-            return ""
-        return f'<span class="computed">{escape(readouts[name])}</span>'
+        for frame in self._known.frames(figure, [record.plain()]):
+            readouts = {r["name"]: r["value"] for r in frame["readouts"]}
+            if name in readouts:
+                return f'<span class="computed">{escape(readouts[name])}</span>'
+            self._problems.add(at(directive.text_start + name_at), f"no readout {name!r}{hint(name, readouts)}")
+        return ""
 
     def _claim_open(self, tokens: Sequence[Token], idx: int, options: object, env: object) -> str:
         token = tokens[idx]
