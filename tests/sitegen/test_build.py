@@ -7,7 +7,6 @@ import os
 import re
 from base64 import b64encode
 from hashlib import sha256
-from html import unescape
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -15,11 +14,11 @@ import html5lib
 import pytest
 from markupsafe import escape
 
-from sitegen.assets import FOR_HOSTS, POLICY, source_of
+from sitegen.assets import FOR_HOSTS, POLICY
 from sitegen.check import check_site
 from sitegen.files import short_hash
 from sitegen.static import header_rules, headers_for
-from tests.sitegen.conftest import SITE, START, Project, fresh_cache
+from tests.sitegen.conftest import START, Project, fresh_cache
 from widgets.host import Host
 
 
@@ -263,28 +262,6 @@ def test_redirects_metadata_and_site_map(built: Project) -> None:
         "https://example.org/ladder/checks.html",
     ]
     assert 'name="robots" content="noindex"' in built.page("404.html")
-
-
-def test_the_page_for_a_missing_address_stands_at_any_depth(project: Project) -> None:
-    """It loads nothing; its link is absolute where the site's address is known, and else found by a script."""
-    project.build()
-    known = project.page("404.html")
-    assert '<a href="https://example.org/ladder/index.html">' in known
-    assert "<script" not in known
-    project.write("content/site.yaml", SITE.replace("url: https://example.org/ladder\n", ""))
-    project.build()
-    unknown = project.page("404.html")
-    assert re.search(r'<a href="index.html" data-beside="assets/site\.\w+\.css">', unknown)
-    for page in (known, unknown):
-        assert not re.search(r'(?:src|href)="(?!https:|data:,|index.html)', page)
-        for text in re.findall(r"<(?:style|script)>(.*?)</(?:style|script)>", page, re.DOTALL):
-            assert source_of(text) in policy_of(page)
-
-
-def policy_of(page: str) -> str:
-    """The policy that a page states."""
-    (content,) = re.findall(r'http-equiv="Content-Security-Policy" content="([^"]*)"', page)
-    return unescape(content)
 
 
 def test_files_of_any_editor(project: Project) -> None:

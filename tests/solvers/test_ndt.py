@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from solvers import Pose, Status, ndt, ndt_map, newton, register
+from solvers import Pose, Status, ndt, ndt_map, register
 from solvers.metrics import rre, rte
 from solvers.ndt_score import evaluate, score_map
 from solvers.ndt_translation import climb
@@ -187,58 +187,6 @@ def test_a_score_map_is_the_score_at_each_translation(rng, grids):
     np.testing.assert_allclose(score_map(cells, turned, x[::3], y[::3]), found[::3, ::3], rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(score_map(cells, turned, x, y[7:9]), found[7:9], rtol=1e-12, atol=1e-12)
     assert not score_map(cells, turned, x + 100.0, y).any()
-
-
-# ---- the step ----
-
-
-def test_damping_makes_the_matrix_definite_and_the_step_a_descent(rng):
-    """λ is 0 for a positive definite Hessian and then the step is Newton's; else H + λI is positive definite, H is not,
-    and the step still goes down."""
-    root = rng.standard_normal((50, 3, 3))
-    good = root @ root.swapaxes(1, 2) + 0.1 * np.eye(3)
-    g = rng.standard_normal((50, 3))
-    step, damping = newton.damped_step(g, good)
-    assert not damping.any()
-    np.testing.assert_allclose(step, -np.linalg.solve(good, g[..., None])[..., 0], rtol=1e-9, atol=1e-12)
-    bad = good - 3.0 * np.eye(3) * np.linalg.eigvalsh(good)[:, 1, None, None]
-    step, damping = newton.damped_step(g, bad)
-    assert (damping > 0.0).all()
-    assert (np.linalg.eigvalsh(bad)[:, 0] < 0.0).all()
-    assert (np.linalg.eigvalsh(bad + damping[:, None, None] * np.eye(3))[:, 0] > 0.0).all()
-    assert ((g * step).sum(axis=1) < 0.0).all()
-
-
-def test_capping_the_parts_of_a_step_separately_can_climb():
-    """One common factor keeps a descent direction; clipping length and angle by themselves can turn it into ascent."""
-    g, step = np.array([[1.0, 0.0, 2.0]]), np.array([[3.0, 0.0, -1.7]])
-    along = step[0] / np.linalg.norm(step)
-    hessian = np.outer(g, g) / -(g * step).sum() + np.eye(3) - np.outer(along, along)
-    assert np.linalg.eigvalsh(hessian).min() > 0.0
-    np.testing.assert_allclose(np.linalg.solve(hessian, -g[0]), step[0], atol=1e-12)
-    assert (g * step).sum() < 0.0
-    clipped = np.array([[3.0, 0.0, -0.2]])
-    assert (g * clipped).sum() > 0.0
-    one = newton.capped(step, (np.array([3.0 / 0.5]), np.array([1.7 / 0.2])))
-    assert (g * one).sum() < 0.0
-    np.testing.assert_allclose(one, step / 8.5)
-
-
-def test_a_common_factor_keeps_every_descent(rng):
-    """A thousand gradients and positive definite Hessians: the step, capped as a whole, still descends."""
-    roots, g = rng.standard_normal((1000, 3, 3)), rng.standard_normal((1000, 3))
-    hessian = roots @ roots.transpose(0, 2, 1) + 1e-3 * np.eye(3)
-    step = np.linalg.solve(hessian, -g[..., None])[..., 0]
-    limits = (np.linalg.norm(step[:, :2], axis=1) / 0.5, np.abs(step[:, 2]) / 0.2)
-    capped = newton.capped(step, limits)
-    assert (np.maximum(*limits) > 1.0).sum() > 500
-    assert ((g * capped).sum(axis=1) < 0.0).all()
-
-
-def test_zero_or_infinite_curvature_makes_no_step():
-    step, damping = newton.damped_step(np.ones((2, 3)), np.stack([np.zeros((3, 3)), np.full((3, 3), np.inf)]))
-    np.testing.assert_array_equal(step, np.broadcast_to(-np.ones(3), (2, 3)) * 0.0)
-    assert not damping.any()
 
 
 # ---- the run ----
