@@ -24,6 +24,8 @@ from solvers.pose import Pose
 from solvers.status import Status, mark, reasons, statuses
 from solvers.stepper import Problem
 
+_TINY = float(np.finfo(np.float64).tiny)
+
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
@@ -160,8 +162,9 @@ class _Cells:
 
 def scores(found: Candidates, m: int, sigma: FloatArray) -> FloatArray:
     """ψ of the listed pairs, (e,); m source points a problem, sigma (b,)."""
-    with np.errstate(under="ignore"):
-        factor = np.repeat(-0.5 / np.square(sigma), m)
+    with np.errstate(over="ignore", under="ignore"):
+        # A width below 1e-154 has no square: the factor stays finite, and a distance of 0 keeps a weight of 1.
+        factor = np.repeat(-0.5 / np.maximum(np.square(sigma), _TINY), m)
         psi: FloatArray = np.exp(found.squares * factor[found.row])
     return psi
 

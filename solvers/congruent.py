@@ -94,7 +94,8 @@ class Field:
         gap *= (cell / reach)[:, None, None, None]
         gap *= gap
         near = gap[:, :, 1, :, None] + gap[:, :, 0, None, :]
-        index = home.astype(np.int64)[..., None] + around
+        # Where the cells are below the coordinates' rounding, a point's own may lie outside the grid.
+        index = np.clip(home.astype(np.int64)[..., None] + around, 0, (shape - 1)[:, None, :, None])
         flat = index[:, :, 1, :, None] * shape[:, 0, None, None, None] + index[:, :, 0, None, :]
         flat += (np.arange(len(target)) * values.shape[1])[:, None, None, None]
         inside = near < 1.0

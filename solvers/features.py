@@ -4,7 +4,8 @@ With frequencies `ω_k ~ N(0, ℓ⁻² I)`, k = 1 … D, a point has the feature
 ω_Dᵀx]/√D`, and `φ(x)ᵀφ(y)` estimates the Gaussian kernel `exp(−‖x − y‖²/2ℓ²)`; the squared distance of two clouds' mean
 features estimates their squared maximum mean discrepancy, MMD². `exact_squared_mmd` is what it tends to as D grows.
 
-Frequencies are kept in units of 1/ℓ, so that one draw serves every length scale. The cost is linear in the points: sums
+Frequencies are kept in units of 1/ℓ, so that one draw serves every length scale. Their kernel is the Gaussian; others,
+such as the Laplace kernel's, are left out. The cost is linear in the points: sums
 run over blocks. Sine and cosine are computed here, both at once, by their series on an eighth of a turn and one
 doubling: numpy's own took eight times as long, and differ from one machine to another in the last bit.
 

@@ -24,6 +24,7 @@ from solvers.arrays import FloatArray
 BLOCK = 2**15
 """The most numbers in a temporary (256 kB, which stays in a processor's cache), unless one row is longer."""
 
+_TINY = float(np.finfo(np.float64).tiny)
 _FAR = 500.0  # the largest exponent; exp(−500) is 7e-218
 _LOW = 1e-190  # a row's sum below it may be made of such ends, and is taken again relative to its largest term
 
@@ -67,7 +68,8 @@ class _Kernel:
         self.left, self.right = np.ones((b, d, r, 2)), np.ones((b, d, 2, c))
         self.left[..., 0] = rows.swapaxes(1, 2)
         np.negative(columns.swapaxes(1, 2), out=self.right[:, :, 1])
-        self.factor = (-0.5 / np.square(sigma))[:, None, None]
+        # A width below 1e-154 has no square: the factor stays finite, and a distance of 0 keeps a weight of 1.
+        self.factor = (-0.5 / np.maximum(np.square(sigma), _TINY))[:, None, None]
         self.blocks = list(blocks(b, r, c, limit))
         some, part = self.blocks[0]
         shape = (min(b, some.stop), min(r, part.stop), c)

@@ -11,7 +11,9 @@ K, `∂_φ E_k = i ω_kᵀ K mean(q exp(i ω_kᵀ q))`: sums that `feature_sums`
 
 Nothing is discounted: density, partial overlap and clutter move the minimum, and random features add minima of their
 own. Sources: Crane et al. 2026 (MMD-Reg: random features, Levenberg-Marquardt, a length-scale schedule), Rahimi & Recht
-2007, Gretton et al. 2012. Left out: learned starts, scales and overlap weights.
+2007, Gretton et al. 2012. Left out: learned starts, scales and overlap weights; the frequencies of a Laplace kernel,
+which the authors' code also has. Different: one draw of frequencies is rescaled through all stages, the authors draw
+anew for each.
 """
 
 from __future__ import annotations

@@ -8,7 +8,8 @@ and a run that has stopped is not thereby aligned.
 
 The score at a cell's border jumps, so a run often ends stalled there rather than where the gradient vanishes.
 
-Source: Biber & Straßer 2003 (score and Newton's method); Magnusson 2009, ch. 6.
+Source: Biber & Straßer 2003 (score and Newton's method); Magnusson 2009, ch. 6, of which the mixture of each Gaussian
+with a uniform part for outliers is left out.
 """
 
 from __future__ import annotations

@@ -88,7 +88,8 @@ def evaluate(
         phi2 = w0 * v0 + w1 * v1 - (u0 * lx + u1 * ly) - second
 
         def total(v: FloatArray) -> FloatArray:
-            return np.asarray(np.bincount(b, weights=values * v, minlength=k))
+            # Of nothing, bincount makes integers.
+            return np.asarray(np.bincount(b, weights=values * v, minlength=k), dtype=np.float64)
 
         gradient = np.stack([total(u0), total(u1), total(uphi)], axis=1)
         hessian = np.empty((k, 3, 3))

@@ -13,7 +13,7 @@ They hold for fixed cells: where a point changes its cell, f jumps. The score ha
 likelihood, and a sharp cell counts no more than a blurred one.
 
 Sources: Biber & Straßer 2003, The normal distributions transform: a new approach to laser scan matching; Magnusson
-2009, The three-dimensional normal-distributions transform, ch. 6.
+2009, The three-dimensional normal-distributions transform, ch. 6, without its uniform part for outliers (d₁ and d₂).
 """
 
 from __future__ import annotations

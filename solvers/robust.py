@@ -39,8 +39,9 @@ FLOOR = 1e-3
 def mad_scale(distances: FloatArray, among: BoolArray | None = None, floor: float = FLOOR) -> FloatArray:
     """`s = max(1.4826 · median(r), floor)` of the pair distances (b, m) that are `among`, (b,).
 
-    The median absolute deviation about zero, where a perfect pair lies: about the median itself a far start, with all
-    distances alike, would make a redescending weight reject every pair. Without any pair it is `floor`.
+    The median absolute deviation about zero, where a perfect pair lies. About the median itself the scale would be
+    smaller at a far start, and a redescending weight would reject some pairs there. Without any pair it is `floor`,
+    an absolute length: for clouds given in small numbers it makes every weight one.
     """
     m = distances.shape[-1]
     if among is None:

@@ -102,6 +102,16 @@ def test_clouds_worlds_apart_and_in_any_unit_get_an_answer(both):
             check(result.pose, result.status, result.reason, result.objective)
 
 
+@pytest.mark.parametrize("method", ["soft-annealed", "association-bp", "hypothesis-mixture"])
+@pytest.mark.parametrize("unit", [1e-156, 1e-160, 1e-200])
+def test_a_width_without_a_square_weighs_without_a_warning(method, unit):
+    """Where σ² vanishes, the kernel of points at one place is 1 and of all others 0."""
+    target = unit * np.random.default_rng(3).standard_normal((6, 2))
+    for source in (np.zeros((4, 2)), target):
+        result = register(source, target, method)
+        check(result.pose, result.status, result.reason, result.objective)
+
+
 @pytest.mark.parametrize("method", [name for name in sorted(METHODS) if not METHODS[name].paired])
 def test_a_source_that_is_a_point_beside_the_target(method):
     """A hundred powers of ten and more between the two: the square of their ratio is no number."""

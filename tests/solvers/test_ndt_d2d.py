@@ -99,3 +99,14 @@ def test_d2d_says_which_cloud_has_no_cell():
         found = register(source, target, "ndt-d2d")
         assert found.status is Status.DEGENERATE
         assert found.reason.startswith(words)
+
+
+def test_a_step_that_no_cell_follows_is_taken_back():
+    """Two points at 1e100 make cells that each step leaves: of no pairs at all, sums are numbers as well."""
+    far = [[1e100, 0.0], [1e100, 0.6], [-1.6, 1e100], [-0.1, 1e100]]
+    near = [[-0.4, -0.14], [-0.15, 0.6], [0.96, -0.02], [-0.97, 1.3], [-0.7, 1.3], [-0.3, -0.8], [-0.2, -0.7]]
+    source = np.array([*far, *near])
+    for shift in ([0.0, 0.0], [-850.0, -476.0], [1e6, 0.0]):
+        result = register(source, source + np.array(shift), "ndt-d2d")
+        assert result.status in (Status.DEGENERATE, Status.STALLED, Status.CONVERGED)
+        assert np.isfinite(result.pose.matrix).all()

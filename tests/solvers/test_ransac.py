@@ -315,3 +315,15 @@ def test_congruent_scenes_without_an_answer(rng):
 def test_wrong_options_are_named(method, option, value):
     with pytest.raises(ValueError, match=rf"^{option}: "):
         register(np.eye(3)[:, :2], np.eye(3)[:, :2], method, **{option: value})
+
+
+def test_a_grid_finer_than_the_coordinates_rounding_holds_every_point():
+    """Far from the origin a target's own cell may come out beyond its grid: it counts at the rim."""
+    rng = np.random.default_rng(560475)
+    far = 2.0 ** int(rng.integers(30, 60))
+    last = np.spacing(far)
+    source = rng.standard_normal((4, 2))
+    target = far * rng.uniform(1, 2, (1, 2)) + last * rng.integers(-3, 4, (4, 2))
+    inlier = float(rng.uniform(0.1, 8) * last)
+    result = register(source, target, "ransac-congruent", inlier=inlier, tolerance=inlier, separation=0.1, most=1)
+    assert result.status == Status.DEGENERATE
