@@ -143,7 +143,7 @@ def is_part(root: Path, asked: argparse.Namespace) -> bool:
     everything = {root.resolve(), (root / "tests").resolve()}
     some = {Path(name.partition("::")[0]).resolve() for name in asked.file_or_dir}
     chosen = {name for name in CHOOSING if getattr(asked, name, None)}
-    if asked.markexpr == USUAL:
+    if getattr(asked, "markexpr", "") == USUAL:
         chosen.discard("markexpr")
     return bool(some and not some & everything) or bool(chosen)
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from html import unescape
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -208,6 +210,12 @@ TOY_PLOT = Plot(
 
 def _act(state: State, action: Action) -> State:
     return State(state.controls, state.seed, state.presses + (action.name == "go"))
+
+
+def policy_of(page: str) -> str:
+    """The policy that a page states."""
+    (content,) = re.findall(r'http-equiv="Content-Security-Policy" content="([^"]*)"', page)
+    return unescape(content)
 
 
 def fresh_cache(folder: Path) -> Path:

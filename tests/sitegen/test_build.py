@@ -18,7 +18,7 @@ from sitegen.assets import FOR_HOSTS, POLICY
 from sitegen.check import check_site
 from sitegen.files import short_hash
 from sitegen.static import header_rules, headers_for
-from tests.sitegen.conftest import START, Project, fresh_cache
+from tests.sitegen.conftest import START, Project, fresh_cache, policy_of
 from widgets.host import Host
 
 

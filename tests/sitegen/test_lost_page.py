@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import re
-from html import unescape
 
 from sitegen.assets import source_of
-from tests.sitegen.conftest import SITE, Project
+from tests.sitegen.conftest import SITE, Project, policy_of
 
 
 def test_the_page_for_a_missing_address_stands_at_any_depth(project: Project) -> None:
@@ -23,9 +22,3 @@ def test_the_page_for_a_missing_address_stands_at_any_depth(project: Project) ->
         assert not re.search(r'(?:src|href)="(?!https:|data:,|index.html)', page)
         for text in re.findall(r"<(?:style|script)>(.*?)</(?:style|script)>", page, re.DOTALL):
             assert source_of(text) in policy_of(page)
-
-
-def policy_of(page: str) -> str:
-    """The policy that a page states."""
-    (content,) = re.findall(r'http-equiv="Content-Security-Policy" content="([^"]*)"', page)
-    return unescape(content)
