@@ -1,7 +1,8 @@
 """`test --pythons`: the build and the solvers' tests with every other Python of this machine that is new enough.
 
-Each works as on a fresh machine: in a copy of the checkout, with a .venv of its own and a cache that holds nothing but
-the files from outside, so that all that a build makes is made by that Python.
+Each works as on a fresh machine: in a copy of the checkout, with a .venv of its own, and with a cache that holds the
+files from outside and the plots' results alone, so that what a build makes is made by that Python. (The results would
+take two minutes a Python; the solvers that give them are tested beside.)
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from pathlib import Path
 LEAST = (3, 11)
 ASKS = "import sys, importlib.util as u; print(*sys.version_info[:4], u.find_spec('ensurepip') is not None)"
 TESTS = "tests/solvers"
+KEPT = ("outside", "plots")  # of the cache
 MADE = (".git", ".venv", "__pycache__", ".*_cache", ".hypothesis", ".site-*", "*.egg-info", "bench.json")
 
 
@@ -94,9 +96,9 @@ def works(root: Path, one: Interpreter) -> bool:
     with tempfile.TemporaryDirectory(prefix="ladder-python-") as temporary:
         copy, cache = Path(temporary, "checkout"), Path(temporary, "cache")
         copied(root, copy)
-        outside = cache_dir() / "outside"
-        if outside.is_dir():
-            shutil.copytree(outside, cache / "outside")
+        for kind in KEPT:
+            if (cache_dir() / kind).is_dir():
+                shutil.copytree(cache_dir() / kind, cache / kind)
         env = {name: value for name, value in os.environ.items() if name not in ("VIRTUAL_ENV", "PYTHONPATH")}
         env["LADDER_CACHE"] = str(cache)
         return all(_run([str(one.path), *words], copy, env, one) for words in steps())

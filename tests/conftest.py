@@ -74,7 +74,7 @@ def small_checkout(tmp_path: Path) -> Path:
     (tmp_path / "content").mkdir()
     (tmp_path / "content" / "page.md").write_text("first", "utf-8")
     (tmp_path / "sitegen").mkdir()
-    for name in ("__init__", "building", "problems", "progress", "outside", "files", "node", "stopping"):
+    for name in ("__init__", "building", "problems", "progress", "outside", "store", "files", "node", "stopping"):
         shutil.copy(ROOT / "sitegen" / f"{name}.py", tmp_path / "sitegen")
     (tmp_path / "sitegen" / "build.py").write_text(BUILD, "utf-8")
     (tmp_path / "sitegen" / "tone.py").write_text("TONE = '.'\n", "utf-8")
