@@ -12,7 +12,8 @@ from tests.browser.conftest import Reader
 from tests.browser.figures import Figure
 from tests.browser.server import SiteServer
 
-COMPLAINTS = ("Failed to load", "Unexpected", "Invalid or unexpected token", "MIME type", "ERR_")  # where it is cut decides
+# Where a script is cut decides what is unexpected.
+COMPLAINTS = ("Failed to load", "Unexpected", "Invalid or unexpected token", "MIME type", "ERR_")
 # Where everything stands that is seen; what is told of the script lies over it.
 PLACES = """() => [...document.querySelectorAll('header *, main *, footer *')]
   .filter(node => node.checkVisibility({ visibilityProperty: true }) && !node.closest('svg, math'))
