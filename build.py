@@ -1,6 +1,5 @@
 """The project's commands: `python3 build.py --help` lists them. Needs Python 3.11 or newer and nothing else."""
 
-import os
 import signal
 import sys
 
@@ -30,7 +29,7 @@ def main(words):
         sys.stdout.flush()
         sys.stderr.write("\n" * sys.stderr.isatty() + "build.py: stopped by Ctrl-C\n")
         sys.stderr.flush()
-        os._exit(130)  # threads that pack a large file would be waited for
+        stopping.leave(130)  # threads that pack a large file would be waited for
 
 
 if __name__ == "__main__":

@@ -5,14 +5,17 @@ Standard library only, since it is there before anything is installed.
 
 from __future__ import annotations
 
+import os
 import signal
 import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
-from typing import Any
+from typing import Any, NoReturn
 
+_UNDER_WAY = threading.RLock()  # of a thread in the middle of what is not cut in two: leave() waits for it
+LEAVING_SECONDS = 2.0  # at most; writing one file takes a fraction of that
 CLEARING_SECONDS = 5.0  # more than any clearing up takes: a Ctrl-C after that is one that got lost, and is raised again
 
 
@@ -34,7 +37,8 @@ def listen() -> None:
 def held() -> Iterator[None]:
     """What stands in here is not cut in two: Ctrl-C, or being asked to end, waits until it is done."""
     if threading.current_thread() is not threading.main_thread():  # only that one is interrupted
-        yield
+        with _UNDER_WAY:
+            yield
         return
     came: list[tuple[int, FrameType | None]] = []
     numbers = (signal.SIGINT, signal.SIGTERM)
@@ -51,6 +55,12 @@ def held() -> Iterator[None]:
                 before[number](number, frame)
             elif before[number] is signal.SIG_DFL:
                 signal.raise_signal(number)
+
+
+def leave(code: int) -> NoReturn:
+    """End this process without waiting for its threads, but for one that is in the middle of a file."""
+    _UNDER_WAY.acquire(timeout=LEAVING_SECONDS)
+    os._exit(code)
 
 
 @contextmanager

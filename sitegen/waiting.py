@@ -72,4 +72,6 @@ if __name__ == "__main__":
         main(*sys.argv[1:])
     except SystemExit:
         code = 1
-    os._exit(code)  # taking a large interpreter apart takes time, and nothing is left to be done
+    # Taking a large interpreter apart takes time, and nothing is left to be done but what a thread is writing.
+    stopping = sys.modules.get("sitegen.stopping")  # there is nothing to wait for where no build has brought it
+    getattr(stopping, "leave", os._exit)(code)

@@ -91,7 +91,7 @@ class Started:
 
     def processes(self) -> list[int]:
         """Those that the build said were at work."""
-        return [int(path.read_text()) for path in (self.root / "begun").glob("[!.]*")]
+        return [int(path.read_text()) for path in (self.root / "begun").glob("[!.]*") if path.suffix != ".new"]
 
     def close(self) -> None:
         for number in [self.process.pid, *self.processes()]:

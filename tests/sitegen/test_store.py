@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -35,11 +36,16 @@ def fill(path: Path) -> None:
     path.write_bytes(b'{"garbage": [1, 2, 3]}' * 100)
 
 
+@cache
+def wholes(folder: Path) -> dict[Path, bytes]:
+    """What a folder's files held before the first of them was damaged."""
+    return {path: path.read_bytes() for path in sorted(folder.iterdir()) if path.is_file()}
+
+
 def exchange(path: Path) -> None:
     """Another entry of the same kind, whole; a copy of itself with something behind it where there is no other."""
-    others = [each for each in sorted(path.parent.iterdir()) if each.is_file() and each != path]
-    data = others[0].read_bytes() if others else path.read_bytes() + b"\n"
-    path.write_bytes(data)
+    others = [data for other, data in wholes(path.parent).items() if other != path]
+    path.write_bytes(others[0] if others else path.read_bytes() + b"\n")
 
 
 def folder(path: Path) -> None:
