@@ -10,8 +10,11 @@ from solvers.arrays import AnyArray, FloatArray, ReasonArray, StatusArray
 from solvers.pose import Pose
 from solvers.rigid import fit_rigid, pair_cost
 from solvers.rows import CONSTANT, SHARED
-from solvers.status import reasons, statuses
+from solvers.status import Status, mark, reasons, statuses
 from solvers.stepper import Method, NoOptions, Problem
+
+MOST_POWERS = 300
+"""Powers of ten between the widths of two clouds from which on no similarity is sought."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +67,21 @@ def _start_rigid(problem: Problem, options: NoOptions) -> KabschState:
 
 
 def _start_similarity(problem: Problem, options: NoOptions) -> KabschState:
-    return _start(problem, scaled=True)
+    state = _start(problem, scaled=True)
+    powers = [_power(cloud, problem.weights) for cloud in (problem.source, problem.target)]
+    apart = np.abs(powers[1] - powers[0]) > MOST_POWERS
+    words = f"one cloud is more than 1e+{MOST_POWERS} times as wide as the other: no float64 is their scale"
+    status, reason = mark(state.status, state.reason, apart, Status.DEGENERATE, words)
+    return replace(state, status=status, reason=reason)
+
+
+def _power(points: FloatArray, weights: FloatArray) -> FloatArray:
+    """The power of ten of how wide each cloud (b, n, d) is, (b,), without the points of no weight; 0 for a point."""
+    counts = (weights > 0.0)[..., None]
+    low, high = np.where(counts, points, np.inf).min(axis=1), np.where(counts, points, -np.inf).max(axis=1)
+    width = np.where(counts.any(axis=1), high - low, 0.0).max(axis=-1)
+    powers: FloatArray = np.log10(np.where(width > 0.0, width, 1.0))
+    return powers
 
 
 KABSCH = Method(

@@ -162,3 +162,16 @@ def test_the_front_door_reports_the_same(method):
     assert result.status is Status.DEGENERATE
     assert "angle is undefined" in result.reason
     assert result.steps == 1
+
+
+@pytest.mark.parametrize(("source", "target"), [(1e-200, 1e149), (1e149, 1e-200)])
+def test_a_scale_that_no_float64_holds_is_degenerate(source, target):
+    """The similarity of clouds 349 powers of ten apart: no overflow on the way, and no infinite scale at its end."""
+    cloud = np.array([(0.0, 0.0), (1.0, 0.2), (0.3, 0.9)])
+    result = register(cloud * source, cloud * target, "similarity")
+    assert result.status == Status.DEGENERATE
+    assert "times as wide as the other" in result.reason
+    assert np.isfinite(result.pose.matrix).all()
+    near = register(cloud, cloud * 1e140, "similarity")
+    assert near.status == Status.CONVERGED
+    assert near.pose.scale == pytest.approx(1e140)
