@@ -353,7 +353,7 @@ def test_a_file_that_is_no_longer_kept_is_told_so(reader: Callable[..., Reader])
     expect(own.root.locator(".figure-status")).to_contain_text("Choose or draw a source and a target first.")
     both(own)
     told(own, "source", "source.csv: ")
-    assert own.readout("rms") != "–"
+    own.changes("rms", "–")
 
 
 PRINT = "0123456789abcdef" * 2
