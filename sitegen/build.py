@@ -24,7 +24,7 @@ from .assets import HEADERS, Assets, policy, read_assets, service_worker
 from .cite import Reference, read_references, unused
 from .claims import read_results, tests_for
 from .computed import Values
-from .content import OWN_PAGES, SETTINGS, Chapter, Site, read_chapters, read_guide, read_site
+from .content import FIXED_PAGES, SETTINGS, Chapter, Site, check_names, read_chapters, read_docs, read_site
 from .decks import Deck, deck
 from .figures import Bakery, Figure, code_hash, frames_of
 from .glossary import Term, read_glossary
@@ -103,8 +103,8 @@ def build(
     chapters, left_out = read_chapters(root, site, problems, drafts)
     references = read_references(root, problems)
     terms = read_glossary(root, chapters, left_out, problems)
-    guide = read_guide(root, problems)
-    written = [*chapters, *([guide] if guide else [])]
+    written = [*chapters, *read_docs(root, problems)]
+    check_names(written, problems)
     placeable = sound(parts.widgets, problems)
     surveys = [survey(one, placeable, parts.plots, problems) for one in written]
     formulas = [asked for one in surveys for asked in one.formulas]
@@ -144,7 +144,7 @@ def build(
         bodies.append((one.chapter, render(one, known)))
     decks = [deck(one, tapes, known, draw) for one in surveys if one.slides]
     values.keep()
-    guided = bodies.pop() if guide else None
+    bodies, docs = bodies[: len(chapters)], bodies[len(chapters) :]
     surveys = surveys[: len(chapters)]
     cited = {key: [chapter for chapter, body in bodies if key in body.cited] for key in references}
     for reference in unused(references, (key for key, by in cited.items() if by)):
@@ -157,10 +157,8 @@ def build(
     shown = Shown(site, known, wheel, lambda page, figure: tapes[page, figure.id].first, gallery.drawn)
     books = notebooks(surveys, [body for _, body in bodies], shown, cache)
     made = about.made(root, surveys, [body for _, body in bodies], started.size if started else 0)
-    code = _sources(known, bodies, cache)
-    content = _Content(
-        root, site, chapters, bodies, decks, references, cited, known, licences, books, made, code, guided
-    )
+    code = _sources(known, [*bodies, *docs], cache)
+    content = _Content(root, site, chapters, bodies, decks, references, cited, known, licences, books, made, code, docs)
     files = _files(content, templates, mathematics, tapes, started, parts, pack, cache, progress, problems)
     if problems.found:
         raise BuildFailed(problems.found)
@@ -174,7 +172,7 @@ def build(
         tuple(sorted([*problems.warnings, *(problems.notes if strict else []), *(told if full else [])])),
         len(files),
         sum(map(len, files.values())),
-        {chapter.source.path: chapter.page for chapter in chapters},
+        {chapter.source.path: chapter.page for chapter in written},
     )
 
 
@@ -194,7 +192,7 @@ class _Content:
     notebooks: Mapping[str, bytes]
     made: about.Made
     sources: Mapping[str, Markup]
-    guide: tuple[Chapter, Body] | None
+    docs: Sequence[tuple[Chapter, Body]]
     insides: dict[tuple[str, bool, str], Markup] = field(default_factory=dict)
 
 
@@ -246,13 +244,13 @@ def _pages(
     surveys: Sequence[Survey], references: Mapping[str, Reference], terms: Mapping[str, Term]
 ) -> dict[str, Mapping[str, Place] | None]:
     """Every page that a link may lead to, with its anchors."""
-    pages: dict[str, Mapping[str, Place] | None] = {f"{name}.html": None for name in OWN_PAGES if name != "404"}
+    pages: dict[str, Mapping[str, Place] | None] = {fixed.page: None for fixed in FIXED_PAGES if fixed.name != "404"}
     pages["references.html"] = {f"ref-{key}": reference.place for key, reference in references.items()}
     pages["glossary.html"] = {term.anchor: term.place for term in terms.values()}
     pages |= {one.chapter.deck: None for one in surveys if one.slides}
 
     def fixed(one: Survey) -> dict[str, Place]:
-        names = (name for name in OWN_IDS if name != "slides" or one.slides)
+        names = ("main",) if one.chapter.is_doc else (name for name in OWN_IDS if name != "slides" or one.slides)
         return {name: Place("templates/chapter.html") for name in names}
 
     # Of two chapters of one name, which is a problem, the first is meant.
@@ -301,9 +299,10 @@ def _files(
         assets.runtime = {"folder": "runtime/", "files": json.dumps(started.start_files()), "bytes": started.size}
     if parts.search is not None:
         assets.search_library = assets.add("minisearch.js", parts.search(cache))
-        assets.search_data = assets.add("search.js", search.search_data(unstyled, cache))
-    found = [*(body for _, body in content.bodies), *(each.found for each in content.decks)]
-    found += [content.guide[1]] if content.guide else []
+        hidden = {doc.page for doc, _ in content.docs if doc.hidden}
+        shown = {name: page for name, page in unstyled.items() if name not in hidden}
+        assets.search_data = assets.add("search.js", search.search_data(shown, cache))
+    found = [*(body for _, body in [*content.bodies, *content.docs]), *(each.found for each in content.decks)]
     images = {image.name: image.data for body in found for image in body.images}
     if manifest.ICONS.keys() <= assets.pictures.keys():
         site, assets.ground = content.site, emblem.colours()["paper"]
@@ -312,9 +311,10 @@ def _files(
     rest = {**scripts, **images, **assets.files}
     assets.download = _download(content, templates, assets, rest, started, cache) if pack else None
     files = {**_pages_of(content, templates, assets), **rest}
-    writer = Writer(templates, content.site, content.chapters, assets, content.insides)
+    writer = Writer(templates, content.site, content.chapters, assets, content.insides, bool(content.docs))
     if content.site.url:
-        own = ("about.html", "references.html", "glossary.html", "reference.html", "checks.html")
+        own = [fixed.page for fixed in FIXED_PAGES if fixed.public]
+        own += [doc.page for doc, _ in content.docs if not doc.hidden]
         slides = [*(each.chapter.deck for each in content.decks), *(["slides.html"] if content.decks else [])]
         public = [*(chapter.page for chapter in content.chapters), *own, *slides]
         files["sitemap.xml"] = writer.sitemap(public).encode()
@@ -372,20 +372,21 @@ def _letters(script: bytes) -> tuple[str, str]:
 
 def _html(content: _Content, templates: Environment, assets: Assets) -> dict[str, str]:
     """Every page by name."""
-    writer = Writer(templates, content.site, content.chapters, assets, content.insides)
+    writer = Writer(templates, content.site, content.chapters, assets, content.insides, bool(content.docs))
     references, terms = content.references, content.known.terms
     pages = {chapter.page: writer.chapter(chapter, body, references, terms) for chapter, body in content.bodies}
-    pages |= {f"{name}.html": writer.redirect(chapter) for chapter in content.chapters for name in _old_names(chapter)}
+    pages |= {doc.page: writer.doc(doc, body, references, terms) for doc, body in content.docs}
+    written = [*content.chapters, *(doc for doc, _ in content.docs)]
+    pages |= {f"{name}.html": writer.redirect(chapter) for chapter in written for name in _old_names(chapter)}
     pages |= {each.chapter.deck: writer.deck(each, content.decks, references, terms) for each in content.decks}
     if content.decks:
         pages["slides.html"] = writer.slides(content.decks)
     pages["references.html"] = writer.references(content.references, content.cited)
     pages["glossary.html"] = writer.glossary(terms)
-    pages["about.html"] = writer.about(content.made, guide=content.guide is not None)
+    pages["about.html"] = writer.about(content.made)
     pages["reference.html"] = writer.reference()
-    pages["checks.html"] = writer.checks(content.bodies, content.known.tests, content.known.results, content.sources)
-    if content.guide:
-        pages["style.html"] = writer.guide(*content.guide, references, terms)
+    bodies = [*content.bodies, *content.docs]
+    pages["checks.html"] = writer.checks(bodies, content.known.tests, content.known.results, content.sources)
     pages["licences.html"] = writer.licences(content.licences)
     pages["404.html"] = writer.lost()
     return pages

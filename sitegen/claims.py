@@ -16,7 +16,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
-from .content import Chapter, read_chapters, read_site
+from .content import Chapter, read_chapters, read_docs, read_site
 from .files import fingerprint, write
 from .problems import Problems
 from .remembered import Remembered
@@ -107,9 +107,10 @@ def code_hash(root: Path, test_id: str, packages: Mapping[str, str]) -> str:
 
 
 def claimed(root: Path) -> list[str]:
-    """The ids of all tests that chapters, drafts too, name."""
+    """The ids of all tests that chapters, drafts too, and docs name."""
     problems = Problems()
-    return claimed_by(read_chapters(root, read_site(root, problems), problems, drafts=True)[0])
+    chapters, _ = read_chapters(root, read_site(root, problems), problems, drafts=True)
+    return claimed_by([*chapters, *read_docs(root, problems)])
 
 
 def claimed_by(chapters: Iterable[Chapter]) -> list[str]:

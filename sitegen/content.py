@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise, takewhile
@@ -19,8 +20,8 @@ FILE_NAME = re.compile(r"(?P<number>\d+(?:\.\d+)?)(?P<letter>[a-z]?)-(?P<slug>[a
 SLUG = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
 PLAIN = re.compile(r"^\s*(title|slug|rung): *[\"']?([^\"'\n]+?)[\"']?$", re.MULTILINE)
 FRONT_LINE = re.compile(r"[a-z]+:|\s+\S|- |#")
-OWN_PAGES = ("about", "references", "glossary", "reference", "checks", "licences", "slides", "style", "404")
-GUIDE = "style.md"  # for authors: written like a chapter, and none
+DOCS = "content/docs"  # for authors and successors: pages written like chapters, on no ladder
+DOCS_INDEX = "index.md"  # the page that leads to the others
 
 SETTINGS = "content/site.yaml"
 SITE = {
@@ -35,6 +36,13 @@ SITE = {
     "ladder": schema.Field("a list of rungs", lambda v: isinstance(v, list), default=[]),
     "macros": schema.Field("a mapping of macros to LaTeX", lambda v: isinstance(v, dict), default={}),
 }
+DOC_FRONT = {
+    "title": schema.text(required=True),
+    "question": schema.text(required=True),
+    "summary": schema.text(),
+    "redirects": schema.texts(),
+    "hidden": schema.flag(),
+}
 LICENCE = {"name": schema.text(required=True), "url": schema.text(required=True)}
 RUNG = {"rung": schema.text(required=True), "title": schema.text(required=True)}
 FRONT = {
@@ -47,6 +55,33 @@ FRONT = {
     "draft": schema.flag(),
     "slides": schema.Field("a list of slides", lambda v: isinstance(v, list), default=[]),
 }
+
+
+@dataclass(frozen=True)
+class FixedPage:
+    """A page that every site has, whatever its chapters are. searched: by readers; public: in the site map."""
+
+    name: str
+    searched: bool = True
+    public: bool = True
+
+    @property
+    def page(self) -> str:
+        """Its file name on the site."""
+        return f"{self.name}.html"
+
+
+FIXED_PAGES = (
+    FixedPage("about"),
+    FixedPage("references"),
+    FixedPage("glossary"),
+    FixedPage("reference"),
+    FixedPage("checks", searched=False),
+    FixedPage("licences", searched=False, public=False),
+    FixedPage("slides", searched=False, public=False),  # only there, and then public, with the first deck
+    FixedPage("404", searched=False, public=False),
+)
+OWN_PAGES = tuple(fixed.name for fixed in FIXED_PAGES)
 
 
 @dataclass(frozen=True)
@@ -76,7 +111,8 @@ class Site:
 
 @dataclass(frozen=True)
 class Chapter:
-    """One chapter, parsed. `name` is its page without .html; `front` its front matter, for places."""
+    """One chapter, or a page of the docs, parsed. `name` is its page without .html; `front` its front matter, for
+    places; `hidden` keeps a page of the docs from searches and the site map."""
 
     source: Source
     document: Document
@@ -90,6 +126,7 @@ class Chapter:
     draft: bool
     front: schema.Yaml | None = None
     slides: tuple[Slide, ...] = ()
+    hidden: bool = False
 
     def at(self, *path: str | int) -> Place:
         """The place of a thing in the front matter."""
@@ -99,6 +136,11 @@ class Chapter:
     def page(self) -> str:
         """The chapter's file name on the site."""
         return f"{self.name}.html"
+
+    @property
+    def is_doc(self) -> bool:
+        """Whether it is a page of the docs."""
+        return _is_doc(self.source.path)
 
     @property
     def deck(self) -> str:
@@ -159,7 +201,7 @@ def read_chapters(
     """The chapters in reading order, which is that of the numbers their file names begin with; and the drafts left out,
     whose mistakes stop nothing."""
     found: list[tuple[tuple[float, str], Path]] = []
-    for path in sorted(path for path in (root / "content").glob("*.md") if path.name != GUIDE):
+    for path in sorted((root / "content").glob("*.md")):
         match = FILE_NAME.fullmatch(path.name)
         if match is None:
             problems.add(
@@ -183,7 +225,6 @@ def read_chapters(
         else:
             chapters.append(chapter)
             problems.take(own)
-    _check_names(chapters, problems)
     _check_rungs(chapters, site, problems)
     return chapters, left_out
 
@@ -193,10 +234,28 @@ def is_draft(what: str, draft: Chapter) -> str:
     return f"{what} is a draft: {draft.source.path} is published once its line 'draft: true' is gone"
 
 
-def read_guide(root: Path, problems: Problems) -> Chapter | None:
-    """The style guide, as a chapter; None where there is none."""
-    path = root / "content" / GUIDE
-    return _chapter(root, path, problems, first=False) if path.is_file() else None
+def read_docs(root: Path, problems: Problems) -> list[Chapter]:
+    """The pages of the docs, by name; each is linked from their index, which must be there where any other is."""
+    docs = []
+    for path in sorted((root / DOCS).glob("*.md")):
+        if not SLUG.fullmatch(path.stem):
+            says = "a page of the docs is called like authoring.md: small ASCII letters, digits and hyphens"
+            problems.add(Place(f"{DOCS}/{path.name}"), says)
+        docs.append(_chapter(root, path, problems, first=False))
+    index = next((doc for doc in docs if doc.source.path == f"{DOCS}/{DOCS_INDEX}"), None)
+    if docs and index is None:
+        problems.add(Place(f"{DOCS}/{DOCS_INDEX}"), "is missing: it leads to the other pages of the docs")
+    elif index is not None:
+        inline = [child for token in index.document.tokens for child in token.children or []]
+        linked = {str(child.attrs["href"]).partition("#")[0] for child in inline if child.type == "link_open"}
+        for doc in docs:
+            if doc is not index and not linked & {doc.page, Path(doc.source.path).name}:
+                problems.add(index.at(), f"no link leads to {doc.source.path}")
+    return docs
+
+
+def _is_doc(name: str) -> bool:
+    return name.startswith(f"{DOCS}/")
 
 
 def _chapter(root: Path, path: Path, problems: Problems, first: bool) -> Chapter:
@@ -212,12 +271,13 @@ def _parsed(name: str, text: str, first: bool) -> tuple[Chapter, Problems]:
     problems = Problems()
     front, body = _split(text, name, problems)
     source = Source(name, body, problems)
-    values = _defaults(FRONT)
+    fields = DOC_FRONT if _is_doc(name) else FRONT
+    values = _defaults({**FRONT, **DOC_FRONT})
     document = schema.read(front, name, problems, first_line=2) if front else None
     if front and document is None:
         values |= {m[1]: m[2] for m in PLAIN.finditer(front)}  # others refer to it by these
     elif document is not None:
-        values = schema.validated(document, FRONT, problems)
+        values |= schema.validated(document, fields, problems)
         for where, slug in [
             (("slug",), values["slug"]),
             *((("redirects", i), s) for i, s in enumerate(values["redirects"])),
@@ -229,6 +289,8 @@ def _parsed(name: str, text: str, first: bool) -> tuple[Chapter, Problems]:
     file = Path(name)
     match = FILE_NAME.fullmatch(file.name)
     slug = values["slug"] or (match["slug"] if match else file.stem)
+    if _is_doc(name):
+        slug = "docs" if file.name == DOCS_INDEX else f"docs-{file.stem}"
     chapter = Chapter(
         source,
         parse(source),
@@ -241,7 +303,8 @@ def _parsed(name: str, text: str, first: bool) -> tuple[Chapter, Problems]:
         tuple(values["redirects"]),
         values["draft"],
         document,
-        read_slides(document, source, problems) if document is not None else (),
+        read_slides(document, source, problems) if document is not None and fields is FRONT else (),
+        values["hidden"],
     )
     return chapter, problems
 
@@ -261,7 +324,7 @@ def _split(text: str, name: str, problems: Problems) -> tuple[str, str]:
     return "\n".join([*lines, ""]), "\n" * (len(lines) + 1) + "\n".join(text.split("\n")[len(lines) + 1 :])
 
 
-def _check_names(chapters: list[Chapter], problems: Problems) -> None:
+def check_names(chapters: Sequence[Chapter], problems: Problems) -> None:
     """No two pages of one name, and no redirect from a page that is there."""
     taken = dict.fromkeys(OWN_PAGES, "the site's own page")
     for chapter in chapters:

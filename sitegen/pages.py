@@ -36,6 +36,7 @@ from .title_slide import in_part
 if TYPE_CHECKING:
     from .decks import Deck
 
+STYLE_GUIDE = "docs-style"
 SAID = {
     "passed": "Passed on this code.",
     "failed": "Failed on this code.",
@@ -175,6 +176,7 @@ class Writer:
     chapters: Sequence[Chapter]
     assets: Assets
     insides: dict[tuple[str, bool, str], Markup]
+    has_docs: bool = False
 
     def _page(self, name: str, title: str, description: str, kind: str, **more: Any) -> Page:
         url = self.site.url
@@ -192,6 +194,7 @@ class Writer:
             policy=POLICY,
             ladder=self._ladder(page.name),
             has_slides=any(chapter.slides for chapter in self.chapters),
+            has_docs=self.has_docs,
             inside=self.insides.get(key, ""),
             **values,
         )
@@ -263,15 +266,16 @@ class Writer:
         says = f"{self.site.title} as slides: a deck for each chapter, with its live figures."
         return self._fill("slides.html", self._page("slides.html", "Slides", says, "slides-page"), decks=decks)
 
-    def guide(
-        self, chapter: Chapter, body: Body, references: Mapping[str, Reference], terms: Mapping[str, Term]
-    ) -> str:
-        """The style guide: what its author wrote, and the colours as the style sheet has them."""
-        page = self._page("style.html", chapter.title, chapter.summary, "chapter-page", hidden=True)
-        filled = _written(chapter, body, references, terms)
-        own = [(2, name.lower(), Markup(name)) for name in ("Colours", "Type")]  # sections that its template adds
+    def doc(self, doc: Chapter, body: Body, references: Mapping[str, Reference], terms: Mapping[str, Term]) -> str:
+        """A page of the docs; the style guide's template adds the colours as the style sheet has them, and the type."""
+        page = self._page(doc.page, doc.title, doc.summary or self.site.description, "docs-page", hidden=doc.hidden)
+        page = replace(page, canonical="" if doc.hidden else page.canonical)
+        filled = {**_written(doc, body, references, terms), "mathematics": "<math" in body.html}
+        if doc.name != STYLE_GUIDE:
+            return self._fill("docs.html", page, **filled)
+        own = [(2, name.lower(), Markup(name)) for name in ("Colours", "Type")]
         filled["contents"] = _tree([*body.contents, *own])
-        return self._fill("style.html", replace(page, canonical=""), swatches=palette.swatches(), **filled)
+        return self._fill("style.html", page, swatches=palette.swatches(), **filled)
 
     def glossary(self, terms: Mapping[str, Term]) -> str:
         """Every term, with the chapter that explains it."""
@@ -321,12 +325,12 @@ class Writer:
         )
         return self._fill("checks.html", page, checks=checks)
 
-    def about(self, made: Made, *, guide: bool) -> str:
+    def about(self, made: Made) -> str:
         """What the site is, and what this build of it was made of."""
         site = self.site
         page = self._page("about.html", "About this site", f"How {site.title} is made, kept and cited.", "about-page")
         cited = bibtex(site.title, site.author, site.year, site.url)
-        return self._fill("about.html", page, made=made, bibtex=cited, guide=guide)
+        return self._fill("about.html", page, made=made, bibtex=cited)
 
     def licences(self, licences: Sequence[Licence]) -> str:
         """The licences of what the site serves."""

@@ -11,12 +11,13 @@ from functools import partial
 from html.parser import HTMLParser
 from pathlib import Path
 
+from .content import FIXED_PAGES
 from .figures import dumps
 from .outside import gather
 from .remembered import Remembered
 
 FORMAT = "1"  # of what is remembered; raised when the reading changes
-LEFT_OUT = ("checks.html", "licences.html", "404.html", "slides.html", "style.html")
+LEFT_OUT = tuple(fixed.page for fixed in FIXED_PAGES if not fixed.searched)
 HEADINGS = ("h1", "h2", "h3")
 # What is read elsewhere, or is no prose: cards, code that figures show, controls, drawings, formulas, data for scripts.
 SILENT = ("script", "style", "svg", "math", "form", "nav", "button", "select", "template", "dialog", "details")

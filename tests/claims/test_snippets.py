@@ -1,4 +1,4 @@
-"""The Python that chapters show is Python that runs."""
+"""The Python that chapters, docs and the README show is Python that runs."""
 
 import re
 from pathlib import Path
@@ -9,15 +9,16 @@ ROOT = Path(__file__).resolve().parents[2]
 BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 SNIPPETS = [
     pytest.param(code, id=f"{path.stem}-{k}")
-    for path in sorted((ROOT / "content").glob("*.md"))
+    for path in [ROOT / "README.md", *sorted((ROOT / "content").rglob("*.md"))]
     for k, code in enumerate(BLOCK.findall(path.read_text("utf-8")))
 ]
 
 
 @pytest.mark.native
 def test_there_are_snippets():
-    """The chapters are found, and show code."""
-    assert SNIPPETS
+    """The chapters are found, and show code; so does the README."""
+    assert len(SNIPPETS) > 1
+    assert SNIPPETS[0].id == "README-0"
 
 
 @pytest.mark.native

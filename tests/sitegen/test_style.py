@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from sitegen.content import read_guide
+from sitegen.content import read_docs
 from sitegen.inline import BLOCK, INLINE
 from sitegen.palette import MEANING, contrast, swatches
 from sitegen.problems import Problems
@@ -24,8 +24,7 @@ MARKDOWN = {
 def test_every_directive_stands_in_an_example() -> None:
     """And so does every other thing that chapters are written with."""
     problems = Problems()
-    guide = read_guide(ROOT, problems)
-    assert guide is not None
+    guide = next(doc for doc in read_docs(ROOT, problems) if doc.name == "docs-style")
     shown: set[str] = set()
     inside = False
     for token in guide.document.tokens:
@@ -42,20 +41,23 @@ def test_an_example_is_its_source_and_its_result(project: Project) -> None:
     project.write("content/00-start.md", START.partition("Read")[0])
     project.chapter("\nText.\n")
     body = ":::example\nA *word* & :ref[second].\n:::\n\n:::anatomy\n::figure[C]{toy id=demo}\n:::\n"
-    project.write("content/style.md", f"---\ntitle: Style\nquestion: How?\nsummary: S\n---\n\n{body}")
+    front = "title: Style\nquestion: How?\nsummary: S\nredirects: [style]\nhidden: true"
+    project.write("content/docs/style.md", f"---\n{front}\n---\n\n{body}")
+    project.write("content/docs/index.md", "---\ntitle: Docs\nquestion: How?\nsummary: S\n---\n\n[Style](style.md)\n")
     project.build(strict=True)
-    page = project.page("style.html")
+    page = project.page("docs-style.html")
     assert "<code>A *word* &amp; :ref[second].</code></pre>" in page
     assert '<div class="example-result">\n<p>A <em>word</em> &amp; <a class="ref" href="second.html">' in page
     assert re.search(r'<div class="anatomy">\s*<figure class="figure" id="fig-demo"', page)
     assert 'name="robots" content="noindex"' in page
-    assert '<a href="style.html">style guide</a>' in project.page("about.html")
+    assert '<h2 id="colours">Colours</h2>' in page
+    assert 'url=docs-style.html">' in project.page("style.html")
     assert "style.html" not in project.page("sitemap.xml")
     assert "Figures</th><td>0" not in project.page("about.html")
-    project.write("content/style.md", f"---\ntitle: Style\nsummary: S\n---\n\n:::exmple\nText.\n\n{body[:-4]}")
+    project.write("content/docs/style.md", f"---\n{front}\n---\n\n:::exmple\nText.\n\n{body[:-4]}")
     assert project.problems() == [
-        "content/style.md:6:1: no block :::exmple; did you mean 'example'?",
-        "content/style.md:13:1: :::anatomy is never closed by :::",
+        "content/docs/style.md:9:1: no block :::exmple; did you mean 'example'?",
+        "content/docs/style.md:16:1: :::anatomy is never closed by :::",
     ]
 
 
