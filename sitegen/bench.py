@@ -66,7 +66,7 @@ def groups() -> dict[str, Callable[[Bench], list[Row]]]:
 
 
 def bench(root: Path, out: Path, given: Path | None, only: Sequence[str], keeps: bool = False) -> int:
-    """Build, measure, print, write; with `keeps` also the README's table, for which every group is needed.
+    """Build, measure, print, write; with `keeps` also the docs' table, for which every group is needed.
 
     The exit code is 1 when something cannot be measured, 2 for an unknown group and for --keep with a few.
     """
@@ -107,7 +107,7 @@ def bench(root: Path, out: Path, given: Path | None, only: Sequence[str], keeps:
     if keeps and not failed:
         from sitegen.bench_table import keep
 
-        keep(root / "README.md", rows, where)
+        keep(root, rows, where)
     return 1 if failed else 0
 
 

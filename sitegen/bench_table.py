@@ -1,6 +1,7 @@
-"""The bench's table in the README: every line that the project is held to, with its aim, and what was measured last.
+"""The bench's table in the docs: every line that the project is held to, with its aim, and what was measured last.
 
-Sizes, counts and equalities are tests: such a line names the test that holds it. `bench --keep` writes the table.
+Sizes, counts and equalities are tests: such a line names the test that holds it. `bench --keep` writes the table, and
+its headlines into the README.
 """
 
 from __future__ import annotations
@@ -13,20 +14,25 @@ from typing import Any
 from sitegen.bench import Row, number
 from sitegen.files import write
 
-MARKS = ("<!-- the table of `build.py bench --keep` begins -->", "<!-- and ends -->")
+PAGE = "content/docs/performance.md"
+README = "README.md"
+# A link's definition that nothing uses: of Markdown's ways to say something unseen, the one that needs no HTML.
+MARKS = ("[//]: # (what `build.py bench --keep` writes begins)", "[//]: # (and ends)")
 COLD = "runtime start, cold"  # it tells, with the stock one's, how quick the machine is
-SHOWN = ("what", "aim", "measured", "")
+SHOWN = ("what", "aim", "measured", "result")
 
 
 @dataclass(frozen=True)
 class Line:
     """A line of the table. rows: how the names of the bench's rows begin that it is measured by; of several the one
-    that is farthest from its aim is shown. tests: what holds it at every run of the tests."""
+    that is farthest from its aim is shown. tests: what holds it at every run of the tests. headline: it stands in the
+    README too."""
 
     what: str
     aim: str
     rows: tuple[str, ...] = ()
     tests: tuple[str, ...] = ()
+    headline: bool = False
 
 
 LINES = (
@@ -37,19 +43,19 @@ LINES = (
     Line("the heaviest page, compressed, without tapes", "≤ 300 kB", ("heaviest page",)),
     Line("largest contentful paint, loopback", "≤ 500 ms", ("largest contentful paint",)),
     Line("layout shift until Python is up", "0", ("layout shift",)),
-    Line("a figure's first answer after a click, cold, from its tape", "≤ 50 ms", ("first answer",)),
-    Line("start of the runtime against stock Pyodide with numpy", "≤ 0.35", ("runtime start against",)),
+    Line("a figure's first answer after a click, cold, from its tape", "≤ 50 ms", ("first answer",), headline=True),
+    Line("start of the runtime against stock Pyodide with numpy", "≤ 0.35", ("runtime start against",), headline=True),
     Line("start of the runtime on a later visit", "shorter than the first", ("runtime start, on a later",)),
     Line("the runtime's files, gzip", "≤ 7.5 MB", ("runtime, compressed",)),
-    Line("input to swapped picture, 95th percentile, rungs 1 to 3½", "≤ 8 ms", ("near rungs, input",)),
+    Line("input to swapped picture, 95th percentile, rungs 1 to 3½", "≤ 8 ms", ("near rungs, input",), headline=True),
     Line("the same, the race's nine panels", "≤ 25 ms", ("nine panels",)),
     Line("frames missed in a drag", "≤ 2 %", ("frames missed",)),
     Line("heat map after a control moves: coarse", "≤ 33 ms", ("heat map, coarse",)),
     Line("the same: full, refined, interruptible", "≤ 1000 ms", ("heat map, full",)),
-    Line("benchmark of 25 seeds and nine solvers in the tab", "≤ 2500 ms", ("25-seed benchmark",)),
+    Line("benchmark of 25 seeds and nine solvers in the tab", "≤ 2500 ms", ("25-seed benchmark",), headline=True),
     Line("its *Stop*", "≤ 100 ms", ("Stop of the benchmark",)),
     Line("the same benchmark, natively", "≤ 1200 ms", ("the same, natively",)),
-    Line("rigid CPD, 100 × 100, of pycpd's time", "≤ 0.25", ("rigid CPD, 100 × 100",)),
+    Line("rigid CPD, 100 × 100, of pycpd's time", "≤ 0.25", ("rigid CPD, 100 × 100",), headline=True),
     Line("rigid CPD, 1000 × 1000, of pycpd's time", "≤ 0.25", ("rigid CPD, 1000 × 1000, 30",)),
     Line(
         "memory of rigid CPD, 1000 × 1000", "blocks, not the matrix of 8 MB", ("rigid CPD, 1000 × 1000, memory",),
@@ -116,24 +122,42 @@ LINES = (
 )  # fmt: skip
 
 
-def keep(readme: Path, rows: Sequence[Row], machine: Mapping[str, Any]) -> None:
-    """Put the table into the README, between its marks. Raises ValueError where it has none, or a line no row."""
-    before, begins, rest = readme.read_text("utf-8").partition(MARKS[0])
+def keep(root: Path, rows: Sequence[Row], machine: Mapping[str, Any]) -> None:
+    """Put the table into the docs and its headlines into the README, between their marks. Raises ValueError where a
+    file has none, or a line no row; then neither file changes."""
+    written = {PAGE: markdown(rows, machine), README: headlines(rows)}
+    texts = {root / name: _between_marks(root / name, text) for name, text in written.items()}
+    for path, text in texts.items():
+        write(path, text.encode())
+
+
+def _between_marks(path: Path, text: str) -> str:
+    before, begins, rest = path.read_text("utf-8").partition(MARKS[0])
     _, ends, after = rest.partition(MARKS[1])
     if not begins or not ends:
-        raise ValueError(f"{readme.name}: the marks of the bench's table are not there: {' … '.join(MARKS)}")
-    text = f"{before}{begins}\n{markdown(rows, machine)}\n{ends}{after}"
-    write(readme, text.encode())
+        raise ValueError(f"{path.name}: the marks of the bench's table are not there: {' … '.join(MARKS)}")
+    return f"{before}{begins}\n\n{text}\n\n{ends}{after}"
+
+
+def headlines(rows: Sequence[Row]) -> str:
+    """A few lines of the table, and how many of all that have an aim miss it."""
+    results = [_cells(line, rows)[-1] for line in LINES]
+    missed, measured = results.count("missed"), results.count("missed") + results.count("met")
+    table = _table([_cells(line, rows) for line in LINES if line.headline])
+    return f"{table}\n\nOf {measured} measured aims {missed} are missed: [all of them]({PAGE})."
 
 
 def markdown(rows: Sequence[Row], machine: Mapping[str, Any]) -> str:
     """The table, and under it where and when it was measured. Raises ValueError for a line without its row."""
-    cells = [SHOWN, tuple("---" for _ in SHOWN), *(_cells(line, rows) for line in LINES)]
-    table = "\n".join(f"| {' | '.join(row)} |" for row in cells)
+    table = _table([_cells(line, rows) for line in LINES])
     where = f"{machine['cores']} cores, {machine['system']}, Python {machine['python']}, {machine['browser']}"
     colds = (row for row in rows if row.what == COLD)
     speed = "".join(f" A cold start of the runtime took {_shown(row)} there; {row.note}." for row in colds)
     return f"{table}\n\nMeasured on {str(machine['time']).split()[0]} at {str(machine['commit'])[:10]}: {where}.{speed}"
+
+
+def _table(rows: Sequence[tuple[str, ...]]) -> str:
+    return "\n".join(f"| {' | '.join(row)} |" for row in [SHOWN, tuple("---" for _ in SHOWN), *rows])
 
 
 def _cells(line: Line, rows: Sequence[Row]) -> tuple[str, str, str, str]:

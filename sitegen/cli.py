@@ -63,7 +63,7 @@ def _bench_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--browser-path", type=Path, help="the Chromium to use (otherwise found, or installed)")
     parser.add_argument("--only", default="", help="groups to measure, with commas (default: all)")
     parser.add_argument("--out", type=Path, default=Path("bench.json"), help="where numbers go (default: bench.json)")
-    parser.add_argument("--keep", action="store_true", help="put the table into the README")
+    parser.add_argument("--keep", action="store_true", help="put the table into the docs, headlines into the README")
 
 
 def _sweep_options(parser: argparse.ArgumentParser) -> None:

@@ -19,7 +19,7 @@ How to add a method
    degenerate, the last two with a reason where words help. It must not raise for geometry and must not write into
    arrays.
 4. A `Method(...)` with name, summary and source, added to the list in `solvers/methods.py`.
-tests/solvers/test_methods.py then says where else its name belongs: the README's list and, where it needs no pairs,
+tests/solvers/test_methods.py then says where else its name belongs: the docs' list and, where it needs no pairs,
 `widgets/own_methods.py`. The front door, the race, the benchmark and the figures find it by that list.
 """
 

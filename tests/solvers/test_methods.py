@@ -27,16 +27,17 @@ def test_a_method_is_named_wherever_methods_are() -> None:
     """What is to be done for a new method beside its module and its line in solvers/methods.py, all of it at once."""
     from widgets.own_methods import OWN  # the page's Python runs this file too, without the figures
 
-    readme = (Path(__file__).resolve().parents[2] / "README.md").read_text("utf-8")
-    listed = re.search(r"^`solvers\.METHODS` names what there is:.*?\n\n", readme, re.MULTILINE | re.DOTALL)
-    assert listed, "README.md: no paragraph begins with: `solvers.METHODS` names what there is:"
+    page = "content/docs/package.md"
+    text = (Path(__file__).resolve().parents[2] / page).read_text("utf-8")
+    listed = re.search(r"^`solvers\.METHODS` names what there is:.*?\n\n", text, re.MULTILINE | re.DOTALL)
+    assert listed, f"{page}: no paragraph begins with: `solvers.METHODS` names what there is:"
     names = set(re.findall(r"`([a-z0-9-]+)`", listed[0]))
     alone = {name for name, method in METHODS.items() if not method.paired and 2 in (method.dims or (2,))}
     to_do = [
         *(f"solvers/methods.py: {name!r} is to be words of small letters and digits, joined by hyphens: it stands in"
           " links and on command lines" for name in METHODS if not re.fullmatch(r"[a-z][a-z0-9]*(-[a-z0-9]+)*", name)),
-        *(f"README.md: name `{name}` in the list of methods" for name in METHODS if name not in names),
-        *(f"README.md: {name} is no method any more; take it off the list" for name in names - set(METHODS)),
+        *(f"{page}: name `{name}` in the list of methods" for name in METHODS if name not in names),
+        *(f"{page}: {name} is no method any more; take it off the list" for name in names - set(METHODS)),
         *(f"widgets/own_methods.py: give {name!r} an Own(…): its button's label, what a length and a share are to it;"
           " readers run their own clouds through it" for name in METHODS if name in alone - set(OWN)),
         *(f"widgets/own_methods.py: take {name!r} away; it is no method that works in the plane without pairs"
