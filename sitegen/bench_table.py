@@ -19,6 +19,7 @@ README = "README.md"
 # A link's definition that nothing uses: of Markdown's ways to say something unseen, the one that needs no HTML.
 MARKS = ("[//]: # (what `build.py bench --keep` writes begins)", "[//]: # (and ends)")
 COLD = "runtime start, cold"  # it tells, with the stock one's, how quick the machine is
+HELD = "Held at every run of the tests:"
 SHOWN = ("what", "aim", "measured", "result")
 
 
@@ -141,36 +142,40 @@ def _between_marks(path: Path, text: str) -> str:
 
 def headlines(rows: Sequence[Row]) -> str:
     """A few lines of the table, and how many of all that have an aim miss it."""
-    results = [_cells(line, rows)[-1] for line in LINES]
+    results = [_cells(line, rows)[-1] for line in LINES if line.rows]
     missed, measured = results.count("missed"), results.count("missed") + results.count("met")
     table = _table([_cells(line, rows) for line in LINES if line.headline])
     return f"{table}\n\nOf {measured} measured aims {missed} are missed: [all of them]({PAGE})."
 
 
 def markdown(rows: Sequence[Row], machine: Mapping[str, Any]) -> str:
-    """The table, and under it where and when it was measured. Raises ValueError for a line without its row."""
-    table = _table([_cells(line, rows) for line in LINES])
+    """The table, where and when it was measured, and what tests hold. Raises ValueError for a line without its row."""
+    table = _table([_cells(line, rows) for line in LINES if line.rows])
     where = f"{machine['cores']} cores, {machine['system']}, Python {machine['python']}, {machine['browser']}"
     colds = (row for row in rows if row.what == COLD)
     speed = "".join(f" A cold start of the runtime took {_shown(row)} there; {row.note}." for row in colds)
-    return f"{table}\n\nMeasured on {str(machine['time']).split()[0]} at {str(machine['commit'])[:10]}: {where}.{speed}"
+    when = f"{str(machine['time']).split()[0]} at {str(machine['commit'])[:10]}"
+    held = "\n".join(map(_held, (line for line in LINES if line.tests)))
+    return f"{table}\n\nMeasured on {when}: {where}.{speed}\n\n{HELD}\n\n{held}"
 
 
 def _table(rows: Sequence[tuple[str, ...]]) -> str:
     return "\n".join(f"| {' | '.join(row)} |" for row in [SHOWN, tuple("---" for _ in SHOWN), *rows])
 
 
+def _held(line: Line) -> str:
+    """A line of the list under the table: its tests' names would make any column a wide one."""
+    names = ", ".join(f"`{test.rpartition('::')[2]}`" for test in line.tests)
+    return f"- {line.what}: {line.aim}. {names}"
+
+
 def _cells(line: Line, rows: Sequence[Row]) -> tuple[str, str, str, str]:
-    holding = ", ".join(f"`{test.rpartition('::')[2]}`" for test in line.tests)
-    if not line.rows:
-        return line.what, line.aim, f"a test: {holding}" if len(line.tests) == 1 else f"tests: {holding}", "held"
     found = [row for row in rows if row.what.startswith(line.rows)]
     if not found:
         raise ValueError(f"nothing was measured for {line.what!r}: no row begins with {' or '.join(line.rows)}")
     worst = max(found, key=_strain)
-    measured = _shown(worst)
-    met = {True: "met", False: "missed", None: "held" if holding else ""}[worst.met]
-    return line.what, line.aim, f"{measured}; {holding}" if holding else measured, met
+    met = {True: "met", False: "missed", None: "held" if line.tests else ""}[worst.met]
+    return line.what, line.aim, _shown(worst), met
 
 
 def _shown(row: Row) -> str:
