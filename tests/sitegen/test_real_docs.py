@@ -127,6 +127,17 @@ def test_every_name_of_the_package_is_there(text: str) -> None:
     assert [name for name in names if resolved(name) is None] == []
 
 
+def test_every_message_that_troubleshooting_explains_is_said() -> None:
+    """The first cells quote what commands and pages say; an ellipsis stands for what differs from time to time."""
+    kinds = ("sitegen/**/*.py", "templates/assets/**/*js")
+    said = "\n".join(path.read_text("utf-8") for kind in kinds for path in sorted(ROOT.glob(kind)) if path.is_file())
+    text = (ROOT / "content/docs/troubleshooting.md").read_text("utf-8")
+    quoted = re.findall(r"^\| (?:[^|]* )?\"([^\"|]+)\"", text, re.MULTILINE)
+    assert len(quoted) > 9
+    parts = [part.strip(" ,") for message in quoted for part in message.split("…")]
+    assert [part for part in parts if part not in said] == []
+
+
 def test_a_docs_page_has_no_mistake_of_its_own() -> None:
     problems = Problems()
     docs = read_docs(ROOT, problems)
