@@ -35,12 +35,33 @@ from solvers.stepper import Method, Problem
 
 @dataclass(frozen=True)
 class BpOptions:
-    """first, last: where σ starts and ends, world units (None: 0.3 and 0.03 of the target's RMS radius). shrink: what σ
-    is multiplied by at every step, until its end. reach: pairs farther apart than this many σ have no score. miss: ψ₀,
-    the score of having no partner, beside scores of at most 1. sweeps: how often the messages go to and fro at every
-    step. least_support: source points whose marginals sum to less are not fitted. tolerance: it stops when σ has
-    reached its end and a step moves the source points, root mean square, by at most this fraction of their RMS
-    radius."""
+    """Options of `association-bp`.
+
+    Parameters
+    ----------
+    first : float, optional
+        Where σ starts, world units. None is 0.3 of the target's RMS radius.
+    last : float, optional
+        Where σ ends, world units. None is 0.03 of that radius.
+    shrink : float, default 0.9
+        What σ is multiplied by at every step, until its end; above 0 up to 1.
+    reach : float, default 4.0
+        Pairs farther apart than this many σ have no score.
+    miss : float, default 0.12
+        ψ₀, the score of having no partner, beside scores of at most 1.
+    sweeps : int, default 6
+        How often the messages go to and fro at every step.
+    least_support : float, default 0.15
+        Source points whose marginals sum to less are not fitted.
+    tolerance : float, default 1e-5
+        It stops when σ has reached its end and a step moves the source points, root
+        mean square, by at most this fraction of their RMS radius.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
+    """
 
     first: float | None = None
     last: float | None = None

@@ -39,11 +39,32 @@ _CELLS = 256
 
 @dataclass(frozen=True)
 class CongruentOptions:
-    """separation: the least distance of two drawn source points, world units. tolerance: by how much the distance of
-    the two target points may differ from theirs, world units. inlier: ε, the distance to the nearest target point
-    beyond which a source point's share of the objective grows no more, world units. per_step: hypotheses in a step,
-    even. most: steps that draws are made for, after which they come again. screen: source points looked up first, in
-    all hypotheses of a step. patience: steps without a better pose after which it stops."""
+    """Options of `ransac-congruent`.
+
+    Parameters
+    ----------
+    separation : float, default 2.0
+        The least distance of two drawn source points, world units.
+    tolerance : float, default 0.28
+        By how much the distance of the two target points may differ from theirs, world
+        units.
+    inlier : float, default 0.32
+        ε, the distance to the nearest target point beyond which a source point's share
+        of the objective grows no more, world units.
+    per_step : int, default 32
+        Hypotheses in a step, even.
+    most : int, default 70
+        Steps that draws are made for, after which they come again.
+    screen : int, default 32
+        Source points looked up first, in all hypotheses of a step.
+    patience : int, default 20
+        Steps without a better pose after which it stops.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
+    """
 
     separation: float = 2.0
     tolerance: float = 0.28

@@ -56,11 +56,25 @@ _NOTHING = "the clutter explains every fixed point: no responsibility is left"
 
 @dataclass(frozen=True)
 class CpdOptions:
-    """clutter: the weight w of the uniform part, 0 ≤ w < 1. volume: over what it is spread, V in uᵈ (None: V = N, the
-    paper's convention). sigma: the first σ, world units (None: from all distances, `√(Σ_mn ‖x_n − T y_m‖² / M N d)`).
+    """Options of `cpd-rigid` and `cpd-similarity`.
 
-    tolerance: it stops when a step moves the moving points, root mean square, by at most this fraction of their RMS
-    radius and changes σ by at most this fraction.
+    Parameters
+    ----------
+    clutter : float, default 0.1
+        The weight w of the uniform part, 0 ≤ w < 1.
+    volume : float, optional
+        Over what it is spread, V in uᵈ. None is V = N, the paper's convention.
+    sigma : float, optional
+        The first σ, world units. None takes it from all distances, `√(Σ_mn ‖x_n − T
+        y_m‖² / M N d)`.
+    tolerance : float, default 1e-5
+        It stops when a step moves the moving points, root mean square, by at most this
+        fraction of their RMS radius and changes σ by at most this fraction.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
     """
 
     clutter: float = 0.1

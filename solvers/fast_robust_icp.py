@@ -40,9 +40,28 @@ NO_WEIGHT = "every pair's weight is zero"
 
 @dataclass(frozen=True)
 class FastRobustOptions:
-    """first, last: ν at the beginning and at the end, world units (None: from the data as above). history: past steps
-    that an extrapolation uses, 0 for none. tolerance: a stage ends when a step moves the source points, root mean
-    square, by at most this fraction of their RMS radius; rough: the same for the stages before the last."""
+    """Options of `fast-robust-icp`.
+
+    Parameters
+    ----------
+    first : float, optional
+        ν at the beginning, world units. None is three times the median distance of the
+        starting pairs.
+    last : float, optional
+        ν at the end, world units. None is the target's spacing over 3√3.
+    history : int, default 5
+        Past steps that an extrapolation uses, 0 for none.
+    tolerance : float, default 1e-6
+        The last stage ends when a step moves the source points, root mean square, by at
+        most this fraction of their RMS radius.
+    rough : float, default 1e-3
+        The same fraction for the stages before the last.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
+    """
 
     first: float | None = None
     last: float | None = None

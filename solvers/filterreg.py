@@ -47,14 +47,39 @@ _NOTHING = "the clutter explains every moving point: no weight is left"
 
 @dataclass(frozen=True)
 class FilterRegOptions:
-    """filter: 'grid', 'lattice' or 'exact' (`solvers.filters`). variance: 'estimated' anew at every step, or
-    'scheduled'. shrink: what a scheduled σ is multiplied by after every step, above 0 up to 1. first: the first σ,
-    world units (None: estimated, √ of the mean squared difference in a coordinate over all pairs; scheduled, 0.3 of the
-    target's RMS radius). last: the least σ (None: 0.001 of that radius estimated, 0.03 scheduled). A σ finer than a
-    filter can be is raised to that. clutter: w, the weight of clutter among the moving points, 0 < w < 1. volume: V
-    that the clutter is spread over, u² (None: V = M, the number of moving points). tolerance: it stops when a step
-    moves the source points, root mean square, by at most this fraction of their RMS radius, and σ is at its last or has
-    changed by at most this fraction.
+    """Options of `filterreg`.
+
+    A σ finer than a filter can be is raised to that.
+
+    Parameters
+    ----------
+    filter : str, default "lattice"
+        "grid", "lattice" or "exact" (`solvers.filters`).
+    variance : str, default "estimated"
+        "estimated" anew at every step, or "scheduled".
+    first : float, optional
+        The first σ, world units. None is, where it is estimated, √ of the mean squared
+        difference in a coordinate over all pairs; where it is scheduled, 0.3 of the
+        target's RMS radius.
+    last : float, optional
+        The least σ, world units. None is 0.001 of the target's RMS radius where it is
+        estimated, 0.03 where it is scheduled.
+    shrink : float, default 0.9
+        What a scheduled σ is multiplied by after every step, above 0 up to 1.
+    clutter : float, default 0.25
+        w, the weight of clutter among the moving points, 0 < w < 1.
+    volume : float, optional
+        V that the clutter is spread over, u². None is V = M, the number of moving
+        points.
+    tolerance : float, default 1e-4
+        It stops when a step moves the source points, root mean square, by at most this
+        fraction of their RMS radius, and σ is at its last or has changed by at most
+        this fraction.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
     """
 
     filter: str = "lattice"

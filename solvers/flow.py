@@ -41,8 +41,24 @@ WIDE = 1e9  # one cloud's RMS radius over the other's: beyond it the smaller one
 
 @dataclass(frozen=True)
 class FlowOptions:
-    """steps: Euler steps from time 0 to 1. samples: draws of noise, of which the one with the smallest rigidity
-    residual is read out. project: each view's endpoint is replaced by the nearest rigid motion of the view."""
+    """Options of `flow`.
+
+    Parameters
+    ----------
+    steps : int, default 10
+        Euler steps from time 0 to 1.
+    samples : int, default 4
+        Draws of noise, of which the one with the smallest rigidity residual is read
+        out.
+    project : bool, default True
+        Whether each view's endpoint is replaced by the nearest rigid motion of the
+        view.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
+    """
 
     steps: int = 10
     samples: int = 4

@@ -30,9 +30,52 @@ from solvers.surface_icp import SurfaceOptions, SurfaceState
 
 @dataclass(frozen=True)
 class GicpOptions(SurfaceOptions):
-    """tangent, normal: the variances along the surface and across it, squared world units, both above 0 and within
-    1e-9 to 1e9 of each other; their common scale changes the objective and not the steps. The others as in
-    `solvers.surface_icp.SurfaceOptions`."""
+    """Options of `gicp`.
+
+    The common scale of the two variances changes the objective and not the steps. Where
+    poses come round again, to `tolerance`, a run has stalled.
+
+    Parameters
+    ----------
+    gate : float, default inf
+        Pairs farther apart are not used, world units.
+    trim : float, default 0.0
+        The fraction of the gated pairs, the farthest, that is not used, 0 to below 1.
+    weight : str, default "none"
+        A kernel of `solvers.robust`: "none", "huber", "tukey", "welsch" or
+        "geman-mcclure", of the pair's distance.
+    tuning : float, optional
+        The kernel's constant. None is the usual one.
+    scale : float, optional
+        The kernel's scale s, world units. None takes it from the median distance of the
+        pairs used, anew at every step.
+    neighbours : int, default 6
+        Points besides itself that make a point's neighbourhood.
+    roundness : float, default 0.9
+        λ₁/λ₂ from which a neighbourhood has no normal.
+    max_shift : float, default inf
+        The longest step, world units.
+    max_turn : float, default 0.5
+        The longest turn of a step, radians.
+    free_below : float, default 1e-6
+        The fraction of the system's largest eigenvalue below which a direction of
+        motion counts as free.
+    tolerance : float, default 1e-6
+        It stops when a step moves the source points, root mean square, by at most this
+        fraction of their RMS radius.
+    rms_tolerance : float, default 1e-6
+        It stops, too, when as many pairs as before are used and the RMS of their
+        residuals has changed by at most this fraction.
+    tangent : float, default 1.0
+        The variance along the surface, squared world units.
+    normal : float, default 0.01
+        The variance across it, squared world units, within 1e-9 to 1e9 of the other.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
+    """
 
     tangent: float = 1.0
     normal: float = 0.01

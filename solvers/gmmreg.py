@@ -39,10 +39,29 @@ _FINEST = 1e-6  # of the clouds' extent: below it no two points of a fit see eac
 
 @dataclass(frozen=True)
 class GmmRegOptions:
-    """first, last: where σ starts and ends, world units (None: 0.4 and 0.05 of the target's RMS radius). shrink: what σ
-    is multiplied by after every stage. tolerance: the last stage ends when a step moves the source points, root mean
-    square, by at most this fraction of their RMS radius. coarse: this fraction in the stages before the last. A stage
-    ends, too, when no step lowers E."""
+    """Options of `gmmreg`.
+
+    A stage ends, too, when no step lowers E.
+
+    Parameters
+    ----------
+    first : float, optional
+        Where σ starts, world units. None is 0.4 of the target's RMS radius.
+    last : float, optional
+        Where σ ends, world units. None is 0.05 of that radius.
+    shrink : float, default 0.5
+        What σ is multiplied by after every stage, above 0 and below 1.
+    coarse : float, default 1e-2
+        A stage before the last ends when a step moves the source points, root mean
+        square, by at most this fraction of their RMS radius.
+    tolerance : float, default 1e-6
+        The same fraction for the last stage.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
+    """
 
     first: float | None = None
     last: float | None = None

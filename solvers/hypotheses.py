@@ -35,8 +35,35 @@ _UNIT = 2.0**32  # scores are drawn from as whole multiples of 2⁻³²: sums ar
 
 @dataclass(frozen=True)
 class HypothesisOptions:
-    """count: hypotheses, the first greedy. draws: turns of drawing before a point is missed. The others as in
-    `solvers.association_bp.BpOptions`; least_support is a share of the hypotheses."""
+    """Options of `hypothesis-mixture`.
+
+    Parameters
+    ----------
+    first : float, optional
+        Where σ starts, world units. None is 0.3 of the target's RMS radius.
+    last : float, optional
+        Where σ ends, world units. None is 0.03 of that radius.
+    shrink : float, default 0.9
+        What σ is multiplied by at every step, until its end; above 0 up to 1.
+    reach : float, default 4.0
+        Pairs farther apart than this many σ have no score.
+    miss : float, default 0.12
+        ψ₀, the score of having no partner, beside scores of at most 1.
+    count : int, default 12
+        Hypotheses, the first greedy.
+    draws : int, default 4
+        Turns of drawing before a point is missed.
+    least_support : float, default 0.15
+        Source points that a smaller share of the hypotheses assigns are not fitted.
+    tolerance : float, default 1e-5
+        It stops when σ has reached its end and a step moves the source points, root
+        mean square, by at most this fraction of their RMS radius.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
+    """
 
     first: float | None = None
     last: float | None = None

@@ -39,13 +39,33 @@ from solvers.stepper import Method, Problem
 
 @dataclass(frozen=True)
 class IcpOptions:
-    """gate: pairs farther apart are not used, world units. trim: the fraction of the gated pairs, the farthest, that is
-    not used, 0 to below 1. weight: a kernel of `solvers.robust`, 'none', 'huber', 'tukey', 'welsch' or 'geman-mcclure';
-    tuning: its constant (None: the usual one); scale: s in world units (None: from the median distance of the pairs
-    used, anew at every step).
+    """Options of `icp`.
 
-    It stops when a step moves the source points, root mean square, by at most `tolerance` of their RMS radius, or when
-    as many pairs as before are used and their RMS has changed by at most the fraction `rms_tolerance`.
+    Parameters
+    ----------
+    gate : float, default inf
+        Pairs farther apart are not used, world units.
+    trim : float, default 0.0
+        The fraction of the gated pairs, the farthest, that is not used, 0 to below 1.
+    weight : str, default "none"
+        A kernel of `solvers.robust`: "none", "huber", "tukey", "welsch" or
+        "geman-mcclure".
+    tuning : float, optional
+        The kernel's constant. None is the usual one.
+    scale : float, optional
+        The kernel's scale s, world units. None takes it from the median distance of the
+        pairs used, anew at every step.
+    tolerance : float, default 1e-6
+        It stops when a step moves the source points, root mean square, by at most this
+        fraction of their RMS radius.
+    rms_tolerance : float, default 1e-6
+        It stops, too, when as many pairs as before are used and their RMS has changed
+        by at most this fraction.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
     """
 
     gate: float = np.inf
@@ -65,8 +85,33 @@ class IcpOptions:
 
 @dataclass(frozen=True)
 class TrimmedOptions:
-    """keep: the fraction of the source points, above 0 to 1, whose pairs are used: the nearest, always
-    `max(1, round(keep · m))` of them. The others as in `IcpOptions`."""
+    """Options of `trimmed-icp`.
+
+    Parameters
+    ----------
+    keep : float, default 0.8
+        The fraction of the source points, above 0 to 1, whose pairs are used: the
+        nearest, always `max(1, round(keep · m))` of them.
+    weight : str, default "none"
+        A kernel of `solvers.robust`: "none", "huber", "tukey", "welsch" or
+        "geman-mcclure".
+    tuning : float, optional
+        The kernel's constant. None is the usual one.
+    scale : float, optional
+        The kernel's scale s, world units. None takes it from the median distance of the
+        pairs used, anew at every step.
+    tolerance : float, default 1e-6
+        It stops when a step moves the source points, root mean square, by at most this
+        fraction of their RMS radius.
+    rms_tolerance : float, default 0.0
+        It stops, too, when the RMS of the pairs used has changed by at most this
+        fraction.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
+    """
 
     keep: float = 0.8
     weight: str = "none"
@@ -83,8 +128,33 @@ class TrimmedOptions:
 
 @dataclass(frozen=True)
 class CappedOptions:
-    """cap: the distance at which a pair's loss stops growing, world units (None: half the target's RMS radius).
-    The others as in `IcpOptions`."""
+    """Options of `capped-icp`.
+
+    Parameters
+    ----------
+    cap : float, optional
+        The distance at which a pair's loss stops growing, world units. None is half the
+        target's RMS radius.
+    weight : str, default "none"
+        A kernel of `solvers.robust`: "none", "huber", "tukey", "welsch" or
+        "geman-mcclure".
+    tuning : float, optional
+        The kernel's constant. None is the usual one.
+    scale : float, optional
+        The kernel's scale s, world units. None takes it from the median distance of the
+        pairs used, anew at every step.
+    tolerance : float, default 1e-6
+        It stops when a step moves the source points, root mean square, by at most this
+        fraction of their RMS radius.
+    rms_tolerance : float, default 0.0
+        It stops, too, when as many pairs as before are used and their RMS has changed
+        by at most this fraction.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
+    """
 
     cap: float | None = None
     weight: str = "none"

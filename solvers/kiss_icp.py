@@ -32,10 +32,29 @@ from solvers.stepper import Method, Problem
 
 @dataclass(frozen=True)
 class KissOptions:
-    """angle, shift: how far off the start may be, radians and world units (None: the start pose's own rotation and
-    translation). initial: σ before anything is known, world units. least: the smallest deviation that counts, world
-    units. tolerance: it stops when a step moves the source points, root mean square, by at most this fraction of their
-    RMS radius."""
+    """Options of `kiss-threshold-icp`.
+
+    Parameters
+    ----------
+    angle : float, optional
+        How far off the start's rotation may be, radians, 0 to π. None is the start
+        pose's own rotation.
+    shift : float, optional
+        How far off the start's translation may be, world units. None is the start
+        pose's own.
+    initial : float, default 2.0
+        σ before anything is known, world units.
+    least : float, default 0.1
+        The smallest deviation that counts, world units.
+    tolerance : float, default 1e-6
+        It stops when a step moves the source points, root mean square, by at most this
+        fraction of their RMS radius.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
+    """
 
     angle: float | None = None
     shift: float | None = None

@@ -37,11 +37,30 @@ _WEAK = 1e-10  # of the largest eigenvalue: below it a direction is not determin
 
 @dataclass(frozen=True)
 class MmdOptions:
-    """lengths: the schedule of ℓ, world units, each positive (None: the target's RMS radius times 0.6, 0.3, 0.15 and
-    0.075). count: D, the number of frequencies. damping: λ of each stage's first step, a fraction of the largest
-    eigenvalue of JᵀJ. tolerance: the last stage ends when a step moves the source points, root mean square, by at most
-    this fraction of their RMS radius. coarse: this fraction in the stages before the last. decrease: a stage also ends
-    when a step lowers the objective by at most this fraction."""
+    """Options of `mmd`.
+
+    Parameters
+    ----------
+    lengths : tuple of float, optional
+        The schedule of ℓ, world units, each positive. None is the target's RMS radius
+        times 0.6, 0.3, 0.15 and 0.075.
+    count : int, default 32
+        D, the number of frequencies.
+    damping : float, default 1e-3
+        λ of each stage's first step, a fraction of the largest eigenvalue of JᵀJ.
+    tolerance : float, default 1e-6
+        The last stage ends when a step moves the source points, root mean square, by at
+        most this fraction of their RMS radius.
+    coarse : float, default 1e-2
+        The same fraction for the stages before the last.
+    decrease : float, default 1e-6
+        A stage ends, too, when a step lowers the objective by at most this fraction.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
+    """
 
     lengths: tuple[float, ...] | None = None
     count: int = 32

@@ -40,13 +40,32 @@ FREE = 1e-9
 
 @dataclass(frozen=True)
 class NdtOptions:
-    """cells: one cell size or several, coarse to fine, world units (None: twice the target's
-    `solvers.ndt_map.default_size`, then that).
-    grids: 1 or 4. offset: where a corner of the first grid lies, world units.
-    max_shift (world units; None: half the first cell size), max_turn (radians): the longest step. halvings: how often a
-    step is halved before the level ends. tolerance: a level ends, too, when a step moves the source points, root mean
-    square, by about this fraction of their RMS radius: converged where the step proposed was as short, stalled where
-    only its halves were.
+    """Options of `ndt`.
+
+    Parameters
+    ----------
+    cells : float or sequence of float, optional
+        One cell size or several, coarse to fine, world units. None is twice the
+        target's `solvers.ndt_map.default_size`, then that.
+    grids : int, default 4
+        1 or 4.
+    offset : sequence of two floats, default (0.0, 0.0)
+        Where a corner of the first grid lies, world units.
+    max_shift : float, optional
+        The longest step, world units. None is half the first cell size.
+    max_turn : float, default 0.2
+        The longest turn of a step, radians.
+    halvings : int, default 4
+        How often a step is halved before the level ends.
+    tolerance : float, default 1e-4
+        A level ends, too, when a step moves the source points, root mean square, by
+        about this fraction of their RMS radius: converged where the step proposed was
+        as short, stalled where only its halves were.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
     """
 
     cells: float | Sequence[float] | None = None

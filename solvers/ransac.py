@@ -58,9 +58,27 @@ def trials(share: ArrayLike, confidence: float, sample: int) -> FloatArray | flo
 
 @dataclass(frozen=True)
 class RansacOptions:
-    """inlier: ε, the residual up to which a pair agrees with a pose, world units. confidence: p, the probability wanted
-    that one draw at least is of right pairs alone, above 0 and below 1. most: the cap on trials. per_step: trials in a
-    step. separation: the least distance between the points of a draw, world units."""
+    """Options of `ransac`.
+
+    Parameters
+    ----------
+    inlier : float, default 0.25
+        ε, the residual up to which a pair agrees with a pose, world units.
+    confidence : float, default 0.99
+        p, the probability wanted that one draw at least is of right pairs alone, above
+        0 and below 1.
+    most : int, default 1000
+        The cap on trials.
+    per_step : int, default 32
+        Trials in a step.
+    separation : float, default 0.0
+        The least distance between the points of a draw, world units.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
+    """
 
     inlier: float = 0.25
     confidence: float = 0.99

@@ -31,10 +31,29 @@ from solvers.stepper import Method, Problem
 
 @dataclass(frozen=True)
 class SoftOptions:
-    """first, last: where σ starts and ends, world units (None: 0.3 and 0.03 of the target's RMS radius). shrink: what σ
-    is multiplied by at every step, until its end. miss: o, the score of having no partner, beside kernels of at most 1.
-    least_support: source points whose support is less are not fitted. tolerance: it stops when σ has reached its end
-    and a step moves the source points, root mean square, by at most this fraction of their RMS radius."""
+    """Options of `soft-annealed`.
+
+    Parameters
+    ----------
+    first : float, optional
+        Where σ starts, world units. None is 0.3 of the target's RMS radius.
+    last : float, optional
+        Where σ ends, world units. None is 0.03 of that radius.
+    shrink : float, default 0.9
+        What σ is multiplied by at every step, until its end; above 0 up to 1.
+    miss : float, default 0.12
+        o, the score of having no partner, beside kernels of at most 1.
+    least_support : float, default 0.15
+        Source points whose support is less are not fitted.
+    tolerance : float, default 1e-4
+        It stops when σ has reached its end and a step moves the source points, root
+        mean square, by at most this fraction of their RMS radius.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
+    """
 
     first: float | None = None
     last: float | None = None

@@ -8,7 +8,21 @@ from solvers.arrays import BoolArray, ReasonArray, StatusArray
 
 
 class Status(IntEnum):
-    """One problem's standing; a batch holds these numbers in an int8 array of shape (b,)."""
+    """One problem's standing; a batch holds these numbers in an int8 array.
+
+    No stop is called a success: only the error against a known truth can say that.
+    `RUNNING` is a problem that has not stopped, also where a callback has ended its
+    run.
+
+    Examples
+    --------
+    >>> from solvers import Status, register
+    >>> result = register([[0.0, 0.0], [0.0, 0.0]], [[1.0, 0.0], [2.0, 0.0]], "kabsch")
+    >>> result.status is Status.DEGENERATE
+    True
+    >>> print(result.status, "-", result.reason)
+    degenerate - all source points with weight are equal: the rotation is undefined
+    """
 
     RUNNING = 0
     CONVERGED = 1

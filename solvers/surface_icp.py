@@ -34,14 +34,46 @@ from solvers.stepper import Problem
 
 @dataclass(frozen=True)
 class SurfaceOptions:
-    """gate, trim, weight, tuning, scale: the pairs and their robust weights, as in `solvers.icp.IcpOptions`.
+    """Options of `point-to-plane`.
 
-    neighbours: points besides itself that make a point's neighbourhood; roundness: λ₁/λ₂ from which that has no normal.
-    max_shift (world units), max_turn (radians): the longest step. free_below: the fraction of the system's largest
-    eigenvalue below which a direction of motion counts as free.
-    It stops when a step moves the source points, root mean square, by at most `tolerance` of their RMS radius, or when
-    as many pairs as before are used and the RMS of their residuals has changed by at most the fraction `rms_tolerance`.
-    Where poses come round again, to `tolerance`, it has stalled.
+    Where poses come round again, to `tolerance`, a run has stalled.
+
+    Parameters
+    ----------
+    gate : float, default inf
+        Pairs farther apart are not used, world units.
+    trim : float, default 0.0
+        The fraction of the gated pairs, the farthest, that is not used, 0 to below 1.
+    weight : str, default "none"
+        A kernel of `solvers.robust`: "none", "huber", "tukey", "welsch" or
+        "geman-mcclure", of the pair's distance.
+    tuning : float, optional
+        The kernel's constant. None is the usual one.
+    scale : float, optional
+        The kernel's scale s, world units. None takes it from the median distance of the
+        pairs used, anew at every step.
+    neighbours : int, default 6
+        Points besides itself that make a point's neighbourhood.
+    roundness : float, default 0.9
+        λ₁/λ₂ from which a neighbourhood has no normal.
+    max_shift : float, default inf
+        The longest step, world units.
+    max_turn : float, default 0.5
+        The longest turn of a step, radians.
+    free_below : float, default 1e-6
+        The fraction of the system's largest eigenvalue below which a direction of
+        motion counts as free.
+    tolerance : float, default 1e-6
+        It stops when a step moves the source points, root mean square, by at most this
+        fraction of their RMS radius.
+    rms_tolerance : float, default 1e-6
+        It stops, too, when as many pairs as before are used and the RMS of their
+        residuals has changed by at most this fraction.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
     """
 
     gate: float = np.inf
