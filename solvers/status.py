@@ -36,7 +36,8 @@ class Status(IntEnum):
 
     @property
     def label(self) -> str:
-        """The status in lower case, as it is shown: 'running', 'converged', …"""
+        """The status in lower case, as it is shown: 'running', 'converged' and so on.
+        """
         return self.name.lower()
 
     def __str__(self) -> str:
