@@ -199,7 +199,8 @@ def _one_by_one(
     """A list of clouds: each its own run."""
     lists = {name: x for name, x in (("source", source), ("target", target)) if _is_list(x)}
     n = len(next(iter(lists.values())))
-    # What may be one for all or one each: a list (pairs: of arrays), or, for start and seed, one leading axis.
+    # What may be one for all or one each: a list (pairs: of arrays), or, for start and
+    # seed, one leading axis.
     if isinstance(weights, list | tuple):
         lists["weights"] = weights
     if isinstance(pairs, list | tuple) and _ndim(pairs) != 2:

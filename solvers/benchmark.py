@@ -1,7 +1,8 @@
-"""The race run to its end on many seeds at once: errors against the truth, steps, and time.
+"""The race run to its end on many seeds at once: errors against the truth, steps, and
+time.
 
-`benchmark` does it in one call. Where a page must stay alive it steps by itself: `Contestant.begin`, then
-`solvers.stepper.advance` while there is time, then `line`.
+`benchmark` does it in one call. Where a page must stay alive it steps by itself:
+`Contestant.begin`, then `solvers.stepper.advance` while there is time, then `line`.
 """
 
 from __future__ import annotations
@@ -83,12 +84,15 @@ class Line:
 
     @property
     def close(self) -> int:
-        """How many have a rotation error below 5° and a translation error below 0.2 u."""
+        """How many have a rotation error below 5° and a translation error below 0.2 u.
+        """
         return int(np.count_nonzero((self.rre < CLOSE_DEGREES) & (self.rte < CLOSE_DISTANCE)))
 
     @property
     def median_steps(self) -> float:
-        """Median number of steps; steps of different methods are different amounts of work."""
+        """Median number of steps; steps of different methods are different amounts of
+        work.
+        """
         return float(np.median(self.steps))
 
     @property
@@ -257,8 +261,8 @@ def table(lines: Sequence[Line]) -> str:
     Examples
     --------
     >>> from solvers.benchmark import table
-    >>> print(table([]).splitlines()[0])
-    method                    RRE      RTE   RRE<5°  and <.2u  steps      ms  stops (of 0)
+    >>> print(table([]).splitlines()[0].split())
+    ['method', 'RRE', 'RTE', 'RRE<5°', 'and', '<.2u', 'steps', 'ms', 'stops', '(of', '0)']
     """
     n = len(lines[0].rre) if lines else 0
     head = f"{'method':20}{'RRE':>9}{'RTE':>9}{'RRE<5°':>9}{'and <.2u':>10}{'steps':>7}{'ms':>8}  stops (of {n})"

@@ -1,4 +1,6 @@
-"""Two sparse, noisy, cluttered samplings of one bird: few enough points that every share between them can be drawn."""
+"""Two sparse, noisy, cluttered samplings of one bird: few enough points that every
+share between them can be drawn.
+"""
 
 from __future__ import annotations
 
@@ -102,7 +104,9 @@ def bird_start(degrees: float = -40.0, distance: float = 1.6) -> Pose:
 
 
 def _sampled(rng: np.random.Generator, n: int, phase: float, sigma: float) -> tuple[FloatArray, FloatArray]:
-    """n noisy points along the outline (n, 2), and all of the clutter there may be (MOST, 2)."""
+    """n noisy points along the outline (n, 2), and all of the clutter there may be
+    (MOST, 2).
+    """
     line = np.vstack([SHAPE, SHAPE[:1]])
     lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
     along = (np.arange(n) + phase) * lengths[-1] / n

@@ -109,7 +109,9 @@ def read(data: bytes) -> CloudText:
 
 
 def _decoded(data: bytes) -> str:
-    """The text of lines of numbers: UTF-8 or, as spreadsheets write it, UTF-16; in comments anything goes."""
+    """The text of lines of numbers: UTF-8 or, as spreadsheets write it, UTF-16; in
+    comments anything goes.
+    """
     if data.startswith(_UTF16):
         return codecs.utf_16_decode(data, "replace", True)[0]  # built in, which the page has
     if b"\0" in data:

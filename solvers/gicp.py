@@ -1,18 +1,29 @@
-"""Generalised ICP: nearest points, each pair weighed by the surfaces that both its points are taken to lie on.
+"""Generalised ICP.
 
-With covariances Σ_p of the source point and Σ_q of the target point the pair's precision is `(Σ_q + R Σ_p Rᵀ)⁻¹`. The
-canonical surface covariance is `tangent` along the surface and the smaller `normal` across it,
-`Σ = tangent (I − n nᵀ) + normal n nᵀ`, with n from the point's neighbourhood; a point without a normal gets
-`tangent I`: as wide in every direction as a surface is along itself. These are a model of what a point's partner may
-be, not a measured uncertainty, and a bad normal does not widen them.
+Nearest points, each pair weighed by the surfaces that both its points are taken to lie
+on.
 
-The precision is frozen within one Gauss-Newton step and evaluated anew after it. Two limits hold exactly, and are
-tests: equal isotropic covariances give point to point's Gauss-Newton step (not Kabsch's closed form, with which it
-shares its fixed points only); `Σ_p = 0` and `Σ_q = ε n nᵀ + τ (I − n nᵀ)` tend to point to plane as τ → ∞. The
-canonical covariances with ε → 0 do not: where the two normals differ, precision is left along the tangent.
+With covariances Σ_p of the source point and Σ_q of the target point the pair's
+precision is `(Σ_q + R Σ_p Rᵀ)⁻¹`. The canonical surface covariance is `tangent` along
+the surface and the smaller `normal` across it, `Σ = tangent (I − n nᵀ) + normal n nᵀ`,
+with n from the point's neighbourhood; a point without a normal gets `tangent I`: as
+wide in every direction as a surface is along itself. These are a model of what a
+point's partner may be, not a measured uncertainty, and a bad normal does not widen
+them.
 
-Source: Segal, Haehnel & Thrun 2009, Generalized-ICP. Different: one Gauss-Newton step for each pairing, where the paper
-minimises to the end.
+The precision is frozen within one Gauss-Newton step and evaluated anew after it. Two
+limits hold exactly, and are tests: equal isotropic covariances give point to point's
+Gauss-Newton step (not Kabsch's closed form, with which it shares its fixed points
+only); `Σ_p = 0` and `Σ_q = ε n nᵀ + τ (I − n nᵀ)` tend to point to plane as τ → ∞. The
+canonical covariances with ε → 0 do not: where the two normals differ, precision is left
+along the tangent.
+
+Different: one Gauss-Newton step for each pairing, where the paper minimises to the end.
+
+References
+----------
+.. [1] A. Segal, D. Haehnel, S. Thrun, "Generalized-ICP", 2009.
+   doi:10.15607/RSS.2009.V.021
 """
 
 from __future__ import annotations

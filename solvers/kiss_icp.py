@@ -1,21 +1,29 @@
 """ICP with a threshold from how far motion predictions have been off, after KISS-ICP.
 
-The gate and the weight come from one number σ, fixed for the run: pairs within `3σ` are used, weighted by the kernel of
-Geman and McClure `w(r) = 1 / (1 + (r/κ)²)²` with `κ = σ/3`, so that few parameters remain to be set.
+The gate and the weight come from one number σ, fixed for the run: pairs within `3σ` are
+used, weighted by the kernel of Geman and McClure `w(r) = 1 / (1 + (r/κ)²)²` with
+`κ = σ/3`, so that few parameters remain to be set.
 
-KISS-ICP follows a moving scanner and takes σ² as the mean of δ² over the past errors (θ, t) of its motion prediction,
-`δ = 2 r_max sin(θ/2) + ‖t‖`, which bounds how far a point within r_max of the origin was off. A single pair of clouds
-has no such past. Here the deviation of the start stands for it: `angle` and `shift` where given, else the start pose's
-own motion, as if standing still had been predicted and the start were the correction. As in the original, `initial`
-counts as one first error and a deviation below `least` is not counted: `σ² = (initial² + δ²) / 2`, or `initial²`.
+KISS-ICP follows a moving scanner and takes σ² as the mean of δ² over the past errors
+(θ, t) of its motion prediction, `δ = 2 r_max sin(θ/2) + ‖t‖`, which bounds how far a
+point within r_max of the origin was off. A single pair of clouds has no such past. Here
+the deviation of the start stands for it: `angle` and `shift` where given, else the
+start pose's own motion, as if standing still had been predicted and the start were the
+correction. As in the original, `initial` counts as one first error and a deviation
+below `least` is not counted: `σ² = (initial² + δ²) / 2`, or `initial²`.
 
-The objective is that of `capped-icp` with this kernel, `Σ 2ρ(min(r, 3σ))`, and never rises.
+The objective is that of `capped-icp` with this kernel, `Σ 2ρ(min(r, 3σ))`, and never
+rises.
 
-Differences: the fit of the weighted pairs is the closed form, not one Gauss-Newton step; distance and κ both enter the
-kernel squared (with an unsquared κ the kernel would change with the units). Left out, for want of a sequence: motion
-prediction, undistortion, the voxel map and its sampling.
+Differences: the fit of the weighted pairs is the closed form, not one Gauss-Newton
+step; distance and κ both enter the kernel squared (with an unsquared κ the kernel would
+change with the units). Left out, for want of a sequence: motion prediction,
+undistortion, the voxel map and its sampling.
 
-Source: Vizzo et al. 2023, KISS-ICP: In defense of point-to-point ICP, sec. III (adaptive threshold, alignment).
+References
+----------
+.. [1] I. Vizzo and others, "KISS-ICP: in defense of point-to-point ICP", 2023, sec. III
+   (adaptive threshold, alignment). doi:10.1109/LRA.2023.3236571
 """
 
 from __future__ import annotations
@@ -72,7 +80,9 @@ class KissOptions:
 
 
 def deviation(problem: Problem, options: KissOptions) -> FloatArray:
-    """δ, (b,), in world units; r_max is the distance of the source's farthest point from the origin."""
+    """δ, (b,), in world units; r_max is the distance of the source's farthest point
+    from the origin.
+    """
     farthest = np.linalg.norm(problem.source, axis=2).max(axis=1)
     # ‖R − I‖_F = 2√2 sin(θ/2) in the plane and in space.
     half = np.linalg.norm(problem.start.R - np.eye(problem.dim), axis=(1, 2)) / np.sqrt(8.0)

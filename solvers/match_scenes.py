@@ -1,7 +1,9 @@
-"""Proposed pairs, some of them wrong: forty window corners of a building front, matched between two views of it.
+"""Proposed pairs, some of them wrong: forty window corners of a building front, matched
+between two views of it.
 
-Drawn like the scenes of `solvers.scenes`: all random numbers from the scene's own seed, in a fixed order and in units
-of one, so that a noise slider stretches one draw and one wrong pair more leaves the others as they are.
+Drawn like the scenes of `solvers.scenes`: all random numbers from the scene's own seed,
+in a fixed order and in units of one, so that a noise slider stretches one draw and one
+wrong pair more leaves the others as they are.
 """
 
 from __future__ import annotations
@@ -91,7 +93,8 @@ def facade_scene(
         partner = own + 4
     else:
         order = np.argsort(column + 2.0 * hidden)
-        # One of the four right windows but the pair's own: three or four, each equally often among twelve.
+        # One of the four right windows but the pair's own: three or four, each equally
+        # often among twelve.
         right = np.array([(12 * [w for w in _RIGHT if w != k])[:12] for k in range(len(_CORNERS))])
         partner = 4 * right[window, visible] + corner
     outlier = np.zeros(len(own), dtype=np.bool_)

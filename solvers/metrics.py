@@ -1,4 +1,5 @@
-"""How far an estimate is from the truth, and how well it fits its pairs: two different questions.
+"""How far an estimate is from the truth, and how well it fits its pairs: two different
+questions.
 
 Each answer has the shape of the batch; for a batch of none it is a numpy scalar.
 """
@@ -38,8 +39,9 @@ def rre(pose: Pose, truth: Pose) -> FloatArray:
     >>> import numpy as np
     >>> from solvers import Pose
     >>> from solvers.metrics import rre
-    >>> error = rre(Pose.from_angle(np.radians(170.0)), Pose.from_angle(np.radians(-170.0)))
-    >>> np.degrees(error).round(6)
+    >>> estimate = Pose.from_angle(np.radians(170.0))
+    >>> truth = Pose.from_angle(np.radians(-170.0))
+    >>> np.degrees(rre(estimate, truth)).round(6)
     np.float64(20.0)
     """
     relative = Pose(pose.R @ truth.R.swapaxes(-1, -2), np.zeros(pose.dim))

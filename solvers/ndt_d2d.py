@@ -1,10 +1,16 @@
-"""Distribution-to-distribution NDT: a map of both clouds, registered to each other cell by cell.
+"""Distribution-to-distribution NDT.
 
-The score of `solvers.ndt_d2d_score`, climbed as in `solvers.ndt`. The points are left behind once the maps stand, so a
-step costs what the cells cost, however many points they summarise; and the moving side's uncertainty counts, too.
+A map of both clouds, registered to each other cell by cell.
 
-Source: Stoyanov, Magnusson, Andreasson & Lilienthal 2012, Fast and accurate scan registration through minimization of
-the distance between compact 3D NDT representations.
+The score of `solvers.ndt_d2d_score`, climbed as in `solvers.ndt`. The points are left
+behind once the maps stand, so a step costs what the cells cost, however many points
+they summarise; and the moving side's uncertainty counts, too.
+
+References
+----------
+.. [1] T. Stoyanov, M. Magnusson, H. Andreasson, A. J. Lilienthal, "Fast and accurate
+   scan registration through minimization of the distance between compact 3D NDT
+   representations", 2012. doi:10.1177/0278364912460895
 """
 
 from __future__ import annotations

@@ -1,10 +1,12 @@
-"""The race: nine methods on the same two scans from the same start, as panels, benchmark and sweeps run it.
+"""The race: nine methods on the same two scans from the same start, as panels,
+benchmark and sweeps run it.
 
-One list of contestants with the options that they race with, one set of controls, one way to make the problems; what
-steps them is `solvers.stepper`. RANSAC takes no start: it ignores the starting pose, and its panel says so.
+One list of contestants with the options that they race with, one set of controls, one
+way to make the problems; what steps them is `solvers.stepper`. RANSAC takes no start:
+it ignores the starting pose, and its panel says so.
 
-A controlled experiment: one room, one sampling, options chosen for it. It ranks nothing beyond itself, and steps of
-different methods are different amounts of work.
+A controlled experiment: one room, one sampling, options chosen for it. It ranks nothing
+beyond itself, and steps of different methods are different amounts of work.
 """
 
 from __future__ import annotations

@@ -139,7 +139,8 @@ class Result:
 
 
 def from_batch(done: Batch[Any], history: History, axes: tuple[int, ...]) -> Result:
-    """The result of one run, its single problem axis made into the leading axes `axes`."""
+    """The result of one run, its single problem axis made into the leading axes `axes`.
+    """
     state = done.state()
     return Result(
         method=done.method.name,
@@ -154,7 +155,9 @@ def from_batch(done: Batch[Any], history: History, axes: tuple[int, ...]) -> Res
 
 
 def side_by_side(results: Sequence[Result]) -> Result:
-    """Single results put together as those of a batch; shorter histories repeat their last entry."""
+    """Single results put together as those of a batch; shorter histories repeat their
+    last entry.
+    """
     longest = max(len(r.history.objective) for r in results)
 
     def course(read: Callable[[History], AnyArray]) -> AnyArray:
@@ -188,7 +191,9 @@ def _lengthened(course: AnyArray, length: int) -> AnyArray:
 
 
 def _shaped(value: Any, axes: tuple[int, ...], at: int = 0) -> Any:
-    """The one problem axis at `at` made into `axes`; what then is a single number or word loses its array."""
+    """The one problem axis at `at` made into `axes`; what then is a single number or
+    word loses its array.
+    """
     if isinstance(value, Pose):
         return Pose(*(_shaped(np.asarray(getattr(value, part)), axes, at) for part in ("R", "t", "scale")))
     if isinstance(value, np.ndarray):

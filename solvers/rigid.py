@@ -1,12 +1,15 @@
-"""The pose that best takes known partners to each other: the weighted rigid and similarity fits, in closed form.
+"""The pose that best takes known partners to each other: the weighted rigid and
+similarity fits, in closed form.
 
-Row i of `source` and row i of `target` are partners. Both functions minimise `Σ wᵢ ‖s R pᵢ + t − qᵢ‖²` over rotations
-R, translations t and, where asked, scales s. The optimum needs no starting pose; it is the optimum of that objective,
-which noise and wrong pairs move away from the true motion.
+Row i of `source` and row i of `target` are partners. Both functions minimise
+`Σ wᵢ ‖s R pᵢ + t − qᵢ‖²` over rotations R, translations t and, where asked, scales s.
+The optimum needs no starting pose; it is the optimum of that objective, which noise and
+wrong pairs move away from the true motion.
 
-Sources: Arun, Huang & Blostein 1987, Least-squares fitting of two 3-D point sets; Umeyama 1991, Least-squares
-estimation of transformation parameters between two point patterns, eqs. 39-43 (the determinant's correction and the
-scale); Kabsch 1976, A solution for the best rotation to relate two sets of vectors.
+Sources: Arun, Huang & Blostein 1987, Least-squares fitting of two 3-D point sets;
+Umeyama 1991, Least-squares estimation of transformation parameters between two point
+patterns, eqs. 39-43 (the determinant's correction and the scale); Kabsch 1976, A
+solution for the best rotation to relate two sets of vectors.
 """
 
 from __future__ import annotations
@@ -139,7 +142,8 @@ def fit_rigid(
     """
     m = _moments(source, target, weights)
     V, values, Ut, sign = _signed_svd(m.H)
-    # Where H is singular to rounding its sign is an accident, and the rotation is as good as the reflection.
+    # Where H is singular to rounding its sign is an accident, and the rotation is as
+    # good as the reflection.
     tied = values[..., -1] <= m.tolerance
     flip = np.where(tied | proper, sign, np.int8(1))
     signed = values.copy()
@@ -201,7 +205,8 @@ def fit_planar(
     m = _moments(source, target, weights, dim=2)
     H = m.H
     R, turn = _turn(H)
-    # The best reflection's value; the two singular values are half the sum and half the difference.
+    # The best reflection's value; the two singular values are half the sum and half the
+    # difference.
     mirror = np.hypot(H[..., 0, 0] - H[..., 1, 1], H[..., 0, 1] + H[..., 1, 0])
     values = np.stack([0.5 * (turn + mirror), 0.5 * np.abs(turn - mirror)], axis=-1)
     sign = np.where(values[..., 1] <= m.tolerance, 0, np.where(turn < mirror, -1, 1)).astype(np.int8)
@@ -240,7 +245,9 @@ def best_rotation(H: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 def _turn(H: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """In the plane: the rotation by atan2(S, C), and hypot(S, C), the trace of R H. Where both vanish R is zero."""
+    """In the plane: the rotation by atan2(S, C), and hypot(S, C), the trace of R H.
+    Where both vanish R is zero.
+    """
     C, S = H[..., 0, 0] + H[..., 1, 1], H[..., 0, 1] - H[..., 1, 0]
     turn = np.hypot(S, C)
     safe = np.where(turn > 0.0, turn, 1.0)
@@ -273,8 +280,10 @@ def pair_cost(pose: Pose, source: FloatArray, target: FloatArray, weights: Float
 
 @dataclass(frozen=True, eq=False)
 class _Moments:
-    """What both fits start from. The clouds and weights are divided by powers of two, which rounds nothing, so that no
-    square overflows or vanishes; H, the spreads and the tolerance are of the divided clouds."""
+    """What both fits start from. The clouds and weights are divided by powers of two,
+    which rounds nothing, so that no square overflows or vanishes; H, the spreads and
+    the tolerance are of the divided clouds.
+    """
 
     source: FloatArray  # (..., n, d), as given, broadcast to the batch
     target: FloatArray
@@ -316,8 +325,9 @@ def _moments(
     H = (sw[..., None] * cp).swapaxes(-1, -2) @ cq
     square_p, square_q = (np.einsum("...n,...nd,...nd->...", sw, x, x) for x in (cp, cq))
 
-    # Coordinates carry rounding of half a unit in the last place of the largest, so a spread below a few of these is
-    # none; the same rounding, relative to the spread, is what H cannot resolve.
+    # Coordinates carry rounding of half a unit in the last place of the largest, so a
+    # spread below a few of these is none; the same rounding, relative to the spread, is
+    # what H cannot resolve.
     spread_p, spread_q = (np.sqrt(x / np.where(total > 0.0, total, 1.0)) for x in (square_p, square_q))
     blur_p, blur_q = 8.0 * _EPS * np.ldexp(big_p, -ep), 8.0 * _EPS * np.ldexp(big_q, -eq)
     still_p, still_q = spread_p <= blur_p, spread_q <= blur_q
@@ -331,13 +341,16 @@ def _moments(
 def _finish(
     m: _Moments, R: FloatArray, turned: FloatArray, values: FloatArray, sign: AnyArray, gap: FloatArray, scale: bool
 ) -> Fit:
-    """From the rotation to the answer: scale, translation, degenerate cases, cost. `turned` is tr(Λ D)."""
+    """From the rotation to the answer: scale, translation, degenerate cases, cost.
+    `turned` is tr(Λ D).
+    """
     ep, eq, ew = m.exponents
     bad = m.still_p | m.still_q | (gap <= m.tolerance) | (m.w.max(axis=-1) == 0.0)
     R = np.where(bad[..., None, None], np.eye(R.shape[-1]), R)
     s = np.ones(bad.shape)
     if scale:
-        # The ratio of the divided clouds, multiplied back; a ratio that is no float64 is no scale either.
+        # The ratio of the divided clouds, multiplied back; a ratio that is no float64
+        # is no scale either.
         with np.errstate(over="ignore", under="ignore"):
             s = np.ldexp(np.where(bad, 1.0, turned / np.where(bad, 1.0, m.square_p)), np.where(bad, 0, eq - ep))
     mean_p, mean_q = np.ldexp(m.mean_p, ep[..., None]), np.ldexp(m.mean_q, eq[..., None])

@@ -1,4 +1,6 @@
-"""One room, two poses: what a robot's scanner records from each, by casting rays at the walls."""
+"""One room, two poses: what a robot's scanner records from each, by casting rays at the
+walls.
+"""
 
 from __future__ import annotations
 

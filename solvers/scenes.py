@@ -1,7 +1,8 @@
 """Seeded scenes with a known truth: what the figures show and the benchmarks run on.
 
-Each scene draws all its random numbers from its own seed, in a fixed order and in units of one, before anything is
-scaled or chosen. So a noise slider stretches one draw instead of drawing anew, and one outlier more leaves the others.
+Each scene draws all its random numbers from its own seed, in a fixed order and in units
+of one, before anything is scaled or chosen. So a noise slider stretches one draw
+instead of drawing anew, and one outlier more leaves the others.
 """
 
 from __future__ import annotations
@@ -75,7 +76,8 @@ ROOM_SETTINGS = ("clean", "noise", "gradient", "striped", "outliers", "combo")
 KABSCH_TRUTH = Pose.from_angle(np.radians(50.0), (2.6, 0.9))
 KABSCH_START = Pose.from_angle(np.radians(-25.0), (-3.0, -0.6))
 
-# A bird seen from the side: its mirror image looks the other way, which no rotation undoes.
+# A bird seen from the side: its mirror image looks the other way, which no rotation
+# undoes.
 BIRD = np.array(
     [
         (-1.9, 0.2), (-0.9, 0.5), (-0.2, 1.5), (0.5, 1.8), (1.0, 1.4), (1.9, 1.2), (1.05, 0.8),
@@ -84,7 +86,8 @@ BIRD = np.array(
 )  # fmt: skip
 BIRD.flags.writeable = False
 
-# A mast, bowed by a few thousandths of its length, and the pennant that it carries: only the mast is measured.
+# A mast, bowed by a few thousandths of its length, and the pennant that it carries:
+# only the mast is measured.
 _HEIGHT = np.linspace(-2.0, 2.0, 13)
 MAST = np.column_stack([0.008 * (1.0 - (_HEIGHT / 2.0) ** 2), _HEIGHT])
 MAST.flags.writeable = False
@@ -167,7 +170,8 @@ def kabsch_scene(
 
 
 def _lean_to_reflection(unit: FloatArray) -> FloatArray:
-    """The draw, or its mirror image across the mast, whichever opposes the mast's bow."""
+    """The draw, or its mirror image across the mast, whichever opposes the mast's bow.
+    """
     across = KABSCH_TRUTH.R[:, 0]
     bow = MAST[:, 0] - MAST[:, 0].mean()
     lean = unit @ across
@@ -284,7 +288,8 @@ def room(
         wrong = np.zeros(n, dtype=np.bool_)
         wrong[order[: round(fraction * n)]] = True
         points[wrong] = elsewhere[wrong]
-        # Drawn for all of the outline, then cut: a smaller overlap leaves the other points where they were.
+        # Drawn for all of the outline, then cut: a smaller overlap leaves the other
+        # points where they were.
         kept = along <= (total if clouds else seen * total + 1e-9)
         clouds.append(points[kept])
         masks.append(wrong[kept])
@@ -294,7 +299,9 @@ def room(
 
 
 def _stations(setting: str, spacing: float, first: float, last: float, total: float, ratio: float) -> FloatArray:
-    """Arc lengths from `first` to `last` at which the outline is sampled, `ratio` times as densely as usual."""
+    """Arc lengths from `first` to `last` at which the outline is sampled, `ratio` times
+    as densely as usual.
+    """
     spacing /= ratio
     if setting not in ("gradient", "striped"):
         return first + spacing * np.arange(np.floor((last - first) / spacing + 1e-9) + 1.0)

@@ -1,19 +1,29 @@
-"""Annealed soft targets: every moving point is drawn to a weighted mean of the fixed ones, less and less soft.
+"""Annealed soft targets.
 
-With `K_ij = exp(−‖T p_i − q_j‖² / 2σ²)` and a constant score o (`miss`) for 'no partner', point i has
+Every moving point is drawn to a weighted mean of the fixed ones, less and less soft.
+
+With `K_ij = exp(−‖T p_i − q_j‖² / 2σ²)` and a constant score o (`miss`) for 'no
+partner', point i has
 
     weights   w_ij = K_ij / (Σ_k K_ik + o),   support   s_i = Σ_j w_ij,   target   Σ_j w_ij q_j / s_i.
 
-A step fits a rigid motion to the targets, each row weighted by its support, rows below `least_support` dropped; then σ
-shrinks (`solvers.candidates`, whose course of fit and schedule this is; here over all pairs).
+A step fits a rigid motion to the targets, each row weighted by its support, rows below
+`least_support` dropped; then σ shrinks (`solvers.candidates`, whose course of fit and
+schedule this is; here over all pairs).
 
-A heuristic, and not CPD: it is normalised over the fixed points for each moving one, CPD the other way round; its o
-does not scale with σ or with the number of points, so the weight of 'no partner' moves with both; and σ follows a
-schedule, whatever the fit. At one σ and with no row dropped a step never raises `−σ² Σ_i log(1 + Σ_j K_ij / o)`, of
-which the fitted sum of squares is a bound that touches it; over a run σ and the dropped rows change.
+A heuristic, and not CPD: it is normalised over the fixed points for each moving one,
+CPD the other way round; its o does not scale with σ or with the number of points, so
+the weight of 'no partner' moves with both; and σ follows a schedule, whatever the fit.
+At one σ and with no row dropped a step never raises `−σ² Σ_i log(1 + Σ_j K_ij / o)`, of
+which the fitted sum of squares is a bound that touches it; over a run σ and the dropped
+rows change.
 
-In the manner of Rangarajan, Chui & Bookstein 1997, The softassign Procrustes matching algorithm, whose assignment is
-doubly normalised; this one is not.
+In the manner of [1]_, whose assignment is doubly normalised; this one is not.
+
+References
+----------
+.. [1] A. Rangarajan, H. Chui, F. L. Bookstein, "The softassign Procrustes matching
+   algorithm", 1997.
 """
 
 from __future__ import annotations
@@ -104,7 +114,9 @@ def _step(state: SoftState) -> SoftState:
 
 
 def weights(state: SoftState, i: int = 0) -> FloatArray:
-    """The matrix w (m, n) of problem i at the state's pose and σ, for a figure: its rows add up to the support."""
+    """The matrix w (m, n) of problem i at the state's pose and σ, for a figure: its
+    rows add up to the support.
+    """
     moved = state.pose[i].apply(state.problem.source[i])
     return gaussians.share_matrix(moved, state.problem.target[i], float(state.sigma[i]), state.options.miss)
 

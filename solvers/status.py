@@ -1,4 +1,6 @@
-"""How a problem stands. A stop is never called success: only the error against a known truth can say that."""
+"""How a problem stands. A stop is never called success: only the error against a known
+truth can say that.
+"""
 
 from enum import IntEnum
 
@@ -50,15 +52,19 @@ def statuses(batch: tuple[int, ...], status: Status = Status.RUNNING) -> StatusA
 
 
 def reasons(batch: tuple[int, ...], words: str = "") -> ReasonArray:
-    """An array of one reason, of shape `batch`; an empty text where there is nothing to say."""
+    """An array of one reason, of shape `batch`; an empty text where there is nothing to
+    say.
+    """
     return np.full(batch, words, dtype=object)
 
 
 def mark(
     status: StatusArray, reason: ReasonArray, where: BoolArray, new: Status, words: str = ""
 ) -> tuple[StatusArray, ReasonArray]:
-    """`status` and `reason` with `new` and `words` at the problems `where` is true, copies where that changes anything;
-    the first mark stays: a problem that is no longer running keeps what was said of it."""
+    """`status` and `reason` with `new` and `words` at the problems `where` is true,
+    copies where that changes anything; the first mark stays: a problem that is no
+    longer running keeps what was said of it.
+    """
     where = where & (status == Status.RUNNING)
     if not where.any():
         return status, reason

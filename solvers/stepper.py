@@ -1,17 +1,17 @@
 """The one loop that every method runs in, and what a method must offer to run in it.
 
-A method is a pair of functions, `start(problem, options) -> state` and `step(state) ->
-state`, on a whole batch: every array has the problems as its leading axis b, and no
-problem may see another. States are frozen. The loop takes a problem out of the batch
-when its status says that it has stopped, so a step only ever sees running problems.
+A method is a pair of functions, `start(problem, options) -> state` and
+`step(state) -> state`, on a whole batch: every array has the problems as its leading
+axis b, and no problem may see another. States are frozen. The loop takes a problem out
+of the batch when its status says that it has stopped, so a step only ever sees running
+problems.
 
 To add a method, write a module with:
 
-1. A frozen options dataclass, whose `__post_init__` refuses bad values by
-   `solvers.validate`, and a frozen state dataclass with at least the fields of `State`
-   and whatever a figure is to show. `problem` and what is precomputed (normals, a map)
-   are `field(metadata=CONSTANT)`, the options `field(metadata=SHARED)`; see
-   `solvers.rows`.
+1. Frozen dataclasses of options, whose `__post_init__` refuses bad values by
+   `solvers.validate`, and of states, with the fields of `State` and what a figure is to
+   show. `problem` and what is precomputed are `field(metadata=CONSTANT)`, the options
+   `field(metadata=SHARED)`; see `solvers.rows`.
 2. `start`, which fills the state at `problem.start` and draws all random numbers of the
    run, by `numpy.random.default_rng(problem.seed[i])` for problem i. A hopeless problem
    gets `Status.DEGENERATE` and a reason (`solvers.status.mark`).
@@ -280,11 +280,10 @@ def advance(batch: Batch[S]) -> Batch[S]:
 
     Examples
     --------
-    >>> from solvers import METHODS
-    >>> from solvers.race import Controls, race_problem
-    >>> from solvers.stepper import advance, begin
-    >>> problem, truth = race_problem(Controls(setting="clean"), seeds=[40])
-    >>> batch = begin(METHODS["icp"], problem)
+    >>> from solvers.race import CONTESTANTS, Controls, race_problem
+    >>> from solvers.stepper import advance
+    >>> problem, truth = race_problem(Controls(), seeds=[40])
+    >>> batch = CONTESTANTS[0].begin(problem)
     >>> advance(batch).objective() < batch.objective()
     array([ True])
     """
@@ -308,12 +307,10 @@ def advance(batch: Batch[S]) -> Batch[S]:
 class History:
     """The course of a run, from the start to the last of k steps.
 
-    A problem that stopped earlier repeats its last entry.
-
     Attributes
     ----------
     poses : Pose
-        Of shape (k + 1, ...).
+        Of shape (k + 1, ...); a problem that stopped earlier repeats its last.
     objective : ndarray of shape (k + 1, ...)
         What the method minimises, at these poses.
 

@@ -1,17 +1,23 @@
-"""ICP that knows surfaces: pairs of nearest points, a precision matrix for each pair, one Gauss-Newton step, repeat.
+"""ICP that knows surfaces.
 
-What `solvers.point_to_plane` and `solvers.gicp` share. They differ in the precision matrices alone. One step solves the
-pairs of the state (`solvers.gauss_newton`) and pairs anew at the new pose (`solvers.icp.pair`: gate, trim, robust
-weight by Euclidean distance), so a state's pose, pairs, precisions and objective belong together:
+Pairs of nearest points, a precision matrix for each pair, one Gauss-Newton step,
+repeat.
+
+What `solvers.point_to_plane` and `solvers.gicp` share. They differ in the precision
+matrices alone. One step solves the pairs of the state (`solvers.gauss_newton`) and
+pairs anew at the new pose (`solvers.icp.pair`: gate, trim, robust weight by Euclidean
+distance), so a state's pose, pairs, precisions and objective belong together:
 
     objective = Σ w_i (x_i − q_i)ᵀ M_i (x_i − q_i)    over the pairs used.
 
-It may rise: a Gauss-Newton step is no exact minimisation, and pairs are nearest in another metric than the residual's.
-Robust weights are functions of the pair's distance, not of the residual that is squared, so this is not the iteratively
-reweighted minimisation of any one loss; their scale is a heuristic, and a gate that suits one residual need not suit
-another. And since nothing falls, a run may go round: a few sets of pairs that lead to each other for ever. That is
-found by comparing each pose with one remembered, which is renewed at the steps 1, 2, 4, 8 … (Brent 1980, An improved
-Monte Carlo factorization algorithm), and called stalled.
+It may rise: a Gauss-Newton step is no exact minimisation, and pairs are nearest in
+another metric than the residual's. Robust weights are functions of the pair's distance,
+not of the residual that is squared, so this is not the iteratively reweighted
+minimisation of any one loss; their scale is a heuristic, and a gate that suits one
+residual need not suit another. And since nothing falls, a run may go round: a few sets
+of pairs that lead to each other for ever. That is found by comparing each pose with one
+remembered, which is renewed at the steps 1, 2, 4, 8 … (Brent 1980, An improved Monte
+Carlo factorization algorithm), and called stalled.
 """
 
 from __future__ import annotations
@@ -108,15 +114,18 @@ class SurfaceOptions:
 
 @dataclass(frozen=True, eq=False)
 class SurfaceState:
-    """A pose, the pairs at it, their precisions, and the system that the next step solves.
+    """A pose, the pairs at it, their precisions, and the system that the next step
+    solves.
 
-    normals: of the target. covariances: of source (b, m, d, d) and target (b, n, d, d) points, where the method has
-    any. radius: (b,) RMS radius of the source at the start. scale: (b,) the fixed s of the robust weight, or None.
-    pairing: `rms` and `objective` there are those of the residuals here; pairs whose target point has no normal are not
-    used, where the method needs one. precision: (b, m, d, d) of the pairs, at `pose`.
-    system: the normal equations of these pairs at `pose`, with the condition number and the weak direction.
-    change: (b,) as in `solvers.icp.IcpState`. taken: (b,) steps. remembered: (b, m, d) the points moved at an earlier
-    step, to find cycles by.
+    normals: of the target. covariances: of source (b, m, d, d) and target (b, n, d, d)
+    points, where the method has any. radius: (b,) RMS radius of the source at the
+    start. scale: (b,) the fixed s of the robust weight, or None. pairing: `rms` and
+    `objective` there are those of the residuals here; pairs whose target point has no
+    normal are not used, where the method needs one. precision: (b, m, d, d) of the
+    pairs, at `pose`. system: the normal equations of these pairs at `pose`, with the
+    condition number and the weak direction. change: (b,) as in `solvers.icp.IcpState`.
+    taken: (b,) steps. remembered: (b, m, d) the points moved at an earlier step, to
+    find cycles by.
     """
 
     problem: Problem = field(metadata=CONSTANT)
@@ -145,7 +154,9 @@ def start(
     surface: Normals,
     covariances: tuple[FloatArray, FloatArray] | None,
 ) -> SurfaceState:
-    """The pairs and their precisions at the starting pose; degenerate where there is none to use."""
+    """The pairs and their precisions at the starting pose; degenerate where there is
+    none to use.
+    """
     b = problem.size
     scale = None if options.scale is None else np.full(b, options.scale)
     with np.errstate(over="ignore", under="ignore"):
@@ -205,7 +216,9 @@ def _motion(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def precisions(cov_p: FloatArray, cov_q: FloatArray, R: FloatArray) -> FloatArray:
-    """`(Σ_q + R Σ_p Rᵀ)⁻¹` of pairs with covariances (b, m, d, d) and rotations (b, d, d), (b, m, d, d)."""
+    """`(Σ_q + R Σ_p Rᵀ)⁻¹` of pairs with covariances (b, m, d, d) and rotations (b, d,
+    d), (b, m, d, d).
+    """
     turned = R[:, None]
     return _inverse(cov_q + turned @ cov_p @ turned.swapaxes(-1, -2))
 

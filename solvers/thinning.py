@@ -1,4 +1,6 @@
-"""A cloud made smaller before it is registered: a slab of it, fewer points, and how far apart its points lie."""
+"""A cloud made smaller before it is registered: a slab of it, fewer points, and how far
+apart its points lie.
+"""
 
 from __future__ import annotations
 
@@ -126,7 +128,9 @@ def spacing(points: ArrayLike) -> float:
 
 
 def _cells(points: FloatArray, count: int) -> IntArray:
-    """The number of the cell (n,) of each point, with `count` cells along the cloud's longest side."""
+    """The number of the cell (n,) of each point, with `count` cells along the cloud's
+    longest side.
+    """
     low = points.min(axis=0)
     side = float((points.max(axis=0) - low).max())
     part = (points - low) / side * count if side > 0.0 else np.zeros_like(points)

@@ -1,4 +1,6 @@
-"""The scene of the walkthrough: two samplings of one closed, fish-like curve of 150 points each."""
+"""The scene of the walkthrough: two samplings of one closed, fish-like curve of 150
+points each.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +35,9 @@ _KNOTS = np.array(
 
 
 def _smooth(knots: FloatArray, between: int = 10) -> FloatArray:
-    """The closed Catmull-Rom curve through the knots (k, 2), its first point repeated at the end."""
+    """The closed Catmull-Rom curve through the knots (k, 2), its first point repeated
+    at the end.
+    """
     before, here, after, beyond = (np.roll(knots, shift, axis=0)[:, None] for shift in (1, 0, -1, -2))
     u = np.linspace(0.0, 1.0, between, endpoint=False)[None, :, None]
     pieces = 2.0 * here + (after - before) * u
@@ -44,7 +48,9 @@ def _smooth(knots: FloatArray, between: int = 10) -> FloatArray:
 
 
 def _sampled(line: FloatArray, phase: float) -> FloatArray:
-    """`POINTS` places along a closed polyline at equal distances, the first `phase` of one from its beginning."""
+    """`POINTS` places along a closed polyline at equal distances, the first `phase` of
+    one from its beginning.
+    """
     lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
     along = (np.arange(POINTS) + phase) * lengths[-1] / POINTS
     return np.column_stack([np.interp(along, lengths, line[:, k]) for k in (0, 1)])

@@ -64,7 +64,8 @@ def single_wall(*, seed: int = 40, noise: float = 0.02, outliers: float = 0.0) -
     >>> from solvers.metrics import rte
     >>> from solvers.wall_scenes import single_wall
     >>> scene = single_wall()
-    >>> result = register(scene.source, scene.target, "point-to-plane", start=scene.start)
+    >>> p, q = scene.source, scene.target
+    >>> result = register(p, q, "point-to-plane", start=scene.start)
     >>> print(f"{result.status}, {rte(result.pose, scene.truth):.1f} u from the truth")
     converged, 1.5 u from the truth
     """
