@@ -53,7 +53,8 @@ def prose(text: str) -> Markup:
 
 
 def said(text: str) -> Markup:
-    """A piece of prose as HTML: code in backticks, nothing else is markup."""
+    """A piece of prose as HTML: code in backticks and numbers of references, nothing else is markup."""
+    text = re.sub(r"\[(\d+)\]_", r"[\1]", text)
     parts = [_lowered(part) for part in re.split(r"`([^`]+)`", " ".join(text.split()))]
     inner = [part if i % 2 == 0 else Markup("<code>{}</code>").format(part) for i, part in enumerate(parts)]
     return Markup("").join(inner)

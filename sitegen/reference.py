@@ -202,8 +202,9 @@ def is_enum(thing: griffe.Class) -> bool:
 def _method(name: str, method: Method[Any]) -> MethodEntry:
     own = named(f"{method.options.__module__}.{method.options.__qualname__}")
     options = tuple(Option(p.name, str(p.annotation), str(p.default), said(p.description)) for p in parameters(own))
-    module = getattr(method.step, "__wrapped__", method.step).__module__
-    words = [prose(doc.value) for doc in (named(module).docstring,) if doc]
+    # Its own module first, then that of the step where it shares one: `gicp` steps as `point-to-plane` does.
+    modules = dict.fromkeys(getattr(part, "__wrapped__", part).__module__ for part in (method.start, method.step))
+    words = [rendered(named(module)) for module in modules]
     # What an options' docstring says of the whole stands after its first line.
     first = next((str(part.value) for part in sections(own) if part.kind is griffe.DocstringSectionKind.text), "")
     words.append(prose(first.partition("\n")[2]))

@@ -90,8 +90,9 @@ class Line:
 
     @property
     def median_steps(self) -> float:
-        """Median number of steps; steps of different methods are different amounts of
-        work.
+        """Median number of steps.
+
+        Steps of different methods are different amounts of work.
         """
         return float(np.median(self.steps))
 

@@ -89,6 +89,7 @@ def test_nothing_of_a_docstring_becomes_markup() -> None:
     """Only what stands in backticks is code; letters below the line are subscripts."""
     assert said("a < b, `x > 0` <i>") == "a &lt; b, <code>x &gt; 0</code> &lt;i&gt;"
     assert said("`Σ wᵢ < aₓ`") == "<code>Σ w<sub>i</sub> &lt; a<sub>x</sub></code>"
+    assert said("as in [2]_") == "as in [2]"
     assert prose("- one\n  more\n- `two`") == "<ul><li>one more</li><li><code>two</code></li></ul>"
 
 
@@ -133,7 +134,8 @@ def test_a_public_docstring_has_its_sections(name: str) -> None:
         assert Kind.returns in kinds or not expected
     elif isinstance(thing, griffe.Class) and not reference.is_enum(thing):
         fields_of = [part.value for part in sections(thing) if part.kind in (Kind.parameters, Kind.attributes)]
-        assert [each.name for part in fields_of for each in part] == [p.name for p in thing.parameters if p.name != "self"]
+        expected = [p for p in thing.parameters if p.name != "self"]
+        assert [each.name for part in fields_of for each in part] == [p.name for p in expected]
     assert Kind.examples in kinds or name not in LISTED
 
 
@@ -175,6 +177,13 @@ def test_griffe_has_nothing_to_object_to(caplog: pytest.LogCaptureFixture) -> No
             sections(thing)
             waiting += [each for each in thing.members.values() if isinstance(each, griffe.Object)]
     assert [record.getMessage() for record in caplog.records] == []
+
+
+def test_a_method_shows_its_own_module_before_that_of_its_step() -> None:
+    """With the paper that it follows."""
+    gicp = next(one for one in reference.methods() if one.name == "gicp")
+    assert gicp.words.index("<p>Generalised ICP.</p>") < gicp.words.index("<p>ICP that knows surfaces.</p>")
+    assert "https://doi.org/10.15607/RSS.2009.V.021" in gicp.words
 
 
 def test_everything_listed_has_words() -> None:
