@@ -77,7 +77,7 @@ def register(
     ValueError
         If an argument is no point cloud, pose, weight, pair or seed, if shapes do not
         fit together, or if the method or an option is unknown or out of range. The
-        message begins with the argument's name.
+        message names the argument.
 
     Notes
     -----
