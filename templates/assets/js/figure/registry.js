@@ -1,0 +1,4 @@
+// The page's figures.
+
+/** Figure id → its controller. */
+export const figures = new Map();
