@@ -40,7 +40,7 @@ def test_what_hosts_get_packed_is_packed_here_too(tmp_path: Path) -> None:
 
 
 def test_the_site_carries_itself(project: Project) -> None:
-    """Every file but the zip and the source maps; its pages ask for nothing that a browser refuses on disk, and offer no zip."""
+    """All but zip and source maps; its pages ask for nothing that a browser refuses on disk, and offer no zip."""
     project.build(pack=True)
     (path,) = project.site.glob("*.zip")
     assert path.name == "a-small-quoted-site.zip"

@@ -1,7 +1,9 @@
 // Brings the page to life: its figures with their parts, the theme's button, links, cards, the runtime's start. Each is
 // set up apart, so that one that fails leaves the others.
+/** @import { Dispose } from "./base/types.js" */
+
 import { sound } from "./base/checked_record.js";
-import { apart, on } from "./base/dom.js";
+import { apart, find, on } from "./base/dom.js";
 import { limits } from "./base/limits.js";
 import * as record from "./base/record.js";
 import { runDeck } from "./deck/deck.js";
@@ -33,10 +35,21 @@ import { loadTape, receiveTape } from "./runtime/tape.js";
 const page = document.documentElement;
 const FIGURES = "figure.figure:has(> script.figure-record)";
 
-/** A figure's part: what takes it away again, also where there was nothing to set up. */
+/**
+ * A figure's part: what takes it away again, also where there was nothing to set up.
+ * @type {(setUp: () => Dispose) => Dispose}
+ */
 const part = (setUp) => apart(setUp) ?? (() => {});
-const each = (selector, setUp) => document.querySelectorAll(selector).forEach((node) => apart(() => setUp(node)));
+/**
+ * @param {string} selector
+ * @param {(node: HTMLElement) => unknown} setUp
+ */
+function each(selector, setUp) {
+  const nodes = /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll(selector));
+  nodes.forEach((node) => apart(() => setUp(node)));
+}
 
+/** @param {HTMLElement} root */
 function live(root) {
   const figure = new Figure(root);
   figures.set(figure.id, figure);
@@ -44,9 +57,8 @@ function live(root) {
   const touch = () => {
     runtime.touched = figure.id;
   };
-  figure.voice = addAnnouncer(figure);
-  figure.disposers.push(
-    figure.voice.dispose,
+  figure.add(
+    addAnnouncer(figure),
     part(() => addStatus(figure)),
     part(() => addHandles(figure, overlay)),
     part(() => addPicks(figure, overlay)),
@@ -59,7 +71,7 @@ function live(root) {
     part(() => addPins(figure)),
     part(() => addLinkButton(figure)),
     part(() => addPictureButtons(root)),
-    part(() => loadTape(figure)),
+    part(() => loadTape(root)),
     overlay.dispose,
     on(root, "pointerdown", touch),
     on(root, "focusin", touch),
@@ -73,15 +85,16 @@ function watch() {
     for (const { target, isIntersecting } of entries) {
       const figure = figures.get(target.id);
       if (!figure) continue;
-      figure.visible = isIntersecting;
-      figure.warm();
-      figure.emit("seen");
+      figure.see(isIntersecting);
     }
   });
   for (const { root } of figures.values()) seen.observe(root);
 }
 
-/** Where not all rungs fit, the page's own is in the middle. */
+/**
+ * Where not all rungs fit, the page's own is in the middle.
+ * @param {HTMLElement} ladder
+ */
 function climb(ladder) {
   const step = ladder.querySelector("[aria-current]")?.closest("li");
   if (!step) return;
@@ -89,23 +102,29 @@ function climb(ladder) {
   ladder.scrollTop = step.offsetTop - (ladder.clientHeight - step.offsetHeight) / 2;
 }
 
-/** An equation wider than its column scrolls, by key as well: it can be focused for as long as it is too wide. */
+/**
+ * An equation wider than its column scrolls, by key as well: it can be focused for as long as it is too wide.
+ * @param {Iterable<Element>} formulas
+ */
 function reach(formulas) {
   const fit = new ResizeObserver((entries) => {
     for (const { target } of entries) {
-      if (target.scrollWidth > target.clientWidth) target.tabIndex = 0;
+      if (target.scrollWidth > target.clientWidth) target.setAttribute("tabindex", "0");
       else target.removeAttribute("tabindex");
     }
   });
   for (const formula of formulas) fit.observe(formula);
 }
 
-/** In the margin of a wide page the chapter's contents are all to be seen: open, and no stop to fold them. */
+/**
+ * In the margin of a wide page the chapter's contents are all to be seen: open, and no stop to fold them.
+ * @param {HTMLElement} contents
+ */
 function unfold(contents) {
   const wide = matchMedia("(min-width: 75rem)");
   const fold = () => {
-    contents.open = wide.matches;
-    contents.querySelector("summary").tabIndex = wide.matches ? -1 : 0;
+    contents.toggleAttribute("open", wide.matches);
+    find(contents, "summary").tabIndex = wide.matches ? -1 : 0;
   };
   on(wide, "change", fold);
   fold();

@@ -1,65 +1,97 @@
 // A figure's whole state is a record, plain data. Every action makes a new record; none is ever changed in place.
 
-/**
- * @typedef {["press", string] | ["drag" | "click" | "hover", string, number, number]} Action
- * @typedef {Object<string, number|string|boolean>} Values
- * @typedef {{widget: string, preset: string, controls: Values, seed: number, log: Action[],
- *   given?: Object<string, string>}} Rec  given: place → fingerprint of what the reader brought
- */
+/** @import { Action, Control, FigureRecord, Point, Value } from "./types.js" */
 
 const LONGEST_LINK = 200_000;
+/** @param {number} value */
 const four = (value) => Math.round(value * 1e4) / 1e4 + 0;
 
-/** Equal for equal states; numbers are written by one parser's printer, so Python's 1.0 is 1 here. */
+/**
+ * Equal for equal states; numbers are written by one parser's printer, so Python's 1.0 is 1 here.
+ * @param {FigureRecord} record
+ */
 export function key(record) {
   const controls = Object.entries(record.controls).sort(([a], [b]) => (a < b ? -1 : 1));
   return JSON.stringify([record.widget, controls, record.seed, record.log, record.given ?? {}]);
 }
 
+/** @typedef {(record: FigureRecord, name: string, place: Point) => FigureRecord} Placing */
+
+/** @type {(record: FigureRecord, ...actions: Action[]) => FigureRecord} */
 const logged = (record, ...actions) => ({ ...record, log: [...record.log, ...actions] });
+
+/** @type {(record: FigureRecord, name: string) => FigureRecord} */
 export const press = (record, name) => logged(record, ["press", name]);
+
+/** @type {Placing} */
 export const click = (record, panel, [x, y]) => logged(record, ["click", panel, four(x), four(y)]);
 
-/** A drag of the same handle once more replaces the last one. */
-export function drag(record, handle, [x, y]) {
+/**
+ * A drag of the same handle once more replaces the last one.
+ * @type {Placing}
+ */
+export const drag = (record, handle, place) => latest(record, "drag", handle, place);
+
+/**
+ * What is pointed at now takes the place of what was pointed at before.
+ * @type {Placing}
+ */
+export const hover = (record, panel, place) => latest(record, "hover", panel, place);
+
+/** @type {(record: FigureRecord, kind: "drag" | "hover", name: string, place: Point) => FigureRecord} */
+function latest(record, kind, name, [x, y]) {
   const last = record.log.at(-1);
-  const again = last && last[0] === "drag" && last[1] === handle;
-  return logged(again ? back(record) : record, ["drag", handle, four(x), four(y)]);
+  const again = last && last[0] === kind && last[1] === name;
+  return logged(again ? back(record) : record, [kind, name, four(x), four(y)]);
 }
 
-/** What is pointed at now takes the place of what was pointed at before. */
-export function hover(record, panel, [x, y]) {
-  const last = record.log.at(-1);
-  const again = last && last[0] === "hover" && last[1] === panel;
-  return logged(again ? back(record) : record, ["hover", panel, four(x), four(y)]);
-}
-
+/** @type {(record: FigureRecord) => FigureRecord} */
 export const back = (record) => ({ ...record, log: record.log.slice(0, -1) });
+
+/** @type {(record: FigureRecord) => FigureRecord} */
 export const reset = (record) => ({ ...record, log: [] });
-const unpressed = (log) => log.filter(([kind]) => kind !== "press");
-export const reseed = (record) => ({ ...record, seed: (record.seed + 13) % 2 ** 31, log: unpressed(record.log) });
 
-/** A control's new value, what the chosen option brings along, and as much of the log as the control's spec keeps. */
+/** @type {(record: FigureRecord) => FigureRecord} */
+export const reseed = (record) => ({
+  ...record,
+  seed: (record.seed + 13) % 2 ** 31,
+  log: record.log.filter(([kind]) => kind !== "press"),
+});
+
+/** @type {Record<Control["keeps"], (log: Action[]) => Action[]>} */
+const KEPT = { log: (log) => log, pose: (log) => log.filter(([kind]) => kind === "drag"), nothing: () => [] };
+
+/**
+ * A control's new value, what the chosen option brings along, and as much of the log as the control's spec keeps.
+ * @type {(record: FigureRecord, name: string, value: Value, spec: Control) => FigureRecord}
+ */
 export function control(record, name, value, spec) {
-  const kept = { log: (log) => log, pose: (log) => log.filter(([kind]) => kind === "drag"), nothing: () => [] };
-  const controls = { ...record.controls, [name]: value, ...spec.sets?.[value] };
-  return { ...record, controls, log: kept[spec.keeps](record.log) };
+  const brought = spec.kind === "choice" ? spec.sets?.[String(value)] : {};
+  return { ...record, controls: { ...record.controls, [name]: value, ...brought }, log: KEPT[spec.keeps](record.log) };
 }
 
-/** Whether `after` is `before` and one press more, which is what may be shown as a motion. */
-export function pressed(before, after) {
-  return after.log.at(-1)?.[0] === "press" && key(back(after)) === key(before);
-}
+/**
+ * Whether `after` is `before` and one press more, which is what may be shown as a motion.
+ * @type {(before: FigureRecord, after: FigureRecord) => boolean}
+ */
+export const pressed = (before, after) => after.log.at(-1)?.[0] === "press" && key(back(after)) === key(before);
 
-/** The record as a link carries it: base64url of its JSON. */
+/**
+ * The record as a link carries it: base64url of its JSON.
+ * @type {(record: FigureRecord) => string}
+ */
 export function encode(record) {
   const bytes = new TextEncoder().encode(JSON.stringify(record));
   const binary = Array.from(bytes, (byte) => String.fromCharCode(byte)).join("");
   return btoa(binary).replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
 }
 
+/** @type {(value: unknown) => value is Record<string, any>} */
+const isMapping = (value) => typeof value === "object" && value !== null && !Array.isArray(value);
+
 /**
  * A record out of a link, on top of `initial`; its values are checked by Python, its shape here.
+ * @type {(data: string, initial: FigureRecord) => FigureRecord}
  * @throws {Error} that says what is wrong
  */
 export function decode(data, initial) {
@@ -72,10 +104,9 @@ export function decode(data, initial) {
   } catch {
     throw new Error("it is damaged");
   }
-  const mapping = (value) => typeof value === "object" && value !== null && !Array.isArray(value);
-  if (!mapping(given) || given.widget !== initial.widget) throw new Error("it belongs to another figure");
+  if (!isMapping(given) || given.widget !== initial.widget) throw new Error("it belongs to another figure");
   const { preset = initial.preset, controls = {}, seed = initial.seed, log = [] } = given;
-  if (!mapping(controls) || !Array.isArray(log)) throw new Error("it is damaged");
+  if (!isMapping(controls) || !Array.isArray(log)) throw new Error("it is damaged");
   const brought = given.given === undefined ? {} : { given: given.given };
   return { widget: initial.widget, preset, controls: { ...initial.controls, ...controls }, seed, log, ...brought };
 }

@@ -1,12 +1,17 @@
 // What moves a deck: keys, unless the focus is on something that has a use for them, and swipes, unless one begins on
 // something that is dragged.
-import { on } from "../base/dom.js";
+/** @import { Dispose } from "../base/types.js" */
+
+import { around, on, together } from "../base/dom.js";
 
 const ARROWS = ["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown"];
 const PAGES = ["PageUp", "PageDown", "Home", "End"];
 const SWIPE = 48; // px across
 
-/** Who keeps which keys: [selector, keys]; all of them where none are named. */
+/**
+ * Who keeps which keys: [selector, keys]; all of them where none are named.
+ * @type {[selector: string, keys: string[] | null][]}
+ */
 const USES = [
   ["dialog, select, textarea, [contenteditable], input:not([type=range], [type=radio], [type=checkbox])", null],
   ["input[type=range]", [...ARROWS, ...PAGES]],
@@ -15,14 +20,20 @@ const USES = [
   ["button, summary, input[type=checkbox], a", [" "]],
 ];
 
+/** @type {(target: Element, key: string) => boolean} */
 function taken(target, key) {
   if (USES.some(([selector, keys]) => target.closest(selector) && (!keys || keys.includes(key)))) return true;
   const box = target.closest("[tabindex='0']"); // a table or a formula that scrolls
   return Boolean(box && [...ARROWS, ...PAGES, " "].includes(key) && scrolls(box));
 }
 
+/** @param {Element} box */
 const scrolls = (box) => box.scrollWidth > box.clientWidth || box.scrollHeight > box.clientHeight;
 
+/** @typedef {{ focus?: boolean, jump?: boolean, told?: boolean }} Options  of a step (see deck.js) */
+/** @typedef {Record<string, (options: Options) => void>} Steps */
+
+/** @type {Record<string, string>} */
 const KEYS = {
   ArrowRight: "after",
   ArrowDown: "after",
@@ -39,11 +50,14 @@ const KEYS = {
   n: "notes",
 };
 
-/** does: what keys and swipes set off; each of them takes { focus, jump }. */
+/**
+ * does: what keys and swipes set off.
+ * @param {Steps} does
+ */
 export function addKeys(does) {
-
-  return on(document, "keydown", (event) => {
-    const { key, target } = event;
+  return on(document, "keydown", (/** @type {KeyboardEvent} */ event) => {
+    const { key } = event;
+    const target = /** @type {Element} */ (event.target);
     if (event.defaultPrevented || event.altKey || event.ctrlKey || event.metaKey || event.isComposing) return;
     const what = KEYS[event.shiftKey && key === " " ? "Shift+ " : key.length === 1 ? key.toLowerCase() : key];
     if (!what || taken(target, key)) return;
@@ -53,19 +67,25 @@ export function addKeys(does) {
   });
 }
 
-/** Across, with one finger. Up and down the page scrolls by itself. */
+/**
+ * Across, with one finger. Up and down the page scrolls by itself.
+ * @param {HTMLElement} root
+ * @param {Steps} does
+ * @returns {Dispose}
+ */
 export function addSwipes(root, does) {
   const DRAGGED = ".figure-stage, input, pre, .table, .formula[tabindex], .runs-scroll";
-  let from = null; // [pointer, x, y]
+  /** @type {[pointer: number, x: number, y: number] | null} */
+  let from = null;
 
   const disposers = [
-    on(root, "pointerdown", (event) => {
+    on(root, "pointerdown", (/** @type {PointerEvent} */ event) => {
       const alone = event.isPrimary && (visualViewport?.scale ?? 1) === 1;
-      const begins = event.pointerType === "touch" && alone && !event.target.closest(DRAGGED);
+      const begins = event.pointerType === "touch" && alone && !around(event, DRAGGED);
       from = begins ? [event.pointerId, event.clientX, event.clientY] : null;
     }),
-    on(root, "pointerup", (event) => {
-      if (from?.[0] !== event.pointerId) return;
+    on(root, "pointerup", (/** @type {PointerEvent} */ event) => {
+      if (!from || from[0] !== event.pointerId) return;
       const [, x, y] = from;
       const [across, down] = [event.clientX - x, event.clientY - y];
       from = null;
@@ -74,5 +94,5 @@ export function addSwipes(root, does) {
     }),
     on(root, "pointercancel", () => (from = null)),
   ];
-  return () => disposers.forEach((dispose) => dispose());
+  return together(disposers);
 }

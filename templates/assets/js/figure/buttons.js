@@ -1,17 +1,25 @@
 // Buttons: press, run (and pause), back, reset, reseed. What cannot be pressed is told by aria-disabled, so that a
 // button does not lose the keyboard's focus when its last step is done.
-import { on, text } from "../base/dom.js";
+/** @import { Button } from "../base/types.js" */
+/** @import { Figure } from "./figure.js" */
+
+import { around, on, text, together } from "../base/dom.js";
 import { limits } from "../base/limits.js";
 import * as records from "../base/record.js";
 
+/** @param {Figure} figure */
 export function addButtons(figure) {
   const { root, spec } = figure;
-  const box = root.querySelector(".buttons");
+  const box = /** @type {HTMLElement | null} */ (root.querySelector(".buttons"));
   if (!box) return () => {};
   const specs = new Map(spec.buttons.map((each) => [each.name, each]));
-  const nodes = [...box.querySelectorAll("[data-button]")];
-  let run = null; // { button, due: the next tick's timer, at: when the last one was }
+  const nodes = /** @type {HTMLElement[]} */ ([...box.querySelectorAll("[data-button]")]);
+  /** @param {HTMLElement} node */
+  const buttonOf = (node) => /** @type {Button} */ (specs.get(node.dataset.button ?? ""));
+  /** @type {{ button: Button, due: ReturnType<typeof setTimeout> | undefined, at: number } | null} */
+  let run = null; // due: the next tick's timer, at: when the last one was
 
+  /** @param {Button} button */
   function off({ name, does, repeats }) {
     const { disabled } = figure.frame;
     if (disabled.includes(name)) return true;
@@ -23,7 +31,7 @@ export function addButtons(figure) {
 
   function show() {
     for (const node of nodes) {
-      const each = specs.get(node.dataset.button);
+      const each = buttonOf(node);
       const running = run?.button === each;
       node.setAttribute("aria-disabled", String(!running && off(each)));
       text(node, running ? "Pause" : each.label);
@@ -33,13 +41,13 @@ export function addButtons(figure) {
   function stop() {
     clearTimeout(run?.due);
     run = null;
-    figure.running = false;
+    figure.run(false);
     show();
   }
 
   /** One press more; waits where the figure is off screen, the page hidden, or the last press not yet shown. */
   function tick() {
-    if (!run || !figure.visible || document.hidden || figure.asked || figure.waiting.length) return;
+    if (!run || !figure.visible || document.hidden || figure.pending) return;
     if (off(run.button)) {
       stop();
       figure.speak();
@@ -56,23 +64,25 @@ export function addButtons(figure) {
     run.due = setTimeout(tick, Math.max(0, run.at + limits.run - performance.now()));
   }
 
+  /** @type {Record<Button["does"], (button: Button, at: number) => void>} */
   const does = {
     press: ({ name }, at) => figure.ask(records.press(figure.record, name), { at }),
     back: (_, at) => figure.ask(records.back(figure.record), { at }),
     reset: () => figure.reset(),
     reseed: (_, at) => figure.ask(records.reseed(figure.record), { at }),
     run(each) {
-      run = { button: each, due: 0, at: 0 };
-      figure.running = true;
+      run = { button: each, due: undefined, at: 0 };
+      figure.run(true);
       tick();
       show();
     },
   };
 
+  /** @param {MouseEvent} event */
   function press(event) {
-    const node = event.target.closest("[data-button]");
+    const node = around(event, "[data-button]");
     if (!node || node.getAttribute("aria-disabled") === "true") return;
-    const each = specs.get(node.dataset.button);
+    const each = buttonOf(node);
     const paused = run?.button === each;
     if (run) stop();
     if (paused) figure.speak();
@@ -95,5 +105,5 @@ export function addButtons(figure) {
   ];
   box.hidden = false;
   show();
-  return () => disposers.forEach((dispose) => dispose());
+  return together(disposers);
 }

@@ -1,6 +1,10 @@
 // Handles: buttons over the picture that a pointer drags and arrow keys move. A key is a drag to the place that the
 // frame names for it.
-import { make, on } from "../base/dom.js";
+/** @import { Handle } from "../base/types.js" */
+/** @import { Figure } from "./figure.js" */
+/** @import { Overlay } from "./overlay.js" */
+
+import { around, make, on, together } from "../base/dom.js";
 import * as records from "../base/record.js";
 import { addDrags } from "./drags.js";
 import { onStage } from "./panels.js";
@@ -16,6 +20,8 @@ function hint() {
 /**
  * A handle's button in a panel. Those in the panels that it can `also` be taken in are for the pointer alone. It is a
  * slider to screen readers, which keep the arrow keys of a button to themselves.
+ * @param {Handle} handle
+ * @param {string} panel
  */
 function made({ name, label, kind, radius, panel: own }, panel) {
   const shared = { type: "button", "data-handle": name, "data-panel": panel };
@@ -28,42 +34,58 @@ function made({ name, label, kind, radius, panel: own }, panel) {
   return button;
 }
 
-/** Where the handle stands, as a slider tells it. */
+/**
+ * Where the handle stands, as a slider tells it.
+ * @param {HTMLElement} button
+ * @param {Handle} handle
+ */
 function slide(button, { value, slider: [least, most, now] }) {
   if (button.getAttribute("aria-valuetext") === value) return;
   const told = { "aria-valuetext": value, "aria-valuemin": least, "aria-valuemax": most, "aria-valuenow": now };
-  for (const [name, each] of Object.entries(told)) button.setAttribute(name, each);
+  for (const [name, each] of Object.entries(told)) button.setAttribute(name, String(each));
 }
 
+/**
+ * @param {Figure} figure
+ * @param {Overlay} overlay
+ */
 export function addHandles(figure, overlay) {
-  const buttons = new Map(); // "handle panel" → button
+  /** @type {Map<string, HTMLButtonElement>} "handle panel" → button */
+  const buttons = new Map();
+  /** @param {string} name */
   const of = (name) => figure.frame.handles.find((handle) => handle.name === name);
+  /** @param {string} name */
   const own = (name) => buttons.get(`${name} ${of(name)?.panel}`);
   const drags = addDrags(figure, overlay, { of, own, update });
-  let keys = []; // [handle, key] pressed faster than frames come
+  /** @type {[handle: string, key: string][]} pressed faster than frames come */
+  let keys = [];
 
   function update() {
+    /** @param {string} panel */
     const seen = (panel) => onStage(figure.stage, panel);
     const places = figure.frame.handles.flatMap((handle) =>
-      [handle.panel, ...(handle.also ?? [])].filter(seen).map((panel) => [`${handle.name} ${panel}`, handle, panel]),
+      [handle.panel, ...(handle.also ?? [])]
+        .filter(seen)
+        .map((panel) => ({ key: `${handle.name} ${panel}`, handle, panel })),
     );
-    const wanted = new Set(places.map(([key]) => key));
+    const wanted = new Set(places.map(({ key }) => key));
     for (const [key, button] of buttons) {
       if (wanted.has(key)) continue;
       if (button === document.activeElement) figure.focus();
       overlay.remove(button);
       buttons.delete(key);
     }
-    for (const [key, handle, panel] of places) {
-      if (!buttons.has(key)) buttons.set(key, overlay.layer.appendChild(made(handle, panel)));
-      const button = buttons.get(key);
+    for (const { key, handle, panel } of places) {
+      const button = buttons.get(key) ?? overlay.layer.appendChild(made(handle, panel));
+      buttons.set(key, button);
       if (panel === handle.panel) slide(button, handle);
       if (drags.held !== button) overlay.put(button, panel, handle.left, handle.top);
     }
   }
 
+  /** @param {KeyboardEvent} event */
   function key(event) {
-    const name = event.target.closest(".handle")?.dataset.handle;
+    const name = around(event, ".handle")?.dataset.handle;
     if (!name || event.altKey || event.ctrlKey || event.metaKey) return;
     const which = (event.shiftKey ? "Shift+" : "") + event.key;
     if (!of(name)?.keys[which]) return;
@@ -72,10 +94,14 @@ export function addHandles(figure, overlay) {
     next(event.timeStamp);
   }
 
-  /** A key's place holds for the frame that is seen: the next key waits for the next frame. */
+  /**
+   * A key's place holds for the frame that is seen: the next key waits for the next frame.
+   * @param {number} [at]
+   */
   function next(at) {
-    if (!keys.length || figure.asked || figure.waiting.length) return;
-    const [name, which] = keys.shift();
+    const pressed = figure.pending ? undefined : keys.shift();
+    if (!pressed) return;
+    const [name, which] = pressed;
     const to = of(name)?.keys[which];
     if (to) figure.ask(records.drag(figure.record, name, to), { merge: `drag:${name}`, by: "key", at });
   }
@@ -93,5 +119,5 @@ export function addHandles(figure, overlay) {
   ];
   hint();
   update();
-  return () => disposers.forEach((dispose) => dispose());
+  return together(disposers);
 }

@@ -1,12 +1,18 @@
 // Links to a state (#fig-solve?s=…) and buttons in the text (Try this): both put a figure into a record and show it.
+/** @import { FigureRecord } from "../base/types.js" */
+/** @import { Figure } from "./figure.js" */
+
 import { sound } from "../base/checked_record.js";
-import { calm, copy, on } from "../base/dom.js";
+import { around, calm, copy, messageOf, on, together } from "../base/dom.js";
 import * as records from "../base/record.js";
 import { figures } from "./registry.js";
 import { runtime } from "../runtime/runtime.js";
 import { taped } from "../runtime/tape.js";
 
-/** Brings the stage into view, if it is not, and puts the focus on it. */
+/**
+ * Brings the stage into view, if it is not, and puts the focus on it.
+ * @param {Figure} figure
+ */
 function visit(figure) {
   const { stage } = figure;
   const { top, bottom } = stage.getBoundingClientRect();
@@ -15,7 +21,11 @@ function visit(figure) {
   figure.focus();
 }
 
-/** Shows a record. Where it ends in a press that can be seen as a motion, the state before the press comes first. */
+/**
+ * Shows a record. Where it ends in a press that can be seen as a motion, the state before the press comes first.
+ * @param {Figure} figure
+ * @param {FigureRecord} wanted
+ */
 function show(figure, wanted) {
   const before = records.back(wanted);
   const pressed = wanted.log.at(-1)?.[0] === "press" && !records.pressed(figure.shown, wanted);
@@ -23,11 +33,12 @@ function show(figure, wanted) {
   figure.ask(wanted);
 }
 
+/** @param {MouseEvent} event */
 function tried(event) {
-  const button = event.target.closest("button.try");
-  const figure = figures.get(button?.dataset.figure);
+  const { figure: id = "", record = "{}" } = around(event, "button.try")?.dataset ?? {};
+  const figure = figures.get(id);
   if (!figure) return;
-  const given = JSON.parse(button.dataset.record);
+  const given = JSON.parse(record);
   const { initial } = figure;
   visit(figure);
   show(figure, { ...initial, ...given, controls: { ...initial.controls, ...given.controls } });
@@ -41,23 +52,27 @@ function linked() {
   try {
     const { record, ignored } = sound(records.decode(data, figure.initial), figure.initial, figure.spec);
     figure.ask(record);
-    if (ignored.length) figure.status.say(`Of the state in this page's address, this was ignored: ${ignored.join(", ")}.`);
+    if (ignored.length) figure.say(`Of the state in this page's address, this was ignored: ${ignored.join(", ")}.`);
   } catch (error) {
-    figure.refuse(`The state in this page's address cannot be shown: ${error.message}.`);
+    figure.refuse(`The state in this page's address cannot be shown: ${messageOf(error)}.`);
   }
 }
 
-/** Hands a link to the device's own sheet, where a finger asks and there is one; tells whether that was possible. */
+/**
+ * Hands a link to the device's own sheet, where a finger asks and there is one; tells whether that was possible.
+ * @param {string} url
+ */
 async function handOn(url) {
   if (!navigator.share || !matchMedia("(pointer: coarse)").matches) return false;
   try {
     await navigator.share({ title: document.title, url });
   } catch (error) {
-    return error.name === "AbortError"; // the reader has closed the sheet
+    return error instanceof Error && error.name === "AbortError"; // the reader has closed the sheet
   }
   return true;
 }
 
+/** @param {Figure} figure */
 export function addLinkButton(figure) {
   const button = figure.root.querySelector("[data-link]");
   if (!button) return () => {};
@@ -65,13 +80,13 @@ export function addLinkButton(figure) {
     const link = figure.link();
     if (await handOn(link)) return;
     const without = figure.shown.given ? " Your clouds are not in it: whoever opens it opens the same files here." : "";
-    if (await copy(link)) figure.status.say(`Link copied.${without}`);
-    else figure.status.offer("Link to this state:", link);
+    if (await copy(link)) figure.say(`Link copied.${without}`);
+    else figure.offer("Link to this state:", link);
   });
 }
 
 export function followLinks() {
   linked();
   const disposers = [on(document, "click", tried), on(globalThis, "hashchange", linked)];
-  return () => disposers.forEach((dispose) => dispose());
+  return together(disposers);
 }

@@ -1,4 +1,9 @@
 // The overlay over a figure's panels: buttons at world places (handles, crosshairs) that outlive every swap.
+/** @import { Figure } from "./figure.js" */
+/** @import { Rect } from "./coordinates.js" */
+
+/** @typedef {ReturnType<typeof createOverlay>} Overlay */
+
 import { make, on } from "../base/dom.js";
 import { drawing } from "./panels.js";
 
@@ -6,27 +11,34 @@ import { drawing } from "./panels.js";
  * Keeps buttons at places in percent of a panel. Boxes are measured when sizes change and not on every frame, which
  * would make each swap wait for layout. What is measured is px of the screen; a slide beside its notes is drawn smaller
  * than it is laid out.
+ * @param {Figure} figure
  */
 export function createOverlay(figure) {
   const { stage } = figure;
-  const layer = stage.querySelector(".figure-handles") ?? stage.appendChild(make("div", { class: "figure-handles" }));
+  const there = /** @type {HTMLElement | null} */ (stage.querySelector(".figure-handles"));
+  const layer = there ?? stage.appendChild(make("div", { class: "figure-handles" }));
+  /** @type {Map<string, [x: number, y: number, width: number, height: number]>} */
   const boxes = new Map();
-  const places = new Map(); // button → [panel, left %, top %]
+  /** @type {Map<HTMLElement, [panel: string, left: number, top: number]>} */
+  const places = new Map(); // in percent of the panel
+  /** @type {DOMRect | null} */
   let origin = null; // the layer's place on the screen, until something scrolls
   let scale = 1; // px of the screen to one of the layout
 
   function measure() {
     const from = (origin = layer.getBoundingClientRect());
     scale = from.width / layer.offsetWidth || 1;
-    for (const panel of stage.querySelectorAll(".figure-panel")) {
-      const box = drawing(stage, panel.dataset.panel)?.getBoundingClientRect();
-      if (box) boxes.set(panel.dataset.panel, [box.left - from.left, box.top - from.top, box.width, box.height]);
+    for (const { dataset } of /** @type {NodeListOf<HTMLElement>} */ (stage.querySelectorAll(".figure-panel"))) {
+      const name = dataset.panel ?? "";
+      const box = drawing(stage, name)?.getBoundingClientRect();
+      if (box) boxes.set(name, [box.left - from.left, box.top - from.top, box.width, box.height]);
     }
     for (const button of places.keys()) settle(button);
   }
 
+  /** @param {HTMLElement} button */
   function settle(button) {
-    const [panel, left, top] = places.get(button);
+    const [panel, left, top] = places.get(button) ?? ["", 0, 0];
     const [x, y, width, height] = boxes.get(panel) ?? [0, 0, 0, 0];
     button.style.left = `${(x + (left / 100) * width) / scale}px`;
     button.style.top = `${(y + (top / 100) * height) / scale}px`;
@@ -40,18 +52,29 @@ export function createOverlay(figure) {
   return {
     layer,
     measure,
-    /** Where a panel's drawing is on the screen. */
+    /**
+     * Where a panel's drawing is on the screen.
+     * @param {string} panel
+     * @returns {Rect}
+     */
     rect(panel) {
       origin ??= layer.getBoundingClientRect();
-      const [x, y, width, height] = boxes.get(panel);
+      const [x, y, width, height] = boxes.get(panel) ?? [0, 0, 0, 0];
       return { left: origin.left + x, top: origin.top + y, width, height };
     },
-    /** Puts a button, whose centre is meant, at a place in percent of a panel. */
+    /**
+     * Puts a button, whose centre is meant, at a place in percent of a panel.
+     * @param {HTMLElement} button
+     * @param {string} panel
+     * @param {number} left
+     * @param {number} top
+     */
     put(button, panel, left, top) {
       places.set(button, [panel, left, top]);
       if (boxes.has(panel)) settle(button);
       else measure();
     },
+    /** @param {HTMLElement} button */
     remove(button) {
       places.delete(button);
       button.remove();

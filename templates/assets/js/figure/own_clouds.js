@@ -1,30 +1,47 @@
 // A reader's own clouds: two files, chosen or dropped. Their bytes go to Python in this page's worker and nowhere else;
 // what they hold, and what is wrong with them, Python says.
-import { on, save, text } from "../base/dom.js";
+/** @import { Figure } from "./figure.js" */
+/** @import { Overlay } from "./overlay.js" */
+
+import { around, findButton, messageOf, on, save, text, together } from "../base/dom.js";
 import { addPen } from "./pen.js";
 import { runtime } from "../runtime/runtime.js";
 
 const LARGEST = 24_000_000;
+/** @param {number} bytes */
 const megabytes = (bytes) => (bytes / 1e6).toFixed(1);
 
-/** @typedef {{name: string, data: Uint8Array}} Thing  what is brought; without a name it was drawn */
+/** @typedef {{ name: string, data: Uint8Array }} Thing  what is brought; without a name it was drawn */
+/** @typedef {Record<string, Thing>} Things  by place */
 
+/**
+ * @param {Figure} figure
+ * @param {Overlay} overlay
+ */
 export function addOwnClouds(figure, overlay) {
-  const box = figure.root.querySelector(".own");
+  const box = /** @type {HTMLElement | null} */ (figure.root.querySelector(".own"));
   if (!box) return () => {};
   const places = figure.spec.takes;
+  /** @type {Map<string, string>} */
   const words = new Map(); // fingerprint → what it is
+  /** @type {Map<string, Thing>} */
   const latest = new Map(); // place → the thing brought there last: an answer to an earlier one is not heard
+  /** @type {Map<string, string>} */
   const reading = new Map(); // place → the name of the file that is being read
 
+  /** @param {string} place */
   const told = (place) => box.querySelector(`[data-told="${place}"]`);
 
+  /** @param {string} name */
   const waits = (name) => (runtime.state === "live" ? `Reading ${name}.` : `${name} is read as soon as Python is up.`);
 
-  /** On what a record names; that may be forgotten by now, or have been brought on another visit. */
+  /**
+   * On what a record names; that may be forgotten by now, or have been brought on another visit.
+   * @param {string | undefined} key
+   */
   function named(key) {
     if (!key) return "Nothing yet.";
-    if (runtime.holds(key)) return words.get(key);
+    if (runtime.holds(key)) return words.get(key) ?? "";
     const known = words.get(key);
     return known ? `No longer kept, open it again. It was ${known}` : "Not here: open what this state was made with.";
   }
@@ -37,7 +54,11 @@ export function addOwnClouds(figure, overlay) {
     }
   }
 
-  /** The fingerprint of a thing, once Python has read it. */
+  /**
+   * The fingerprint of a thing, once Python has read it.
+   * @param {string} place
+   * @param {Thing} thing
+   */
   async function read(place, { name, data }) {
     if (name) reading.set(place, name);
     show();
@@ -50,11 +71,16 @@ export function addOwnClouds(figure, overlay) {
     }
   }
 
-  /** Has the figure show these things; `alone`: in place of all that was there. */
+  /**
+   * Has the figure show these things; `alone`: in place of all that was there.
+   * @param {Things} things
+   */
   async function bring(things, alone = false) {
     if (alone) latest.clear();
     for (const [place, thing] of Object.entries(things)) latest.set(place, thing);
+    /** @param {[place: string, key?: string]} found */
     const mine = ([place]) => latest.get(place) === things[place];
+    /** @type {[place: string, key: string][]} */
     const found = [];
     runtime.start();
     for (const [place, thing] of Object.entries(things)) {
@@ -62,7 +88,7 @@ export function addOwnClouds(figure, overlay) {
         found.push([place, await read(place, thing)]);
       } catch (error) {
         show();
-        const why = error.message.replace(/^ValueError: /, "");
+        const why = messageOf(error).replace(/^ValueError: /, "");
         if (mine([place])) figure.refuse(`${thing.name || "The drawing"}: ${why}.`);
         return;
       }
@@ -70,6 +96,7 @@ export function addOwnClouds(figure, overlay) {
     const heard = found.filter(mine);
     if (found.length && !heard.length) return;
     const before = figure.record.given ?? {};
+    /** @type {Record<string, string>} */
     const given = { ...(alone ? {} : before), ...Object.fromEntries(heard) };
     const same = places.every((place) => before[place] === given[place]);
     const controls = { ...figure.record.controls, clouds: "own" };
@@ -79,9 +106,14 @@ export function addOwnClouds(figure, overlay) {
     show();
   }
 
+  /**
+   * @param {File[]} files
+   * @param {string} [place]
+   */
   async function open(files, place) {
     const [one, other] = files;
     const free = places.find((each) => !figure.record.given?.[each]) ?? places[0];
+    /** @type {Record<string, File>} */
     const chosen = other ? { [places[0]]: one, [places[1]]: other } : { [place ?? free]: one };
     const large = Object.values(chosen).find(({ size }) => size > LARGEST);
     if (large) {
@@ -89,69 +121,80 @@ export function addOwnClouds(figure, overlay) {
       return;
     }
     pen.put();
+    /** @type {Things} */
     const things = {};
     for (const [each, file] of Object.entries(chosen)) {
       try {
         things[each] = { name: file.name, data: new Uint8Array(await file.arrayBuffer()) };
       } catch (error) {
-        figure.refuse(`${file.name} cannot be read: ${error.message}.`);
+        figure.refuse(`${file.name} cannot be read: ${messageOf(error)}.`);
         return;
       }
     }
     bring(things);
   }
 
-  function chosen({ target }) {
-    if (target.type !== "file" || !target.files.length) return;
+  /** @param {Event} event */
+  function chosen(event) {
+    const target = /** @type {HTMLInputElement} */ (event.target);
+    if (target.type !== "file" || !target.files?.length) return;
     open([...target.files], target.dataset.place);
     target.value = ""; // the same file may be chosen again
   }
 
+  /** @param {DragEvent} event */
   const carries = (event) => event.dataTransfer?.types.includes("Files");
 
+  /** @param {DragEvent} event */
   function over(event) {
-    if (!carries(event)) return;
+    if (!event.dataTransfer || !carries(event)) return;
     event.preventDefault();
     event.dataTransfer.dropEffect = "copy";
     figure.root.classList.add("dropping");
   }
 
+  /** @param {DragEvent} event */
   function left(event) {
-    if (!figure.root.contains(event.relatedTarget)) figure.root.classList.remove("dropping");
+    if (!figure.root.contains(/** @type {Node | null} */ (event.relatedTarget))) figure.root.classList.remove("dropping");
   }
 
+  /** @param {DragEvent} event */
   function dropped(event) {
-    if (!carries(event)) return;
+    if (!event.dataTransfer || !carries(event)) return;
     event.preventDefault();
     figure.root.classList.remove("dropping");
     const files = [...event.dataTransfer.files];
-    if (files.length) open(files, event.target.closest("[data-place]")?.dataset.place);
+    if (files.length) open(files, around(event, "[data-place]")?.dataset.place);
   }
 
   function swap() {
-    const { given = {}, log, ...rest } = figure.record;
+    const { given = {} } = figure.record;
     const [one, other] = places.map((place) => given[place]);
     const turned = { ...(other && { [places[0]]: other }), ...(one && { [places[1]]: one }) };
-    figure.ask({ ...rest, given: turned, log: [] });
+    figure.ask({ ...figure.record, given: turned, log: [] });
     figure.speak();
   }
 
-  function take({ target }) {
-    const name = target.closest("[data-file]")?.dataset.file;
+  /** @param {MouseEvent} event */
+  function take(event) {
+    const name = around(event, "[data-file]")?.dataset.file ?? "";
     const held = figure.frame.files?.[name];
     if (held) save(name, held);
   }
 
+  const files = /** @type {NodeListOf<HTMLButtonElement>} */ (box.querySelectorAll("[data-file]"));
+  const swapping = findButton(box, "[data-own=swap]");
   const pen = addPen(figure, overlay, bring);
+  /** @param {DragEvent} event */
   const missed = (event) => carries(event) && event.preventDefault(); // beside the figure: the page stays
   const shown = () => {
-    for (const button of box.querySelectorAll("[data-file]")) button.disabled = !figure.frame.files;
-    box.querySelector("[data-own=swap]").disabled = !figure.record.given;
+    for (const button of files) button.disabled = !figure.frame.files;
+    swapping.disabled = !figure.record.given;
   };
   const disposers = [
     on(box, "change", chosen),
     on(box, "click", take),
-    on(box.querySelector("[data-own=swap]"), "click", swap),
+    on(swapping, "click", swap),
     on(figure.root, "dragover", over),
     on(figure.root, "dragleave", left),
     on(figure.root, "drop", dropped),
@@ -165,5 +208,5 @@ export function addOwnClouds(figure, overlay) {
   box.hidden = runtime.state === "file";
   show();
   shown();
-  return () => disposers.forEach((dispose) => dispose());
+  return together(disposers);
 }

@@ -1,10 +1,15 @@
 // A page that is open while the site is published anew asks for files that are gone. Where Python could not be loaded, it
 // looks whether that is why: then a reload helps, and nothing else does.
+/** @import { Figure } from "./figure.js" */
+
 import * as records from "../base/record.js";
 import { figures } from "./registry.js";
 import { runtime } from "../runtime/runtime.js";
 
-/** What a page would load later, by names that hold the content's hash. */
+/**
+ * What a page would load later, by names that hold the content's hash.
+ * @param {Document} page
+ */
 const later = (page) => JSON.stringify({ ...page.body.dataset });
 
 async function look() {
@@ -17,9 +22,12 @@ async function look() {
 
 export const published = {
   anew: false,
-  /** Loads the page as it is now; the state that the reader wants of a figure goes along in the address. */
+  /**
+   * Loads the page as it is now; the state that the reader wants of a figure goes along in the address.
+   * @param {Figure} figure
+   */
   reload(figure) {
-    if (figure.waiting.length) history.replaceState(null, "", `#${figure.id}?s=${records.encode(figure.record)}`);
+    if (figure.waiting) history.replaceState(null, "", `#${figure.id}?s=${records.encode(figure.record)}`);
     location.reload();
   },
 };

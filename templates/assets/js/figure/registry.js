@@ -1,4 +1,9 @@
 // The page's figures.
 
-/** Figure id → its controller. */
+/** @import { Figure } from "./figure.js" */
+
+/**
+ * Figure id → its controller.
+ * @type {Map<string, Figure>}
+ */
 export const figures = new Map();

@@ -1,25 +1,33 @@
 // Cards of citations and of terms: shown on hover, focus and tap, one at a time; Escape closes; the pointer may move into the card.
-import { on } from "../base/dom.js";
+import { around, on, together } from "../base/dom.js";
 
 const OPEN = 120; // ms
 const CLOSE = 250;
 const EDGE = 8; // px
 
-const cardOf = (link) => document.getElementById(link.dataset.card);
+/** @param {HTMLElement} link */
+const cardOf = (link) => document.getElementById(link.dataset.card ?? "");
 
 /** Screen readers hear of the cards that are there. */
 export function describeCards() {
-  for (const link of document.querySelectorAll("a[data-card]")) {
-    if (cardOf(link)) link.setAttribute("aria-describedby", link.dataset.card);
+  for (const link of /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll("a[data-card]"))) {
+    const card = cardOf(link);
+    if (card) link.setAttribute("aria-describedby", card.id);
   }
 }
 
 export function addCards() {
-  let shown = null; // { link, card }
-  let due = 0;
+  /** @type {{ link: HTMLElement, card: HTMLElement, tapped?: boolean } | null} */
+  let shown = null;
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  let due;
   let finger = false;
 
-  const linkAt = (event) => event.target.closest?.("a[data-card]");
+  /** @param {Event} event */
+  const linkAt = (event) => around(event, "a[data-card]");
+
+  /** @param {Event} event */
+  const holds = (event) => shown?.card.contains(/** @type {Node | null} */ (event.target)) ?? false;
 
   function close() {
     clearTimeout(due);
@@ -27,6 +35,7 @@ export function addCards() {
     shown = null;
   }
 
+  /** @param {HTMLElement} link */
   function open(link) {
     clearTimeout(due);
     const card = cardOf(link);
@@ -37,7 +46,11 @@ export function addCards() {
     place(link, card);
   }
 
-  /** Under the link, or over it where there is no room; never over an edge of the screen. */
+  /**
+   * Under the link, or over it where there is no room; never over an edge of the screen.
+   * @param {HTMLElement} link
+   * @param {HTMLElement} card
+   */
   function place(link, card) {
     const at = link.getClientRects()[0];
     card.style.position = "fixed";
@@ -57,33 +70,39 @@ export function addCards() {
     else place(shown.link, shown.card);
   }
 
+  /** @type {(then: () => void, wait: number) => void} */
   function later(then, wait) {
     clearTimeout(due);
     due = setTimeout(then, wait);
   }
 
-  /** A card that the focus opened stays: the page scrolls under a pointer that rests. */
+  /**
+   * A card that the focus opened stays: the page scrolls under a pointer that rests.
+   * @param {PointerEvent} event
+   */
   function over(event) {
     if (event.pointerType === "touch") return;
     const link = linkAt(event);
     if (link) later(() => open(link), OPEN);
-    else if (shown?.card.contains(event.target) || shown?.link === document.activeElement) clearTimeout(due);
+    else if (holds(event) || shown?.link === document.activeElement) clearTimeout(due);
     else later(close, CLOSE);
   }
 
+  /** @param {MouseEvent} event */
   function tap(event) {
     const link = linkAt(event);
-    if (link && finger && shown?.tapped !== link) {
+    if (link && finger && !(shown?.tapped && shown.link === link)) {
       event.preventDefault();
       open(link);
-      if (shown) shown.tapped = link;
-    } else if (!link && shown && !shown.card.contains(event.target)) close();
+      if (shown) shown.tapped = true;
+    } else if (!link && shown && !holds(event)) close();
   }
 
+  /** @param {FocusEvent} event */
   function focus(event) {
     const link = linkAt(event);
     if (link) open(link);
-    else if (shown && !shown.card.contains(event.target)) close();
+    else if (shown && !holds(event)) close();
   }
 
   describeCards();
@@ -101,5 +120,5 @@ export function addCards() {
     on(globalThis, "resize", follow),
     close,
   ];
-  return () => disposers.forEach((dispose) => dispose());
+  return together(disposers);
 }

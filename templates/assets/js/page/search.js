@@ -1,6 +1,8 @@
 // Search over all pages: a dialog with a field and a list. What it searches comes with the first question, as scripts, so
 // that it is there offline and from disk too.
-import { make, on, text } from "../base/dom.js";
+/** @import { Found, Index } from "../base/types.js" */
+
+import { around, make, on, text, together } from "../base/dom.js";
 
 const MOST = 20;
 const BEFORE = 40; // characters of a snippet before what was found
@@ -10,34 +12,48 @@ const WORDS = 12; // and different words of it that are searched
 const COMBINING = /\p{M}/gu;
 const WORD = /[\p{L}\p{N}]+/gu;
 
-/** A letter without its accents, in lower case; one letter for one, so that places stay. */
+/**
+ * A letter without its accents, in lower case; one letter for one, so that places stay.
+ * @param {string} letter
+ */
 const plainLetter = (letter) => letter.normalize("NFKD").replace(COMBINING, "").toLowerCase()[0] ?? letter;
+/** @param {string} words */
 const plain = (words) => Array.from(words, plainLetter).join("");
 
+/** @param {string} words */
 const tokens = (words) => plain(words).match(WORD) ?? [];
 
 const OPTIONS = {
   fields: ["heading", "page", "text"],
   storeFields: ["at", "page", "heading", "text"],
   tokenize: tokens,
-  processTerm: (term) => term,
+  processTerm: (/** @type {string} */ term) => term,
   searchOptions: {
     boost: { heading: 5, page: 2 },
-    prefix: (term, i, terms) => term.length > 2 || i === terms.length - 1, // few letters begin very many words
-    fuzzy: (term) => (term.length > 4 ? 1 : false),
+    prefix: (/** @type {string} */ term, /** @type {number} */ i, /** @type {string[]} */ terms) => term.length > 2 || i === terms.length - 1, // few letters begin very many words
+    fuzzy: (/** @type {string} */ term) => (term.length > 4 ? 1 : false),
     combineWith: "AND",
-    tokenize: (words) => [...new Set(tokens(words))].slice(0, WORDS),
+    tokenize: (/** @type {string} */ words) => [...new Set(tokens(words))].slice(0, WORDS),
   },
 };
 
-let index = null; // a promise of the library's index, once asked for
+/** @type {Promise<Index> | null} */
+let index = null; // once asked for
+/** @type {object[]} */
 let sections = []; // of the whole site, until the index has them
 
-/** What the file of the site's sections calls. */
+/**
+ * What the file of the site's sections calls.
+ * @param {[at: string, page: string, heading: string, words: string][]} entries
+ */
 export function receiveSections(entries) {
   sections = entries.map(([at, page, heading, words], id) => ({ id, at, page, heading, text: words }));
 }
 
+/**
+ * @param {string} src
+ * @returns {Promise<unknown>}
+ */
 function script(src) {
   return new Promise((resolve, reject) => {
     const node = make("script", { src });
@@ -50,7 +66,7 @@ function script(src) {
 /** Loads the library and the sections, once; a failed load is tried again with the next question. */
 function loaded() {
   index ??= (async () => {
-    const { searchLibrary, searchData } = document.body.dataset;
+    const { searchLibrary = "", searchData = "" } = document.body.dataset;
     sections = [];
     await Promise.all([script(searchLibrary), script(searchData)]);
     const made = new globalThis.MiniSearch(OPTIONS);
@@ -63,7 +79,11 @@ function loaded() {
   return index;
 }
 
-/** The text around the first of the found words, as nodes, the words marked. */
+/**
+ * The text around the first of the found words, as nodes, the words marked.
+ * @param {string} found
+ * @param {string[]} terms
+ */
 function snippet(found, terms) {
   const folded = plain(found);
   const starts = terms.flatMap((term) => {
@@ -74,6 +94,7 @@ function snippet(found, terms) {
   const from = first ? found.indexOf(" ", first) + 1 : 0;
   const end = from + LENGTH < found.length ? found.lastIndexOf(" ", from + LENGTH) : found.length;
   const piece = found.slice(from, end);
+  /** @type {(string | Node)[]} */
   const nodes = [from ? "… " : ""];
   let at = 0;
   for (const { index: place, 0: word } of plain(piece).matchAll(WORD)) {
@@ -85,6 +106,10 @@ function snippet(found, terms) {
   return nodes.filter(Boolean);
 }
 
+/**
+ * @param {Found} found
+ * @param {number} i
+ */
 function option({ at, page, heading, text: words, terms }, i) {
   const title = make("span", { class: "found-title" }, heading || page);
   const where = make("span", { class: "found-page" }, heading && heading !== page ? page : "");
@@ -114,9 +139,10 @@ function dialog() {
   const box = make("dialog", { class: "search", "aria-label": "Search" }, make("div", { class: "search-head" }, field, close), told, list);
   let asked = 0;
 
-  const options = () => [...list.children];
+  const options = () => /** @type {HTMLElement[]} */ ([...list.children]);
   const chosen = () => options().findIndex((each) => each.getAttribute("aria-selected") === "true");
 
+  /** @param {number} i */
   function choose(i) {
     options().forEach((each, k) => each.setAttribute("aria-selected", String(k === i)));
     const node = options()[i];
@@ -125,6 +151,10 @@ function dialog() {
     else field.removeAttribute("aria-activedescendant");
   }
 
+  /**
+   * @param {Found[]} found
+   * @param {string} words
+   */
   function show(found, words) {
     list.replaceChildren(...found.slice(0, MOST).map(option));
     list.hidden = !found.length;
@@ -145,8 +175,10 @@ function dialog() {
     }
   }
 
+  /** @param {KeyboardEvent} event */
   function key(event) {
     const count = list.children.length;
+    /** @type {Record<string, number>} */
     const moves = { ArrowDown: 1, ArrowUp: -1 };
     if (moves[event.key] && count) {
       event.preventDefault();
@@ -161,7 +193,7 @@ function dialog() {
   on(field, "keydown", key);
   on(close, "click", () => box.close());
   on(box, "click", (event) => {
-    if (event.target === box || event.target.closest('[role="option"]')) box.close();
+    if (event.target === box || around(event, '[role="option"]')) box.close();
   });
   document.body.append(box);
   return () => {
@@ -172,20 +204,23 @@ function dialog() {
   };
 }
 
-const writes = (node) => node.closest?.("input:not([type=range], [type=radio], [type=checkbox]), textarea, select, [contenteditable]");
+/** @param {Event} event */
+const writes = (event) => around(event, "input:not([type=range], [type=radio], [type=checkbox]), textarea, select, [contenteditable]");
 
+/** @param {HTMLElement} button */
 export function addSearch(button) {
+  /** @type {(() => void) | null} */
   let open = null;
   const start = () => (open ??= dialog())();
   const disposers = [
     on(button, "click", start),
-    on(document, "keydown", (event) => {
-      const slash = event.key === "/" && !event.ctrlKey && !event.metaKey && !event.altKey && !writes(event.target);
+    on(document, "keydown", (/** @type {KeyboardEvent} */ event) => {
+      const slash = event.key === "/" && !event.ctrlKey && !event.metaKey && !event.altKey && !writes(event);
       const k = event.key.toLowerCase() === "k" && (event.ctrlKey || event.metaKey);
       if (!slash && !k) return;
       event.preventDefault();
       start();
     }),
   ];
-  return () => disposers.forEach((dispose) => dispose());
+  return together(disposers);
 }

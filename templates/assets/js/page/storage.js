@@ -18,6 +18,7 @@ async function unstore() {
 /** What the browser forbids to ask for it has not kept either. */
 const forget = () => Promise.allSettled([unstore(), unkeep()]);
 
+/** @param {HTMLElement} place */
 export function addForgetButton(place) {
   const button = make("button", { type: "button", class: "button" }, "Forget all of it");
   const told = make("span", { role: "status" });
@@ -28,11 +29,12 @@ export function addForgetButton(place) {
   });
 }
 
+/** @param {HTMLElement} block */
 export function addCopyButton(block) {
   const button = make("button", { type: "button", class: "button" }, "Copy");
-  block.nextElementSibling.replaceChildren(button);
+  block.nextElementSibling?.replaceChildren(button);
   return on(button, "click", async () => {
-    if (await copy(block.textContent)) text(button, "Copied");
-    else getSelection().selectAllChildren(block);
+    if (await copy(block.textContent ?? "")) text(button, "Copied");
+    else getSelection()?.selectAllChildren(block);
   });
 }

@@ -13,9 +13,11 @@ function kept() {
   }
 }
 
+/** @param {HTMLElement} button */
 export function addThemeButton(button) {
-  const now = () => (THEMES.includes(page.dataset.theme) ? page.dataset.theme : "auto");
+  const now = () => (THEMES.find((theme) => theme === page.dataset.theme) ?? "auto");
 
+  /** @param {string} theme */
   function show(theme) {
     page.dataset.theme = THEMES.includes(theme) ? theme : "auto";
     button.setAttribute("aria-label", `Theme: ${now()}`);

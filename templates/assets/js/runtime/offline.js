@@ -3,12 +3,15 @@ import { idle, text } from "../base/dom.js";
 import { runtime } from "./runtime.js";
 import { frugal } from "./start.js";
 
-const worker = new URL("../sw.js", document.currentScript.src);
+const worker = new URL("../sw.js", /** @type {HTMLScriptElement} */ (document.currentScript).src);
 
 /** ready: every page and Python are kept, so that all works without the server. */
 export const offline = { ready: false };
 
-/** Until Python is up, or is not wanted yet: two loads of it at once would only slow each other down. */
+/**
+ * Until Python is up, or is not wanted yet: two loads of it at once would only slow each other down.
+ * @returns {Promise<void>}
+ */
 function quiet() {
   return new Promise((resolve) => {
     const stop = runtime.on("change", look);
@@ -21,6 +24,10 @@ function quiet() {
   });
 }
 
+/**
+ * @param {ServiceWorker} active
+ * @returns {Promise<{ kept: boolean, bytes: number }>}
+ */
 function ask(active) {
   return new Promise((resolve) => {
     const { port1, port2 } = new MessageChannel();
@@ -38,7 +45,7 @@ async function keep() {
     await navigator.serviceWorker.register(worker);
     const { active } = await navigator.serviceWorker.ready;
     await quiet();
-    const { kept, bytes } = await ask(active);
+    const { kept, bytes } = await ask(/** @type {ServiceWorker} */ (active));
     if (!kept) return;
     offline.ready = true;
     text(document.querySelector(".site-kept"), `Works offline: kept on this device (${(bytes / 1e6).toFixed(1)} MB)`);

@@ -1,5 +1,7 @@
 // When Python starts: a figure has been seen, the page has loaded, the browser is idle. On a line that must be spared,
 // at the first touch that needs it.
+/** @import { Dispose } from "../base/types.js" */
+
 import { idle, on } from "../base/dom.js";
 import { runtime } from "./runtime.js";
 
@@ -19,6 +21,7 @@ function preload() {
   fetch(wasm).then((response) => response.arrayBuffer()).catch(() => {}); // what fails here, the start will tell
 }
 
+/** @param {NodeListOf<HTMLElement>} roots */
 export function startWhenSeen(roots) {
   if (runtime.state !== "idle" || frugal) return;
   const watch = new IntersectionObserver((entries) => {
@@ -26,6 +29,7 @@ export function startWhenSeen(roots) {
     watch.disconnect();
     idle(runtime.start);
   });
+  /** @type {Dispose[]} */
   const intent = [];
   const once = () => {
     intent.splice(0).forEach((dispose) => dispose());
