@@ -31,12 +31,9 @@ class Entry:
     files: Mapping[str, str]
     pictures: Mapping[str, str] = field(default_factory=dict)
 
-    @property
-    def key(self) -> str:
+    def key(self, made_by: str) -> str:
         """All that the bundle depends on."""
-        version = outside.read_manifest()["esbuild"].version
         hashes = {name: digest(text.encode()) for name, text in sorted(self.files.items())}
-        made_by = [FORMAT, version, SCRIPT.read_text("utf-8")]
         return json.dumps([made_by, self.path, hashes, sorted(self.pictures.items())])
 
 
@@ -65,7 +62,9 @@ def bundled(
 ) -> list[Bundle]:
     """The bundle of each entry; what esbuild objects to goes to `problems`."""
     store = Store(cache, "bundles")
-    kept = {entry.path: store.find(entry.key) for entry in entries}
+    made_by = f"{FORMAT} {outside.read_manifest()['esbuild'].version} {SCRIPT.read_text('utf-8')}"
+    keys = {entry.path: entry.key(made_by) for entry in entries}
+    kept = {path: store.find(key) for path, key in keys.items()}
     new = [entry for entry in entries if kept[entry.path] is None]
     answers = dict(zip((entry.path for entry in new), _run(new, cache, progress), strict=True)) if new else {}
     for entry in new:
@@ -73,7 +72,7 @@ def bundled(
         for message in answer["messages"]:
             problems.add(Place(message["path"] or entry.path, message["line"], message["column"]), message["text"])
         if not answer["messages"]:
-            store.put(entry.key, json.dumps([answer["code"], answer["map"]]).encode())
+            store.put(keys[entry.path], json.dumps([answer["code"], answer["map"]]).encode())
     found = {path: json.loads(data) for path, data in kept.items() if data is not None}
     for path, answer in answers.items():
         found[path] = ["", ""] if answer["messages"] else [answer["code"], answer["map"]]
