@@ -7,10 +7,12 @@ import json
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 from .archive import Download
+from .bundle import Bundle, Entry, bundled, read_files
 from .files import digest, fingerprint, hashed_name, short_hash
+from .outside import Progress, quiet
 from .problems import Place, Problems, hint
 
 
@@ -57,6 +59,13 @@ HEADERS = """\
 """
 FOR_HOSTS = ("404.html", "sitemap.xml")  # what no reader asks for; a host may answer for the first as it says: by a 404
 PICTURES = (".svg", ".png", ".ico", ".webp", ".jpg")
+MAP = ".map"  # for whoever looks into a script with a browser's tools; no reader's browser asks for it
+ENTRIES = {  # file in templates/assets → its name on the site, the attribute of Assets that holds that
+    "css/site.css": ("site.css", "css"),
+    "js/main.js": ("site.js", "js"),
+    "js/theme.js": ("theme.js", "theme"),
+    "worker.mjs": ("worker.mjs", "worker"),
+}
 URL = re.compile(r"""url\(\s*(["']?)(?!data:|#)([^"')]+)\1\s*\)""")
 
 
@@ -104,6 +113,8 @@ def read_assets(
     fonts: Mapping[str, bytes],
     preload: Iterable[str],
     problems: Problems,
+    cache: Path,
+    progress: Progress = quiet,
 ) -> Assets:
     """The assets of templates/assets, with pictures that the build draws; `styles` stand before its own sheets."""
     home = root / "templates" / "assets"
@@ -114,32 +125,53 @@ def read_assets(
     for name, data in fonts.items():
         assets.files[f"assets/fonts/{name}"] = data
     assets.preload = tuple(f"assets/fonts/{name}" for name in preload)
-    sheets = [_linked(path, root, assets, problems) for path in sorted((home / "css").glob("*.css"))]
-    assets.css = assets.add("site.css", "\n".join([*styles, *sheets]).encode())
-    scripts = [path.read_text("utf-8") for path in sorted((home / "js").glob("*.js"))]
-    if scripts:
-        assets.js = assets.add("site.js", "\n".join(scripts).encode())
-    for name, attribute in (("theme.js", "theme"), ("worker.mjs", "worker")):
-        if (home / name).is_file():
-            setattr(assets, attribute, assets.add(name, (home / name).read_bytes()))
+    files: dict[str, str] = {}
+    for folder, pattern in (("js", "*.js"), ("css", "*.css"), ("", "*.mjs")):
+        files |= read_files(root, f"templates/assets/{folder}".rstrip("/"), pattern, problems)
+    wanted = [entry for entry in _entries(files, assets, problems) if entry.path in files]
+    before = "\n".join(styles) + "\n"
+    for entry, made in zip(wanted, bundled(wanted, cache, problems, progress), strict=True):
+        name, attribute = ENTRIES[entry.path.removeprefix("templates/assets/")]
+        setattr(assets, attribute, _put(assets, name, made, before if attribute == "css" else ""))
     return assets
 
 
-def _linked(path: Path, root: Path, assets: Assets, problems: Problems) -> str:
-    """A style sheet whose url(…) of pictures in templates/assets are their names on the site."""
-    text = path.read_text("utf-8")
+def _entries(files: Mapping[str, str], assets: Assets, problems: Problems) -> list[Entry]:
+    """What is bundled, each with the files of its kind."""
+    entries = []
+    for path in ENTRIES:
+        path = f"templates/assets/{path}"
+        same = {name: text for name, text in files.items() if Path(name).suffix == Path(path).suffix}
+        pictures = _linked(same, assets, problems) if path.endswith(".css") else {}
+        entries.append(Entry(path, same, pictures))
+    return entries
 
-    def swap(match: re.Match[str]) -> str:
-        name = match[2]
-        if name in assets.pictures:
-            return f'url("{assets.pictures[name].removeprefix("assets/")}")'
-        line = text.count("\n", 0, match.start()) + 1
-        column = match.start(2) - text.rfind("\n", 0, match.start(2))
-        where = Place(path.relative_to(root).as_posix(), line, column)
-        problems.add(where, f"no picture {name!r} in templates/assets{hint(name, assets.pictures)}")
-        return match[0]
 
-    return URL.sub(swap, text)
+def _put(assets: Assets, name: str, made: Bundle, before: str) -> str:
+    """Add a bundle and its source map, which it names in its last line; what stands `before` it has none."""
+    if not made.code:
+        return assets.add(name, before.encode())
+    source_map = assets.add(f"{name}{MAP}", made.placed(before.count("\n")).encode())
+    comment = f"sourceMappingURL={PurePosixPath(source_map).name}"
+    last = f"/*# {comment} */" if name.endswith(".css") else f"//# {comment}"
+    return assets.add(name, f"{before}{made.code.rstrip()}\n{last}\n".encode())
+
+
+def _linked(sheets: Mapping[str, str], assets: Assets, problems: Problems) -> dict[str, str]:
+    """What the sheets' url(…) of pictures in templates/assets are on the site; others go to `problems`."""
+    found = {}
+    for path, text in sheets.items():
+        for match in URL.finditer(text):
+            name = match[2]
+            if name in assets.pictures:
+                found[name] = assets.pictures[name].removeprefix("assets/")
+                continue
+            line = text.count("\n", 0, match.start()) + 1
+            column = match.start(2) - text.rfind("\n", 0, match.start(2))
+            problems.add(
+                Place(path, line, column), f"no picture {name!r} in templates/assets{hint(name, assets.pictures)}"
+            )
+    return found
 
 
 def service_worker(
@@ -153,7 +185,7 @@ def service_worker(
     if not path.is_file():
         return None
     code = path.read_bytes()
-    pages = {name: data for name, data in files.items() if name not in FOR_HOSTS}
+    pages = {name: data for name, data in files.items() if name not in FOR_HOSTS and not name.endswith(MAP)}
     filled = {
         "VERSION": fingerprint([*pages.items(), ("sw.js", code)])[:16],
         "FILES": _listed((name, len(data), digest(data)) for name, data in pages.items()),

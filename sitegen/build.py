@@ -20,7 +20,7 @@ from widgets.registry import WIDGETS
 from . import about, ahead, emblem, figures, fonts, manifest, outside, plotting, runtime, search
 from .archive import Download, archive, folder_name
 from .assembled import assembled
-from .assets import HEADERS, Assets, policy, read_assets, service_worker
+from .assets import HEADERS, MAP, Assets, policy, read_assets, service_worker
 from .cite import Reference, read_references, unused
 from .claims import read_results, tests_for
 from .computed import Values
@@ -294,6 +294,8 @@ def _files(
         fontset.files if fontset else {},
         fontset.preload if fontset else (),
         problems,
+        cache,
+        progress,
     )
     if started:
         assets.runtime = {"folder": "runtime/", "files": json.dumps(started.start_files()), "bytes": started.size}
@@ -344,6 +346,7 @@ def _download(
 ) -> Download:
     """The whole site in a zip, with Python, so that a small server brings the unpacked folder alive."""
     files = {**_pages_of(content, templates, assets.from_disk()), **rest}
+    files = {name: data for name, data in files.items() if not name.endswith(MAP)}
     files |= {**_for_hosts(content.root, templates, files, started), **content.notebooks}
     if started:
         files |= {f"runtime/{name}": data for name, data in started.contents.items()}

@@ -1,7 +1,7 @@
 """A matplotlib figure → SVG that stands in a page: roles for colours, attributes for styles, the page's own type.
 
 A page's policy blocks style attributes, so what matplotlib writes there becomes presentation attributes, and colours
-become classes: `f-source` fills, `s-source` strokes with the role's colour of the theme (34-graph.css). Only the site's
+become classes: `f-source` fills, `s-source` strokes with the role's colour (figure/matplotlib.css). Only the site's
 own colours can be drawn with; another is an error. Figures are made at the size at which they are shown, so that a
 px of theirs is one of the screen.
 

@@ -23,7 +23,7 @@ from sitegen.store import Store
 from solvers.scenes import Scene, kabsch_scene
 
 FORMAT = "1"  # of what is kept; raised when the drawing changes
-TOKENS = Path(__file__).resolve().parents[1] / "templates" / "assets" / "css" / "00-tokens.css"
+TOKENS = Path(__file__).resolve().parents[1] / "templates" / "assets" / "css" / "base" / "tokens.css"
 SHARE = (1200, 630)
 RUNGS = (5, 11, 17)  # heights in the emblem's box of 24 by 24; the middle one is the reader's
 RAILS = (7, 17)

@@ -299,5 +299,5 @@ def _made_of(survey: Survey, body: Body, shown: Shown) -> str:
 def _code() -> str:
     """The hash of what writes notebooks, and of the styles that it takes into pictures."""
     here = Path(__file__).parent
-    files = [here / "notebooks.py", here / "standalone.py", TOKENS, *(TOKENS.with_name(name) for name in SHEETS)]
+    files = [here / "notebooks.py", here / "standalone.py", TOKENS, *SHEETS]
     return fingerprint((path.name, path.read_bytes()) for path in files)

@@ -1,25 +1,24 @@
-"""The reference of `solvers`: what is public, in order, with what its docstrings and signatures say of it."""
+"""The reference of `solvers`: what is public, in order, with its docstrings and signatures as griffe reads them."""
 
 from __future__ import annotations
 
-import ast
-import inspect
 import re
-import textwrap
 from collections.abc import Iterator
-from dataclasses import MISSING, dataclass, fields, is_dataclass
-from enum import Enum
+from dataclasses import dataclass
 from functools import cache
-from importlib import import_module
-from typing import Any
+from pathlib import Path
+from typing import Any, cast
 
+import griffe
 from markupsafe import Markup
 
 from solvers.methods import METHODS
 from solvers.stepper import Method
 
-from .docstrings import meanings, pieces, rendered, said
+from .docstrings import parameters, prose, rendered, said, sections
 from .highlighting import highlighted
+
+ROOT = Path(__file__).resolve().parent.parent
 
 # Heading, what is said of it, and the things under it by their full names.
 GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
@@ -124,11 +123,10 @@ class Group:
 @cache
 def groups() -> tuple[Group, ...]:
     """What is public, in order. Raises LookupError for a name of the list that is not there."""
-    made = []
-    for title, says, names in GROUPS:
-        anchor = re.sub(r"\W+", "-", title.lower())
-        made.append(Group(anchor, title, said(says), tuple(map(_entry, names))))
-    return tuple(made)
+    return tuple(
+        Group(re.sub(r"\W+", "-", title.lower()), title, said(says), tuple(map(_entry, names)))
+        for title, says, names in GROUPS
+    )
 
 
 @cache
@@ -137,132 +135,78 @@ def methods() -> tuple[MethodEntry, ...]:
     return tuple(_method(name, method) for name, method in METHODS.items())
 
 
-def found(name: str) -> Any:
+@cache
+def package() -> griffe.Module:
+    """`solvers` as griffe reads it, without running it."""
+    module = griffe.load("solvers", search_paths=[ROOT], docstring_parser="numpy", allow_inspection=False)
+    assert isinstance(module, griffe.Module)
+    return module
+
+
+def named(name: str) -> griffe.Object:
     """What a full name, such as `solvers.scenes.room`, names. Raises LookupError where that is nothing."""
-    module, _, own = name.rpartition(".")
-    thing = getattr(import_module(module), own, None)
-    if thing is None:
-        raise LookupError(f"the reference lists {name}, which is not there")
-    return thing
+    try:
+        found = package()[name.removeprefix("solvers.")]
+    except KeyError:
+        raise LookupError(f"the reference lists {name}, which is not there") from None
+    return found.final_target if isinstance(found, griffe.Alias) else found
 
 
-def names_of(thing: Any) -> list[str]:
-    """What its docstring is to explain: a function's parameters, a dataclass's public fields."""
-    if inspect.isclass(thing):
-        return [f.name for f in fields(thing)] if is_dataclass(thing) else []
-    return [p.name for p in inspect.signature(thing).parameters.values() if p.name not in ("self", "cls")]
-
-
-def explained(thing: Any) -> dict[str, str]:
-    """What the docstring says of each of these; "" where it says nothing."""
-    return meanings(inspect.getdoc(thing) or "", names_of(thing), lambda path: _explained_at(path, thing.__module__))
+def members(thing: griffe.Object) -> Iterator[griffe.Function | griffe.Attribute]:
+    """The methods and properties that a class of ours defines itself."""
+    for name, member in thing.members.items():
+        is_property = isinstance(member, griffe.Attribute) and "property" in member.labels
+        if not name.startswith("_") and (is_property or isinstance(member, griffe.Function)):
+            yield cast(griffe.Function | griffe.Attribute, member)
 
 
 def _entry(name: str) -> Entry:
-    thing = found(name)
-    short = name.rpartition(".")[2]
+    thing = named(name)
     anchor = re.sub(r"\W+", "-", name)
-    doc = inspect.getdoc(thing) or ""
-    signature = _signature(thing, name)
-    words = rendered(doc, names_of(thing))
-    if inspect.isclass(thing) and issubclass(thing, Enum):
-        notes = _member_notes(thing)
-        values = tuple(Option(m.name, "", str(m.value), said(notes.get(m.name, ""))) for m in thing)
-        return Entry(anchor, name, signature, words, _members(thing, short, anchor), values)
-    return Entry(anchor, name, signature, words, _members(thing, short, anchor) if inspect.isclass(thing) else ())
+    if not isinstance(thing, griffe.Class):
+        return Entry(anchor, name, _signature(thing, name), rendered(thing))
+    own = tuple(
+        Entry(f"{anchor}-{each.name.replace('_', '-')}", code, _signature(each, code), rendered(each))
+        for each in members(thing)
+        for code in (f"{thing.name}.{each.name}",)
+    )
+    values = tuple(
+        Option(key, "", str(value.value), said(value.docstring.value if value.docstring else ""))
+        for key, value in thing.attributes.items()
+        if is_enum(thing) and "property" not in value.labels
+    )
+    return Entry(anchor, name, _signature(thing, name), rendered(thing), own, values)
 
 
-def _members(thing: type, short: str, anchor: str) -> tuple[Entry, ...]:
-    """The methods and properties that a class of ours defines itself."""
-    made = []
-    for name, value in vars(thing).items():
-        function: Any = value.fget if isinstance(value, property) else getattr(value, "__func__", value)
-        if name.startswith("_") or not inspect.isfunction(function):
-            continue
-        code = f"{short}.{name}"
-        if isinstance(value, property):
-            returns = inspect.signature(function).return_annotation
-            signature = highlighted(f"{code}: {_type(returns)}", "python")
-        else:
-            signature = _signature(function, code)
-        words = rendered(inspect.getdoc(function) or "", names_of(function))
-        made.append(Entry(f"{anchor}-{name.replace('_', '-')}", code, signature, words))
-    return tuple(made)
-
-
-def _signature(thing: Any, name: str) -> Markup:
+def _signature(thing: griffe.Object, name: str) -> Markup:
     """As Python would write it, a line a parameter where one line is too long."""
-    if inspect.isclass(thing) and issubclass(thing, Enum):
-        return highlighted(f"class {name}", "python")
-    signature = inspect.signature(thing)
-    parts, starred = [], False
-    for p in signature.parameters.values():
-        if p.name in ("self", "cls"):
-            continue
-        if p.kind is p.KEYWORD_ONLY and not starred:
-            parts.append("*")
-        starred = starred or p.kind in (p.KEYWORD_ONLY, p.VAR_POSITIONAL)
-        mark = "**" if p.kind is p.VAR_KEYWORD else "*" if p.kind is p.VAR_POSITIONAL else ""
-        default = "" if p.default is p.empty else f" = {_value(p.default)}"
-        parts.append(f"{mark}{p.name}: {_type(p.annotation)}{default}")
-    lead = "class " if inspect.isclass(thing) else ""
-    returns = "" if inspect.isclass(thing) else f" -> {_type(signature.return_annotation)}"
-    line = f"{lead}{name}({', '.join(parts)}){returns}"
+    if isinstance(thing, griffe.Attribute):
+        return highlighted(f"{name}: {thing.annotation}", "python")
+    if isinstance(thing, griffe.Class):
+        line = f"class {name}" if is_enum(thing) else f"class {thing.signature(name=name)}"
+    else:
+        assert isinstance(thing, griffe.Function)
+        line = thing.signature(name=name)
     if len(line) > 88:
-        line = "\n".join([f"{lead}{name}(", *(f"    {part}," for part in parts), f"){returns}"])
+        head, inner, tail = re.fullmatch(r"(.*?\()(.*)(\).*?)", line).groups()  # type: ignore[union-attr]
+        parts = re.split(r", (?=\*{0,2}\w+: |\*, )", inner)
+        line = "\n".join([head, *(f"    {part}," for part in parts), tail])
     return highlighted(line, "python")
 
 
-def _type(annotation: Any) -> str:
-    if isinstance(annotation, str):
-        return annotation
-    return str(getattr(annotation, "__name__", annotation))
-
-
-def _value(value: Any) -> str:
-    """A default as a reader would write it."""
-    text = str(value.__name__) if callable(value) and hasattr(value, "__name__") else repr(value)
-    return text if len(text) <= 60 and not text.startswith("<") else "…"
+def is_enum(thing: griffe.Class) -> bool:
+    """Whether its members are values, and not what an object of it has."""
+    return any(str(base).endswith("Enum") for base in thing.bases)
 
 
 def _method(name: str, method: Method[Any]) -> MethodEntry:
-    doc = inspect.getdoc(method.options) or ""
-    own = [f.name for f in fields(method.options)]
-    says = explained(method.options)
-    options = tuple(
-        Option(f.name, str(f.type), "" if f.default is MISSING else _value(f.default), said(says[f.name]))
-        for f in fields(method.options)
-    )
-    step = inspect.unwrap(method.step)
-    module = import_module(getattr(step, "__module__", method.options.__module__))
+    own = named(f"{method.options.__module__}.{method.options.__qualname__}")
+    options = tuple(Option(p.name, str(p.annotation), str(p.default), said(p.description)) for p in parameters(own))
+    # Its own module first, then that of the step where it shares one: `gicp` steps as `point-to-plane` does.
+    modules = dict.fromkeys(getattr(part, "__wrapped__", part).__module__ for part in (method.start, method.step))
+    words = [rendered(named(module)) for module in modules]
+    # What an options' docstring says of the whole stands after its first line.
+    first = next((str(part.value) for part in sections(own) if part.kind is griffe.DocstringSectionKind.text), "")
+    words.append(prose(first.partition("\n")[2]))
     dims = "any" if method.dims is None else " or ".join(map(str, method.dims))
-    words = rendered("\n\n".join([inspect.getdoc(module) or "", *_unlabelled(doc, own)]), [])
-    return MethodEntry(f"method-{name}", name, method, dims, options, words)
-
-
-def _unlabelled(doc: str, names: list[str]) -> Iterator[str]:
-    """What an options' docstring says of the whole, such as when a run stops."""
-    for piece in pieces(doc, names):
-        if isinstance(piece, str) and not piece.startswith(("The others", "As `", "The options of a method that has")):
-            yield piece
-
-
-def _explained_at(path: str, module: str) -> dict[str, str]:
-    """The meanings of what a docstring names: by its full name, or of the same module. Prose may name no such thing."""
-    where, _, own = path.rpartition(".")
-    try:
-        thing = getattr(import_module(where or module), own)
-    except (ImportError, AttributeError):
-        return {}
-    return explained(thing) if callable(thing) else {}
-
-
-def _member_notes(thing: type) -> dict[str, str]:
-    """The texts that stand under the members of an enumeration."""
-    body = ast.parse(textwrap.dedent(inspect.getsource(thing))).body[0]
-    assert isinstance(body, ast.ClassDef)
-    notes = {}
-    for before, after in zip(body.body, body.body[1:], strict=False):
-        if isinstance(before, ast.Assign) and isinstance(after, ast.Expr) and isinstance(after.value, ast.Constant):
-            notes[ast.unparse(before.targets[0])] = str(after.value.value)
-    return notes
+    return MethodEntry(f"method-{name}", name, method, dims, options, Markup("\n").join(words))

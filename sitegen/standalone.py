@@ -10,7 +10,8 @@ from textwrap import wrap
 
 from .emblem import TOKENS, colours
 
-SHEETS = ("32-legend.css", "34-graph.css", "35-plot.css", "36-field.css", "37-labels.css")
+FOLDER = TOKENS.parents[1] / "figure"
+SHEETS = tuple(FOLDER / f"{name}.css" for name in ("legend", "matplotlib", "plot", "field", "labels"))
 LINE, LETTER = 16, 6.3  # px from line to line of a caption, and of a letter at most on the average
 FACE = "Arial, Helvetica, sans-serif"
 _COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
@@ -55,8 +56,8 @@ def _light() -> dict[str, str]:
 def _rules() -> tuple[tuple[frozenset[str], str], ...]:
     """The rules for drawings: what classes each needs, and its text. Those that depend on the screen are left out."""
     found = []
-    for name in SHEETS:
-        text = _COMMENT.sub("", (TOKENS.parent / name).read_text("utf-8"))
+    for path in SHEETS:
+        text = _COMMENT.sub("", path.read_text("utf-8"))
         for selectors, body in _RULE.findall(_CONDITIONAL.sub("", text)):
             for selector in re.split(r",(?![^(]*\))", " ".join(selectors.split())):
                 plain = selector.strip()

@@ -23,8 +23,8 @@ from .files import write
 
 DAY = 86_400.0  # seconds
 Kind = Literal[
-    "brotli", "compiled", "drawings", "emblem", "fonts", "frames", "gzip", "notebooks", "plots", "remembered",
-    "runtime", "sweep", "templates", "wheel",
+    "brotli", "bundles", "compiled", "drawings", "emblem", "fonts", "frames", "gzip", "notebooks", "plots",
+    "remembered", "runtime", "sweep", "templates", "wheel",
 ]  # fmt: skip
 SEAL = 32  # bytes of the hash before an entry's own
 

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from sitegen import browser, claims
+from sitegen import browser, claims, script_checks
 from sitegen.building import build_command
 from sitegen.check import prove_sweep, publish_and_check
 
@@ -101,6 +101,8 @@ def test(root: Path, engines: Sequence[str], given: Path | None, further: Sequen
     steps: dict[str, Callable[[], int]] = {
         "ruff": lambda: module("ruff", "check", "."),
         "mypy": lambda: module("mypy"),
+        "eslint": lambda: script_checks.script_lint(root),
+        "tsc": lambda: script_checks.script_types(root),
         "check": lambda: publish_and_check(root, root / "site"),
         "sweep": lambda: prove_sweep(root, anew=True),
     }

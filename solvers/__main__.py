@@ -1,4 +1,6 @@
-"""`python -m solvers SOURCE TARGET` registers two files; `python -m solvers benchmark` prints the race's table."""
+"""`python -m solvers SOURCE TARGET` registers two files; `python -m solvers benchmark`
+prints the race's table.
+"""
 
 from __future__ import annotations
 
@@ -73,7 +75,8 @@ def _register_parser() -> argparse.ArgumentParser:
 
 
 def _opened(path: Path, given: argparse.Namespace) -> tuple[FloatArray, str]:
-    """The points of a file and a line on them. Raises ValueError that names the file."""
+    """The points of a file and a line on them. Raises ValueError that names the file.
+    """
     try:
         found = cloud_text.read(_bytes(path))
     except OSError as error:
@@ -89,7 +92,9 @@ def _opened(path: Path, given: argparse.Namespace) -> tuple[FloatArray, str]:
 
 
 def _bytes(path: Path) -> bytes:
-    """What a file holds; of one that is too large, or has no end, nothing is kept. Raises ValueError with its size."""
+    """What a file holds; of one that is too large, or has no end, nothing is kept.
+    Raises ValueError with its size.
+    """
     size, most = path.stat().st_size, cloud_text.MOST_BYTES
     if size > most:
         raise ValueError(f"{size / 1e6:.1f} MB are more than the {most / 1e6:.0f} MB that are read")
@@ -138,7 +143,9 @@ def _too_large(value: Any) -> bool:
 
 
 def _signs(source: FloatArray, target: FloatArray, pose: Pose, reach: float) -> tuple[float, float]:
-    """The fraction of moved source points with a target point within reach, and the RMS of their distances to it."""
+    """The fraction of moved source points with a target point within reach, and the RMS
+    of their distances to it.
+    """
     _, squares = nearest.build(target[None]).nearest(pose.apply(source)[None])
     near = nearest.within(squares, reach)
     return float(near.mean()), float(np.sqrt(squares[near].mean())) if near.any() else float("nan")
@@ -236,7 +243,9 @@ def _benchmark(arguments: Sequence[str]) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line; the exit code: 0, 2 where an argument or a file is wrong, or 1 where nobody reads on."""
+    """Run the command line; the exit code: 0, 2 where an argument or a file is wrong,
+    or 1 where nobody reads on.
+    """
     given = list(sys.argv[1:] if arguments is None else arguments)
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # a console without σ prints the rest all the same

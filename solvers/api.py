@@ -32,25 +32,85 @@ def register(
     callback: Callback | None = None,
     **options: Any,
 ) -> Result:
-    """Find the pose that takes `source` (..., m, d) to `target` (..., n, d).
+    """Find the pose that takes the source to the target.
 
-    Leading axes are a batch, and those of source, target, start, seed, pairs and weights broadcast against each
-    other: one pair of clouds with a thousand starts is a batch of a thousand. Clouds of unequal size come as a list
-    of (m, d) arrays (source, target or both; `weights` and `pairs` may then be lists too) and are run one by one; the
-    result is that of a batch.
+    Leading axes are a batch. Those of `source`, `target`, `start`, `seed`, `pairs` and
+    `weights` broadcast against each other: one pair of clouds with a thousand starts is
+    a batch of a thousand. Clouds of unequal size come as a list of (m, d) arrays; they
+    are run one by one, and the result is that of a batch.
 
-    method: a name of `METHODS`. start: where local methods begin (None: the identity).
-    pairs: (..., k, 2) rows of source and target that are partners, for paired methods; without it row i's partner is
-    row i.
-    weights: (..., m), of the source rows, or (..., k) of the pairs; not negative, None is all one.
-    seed: what random methods draw from, one for all problems or one each (then a batch equals its single runs).
-    max_steps: the cap; None is the method's own. callback(k, state): called after every step k with the states of all
-    problems (one leading axis, also for a single problem); a true answer ends the run.
-    options: the method's own, see the fields of `METHODS[method].options`.
+    Parameters
+    ----------
+    source : array_like of shape (..., m, d), or list of (m, d) arrays
+        The points that are moved, in world units.
+    target : array_like of shape (..., n, d), or list of (n, d) arrays
+        The points that stay, in world units.
+    method : str, default "icp"
+        A name of `METHODS`.
+    start : Pose, optional
+        Where local methods begin. None is the identity.
+    pairs : array_like of int, shape (..., k, 2), optional
+        The rows of source and target that are partners, for paired methods. None pairs
+        row i with row i. A list of such arrays where the clouds come as a list.
+    weights : array_like of shape (..., m) or (..., k), optional
+        Of the source rows, or of the pairs where there are any; not negative. None is
+        all one. A list where the clouds come as a list.
+    seed : int or array_like of int, shape (...), default 0
+        What random methods draw from, one for all problems or one each; with one each,
+        a batch equals its single runs.
+    max_steps : int, optional
+        The most steps. None is the method's own cap.
+    callback : callable, optional
+        Called as `callback(k, state)` after every step k = 1, 2, … with the states of
+        all problems (one leading axis, also for a single problem). A true answer ends
+        the run.
+    **options
+        The method's own: the fields of `METHODS[method].options`.
 
-    Raises ValueError, naming the argument, for what is no point cloud and for unknown methods and options. Geometry
-    never raises: a problem that does not determine its answer has `Status.DEGENERATE` and a reason, and the rest of its
-    batch goes on.
+    Returns
+    -------
+    Result
+        The pose, how the run stopped, and its course, in the shape of the batch.
+
+    Raises
+    ------
+    ValueError
+        If an argument is no point cloud, pose, weight, pair or seed, if shapes do not
+        fit together, or if the method or an option is unknown or out of range. The
+        message names the argument.
+
+    Notes
+    -----
+    Geometry never raises: a problem that does not determine its answer has
+    `Status.DEGENERATE` and a reason, and the rest of its batch goes on. Each method's
+    paper stands with the method.
+
+    Examples
+    --------
+    Two scans of one room, started 20° and 0.8 u away from the truth:
+
+    >>> import numpy as np
+    >>> from solvers import Pose, register
+    >>> from solvers.metrics import rre, rte
+    >>> from solvers.scenes import room, room_start
+    >>> scene = room("clean")
+    >>> start = room_start(degrees=20.0, distance=0.8)
+    >>> result = register(scene.source, scene.target, "icp", start=start, gate=2.6)
+    >>> result.status.label
+    'converged'
+    >>> print(f"{np.degrees(rre(result.pose, scene.truth)):.2f}°")
+    0.16°
+    >>> print(f"{rte(result.pose, scene.truth):.3f} u")
+    0.008 u
+
+    A batch of three starts:
+
+    >>> starts = Pose.from_angle(np.radians([0.0, 20.0, 170.0]), np.zeros((3, 2)))
+    >>> batch = register(scene.source, scene.target, "icp", start=starts)
+    >>> batch.matrix.shape
+    (3, 3, 3)
+    >>> np.degrees(rre(batch.pose, scene.truth)) < 5.0
+    array([ True,  True, False])
     """
     chosen = METHODS[validate.one_of(method, METHODS, "method")]
     own = _options(chosen, options)
@@ -139,7 +199,8 @@ def _one_by_one(
     """A list of clouds: each its own run."""
     lists = {name: x for name, x in (("source", source), ("target", target)) if _is_list(x)}
     n = len(next(iter(lists.values())))
-    # What may be one for all or one each: a list (pairs: of arrays), or, for start and seed, one leading axis.
+    # What may be one for all or one each: a list (pairs: of arrays), or, for start and
+    # seed, one leading axis.
     if isinstance(weights, list | tuple):
         lists["weights"] = weights
     if isinstance(pairs, list | tuple) and _ndim(pairs) != 2:

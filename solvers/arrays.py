@@ -1,4 +1,6 @@
-"""The array types signatures speak of: float64 for geometry, int64 wherever an integer matters (wasm is 32-bit)."""
+"""The array types signatures speak of: float64 for geometry, int64 wherever an integer
+matters (wasm is 32-bit).
+"""
 
 from typing import Any, TypeAlias
 
@@ -9,6 +11,7 @@ FloatArray: TypeAlias = NDArray[np.float64]
 IntArray: TypeAlias = NDArray[np.int64]
 BoolArray: TypeAlias = NDArray[np.bool_]
 StatusArray: TypeAlias = NDArray[np.int8]
-# Reasons in words: an object array, so that the words are indexed, taken and put back like every other row.
+# Reasons in words: an object array, so that the words are indexed, taken and put back
+# like every other row.
 ReasonArray: TypeAlias = NDArray[np.object_]
 AnyArray: TypeAlias = NDArray[Any]

@@ -1,21 +1,28 @@
-"""One-to-one association by loopy belief propagation: how likely is it that this point is that one, given the others?
+"""One-to-one association by loopy belief propagation.
 
-Each source point is one target point or missed, each target point is at most one source point; an association a has
-the weight `Π_{pairs (i, j) of a} ψ_ij · Π_{i missed} ψ₀`, ψ the Gaussian score, ψ₀ the miss score. The marginal
-`P(a_i = j)` sums over exponentially many associations; the messages of Williams and Lau approach it in a few sweeps:
+How likely is it that this point is that one, given the others?
+
+Each source point is one target point or missed, each target point is at most one source
+point; an association a has the weight `Π_{pairs (i, j) of a} ψ_ij · Π_{i missed} ψ₀`, ψ
+the Gaussian score, ψ₀ the miss score. The marginal `P(a_i = j)` sums over exponentially
+many associations; the messages of Williams and Lau approach it in a few sweeps:
 
     μ_{i→j} = ψ_ij / (ψ₀ + Σ_{k≠j} ψ_ik ν_{k→i}),   ν_{j→i} = 1 / (1 + Σ_{l≠i} μ_{l→j}),
     P(a_i = j) ≈ ψ_ij ν_{j→i} / (ψ₀ + Σ_k ψ_ik ν_{k→i}).
 
-They are exact where the pairs of positive score form no loop, once the sweeps have crossed the tree, and an
-approximation on loops: at 2 × 2 the error reaches 0.1 (tests enumerate). The sweeps converge from any start to one
-fixed point (the paper's theorem). The marginals are the weights of a rigid fit, at a width σ that shrinks.
+They are exact where the pairs of positive score form no loop, once the sweeps have
+crossed the tree, and an approximation on loops: at 2 × 2 the error reaches 0.1 (tests
+enumerate). The sweeps converge from any start to one fixed point (the paper's theorem).
+The marginals are the weights of a rigid fit, at a width σ that shrinks.
 
-This borrows the association step of a tracker and is no tracker: no motion model, no existence, no clutter model beyond
-a weight of one. Independently sampled surfaces need not match one to one at all.
+This borrows the association step of a tracker and is no tracker: no motion model, no
+existence, no clutter model beyond a weight of one. Independently sampled surfaces need
+not match one to one at all.
 
-Source: Williams & Lau 2014, Approximate evaluation of marginal association probabilities with belief propagation, sec.
-III.
+References
+----------
+.. [1] J. L. Williams, R. A. Lau, "Approximate evaluation of marginal association
+   probabilities with belief propagation", 2014, sec. III. doi:10.1109/TAES.2014.120568
 """
 
 from __future__ import annotations
@@ -35,12 +42,33 @@ from solvers.stepper import Method, Problem
 
 @dataclass(frozen=True)
 class BpOptions:
-    """first, last: where σ starts and ends, world units (None: 0.3 and 0.03 of the target's RMS radius). shrink: what σ
-    is multiplied by at every step, until its end. reach: pairs farther apart than this many σ have no score. miss: ψ₀,
-    the score of having no partner, beside scores of at most 1. sweeps: how often the messages go to and fro at every
-    step. least_support: source points whose marginals sum to less are not fitted. tolerance: it stops when σ has
-    reached its end and a step moves the source points, root mean square, by at most this fraction of their RMS
-    radius."""
+    """Options of `association-bp`.
+
+    Parameters
+    ----------
+    first : float, optional
+        Where σ starts, world units. None is 0.3 of the target's RMS radius.
+    last : float, optional
+        Where σ ends, world units. None is 0.03 of that radius.
+    shrink : float, default 0.9
+        What σ is multiplied by at every step, until its end; above 0 up to 1.
+    reach : float, default 4.0
+        Pairs farther apart than this many σ have no score.
+    miss : float, default 0.12
+        ψ₀, the score of having no partner, beside scores of at most 1.
+    sweeps : int, default 6
+        How often the messages go to and fro at every step.
+    least_support : float, default 0.15
+        Source points whose marginals sum to less are not fitted.
+    tolerance : float, default 1e-5
+        It stops when σ has reached its end and a step moves the source points, root
+        mean square, by at most this fraction of their RMS radius.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
+    """
 
     first: float | None = None
     last: float | None = None
@@ -58,7 +86,9 @@ class BpOptions:
 
 @dataclass(frozen=True, eq=False)
 class BpState:
-    """The fields of `solvers.candidates.Scheduled`, and taken: (b, n), the marginals of each target point summed."""
+    """The fields of `solvers.candidates.Scheduled`, and taken: (b, n), the marginals of
+    each target point summed.
+    """
 
     problem: Problem = field(metadata=CONSTANT)
     options: BpOptions = field(metadata=SHARED)
@@ -78,8 +108,10 @@ class BpState:
 
 
 def messages(pairs: Candidates, psi: FloatArray, miss: float, sweeps: int) -> FloatArray:
-    """The marginals of the listed pairs, (e,), from their scores psi (e,), after so many sweeps from uninformed
-    messages. Written with `ω = ψ ν = ψ / (1 + Σ_l μ_l − μ)`, so that a sweep divides twice."""
+    """The marginals of the listed pairs, (e,), from their scores psi (e,), after so
+    many sweeps from uninformed messages. Written with
+    `ω = ψ ν = ψ / (1 + Σ_l μ_l − μ)`, so that a sweep divides twice.
+    """
     omega, mu, work = psi.copy(), np.empty_like(psi), np.empty_like(psi)
     for _ in range(sweeps):
         np.take(pairs.row_sums(omega) + miss, pairs.row, out=work, mode="clip")
@@ -97,9 +129,11 @@ def messages(pairs: Candidates, psi: FloatArray, miss: float, sweeps: int) -> Fl
 
 
 def bp_marginals(scores: ArrayLike, miss: float = 0.12, sweeps: int = 6) -> FloatArray:
-    """P(a_i = j) by belief propagation, (m, n), for the scores ψ (m, n), not negative; ψ₀ is `miss`.
+    """P(a_i = j) by belief propagation, (m, n), for the scores ψ (m, n), not negative;
+    ψ₀ is `miss`.
 
-    Raises ValueError for what is no matrix of scores, and for a miss score that is not positive.
+    Raises ValueError for what is no matrix of scores, and for a miss score that is not
+    positive.
     """
     psi = _matrix(scores, miss)
     row, column = np.nonzero(psi)
@@ -111,7 +145,8 @@ def bp_marginals(scores: ArrayLike, miss: float = 0.12, sweeps: int = 6) -> Floa
 
 
 def exact_marginals(scores: ArrayLike, miss: float = 0.12) -> FloatArray:
-    """P(a_i = j) exactly, (m, n), by summing over all one-to-one associations; arguments as in `bp_marginals`.
+    """P(a_i = j) exactly, (m, n), by summing over all one-to-one associations;
+    arguments as in `bp_marginals`.
 
     It enumerates sets of taken columns, 2ⁿ of them: n is at most 16, else ValueError.
     """
@@ -138,7 +173,8 @@ def exact_marginals(scores: ArrayLike, miss: float = 0.12) -> FloatArray:
     out = np.zeros((m, n))
     for i in range(m):
         first, rest = ahead[i], behind[m - 1 - i]
-        # Associations of the other rows that leave column j free: pairs of disjoint sets, summed over subsets.
+        # Associations of the other rows that leave column j free: pairs of disjoint
+        # sets, summed over subsets.
         below = _subset_sums(rest, n)
         for j in range(n):
             free = sets[(sets >> j) & 1 == 0]
@@ -172,7 +208,9 @@ def _listed(state: BpState) -> tuple[Candidates, FloatArray]:
 
 
 def marginal_matrix(state: BpState, i: int = 0) -> FloatArray:
-    """The marginals (m, n) of problem i of the state, at its pose and width: for a figure."""
+    """The marginals (m, n) of problem i of the state, at its pose and width: for a
+    figure.
+    """
     one: BpState = take(state, np.array([i]))
     found, p = _listed(one)
     out = np.zeros((found.rows, found.columns))

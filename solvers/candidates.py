@@ -1,12 +1,15 @@
-"""The pairs that a kernel reaches, as lists, and one annealed run of association and fit over them.
+"""The pairs that a kernel reaches, as lists, and one annealed run of association and
+fit over them.
 
-The association methods weigh pairs by `ψ_ij = exp(−‖T p_i − q_j‖² / 2σ²)`, and by zero beyond `reach · σ`: most pairs
-of two clouds are out of reach and are never listed. The pairs of all problems stand in one list, row by row, so that a
-pass over them is one numpy call whatever the batch.
+The association methods weigh pairs by `ψ_ij = exp(−‖T p_i − q_j‖² / 2σ²)`, and by zero
+beyond `reach · σ`: most pairs of two clouds are out of reach and are never listed. The
+pairs of all problems stand in one list, row by row, so that a pass over them is one
+numpy call whatever the batch.
 
-Both methods run alike: associate at the present pose and σ; fit the source points, each weighted by its support `s_i`,
-to their soft targets (the mean of the target points associated with them), dropping rows of little support; shrink σ;
-associate anew. What differs is the association, a function from a state to soft targets and support.
+Both methods run alike: associate at the present pose and σ; fit the source points, each
+weighted by its support `s_i`, to their soft targets (the mean of the target points
+associated with them), dropping rows of little support; shrink σ; associate anew. What
+differs is the association, a function from a state to soft targets and support.
 """
 
 from __future__ import annotations
@@ -29,11 +32,13 @@ _TINY = float(np.finfo(np.float64).tiny)
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
-    """The e pairs within reach, of all b problems, ascending by source point, then by target point.
+    """The e pairs within reach, of all b problems, ascending by source point, then by
+    target point.
 
-    row: (e,) source point, counted through all problems (i + m · problem); column: (e,) target point, likewise; both
-    of the machine's index type. squares: (e,) their squared distance, world units². starts: (rows + 1,) where each
-    row's pairs begin. rows, columns: how many there are, b·m and b·n.
+    row: (e,) source point, counted through all problems (i + m · problem); column: (e,)
+    target point, likewise; both of the machine's index type. squares: (e,) their
+    squared distance, world units². starts: (rows + 1,) where each row's pairs begin.
+    rows, columns: how many there are, b·m and b·n.
     """
 
     row: AnyArray
@@ -65,8 +70,8 @@ def listed(row: AnyArray, column: AnyArray, squares: FloatArray, rows: int, colu
 def within_reach(moved: FloatArray, target: FloatArray, reach: FloatArray) -> Candidates:
     """All pairs of `moved` (b, m, d) and `target` (b, n, d) at most `reach` (b,) apart.
 
-    They are screened first, by matrix products or, in the plane and for a short reach, by cells; which of the two does
-    not show in the answer.
+    They are screened first, by matrix products or, in the plane and for a short reach,
+    by cells; which of the two does not show in the answer.
     """
     b, m, d = moved.shape
     n = target.shape[1]
@@ -88,7 +93,9 @@ def within_reach(moved: FloatArray, target: FloatArray, reach: FloatArray) -> Ca
 
 
 def _by_products(moved: FloatArray, target: FloatArray, reach: FloatArray) -> tuple[AnyArray, AnyArray]:
-    """Rows and columns of the pairs within reach and a few beyond: those that rounding leaves in doubt."""
+    """Rows and columns of the pairs within reach and a few beyond: those that rounding
+    leaves in doubt.
+    """
     b, m, d = moved.shape
     n = target.shape[1]
     centre = target.mean(axis=1, keepdims=True)
@@ -113,7 +120,9 @@ def _by_products(moved: FloatArray, target: FloatArray, reach: FloatArray) -> tu
 
 @dataclass(frozen=True, eq=False)
 class _Cells:
-    """The target points of each problem, sorted into square cells as wide as its reach, with a rim of empty ones."""
+    """The target points of each problem, sorted into square cells as wide as its reach,
+    with a rim of empty ones.
+    """
 
     low: FloatArray  # (b, 2) where a problem's cells begin
     side: FloatArray  # (b,)
@@ -124,7 +133,9 @@ class _Cells:
 
     @classmethod
     def of(cls, target: FloatArray, reach: FloatArray) -> _Cells | None:
-        """None where nine cells would be a good part of all, or the cells many more than the points."""
+        """None where nine cells would be a good part of all, or the cells many more
+        than the points.
+        """
         n = target.shape[1]
         low, wide = target.min(axis=1), np.ptp(target, axis=1)
         side = reach * (1.0 + 1e-9)
@@ -142,7 +153,9 @@ class _Cells:
         return cls(low, side, shape, first, starts, order)
 
     def pairs(self, moved: FloatArray) -> tuple[AnyArray, AnyArray]:
-        """Each moved point with the target points of the nine cells about it: rows, ascending, and columns."""
+        """Each moved point with the target points of the nine cells about it: rows,
+        ascending, and columns.
+        """
         top = self.shape[:, None].astype(np.float64) + 1.0
         at = np.floor((moved - self.low[:, None]) / self.side[:, None, None]) + 1.0
         outside = ((at < 0.0) | (at > top)).any(axis=-1)
@@ -163,14 +176,17 @@ class _Cells:
 def scores(found: Candidates, m: int, sigma: FloatArray) -> FloatArray:
     """ψ of the listed pairs, (e,); m source points a problem, sigma (b,)."""
     with np.errstate(over="ignore", under="ignore"):
-        # A width below 1e-154 has no square: the factor stays finite, and a distance of 0 keeps a weight of 1.
+        # A width below 1e-154 has no square: the factor stays finite, and a distance of
+        # 0 keeps a weight of 1.
         factor = np.repeat(-0.5 / np.maximum(np.square(sigma), _TINY), m)
         psi: FloatArray = np.exp(found.squares * factor[found.row])
     return psi
 
 
 def check_schedule(options: Any) -> None:
-    """Refuse, by a ValueError that names the option, what is no schedule: see `Scheduled`."""
+    """Refuse, by a ValueError that names the option, what is no schedule: see
+    `Scheduled`.
+    """
     for name in ("first", "last"):
         value = getattr(options, name)
         if value is not None:
@@ -189,11 +205,13 @@ def check_schedule(options: Any) -> None:
 class Scheduled(Protocol):
     """The state fields that an annealed association has beside `State`'s.
 
-    sigma: (b,) σ, world units, and last: (b,) where it ends. soft: (b, m, d) the soft target of each source point (its
-    own place where it has none). support: (b, m) s_i, 0 to 1. used: (b, m) whose support is at least `least_support`.
-    The objective is `Σ s_i ‖T p_i − soft_i‖²` over these: what the next fit minimises. It is anew another function with
-    every association, and may rise. change: (b,) how far the last step moved the points, root mean square, as a
-    fraction of `radius` (b,), the source's RMS radius. condition: (b,) of the last fit.
+    sigma: (b,) σ, world units, and last: (b,) where it ends. soft: (b, m, d) the soft
+    target of each source point (its own place where it has none). support: (b, m) s_i,
+    0 to 1. used: (b, m) whose support is at least `least_support`. The objective is
+    `Σ s_i ‖T p_i − soft_i‖²` over these: what the next fit minimises. It is anew
+    another function with every association, and may rise. change: (b,) how far the last
+    step moved the points, root mean square, as a fraction of `radius` (b,), the
+    source's RMS radius. condition: (b,) of the last fit.
     """
 
     @property
@@ -253,7 +271,9 @@ def _lengths(given: float | None, share: float, size: FloatArray) -> FloatArray:
 
 
 def associated(state: S, mass: FloatArray, moment: FloatArray) -> S:
-    """The state with soft targets from each row's mass (b, m) and moment (b, m, d), at its pose."""
+    """The state with soft targets from each row's mass (b, m) and moment (b, m, d), at
+    its pose.
+    """
     moved = state.pose.apply(state.problem.source)
     some = mass > 0.0
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
@@ -274,8 +294,10 @@ def associated(state: S, mass: FloatArray, moment: FloatArray) -> S:
 
 
 def step(state: S, associate: Associate[S]) -> S:
-    """Fit to the soft targets, shrink σ, associate anew. It converges when σ has reached its end and a step moves the
-    points by at most `tolerance` of their RMS radius."""
+    """Fit to the soft targets, shrink σ, associate anew. It converges when σ has
+    reached its end and a step moves the points by at most `tolerance` of their RMS
+    radius.
+    """
     options = state.options
     weights = np.where(state.used, state.support, 0.0)
     pose, free, condition = fit_pairs(state.pose, state.problem.source, state.soft, weights)

@@ -1,4 +1,6 @@
-"""PCD, the format of the Point Cloud Library: a header of named lines, then the points as text or as numbers."""
+"""PCD, the format of the Point Cloud Library: a header of named lines, then the points
+as text or as numbers.
+"""
 
 from __future__ import annotations
 
@@ -15,9 +17,11 @@ MOST_COUNT = 10_000
 
 
 def points(data: bytes, most: int) -> tuple[FloatArray, str]:
-    """The points' x, y and, where there is one, z: (n, 2) or (n, 3), and how they were written.
+    """The points' x, y and, where there is one, z: (n, 2) or (n, 3), and how they were
+    written.
 
-    Raises ValueError with the number of the line, for the header or for text, or with what is missing.
+    Raises ValueError with the number of the line, for the header or for text, or with
+    what is missing.
     """
     named: dict[str, tuple[int, list[str]]] = {}
     at = line = 0

@@ -1,4 +1,6 @@
-"""PLY: a header that says what follows, then the vertices as text or as little-endian or big-endian numbers."""
+"""PLY: a header that says what follows, then the vertices as text or as little-endian
+or big-endian numbers.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +28,9 @@ END = b"\nend_header"
 
 @dataclass
 class _Element:
-    """One element of the header: its properties' names with numpy's types; lists have no type."""
+    """One element of the header: its properties' names with numpy's types; lists have
+    no type.
+    """
 
     name: str
     count: int
@@ -34,9 +38,11 @@ class _Element:
 
 
 def points(data: bytes, most: int) -> tuple[FloatArray, str]:
-    """The vertices' x, y and, where there is one, z: (n, 2) or (n, 3), and how they were written.
+    """The vertices' x, y and, where there is one, z: (n, 2) or (n, 3), and how they
+    were written.
 
-    Raises ValueError with the number of the line, for a header or for text, or with what is missing.
+    Raises ValueError with the number of the line, for a header or for text, or with
+    what is missing.
     """
     at = data.find(END) + 1
     if not at:
@@ -97,7 +103,8 @@ def _axes(vertex: _Element) -> list[str]:
 
 
 def _text(body: bytes, header: int, before: Sequence[_Element], vertex: _Element) -> FloatArray:
-    # The body's first line is header + 1 of the file: as many empty lines before it keep the numbers right.
+    # The body's first line is header + 1 of the file: as many empty lines before it
+    # keep the numbers right.
     lines = [""] * header + lines_of(body.rstrip().decode("latin-1"))
     rows = [k for k, line in enumerate(lines) if line.strip()]
     first = sum(element.count for element in before)

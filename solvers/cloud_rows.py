@@ -1,4 +1,6 @@
-"""Lines of numbers → rows of an array, with the number of the line at which it goes wrong."""
+"""Lines of numbers → rows of an array, with the number of the line at which it goes
+wrong.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +27,9 @@ def told(value: str) -> str:
 
 
 def is_number(field: str) -> bool:
-    """Whether a field is a number as files write it: with a decimal point, also NaN and infinity."""
+    """Whether a field is a number as files write it: with a decimal point, also NaN and
+    infinity.
+    """
     try:
         float(field)
     except ValueError:
@@ -34,10 +38,12 @@ def is_number(field: str) -> bool:
 
 
 def delimited(lines: Sequence[str]) -> tuple[FloatArray, str, list[str]]:
-    """Points out of CSV, XYZ and their like: (n, 2) or (n, 3), how the columns are separated, and notices.
+    """Points out of CSV, XYZ and their like: (n, 2) or (n, 3), how the columns are
+    separated, and notices.
 
-    Comments and blank lines are skipped. A first line that is not all numbers names the columns: x, y and z are taken
-    where they are named, the first two or three columns otherwise. Raises ValueError with the line's number.
+    Comments and blank lines are skipped. A first line that is not all numbers names the
+    columns: x, y and z are taken where they are named, the first two or three columns
+    otherwise. Raises ValueError with the line's number.
     """
     rows = [k for k, line in enumerate(lines) if (bare := line.strip()) and not bare.startswith(COMMENTS)]
     if not rows:
@@ -93,7 +99,8 @@ def _named(fields: Sequence[str], row: int, notices: list[str]) -> list[int]:
 def numbers(
     lines: Sequence[str], rows: Sequence[int], columns: Sequence[int], width: int, separator: str | None = None
 ) -> FloatArray:
-    """The `columns` of the lines that `rows` names, each of `width` fields: (len(rows), len(columns)).
+    """The `columns` of the lines that `rows` names, each of `width` fields: (len(rows),
+    len(columns)).
 
     Raises ValueError with the number of the first line that is not `width` numbers.
     """

@@ -1,7 +1,7 @@
-"""What a file of points holds: CSV, XYZ, PLY or PCD → an (n, 2) or (n, 3) array. It is given bytes and opens no file.
+"""What a file of points holds: CSV, XYZ, PLY or PCD → an (n, 2) or (n, 3) array.
 
-The format is told by how the data begin, and not by the file's name: PLY and PCD say what they are, everything else is
-lines of numbers.
+It is given bytes and opens no file. The format is told by how the data begin, and not
+by the file's name: PLY and PCD say what they are, everything else is lines of numbers.
 """
 
 from __future__ import annotations
@@ -24,8 +24,23 @@ _PCD = (b"# .PCD", b"VERSION", b"FIELDS")
 
 @dataclass(frozen=True, eq=False)
 class CloudText:
-    """A file's points (n, 2) or (n, 3), n ≥ 1, finite, in the file's own unit; its format in words; and notices of what
-    was left out."""
+    r"""A file's points.
+
+    Attributes
+    ----------
+    points : ndarray of shape (n, 2) or (n, 3)
+        The points, n ≥ 1, finite, in the file's own unit.
+    format : str
+        The file's format in words.
+    notices : tuple of str
+        What was left out.
+
+    Examples
+    --------
+    >>> from solvers.cloud_text import read
+    >>> read(b"0 0\n1 2\nnan 3\n").notices
+    ('1 row with NaN or infinity left out',)
+    """
 
     points: FloatArray
     format: str
@@ -33,10 +48,36 @@ class CloudText:
 
 
 def read(data: bytes) -> CloudText:
-    """The points that a file's bytes hold.
+    r"""The points that a file's bytes hold.
 
-    Rows with a number that is not finite are left out, with a notice, as PCD marks missing returns with NaN. Raises
-    ValueError that says the line, what was found there and what was expected.
+    Rows with a number that is not finite are left out, with a notice, as PCD marks
+    missing returns with NaN.
+
+    Parameters
+    ----------
+    data : bytes
+        CSV, XYZ, PLY or PCD, at most 24 MB and a million points.
+
+    Returns
+    -------
+    CloudText
+        The points, the format in words, and notices.
+
+    Raises
+    ------
+    ValueError
+        If the data cannot be read, hold no point or too many. Where a line is at fault
+        the message says which, what was found there and what was expected.
+
+    Examples
+    --------
+    >>> from solvers.cloud_text import read
+    >>> text = read(b"x,y\n0.0,0.0\n1.5,2.0\n")
+    >>> text.points
+    array([[0. , 0. ],
+           [1.5, 2. ]])
+    >>> text.format
+    'text separated by commas'
     """
     if len(data) > MOST_BYTES:
         raise ValueError(f"{len(data) / 1e6:.1f} MB are more than the {MOST_BYTES / 1e6:.0f} MB that are read")
@@ -68,7 +109,9 @@ def read(data: bytes) -> CloudText:
 
 
 def _decoded(data: bytes) -> str:
-    """The text of lines of numbers: UTF-8 or, as spreadsheets write it, UTF-16; in comments anything goes."""
+    """The text of lines of numbers: UTF-8 or, as spreadsheets write it, UTF-16; in
+    comments anything goes.
+    """
     if data.startswith(_UTF16):
         return codecs.utf_16_decode(data, "replace", True)[0]  # built in, which the page has
     if b"\0" in data:

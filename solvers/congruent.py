@@ -1,20 +1,34 @@
-"""RANSAC without pairs: two source points laid on two target points equally far apart, wherever they may be.
+"""RANSAC without pairs.
 
-A draw takes two source points at least `separation` apart, a target point, and a second one whose distance from it is
-the same up to `tolerance`, and lays the one segment on the other, middle on middle, in both directions: two hypotheses.
-A pose is judged by the capped sum `C(T) = Σ_i min(r_i², ε²)` over the source points, r_i the distance of moved point i
-to its nearest target point. The starting pose plays no part.
+Two source points are laid on two target points equally far apart, wherever they may be.
 
-Hypotheses are screened before they are scored. A grid over the target holds in each cell the least that r² can be for
-a point in it, so looking moved points up bounds C from below. All of a step's hypotheses are looked up with `screen` of
-the source points, the few with the lowest sums with all of them, and the lowest of these is scored exactly, by nearest
-neighbours, if its bound lies below the best score of a hypothesis so far. A hypothesis that becomes the best is
-refitted to the pairs within ε while that lowers C; the pose kept is the best of the refitted. After `patience` steps
-without a better one the run has come to rest, which is no proof that there is none.
+A draw takes two source points at least `separation` apart, a target point, and a second
+one whose distance from it is the same up to `tolerance`, and lays the one segment on
+the other, middle on middle, in both directions: two hypotheses. A pose is judged by the
+capped sum `C(T) = Σ_i min(r_i², ε²)` over the source points, r_i the distance of moved
+point i to its nearest target point. The starting pose plays no part.
 
-After: Fischler & Bolles 1981, Random sample consensus; Chum, Matas & Kittler 2003, Locally optimized RANSAC (refits of
-what becomes the best); Aiger, Mitra & Cohen-Or 2008, 4-points congruent sets (congruence finds candidates without
-descriptors; in the plane two points suffice). Left out: their search structures for congruent sets.
+Hypotheses are screened before they are scored. A grid over the target holds in each
+cell the least that r² can be for a point in it, so looking moved points up bounds C
+from below. All of a step's hypotheses are looked up with `screen` of the source points,
+the few with the lowest sums with all of them, and the lowest of these is scored
+exactly, by nearest neighbours, if its bound lies below the best score of a hypothesis
+so far. A hypothesis that becomes the best is refitted to the pairs within ε while that
+lowers C; the pose kept is the best of the refitted. After `patience` steps without a
+better one the run has come to rest, which is no proof that there is none.
+
+Left out: the search structures for congruent sets of [3]_.
+
+References
+----------
+.. [1] M. A. Fischler, R. C. Bolles, "Random sample consensus: a paradigm for model
+   fitting with applications to image analysis and automated cartography", 1981.
+   doi:10.1145/358669.358692
+.. [2] O. Chum, J. Matas, J. Kittler, "Locally optimized RANSAC", 2003 (refits of what
+   becomes the best).
+.. [3] D. Aiger, N. J. Mitra, D. Cohen-Or, "4-points congruent sets for robust pairwise
+   surface registration", 2008 (congruence finds candidates without descriptors; in the
+   plane two points suffice).
 """
 
 from __future__ import annotations
@@ -39,11 +53,32 @@ _CELLS = 256
 
 @dataclass(frozen=True)
 class CongruentOptions:
-    """separation: the least distance of two drawn source points, world units. tolerance: by how much the distance of
-    the two target points may differ from theirs, world units. inlier: ε, the distance to the nearest target point
-    beyond which a source point's share of the objective grows no more, world units. per_step: hypotheses in a step,
-    even. most: steps that draws are made for, after which they come again. screen: source points looked up first, in
-    all hypotheses of a step. patience: steps without a better pose after which it stops."""
+    """Options of `ransac-congruent`.
+
+    Parameters
+    ----------
+    separation : float, default 2.0
+        The least distance of two drawn source points, world units.
+    tolerance : float, default 0.28
+        By how much the distance of the two target points may differ from theirs, world
+        units.
+    inlier : float, default 0.32
+        ε, the distance to the nearest target point beyond which a source point's share
+        of the objective grows no more, world units.
+    per_step : int, default 32
+        Hypotheses in a step, even.
+    most : int, default 70
+        Steps that draws are made for, after which they come again.
+    screen : int, default 32
+        Source points looked up first, in all hypotheses of a step.
+    patience : int, default 20
+        Steps without a better pose after which it stops.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
+    """
 
     separation: float = 2.0
     tolerance: float = 0.28
@@ -66,10 +101,12 @@ class CongruentOptions:
 
 @dataclass(frozen=True, eq=False)
 class Field:
-    """For each problem a grid over the target: the least that min(r²/ε², 1) can be for a point in a cell.
+    """For each problem a grid over the target: the least that min(r²/ε², 1) can be for
+    a point in a cell.
 
-    values: (b, cells), row by row, padded; the outermost hold 1. width: (b,) cells in a row. top: (b, 2) the numbers of
-    the last column and row. origin: (b, 2) and cell: (b,) the lower left corner and the cell's side, world units.
+    values: (b, cells), row by row, padded; the outermost hold 1. width: (b,) cells in a
+    row. top: (b, 2) the numbers of the last column and row. origin: (b, 2) and cell:
+    (b,) the lower left corner and the cell's side, world units.
     """
 
     values: FloatArray
@@ -80,7 +117,9 @@ class Field:
 
     @classmethod
     def of(cls, target: FloatArray, reach: float) -> Field:
-        """The field of the clouds (b, n, 2) for ε = reach; cells of ε/4, larger where a target is wider than 64 ε."""
+        """The field of the clouds (b, n, 2) for ε = reach; cells of ε/4, larger where a
+        target is wider than 64 ε.
+        """
         low, high = target.min(axis=1), target.max(axis=1)
         cell = np.maximum(reach / 4.0, (high - low).max(axis=1) / _CELLS)
         origin = low - (reach + 2.0 * cell)[:, None]
@@ -89,12 +128,14 @@ class Field:
         around = np.arange(-5, 6)
         place = (target - origin[:, None]) / cell[:, None, None]
         home = np.floor(place)
-        # Along each axis, the square of the way from the point to the nearest edge of the eleven cells around it.
+        # Along each axis, the square of the way from the point to the nearest edge of
+        # the eleven cells around it.
         gap = np.maximum(np.abs(home[..., None] + around + 0.5 - place[..., None]) - 0.5, 0.0)
         gap *= (cell / reach)[:, None, None, None]
         gap *= gap
         near = gap[:, :, 1, :, None] + gap[:, :, 0, None, :]
-        # Where the cells are below the coordinates' rounding, a point's own may lie outside the grid.
+        # Where the cells are below the coordinates' rounding, a point's own may lie
+        # outside the grid.
         index = np.clip(home.astype(np.int64)[..., None] + around, 0, (shape - 1)[:, None, :, None])
         flat = index[:, :, 1, :, None] * shape[:, 0, None, None, None] + index[:, :, 0, None, :]
         flat += (np.arange(len(target)) * values.shape[1])[:, None, None, None]
@@ -103,7 +144,9 @@ class Field:
         return cls(values, shape[:, 0], (shape - 1).astype(np.float64), origin, cell)
 
     def total(self, R: FloatArray, t: FloatArray, points: FloatArray) -> FloatArray:
-        """The sum over points (b, m, 2) at each of the poses R (b, k, 2, 2), t (b, k, 2): (b, k)."""
+        """The sum over points (b, m, 2) at each of the poses R (b, k, 2, 2), t (b, k,
+        2): (b, k).
+        """
         b, k = t.shape[:2]
         size = self.cell[:, None, None]
         # Columns first, then rows, so that each is one contiguous block.
@@ -125,12 +168,14 @@ class Field:
 class CongruentState:
     """The best pose so far; objective, rows, distances, used and count are at `pose`.
 
-    draws: (b, most · per_step/2, 2) source rows and first: (b, …) target row of each draw, choice: (b, …) in [0, 1)
-    which of the congruent ones is taken. screen: (b, screen) source rows. drawn: (b,) steps so far. best: (b,) the best
-    C of a hypothesis, before it is refitted, infinite before there is one. idle: (b,) steps without a better pose.
-    rows: (b, m) nearest target rows, distances: (b, m), used: (b, m) those within ε, count: (b,).
-    source_pair, target_pair: (b, 2) rows of the best hypothesis, −1 before there is one. scored: (b,) hypotheses that
-    passed the screening, tried: (b,) all of them.
+    draws: (b, most · per_step/2, 2) source rows and first: (b, …) target row of each
+    draw, choice: (b, …) in [0, 1) which of the congruent ones is taken. screen: (b,
+    screen) source rows. drawn: (b,) steps so far. best: (b,) the best C of a
+    hypothesis, before it is refitted, infinite before there is one. idle: (b,) steps
+    without a better pose. rows: (b, m) nearest target rows, distances: (b, m), used:
+    (b, m) those within ε, count: (b,). source_pair, target_pair: (b, 2) rows of the
+    best hypothesis, −1 before there is one. scored: (b,) hypotheses that passed the
+    screening, tried: (b,) all of them.
     """
 
     problem: Problem = field(metadata=CONSTANT)
@@ -160,7 +205,9 @@ class CongruentState:
 
 @dataclass(frozen=True, eq=False)
 class _Score:
-    """Nearest neighbours at a pose and their capped sum: pose, rows (b, m), squares (b, m), cost (b,)."""
+    """Nearest neighbours at a pose and their capped sum: pose, rows (b, m), squares (b,
+    m), cost (b,).
+    """
 
     pose: Pose
     rows: IntArray
@@ -209,8 +256,10 @@ def _start(problem: Problem, options: CongruentOptions) -> CongruentState:
 
 
 def _hypotheses(state: CongruentState) -> tuple[FloatArray, FloatArray, BoolArray, IntArray, IntArray]:
-    """This step's poses R (b, k, 2, 2), t (b, k, 2), which exist (b, k), their source and target rows (b, k, 2). The
-    second half are the first half's draws in the other direction."""
+    """This step's poses R (b, k, 2, 2), t (b, k, 2), which exist (b, k), their source
+    and target rows (b, k, 2). The second half are the first half's draws in the other
+    direction.
+    """
     problem, options = state.problem, state.options
     h = options.per_step // 2
     turn = (state.drawn[:, None] % options.most) * h + np.arange(h)
@@ -281,7 +330,9 @@ def _step(state: CongruentState) -> CongruentState:
 
 
 def _try(state: CongruentState, pose: Pose) -> CongruentState:
-    """Score a hypothesis; where it is the best one so far, refit it; where that is the best pose so far, keep it."""
+    """Score a hypothesis; where it is the best one so far, refit it; where that is the
+    best pose so far, keep it.
+    """
     problem, options = state.problem, state.options
     score = _score(problem, state.index, pose, options.inlier)
     better = score.cost < state.best

@@ -1,32 +1,43 @@
-"""Coherent point drift, rigid and similarity: the moved points as the centres of a Gaussian mixture that explains the
-fixed cloud, fitted by expectation and maximisation.
+"""Coherent point drift, rigid and similarity.
 
-Here Y, of M points, moves and X, of N points, stays: the observations are the fixed points, the components the moving.
-With one standard deviation σ for all, and a uniform part of weight w for clutter, the responsibility of component m for
-observation n is
+The moved points are the centres of a Gaussian mixture that explains the fixed cloud,
+fitted by expectation and maximisation.
 
-    P_mn = exp(−‖x_n − T(y_m)‖² / 2σ²) / (Σ_k exp(−‖x_n − T(y_k)‖² / 2σ²) + c),   c = (2πσ²)^{d/2} w M / ((1 − w) V),
+Here Y, of M points, moves and X, of N points, stays: the observations are the fixed
+points, the components the moving. With one standard deviation σ for all, and a uniform
+part of weight w for clutter, the responsibility of component m for observation n is
 
-V the volume over which the clutter is spread. The paper writes 1/N for its density, that is V = N: the default here,
-which depends on the unit of length (the paper scales both clouds to unit variance); `volume` gives V in world units.
+    P_mn = exp(−‖x_n − T(y_m)‖² / 2σ²) / (Σ_k exp(−‖x_n − T(y_k)‖² / 2σ²) + c),
+    c = (2πσ²)^{d/2} w M / ((1 − w) V),
 
-One step maximises for the responsibilities at hand, then finds those at the new pose, so a state's pose, σ,
-responsibilities and objective belong together. With `N_P = Σ P_mn`, the stages of a step (`STAGES`) are
+V the volume over which the clutter is spread. The paper writes 1/N for its density,
+that is V = N: the default here, which depends on the unit of length (the paper scales
+both clouds to unit variance); `volume` gives V in world units.
 
-1. responsibilities  P as above, at the state's pose and σ
-2. centring          μ_x = Σ P_mn x_n / N_P, μ_y = Σ P_mn y_m / N_P
-3. rotation          H = Σ P_mn ỹ_m x̃_nᵀ = U Λ Vᵀ, R = V D Uᵀ
-4. translation and scale   s = tr(ΛD) / Σ P_mn ‖ỹ_m‖² (or 1), t = μ_x − s R μ_y
-5. variance          σ² = Σ P_mn ‖x_n − T(y_m)‖² / (N_P d), floored
+One step maximises for the responsibilities at hand, then finds those at the new pose,
+so a state's pose, σ, responsibilities and objective belong together. With
+`N_P = Σ P_mn`, the stages of a step (`STAGES`) are
 
-The objective is the negative log-likelihood of the fixed cloud under mixture and clutter. It never rises: each step is
-an exact EM step. (σ is estimated and need not fall at every step. The one exception is the first step of the rigid
-method from a start whose scale is not 1.) The variance is summed from residuals, never from the difference of traces
-`tr(X̃ᵀ d(Pᵀ1) X̃) − …`, which falls below zero on clean data; the sums run over blocks of the fixed points, and the
-matrix P is never stored: `responsibilities` makes it for a figure.
+1. responsibilities: P as above, at the state's pose and σ
+2. centring: μ_x = Σ P_mn x_n / N_P, μ_y = Σ P_mn y_m / N_P
+3. rotation: H = Σ P_mn ỹ_m x̃_nᵀ = U Λ Vᵀ, R = V D Uᵀ
+4. translation and scale: s = tr(ΛD) / Σ P_mn ‖ỹ_m‖² (or 1), t = μ_x − s R μ_y
+5. variance: σ² = Σ P_mn ‖x_n − T(y_m)‖² / (N_P d), floored
 
-Source: Myronenko & Song 2010, Point set registration: coherent point drift, fig. 2 (the rigid algorithm, which has a
-scale). Left out: the affine and non-rigid forms and the fast Gauss transform.
+The objective is the negative log-likelihood of the fixed cloud under mixture and
+clutter. It never rises: each step is an exact EM step. (σ is estimated and need not
+fall at every step. The one exception is the first step of the rigid method from a start
+whose scale is not 1.) The variance is summed from residuals, never from the difference
+of traces `tr(X̃ᵀ d(Pᵀ1) X̃) − …`, which falls below zero on clean data; the sums run
+over blocks of the fixed points, and the matrix P is never stored: `responsibilities`
+makes it for a figure.
+
+Left out: the affine and non-rigid forms and the fast Gauss transform.
+
+References
+----------
+.. [1] A. Myronenko, X. Song, "Point set registration: coherent point drift", 2010, fig.
+   2 (the rigid algorithm, which has a scale). doi:10.1109/TPAMI.2010.46
 """
 
 from __future__ import annotations
@@ -56,11 +67,25 @@ _NOTHING = "the clutter explains every fixed point: no responsibility is left"
 
 @dataclass(frozen=True)
 class CpdOptions:
-    """clutter: the weight w of the uniform part, 0 ≤ w < 1. volume: over what it is spread, V in uᵈ (None: V = N, the
-    paper's convention). sigma: the first σ, world units (None: from all distances, `√(Σ_mn ‖x_n − T y_m‖² / M N d)`).
+    """Options of `cpd-rigid` and `cpd-similarity`.
 
-    tolerance: it stops when a step moves the moving points, root mean square, by at most this fraction of their RMS
-    radius and changes σ by at most this fraction.
+    Parameters
+    ----------
+    clutter : float, default 0.1
+        The weight w of the uniform part, 0 ≤ w < 1.
+    volume : float, optional
+        Over what it is spread, V in uᵈ. None is V = N, the paper's convention.
+    sigma : float, optional
+        The first σ, world units. None takes it from all distances,
+        `√(Σ_mn ‖x_n − T y_m‖² / M N d)`.
+    tolerance : float, default 1e-5
+        It stops when a step moves the moving points, root mean square, by at most this
+        fraction of their RMS radius and changes σ by at most this fraction.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
     """
 
     clutter: float = 0.1
@@ -79,11 +104,13 @@ class CpdOptions:
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """Both clouds about their centres and in one unit, a power of two, in which no number at the start exceeds one: so
-    that neither huge nor tiny clouds leave the range of numbers.
+    """Both clouds about their centres and in one unit, a power of two, in which no
+    number at the start exceeds one: so that neither huge nor tiny clouds leave the
+    range of numbers.
 
-    moving (b, m, d), fixed (b, n, d), centre_moving and centre_fixed (b, d), unit (b,). radius (b,): RMS radius of the
-    moving cloud, in the unit. blur (b,): rounding of the coordinates as they came, in the unit. floor (b,): of σ.
+    moving (b, m, d), fixed (b, n, d), centre_moving and centre_fixed (b, d), unit (b,).
+    radius (b,): RMS radius of the moving cloud, in the unit. blur (b,): rounding of the
+    coordinates as they came, in the unit. floor (b,): of σ.
     """
 
     moving: FloatArray
@@ -98,12 +125,15 @@ class Frame:
 
 @dataclass(frozen=True, eq=False)
 class CpdState:
-    """A pose, σ, and what the responsibilities at them add up to; the objective is the negative log-likelihood there.
+    """A pose, σ, and what the responsibilities at them add up to; the objective is the
+    negative log-likelihood there.
 
-    sigma: (b,) world units. mass: (b,) N_P. column: (b, m) Σ_n P_mn, how much each moving point explains. row: (b, n)
-    Σ_m P_mn, how much of each fixed point is explained rather than clutter. change: (b,) how far the last step moved
-    the points, root mean square, over their RMS radius. The rest is in the units of `frame`: R and t of the pose, σ,
-    the moved points, `first` (b, m, d) Σ_n P_mn x_n and `scatter` (b,) Σ P_mn ‖x_n − T y_m‖².
+    sigma: (b,) world units. mass: (b,) N_P. column: (b, m) Σ_n P_mn, how much each
+    moving point explains. row: (b, n) Σ_m P_mn, how much of each fixed point is
+    explained rather than clutter. change: (b,) how far the last step moved the points,
+    root mean square, over their RMS radius. The rest is in the units of `frame`: R and
+    t of the pose, σ, the moved points, `first` (b, m, d) Σ_n P_mn x_n and `scatter`
+    (b,) Σ P_mn ‖x_n − T y_m‖².
     """
 
     problem: Problem = field(metadata=CONSTANT)
@@ -165,7 +195,9 @@ def _start(problem: Problem, options: CpdOptions, scaled: bool) -> CpdState:
 
 
 def _first_width(moved: FloatArray, fixed: FloatArray) -> FloatArray:
-    """√ of the mean squared difference in a coordinate, over all M N pairs: from the clouds' means and spreads."""
+    """√ of the mean squared difference in a coordinate, over all M N pairs: from the
+    clouds' means and spreads.
+    """
     gap = moved.mean(axis=1) - fixed.mean(axis=1)
     total = np.square(gap).sum(axis=1)
     for c in (moved, fixed):
@@ -177,7 +209,9 @@ def _first_width(moved: FloatArray, fixed: FloatArray) -> FloatArray:
 def _expect(
     state: CpdState, pose: Pose, shift: FloatArray, moved: FloatArray, width: FloatArray, change: FloatArray
 ) -> CpdState:
-    """The state at another pose and σ: the sums of its responsibilities, and its likelihood."""
+    """The state at another pose and σ: the sums of its responsibilities, and its
+    likelihood.
+    """
     frame = state.frame
     n, d = frame.fixed.shape[1:]
     with np.errstate(over="ignore", under="ignore"):
@@ -200,7 +234,9 @@ def _empty(state: CpdState) -> BoolArray:
 
 @dataclass(frozen=True, eq=False)
 class _Maximum:
-    """Where the M-step leads, in the frame's units; `free` (b,) where no rotation is best and the old one is kept."""
+    """Where the M-step leads, in the frame's units; `free` (b,) where no rotation is
+    best and the old one is kept.
+    """
 
     mean_moving: FloatArray
     mean_fixed: FloatArray
@@ -232,7 +268,8 @@ def _maximise(state: CpdState) -> _Maximum:
     sR = scale[:, None, None] * R
     moved = centred @ sR.swapaxes(1, 2) + mean_x[:, None]
     shift = mean_x - (sR @ mean_y[..., None])[..., 0]
-    # Σ P ‖x − z'‖² from Σ P ‖x − z‖², z' = z + δ: nothing here is larger than a residual.
+    # Σ P ‖x − z'‖² from Σ P ‖x − z‖², z' = z + δ: nothing here is larger than a
+    # residual.
     step = moved - state.moved
     left = first - column[..., None] * state.moved
     cross = np.einsum("bmd,bmd->b", step, column[..., None] * step - 2.0 * left)
@@ -275,8 +312,9 @@ def _why(state: CpdState, i: int) -> str:
 
 
 def responsibilities(state: CpdState, i: int = 0) -> FloatArray:
-    """The matrix P (m, n) of problem i at the state's pose and σ: moving points in rows. Its columns add up to at most
-    1; what is missing is the clutter's share."""
+    """The matrix P (m, n) of problem i at the state's pose and σ: moving points in
+    rows. Its columns add up to at most 1; what is missing is the clutter's share.
+    """
     frame = state.frame
     with np.errstate(over="ignore", under="ignore"):
         c = min(float(state.clutter[i] * state.sigma[i] ** frame.fixed.shape[2]), 1e300)
@@ -285,10 +323,12 @@ def responsibilities(state: CpdState, i: int = 0) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class Stages:
-    """One step of one problem in its stages, in world units; the fields follow `STAGES`.
+    """One step of one problem in its stages, in world units; the fields follow
+    `STAGES`.
 
-    responsibilities (m, n). mean_moving, mean_fixed (d,); centred_moving (m, d), centred_fixed (n, d). correlation
-    (d, d) H, rotation (d, d). scale, translation (d,). sigma_before, sigma.
+    responsibilities (m, n). mean_moving, mean_fixed (d,); centred_moving (m, d),
+    centred_fixed (n, d). correlation (d, d) H, rotation (d, d). scale, translation
+    (d,). sigma_before, sigma.
     """
 
     responsibilities: FloatArray

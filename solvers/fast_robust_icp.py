@@ -1,23 +1,33 @@
-"""Fast and robust ICP: Welsch's loss with a threshold that shrinks in stages, and Anderson-accelerated steps.
+"""Fast and robust ICP.
 
-For a fixed ν the energy `E_ν(T) = Σ w_i 2ν² (1 − exp(−r_i² / 2ν²))`, r_i the distance of moved point i to its nearest
-target point, is lowered by majorisation: pair with the nearest, weight by `exp(−r²/2ν²)`, fit. Call that step `G(x)`.
-It converges slowly, so each step also proposes a point extrapolated from the last `history` steps,
+Welsch's loss with a threshold that shrinks in stages, and Anderson-accelerated steps.
+
+For a fixed ν the energy `E_ν(T) = Σ w_i 2ν² (1 − exp(−r_i² / 2ν²))`, r_i the distance
+of moved point i to its nearest target point, is lowered by majorisation: pair with the
+nearest, weight by `exp(−r²/2ν²)`, fit. Call that step `G(x)`. It converges slowly, so
+each step also proposes a point extrapolated from the last `history` steps,
 
     f_k = G(x_k) − x_k,   θ = argmin ‖f_k − Σ_j θ_j (f_{k−j+1} − f_{k−j})‖,
     x = G(x_k) − Σ_j θ_j (G(x_{k−j+1}) − G(x_{k−j})),
 
-which is kept only if its energy lies below that of x_k; else `G(x_k)` is, whose energy never lies above. The pose's
-coordinates x are a rotation vector times the source's RMS radius and the place of its moved centroid, both relative to
-`G(x_k)`: lengths of one kind, independent of unit and origin, and far from any wrap-around.
+which is kept only if its energy lies below that of x_k; else `G(x_k)` is, whose energy
+never lies above. The pose's coordinates x are a rotation vector times the source's RMS
+radius and the place of its moved centroid, both relative to `G(x_k)`: lengths of one
+kind, independent of unit and origin, and far from any wrap-around.
 
-ν begins at three times the median distance of the starting pairs and is halved whenever a stage has come to rest, until
-it is the target's spacing over 3√3, the spacing being the median, over its points, of the median distance to the six
-nearest others. A smaller ν means a smaller energy for the same pose, so the objective never rises over the whole run.
+ν begins at three times the median distance of the starting pairs and is halved whenever
+a stage has come to rest, until it is the target's spacing over 3√3, the spacing being
+the median, over its points, of the median distance to the six nearest others. A smaller
+ν means a smaller energy for the same pose, so the objective never rises over the whole
+run.
 
-Left out: the point-to-plane variant. Different: the paper takes the logarithm of the whole matrix for coordinates.
+Left out: the point-to-plane variant. Different: the paper takes the logarithm of the
+whole matrix for coordinates.
 
-Source: Zhang, Yao & Deng 2021, Fast and robust iterative closest point, secs. 3.1 to 3.3 (energy, acceleration, ν).
+References
+----------
+.. [1] J. Zhang, Y. Yao, B. Deng, "Fast and robust iterative closest point", 2021, secs.
+   3.1 to 3.3 (energy, acceleration, ν). doi:10.1109/TPAMI.2021.3054619
 """
 
 from __future__ import annotations
@@ -40,9 +50,28 @@ NO_WEIGHT = "every pair's weight is zero"
 
 @dataclass(frozen=True)
 class FastRobustOptions:
-    """first, last: ν at the beginning and at the end, world units (None: from the data as above). history: past steps
-    that an extrapolation uses, 0 for none. tolerance: a stage ends when a step moves the source points, root mean
-    square, by at most this fraction of their RMS radius; rough: the same for the stages before the last."""
+    """Options of `fast-robust-icp`.
+
+    Parameters
+    ----------
+    first : float, optional
+        ν at the beginning, world units. None is three times the median distance of the
+        starting pairs.
+    last : float, optional
+        ν at the end, world units. None is the target's spacing over 3√3.
+    history : int, default 5
+        Past steps that an extrapolation uses, 0 for none.
+    tolerance : float, default 1e-6
+        The last stage ends when a step moves the source points, root mean square, by at
+        most this fraction of their RMS radius.
+    rough : float, default 1e-3
+        The same fraction for the stages before the last.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
+    """
 
     first: float | None = None
     last: float | None = None
@@ -61,7 +90,9 @@ class FastRobustOptions:
 
 @dataclass(frozen=True, eq=False)
 class Welsch:
-    """The pairs at a pose: moved (b, m, d), rows, distances and weights (b, m), energy (b,), rms (b,) weighted."""
+    """The pairs at a pose: moved (b, m, d), rows, distances and weights (b, m), energy
+    (b,), rms (b,) weighted.
+    """
 
     moved: FloatArray
     rows: IntArray
@@ -75,10 +106,11 @@ class Welsch:
 class FastRobustState:
     """A pose with its pairs and energy (the objective) for the threshold `nu` (b,).
 
-    last: (b,) ν of the last stage. accelerated: (b,) whether the last step kept the extrapolated pose. past_x, past_g:
-    the poses x_k and G(x_k) of the steps so far, newest first, (b, history + 1), of which `depth` (b,) count: those
-    since the stage began or an extrapolation failed. centre: (b, d) the source's centroid. radius, change, condition:
-    as in `solvers.icp.IcpState`.
+    last: (b,) ν of the last stage. accelerated: (b,) whether the last step kept the
+    extrapolated pose. past_x, past_g: the poses x_k and G(x_k) of the steps so far,
+    newest first, (b, history + 1), of which `depth` (b,) count: those since the stage
+    began or an extrapolation failed. centre: (b, d) the source's centroid. radius,
+    change, condition: as in `solvers.icp.IcpState`.
     """
 
     problem: Problem = field(metadata=CONSTANT)
@@ -119,7 +151,9 @@ def _weigh(problem: Problem, moved: FloatArray, rows: IntArray, distances: Float
 
 
 def spacing(index: Index, points: FloatArray) -> FloatArray:
-    """The median, over the points (b, n, d) of an index, of the median distance to the six nearest others, (b,)."""
+    """The median, over the points (b, n, d) of an index, of the median distance to the
+    six nearest others, (b,).
+    """
     k = min(7, points.shape[1])
     _, squares = index.nearest_k(points, k)
     others = np.sqrt(squares[..., 1:]) if k > 1 else np.zeros((*squares.shape[:2], 1))
@@ -136,7 +170,8 @@ def _start(problem: Problem, options: FastRobustOptions) -> FastRobustState:
         median = robust.mad_scale(np.sqrt(squares), counted, 0.0) / 1.4826
         first = 3.0 * median if options.first is None else np.full(b, options.first)
         least = spacing(index, problem.target) / (3.0 * np.sqrt(3.0)) if options.last is None else options.last
-        # Repeated points have no spacing, perfect pairs no distance: a threshold stays above zero.
+        # Repeated points have no spacing, perfect pairs no distance: a threshold stays
+        # above zero.
         last = np.maximum(least, np.maximum(1e-6 * first, 1e-100))
         nu = np.maximum(first, last)
     pairing = _pair(problem, index, nu, problem.start)
@@ -159,7 +194,8 @@ def _step(state: FastRobustState) -> FastRobustState:
     past_x, past_g = _push(state.past_x, state.pose), _push(state.past_g, plain)
     depth = np.minimum(state.depth + 1, options.history + 1)
 
-    # The proposal where there is a history, the plain step elsewhere; the plain step again where it did not help.
+    # The proposal where there is a history, the plain step elsewhere; the plain step
+    # again where it did not help.
     proposed = (depth > 1) & (free == "")
     pose = plain
     if proposed.any():
@@ -204,22 +240,26 @@ def _push(past: Pose, pose: Pose) -> Pose:
 def _extrapolated(
     past_x: Pose, past_g: Pose, depth: IntArray, radius: FloatArray, centre: FloatArray
 ) -> Pose:
-    """Anderson's point from the poses x_k and G(x_k), newest first, of which the first `depth` (b,) count."""
+    """Anderson's point from the poses x_k and G(x_k), newest first, of which the first
+    `depth` (b,) count.
+    """
     origin = past_g[:, :1]
     x, g = (_coordinates(p, origin, radius[:, None], centre[:, None]) for p in (past_x, past_g))
     f = g - x
     valid = (np.arange(x.shape[1] - 1) + 1 < depth[:, None])[..., None]
     # Rows are the differences of neighbours in time; a row of zeros takes no part.
     df, dg = (np.where(valid, a[:, :-1] - a[:, 1:], 0.0) for a in (f, g))
-    # Beyond float64 there is nothing to extrapolate; the singular values would not be found.
+    # Beyond float64 there is nothing to extrapolate; the singular values would not be
+    # found.
     df = np.where(np.isfinite(df), df, 0.0)
     theta = f[:, None, 0] @ np.linalg.pinv(df, rcond=1e-10)
     return _posed((g[:, None, 0] - theta @ dg)[:, 0], origin[:, 0], radius, centre)
 
 
 def _coordinates(poses: Pose, origin: Pose, radius: FloatArray, centre: FloatArray) -> FloatArray:
-    """Rotation vector (one number in the plane) times `radius` (…) and moved `centre` (…, d), relative to `origin`:
-    (…, 1 + 2) or (…, 3 + 3)."""
+    """Rotation vector (one number in the plane) times `radius` (…) and moved `centre`
+    (…, d), relative to `origin`: (…, 1 + 2) or (…, 3 + 3).
+    """
     relative = Pose(poses.R @ origin.R.swapaxes(-1, -2), np.zeros(poses.dim))
     angle = np.asarray(relative.angle)[..., None]
     if poses.dim == 3:

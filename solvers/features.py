@@ -1,16 +1,21 @@
-"""Random Fourier features: a cloud as a short vector, its mean feature, that a rigid motion moves smoothly.
+"""Random Fourier features: a cloud as a short vector, its mean feature, that a rigid
+motion moves smoothly.
 
-With frequencies `ω_k ~ N(0, ℓ⁻² I)`, k = 1 … D, a point has the feature `φ(x) = [cos ω₁ᵀx … cos ω_Dᵀx, sin ω₁ᵀx … sin
-ω_Dᵀx]/√D`, and `φ(x)ᵀφ(y)` estimates the Gaussian kernel `exp(−‖x − y‖²/2ℓ²)`; the squared distance of two clouds' mean
-features estimates their squared maximum mean discrepancy, MMD². `exact_squared_mmd` is what it tends to as D grows.
+With frequencies `ω_k ~ N(0, ℓ⁻² I)`, k = 1 … D, a point has the feature
+`φ(x) = [cos ω₁ᵀx … cos ω_Dᵀx, sin ω₁ᵀx … sin ω_Dᵀx]/√D`, and `φ(x)ᵀφ(y)` estimates the
+Gaussian kernel `exp(−‖x − y‖²/2ℓ²)`; the squared distance of two clouds' mean features
+estimates their squared maximum mean discrepancy, MMD². `exact_squared_mmd` is what it
+tends to as D grows.
 
-Frequencies are kept in units of 1/ℓ, so that one draw serves every length scale. Their kernel is the Gaussian; others,
-such as the Laplace kernel's, are left out. The cost is linear in the points: sums
-run over blocks. Sine and cosine are computed here, both at once, by their series on an eighth of a turn and one
-doubling: numpy's own took eight times as long, and differ from one machine to another in the last bit.
+Frequencies are kept in units of 1/ℓ, so that one draw serves every length scale. Their
+kernel is the Gaussian; others, such as the Laplace kernel's, are left out. The cost is
+linear in the points: sums run over blocks. Sine and cosine are computed here, both at
+once, by their series on an eighth of a turn and one doubling: numpy's own took eight
+times as long, and differ from one machine to another in the last bit.
 
-Sources: Rahimi & Recht 2007, Random features for large-scale kernel machines (the features); Gretton et al. 2012, A
-kernel two-sample test, eq. 5 (the V-statistic of MMD², the diagonal included).
+Sources: Rahimi & Recht 2007, Random features for large-scale kernel machines (the
+features); Gretton et al. 2012, A kernel two-sample test, eq. 5 (the V-statistic of
+MMD², the diagonal included).
 """
 
 from __future__ import annotations
@@ -28,18 +33,23 @@ BLOCK = 2**14
 """Points times frequencies handled at a time: four buffers of this size stay in the processor's cache."""
 
 _TURN = 2.0 * np.pi
-# sin(πf) = f·P(f²) and cos(πf) = Q(f²) for |f| ≤ ½, highest power first; the next terms are below 1e-16.
+# sin(πf) = f·P(f²) and cos(πf) = Q(f²) for |f| ≤ ½, highest power first; the next terms
+# are below 1e-16.
 _SIN = tuple((-1.0) ** k * np.pi ** (2 * k + 1) / factorial(2 * k + 1) for k in range(10, -1, -1))
 _COS = tuple((-1.0) ** k * np.pi ** (2 * k) / factorial(2 * k) for k in range(11, -1, -1))
 
 
 def unit_frequencies(seed: IntArray, count: int, dim: int) -> FloatArray:
-    """`count` frequencies for each seed of (b,), in units of 1/ℓ: (b, count, dim), standard normal."""
+    """`count` frequencies for each seed of (b,), in units of 1/ℓ: (b, count, dim),
+    standard normal.
+    """
     return np.stack([np.random.default_rng(s).standard_normal((count, dim)) for s in seed])
 
 
 def cos_sin(turns: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The cosine and sine of angles given in full turns, of any shape, to 1e-15 beside the rounding of the angle."""
+    """The cosine and sine of angles given in full turns, of any shape, to 1e-15 beside
+    the rounding of the angle.
+    """
     f = turns - np.rint(turns)
     z = f * f
     s, c = z * _SIN[0], z * _COS[0]
@@ -61,8 +71,8 @@ def cos_sin(turns: FloatArray) -> tuple[FloatArray, FloatArray]:
 def feature_sums(points: FloatArray, frequencies: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Cosines and sines summed over the points, alone and times each coordinate.
 
-    points: (b, n, d); frequencies: (b, D, d) in radians per unit. Both answers (b, D, 1 + d): `Σ_i cos(ω_kᵀx_i) [1,
-    x_i]` and the same of the sine.
+    points: (b, n, d); frequencies: (b, D, d) in radians per unit. Both answers (b, D, 1
+    + d): `Σ_i cos(ω_kᵀx_i) [1, x_i]` and the same of the sine.
     """
     b, n, d = points.shape
     D = frequencies.shape[1]
@@ -78,7 +88,9 @@ def feature_sums(points: FloatArray, frequencies: FloatArray) -> tuple[FloatArra
 
 
 def mean_features(points: FloatArray, frequencies: FloatArray) -> FloatArray:
-    """The mean feature of each cloud: points (b, n, d), frequencies (b, D, d) in radians per unit, answer (b, 2D)."""
+    """The mean feature of each cloud: points (b, n, d), frequencies (b, D, d) in
+    radians per unit, answer (b, 2D).
+    """
     n, D = points.shape[1], frequencies.shape[1]
     c, s = feature_sums(points, frequencies)
     mean: FloatArray = np.concatenate([c[..., 0], s[..., 0]], axis=-1) / (n * np.sqrt(D))
@@ -86,11 +98,13 @@ def mean_features(points: FloatArray, frequencies: FloatArray) -> FloatArray:
 
 
 def exact_squared_mmd(source: ArrayLike, target: ArrayLike, length: ArrayLike) -> FloatArray:
-    """MMD² of two clouds under the kernel `exp(−‖x − y‖²/2ℓ²)`, exactly: the V-statistic, diagonal included.
+    """MMD² of two clouds under the kernel `exp(−‖x − y‖²/2ℓ²)`, exactly: the
+    V-statistic, diagonal included.
 
-    source: (..., m, d), target: (..., n, d), length: (...) ℓ, positive, in world units; the answer (...).
-    `MMD² = mean k(x, x′) − 2 mean k(x, y) + mean k(y, y′)`, never negative but for rounding. The cost is quadratic, the
-    memory that of one block. Raises ValueError for what is no cloud and for a length that is not positive.
+    source: (..., m, d), target: (..., n, d), length: (...) ℓ, positive, in world units;
+    the answer (...). `MMD² = mean k(x, x′) − 2 mean k(x, y) + mean k(y, y′)`, never
+    negative but for rounding. The cost is quadratic, the memory that of one block.
+    Raises ValueError for what is no cloud and for a length that is not positive.
     """
     p = validate.cloud(source, "source")
     q = validate.cloud(target, "target", p.shape[-1])
@@ -109,7 +123,9 @@ def exact_squared_mmd(source: ArrayLike, target: ArrayLike, length: ArrayLike) -
 
 
 def mean_kernel(x: FloatArray, y: FloatArray, length: float) -> float:
-    """The mean of `exp(−‖x − y‖²/2ℓ²)` over all pairs of points of two clouds (m, d) and (n, d)."""
+    """The mean of `exp(−‖x − y‖²/2ℓ²)` over all pairs of points of two clouds (m, d)
+    and (n, d).
+    """
     total = 0.0
     with np.errstate(over="ignore", under="ignore"):
         for _, part in _blocks(1, len(x), len(y)):
@@ -121,7 +137,9 @@ def mean_kernel(x: FloatArray, y: FloatArray, length: float) -> float:
 
 
 def _blocks(b: int, n: int, width: int) -> Iterator[tuple[slice, slice]]:
-    """Slices of problems and of points that keep their product with `width` within the block size."""
+    """Slices of problems and of points that keep their product with `width` within the
+    block size.
+    """
     together = max(1, BLOCK // (n * width))
     size = max(1, BLOCK // width) if together == 1 else n
     for i in range(0, b, together):

@@ -1,26 +1,37 @@
-"""FilterReg: the mixture stands on the fixed cloud, the moving points ask it where they belong, a filter answers.
+"""FilterReg: a mixture on the fixed cloud, asked by way of a filter.
 
-The roles are swapped against CPD: the N fixed points y_j are the components, the M moving points x_i = T p_i the
-observations. With the moments at a query, `m⁰ = Σ_j K_ij`, `m¹ = Σ_j K_ij y_j`, `m² = Σ_j K_ij ‖y_j‖²`,
+The moving points ask it where they belong, the filter answers.
+
+The roles are swapped against CPD: the N fixed points y_j are the components, the M
+moving points x_i = T p_i the observations. With the moments at a query,
+`m⁰ = Σ_j K_ij`, `m¹ = Σ_j K_ij y_j`, `m² = Σ_j K_ij ‖y_j‖²`,
 `K_ij = exp(−‖x_i − y_j‖² / 2σ²)`, which a filter gives for all queries at once,
 
-    target μ_i = m¹/m⁰,   weight W_i = m⁰ / (m⁰ + c),   c = (2πσ²)^{d/2} w N / ((1 − w) V),
+    target μ_i = m¹/m⁰,   weight W_i = m⁰ / (m⁰ + c),
+    c = (2πσ²)^{d/2} w N / ((1 − w) V),
 
-w the weight of the clutter and V the volume it is spread over. Clutter is here among the moving points. The stages of a
-step (`STAGES`) are
+w the weight of the clutter and V the volume it is spread over. Clutter is here among
+the moving points. The stages of a step (`STAGES`) are
 
-1. density  the fixed points' values 1, y, ‖y‖² are put where the filter can reach them (`solvers.filters`)
-2. filter   blurred with width σ; both are done anew only when σ has changed
-3. query    m⁰, m¹, m² at the moving points, hence μ and W
-4. twist    one Gauss-Newton step of `Σ W_i ‖x_i − μ_i‖²` in (v, ω), turned by ω exactly; and σ: by a schedule, or as
-            `σ² = Σ W_i (‖x_i‖² − 2 x_i·m¹/m⁰ + m²/m⁰) / (d Σ W_i)` with the points moved and the moments at hand
+1. density: the fixed points' values 1, y, ‖y‖² are put where the filter can reach them
+   (`solvers.filters`)
+2. filter: blurred with width σ; both are done anew only when σ has changed
+3. query: m⁰, m¹, m² at the moving points, hence μ and W
+4. twist: one Gauss-Newton step of `Σ W_i ‖x_i − μ_i‖²` in (v, ω), turned by ω exactly;
+   and σ: by a schedule, or as `σ² = Σ W_i (‖x_i‖² − 2 x_i·m¹/m⁰ + m²/m⁰) / (d Σ W_i)`
+   with the points moved and the moments at hand
 
-The objective is the negative log-likelihood of the moving points under mixture and clutter, with the filter's m⁰.
-It need not fall: a linearised step, an approximate filter or a scheduled σ is not exact EM.
+The objective is the negative log-likelihood of the moving points under mixture and
+clutter, with the filter's m⁰. It need not fall: a linearised step, an approximate
+filter or a scheduled σ is not exact EM.
 
-Source: Gao & Tedrake 2019, FilterReg: robust and efficient probabilistic point-set registration using Gaussian filter
-and twist parameterization (the variance is per coordinate: its divisor is the dimension, 2). Left out: articulated and
-deformable models, point to plane, features beside the coordinates. Planar.
+Planar. The variance is per coordinate: its divisor is the dimension, 2. Left out:
+articulated and deformable models, point to plane, features beside the coordinates.
+
+References
+----------
+.. [1] W. Gao, R. Tedrake, "FilterReg: robust and efficient probabilistic point-set
+   registration using Gaussian filter and twist parameterization", 2019.
 """
 
 from __future__ import annotations
@@ -47,14 +58,39 @@ _NOTHING = "the clutter explains every moving point: no weight is left"
 
 @dataclass(frozen=True)
 class FilterRegOptions:
-    """filter: 'grid', 'lattice' or 'exact' (`solvers.filters`). variance: 'estimated' anew at every step, or
-    'scheduled'. shrink: what a scheduled σ is multiplied by after every step, above 0 up to 1. first: the first σ,
-    world units (None: estimated, √ of the mean squared difference in a coordinate over all pairs; scheduled, 0.3 of the
-    target's RMS radius). last: the least σ (None: 0.001 of that radius estimated, 0.03 scheduled). A σ finer than a
-    filter can be is raised to that. clutter: w, the weight of clutter among the moving points, 0 < w < 1. volume: V
-    that the clutter is spread over, u² (None: V = M, the number of moving points). tolerance: it stops when a step
-    moves the source points, root mean square, by at most this fraction of their RMS radius, and σ is at its last or has
-    changed by at most this fraction.
+    """Options of `filterreg`.
+
+    A σ finer than a filter can be is raised to that.
+
+    Parameters
+    ----------
+    filter : str, default "lattice"
+        "grid", "lattice" or "exact" (`solvers.filters`).
+    variance : str, default "estimated"
+        "estimated" anew at every step, or "scheduled".
+    first : float, optional
+        The first σ, world units. None is, where it is estimated, √ of the mean squared
+        difference in a coordinate over all pairs; where it is scheduled, 0.3 of the
+        target's RMS radius.
+    last : float, optional
+        The least σ, world units. None is 0.001 of the target's RMS radius where it is
+        estimated, 0.03 where it is scheduled.
+    shrink : float, default 0.9
+        What a scheduled σ is multiplied by after every step, above 0 up to 1.
+    clutter : float, default 0.25
+        w, the weight of clutter among the moving points, 0 < w < 1.
+    volume : float, optional
+        V that the clutter is spread over, u². None is V = M, the number of moving
+        points.
+    tolerance : float, default 1e-4
+        It stops when a step moves the source points, root mean square, by at most this
+        fraction of their RMS radius, and σ is at its last or has changed by at most
+        this fraction.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
     """
 
     filter: str = "lattice"
@@ -84,11 +120,13 @@ class FilterRegOptions:
 class FilterRegState:
     """A pose, σ, and what the filter says there.
 
-    sigma: (b,) world units, last: (b,) its least. filters: (b,) of `solvers.filters.Filter`. moved: (b, m, 2) x.
-    mass: (b, m) m⁰. targets: (b, m, 2) μ, the point itself where no component is within the filter's reach. spread:
-    (b, m) m²/m⁰ − ‖μ‖², the variance of the components about the target, both coordinates together. weights: (b, m) W.
-    twist: (b, 3) of the last step, (v, ω) about the weighted centroid; world units and radians. condition: (b,) of its
-    system. change: (b,) how far it moved the points, root mean square, over their RMS radius `radius`.
+    sigma: (b,) world units, last: (b,) its least. filters: (b,) of
+    `solvers.filters.Filter`. moved: (b, m, 2) x. mass: (b, m) m⁰. targets: (b, m, 2) μ,
+    the point itself where no component is within the filter's reach. spread: (b, m)
+    m²/m⁰ − ‖μ‖², the variance of the components about the target, both coordinates
+    together. weights: (b, m) W. twist: (b, 3) of the last step, (v, ω) about the
+    weighted centroid; world units and radians. condition: (b,) of its system. change:
+    (b,) how far it moved the points, root mean square, over their RMS radius `radius`.
     """
 
     problem: Problem = field(metadata=CONSTANT)
@@ -145,7 +183,9 @@ def _within(sigma: FloatArray, last: FloatArray) -> FloatArray:
 
 
 def _ask(state: FilterRegState, pose: Pose, sigma: FloatArray) -> FilterRegState:
-    """The state at another pose and σ: filters made anew where σ has changed, and asked; degenerate without weight."""
+    """The state at another pose and σ: filters made anew where σ has changed, and
+    asked; degenerate without weight.
+    """
     problem, options = state.problem, state.options
     n, m = problem.target.shape[1], problem.source.shape[1]
     built = state.filters.copy()

@@ -1,27 +1,34 @@
-"""Gaussian sums over a fixed cloud, filtered on a lattice once and then read off anywhere, in the plane.
+"""Gaussian sums over a fixed cloud, filtered on a lattice once and then read off
+anywhere, in the plane.
 
-Wanted are, at any query point x, the moments of the cloud's points y_j under `K_j = exp(−‖x − y_j‖² / 2σ²)`:
+Wanted are, at any query point x, the moments of the cloud's points y_j under
+`K_j = exp(−‖x − y_j‖² / 2σ²)`:
 
     m⁰ = Σ K_j,   m¹ = Σ K_j y_j,   m² = Σ K_j ‖y_j‖².
 
-Exact sums cost queries × points. A filter spreads the points' values over the vertices of a lattice (splat), blurs them
-there, and interpolates at the queries (slice): its cost grows with the one plus the other, and as long as cloud and σ
-stay, only slicing is left to do. Three of one interface:
+Exact sums cost queries × points. A filter spreads the points' values over the vertices
+of a lattice (splat), blurs them there, and interpolates at the queries (slice): its
+cost grows with the one plus the other, and as long as cloud and σ stay, only slicing is
+left to do. Three of one interface:
 
 - `exact`: the sums themselves.
-- `grid`: a square grid of side σ/2. Splat and slice by quadratic B-splines (3 × 3 vertices), each adding the variance
-  side²/4 wherever a point lies; between them a sampled Gaussian of variance `σ² − side²/2`, axis by axis.
-- `lattice`: the permutohedral lattice, in the plane that of equilateral triangles of side σ. Splat and slice by the
-  three barycentric weights, blur by (1, 2, 1)/4 along the three directions. Coarse and quick: the effective kernel's
-  variance is σ² on average over the positions of points and queries, its shape depends on them.
+- `grid`: a square grid of side σ/2. Splat and slice by quadratic B-splines (3 × 3
+  vertices), each adding the variance side²/4 wherever a point lies; between them a
+  sampled Gaussian of variance `σ² − side²/2`, axis by axis.
+- `lattice`: the permutohedral lattice, in the plane that of equilateral triangles of
+  side σ. Splat and slice by the three barycentric weights, blur by (1, 2, 1)/4 along
+  the three directions. Coarse and quick: the effective kernel's variance is σ² on
+  average over the positions of points and queries, its shape depends on them.
 
-Both are sparse: only vertices that a point reaches are stored, in one sorted list of codes in which a lattice direction
-is a constant stride. A kernel's integral is the area of a vertex's cell; multiplied by 2πσ² over that area the sums are
-those of the unnormalised kernel. A query that no vertex covers has m⁰ = 0. What the filters get wrong is measured, by
-the tests and by `kernel_error`.
+Both are sparse: only vertices that a point reaches are stored, in one sorted list of
+codes in which a lattice direction is a constant stride. A kernel's integral is the area
+of a vertex's cell; multiplied by 2πσ² over that area the sums are those of the
+unnormalised kernel. A query that no vertex covers has m⁰ = 0. What the filters get
+wrong is measured, by the tests and by `kernel_error`.
 
-Sources: Adams, Baek & Davis 2010, Fast high-dimensional filtering using the permutohedral lattice (in the plane the
-general construction is the triangular lattice); Gao & Tedrake 2019, FilterReg (moments by filtering).
+Sources: Adams, Baek & Davis 2010, Fast high-dimensional filtering using the
+permutohedral lattice (in the plane the general construction is the triangular lattice);
+Gao & Tedrake 2019, FilterReg (moments by filtering).
 """
 
 from __future__ import annotations
@@ -45,7 +52,9 @@ _HEX = np.array([[1.0, -1.0 / np.sqrt(3.0)], [0.0, 2.0 / np.sqrt(3.0)]])  # plac
 
 @dataclass(frozen=True, eq=False)
 class Moments:
-    """m⁰ (m,), m¹ (m, 2) and m² (m,) at m queries, of the points y − centre: see `Filter.centre`."""
+    """m⁰ (m,), m¹ (m, 2) and m² (m,) at m queries, of the points y − centre: see
+    `Filter.centre`.
+    """
 
     mass: FloatArray
     first: FloatArray
@@ -53,7 +62,9 @@ class Moments:
 
 
 class Filter(Protocol):
-    """What `build` returns. sigma: world units. centre: (2,) the origin of the moments' y."""
+    """What `build` returns. sigma: world units. centre: (2,) the origin of the moments'
+    y.
+    """
 
     @property
     def sigma(self) -> float: ...
@@ -64,9 +75,11 @@ class Filter(Protocol):
 
 
 def build(kind: str, points: FloatArray, sigma: float) -> Filter:
-    """A filter of the cloud (n, 2), finite, with width sigma > 0, no less than `FINEST` of the cloud's extent.
+    """A filter of the cloud (n, 2), finite, with width sigma > 0, no less than `FINEST`
+    of the cloud's extent.
 
-    kind: one of `KINDS`. Raises ValueError for another one and for a width that is too fine.
+    kind: one of `KINDS`. Raises ValueError for another one and for a width that is too
+    fine.
     """
     validate.one_of(kind, KINDS, "kind")
     centre = 0.5 * points.min(axis=0) + 0.5 * points.max(axis=0)
@@ -120,8 +133,9 @@ class Exact:
 class Sparse:
     """A cloud's values on lattice vertices: m⁰, m¹ (2) and m², four columns.
 
-    side: of the lattice, world units. low, high: (2,) the first and last vertex of its box. splat_codes (k,) ascending
-    and splat (k, 4): what the points were spread to. codes (K,) ascending and values (K, 4): blurred.
+    side: of the lattice, world units. low, high: (2,) the first and last vertex of its
+    box. splat_codes (k,) ascending and splat (k, 4): what the points were spread to.
+    codes (K,) ascending and values (K, 4): blurred.
     """
 
     kind: str
@@ -149,7 +163,9 @@ class Sparse:
         return _moments(np.einsum("mk,mkc->mc", weights, self.values[at]))
 
     def places(self, codes: IntArray) -> FloatArray:
-        """Where the vertices of these codes lie, (k, 2) in world units: `splat_codes` or `codes`."""
+        """Where the vertices of these codes lie, (k, 2) in world units: `splat_codes`
+        or `codes`.
+        """
         width = self.high[1] - self.low[1] + 1
         at = np.stack([codes // width, codes % width], axis=-1) + self.low
         placed = at if self.kind == "grid" else at @ np.linalg.inv(_HEX).T
@@ -166,7 +182,9 @@ def _moments(columns: FloatArray) -> Moments:
 
 
 def _vertices(kind: str, placed: FloatArray) -> tuple[IntArray, FloatArray]:
-    """The vertices (m, k, 2) around places (m, 2) in units of the side, and their weights (m, k), which add up to 1."""
+    """The vertices (m, k, 2) around places (m, 2) in units of the side, and their
+    weights (m, k), which add up to 1.
+    """
     if kind == "grid":
         nearest = np.floor(placed + 0.5)
         f = placed - nearest
@@ -174,7 +192,8 @@ def _vertices(kind: str, placed: FloatArray) -> tuple[IntArray, FloatArray]:
         around = np.stack(np.meshgrid([-1, 0, 1], [-1, 0, 1], indexing="ij"), axis=-1).reshape(9, 2)
         weights = (w[:, :, None, 0] * w[:, None, :, 1]).reshape(-1, 9)
         return nearest.astype(np.int64)[:, None] + around, weights
-    # Triangular coordinates: each rhombus of the lattice is two triangles, told apart by the sum of the fractions.
+    # Triangular coordinates: each rhombus of the lattice is two triangles, told apart
+    # by the sum of the fractions.
     p = placed @ _HEX.T
     corner = np.floor(p)
     f = p - corner
@@ -182,7 +201,8 @@ def _vertices(kind: str, placed: FloatArray) -> tuple[IntArray, FloatArray]:
     g = np.where(upper[:, None], 1.0 - f[:, ::-1], f)
     first = corner.astype(np.int64) + upper[:, None]
     side = np.where(upper, -1, 1)[:, None]
-    # In the upper triangle the far corner stands first, and its neighbours lie one step back.
+    # In the upper triangle the far corner stands first, and its neighbours lie one step
+    # back.
     one = first + side * np.where(upper[:, None], [0, 1], [1, 0])
     two = first + side * np.where(upper[:, None], [1, 0], [0, 1])
     weights = np.column_stack([1.0 - g.sum(axis=1), g])
@@ -190,7 +210,9 @@ def _vertices(kind: str, placed: FloatArray) -> tuple[IntArray, FloatArray]:
 
 
 def _sampled() -> FloatArray:
-    """The grid's blur: a Gaussian of variance σ² − side²/2 at multiples of the side σ/2, of sum 1."""
+    """The grid's blur: a Gaussian of variance σ² − side²/2 at multiples of the side
+    σ/2, of sum 1.
+    """
     variance = 4.0 - 0.5
     k = np.arange(-_blur_reach("grid"), _blur_reach("grid") + 1)
     g = np.exp(-0.5 * k**2 / variance)
@@ -223,23 +245,29 @@ def _blur(codes: IntArray, values: FloatArray, stride: int, kernel: FloatArray) 
 
 
 def _distinct(codes: IntArray) -> tuple[IntArray, IntArray]:
-    """The codes without repetition, ascending, and where each of the given ones stands among them."""
+    """The codes without repetition, ascending, and where each of the given ones stands
+    among them.
+    """
     low = codes.min()
     span = int(codes.max() - low) + 1
     if span > 64 * codes.size:
         distinct, at = np.unique(codes, return_inverse=True)
         return distinct, at.reshape(codes.shape).astype(np.int64, copy=False)
-    # A table of the whole box is ten times quicker than sorting, where it is not much larger than what it holds.
+    # A table of the whole box is ten times quicker than sorting, where it is not much
+    # larger than what it holds.
     seen = np.zeros(span, dtype=np.bool_)
     seen[codes - low] = True
     return np.flatnonzero(seen) + low, (np.cumsum(seen) - 1)[codes - low]
 
 
 def kernel_error(kind: str, sigma: float = 1.0, seed: int = 0, samples: int = 1000) -> tuple[float, float]:
-    """How far a filter's m⁰ of one point is from `exp(−r²/2σ²)`, measured: the largest difference and the root mean
-    square, over `samples` random places of point and query that lie within 4 σ of each other in both coordinates."""
+    """How far a filter's m⁰ of one point is from `exp(−r²/2σ²)`, measured: the largest
+    difference and the root mean square, over `samples` random places of point and query
+    that lie within 4 σ of each other in both coordinates.
+    """
     rng = np.random.default_rng(seed)
-    # A second point, out of reach, moves the lattice's origin off the first: it must not always lie on a vertex.
+    # A second point, out of reach, moves the lattice's origin off the first: it must
+    # not always lie on a vertex.
     pairs = rng.uniform(-0.5, 0.5, (samples // 20, 2, 2)) + np.array([[0.0, 0.0], [70.0, 90.0]])
     queries = pairs[:, :1] + rng.uniform(-4.0, 4.0, (samples // 20, 20, 2))
     found = np.stack([build(kind, sigma * p, sigma).query(sigma * q).mass for p, q in zip(pairs, queries, strict=True)])

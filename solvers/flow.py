@@ -1,20 +1,31 @@
-"""A learned flow, small and honest: a network says where every point of both clouds belongs, over and over.
+"""A learned flow, small and honest.
 
-`flow` follows the structure of Register Any Point (Pan et al. 2025) at toy size. It starts from noise and generates
-the coordinates of *both* views in a common frame. With the present coordinates x_t at time t the network predicts the
-endpoint; each view's part of it is projected onto a rigid motion of the view itself (Procrustes against its condition,
-the cloud as it was given), and the coordinates are noised again by the same draw, `x_t' = (1 − t') x_0 + t' x̂_1`: an
-Euler step of the straight flow towards the projected endpoint. Of several samples the one with the smallest rigidity
-residual is kept, and the pose is read out as `A_target⁻¹ ∘ A_source`, A_v the fit of view v.
+A network says where every point of both clouds belongs, over and over.
 
-`flow-from-source` is the simpler one beside it: it starts at the source's own coordinates, which the target's join as
-they are, moves the source alone, and reads its pose off a rigid fit between its first and last coordinates.
+`flow` follows the structure of Register Any Point [1]_ at toy size. It starts from
+noise and generates the coordinates of *both* views in a common frame. With the present
+coordinates x_t at time t the network predicts the endpoint; each view's part of it is
+projected onto a rigid motion of the view itself (Procrustes against its condition, the
+cloud as it was given), and the coordinates are noised again by the same draw,
+`x_t' = (1 − t') x_0 + t' x̂_1`: an Euler step of the straight flow towards the
+projected endpoint. Of several samples the one with the smallest rigidity residual is
+kept, and the pose is read out as `A_target⁻¹ ∘ A_source`, A_v the fit of view v.
 
-Neither objective nor stop is evidence of alignment: the rigidity residual says that the generated coordinates are a
-rigid copy of each view, and a run ends when the time does. The networks were trained in minutes on synthetic curves
-(`solvers.flow_scenes`); this is an analogy to the papers and says nothing about them. `flow` needs no starting pose,
-but it is not equivariant either: how the clouds are turned when they are given to it matters, so a start, where there
-is one, is applied to the source first.
+`flow-from-source` is the simpler one beside it: it starts at the source's own
+coordinates, which the target's join as they are, moves the source alone, and reads its
+pose off a rigid fit between its first and last coordinates.
+
+Neither objective nor stop is evidence of alignment: the rigidity residual says that the
+generated coordinates are a rigid copy of each view, and a run ends when the time does.
+The networks were trained in minutes on synthetic curves (`solvers.flow_scenes`); this
+is an analogy to the papers and says nothing about them. `flow` needs no starting pose,
+but it is not equivariant either: how the clouds are turned when they are given to it
+matters, so a start, where there is one, is applied to the source first.
+
+References
+----------
+.. [1] Y. Pan and others, "Register Any Point: scaling 3D point cloud registration by
+   flow matching", 2025. arXiv:2512.01850
 """
 
 from __future__ import annotations
@@ -41,8 +52,24 @@ WIDE = 1e9  # one cloud's RMS radius over the other's: beyond it the smaller one
 
 @dataclass(frozen=True)
 class FlowOptions:
-    """steps: Euler steps from time 0 to 1. samples: draws of noise, of which the one with the smallest rigidity
-    residual is read out. project: each view's endpoint is replaced by the nearest rigid motion of the view."""
+    """Options of `flow`.
+
+    Parameters
+    ----------
+    steps : int, default 10
+        Euler steps from time 0 to 1.
+    samples : int, default 4
+        Draws of noise, of which the one with the smallest rigidity residual is read
+        out.
+    project : bool, default True
+        Whether each view's endpoint is replaced by the nearest rigid motion of the
+        view.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
+    """
 
     steps: int = 10
     samples: int = 4
@@ -57,15 +84,17 @@ class FlowOptions:
 class FlowState:
     """A pose read out of generated coordinates.
 
-    Lengths are in units of the target's RMS radius, coordinates about the target's centroid: the frame of the network.
-    radius: (b,) that unit in u. middle: (b, 2) the target's centroid, home: (b, 2) the source's at the start pose, u.
-    tokens: (b, m + n, w) the encoded clouds. noise: (b, S, m + n, 2) what each of S samples starts from.
-    given: (b, m + n, 2) both clouds as the network gets them, source first, each about its own centroid.
-    time: (b,) in [0, 1]. present: (b, S, m + n, 2) at that time. predicted: the endpoint that the last step was given,
-    projected: the same with each view made rigid, views: (b, S) of them the poses (source, target) of the two views.
-    rigidity: (b, S) mean squared distance between predicted and its rigid version. chosen: (b,) the sample read out.
-    taken: (b,) steps so far.
-    The objective is the rigidity residual of the chosen sample, in u².
+    Lengths are in units of the target's RMS radius, coordinates about the target's
+    centroid: the frame of the network. radius: (b,) that unit in u. middle: (b, 2) the
+    target's centroid, home: (b, 2) the source's at the start pose, u. tokens: (b, m +
+    n, w) the encoded clouds. noise: (b, S, m + n, 2) what each of S samples starts
+    from. given: (b, m + n, 2) both clouds as the network gets them, source first, each
+    about its own centroid. time: (b,) in [0, 1]. present: (b, S, m + n, 2) at that
+    time. predicted: the endpoint that the last step was given, projected: the same with
+    each view made rigid, views: (b, S) of them the poses (source, target) of the two
+    views. rigidity: (b, S) mean squared distance between predicted and its rigid
+    version. chosen: (b,) the sample read out. taken: (b,) steps so far. The objective
+    is the rigidity residual of the chosen sample, in u².
     """
 
     problem: Problem = field(metadata=CONSTANT)
@@ -159,7 +188,8 @@ def _step(state: FlowState, weights: Params, anchored: bool) -> FlowState:
     m = problem.source.shape[1]
     with np.errstate(under="ignore"):
         present = state.present.clip(-FAR, FAR)
-        # Problem by problem, so that what attention weighs stays in the processor's cache.
+        # Problem by problem, so that what attention weighs stays in the processor's
+        # cache.
         each = zip(state.tokens, present, state.time, strict=True)
         predicted = np.stack([network.endpoint(weights, *one) for one in each])
     given = np.broadcast_to(state.given[:, None], predicted.shape)
@@ -196,7 +226,9 @@ def _step(state: FlowState, weights: Params, anchored: bool) -> FlowState:
 
 
 def _read_out(state: FlowState, views: tuple[Pose, Pose], chosen: IntArray) -> Pose:
-    """The chosen sample's `A_target⁻¹ ∘ A_source`, taken from the network's frame to the world's."""
+    """The chosen sample's `A_target⁻¹ ∘ A_source`, taken from the network's frame to
+    the world's.
+    """
     rows = np.arange(len(chosen))
     between = views[1][rows, chosen].inverse().compose(views[0][rows, chosen])
     shift = state.middle + state.radius[:, None] * between.t - np.einsum("bij,bj->bi", between.R, state.home)
@@ -210,7 +242,9 @@ _METHODS = {
 
 
 def flow_method(name: str, folder: str = FOLDER) -> Method[FlowState]:
-    """The method `flow` or `flow-from-source` with the weights that lie in `folder`, read when a run begins."""
+    """The method `flow` or `flow-from-source` with the weights that lie in `folder`,
+    read when a run begins.
+    """
     anchored = name == "flow-from-source"
     summary, source = _METHODS[name]
     return Method(

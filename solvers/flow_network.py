@@ -1,14 +1,17 @@
-"""The small network of the learned flow: from two clouds and a noisy placing of their points to where each belongs.
+"""The small network of the learned flow: from two clouds and a noisy placing of their
+points to where each belongs.
 
-Every point of both clouds is a token. The encoder sees the clouds alone: each point's coordinates and a description of
-how the rest of its own cloud lies round it, which no rotation changes; attention lets all tokens read all. The decoder
-sees the encoded tokens, the present coordinates and the time, and gives each point's endpoint.
+Every point of both clouds is a token. The encoder sees the clouds alone: each point's
+coordinates and a description of how the rest of its own cloud lies round it, which no
+rotation changes; attention lets all tokens read all. The decoder sees the encoded
+tokens, the present coordinates and the time, and gives each point's endpoint.
 
-One forward pass, written in what numpy and PyTorch have in common (`xp` is either module): the training runs the same
-lines as the page. Everything is in units of the target's RMS radius, each cloud about its own centroid.
+One forward pass, written in what numpy and PyTorch have in common (`xp` is either
+module): the training runs the same lines as the page. Everything is in units of the
+target's RMS radius, each cloud about its own centroid.
 
-In the manner of Register Any Point (Pan et al. 2025) and Rectified Point Flow (Sun et al. 2025), at a size that a page
-can carry; no part of either is used.
+In the manner of Register Any Point (Pan et al. 2025) and Rectified Point Flow (Sun et
+al. 2025), at a size that a page can carry; no part of either is used.
 """
 
 from __future__ import annotations
@@ -34,7 +37,9 @@ Params = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Shape:
-    """One array of the network by name; arrays are stored one after the other in this order."""
+    """One array of the network by name; arrays are stored one after the other in this
+    order.
+    """
 
     name: str
     size: tuple[int, ...]
@@ -64,9 +69,11 @@ def shapes() -> list[Shape]:
 
 
 def invariants(points: Any, xp: Any = np) -> Any:
-    """How the rest of a cloud lies round each of its points (…, n, 2): (…, n, 3·BINS), the same after any rotation.
+    """How the rest of a cloud lies round each of its points (…, n, 2): (…, n, 3·BINS),
+    the same after any rotation.
 
-    Over soft bins of distance: how many lie there, how far outwards and how far to the left they lie.
+    Over soft bins of distance: how many lie there, how far outwards and how far to the
+    left they lie.
     """
     apart = points[..., None, :, :] - points[..., :, None, :]
     distance = (apart**2).sum(-1) ** 0.5
@@ -90,13 +97,17 @@ def waves(points: Any, xp: Any = np) -> Any:
 
 
 def given(points: Any, view: float, xp: Any = np) -> Any:
-    """What the encoder is given of one cloud (…, n, 2): view is 0 for the source, 1 for the target."""
+    """What the encoder is given of one cloud (…, n, 2): view is 0 for the source, 1 for
+    the target.
+    """
     flag = points[..., :1] * 0.0 + view
     return xp.concatenate([invariants(points, xp), waves(points, xp), flag], -1)
 
 
 def encode(params: Params, source: Any, target: Any, xp: Any = np) -> Any:
-    """The tokens of both clouds (…, m + n, WIDTH) from source (…, m, 2) and target (…, n, 2)."""
+    """The tokens of both clouds (…, m + n, WIDTH) from source (…, m, 2) and target (…,
+    n, 2).
+    """
     tokens = xp.concatenate([given(source, 0.0, xp), given(target, 1.0, xp)], -2)
     h = tokens @ params["given.w"] + params["given.b"]
     for i in range(ENCODER):
@@ -105,7 +116,9 @@ def encode(params: Params, source: Any, target: Any, xp: Any = np) -> Any:
 
 
 def endpoint(params: Params, tokens: Any, present: Any, time: Any, xp: Any = np) -> Any:
-    """Where each point belongs (…, m + n, 2), seen from the present coordinates (…, m + n, 2) at time (…, 1, 1)."""
+    """Where each point belongs (…, m + n, 2), seen from the present coordinates (…, m +
+    n, 2) at time (…, 1, 1).
+    """
     clock = present[..., :1] * 0.0 + time
     seen = xp.concatenate([waves(present, xp), clock, xp.sin(np.pi * clock), xp.cos(np.pi * clock)], -1)
     h = tokens + seen @ params["present.w"] + params["present.b"]

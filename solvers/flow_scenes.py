@@ -1,4 +1,6 @@
-"""The synthetic scenes that the learned flow is trained on, and those held out to see where it fails."""
+"""The synthetic scenes that the learned flow is trained on, and those held out to see
+where it fails.
+"""
 
 from __future__ import annotations
 
@@ -13,10 +15,12 @@ MODES = 6
 
 @dataclass(frozen=True)
 class Kind:
-    """A family of scenes. turn: the range of |rotation| in degrees. noise: the range of σ in RMS radii.
+    """A family of scenes. turn: the range of |rotation| in degrees. noise: the range of
+    σ in RMS radii.
 
-    clutter: the range of the share of each cloud replaced by junk. scale: of the moving cloud.
-    shape: "waves" (closed curves of random harmonics, the training's) or "corners" (closed polygons).
+    clutter: the range of the share of each cloud replaced by junk. scale: of the moving
+    cloud. shape: "waves" (closed curves of random harmonics, the training's) or
+    "corners" (closed polygons).
     """
 
     name: str
@@ -41,8 +45,9 @@ HELD_OUT = (
 
 @dataclass(frozen=True, eq=False)
 class Draw:
-    """b scenes: source and target (b, n, 2), each in its own coordinates; angle (b,) and shift (b, 2) of the true
-    motion from source to target coordinates."""
+    """b scenes: source and target (b, n, 2), each in its own coordinates; angle (b,)
+    and shift (b, 2) of the true motion from source to target coordinates.
+    """
 
     source: FloatArray
     target: FloatArray
@@ -51,13 +56,16 @@ class Draw:
 
 
 def draw(kind: Kind, count: int, points: int, seed: int) -> Draw:
-    """`count` scenes of `points` points a cloud; both clouds are sampled from the curve independently."""
+    """`count` scenes of `points` points a cloud; both clouds are sampled from the curve
+    independently.
+    """
     random = np.random.default_rng(seed)
     curve = _waves if kind.shape == "waves" else _corners
     outline = curve(random, count)  # (b, K, 2), dense and closed
     outline = outline - outline.mean(axis=1, keepdims=True)
     outline /= np.sqrt((outline**2).sum(-1).mean(-1))[:, None, None]
-    # any orientation to begin with: the target's frame is the scanner's, not the shape's
+    # any orientation to begin with: the target's frame is the scanner's, not the
+    # shape's
     outline = outline @ _turn(random.uniform(-np.pi, np.pi, count))
     clouds = []
     sigma = random.uniform(*kind.noise, size=count)
@@ -112,7 +120,9 @@ def _corners(random: np.random.Generator, count: int, dense: int = 240) -> Float
 
 
 def _along(outline: FloatArray, share: FloatArray) -> FloatArray:
-    """Places at shares (b, n) of the outline's samples (b, K, 2), between neighbours linearly."""
+    """Places at shares (b, n) of the outline's samples (b, K, 2), between neighbours
+    linearly.
+    """
     dense = outline.shape[1]
     at = share * dense
     low = np.floor(at).astype(np.int64) % dense

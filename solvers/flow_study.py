@@ -1,4 +1,6 @@
-"""The held-out study of the learned flows: how often they are right on scenes like the training's, and on others."""
+"""The held-out study of the learned flows: how often they are right on scenes like the
+training's, and on others.
+"""
 
 from __future__ import annotations
 
@@ -33,8 +35,9 @@ VARIANTS = {
 class Line:
     """A variant on one kind of scene.
 
-    degrees, length: the median errors of rotation, and of translation in RMS radii of the shape. turned: how many of
-    `count` scenes have a rotation error below 5°. placed: how many have a translation error below 0.1 radii as well.
+    degrees, length: the median errors of rotation, and of translation in RMS radii of
+    the shape. turned: how many of `count` scenes have a rotation error below 5°.
+    placed: how many have a translation error below 0.1 radii as well.
     """
 
     variant: str
@@ -53,7 +56,9 @@ def study(
     seed: int = SEED,
     folder: str = FOLDER,
 ) -> list[Line]:
-    """Every variant on `count` scenes of every kind, of unit RMS radius, with the weights in `folder`."""
+    """Every variant on `count` scenes of every kind, of unit RMS radius, with the
+    weights in `folder`.
+    """
     lines = []
     for kind in kinds:
         scenes = draw(kind, count, POINTS, seed)
@@ -63,9 +68,11 @@ def study(
 
 
 def errors(scenes: Draw, variant: str, folder: str = FOLDER, block: int = 50) -> tuple[FloatArray, FloatArray]:
-    """Rotation errors in degrees and translation errors in u of a variant on scenes, (b,) each.
+    """Rotation errors in degrees and translation errors in u of a variant on scenes,
+    (b,) each.
 
-    The translation is compared at the source's centroid, where a wrong rotation does not add to it.
+    The translation is compared at the source's centroid, where a wrong rotation does
+    not add to it.
     """
     name, options = VARIANTS[variant]
     method = flow_method(name, folder)
@@ -102,6 +109,8 @@ def _line(variant: str, kind: Kind, degrees: FloatArray, length: FloatArray) -> 
 
 
 def by_turn(edges: Sequence[float], variant: str, count: int = 100, seed: int = SEED) -> list[Line]:
-    """A variant on scenes like the training's, but turned by the degrees between neighbouring `edges`."""
+    """A variant on scenes like the training's, but turned by the degrees between
+    neighbouring `edges`.
+    """
     kinds = [replace(HELD_OUT[0], name=f"{low:g}–{high:g}°", turn=(low, high)) for low, high in pairwise(edges)]
     return study(kinds, [variant], count, seed)

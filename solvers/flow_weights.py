@@ -1,7 +1,9 @@
-"""The trained numbers of the learned flows: a byte each, in a small file beside this module.
+"""The trained numbers of the learned flows: a byte each, in a small file beside this
+module.
 
-Each column of an array is stored as whole numbers from −127 to 127 and one float32 factor. `pack` and `unpack` are the
-format; `params` reads the file of a method. `python3 build.py train` writes it.
+Each column of an array is stored as whole numbers from −127 to 127 and one float32
+factor. `pack` and `unpack` are the format; `params` reads the file of a method.
+`python3 build.py train` writes it.
 """
 
 from __future__ import annotations
@@ -19,7 +21,9 @@ LEVELS = 127
 
 
 def pack(arrays: dict[str, FloatArray]) -> bytes:
-    """The network's arrays in the order of `flow_network.shapes`: the factors of an array's columns, its numbers."""
+    """The network's arrays in the order of `flow_network.shapes`: the factors of an
+    array's columns, its numbers.
+    """
     parts = []
     for shape in shapes():
         values = np.asarray(arrays[shape.name], dtype=np.float64).reshape(-1, shape.size[-1])
@@ -30,7 +34,9 @@ def pack(arrays: dict[str, FloatArray]) -> bytes:
 
 
 def unpack(data: bytes) -> dict[str, FloatArray]:
-    """The arrays of a packed network. Raises ValueError where the length is another one's."""
+    """The arrays of a packed network. Raises ValueError where the length is another
+    one's.
+    """
     needed = sum(4 * shape.size[-1] + shape.count for shape in shapes())
     if len(data) != needed:
         raise ValueError(f"weights: {len(data)} bytes, and the network needs {needed}")

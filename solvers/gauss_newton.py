@@ -1,22 +1,28 @@
-"""One Gauss-Newton step on fixed pairs, each with a precision matrix of its own, and what the pairs do not determine.
+"""One Gauss-Newton step on fixed pairs, each with a precision matrix of its own, and
+what the pairs do not determine.
 
-For pairs (x, q), x the moved point, the cost is `Σ w (x − q)ᵀ M (x − q)`. The identity for M is point to point, `n nᵀ`
-is point to plane (the residual `nᵀ(x − q)`, squared), an inverse covariance is GICP. A small motion about the cloud's
-centre c takes x to `x + v + ω × (x − c)`, so with K the generator of rotations at x − c, `J = [I, K/ρ]`:
+For pairs (x, q), x the moved point, the cost is `Σ w (x − q)ᵀ M (x − q)`. The identity
+for M is point to point, `n nᵀ` is point to plane (the residual `nᵀ(x − q)`, squared),
+an inverse covariance is GICP. A small motion about the cloud's centre c takes x to
+`x + v + ω × (x − c)`, so with K the generator of rotations at x − c, `J = [I, K/ρ]`:
 
     H ξ = −g,   H = Σ w Jᵀ M J / Σ w,   g = Σ w Jᵀ M (x − q) / Σ w,   ξ = (v, ρω).
 
-All of ξ is in world units because the angle is multiplied by ρ, the cloud's RMS radius; with the centre at the cloud's
-own, the eigenvalues of H depend neither on units nor on the origin. Otherwise its condition number would: a room moved
-by 100 u would seem a million times harder. The step turns by ω exactly, about c, and then moves by v.
+All of ξ is in world units because the angle is multiplied by ρ, the cloud's RMS radius;
+with the centre at the cloud's own, the eigenvalues of H depend neither on units nor on
+the origin. Otherwise its condition number would: a room moved by 100 u would seem a
+million times harder. The step turns by ω exactly, about c, and then moves by v.
 
-A direction is free where its eigenvalue is below a fraction of the largest: the pairs say nothing about it, and the
-step leaves it alone (the least-norm solution) instead of following rounding.
+A direction is free where its eigenvalue is below a fraction of the largest: the pairs
+say nothing about it, and the step leaves it alone (the least-norm solution) instead of
+following rounding.
 
-Sources: Chen & Medioni 1992 (point to plane); Low 2004, Linear least-squares optimization for point-to-plane ICP
-surface registration (the linear system); Gelfand et al. 2003, Geometrically stable sampling for the ICP algorithm
-(the eigenvectors of H as slides, centred and scaled); Zhang, Kaess & Singh 2016, On degeneracy of optimization-based
-state estimation problems (the solution kept out of the weak directions).
+Sources: Chen & Medioni 1992 (point to plane); Low 2004, Linear least-squares
+optimization for point-to-plane ICP surface registration (the linear system); Gelfand et
+al. 2003, Geometrically stable sampling for the ICP algorithm (the eigenvectors of H as
+slides, centred and scaled); Zhang, Kaess & Singh 2016, On degeneracy of
+optimization-based state estimation problems (the solution kept out of the weak
+directions).
 """
 
 from __future__ import annotations
@@ -32,12 +38,15 @@ from solvers.spectral import symmetric_eigen
 
 @dataclass(frozen=True, eq=False)
 class System:
-    """The normal equations of b problems at a pose; p = 3 unknowns in the plane, 6 in space: v, then ρω.
+    """The normal equations of b problems at a pose; p = 3 unknowns in the plane, 6 in
+    space: v, then ρω.
 
-    information: (b, p, p) H. gradient: (b, p) g. eigenvalues: (b, p) of H, smallest first, and directions: (b, p, p)
-    its unit eigenvectors, one a column: the first is the weak direction. condition: (b,) the largest eigenvalue over
-    the smallest, infinite where that is not positive. free: (b, p) which directions the pairs do not determine.
-    centre: (b, d), radius: (b,) what ξ is relative to: a point x moves by `v + (ρω/ρ) × (x − centre)`.
+    information: (b, p, p) H. gradient: (b, p) g. eigenvalues: (b, p) of H, smallest
+    first, and directions: (b, p, p) its unit eigenvectors, one a column: the first is
+    the weak direction. condition: (b,) the largest eigenvalue over the smallest,
+    infinite where that is not positive. free: (b, p) which directions the pairs do not
+    determine. centre: (b, d), radius: (b,) what ξ is relative to: a point x moves by
+    `v + (ρω/ρ) × (x − centre)`.
     """
 
     information: FloatArray
@@ -59,9 +68,11 @@ def system(
     radius: FloatArray,
     free_below: float = 1e-6,
 ) -> System:
-    """The normal equations of the pairs moved, partners (b, m, d) with precisions (b, m, d, d), weights (b, m), about
-    the centre (b, d) and with the RMS radius (b,) of the moved cloud. free_below: the fraction of the largest
-    eigenvalue below which a direction is free. Without any weight all directions are."""
+    """The normal equations of the pairs moved, partners (b, m, d) with precisions (b,
+    m, d, d), weights (b, m), about the centre (b, d) and with the RMS radius (b,) of
+    the moved cloud. free_below: the fraction of the largest eigenvalue below which a
+    direction is free. Without any weight all directions are.
+    """
     b, m, d = moved.shape
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         used = weights > 0.0
@@ -101,8 +112,10 @@ def jacobian(lever: FloatArray, radius: FloatArray) -> FloatArray:
 
 
 def solve(system: System, max_shift: float = np.inf, max_turn: float = np.inf) -> FloatArray:
-    """The step ξ (b, p) outside the free directions, shortened as a whole where ‖v‖ exceeds `max_shift` (world units)
-    or ‖ω‖ exceeds `max_turn` (radians): one factor for both, since capping each by itself would bend the step."""
+    """The step ξ (b, p) outside the free directions, shortened as a whole where ‖v‖
+    exceeds `max_shift` (world units) or ‖ω‖ exceeds `max_turn` (radians): one factor
+    for both, since capping each by itself would bend the step.
+    """
     d = system.centre.shape[1]
     with np.errstate(over="ignore", under="ignore", invalid="ignore", divide="ignore"):
         along = (system.gradient[:, None] @ system.directions)[:, 0]
@@ -115,7 +128,9 @@ def solve(system: System, max_shift: float = np.inf, max_turn: float = np.inf) -
 
 
 def apply(xi: FloatArray, system: System, pose: Pose) -> Pose:
-    """The poses (b,) after the motion ξ: turned by ω about the system's centre, moved by v; a scale stays."""
+    """The poses (b,) after the motion ξ: turned by ω about the system's centre, moved
+    by v; a scale stays.
+    """
     d = pose.dim
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         turn = rotation(xi[:, d:] / system.radius[:, None])
@@ -124,14 +139,17 @@ def apply(xi: FloatArray, system: System, pose: Pose) -> Pose:
 
 
 def turned(R: FloatArray, v: FloatArray) -> FloatArray:
-    """R v for matrices (b, d, d) and one vector each, (b, d), with rounding that does not depend on the batch, as that
-    of a matrix product by one column may."""
+    """R v for matrices (b, d, d) and one vector each, (b, d), with rounding that does
+    not depend on the batch, as that of a matrix product by one column may.
+    """
     product: FloatArray = (R * v[:, None, :]).sum(axis=-1)
     return product
 
 
 def rotation(omega: FloatArray) -> FloatArray:
-    """The rotation by ω: angle (..., 1) in the plane, rotation vector (..., 3) in space; radians. (..., d, d)."""
+    """The rotation by ω: angle (..., 1) in the plane, rotation vector (..., 3) in
+    space; radians. (..., d, d).
+    """
     if omega.shape[-1] == 1:
         return Pose.from_angle(omega[..., 0]).R
     angle = np.linalg.norm(omega, axis=-1)[..., None, None]
@@ -142,7 +160,8 @@ def rotation(omega: FloatArray) -> FloatArray:
 
 
 def freedom(system: System, i: int) -> str:
-    """What problem i's pairs leave free, in words; empty where they determine the pose."""
+    """What problem i's pairs leave free, in words; empty where they determine the pose.
+    """
     count = int(system.free[i].sum())
     p, d = system.gradient.shape[1], system.centre.shape[1]
     if count == 0:

@@ -1,15 +1,19 @@
-"""Sums of Gaussian kernels between two clouds, in blocks: what every soft method rests on.
+"""Sums of Gaussian kernels between two clouds, in blocks: what every soft method rests
+on.
 
 With `K_ij = exp(−‖a_i − b_j‖² / 2σ²)` for rows a_i and columns b_j,
 
-- `sums` gives for each row `Σ_j K_ij v_j`, whatever the columns' values v_j (`powers`: 1, b_j, b_j b_jᵀ for moments);
-- `shares` divides each row by its sum plus a constant c and adds up the columns: the expectation step of a mixture with
-  components b_j and observations a_i, `P_ij = K_ij / (Σ_k K_ik + c)`.
+- `sums` gives for each row `Σ_j K_ij v_j`, whatever the columns' values v_j (`powers`:
+  1, b_j, b_j b_jᵀ for moments);
+- `shares` divides each row by its sum plus a constant c and adds up the columns: the
+  expectation step of a mixture with components b_j and observations a_i,
+  `P_ij = K_ij / (Σ_k K_ik + c)`.
 
-Exponents end at −500: numbers below 1e-217 are slow to reckon with and count for nothing beside what is near. No
-temporary holds more than `BLOCK` numbers, or one row where that is longer; the whole matrix never exists. Distances
-are sums of squared differences, not `‖a‖² + ‖b‖² − 2 a·b`, whose error is that of the clouds' extent over σ, squared:
-so the answers do not depend on the blocks beyond the order of the sums.
+Exponents end at −500: numbers below 1e-217 are slow to reckon with and count for
+nothing beside what is near. No temporary holds more than `BLOCK` numbers, or one row
+where that is longer; the whole matrix never exists. Distances are sums of squared
+differences, not `‖a‖² + ‖b‖² − 2 a·b`, whose error is that of the clouds' extent over
+σ, squared: so the answers do not depend on the blocks beyond the order of the sums.
 """
 
 from __future__ import annotations
@@ -31,10 +35,11 @@ _LOW = 1e-190  # a row's sum below it may be made of such ends, and is taken aga
 
 @dataclass(frozen=True, eq=False)
 class Shares:
-    """The sums of `P_ij = K_ij / (Σ_k K_ik + c)`, rows a_i (n of them), columns b_j (m of them).
+    """The sums of `P_ij = K_ij / (Σ_k K_ik + c)`, rows a_i (n of them), columns b_j (m
+    of them).
 
-    row (b, n): Σ_j P_ij, at most 1. column (b, m): Σ_i P_ij. first (b, m, d): Σ_i P_ij a_i.
-    scatter (b,): Σ_ij P_ij ‖a_i − b_j‖². log_sum (b,): Σ_i log(Σ_k K_ik + c).
+    row (b, n): Σ_j P_ij, at most 1. column (b, m): Σ_i P_ij. first (b, m, d): Σ_i P_ij
+    a_i. scatter (b,): Σ_ij P_ij ‖a_i − b_j‖². log_sum (b,): Σ_i log(Σ_k K_ik + c).
     """
 
     row: FloatArray
@@ -45,8 +50,10 @@ class Shares:
 
 
 def blocks(b: int, rows: int, columns: int, limit: int | None = None) -> Iterator[tuple[slice, slice]]:
-    """Problems and rows to take together so that problems × rows × columns stays within `limit` (default `BLOCK`):
-    several whole problems, or some rows of one, at least one row."""
+    """Problems and rows to take together so that problems × rows × columns stays within
+    `limit` (default `BLOCK`): several whole problems, or some rows of one, at least one
+    row.
+    """
     most = BLOCK if limit is None else limit
     together = max(1, most // (rows * columns))
     size = rows if together > 1 else max(1, min(rows, most // columns))
@@ -56,10 +63,11 @@ def blocks(b: int, rows: int, columns: int, limit: int | None = None) -> Iterato
 
 
 class _Kernel:
-    """The kernel between rows (b, r, d) and columns (b, c, d), block by block in two buffers that it keeps.
+    """The kernel between rows (b, r, d) and columns (b, c, d), block by block in two
+    buffers that it keeps.
 
-    Differences come from matrix products, `[a, 1] · [1, −b]`: exact but for the one rounding of a difference, as each
-    product is, and quicker than broadcasting.
+    Differences come from matrix products, `[a, 1] · [1, −b]`: exact but for the one
+    rounding of a difference, as each product is, and quicker than broadcasting.
     """
 
     def __init__(self, rows: FloatArray, columns: FloatArray, sigma: FloatArray, limit: int | None = None) -> None:
@@ -68,7 +76,8 @@ class _Kernel:
         self.left, self.right = np.ones((b, d, r, 2)), np.ones((b, d, 2, c))
         self.left[..., 0] = rows.swapaxes(1, 2)
         np.negative(columns.swapaxes(1, 2), out=self.right[:, :, 1])
-        # A width below 1e-154 has no square: the factor stays finite, and a distance of 0 keeps a weight of 1.
+        # A width below 1e-154 has no square: the factor stays finite, and a distance of
+        # 0 keeps a weight of 1.
         self.factor = (-0.5 / np.maximum(np.square(sigma), _TINY))[:, None, None]
         self.blocks = list(blocks(b, r, c, limit))
         some, part = self.blocks[0]
@@ -76,7 +85,9 @@ class _Kernel:
         self.buffers = tuple(np.empty(shape) for _ in range(2))
 
     def block(self, some: slice, part: slice) -> tuple[FloatArray, FloatArray]:
-        """Squared distances and kernel of a block, (g, r, c) both; they hold until the next call."""
+        """Squared distances and kernel of a block, (g, r, c) both; they hold until the
+        next call.
+        """
         left, right = self.left[some, :, part], self.right[some]
         squares, kernel = (x[: left.shape[0], : left.shape[2]] for x in self.buffers)
         np.matmul(left[:, 0], right[:, 0], out=squares)
@@ -92,8 +103,9 @@ class _Kernel:
 
 
 def powers(points: FloatArray, order: int = 1) -> FloatArray:
-    """(b, n, 1 + d), the values 1 and b_j of the points (b, n, d); with order 2 (b, n, 1 + d + d²), b_j b_jᵀ row by row
-    beside them."""
+    """(b, n, 1 + d), the values 1 and b_j of the points (b, n, d); with order 2 (b, n,
+    1 + d + d²), b_j b_jᵀ row by row beside them.
+    """
     b, n, d = points.shape
     out = np.ones((b, n, 1 + d + (d * d if order == 2 else 0)))
     out[..., 1 : d + 1] = points
@@ -103,10 +115,11 @@ def powers(points: FloatArray, order: int = 1) -> FloatArray:
 
 
 def sums(rows: FloatArray, columns: FloatArray, sigma: FloatArray, values: FloatArray) -> FloatArray:
-    """`Σ_j K_ij v_j`, (b, m, v), of the values (b, n, v) at the columns (b, n, d), seen from the rows (b, m, d), with
-    widths sigma (b,) > 0.
+    """`Σ_j K_ij v_j`, (b, m, v), of the values (b, n, v) at the columns (b, n, d), seen
+    from the rows (b, m, d), with widths sigma (b,) > 0.
 
-    A row that no column reaches has a sum of about 1e-217, never zero: see the module's text.
+    A row that no column reaches has a sum of about 1e-217, never zero: see the module's
+    text.
     """
     out = np.empty((*rows.shape[:2], values.shape[2]))
     with np.errstate(over="ignore", under="ignore"):
@@ -117,8 +130,10 @@ def sums(rows: FloatArray, columns: FloatArray, sigma: FloatArray, values: Float
 
 
 def shares(rows: FloatArray, columns: FloatArray, sigma: FloatArray, c: FloatArray, limit: int | None = None) -> Shares:
-    """The sums of the normalised kernel, for rows (b, n, d), columns (b, m, d), widths sigma (b,) > 0, constants c
-    (b,) ≥ 0. With c = 0 every row has the sum 1, however far it lies. limit: of a temporary (default `BLOCK`)."""
+    """The sums of the normalised kernel, for rows (b, n, d), columns (b, m, d), widths
+    sigma (b,) > 0, constants c (b,) ≥ 0. With c = 0 every row has the sum 1, however
+    far it lies. limit: of a temporary (default `BLOCK`).
+    """
     b, n, d = rows.shape
     m = columns.shape[1]
     ones, nothing = np.ones((m, 1)), np.zeros((1, 1))
@@ -146,7 +161,9 @@ def shares(rows: FloatArray, columns: FloatArray, sigma: FloatArray, c: FloatArr
 
 
 def share_matrix(rows: FloatArray, columns: FloatArray, sigma: float, c: float) -> FloatArray:
-    """The whole matrix P (n, m) whose sums `shares` gives, of one problem: rows (n, d), columns (m, d)."""
+    """The whole matrix P (n, m) whose sums `shares` gives, of one problem: rows (n, d),
+    columns (m, d).
+    """
     with np.errstate(over="ignore", under="ignore", divide="ignore"):
         steps = rows[:, None, :] - columns[None, :, :]
         exponents = np.maximum(np.einsum("nmd,nmd->nm", steps, steps) * (-0.5 / sigma**2), -1e300)
@@ -160,8 +177,10 @@ def share_matrix(rows: FloatArray, columns: FloatArray, sigma: float, c: float) 
 def _rescue(
     D: FloatArray, K: FloatArray, total: FloatArray, constant: FloatArray, factor: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Rows (g, r) that are too far for their sum to be a number are taken relative to the largest term, a kernel's or
-    c: kernel and sum are changed in place; c so scaled (g, r) and that term's logarithm, 0 elsewhere, are returned."""
+    """Rows (g, r) that are too far for their sum to be a number are taken relative to
+    the largest term, a kernel's or c: kernel and sum are changed in place; c so scaled
+    (g, r) and that term's logarithm, 0 elsewhere, are returned.
+    """
     low = (total < _LOW) & (constant < _LOW)
     # Beyond float64 all distances are equally far.
     exponents = np.maximum(np.where(low[..., None], D * factor, 0.0), -1e300)

@@ -1,22 +1,30 @@
-"""GMMReg: the L2 distance between two Gaussian mixtures, one component a point, minimised while the width shrinks.
+"""GMMReg: the L2 distance between two Gaussian mixtures.
 
-With every point a Gaussian of covariance σ² I and uniform weights, the squared L2 distance of the two densities is, in
-closed form,
+One component a point; minimised while the width shrinks.
+
+With every point a Gaussian of covariance σ² I and uniform weights, the squared L2
+distance of the two densities is, in closed form,
 
     E(T) = ∫ (f_T − g)² = (4πσ²)^{−d/2} (k_xx / M² − 2 k_xy / MN + k_yy / N²),
     k_xy = Σ_ij exp(−‖T p_i − q_j‖² / 4σ²),
 
-so it is a squared maximum mean discrepancy under the Gaussian kernel of length ℓ = √2 σ, up to the factor in front: no
-association, no expectation step. A rigid motion leaves k_xx as it is. A step is one of Newton's method with gradient
-and Hessian in closed form, damped, capped at one ℓ and shortened until E falls. In lengths of ℓ, u_ij = x_i − q_j,
-`J_i = [I, K/ρ]` (`solvers.gauss_newton`), with k = K_ij: the gradient of −k_xy is `Σ k J_iᵀ u_ij`, its Hessian
-`Σ k (J_iᵀ J_i − J_iᵀ u_ij u_ijᵀ J_i)`, and in the angle's place also `−Σ k u_ij·(x_i − c)/ρ²`.
+so it is a squared maximum mean discrepancy under the Gaussian kernel of length ℓ = √2
+σ, up to the factor in front: no association, no expectation step. A rigid motion leaves
+k_xx as it is. A step is one of Newton's method with gradient and Hessian in closed
+form, damped, capped at one ℓ and shortened until E falls. In lengths of ℓ, u_ij = x_i −
+q_j, `J_i = [I, K/ρ]` (`solvers.gauss_newton`), with k = K_ij: the gradient of −k_xy is
+`Σ k J_iᵀ u_ij`, its Hessian `Σ k (J_iᵀ J_i − J_iᵀ u_ij u_ijᵀ J_i)`, and in the angle's
+place also `−Σ k u_ij·(x_i − c)/ρ²`.
 
-When a stage has come to rest σ shrinks, and E is anew another function: it never rises within a stage. Left out:
-unequal weights and covariances, and the non-rigid forms. Planar.
+When a stage has come to rest σ shrinks, and E is anew another function: it never rises
+within a stage. Left out: unequal weights and covariances, and the non-rigid forms.
+Planar.
 
-Source: Jian & Vemuri 2011, Robust point set registration using Gaussian mixture models (the L2
-distance, its gradient, annealing; they minimise by a quasi-Newton method).
+References
+----------
+.. [1] B. Jian, B. C. Vemuri, "Robust point set registration using Gaussian mixture
+   models", 2011 (the L2 distance, its gradient, annealing; they minimise by a
+   quasi-Newton method). doi:10.1109/TPAMI.2010.223
 """
 
 from __future__ import annotations
@@ -39,10 +47,29 @@ _FINEST = 1e-6  # of the clouds' extent: below it no two points of a fit see eac
 
 @dataclass(frozen=True)
 class GmmRegOptions:
-    """first, last: where σ starts and ends, world units (None: 0.4 and 0.05 of the target's RMS radius). shrink: what σ
-    is multiplied by after every stage. tolerance: the last stage ends when a step moves the source points, root mean
-    square, by at most this fraction of their RMS radius. coarse: this fraction in the stages before the last. A stage
-    ends, too, when no step lowers E."""
+    """Options of `gmmreg`.
+
+    A stage ends, too, when no step lowers E.
+
+    Parameters
+    ----------
+    first : float, optional
+        Where σ starts, world units. None is 0.4 of the target's RMS radius.
+    last : float, optional
+        Where σ ends, world units. None is 0.05 of that radius.
+    shrink : float, default 0.5
+        What σ is multiplied by after every stage, above 0 and below 1.
+    coarse : float, default 1e-2
+        A stage before the last ends when a step moves the source points, root mean
+        square, by at most this fraction of their RMS radius.
+    tolerance : float, default 1e-6
+        The same fraction for the last stage.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
+    """
 
     first: float | None = None
     last: float | None = None
@@ -65,10 +92,12 @@ class GmmRegOptions:
 class GmmRegState:
     """A pose, σ, and E there (the objective, in 1/u²).
 
-    sigma: (b,) world units, last: (b,) its end. moved: (b, m, 2). overlap: (b, m) Σ_j K_ij / N, how much of the fixed
-    mixture each moving point meets. own: (b,) k_xx / M² + k_yy / N² at σ. gradient: (b, 3) and hessian: (b, 3, 3) of
-    −k_xy / MN in ξ = (v, ρω), world units, about the moved cloud's centroid; damping: (b,) λ of the last step. change:
-    (b,) how far it moved the points, root mean square, over their RMS radius `radius`.
+    sigma: (b,) world units, last: (b,) its end. moved: (b, m, 2). overlap: (b, m) Σ_j
+    K_ij / N, how much of the fixed mixture each moving point meets. own: (b,) k_xx / M²
+    + k_yy / N² at σ. gradient: (b, 3) and hessian: (b, 3, 3) of −k_xy / MN in ξ = (v,
+    ρω), world units, about the moved cloud's centroid; damping: (b,) λ of the last
+    step. change: (b,) how far it moved the points, root mean square, over their RMS
+    radius `radius`.
     """
 
     problem: Problem = field(metadata=CONSTANT)
@@ -123,15 +152,19 @@ def _at_width(state: GmmRegState, sigma: FloatArray) -> GmmRegState:
 
 
 def _at(state: GmmRegState, pose: Pose) -> GmmRegState:
-    """The state at another pose: E, its gradient and its Hessian from the moments of the kernel."""
+    """The state at another pose: E, its gradient and its Hessian from the moments of
+    the kernel.
+    """
     q = state.problem.target
     b, n, d = q.shape
     m = state.moved.shape[1]
-    # A source that is a point beside ℓ has no curvature by the turn that is a number, and no step by it is taken.
+    # A source that is a point beside ℓ has no curvature by the turn that is a number,
+    # and no step by it is taken.
     with np.errstate(all="ignore"):
         ell = np.sqrt(2.0) * state.sigma
         moved = pose.apply(state.problem.source)
-        # In lengths of ℓ about the target's mean: the moments of differences lose no digits to the origin.
+        # In lengths of ℓ about the target's mean: the moments of differences lose no
+        # digits to the origin.
         centre = q.mean(axis=1, keepdims=True)
         x, y = (moved - centre) / ell[:, None, None], (q - centre) / ell[:, None, None]
         near = gaussians.sums(x, y, np.ones(b), gaussians.powers(y, 2)) / n
@@ -157,7 +190,9 @@ def _at(state: GmmRegState, pose: Pose) -> GmmRegState:
 
 
 def moved_by(state: GmmRegState, xi: FloatArray) -> Pose:
-    """The state's poses after ξ = (v, ρω), (b, 3): turned by ω about the moved cloud's centroid, then moved by v."""
+    """The state's poses after ξ = (v, ρω), (b, 3): turned by ω about the moved cloud's
+    centroid, then moved by v.
+    """
     turn = Pose.from_angle(xi[:, 2] / state.radius).R
     centre = state.moved.mean(axis=1)
     t = centre + (turn @ (state.pose.t - centre)[..., None])[..., 0] + xi[:, :2]
@@ -192,7 +227,8 @@ def _step(state: GmmRegState) -> GmmRegState:
 
     lost: BoolArray = (state.hessian == 0.0).all(axis=(1, 2)) & final
     status, reason = mark(after.status, after.reason, lost, Status.DEGENERATE, "no direction of motion changes E")
-    # At a minimum Newton's step is small, and whether E still falls is a matter of rounding.
+    # At a minimum Newton's step is small, and whether E still falls is a matter of
+    # rounding.
     settled = rest & (~pending | (whole <= limit))
     status, reason = mark(status, reason, settled & final, Status.CONVERGED, "the pose has come to rest at the last σ")
     status, reason = mark(status, reason, rest & final, Status.STALLED, "no step lowers E")

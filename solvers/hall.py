@@ -1,4 +1,5 @@
-"""Two scans of a hall in space: the walls of the planar room, as high as a wall is, and the floor between them.
+"""Two scans of a hall in space: the walls of the planar room, as high as a wall is, and
+the floor between them.
 
 From above the floor covers the walls; a slice at half the height shows the room alone.
 """
@@ -19,7 +20,9 @@ FLOOR = 0.03  # u, σ of the floor's height
 
 @dataclass(frozen=True, eq=False)
 class Hall:
-    """source (m, 3) and target (n, 3), world units, z upwards; truth, in space: the pose that lays one on the other."""
+    """source (m, 3) and target (n, 3), world units, z upwards; truth, in space: the
+    pose that lays one on the other.
+    """
 
     source: FloatArray
     target: FloatArray
@@ -27,7 +30,9 @@ class Hall:
 
 
 def hall(seed: int = 40, floor: int = 250) -> Hall:
-    """A hall whose source is turned by −20° about the vertical and moved; `floor` points of the floor in each scan."""
+    """A hall whose source is turned by −20° about the vertical and moved; `floor`
+    points of the floor in each scan.
+    """
     scene, random = room("noise", seed=seed), np.random.default_rng(seed)
 
     def raised(walls: FloatArray) -> FloatArray:

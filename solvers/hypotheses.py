@@ -1,19 +1,26 @@
-"""A mixture of association hypotheses: several whole one-to-one assignments, one greedy, the others drawn; average.
+"""A mixture of association hypotheses, averaged.
 
-At a pose and a width σ each hypothesis assigns every source point to one target point or to none, no target point
-twice. The greedy one takes the pair of the best score `ψ_ij = exp(−‖T p_i − q_j‖² / 2σ²)`, then the best among what is
-left, as long as the score exceeds the miss score ψ₀. A drawn one lets every source point draw a target point with
-probability `ψ_ij / (ψ₀ + Σ_k ψ_ik)`, or none with the rest. Who draws a taken point draws again, which is a draw among
-the free ones; of those that draw one point at once the first in a random order gets it. After `draws` turns in vain a
-point is missed. A source point's soft target is the mean over the hypotheses that assign it, its support their
-share; a weighted rigid fit follows, then σ shrinks.
+Several whole one-to-one assignments: one greedy, the others drawn.
 
-It is not PMBM: no Poisson part for what has not been seen, no Bernoulli existence, no posterior handed on from step to
-step, all hypotheses of one weight. The random numbers of a run are drawn once and used at every step, so that a run can
-come to rest.
+At a pose and a width σ each hypothesis assigns every source point to one target point
+or to none, no target point twice. The greedy one takes the pair of the best score
+`ψ_ij = exp(−‖T p_i − q_j‖² / 2σ²)`, then the best among what is left, as long as the
+score exceeds the miss score ψ₀. A drawn one lets every source point draw a target point
+with probability `ψ_ij / (ψ₀ + Σ_k ψ_ik)`, or none with the rest. Who draws a taken
+point draws again, which is a draw among the free ones; of those that draw one point at
+once the first in a random order gets it. After `draws` turns in vain a point is missed.
+A source point's soft target is the mean over the hypotheses that assign it, its support
+their share; a weighted rigid fit follows, then σ shrinks.
 
-Source: García-Fernández et al. 2018, Poisson multi-Bernoulli mixture filter (the idea of a mixture over associations;
-nothing else of it).
+It is not PMBM: no Poisson part for what has not been seen, no Bernoulli existence, no
+posterior handed on from step to step, all hypotheses of one weight. The random numbers
+of a run are drawn once and used at every step, so that a run can come to rest.
+
+References
+----------
+.. [1] Á. F. García-Fernández, J. L. Williams, K. Granström, L. Svensson, "Poisson
+   multi-Bernoulli mixture filter: direct derivation and implementation", 2018 (the idea
+   of a mixture over associations; nothing else of it). doi:10.1109/TAES.2018.2805153
 """
 
 from __future__ import annotations
@@ -35,8 +42,35 @@ _UNIT = 2.0**32  # scores are drawn from as whole multiples of 2⁻³²: sums ar
 
 @dataclass(frozen=True)
 class HypothesisOptions:
-    """count: hypotheses, the first greedy. draws: turns of drawing before a point is missed. The others as in
-    `solvers.association_bp.BpOptions`; least_support is a share of the hypotheses."""
+    """Options of `hypothesis-mixture`.
+
+    Parameters
+    ----------
+    first : float, optional
+        Where σ starts, world units. None is 0.3 of the target's RMS radius.
+    last : float, optional
+        Where σ ends, world units. None is 0.03 of that radius.
+    shrink : float, default 0.9
+        What σ is multiplied by at every step, until its end; above 0 up to 1.
+    reach : float, default 4.0
+        Pairs farther apart than this many σ have no score.
+    miss : float, default 0.12
+        ψ₀, the score of having no partner, beside scores of at most 1.
+    count : int, default 12
+        Hypotheses, the first greedy.
+    draws : int, default 4
+        Turns of drawing before a point is missed.
+    least_support : float, default 0.15
+        Source points that a smaller share of the hypotheses assigns are not fitted.
+    tolerance : float, default 1e-5
+        It stops when σ has reached its end and a step moves the source points, root
+        mean square, by at most this fraction of their RMS radius.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
+    """
 
     first: float | None = None
     last: float | None = None
@@ -56,11 +90,13 @@ class HypothesisOptions:
 
 @dataclass(frozen=True, eq=False)
 class HypothesisState:
-    """The fields of `solvers.candidates.Scheduled`, and assignments: (b, count, m) the target row that each hypothesis
-    gives each source point, −1 where missed; the first is the greedy one.
+    """The fields of `solvers.candidates.Scheduled`, and assignments: (b, count, m) the
+    target row that each hypothesis gives each source point, −1 where missed; the first
+    is the greedy one.
 
-    uniform: for each turn (b, m, count − 1) numbers of [0, 1). order: (b, m, count − 1) each source point's place in
-    the random order of a hypothesis."""
+    uniform: for each turn (b, m, count − 1) numbers of [0, 1). order: (b, m, count − 1)
+    each source point's place in the random order of a hypothesis.
+    """
 
     problem: Problem = field(metadata=CONSTANT)
     options: HypothesisOptions = field(metadata=SHARED)
@@ -82,10 +118,12 @@ class HypothesisState:
 
 
 def greedy(found: Candidates, psi: FloatArray, miss: float) -> AnyArray:
-    """The greedy one-to-one assignment of all listed pairs: the column of each row, (rows,), −1 where missed.
+    """The greedy one-to-one assignment of all listed pairs: the column of each row,
+    (rows,), −1 where missed.
 
-    In rounds: a pair that is the best of its row and of its column is what picking one by one would also pick. Equal
-    scores are picked in some order, which does not depend on the batch.
+    In rounds: a pair that is the best of its row and of its column is what picking one
+    by one would also pick. Equal scores are picked in some order, which does not depend
+    on the batch.
     """
     out = np.full(found.rows, -1, dtype=np.int64)
     some = psi > miss
@@ -112,10 +150,12 @@ def greedy(found: Candidates, psi: FloatArray, miss: float) -> AnyArray:
 def drawn(
     found: Candidates, psi: FloatArray, miss: float, uniform: Sequence[FloatArray], order: IntArray
 ) -> AnyArray:
-    """Drawn one-to-one assignments: the column of each row in each hypothesis, (rows, H), −1 where missed.
+    """Drawn one-to-one assignments: the column of each row in each hypothesis, (rows,
+    H), −1 where missed.
 
-    uniform: for each turn (rows, H) numbers of [0, 1); order: (rows, H) numbers, distinct within a problem and
-    hypothesis, the lowest going first where several draw one column.
+    uniform: for each turn (rows, H) numbers of [0, 1); order: (rows, H) numbers,
+    distinct within a problem and hypothesis, the lowest going first where several draw
+    one column.
     """
     rows, H = order.shape
     scale = _UNIT / max(1.0, miss)

@@ -1,24 +1,36 @@
-"""Iterative closest point and its two descent variants: pair every point with its nearest, fit, repeat.
+"""Iterative closest point and its two descent variants.
 
-One step fits the pairs in closed form, then pairs anew at the new pose, so a state's pose, pairs and objective belong
-together. With r_i the distance of moved point i to its nearest target point and w_i its weight:
+Pair every point with its nearest, fit, repeat.
 
-- `icp` uses the pairs within `gate`, less the fraction `trim` of the farthest of them. Its objective is the sum over
-  the pairs used. Without gate and trim it never rises, `E(T) = Σ w_i min_j ‖T p_i − q_j‖²`; with them the set that it
-  sums over changes, and both the sum and the RMS may rise.
-- `trimmed-icp` uses always the same number of pairs, the nearest: the sum of the `count` smallest r² never rises.
-- `capped-icp` uses the pairs within `cap` and counts every other one as if it were there: `Σ w_i min(r_i², cap²)` never
-  rises.
+One step fits the pairs in closed form, then pairs anew at the new pose, so a state's
+pose, pairs and objective belong together. With r_i the distance of moved point i to its
+nearest target point and w_i its weight:
 
-With a robust weight (`solvers.robust`) the fit is reweighted and 2ρ(r) takes the place of r². The descent then holds
-for a fixed `scale`; a scale taken from the distances anew at every step changes the objective as it goes.
+- `icp` uses the pairs within `gate`, less the fraction `trim` of the farthest of them.
+  Its objective is the sum over the pairs used. Without gate and trim it never rises,
+  `E(T) = Σ w_i min_j ‖T p_i − q_j‖²`; with them the set that it sums over changes, and
+  both the sum and the RMS may rise.
+- `trimmed-icp` uses always the same number of pairs, the nearest: the sum of the
+  `count` smallest r² never rises.
+- `capped-icp` uses the pairs within `cap` and counts every other one as if it were
+  there: `Σ w_i min(r_i², cap²)` never rises.
 
-What converges is the objective's value; the fixed point is a local optimum at best, and a step that has come to rest
-says nothing about the truth.
+With a robust weight (`solvers.robust`) the fit is reweighted and 2ρ(r) takes the place
+of r². The descent then holds for a fixed `scale`; a scale taken from the distances anew
+at every step changes the objective as it goes.
 
-Sources: Besl & McKay 1992, A method for registration of 3-D shapes, sec. IV (the descent, with exact neighbours and
-fits); Chetverikov et al. 2002, The trimmed iterative closest point algorithm, sec. 2 (left out: the search for the
-overlap); Rusinkiewicz & Levoy 2001, Efficient variants of the ICP algorithm (gate and trim as stages).
+What converges is the objective's value; the fixed point is a local optimum at best, and
+a step that has come to rest says nothing about the truth.
+
+References
+----------
+.. [1] P. J. Besl, N. D. McKay, "A method for registration of 3-D shapes", 1992, sec. IV
+   (the descent, with exact neighbours and fits). doi:10.1109/34.121791
+.. [2] D. Chetverikov, D. Svirko, D. Stepanov, P. Krsek, "The trimmed iterative closest
+   point algorithm", 2002, sec. 2 (left out: the search for the overlap).
+   doi:10.1109/ICPR.2002.1047997
+.. [3] S. Rusinkiewicz, M. Levoy, "Efficient variants of the ICP algorithm", 2001 (gate
+   and trim as stages). doi:10.1109/IM.2001.924423
 """
 
 from __future__ import annotations
@@ -39,13 +51,33 @@ from solvers.stepper import Method, Problem
 
 @dataclass(frozen=True)
 class IcpOptions:
-    """gate: pairs farther apart are not used, world units. trim: the fraction of the gated pairs, the farthest, that is
-    not used, 0 to below 1. weight: a kernel of `solvers.robust`, 'none', 'huber', 'tukey', 'welsch' or 'geman-mcclure';
-    tuning: its constant (None: the usual one); scale: s in world units (None: from the median distance of the pairs
-    used, anew at every step).
+    """Options of `icp`.
 
-    It stops when a step moves the source points, root mean square, by at most `tolerance` of their RMS radius, or when
-    as many pairs as before are used and their RMS has changed by at most the fraction `rms_tolerance`.
+    Parameters
+    ----------
+    gate : float, default inf
+        Pairs farther apart are not used, world units.
+    trim : float, default 0.0
+        The fraction of the gated pairs, the farthest, that is not used, 0 to below 1.
+    weight : str, default "none"
+        A kernel of `solvers.robust`: "none", "huber", "tukey", "welsch" or
+        "geman-mcclure".
+    tuning : float, optional
+        The kernel's constant. None is the usual one.
+    scale : float, optional
+        The kernel's scale s, world units. None takes it from the median distance of the
+        pairs used, anew at every step.
+    tolerance : float, default 1e-6
+        It stops when a step moves the source points, root mean square, by at most this
+        fraction of their RMS radius.
+    rms_tolerance : float, default 1e-6
+        It stops, too, when as many pairs as before are used and their RMS has changed
+        by at most this fraction.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
     """
 
     gate: float = np.inf
@@ -65,8 +97,33 @@ class IcpOptions:
 
 @dataclass(frozen=True)
 class TrimmedOptions:
-    """keep: the fraction of the source points, above 0 to 1, whose pairs are used: the nearest, always
-    `max(1, round(keep · m))` of them. The others as in `IcpOptions`."""
+    """Options of `trimmed-icp`.
+
+    Parameters
+    ----------
+    keep : float, default 0.8
+        The fraction of the source points, above 0 to 1, whose pairs are used: the
+        nearest, always `max(1, round(keep · m))` of them.
+    weight : str, default "none"
+        A kernel of `solvers.robust`: "none", "huber", "tukey", "welsch" or
+        "geman-mcclure".
+    tuning : float, optional
+        The kernel's constant. None is the usual one.
+    scale : float, optional
+        The kernel's scale s, world units. None takes it from the median distance of the
+        pairs used, anew at every step.
+    tolerance : float, default 1e-6
+        It stops when a step moves the source points, root mean square, by at most this
+        fraction of their RMS radius.
+    rms_tolerance : float, default 0.0
+        It stops, too, when the RMS of the pairs used has changed by at most this
+        fraction.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
+    """
 
     keep: float = 0.8
     weight: str = "none"
@@ -83,8 +140,33 @@ class TrimmedOptions:
 
 @dataclass(frozen=True)
 class CappedOptions:
-    """cap: the distance at which a pair's loss stops growing, world units (None: half the target's RMS radius).
-    The others as in `IcpOptions`."""
+    """Options of `capped-icp`.
+
+    Parameters
+    ----------
+    cap : float, optional
+        The distance at which a pair's loss stops growing, world units. None is half the
+        target's RMS radius.
+    weight : str, default "none"
+        A kernel of `solvers.robust`: "none", "huber", "tukey", "welsch" or
+        "geman-mcclure".
+    tuning : float, optional
+        The kernel's constant. None is the usual one.
+    scale : float, optional
+        The kernel's scale s, world units. None takes it from the median distance of the
+        pairs used, anew at every step.
+    tolerance : float, default 1e-6
+        It stops when a step moves the source points, root mean square, by at most this
+        fraction of their RMS radius.
+    rms_tolerance : float, default 0.0
+        It stops, too, when as many pairs as before are used and their RMS has changed
+        by at most this fraction.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
+    """
 
     cap: float | None = None
     weight: str = "none"
@@ -115,11 +197,13 @@ def _check_rest(options: AnyOptions) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Pairing:
-    """What stands at a pose: every source point's nearest target point, and which of these pairs the next fit uses.
+    """What stands at a pose: every source point's nearest target point, and which of
+    these pairs the next fit uses.
 
-    moved: (b, m, d) the source points at the pose. rows: (b, m) the target row nearest to each. distances: (b, m).
-    used: (b, m). weights: (b, m) of the pairs in the fit, zero where unused. threshold: (b,) that of the robust weight.
-    count: (b,) pairs used. rms: (b,) √(Σ w r² / Σ w) over them. objective: (b,).
+    moved: (b, m, d) the source points at the pose. rows: (b, m) the target row nearest
+    to each. distances: (b, m). used: (b, m). weights: (b, m) of the pairs in the fit,
+    zero where unused. threshold: (b,) that of the robust weight. count: (b,) pairs
+    used. rms: (b,) √(Σ w r² / Σ w) over them. objective: (b,).
     """
 
     moved: FloatArray
@@ -135,11 +219,12 @@ class Pairing:
 
 @dataclass(frozen=True, eq=False)
 class IcpState:
-    """A pose and the pairs at it; the objective and the fields of `pairing` are at `pose`.
+    """A pose and the pairs at it; the objective and the fields of `pairing` are at
+    `pose`.
 
-    radius: (b,) RMS radius of the source. reach: (b,) the gate or the cap, world units. scale: (b,) the fixed s of the
-    robust weight, or None.
-    change: (b,) how far the last step moved the points, root mean square, as a fraction of `radius`, infinite before
+    radius: (b,) RMS radius of the source. reach: (b,) the gate or the cap, world units.
+    scale: (b,) the fixed s of the robust weight, or None. change: (b,) how far the last
+    step moved the points, root mean square, as a fraction of `radius`, infinite before
     the first. condition: (b,) that of the last fit (`solvers.rigid.Fit`).
     """
 
@@ -159,10 +244,13 @@ class IcpState:
 
 
 def rms_radius(points: FloatArray) -> FloatArray:
-    """Root mean square distance of the points (b, n, d) from their centroid, (b,); 1 where they are equal."""
+    """Root mean square distance of the points (b, n, d) from their centroid, (b,); 1
+    where they are equal.
+    """
     with np.errstate(over="ignore", under="ignore"):
         centred = points - points.mean(axis=1, keepdims=True)
-        # Each problem sums a row of its own, so its rounding does not depend on the batch.
+        # Each problem sums a row of its own, so its rounding does not depend on the
+        # batch.
         radius = np.sqrt(np.square(centred).reshape(len(points), -1).sum(axis=1) / points.shape[1])
     return np.where(radius > 0.0, radius, 1.0)
 
@@ -170,10 +258,12 @@ def rms_radius(points: FloatArray) -> FloatArray:
 def fit_pairs(
     pose: Pose, source: FloatArray, partners: FloatArray, weights: FloatArray
 ) -> tuple[Pose, ReasonArray, FloatArray]:
-    """The weighted closed-form fit as one step from `pose`: the new pose, reasons, condition.
+    """The weighted closed-form fit as one step from `pose`: the new pose, reasons,
+    condition.
 
-    Where the pairs leave the rotation undefined the present one is kept and only the centroids are brought together
-    (the best translation for it), and the reason says why; without any weight the pose stays.
+    Where the pairs leave the rotation undefined the present one is kept and only the
+    centroids are brought together (the best translation for it), and the reason says
+    why; without any weight the pose stays.
     """
     fit = (fit_planar if source.shape[-1] == 2 else fit_rigid)(source, partners, weights)
     bad = fit.status == Status.DEGENERATE
@@ -193,8 +283,10 @@ def fit_pairs(
 def finish(
     state: IcpState, pose: Pose, pairing: Pairing, reason: ReasonArray, condition: FloatArray
 ) -> IcpState:
-    """The state after a step to `pose`, and whether the run stops there. `reason` says why the fit was degenerate, if
-    it was; that ends the run only when the pose has come to rest."""
+    """The state after a step to `pose`, and whether the run stops there. `reason` says
+    why the fit was degenerate, if it was; that ends the run only when the pose has come
+    to rest.
+    """
     options, old = state.options, state.pairing
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         step = pairing.moved - old.moved
@@ -225,7 +317,9 @@ def _no_pairs(options: AnyOptions) -> str:
 def pair(
     problem: Problem, index: Index, reach: FloatArray, scale: FloatArray | None, options: AnyOptions, pose: Pose
 ) -> Pairing:
-    """The nearest neighbours at `pose` and which of them count. reach, scale: (b,) as in `IcpState`."""
+    """The nearest neighbours at `pose` and which of them count. reach, scale: (b,) as
+    in `IcpState`.
+    """
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         moved = pose.apply(problem.source)
         rows, squares = index.nearest(moved)

@@ -19,8 +19,10 @@ MOST_POWERS = 300
 
 @dataclass(frozen=True, eq=False)
 class KabschState:
-    """A paired fit before and after its one step; the fields beyond `State`'s are those of `solvers.rigid.Fit`, and say
-    nothing (zeros, condition infinite) before the step. The objective is Σ wᵢ ‖T pᵢ − qᵢ‖², (b,)."""
+    """A paired fit before and after its one step; the fields beyond `State`'s are those
+    of `solvers.rigid.Fit`, and say nothing (zeros, condition infinite) before the step.
+    The objective is Σ wᵢ ‖T pᵢ − qᵢ‖², (b,).
+    """
 
     problem: Problem = field(metadata=CONSTANT)
     scaled: bool = field(metadata=SHARED)
@@ -76,7 +78,9 @@ def _start_similarity(problem: Problem, options: NoOptions) -> KabschState:
 
 
 def _power(points: FloatArray, weights: FloatArray) -> FloatArray:
-    """The power of ten of how wide each cloud (b, n, d) is, (b,), without the points of no weight; 0 for a point."""
+    """The power of ten of how wide each cloud (b, n, d) is, (b,), without the points of
+    no weight; 0 for a point.
+    """
     counts = (weights > 0.0)[..., None]
     low, high = np.where(counts, points, np.inf).min(axis=1), np.where(counts, points, -np.inf).max(axis=1)
     width = np.where(counts.any(axis=1), high - low, 0.0).max(axis=-1)

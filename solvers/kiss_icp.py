@@ -1,21 +1,29 @@
 """ICP with a threshold from how far motion predictions have been off, after KISS-ICP.
 
-The gate and the weight come from one number σ, fixed for the run: pairs within `3σ` are used, weighted by the kernel of
-Geman and McClure `w(r) = 1 / (1 + (r/κ)²)²` with `κ = σ/3`, so that few parameters remain to be set.
+The gate and the weight come from one number σ, fixed for the run: pairs within `3σ` are
+used, weighted by the kernel of Geman and McClure `w(r) = 1 / (1 + (r/κ)²)²` with
+`κ = σ/3`, so that few parameters remain to be set.
 
-KISS-ICP follows a moving scanner and takes σ² as the mean of δ² over the past errors (θ, t) of its motion prediction,
-`δ = 2 r_max sin(θ/2) + ‖t‖`, which bounds how far a point within r_max of the origin was off. A single pair of clouds
-has no such past. Here the deviation of the start stands for it: `angle` and `shift` where given, else the start pose's
-own motion, as if standing still had been predicted and the start were the correction. As in the original, `initial`
-counts as one first error and a deviation below `least` is not counted: `σ² = (initial² + δ²) / 2`, or `initial²`.
+KISS-ICP follows a moving scanner and takes σ² as the mean of δ² over the past errors
+(θ, t) of its motion prediction, `δ = 2 r_max sin(θ/2) + ‖t‖`, which bounds how far a
+point within r_max of the origin was off. A single pair of clouds has no such past. Here
+the deviation of the start stands for it: `angle` and `shift` where given, else the
+start pose's own motion, as if standing still had been predicted and the start were the
+correction. As in the original, `initial` counts as one first error and a deviation
+below `least` is not counted: `σ² = (initial² + δ²) / 2`, or `initial²`.
 
-The objective is that of `capped-icp` with this kernel, `Σ 2ρ(min(r, 3σ))`, and never rises.
+The objective is that of `capped-icp` with this kernel, `Σ 2ρ(min(r, 3σ))`, and never
+rises.
 
-Differences: the fit of the weighted pairs is the closed form, not one Gauss-Newton step; distance and κ both enter the
-kernel squared (with an unsquared κ the kernel would change with the units). Left out, for want of a sequence: motion
-prediction, undistortion, the voxel map and its sampling.
+Differences: the fit of the weighted pairs is the closed form, not one Gauss-Newton
+step; distance and κ both enter the kernel squared (with an unsquared κ the kernel would
+change with the units). Left out, for want of a sequence: motion prediction,
+undistortion, the voxel map and its sampling.
 
-Source: Vizzo et al. 2023, KISS-ICP: In defense of point-to-point ICP, sec. III (adaptive threshold, alignment).
+References
+----------
+.. [1] I. Vizzo and others, "KISS-ICP: in defense of point-to-point ICP", 2023, sec. III
+   (adaptive threshold, alignment). doi:10.1109/LRA.2023.3236571
 """
 
 from __future__ import annotations
@@ -32,10 +40,29 @@ from solvers.stepper import Method, Problem
 
 @dataclass(frozen=True)
 class KissOptions:
-    """angle, shift: how far off the start may be, radians and world units (None: the start pose's own rotation and
-    translation). initial: σ before anything is known, world units. least: the smallest deviation that counts, world
-    units. tolerance: it stops when a step moves the source points, root mean square, by at most this fraction of their
-    RMS radius."""
+    """Options of `kiss-threshold-icp`.
+
+    Parameters
+    ----------
+    angle : float, optional
+        How far off the start's rotation may be, radians, 0 to π. None is the start
+        pose's own rotation.
+    shift : float, optional
+        How far off the start's translation may be, world units. None is the start
+        pose's own.
+    initial : float, default 2.0
+        σ before anything is known, world units.
+    least : float, default 0.1
+        The smallest deviation that counts, world units.
+    tolerance : float, default 1e-6
+        It stops when a step moves the source points, root mean square, by at most this
+        fraction of their RMS radius.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
+    """
 
     angle: float | None = None
     shift: float | None = None
@@ -53,7 +80,9 @@ class KissOptions:
 
 
 def deviation(problem: Problem, options: KissOptions) -> FloatArray:
-    """δ, (b,), in world units; r_max is the distance of the source's farthest point from the origin."""
+    """δ, (b,), in world units; r_max is the distance of the source's farthest point
+    from the origin.
+    """
     farthest = np.linalg.norm(problem.source, axis=2).max(axis=1)
     # ‖R − I‖_F = 2√2 sin(θ/2) in the plane and in space.
     half = np.linalg.norm(problem.start.R - np.eye(problem.dim), axis=(1, 2)) / np.sqrt(8.0)

@@ -1,17 +1,21 @@
-"""Objectives over a grid of translations, the rotation held, and the translation-only paths that descend on them.
+"""Objectives over a grid of translations, the rotation held, and the translation-only
+paths that descend on them.
 
 Two objectives of `t`, for a source already turned, `x_i = R p_i`:
 
-- MMD: `‖mean φ(x + t) − mean φ(y)‖²` with the features of `solvers.features`. A translation multiplies each frequency's
-  complex mean by a phase, `a_k e^{iω_kᵀt}`, and the phase of a grid is a product of its columns' and its rows': the
-  whole map is one product of three small matrices, whatever the number of points.
-- capped nearest neighbour: `(1/M) Σ_i min(min_j ‖x_i + t − y_j‖², τ²)`, M the number of all source points. Which target
-  points can be nearest anywhere within a small square is found once (`CappedField`); a query looks only at those.
+- MMD: `‖mean φ(x + t) − mean φ(y)‖²` with the features of `solvers.features`. A
+  translation multiplies each frequency's complex mean by a phase, `a_k e^{iω_kᵀt}`, and
+  the phase of a grid is a product of its columns' and its rows': the whole map is one
+  product of three small matrices, whatever the number of points.
+- capped nearest neighbour: `(1/M) Σ_i min(min_j ‖x_i + t − y_j‖², τ²)`, M the number of
+  all source points. Which target points can be nearest anywhere within a small square
+  is found once (`CappedField`); a query looks only at those.
 
-The paths: `mmd_path` takes Levenberg-Marquardt steps in t. `nearest_path` moves by the mean offset of the pairs within
-τ, which is a descent step for the capped objective itself: with the pairs and the set fixed the mean is the best
-translation for the sum over the set, and pairing anew, each point taking the smaller of its distance and τ, lowers it
-again. Neither surface is convex.
+The paths: `mmd_path` takes Levenberg-Marquardt steps in t. `nearest_path` moves by the
+mean offset of the pairs within τ, which is a descent step for the capped objective
+itself: with the pairs and the set fixed the mean is the best translation for the sum
+over the set, and pairing anew, each point taking the smaller of its distance and τ,
+lowers it again. Neither surface is convex.
 """
 
 from __future__ import annotations
@@ -33,9 +37,10 @@ _BLOCK = 2**15
 class Path:
     """The courses of translation-only runs from given starts of shape (..., 2).
 
-    points: (k + 1, ..., 2) translations from the start to the last, world units; a run that stopped earlier repeats its
-    last. objective: (k + 1, ...), at them. steps: (...) taken. status: (...): converged, stalled (no step lowers the
-    objective), capped, or degenerate (no point within reach).
+    points: (k + 1, ..., 2) translations from the start to the last, world units; a run
+    that stopped earlier repeats its last. objective: (k + 1, ...), at them. steps:
+    (...) taken. status: (...): converged, stalled (no step lowers the objective),
+    capped, or degenerate (no point within reach).
     """
 
     points: FloatArray
@@ -57,9 +62,11 @@ def _axis(values: ArrayLike, name: str) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class MmdField:
-    """The MMD objective as a function of the translation: `‖a_k e^{iω_kᵀt} − b_k‖²`. Make it by `mmd_field`.
+    """The MMD objective as a function of the translation: `‖a_k e^{iω_kᵀt} − b_k‖²`.
+    Make it by `mmd_field`.
 
-    frequencies: (D, 2) in radians per unit; moving, fixed: (D,) the complex mean features at t = 0, with 1/√D in them.
+    frequencies: (D, 2) in radians per unit; moving, fixed: (D,) the complex mean
+    features at t = 0, with 1/√D in them.
     """
 
     frequencies: FloatArray
@@ -76,7 +83,8 @@ class MmdField:
         x, y = _axis(xs, "xs"), _axis(ys, "ys")
         across, up = (np.exp(1j * np.outer(v, w)) for v, w in zip((x, y), self.frequencies.T, strict=True))
         up *= self.moving * np.conj(self.fixed)
-        # The real part by two real products: small ones stay on one thread, which on a busy machine is no detail.
+        # The real part by two real products: small ones stay on one thread, which on a
+        # busy machine is no detail.
         cross = up.real @ across.real.T - up.imag @ across.imag.T
         level = np.square(np.abs(self.moving)).sum() + np.square(np.abs(self.fixed)).sum()
         grid: FloatArray = np.maximum(level - 2.0 * cross, 0.0)
@@ -85,10 +93,12 @@ class MmdField:
     def path(
         self, start: ArrayLike, *, max_steps: int = 70, tolerance: float = 1e-6, damping: float = 1e-3
     ) -> Path:
-        """Levenberg-Marquardt in t from starts (..., 2); a step is accepted only if it lowers the objective, and is at
-        most one over the root mean square frequency (one length scale) long.
+        """Levenberg-Marquardt in t from starts (..., 2); a step is accepted only if it
+        lowers the objective, and is at most one over the root mean square frequency
+        (one length scale) long.
 
-        It converges when a step is at most `tolerance` (world units) long; it stalls after eight refused steps.
+        It converges when a step is at most `tolerance` (world units) long; it stalls
+        after eight refused steps.
         """
         t = _starts(start)
         shape, t = t.shape[:-1], t.reshape(-1, 2)
@@ -129,8 +139,10 @@ class MmdField:
 
 
 def mmd_field(turned: ArrayLike, target: ArrayLike, frequencies: ArrayLike) -> MmdField:
-    """The MMD objective over translations of `turned` (m, 2), the rotated source, against `target` (n, 2), with
-    frequencies (D, 2) in radians per unit (unit frequencies over ℓ). Raises ValueError for what is no planar cloud."""
+    """The MMD objective over translations of `turned` (m, 2), the rotated source,
+    against `target` (n, 2), with frequencies (D, 2) in radians per unit (unit
+    frequencies over ℓ). Raises ValueError for what is no planar cloud.
+    """
     p, q, w = _one_cloud(turned, "turned"), _one_cloud(target, "target"), _one_cloud(frequencies, "frequencies")
     D = len(w)
     means = (mean_features(x[None], w[None])[0] for x in (p, q))
@@ -140,13 +152,15 @@ def mmd_field(turned: ArrayLike, target: ArrayLike, frequencies: ArrayLike) -> M
 
 @dataclass(frozen=True, eq=False)
 class CappedField:
-    """The capped nearest-neighbour objective as a function of the translation. Make it by `capped_field`.
+    """The capped nearest-neighbour objective as a function of the translation. Make it
+    by `capped_field`.
 
-    turned: (m, 2); target: (n, 2); cap: τ, world units. The plane around the target is divided into squares of side
-    `side` from `corner`, `shape` of them (columns, rows); `candidates` (squares + 1, k) holds, square by square, the
-    target rows that can be nearest to a point of it and within the cap, padded by n; the last row stands for the
-    outside, which the cap keeps away from all. By the triangle inequality a candidate is no farther from the middle
-    than the nearest is, plus the diagonal.
+    turned: (m, 2); target: (n, 2); cap: τ, world units. The plane around the target is
+    divided into squares of side `side` from `corner`, `shape` of them (columns, rows);
+    `candidates` (squares + 1, k) holds, square by square, the target rows that can be
+    nearest to a point of it and within the cap, padded by n; the last row stands for
+    the outside, which the cap keeps away from all. By the triangle inequality a
+    candidate is no farther from the middle than the nearest is, plus the diagonal.
     """
 
     turned: FloatArray
@@ -158,8 +172,10 @@ class CappedField:
     candidates: IntArray
 
     def nearest(self, x: FloatArray, y: FloatArray) -> tuple[IntArray, FloatArray]:
-        """The target row nearest to each point (x, y), (k,) both, and `min(min_j ‖x − y_j‖², τ²)`, (k,). Of equally
-        near rows it is the lowest; n, the number of target points, where none lies within the cap."""
+        """The target row nearest to each point (x, y), (k,) both, and
+        `min(min_j ‖x − y_j‖², τ²)`, (k,). Of equally near rows it is the lowest; n, the
+        number of target points, where none lies within the cap.
+        """
         n = len(self.target)
         with np.errstate(over="ignore", invalid="ignore"):
             column, row = np.floor((x - self.corner[0]) / self.side), np.floor((y - self.corner[1]) / self.side)
@@ -169,7 +185,8 @@ class CappedField:
         left = np.arange(len(x))
         qx, qy = np.append(self.target[:, 0], np.inf), np.append(self.target[:, 1], np.inf)
         for k in range(self.candidates.shape[1]):
-            # Candidates come first, padding after: a point that has no more of them is done.
+            # Candidates come first, padding after: a point that has no more of them is
+            # done.
             near = self.candidates[place, k]
             more = np.flatnonzero(near < n)
             if 2 * more.size < near.size:
@@ -195,15 +212,18 @@ class CappedField:
         return total.reshape(moves.shape[:-1])[()]
 
     def grid(self, xs: ArrayLike, ys: ArrayLike) -> FloatArray:
-        """The objective at all (xs[i], ys[j]): (len(ys), len(xs)), rows being y. Some rows at a time make a map that
-        refines as it goes."""
+        """The objective at all (xs[i], ys[j]): (len(ys), len(xs)), rows being y. Some
+        rows at a time make a map that refines as it goes.
+        """
         x, y = _axis(xs, "xs"), _axis(ys, "ys")
         return self.values(np.stack(np.broadcast_arrays(x[None, :], y[:, None]), axis=-1))
 
     def path(self, start: ArrayLike, *, max_steps: int = 70, tolerance: float = 1e-6) -> Path:
-        """Gated ICP in t from starts (..., 2): each step the mean offset of the pairs within the cap. The capped
-        objective never rises. It converges when a step is at most `tolerance` (world units) long, and is degenerate
-        where no pair is within the cap."""
+        """Gated ICP in t from starts (..., 2): each step the mean offset of the pairs
+        within the cap. The capped objective never rises. It converges when a step is at
+        most `tolerance` (world units) long, and is degenerate where no pair is within
+        the cap.
+        """
         t = _starts(start)
         shape, t = t.shape[:-1], t.reshape(-1, 2)
         n, s = len(self.target), len(t)
@@ -234,18 +254,22 @@ class CappedField:
         return _path(course, level, steps, status, shape)
 
     def _pairs(self, t: FloatArray) -> tuple[IntArray, FloatArray]:
-        """Nearest rows and capped squares of the cloud at translations t (s, 2): (s, m) both."""
+        """Nearest rows and capped squares of the cloud at translations t (s, 2): (s, m)
+        both.
+        """
         moved = t[:, None] + self.turned
         who, squares = self.nearest(moved[..., 0].ravel(), moved[..., 1].ravel())
         return who.reshape(moved.shape[:-1]), squares.reshape(moved.shape[:-1])
 
 
 def capped_field(turned: ArrayLike, target: ArrayLike, cap: float, *, squares: int = 2**13) -> CappedField:
-    """The capped nearest-neighbour objective over translations of `turned` (m, 2), the rotated source, against `target`
-    (n, 2), with the cap τ in world units.
+    """The capped nearest-neighbour objective over translations of `turned` (m, 2), the
+    rotated source, against `target` (n, 2), with the cap τ in world units.
 
-    squares: about how many the plane is divided into; fewer take less to make and each query longer, the values are the
-    same. Raises ValueError for what is no planar cloud, a cap that is not positive, a count below one."""
+    squares: about how many the plane is divided into; fewer take less to make and each
+    query longer, the values are the same. Raises ValueError for what is no planar
+    cloud, a cap that is not positive, a count below one.
+    """
     p, q = _one_cloud(turned, "turned"), _one_cloud(target, "target")
     tau = validate.number(cap, "cap", 1e-100, 1e100)
     most = validate.count(squares, "squares", 1)
@@ -253,7 +277,8 @@ def capped_field(turned: ArrayLike, target: ArrayLike, cap: float, *, squares: i
         low, high = q.min(axis=0), q.max(axis=0)
         reach = min(tau, float((high - low).max()) + tau)
         wide = high - low + 2.0 * reach
-        # Squares about as small as the points are apart: few candidates each, and not too many squares.
+        # Squares about as small as the points are apart: few candidates each, and not
+        # too many squares.
         side = max(float(np.sqrt(wide[0] * wide[1] / most)), float(wide.max()) / most)
     columns, rows = (max(1, int(np.ceil(w / side))) for w in wide)
     corner = low - reach

@@ -1,7 +1,9 @@
-"""Proposed pairs, some of them wrong: forty window corners of a building front, matched between two views of it.
+"""Proposed pairs, some of them wrong: forty window corners of a building front, matched
+between two views of it.
 
-Drawn like the scenes of `solvers.scenes`: all random numbers from the scene's own seed, in a fixed order and in units
-of one, so that a noise slider stretches one draw and one wrong pair more leaves the others as they are.
+Drawn like the scenes of `solvers.scenes`: all random numbers from the scene's own seed,
+in a fixed order and in units of one, so that a noise slider stretches one draw and one
+wrong pair more leaves the others as they are.
 """
 
 from __future__ import annotations
@@ -29,16 +31,51 @@ for _points in (FACADE, FRONT):
 def facade_scene(
     name: str = "occluded", *, seed: int = 40, noise: float = 0.06, outliers: float = 0.45
 ) -> Scene:
-    """Forty window corners of one building front in two views, paired row by row, 25° and (0.3, −0.2) u apart.
+    """Forty window corners of one building front in two views, paired row by row.
 
-    name: which pairs are wrong, and whom they have for a partner. 'occluded': the target view does not see the left of
-    the front, mostly, so those corners were given some corner of another window among the four at its right end,
-    whichever was drawn; the wrong pairs contradict one another. 'repeated': any corners, each given the same corner of
-    the next window to the right, so all wrong pairs agree on one pose, which is wrong by the distance of two windows.
-    noise: σ of the isotropic Gaussian error of every target point, in u, right or wrong. outliers: the fraction of
-    wrong pairs, 0 to 0.8 (the last column of windows has no next one).
+    The views are 25° and (0.3, −0.2) u apart, and some of the pairs are wrong.
 
-    Raises ValueError for an unknown name, a negative noise, a fraction outside 0 … 0.8.
+    Parameters
+    ----------
+    name : str, default "occluded"
+        Which pairs are wrong, and whom they have for a partner. "occluded": the target
+        view does not see the left of the front, mostly, so those corners were given
+        some corner of another window among the four at its right end, whichever was
+        drawn; the wrong pairs contradict one another. "repeated": any corners, each
+        given the same corner of the next window to the right, so all wrong pairs agree
+        on one pose, which is wrong by the distance of two windows.
+    seed : int, default 40
+        What the random numbers are drawn from.
+    noise : float, default 0.06
+        σ of the isotropic Gaussian error of every target point, right or wrong, in u.
+    outliers : float, default 0.45
+        The fraction of wrong pairs, 0 to 0.8 (the last column of windows has no next
+        one).
+
+    Returns
+    -------
+    Scene
+        Paired, the wrong pairs marked in both clouds.
+
+    Raises
+    ------
+    ValueError
+        If the name is unknown, the seed or the noise negative, or the fraction out of
+        its range.
+
+    Examples
+    --------
+    >>> from solvers import register
+    >>> from solvers.match_scenes import facade_scene
+    >>> from solvers.metrics import rte
+    >>> scene = facade_scene()
+    >>> int(scene.source_outlier.sum())
+    18
+    >>> for method in ("kabsch", "ransac"):
+    ...     pose = register(scene.source, scene.target, method).pose
+    ...     print(f"{method}: {rte(pose, scene.truth):.2f} u")
+    kabsch: 1.48 u
+    ransac: 0.03 u
     """
     validate.one_of(name, MATCH_SCENES, "name")
     sigma = validate.number(noise, "noise", 0.0)
@@ -56,7 +93,8 @@ def facade_scene(
         partner = own + 4
     else:
         order = np.argsort(column + 2.0 * hidden)
-        # One of the four right windows but the pair's own: three or four, each equally often among twelve.
+        # One of the four right windows but the pair's own: three or four, each equally
+        # often among twelve.
         right = np.array([(12 * [w for w in _RIGHT if w != k])[:12] for k in range(len(_CORNERS))])
         partner = 4 * right[window, visible] + corner
     outlier = np.zeros(len(own), dtype=np.bool_)

@@ -35,7 +35,9 @@ _LIST = {
 
 
 class _Methods(Mapping[str, Method[Any]]):
-    """Read-only; a method's module is imported when the method is first asked for: a page pays for what it shows."""
+    """Read-only; a method's module is imported when the method is first asked for: a
+    page pays for what it shows.
+    """
 
     def __getitem__(self, name: str) -> Method[Any]:
         module, constant = _LIST[name].split(".")

@@ -1,4 +1,5 @@
-"""How far an estimate is from the truth, and how well it fits its pairs: two different questions.
+"""How far an estimate is from the truth, and how well it fits its pairs: two different
+questions.
 
 Each answer has the shape of the batch; for a batch of none it is a numpy scalar.
 """
@@ -14,32 +15,168 @@ from solvers.pose import Pose
 
 
 def rre(pose: Pose, truth: Pose) -> FloatArray:
-    """Relative rotation error: the angle of R R*ᵀ in radians, (...), from 0 to π, in 2 or 3 dimensions."""
+    """Relative rotation error: the angle of `R R*ᵀ`.
+
+    Parameters
+    ----------
+    pose : Pose
+        The estimate, of shape (...).
+    truth : Pose
+        The true pose, of a shape that broadcasts against it.
+
+    Returns
+    -------
+    ndarray of shape (...)
+        Radians, from 0 to π.
+
+    Raises
+    ------
+    ValueError
+        If the poses do not broadcast, or are not of 2 or 3 dimensions.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers import Pose
+    >>> from solvers.metrics import rre
+    >>> estimate = Pose.from_angle(np.radians(170.0))
+    >>> truth = Pose.from_angle(np.radians(-170.0))
+    >>> np.degrees(rre(estimate, truth)).round(6)
+    np.float64(20.0)
+    """
     relative = Pose(pose.R @ truth.R.swapaxes(-1, -2), np.zeros(pose.dim))
     error: FloatArray = np.abs(relative.angle)
     return error
 
 
 def rte(pose: Pose, truth: Pose) -> FloatArray:
-    """Relative translation error: ‖t − t*‖ in world units, (...). It depends on where the world's origin lies."""
+    """Relative translation error: ‖t − t*‖.
+
+    It depends on where the world's origin lies.
+
+    Parameters
+    ----------
+    pose : Pose
+        The estimate, of shape (...).
+    truth : Pose
+        The true pose, of a shape that broadcasts against it.
+
+    Returns
+    -------
+    ndarray of shape (...)
+        World units.
+
+    Raises
+    ------
+    ValueError
+        If the poses do not broadcast.
+
+    Examples
+    --------
+    >>> from solvers import Pose
+    >>> from solvers.metrics import rte
+    >>> float(rte(Pose.from_angle(0.0, (3.0, 4.0)), Pose.identity()))
+    5.0
+    """
     distance: FloatArray = np.linalg.norm(pose.t - truth.t, axis=-1)
     return distance[()]
 
 
 def scale_error(pose: Pose, truth: Pose) -> FloatArray:
-    """|s / s* − 1|, (...)."""
+    """The relative error of the scale: |s / s* − 1|.
+
+    Parameters
+    ----------
+    pose : Pose
+        The estimate, of shape (...).
+    truth : Pose
+        The true pose, of a shape that broadcasts against it.
+
+    Returns
+    -------
+    ndarray of shape (...)
+        A fraction, 0 for the true scale.
+
+    Raises
+    ------
+    ValueError
+        If the poses do not broadcast.
+
+    Examples
+    --------
+    >>> from solvers import Pose
+    >>> from solvers.metrics import scale_error
+    >>> scale_error(Pose.from_angle(0.0, scale=0.3), Pose.identity()).round(6)
+    np.float64(0.7)
+    """
     error: FloatArray = np.abs(np.asarray(pose.scale) / np.asarray(truth.scale) - 1.0)
     return error[()]
 
 
 def point_error(pose: Pose, truth: Pose, points: ArrayLike) -> FloatArray:
-    """Root mean square distance, (...), between where `pose` and `truth` put the points (..., n, d)."""
+    """Root mean square distance between where two poses put the same points.
+
+    Parameters
+    ----------
+    pose : Pose
+        The estimate, of shape (...).
+    truth : Pose
+        The true pose, of a shape that broadcasts against it.
+    points : array_like of shape (..., n, d)
+        The points, in source coordinates.
+
+    Returns
+    -------
+    ndarray of shape (...)
+        World units.
+
+    Raises
+    ------
+    ValueError
+        If `points` is no finite cloud of the poses' dimension, or shapes do not
+        broadcast.
+
+    Examples
+    --------
+    >>> from solvers import Pose
+    >>> from solvers.metrics import point_error
+    >>> pose = Pose.from_angle(0.0, (0.3, 0.4))
+    >>> point_error(pose, Pose.identity(), [[0.0, 0.0], [5.0, 1.0]]).round(6)
+    np.float64(0.5)
+    """
     p = validate.cloud(points, "points", pose.dim)
     return _root_mean_square(pose.apply(p) - truth.apply(p), None)
 
 
 def residuals(pose: Pose, source: ArrayLike, target: ArrayLike) -> FloatArray:
-    """The distance left between each moved source row and its target row, (..., n)."""
+    """The distance left between each moved source row and its target row.
+
+    Parameters
+    ----------
+    pose : Pose
+        The pose, of shape (...).
+    source : array_like of shape (..., n, d)
+        The points that the pose moves.
+    target : array_like of shape (..., n, d)
+        Their partners, row by row.
+
+    Returns
+    -------
+    ndarray of shape (..., n)
+        World units.
+
+    Raises
+    ------
+    ValueError
+        If the clouds are not finite, not matched row by row, or do not fit the pose.
+
+    Examples
+    --------
+    >>> from solvers import Pose
+    >>> from solvers.metrics import residuals
+    >>> residuals(Pose.identity(), [[0.0, 0.0], [1.0, 0.0]], [[0.0, 2.0], [1.0, 0.0]])
+    array([2., 0.])
+    """
     p, q = validate.matched(source, target)
     distance: FloatArray = np.linalg.norm(pose.apply(p) - q, axis=-1)
     return distance
@@ -48,7 +185,44 @@ def residuals(pose: Pose, source: ArrayLike, target: ArrayLike) -> FloatArray:
 def rms(
     pose: Pose, source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = None
 ) -> FloatArray:
-    """√(Σ wᵢ rᵢ² / Σ wᵢ) over matched rows, (...): what a fit minimises. Zero where all weights are zero."""
+    """The weighted root mean square residual of matched rows.
+
+    `√(Σ wᵢ rᵢ² / Σ wᵢ)`, r the `residuals`: what a fit of known pairs minimises. It
+    says how well the pairs agree with the pose, and nothing of how near the pose is to
+    the truth.
+
+    Parameters
+    ----------
+    pose : Pose
+        The pose, of shape (...).
+    source : array_like of shape (..., n, d)
+        The points that the pose moves.
+    target : array_like of shape (..., n, d)
+        Their partners, row by row.
+    weights : array_like of shape (..., n), optional
+        Of the pairs, not negative. None is all one.
+
+    Returns
+    -------
+    ndarray of shape (...)
+        World units; zero where all weights are zero.
+
+    Raises
+    ------
+    ValueError
+        If the clouds are not finite, not matched row by row, or do not fit the pose, or
+        if a weight is negative.
+
+    Examples
+    --------
+    >>> from solvers import Pose
+    >>> from solvers.metrics import rms
+    >>> p, q = [[0.0, 0.0], [1.0, 0.0]], [[0.0, 2.0], [1.0, 0.0]]
+    >>> rms(Pose.identity(), p, q).round(4)
+    np.float64(1.4142)
+    >>> float(rms(Pose.identity(), p, q, weights=[0.0, 1.0]))
+    0.0
+    """
     p, q = validate.matched(source, target)
     w = None if weights is None else validate.weights(weights, p.shape[-2])
     return _root_mean_square(pose.apply(p) - q, w)

@@ -1,19 +1,33 @@
-"""MMD-Reg: move one cloud until the two mean features agree, without pairing a point with any other.
+"""MMD-Reg: move one cloud until the two mean features agree.
 
-With the mean feature of `solvers.features` at length scale ℓ, a pose has the residual `r(T) = mean φ(T x) − mean φ(y)`
-(2D numbers) and the objective `‖r‖²`, which estimates MMD². Here X moves and Y is fixed: the reverse of CPD's letters.
-The mean of the fixed cloud is computed once for each ℓ. Levenberg-Marquardt minimises over translation and rotation,
-turned about the moved cloud's centroid and scaled by its RMS radius, so that units and origin do not matter. The length
-scale goes down a schedule, each stage from where the last one ended; the objective jumps where ℓ changes.
+No point is paired with any other.
 
-With E_k = mean exp(i ω_kᵀq) over the moved points q: `∂_t E_k = i ω_k E_k` and, for a turn in the plane with generator
-K, `∂_φ E_k = i ω_kᵀ K mean(q exp(i ω_kᵀ q))`: sums that `feature_sums` gives all at once.
+With the mean feature of `solvers.features` at length scale ℓ, a pose has the residual
+`r(T) = mean φ(T x) − mean φ(y)` (2D numbers) and the objective `‖r‖²`, which estimates
+MMD². Here X moves and Y is fixed: the reverse of CPD's letters. The mean of the fixed
+cloud is computed once for each ℓ. Levenberg-Marquardt minimises over translation and
+rotation, turned about the moved cloud's centroid and scaled by its RMS radius, so that
+units and origin do not matter. The length scale goes down a schedule, each stage from
+where the last one ended; the objective jumps where ℓ changes.
 
-Nothing is discounted: density, partial overlap and clutter move the minimum, and random features add minima of their
-own. Sources: Crane et al. 2026 (MMD-Reg: random features, Levenberg-Marquardt, a length-scale schedule), Rahimi & Recht
-2007, Gretton et al. 2012. Left out: learned starts, scales and overlap weights; the frequencies of a Laplace kernel,
-which the authors' code also has. Different: one draw of frequencies is rescaled through all stages, the authors draw
-anew for each.
+With E_k = mean exp(i ω_kᵀq) over the moved points q: `∂_t E_k = i ω_k E_k` and, for a
+turn in the plane with generator K, `∂_φ E_k = i ω_kᵀ K mean(q exp(i ω_kᵀ q))`: sums
+that `feature_sums` gives all at once.
+
+Nothing is discounted: density, partial overlap and clutter move the minimum, and random
+features add minima of their own. Left out of [1]_: learned starts, scales and overlap
+weights; the frequencies of a Laplace kernel, which the authors' code also has.
+Different: one draw of frequencies is rescaled through all stages, the authors draw anew
+for each.
+
+References
+----------
+.. [1] R. Crane and others, "Scalable and differentiable point-cloud registration using
+   maximum mean discrepancy", 2026 (random features, Levenberg-Marquardt, a length-scale
+   schedule). arXiv:2606.27818
+.. [2] A. Rahimi, B. Recht, "Random features for large-scale kernel machines", 2007.
+.. [3] A. Gretton and others, "A kernel two-sample test", Journal of Machine Learning
+   Research 13, 2012.
 """
 
 from __future__ import annotations
@@ -37,11 +51,30 @@ _WEAK = 1e-10  # of the largest eigenvalue: below it a direction is not determin
 
 @dataclass(frozen=True)
 class MmdOptions:
-    """lengths: the schedule of ℓ, world units, each positive (None: the target's RMS radius times 0.6, 0.3, 0.15 and
-    0.075). count: D, the number of frequencies. damping: λ of each stage's first step, a fraction of the largest
-    eigenvalue of JᵀJ. tolerance: the last stage ends when a step moves the source points, root mean square, by at most
-    this fraction of their RMS radius. coarse: this fraction in the stages before the last. decrease: a stage also ends
-    when a step lowers the objective by at most this fraction."""
+    """Options of `mmd`.
+
+    Parameters
+    ----------
+    lengths : tuple of float, optional
+        The schedule of ℓ, world units, each positive. None is the target's RMS radius
+        times 0.6, 0.3, 0.15 and 0.075.
+    count : int, default 32
+        D, the number of frequencies.
+    damping : float, default 1e-3
+        λ of each stage's first step, a fraction of the largest eigenvalue of JᵀJ.
+    tolerance : float, default 1e-6
+        The last stage ends when a step moves the source points, root mean square, by at
+        most this fraction of their RMS radius.
+    coarse : float, default 1e-2
+        The same fraction for the stages before the last.
+    decrease : float, default 1e-6
+        A stage ends, too, when a step lowers the objective by at most this fraction.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
+    """
 
     lengths: tuple[float, ...] | None = None
     count: int = 32
@@ -66,13 +99,16 @@ class MmdOptions:
 class MmdState:
     """A pose and the two mean features at it; all are of the present length scale.
 
-    frequencies: (b, D, d) in units of 1/ℓ. lengths: (b, L) the schedule. fixed_means: (b, L, 2D) of the target, one a
-    stage. centred: (b, m, d) the source about its centroid (b, d) `centroid`, `radius` (b,) its RMS radius.
-    stage: (b,) counted from 0. length: (b,) ℓ, world units. moving_mean, fixed_mean: (b, 2D), cosines first, and
-    residual, their difference. jacobian: (b, 2D, p) of the residual in p = d + d(d − 1)/2 dimensionless parameters:
-    the translation in ℓ, then a turn about the moved centroid in ℓ over the RMS radius. The objective is ‖residual‖².
-    damping: (b,) λ. condition: (b,) of JᵀJ; weak: (b, p) its direction least determined, of length 1.
-    change: (b,) how far the last step moved the points, root mean square, as a fraction of `radius`.
+    frequencies: (b, D, d) in units of 1/ℓ. lengths: (b, L) the schedule. fixed_means:
+    (b, L, 2D) of the target, one a stage. centred: (b, m, d) the source about its
+    centroid (b, d) `centroid`, `radius` (b,) its RMS radius. stage: (b,) counted from
+    0. length: (b,) ℓ, world units. moving_mean, fixed_mean: (b, 2D), cosines first, and
+    residual, their difference. jacobian: (b, 2D, p) of the residual in p = d + d(d −
+    1)/2 dimensionless parameters: the translation in ℓ, then a turn about the moved
+    centroid in ℓ over the RMS radius. The objective is ‖residual‖². damping: (b,) λ.
+    condition: (b,) of JᵀJ; weak: (b, p) its direction least determined, of length 1.
+    change: (b,) how far the last step moved the points, root mean square, as a fraction
+    of `radius`.
     """
 
     problem: Problem = field(metadata=CONSTANT)
@@ -100,17 +136,22 @@ class MmdState:
 
 
 def _planes(d: int) -> list[tuple[int, int]]:
-    """The coordinate planes (i, j), i < j, that rotations turn in: one in the plane, three in space."""
+    """The coordinate planes (i, j), i < j, that rotations turn in: one in the plane,
+    three in space.
+    """
     return [(i, j) for i in range(d) for j in range(i + 1, d)]
 
 
 def _moved_by(pose: Pose, centroid: FloatArray, shift: FloatArray, turns: FloatArray) -> Pose:
-    """`pose`, then turned about the moved centroid by `turns` (b, planes), then shifted by (b, d)."""
+    """`pose`, then turned about the moved centroid by `turns` (b, planes), then shifted
+    by (b, d).
+    """
     d = pose.dim
     if d == 2:
         turn = Pose.from_angle(turns[:, 0]).R
     else:
-        # Cayley's map: a rotation for every antisymmetric matrix, equal to the exponential to second order.
+        # Cayley's map: a rotation for every antisymmetric matrix, equal to the
+        # exponential to second order.
         A = np.zeros((len(turns), d, d))
         for k, (i, j) in enumerate(_planes(d)):
             A[:, j, i], A[:, i, j] = 0.5 * turns[:, k], -0.5 * turns[:, k]
@@ -121,12 +162,15 @@ def _moved_by(pose: Pose, centroid: FloatArray, shift: FloatArray, turns: FloatA
 
 
 def _evaluate(state: MmdState, pose: Pose) -> tuple[FloatArray, FloatArray]:
-    """The moving cloud's mean feature (b, 2D) and its Jacobian (b, 2D, p), as in `MmdState`, at the state's ℓ."""
+    """The moving cloud's mean feature (b, 2D) and its Jacobian (b, 2D, p), as in
+    `MmdState`, at the state's ℓ.
+    """
     z, ell, radius = state.frequencies, state.length, state.radius
     b, m, d = state.centred.shape
     D = z.shape[1]
     R = pose.R
-    # About the centroid the points only turn; where the centroid lies is one phase for each frequency.
+    # About the centroid the points only turn; where the centroid lies is one phase for
+    # each frequency.
     with np.errstate(under="ignore"):
         unit = (state.centred @ R.swapaxes(-1, -2)) / radius[:, None, None]
         c, s = feature_sums(unit, z * (radius / ell)[:, None, None])
@@ -188,7 +232,9 @@ def _start(problem: Problem, options: MmdOptions) -> MmdState:
 
 
 def _step(state: MmdState) -> MmdState:
-    """One step that lowers the objective, λ grown until there is one; at rest, the next length scale."""
+    """One step that lowers the objective, λ grown until there is one; at rest, the next
+    length scale.
+    """
     options = state.options
     b, d = len(state.stage), state.problem.dim
     J = state.jacobian
@@ -208,7 +254,8 @@ def _step(state: MmdState) -> MmdState:
         size = np.linalg.norm(step, axis=1)
         trial = take(state, rows)
         per_radius = trial.length / trial.radius
-        # No farther than the length scale reaches, and about no axis by more than a radian.
+        # No farther than the length scale reaches, and about no axis by more than a
+        # radian.
         cap = 1.0 / np.maximum(np.maximum(1.0, size), np.abs(step[:, d:]).max(axis=1) * per_radius)
         step *= cap[:, None]
         shift, turn = step[:, :d] * trial.length[:, None], step[:, d:] * per_radius[:, None]
@@ -234,7 +281,9 @@ def _step(state: MmdState) -> MmdState:
 
 
 def _end_of_stage(state: MmdState, rest: BoolArray, stuck: BoolArray, weak: BoolArray) -> MmdState:
-    """The next length scale, or the end, for those at rest or without an improving step (`stuck`)."""
+    """The next length scale, or the end, for those at rest or without an improving step
+    (`stuck`).
+    """
     ended = rest | stuck
     if not ended.any():
         return state

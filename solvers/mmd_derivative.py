@@ -1,20 +1,25 @@
-"""How the optimum of MMD-Reg moves when a point does: the implicit derivative, and the full Hessian that it needs.
+"""How the optimum of MMD-Reg moves when a point does: the implicit derivative, and the
+full Hessian that it needs.
 
-In the plane, with θ = (t_x, t_y, φ), `T(p) = R(φ) p + t`, `F(θ; X, Y) = ½ ‖r‖²` and r the residual of `solvers.mmd`, an
-isolated optimum has `∇_θ F = 0`, and by the implicit function theorem it follows the data by
+In the plane, with θ = (t_x, t_y, φ), `T(p) = R(φ) p + t`, `F(θ; X, Y) = ½ ‖r‖²` and r
+the residual of `solvers.mmd`, an isolated optimum has `∇_θ F = 0`, and by the implicit
+function theorem it follows the data by
 
     ∂θ*/∂data = −[∇²_θ F]⁻¹ ∇²_{θ, data} F.
 
-The Hessian is the full one, `∇²F = JᵀJ + Σ_k r_k ∇²r_k`: clouds that overlap in part leave a residual at the optimum,
-and JᵀJ alone then gives a wrong derivative. In complex form, with `r_k = (mean e^{iω_kᵀq} − mean e^{iω_kᵀy})/√D`,
+The Hessian is the full one, `∇²F = JᵀJ + Σ_k r_k ∇²r_k`: clouds that overlap in part
+leave a residual at the optimum, and JᵀJ alone then gives a wrong derivative. In complex
+form, with `r_k = (mean e^{iω_kᵀq} − mean e^{iω_kᵀy})/√D`,
 
     ∂_a∂_b r_k = mean [iω_kᵀ∂_a∂_b q − (ω_kᵀ∂_a q)(ω_kᵀ∂_b q)] e^{iω_kᵀq} / √D,
     ∂_a∂_b F = Re Σ_k (∂_b r̄_k ∂_a r_k + r̄_k ∂_a∂_b r_k).
 
-There is no such derivative where the Hessian is singular (a circle's rotation), and none worth its digits where it is
-nearly so; at a saddle or off the optimum the formula has another meaning. These are refused, with the reason in words.
+There is no such derivative where the Hessian is singular (a circle's rotation), and
+none worth its digits where it is nearly so; at a saddle or off the optimum the formula
+has another meaning. These are refused, with the reason in words.
 
-Source: the implicit function theorem (e.g. Krantz & Parks 2002, ch. 1), as differentiable solvers use it.
+Source: the implicit function theorem (e.g. Krantz & Parks 2002, ch. 1), as
+differentiable solvers use it.
 """
 
 from __future__ import annotations
@@ -40,8 +45,10 @@ WORST_CONDITION = 1e8
 
 @dataclass(frozen=True, eq=False)
 class Derivatives:
-    """F, its gradient (3,) and its full Hessian (3, 3) in θ = (t_x, t_y, φ): world units and radians, φ about the
-    world's origin. gauss_newton: (3, 3) JᵀJ, what a Gauss-Newton step takes for the Hessian."""
+    """F, its gradient (3,) and its full Hessian (3, 3) in θ = (t_x, t_y, φ): world
+    units and radians, φ about the world's origin. gauss_newton: (3, 3) JᵀJ, what a
+    Gauss-Newton step takes for the Hessian.
+    """
 
     value: float
     gradient: FloatArray
@@ -51,9 +58,12 @@ class Derivatives:
 
 @dataclass(frozen=True, eq=False)
 class ImplicitDerivative:
-    """by_source: (3, m, 2), by_target: (3, n, 2), how θ* = (t_x, t_y, φ) moves with each coordinate of each point; both
-    None where refused. reason: why it was refused, else empty. condition: of the Hessian, with translations and turns
-    about the moved centroid made comparable by the RMS radius. at: the objective's derivatives at the pose."""
+    """by_source: (3, m, 2), by_target: (3, n, 2), how θ* = (t_x, t_y, φ) moves with
+    each coordinate of each point; both None where refused. reason: why it was refused,
+    else empty. condition: of the Hessian, with translations and turns about the moved
+    centroid made comparable by the RMS radius. at: the objective's derivatives at the
+    pose.
+    """
 
     by_source: FloatArray | None
     by_target: FloatArray | None
@@ -64,8 +74,10 @@ class ImplicitDerivative:
 
 @dataclass(frozen=True, eq=False)
 class _Parts:
-    """What the sums are made of. E: (m, D) e^{iω_kᵀq}; along: (3, m, D) ω_kᵀ∂_a q; radial: (m, D) ω_kᵀR p;
-    r: (D,) the complex residual; first: (3, D) its ∂_a; the factor 1/√D is in r and first."""
+    """What the sums are made of. E: (m, D) e^{iω_kᵀq}; along: (3, m, D) ω_kᵀ∂_a q;
+    radial: (m, D) ω_kᵀR p; r: (D,) the complex residual; first: (3, D) its ∂_a; the
+    factor 1/√D is in r and first.
+    """
 
     R: FloatArray
     frequencies: FloatArray
@@ -79,8 +91,8 @@ class _Parts:
 def derivatives(pose: Pose, source: ArrayLike, target: ArrayLike, frequencies: ArrayLike) -> Derivatives:
     """F and its derivatives at a planar pose.
 
-    source: (m, 2), target: (n, 2), frequencies: (D, 2) in radians per unit (`MmdState.frequencies / ℓ`).
-    Raises ValueError for what is no planar cloud or pose.
+    source: (m, 2), target: (n, 2), frequencies: (D, 2) in radians per unit
+    (`MmdState.frequencies / ℓ`). Raises ValueError for what is no planar cloud or pose.
     """
     p, q, w = _checked(pose, source, target, frequencies)
     return _derivatives(_parts(pose, p, q, w))
@@ -89,15 +101,18 @@ def derivatives(pose: Pose, source: ArrayLike, target: ArrayLike, frequencies: A
 def implicit_derivative(
     pose: Pose, source: ArrayLike, target: ArrayLike, frequencies: ArrayLike
 ) -> ImplicitDerivative:
-    """How the optimum `pose` moves with the points of both clouds; arguments and errors as in `derivatives`.
+    """How the optimum `pose` moves with the points of both clouds; arguments and errors
+    as in `derivatives`.
 
-    Refused with a reason where the pose is not the optimum (a Newton step would move the points by more than
-    `STATIONARY`), where the Hessian is not positive definite, and where its condition exceeds `WORST_CONDITION`.
+    Refused with a reason where the pose is not the optimum (a Newton step would move
+    the points by more than `STATIONARY`), where the Hessian is not positive definite,
+    and where its condition exceeds `WORST_CONDITION`.
     """
     p, q, w = _checked(pose, source, target, frequencies)
     parts = _parts(pose, p, q, w)
     at = _derivatives(parts)
-    # Comparable parameters: u = S θ with a turn about the moved centroid, times the RMS radius.
+    # Comparable parameters: u = S θ with a turn about the moved centroid, times the RMS
+    # radius.
     centre = pose.apply(p).mean(axis=0)
     spread = float(np.sqrt(np.mean(np.sum((p - p.mean(axis=0)) ** 2, axis=1))))
     radius = spread if spread > 0.0 else 1.0
@@ -124,7 +139,8 @@ def implicit_derivative(
 
     m, n, D = len(p), len(q), len(w)
     turned = w @ parts.R  # ω_kᵀ R e_j, (D, 2)
-    # ∂_a r with ∂_x r, then r with ∂_a ∂_x r; (3, m, 2), the sum over frequencies as a product.
+    # ∂_a r with ∂_x r, then r with ∂_a ∂_x r; (3, m, 2), the sum over frequencies as a
+    # product.
     left = np.conj(parts.first)[:, None, :] * (1j * parts.E)
     left = left - np.conj(parts.r) * parts.along * parts.E
     by_source = np.real(left @ turned) / (m * np.sqrt(D))

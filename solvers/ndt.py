@@ -1,15 +1,26 @@
-"""NDT registration: climb the score of the target's map by damped Newton steps, from coarse cells to fine.
+"""NDT registration.
 
-One step solves for (tx, ty, φ) about the moved cloud's centroid, with the angle scaled by the cloud's RMS radius so
-that one λ damps lengths and angle alike, caps it by one common factor, halves it until the score rises, and accepts
-nothing else. A level of cell sizes ends when no shorter step helps or when the step has become small; the next begins
-at its pose, with another objective. Coarse cells reach farther, fine ones resolve more; neither guarantees anything,
-and a run that has stopped is not thereby aligned.
+Climb the score of the target's map by damped Newton steps, from coarse cells to fine.
 
-The score at a cell's border jumps, so a run often ends stalled there rather than where the gradient vanishes.
+One step solves for (tx, ty, φ) about the moved cloud's centroid, with the angle scaled
+by the cloud's RMS radius so that one λ damps lengths and angle alike, caps it by one
+common factor, halves it until the score rises, and accepts nothing else. A level of
+cell sizes ends when no shorter step helps or when the step has become small; the next
+begins at its pose, with another objective. Coarse cells reach farther, fine ones
+resolve more; neither guarantees anything, and a run that has stopped is not thereby
+aligned.
 
-Source: Biber & Straßer 2003 (score and Newton's method); Magnusson 2009, ch. 6, of which the mixture of each Gaussian
-with a uniform part for outliers is left out.
+The score at a cell's border jumps, so a run often ends stalled there rather than where
+the gradient vanishes.
+
+Left out of [2]_: the mixture of each Gaussian with a uniform part for outliers.
+
+References
+----------
+.. [1] P. Biber, W. Straßer, "The normal distributions transform: a new approach to
+   laser scan matching", 2003 (score and Newton's method). doi:10.1109/IROS.2003.1249285
+.. [2] M. Magnusson, "The three-dimensional normal-distributions transform", doctoral
+   thesis, Örebro University, 2009, ch. 6.
 """
 
 from __future__ import annotations
@@ -40,13 +51,32 @@ FREE = 1e-9
 
 @dataclass(frozen=True)
 class NdtOptions:
-    """cells: one cell size or several, coarse to fine, world units (None: twice the target's
-    `solvers.ndt_map.default_size`, then that).
-    grids: 1 or 4. offset: where a corner of the first grid lies, world units.
-    max_shift (world units; None: half the first cell size), max_turn (radians): the longest step. halvings: how often a
-    step is halved before the level ends. tolerance: a level ends, too, when a step moves the source points, root mean
-    square, by about this fraction of their RMS radius: converged where the step proposed was as short, stalled where
-    only its halves were.
+    """Options of `ndt`.
+
+    Parameters
+    ----------
+    cells : float or sequence of float, optional
+        One cell size or several, coarse to fine, world units. None is twice the
+        target's `solvers.ndt_map.default_size`, then that.
+    grids : int, default 4
+        1 or 4.
+    offset : sequence of two floats, default (0.0, 0.0)
+        Where a corner of the first grid lies, world units.
+    max_shift : float, optional
+        The longest step, world units. None is half the first cell size.
+    max_turn : float, default 0.2
+        The longest turn of a step, radians.
+    halvings : int, default 4
+        How often a step is halved before the level ends.
+    tolerance : float, default 1e-4
+        A level ends, too, when a step moves the source points, root mean square, by
+        about this fraction of their RMS radius: converged where the step proposed was
+        as short, stalled where only its halves were.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
     """
 
     cells: float | Sequence[float] | None = None
@@ -73,7 +103,9 @@ class NdtOptions:
 
 
 def sizes(cells: float | Sequence[float] | None) -> tuple[float, ...] | None:
-    """The cell sizes as a tuple, coarse to fine as given; a ValueError for what is none."""
+    """The cell sizes as a tuple, coarse to fine as given; a ValueError for what is
+    none.
+    """
     if cells is None:
         return None
     if isinstance(cells, str):
@@ -88,12 +120,14 @@ def sizes(cells: float | Sequence[float] | None) -> tuple[float, ...] | None:
 class NdtState:
     """A pose and its score on the map of the present level; `objective` is −score.
 
-    maps: one for each level; sources: of the moving cloud likewise, where cells stand for its points.
-    level: (b,) the present one. centre: (b, 2) of the source, radius: (b,) its RMS radius.
-    at: the score with cells, values, gradient and Hessian by (tx, ty, φ) about the moved centroid, at `pose`.
-    Of the last step: damping (b,) λ; step (b, 3) as accepted, or as last tried; halved (b,) how often; accepted (b,).
-    Of the Hessian at `pose`, with the angle scaled by the radius: condition (b,), its largest |eigenvalue| over its
-    smallest; weak (b, 3), the unit eigenvector (tx, ty, radius · φ) of the smallest: where the score says least.
+    maps: one for each level; sources: of the moving cloud likewise, where cells stand
+    for its points. level: (b,) the present one. centre: (b, 2) of the source, radius:
+    (b,) its RMS radius. at: the score with cells, values, gradient and Hessian by (tx,
+    ty, φ) about the moved centroid, at `pose`. Of the last step: damping (b,) λ; step
+    (b, 3) as accepted, or as last tried; halved (b,) how often; accepted (b,). Of the
+    Hessian at `pose`, with the angle scaled by the radius: condition (b,), its largest
+    |eigenvalue| over its smallest; weak (b, 3), the unit eigenvector (tx, ty, radius ·
+    φ) of the smallest: where the score says least.
     """
 
     problem: Problem = field(metadata=CONSTANT)
@@ -134,8 +168,9 @@ def levels(problem: Problem, options: NdtOptions) -> list[FloatArray]:
 
 
 def start(problem: Problem, options: NdtOptions, sources: tuple[NdtMap, ...] | None = None) -> NdtState:
-    """The score at the starting pose. sources: one map of the moving cloud for each level, to be scored in its
-    place."""
+    """The score at the starting pose. sources: one map of the moving cloud for each
+    level, to be scored in its place.
+    """
     b, steps = problem.size, levels(problem, options)
     offset = np.asarray(options.offset, dtype=np.float64)
     maps = tuple(ndt_map.build(problem.target, h, offset=offset, grids=options.grids) for h in steps)
@@ -172,7 +207,9 @@ def _score(
     pose: Pose,
     which: IntArray,
 ) -> Score:
-    """The score of the problems `which` (k,), each at its pose and on the map of its level, both (k,)."""
+    """The score of the problems `which` (k,), each at its pose and on the map of its
+    level, both (k,).
+    """
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         moved, pivot = pose.apply(problem.source[which]), _pivot(pose, centre[which])
     k, m = moved.shape[:2]
@@ -209,7 +246,9 @@ def scaled(gradient: FloatArray, hessian: FloatArray, radius: FloatArray) -> tup
 
 
 def _condition(hessian: FloatArray, radius: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The condition number (b,), its inverse (b,), zero for a Hessian of zeros, and the weak direction (b, 3)."""
+    """The condition number (b,), its inverse (b,), zero for a Hessian of zeros, and the
+    weak direction (b, 3).
+    """
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         values, vectors = symmetric_eigen(scaled(hessian[:, 0], hessian, radius)[1])
         size = np.abs(values)
@@ -232,7 +271,9 @@ def newton_step(
 
 
 def step(state: NdtState) -> NdtState:
-    """One damped Newton step, halved until the score rises; at a level's end, the next level's score at the pose."""
+    """One damped Newton step, halved until the score rises; at a level's end, the next
+    level's score at the pose.
+    """
     problem, options, old = state.problem, state.options, state.at
     maps, sources = state.maps, state.sources
     pivot = _pivot(state.pose, state.centre)
@@ -246,7 +287,8 @@ def step(state: NdtState) -> NdtState:
         rows = np.flatnonzero(~better)
         if not rows.size:
             break
-        # Several halvings of every such problem in one evaluation; the longest step that helps is taken.
+        # Several halvings of every such problem in one evaluation; the longest step
+        # that helps is taken.
         several = min(TOGETHER, options.halvings - done)
         many = np.repeat(rows, several)
         shorter = move[many] * np.tile(0.5 ** np.arange(1, several + 1), len(rows))[:, None]

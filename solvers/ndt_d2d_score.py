@@ -1,24 +1,30 @@
-"""The score of distribution-to-distribution NDT: cells on both sides, each source cell against every target cell.
+"""The score of distribution-to-distribution NDT: cells on both sides, each source cell
+against every target cell.
 
-A source cell has mean m_i and covariance S_i, a target cell μ_j and Σ_j. At a pose with rotation R,
+A source cell has mean m_i and covariance S_i, a target cell μ_j and Σ_j. At a pose with
+rotation R,
 
     q_ij = T m_i − μ_j,   C_ij = R S_i Rᵀ + Σ_j,   s_ij = exp(−½ q_ijᵀ C_ij⁻¹ q_ij),   f = −Σ s_ij.
 
-The turn moves the means and turns the covariances. With J the quarter turn, ℓ the lever of the moved mean about the
-pivot, `a = J ℓ`, `A = R S Rᵀ`, `A' = J A − A J`, `A'' = J A' − A' J`, `u = C⁻¹ q` and `w = a − A' u`, the halves of the
-derivatives of `e = qᵀ C⁻¹ q` are
+The turn moves the means and turns the covariances. With J the quarter turn, ℓ the lever
+of the moved mean about the pivot, `a = J ℓ`, `A = R S Rᵀ`, `A' = J A − A J`,
+`A'' = J A' − A' J`, `u = C⁻¹ q` and `w = a − A' u`, the halves of the derivatives of
+`e = qᵀ C⁻¹ q` are
 
     ½ e_t = u,             ½ e_φ = uᵀ a − ½ uᵀ A' u,
     ½ e_tt = C⁻¹,          ½ e_tφ = C⁻¹ w,             ½ e_φφ = wᵀ C⁻¹ w − uᵀ ℓ − ½ uᵀ A'' u,
 
-and `∂_a f = Σ s ½e_a`, `∂_a ∂_b f = Σ s (½e_ab − ½e_a ½e_b)`. Nothing is looked up, so nothing jumps: f is smooth.
-Pairs whose term lies below 1e-16, by the bound `e ≥ ‖q‖² / (tr S + tr Σ)`, are left out.
+and `∂_a f = Σ s ½e_a`, `∂_a ∂_b f = Σ s (½e_ab − ½e_a ½e_b)`. Nothing is looked up, so
+nothing jumps: f is smooth. Pairs whose term lies below 1e-16, by the bound
+`e ≥ ‖q‖² / (tr S + tr Σ)`, are left out.
 
-The source's cells are cut in its own coordinates, on one grid. Where both clouds are cut alike the cells of one wall
-match in many ways along it; many cells and few are not weighed against each other by their counts.
+The source's cells are cut in its own coordinates, on one grid. Where both clouds are
+cut alike the cells of one wall match in many ways along it; many cells and few are not
+weighed against each other by their counts.
 
-Source: Stoyanov, Magnusson, Andreasson & Lilienthal 2012, Fast and accurate scan registration through minimization of
-the distance between compact 3D NDT representations (the objective, here without its two scaling constants).
+Source: Stoyanov, Magnusson, Andreasson & Lilienthal 2012, Fast and accurate scan
+registration through minimization of the distance between compact 3D NDT representations
+(the objective, here without its two scaling constants).
 """
 
 from __future__ import annotations
@@ -42,10 +48,12 @@ def evaluate(
     which: IntArray | None = None,
     width: int | None = None,
 ) -> Score:
-    """The score of the poses (k,) with its derivatives about the pivots (k, 2); which: (k,) the clouds they belong to
-    (None: each its own). In the answer `values` (k, 1, C) is the sum of each source cell's terms and `cells` (k, 1, C)
-    the number of the target cell of its largest term, −1 where it has none; width: C, at least the source's own
-    (None)."""
+    """The score of the poses (k,) with its derivatives about the pivots (k, 2); which:
+    (k,) the clouds they belong to (None: each its own). In the answer `values` (k, 1,
+    C) is the sum of each source cell's terms and `cells` (k, 1, C) the number of the
+    target cell of its largest term, −1 where it has none; width: C, at least the
+    source's own (None).
+    """
     k = len(pose.t)
     which = np.arange(k) if which is None else which
     width = source.mean.shape[1] if width is None else width
@@ -72,7 +80,8 @@ def evaluate(
         q0, q1 = x - mu[b, j, 0], y - mu[b, j, 1]
         lx, ly = x - pivot[b, 0], y - pivot[b, 1]
         d00, d01, d11 = alpha + Q[b, j, 0, 0], beta + Q[b, j, 0, 1], gamma + Q[b, j, 1, 1]
-        # Divided by the trace first: the determinant of a vast covariance is beyond float64.
+        # Divided by the trace first: the determinant of a vast covariance is beyond
+        # float64.
         trace = d00 + d11
         d00, d01, d11 = d00 / trace, d01 / trace, d11 / trace
         det = (d00 * d11 - np.square(d01)) * trace

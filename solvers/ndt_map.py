@@ -1,17 +1,21 @@
-"""The normal distributions transform's map: a grid over the target, and in each of its cells one Gaussian.
+"""The normal distributions transform's map: a grid over the target, and in each of its
+cells one Gaussian.
 
-A cell of side h with at least three points keeps their mean μ and their maximum-likelihood covariance Σ (divided by the
-count). It is dropped when the points lie at one place, `λ_max < 1e-9`; else the small eigenvalue is raised to
-`0.001 λ_max` and Σ is inverted. One Gaussian forgets what else it saw: a corner is blurred into an ellipse, a cell that
-two walls share into one wall across.
+A cell of side h with at least three points keeps their mean μ and their
+maximum-likelihood covariance Σ (divided by the count). It is dropped when the points
+lie at one place, `λ_max < 1e-9`; else the small eigenvalue is raised to `0.001 λ_max`
+and Σ is inverted. One Gaussian forgets what else it saw: a corner is blurred into an
+ellipse, a cell that two walls share into one wall across.
 
-Points near a border see half a wall. With four grids, the first and those moved by h/2 in x, in y and in both, every
-point is in four cells; that softens the borders and does not remove them.
+Points near a border see half a wall. With four grids, the first and those moved by h/2
+in x, in y and in both, every point is in four cells; that softens the borders and does
+not remove them.
 
-A point's cell is found by a table over the bounding box of the kept cells, at the same cost however many there are.
+A point's cell is found by a table over the bounding box of the kept cells, at the same
+cost however many there are.
 
-Source: Biber & Straßer 2003, The normal distributions transform: a new approach to laser scan matching (the cells, the
-four grids, the floor of the eigenvalue).
+Source: Biber & Straßer 2003, The normal distributions transform: a new approach to
+laser scan matching (the cells, the four grids, the floor of the eigenvalue).
 """
 
 from __future__ import annotations
@@ -46,12 +50,13 @@ class NdtMap:
     """The cells of b target clouds on G grids (1 or 4). Make it by `build`.
 
     size: (b,) h, world units. origin: (b, G, 2) where a corner of grid g's cells lies.
-    The cells that hold a point, padded to C of each cloud, grid by grid: grid (b, C), −1 where padding; corner
-    (b, C, 2) the lower left; count (b, C); mean (b, C, 2); covariance (b, C, 2, 2) as measured, before the floor;
-    precision (b, C, 2, 2) after it, zero where dropped; kept (b, C); dropped (b, C) why not, empty where kept.
-    reason: (b,) why the map is of no use at all, empty where it is.
-    first, shape: (b, G, 2) the bounding box of the kept cells; table: (b, G, L) of its places, row by row in x, the
-    number of the cell there or −1.
+    The cells that hold a point, padded to C of each cloud, grid by grid: grid (b, C),
+    −1 where padding; corner (b, C, 2) the lower left; count (b, C); mean (b, C, 2);
+    covariance (b, C, 2, 2) as measured, before the floor; precision (b, C, 2, 2) after
+    it, zero where dropped; kept (b, C); dropped (b, C) why not, empty where kept.
+    reason: (b,) why the map is of no use at all, empty where it is. first, shape: (b,
+    G, 2) the bounding box of the kept cells; table: (b, G, L) of its places, row by row
+    in x, the number of the cell there or −1.
     """
 
     size: FloatArray
@@ -70,8 +75,10 @@ class NdtMap:
     table: AnyArray
 
     def lookup(self, points: FloatArray, which: IntArray) -> IntArray:
-        """The number of the kept cell that each of the points (k, m, 2) is in, on each grid: (k, G, m), −1 for none.
-        which: (k,) the cloud among the b in whose map each set of points is looked up."""
+        """The number of the kept cell that each of the points (k, m, 2) is in, on each
+        grid: (k, G, m), −1 for none. which: (k,) the cloud among the b in whose map
+        each set of points is looked up.
+        """
         origin, first, shape = (a[which][:, :, None] for a in (self.origin, self.first, self.shape))
         size = self.size[which, None, None]
         with np.errstate(over="ignore", under="ignore", invalid="ignore"):
@@ -85,8 +92,10 @@ class NdtMap:
 
 
 def build(points: FloatArray, size: FloatArray | float, *, offset: FloatArray | None = None, grids: int = 1) -> NdtMap:
-    """The map of the clouds (b, n, 2). size: h in world units, one or (b,), positive; offset: (2,) where the first
-    grid's corners lie, world units (None: the origin); grids: 1 or 4. Raises ValueError for another number of grids."""
+    """The map of the clouds (b, n, 2). size: h in world units, one or (b,), positive;
+    offset: (2,) where the first grid's corners lie, world units (None: the origin);
+    grids: 1 or 4. Raises ValueError for another number of grids.
+    """
     if grids not in (1, 4):
         raise ValueError(f"grids: expected 1 or 4, got {grids!r}")
     b, n, _ = points.shape
@@ -103,7 +112,8 @@ def build(points: FloatArray, size: FloatArray | float, *, offset: FloatArray | 
         starts = np.flatnonzero(new)
         count = np.diff(np.append(starts, len(flat)))
         q = np.broadcast_to(points[:, None], (b, grids, n, 2)).reshape(-1, 2)[order]
-        # The mean is taken about a point of the cell: far from the origin no digits are lost.
+        # The mean is taken about a point of the cell: far from the origin no digits are
+        # lost.
         about = q[starts]
         centred = q - np.repeat(about, count, axis=0)
         mean = np.add.reduceat(centred, starts) / count[:, None]
@@ -141,10 +151,11 @@ def build(points: FloatArray, size: FloatArray | float, *, offset: FloatArray | 
 
 
 def default_size(points: FloatArray) -> FloatArray:
-    """A cell size for the clouds (b, n, 2) that goes with their extent and density, at least 1e-4 u, (b,).
+    """A cell size for the clouds (b, n, 2) that goes with their extent and density, at
+    least 1e-4 u, (b,).
 
-    0.3 of the RMS radius ρ, or, for sparse clouds, what holds three points of n spread over a circle of that radius:
-    `3 · 2πρ/n`.
+    0.3 of the RMS radius ρ, or, for sparse clouds, what holds three points of n spread
+    over a circle of that radius: `3 · 2πρ/n`.
     """
     with np.errstate(over="ignore", under="ignore"):
         b, n, _ = points.shape
@@ -153,13 +164,17 @@ def default_size(points: FloatArray) -> FloatArray:
 
 
 def inverse(covariance: FloatArray) -> tuple[FloatArray, BoolArray]:
-    """The inverses (..., 2, 2) after the floor of the small eigenvalue, and where there is any variance, (...)."""
+    """The inverses (..., 2, 2) after the floor of the small eigenvalue, and where there
+    is any variance, (...).
+    """
     values, vectors, wide = _floored(covariance)
     return (vectors / values[..., None, :]) @ vectors.swapaxes(-1, -2), wide
 
 
 def floored(covariance: FloatArray) -> FloatArray:
-    """The covariances (..., 2, 2) after the floor of the small eigenvalue; the identity where there is no variance."""
+    """The covariances (..., 2, 2) after the floor of the small eigenvalue; the identity
+    where there is no variance.
+    """
     values, vectors, _ = _floored(covariance)
     return np.asarray((vectors * values[..., None, :]) @ vectors.swapaxes(-1, -2))
 
@@ -184,7 +199,9 @@ def _box(
 def _indexable(
     kept: BoolArray, group: IntArray, cell: FloatArray, b: int, grids: int
 ) -> tuple[BoolArray, BoolArray]:
-    """The kept cells without those of clouds whose bounding box is too large for a table, and these clouds."""
+    """The kept cells without those of clouds whose bounding box is too large for a
+    table, and these clouds.
+    """
     with np.errstate(over="ignore", invalid="ignore"):
         _, shape = _box(kept, group, cell, b, grids)
         area = shape[:, 0] * shape[:, 1]
@@ -207,5 +224,7 @@ def _table(
 
 
 def check_size(value: object, name: str) -> float:
-    """A cell size: a number from 1e-100 to 1e100, or a ValueError that names the option."""
+    """A cell size: a number from 1e-100 to 1e100, or a ValueError that names the
+    option.
+    """
     return validate.number(value, name, 1e-100, 1e100)

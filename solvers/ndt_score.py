@@ -1,19 +1,24 @@
-"""The NDT score of a pose with its gradient and Hessian in closed form, and the score of many translations at once.
+"""The NDT score of a pose with its gradient and Hessian in closed form, and the score
+of many translations at once.
 
-Over all pairs k of a moved point and the cell it is in, on every grid, with `q_k = x − μ_k` and `P_k = Σ_k⁻¹`,
+Over all pairs k of a moved point and the cell it is in, on every grid, with
+`q_k = x − μ_k` and `P_k = Σ_k⁻¹`,
 
     s_k = exp(−½ q_kᵀ P_k q_k),   f = −Σ s_k,
     ∂_a f = Σ s_k q_kᵀ P_k ∂_a q_k,
     ∂_a ∂_b f = Σ s_k [ −(q_kᵀ P_k ∂_a q_k)(q_kᵀ P_k ∂_b q_k) + ∂_b q_kᵀ P_k ∂_a q_k + q_kᵀ P_k ∂_a ∂_b q_k ].
 
-The unknowns are (tx, ty, φ), a turn by φ about a pivot c and then a move: with the lever ℓ = x − c, `∂_φ x = (−ℓ_y,
-ℓ_x)` and `∂_φ² x = −ℓ`. The pivot t of a pose gives the derivatives by the pose's own translation and angle.
+The unknowns are (tx, ty, φ), a turn by φ about a pivot c and then a move: with the
+lever ℓ = x − c, `∂_φ x = (−ℓ_y, ℓ_x)` and `∂_φ² x = −ℓ`. The pivot t of a pose gives
+the derivatives by the pose's own translation and angle.
 
-They hold for fixed cells: where a point changes its cell, f jumps. The score has no determinant factors: it is no
-likelihood, and a sharp cell counts no more than a blurred one.
+They hold for fixed cells: where a point changes its cell, f jumps. The score has no
+determinant factors: it is no likelihood, and a sharp cell counts no more than a blurred
+one.
 
-Sources: Biber & Straßer 2003, The normal distributions transform: a new approach to laser scan matching; Magnusson
-2009, The three-dimensional normal-distributions transform, ch. 6, without its uniform part for outliers (d₁ and d₂).
+Sources: Biber & Straßer 2003, The normal distributions transform: a new approach to
+laser scan matching; Magnusson 2009, The three-dimensional normal-distributions
+transform, ch. 6, without its uniform part for outliers (d₁ and d₂).
 """
 
 from __future__ import annotations
@@ -33,8 +38,9 @@ BLOCK = 2**17
 class Score:
     """The score of b poses.
 
-    score: (b,) Σ s_k = −f. gradient: (b, 3) and hessian: (b, 3, 3) of f, by (tx, ty, φ); zero where not asked for.
-    cells: (b, G, m) the number of each point's cell on each grid, −1 for none. values: (b, G, m) s_k, 0 for none.
+    score: (b,) Σ s_k = −f. gradient: (b, 3) and hessian: (b, 3, 3) of f, by (tx, ty,
+    φ); zero where not asked for. cells: (b, G, m) the number of each point's cell on
+    each grid, −1 for none. values: (b, G, m) s_k, 0 for none.
     """
 
     score: FloatArray
@@ -47,9 +53,11 @@ class Score:
 def evaluate(
     cells: NdtMap, moved: FloatArray, pivot: FloatArray, which: IntArray | None = None, derivatives: bool = True
 ) -> Score:
-    """The score of the moved points (k, m, 2), with its derivatives about the pivots (k, 2).
+    """The score of the moved points (k, m, 2), with its derivatives about the pivots
+    (k, 2).
 
-    which: (k,) the cloud in whose map each set of points stands (None: one set for each, in their order).
+    which: (k,) the cloud in whose map each set of points stands (None: one set for
+    each, in their order).
     """
     b = len(moved)
     which = np.arange(b) if which is None else which
@@ -89,11 +97,13 @@ def evaluate(
 
 
 def score_map(cells: NdtMap, points: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
-    """The score of the points (m, 2), turned beforehand, moved by every (x_i, y_j): (len(y), len(x)), one cloud's map.
+    """The score of the points (m, 2), turned beforehand, moved by every (x_i, y_j):
+    (len(y), len(x)), one cloud's map.
 
-    A point's column of cells depends on x alone and its row on y alone, so a place in the table is two look-ups and a
-    sum; only pairs that meet a kept cell are evaluated. Rows are independent: a caller may ask for a few at a time, or
-    for a coarse lattice first. Raises ValueError for the map of more than one cloud.
+    A point's column of cells depends on x alone and its row on y alone, so a place in
+    the table is two look-ups and a sum; only pairs that meet a kept cell are evaluated.
+    Rows are independent: a caller may ask for a few at a time, or for a coarse lattice
+    first. Raises ValueError for the map of more than one cloud.
     """
     if len(cells.size) != 1:
         raise ValueError(f"cells: expected the map of one cloud, got {len(cells.size)}")

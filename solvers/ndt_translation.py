@@ -1,7 +1,9 @@
-"""Climbing the NDT score by translations alone, with every step that was tried: the paths drawn on a score map.
+"""Climbing the NDT score by translations alone, with every step that was tried: the
+paths drawn on a score map.
 
-The same damped, capped and halved Newton step as `solvers.ndt`, with the rotation frozen: no translation repairs a
-wrong angle, and the highest score over translations then need not lie near the truth.
+The same damped, capped and halved Newton step as `solvers.ndt`, with the rotation
+frozen: no translation repairs a wrong angle, and the highest score over translations
+then need not lie near the truth.
 """
 
 from __future__ import annotations
@@ -21,9 +23,10 @@ from solvers.status import Status
 class Path:
     """A climb over translations, k tries in their order, the start the first of them.
 
-    tried: (k, 2) translations. score: (k,) there. accepted: (k,) whether it became the next place to climb from (the
-    start did). damping: (k,) λ of the Hessian the step came from, 0 at the start.
-    status: converged, stalled, capped or degenerate; reason: in words.
+    tried: (k, 2) translations. score: (k,) there. accepted: (k,) whether it became the
+    next place to climb from (the start did). damping: (k,) λ of the Hessian the step
+    came from, 0 at the start. status: converged, stalled, capped or degenerate; reason:
+    in words.
     """
 
     tried: FloatArray
@@ -49,12 +52,14 @@ def climb(
     halvings: int = 8,
     tolerance: float = 1e-6,
 ) -> Path:
-    """Climb the score of the points (m, 2), turned beforehand, from the translation `start` (2,) on one cloud's map.
+    """Climb the score of the points (m, 2), turned beforehand, from the translation
+    `start` (2,) on one cloud's map.
 
-    max_shift: the longest step (None: half a cell). It stops when the next step would be at most `tolerance` cells,
-    when none of the step and its halves raises the score, after `max_steps` steps, or, degenerate, where no point lies
-    in a cell.
-    Raises ValueError for the map of more than one cloud, a negative number of steps, a cap that is no length.
+    max_shift: the longest step (None: half a cell). It stops when the next step would
+    be at most `tolerance` cells, when none of the step and its halves raises the score,
+    after `max_steps` steps, or, degenerate, where no point lies in a cell. Raises
+    ValueError for the map of more than one cloud, a negative number of steps, a cap
+    that is no length.
     """
     if len(cells.size) != 1:
         raise ValueError(f"cells: expected the map of one cloud, got {len(cells.size)}")
@@ -76,7 +81,8 @@ def climb(
     for _ in range(max_steps):
         step, lam = newton.damped_step(here.gradient[:, :2], here.hessian[:, :2, :2])
         step = newton.capped(step, (np.linalg.norm(step, axis=1) / cap,))
-        # Not tried: what so short a step gains is rounding, and would be accepted on one machine and not on another.
+        # Not tried: what so short a step gains is rounding, and would be accepted on
+        # one machine and not on another.
         if float(np.linalg.norm(step)) <= tolerance * h:
             return ended(Status.CONVERGED, "the pose has come to rest")
         for _ in range(halvings + 1):
@@ -97,7 +103,8 @@ def climb(
 
 
 def _rounded(t: FloatArray, h: float) -> FloatArray:
-    """t to some 10⁻¹⁰ of a cell: where the Hessian is nearly singular a step magnifies what went before it, and two
-    machines' rounding must not grow into two paths."""
+    """t to some 10⁻¹⁰ of a cell: where the Hessian is nearly singular a step magnifies
+    what went before it, and two machines' rounding must not grow into two paths.
+    """
     unit = 2.0 ** (np.floor(np.log2(h)) - 34.0)
     return np.asarray(np.where(np.abs(t) < unit * 2.0**52, np.round(t / unit) * unit, t))

@@ -1,13 +1,16 @@
-"""Exact nearest neighbours, one index per problem built once and asked at every step; gate and trim.
+"""Exact nearest neighbours, one index per problem built once and asked at every step;
+gate and trim.
 
-The nearest neighbour of a point p is the row j with the smallest `d² = Σ_k (p_k − q_jk)²` as float64 computes it,
-coordinate by coordinate; of equal ones the lowest row. Both ways of finding it give this row, bit for bit:
+The nearest neighbour of a point p is the row j with the smallest
+`d² = Σ_k (p_k − q_jk)²` as float64 computes it, coordinate by coordinate; of equal ones
+the lowest row. Both ways of finding it give this row, bit for bit:
 
-- matrix products, in blocks of at most `BLOCK` numbers: `‖q_j‖² − 2 p·q_j` by one product of the centred clouds, which
-  is exact up to a bound computed beside it; rows in which a second candidate lies within the bound are decided again by
-  the definition;
-- natively, for a cloud of at least `TREE_FROM` points, a k-d tree (scipy, where it is installed); neighbours whose
-  distances agree to twelve digits are decided by the definition.
+- matrix products, in blocks of at most `BLOCK` numbers: `‖q_j‖² − 2 p·q_j` by one
+  product of the centred clouds, which is exact up to a bound computed beside it; rows
+  in which a second candidate lies within the bound are decided again by the definition;
+- natively, for a cloud of at least `TREE_FROM` points, a k-d tree (scipy, where it is
+  installed); neighbours whose distances agree to twelve digits are decided by the
+  definition.
 """
 
 from __future__ import annotations
@@ -37,8 +40,10 @@ _MANY = 32  # neighbours beyond which sorting whole rows is no slower
 
 @dataclass(frozen=True, eq=False)
 class Index:
-    """The target clouds (b, n, d) of b problems, made ready to be asked. Make it by `build`; it may lie in a state as a
-    constant field. The other fields are its own business."""
+    """The target clouds (b, n, d) of b problems, made ready to be asked. Make it by
+    `build`; it may lie in a state as a constant field. The other fields are its own
+    business.
+    """
 
     points: FloatArray  # (b, n, d)
     centre: FloatArray  # (b, d)
@@ -48,7 +53,8 @@ class Index:
     trees: AnyArray | None  # (b,) of _Tree
 
     def nearest(self, points: FloatArray) -> tuple[IntArray, FloatArray]:
-        """Row and squared distance of the nearest target point of each of `points` (b, m, d): (b, m) both.
+        """Row and squared distance of the nearest target point of each of `points` (b,
+        m, d): (b, m) both.
 
         A distance beyond float64 is infinite, its row 0.
         """
@@ -64,8 +70,10 @@ class Index:
             return rows, squares
 
     def nearest_k(self, points: FloatArray, k: int) -> tuple[IntArray, FloatArray]:
-        """The k nearest target points of each of `points` (b, m, d), nearest first, of equal ones the lowest row first:
-        rows and squared distances, (b, m, k) both; k is at most n."""
+        """The k nearest target points of each of `points` (b, m, d), nearest first, of
+        equal ones the lowest row first: rows and squared distances, (b, m, k) both; k
+        is at most n.
+        """
         b, m, _ = points.shape
         n = self.points.shape[1]
         if not 1 <= k <= n:
@@ -83,8 +91,10 @@ class Index:
 
 
 def build(points: FloatArray, *, tree_from: int | None = None) -> Index:
-    """An index of the clouds (b, n, d), finite. tree_from: the n from which a k-d tree is used where scipy is installed
-    (None: `TREE_FROM`); it changes the time, never the answer."""
+    """An index of the clouds (b, n, d), finite. tree_from: the n from which a k-d tree
+    is used where scipy is installed (None: `TREE_FROM`); it changes the time, never the
+    answer.
+    """
     q = np.ascontiguousarray(points, dtype=np.float64)
     b, n, d = q.shape
     with np.errstate(over="ignore", under="ignore"):
@@ -105,15 +115,18 @@ def build(points: FloatArray, *, tree_from: int | None = None) -> Index:
 
 
 def within(squares: FloatArray, gate: FloatArray | float) -> BoolArray:
-    """Which pairs of squared distance (b, m) are at most `gate` apart (world units, one or (b,)); an infinite gate
-    keeps what is finite."""
+    """Which pairs of squared distance (b, m) are at most `gate` apart (world units, one
+    or (b,)); an infinite gate keeps what is finite.
+    """
     with np.errstate(over="ignore"):
         inside: BoolArray = (squares <= np.square(np.asarray(gate))[..., None]) & np.isfinite(squares)
     return inside
 
 
 def smallest(squares: FloatArray, count: IntArray | int, among: BoolArray | None = None) -> BoolArray:
-    """Which of the pairs `among`, (b, m), are the `count` (b,) nearest: of equal ones the first, of too few all."""
+    """Which of the pairs `among`, (b, m), are the `count` (b,) nearest: of equal ones
+    the first, of too few all.
+    """
     values = squares if among is None else np.where(among, squares, np.inf)
     order = np.argsort(values, axis=-1, kind="stable")
     chosen = np.zeros(squares.shape, dtype=np.bool_)
@@ -122,11 +135,14 @@ def smallest(squares: FloatArray, count: IntArray | int, among: BoolArray | None
 
 
 def trimmed(squares: FloatArray, trim: float, among: BoolArray) -> BoolArray:
-    """The pairs `among` (b, m) without the farthest fraction `trim`: ⌊trim · count⌋ of them go."""
+    """The pairs `among` (b, m) without the farthest fraction `trim`: ⌊trim · count⌋ of
+    them go.
+    """
     if trim <= 0.0:
         return among
     count = among.sum(axis=-1)
-    # A fraction such as 0.3 of 10 is meant to be 3, though the product may fall just below.
+    # A fraction such as 0.3 of 10 is meant to be 3, though the product may fall just
+    # below.
     return smallest(squares, count - np.floor(trim * count * (1.0 + 4.0 * _EPS)).astype(np.int64), among)
 
 
@@ -135,14 +151,16 @@ def _by_products(index: Index, points: FloatArray) -> IntArray:
     n = index.points.shape[1]
     left = np.ones((b, m, d + 1))
     np.subtract(points, index.centre[:, None, :], out=left[..., :d])
-    # The score's error: rounding of its products and sums, and of the centred coordinates.
+    # The score's error: rounding of its products and sums, and of the centred
+    # coordinates.
     reach = np.sqrt(np.einsum("bmd,bmd->bm", left[..., :d], left[..., :d])) + index.radius[:, None]
     coarse = np.maximum(np.abs(points).max(axis=-1), index.extent[:, None])
     bound = 8.0 * (d + 2) * _EPS * reach * (reach + coarse) + _TINY**2
     rows = np.empty((b, m), dtype=np.int64)
     together = max(1, BLOCK // (m * n))
     parts = list(_blocks(m, n)) if together == 1 else [slice(0, m)]
-    # One pair of buffers for all blocks: fresh memory costs more than what is computed in it.
+    # One pair of buffers for all blocks: fresh memory costs more than what is computed
+    # in it.
     most = min(together, b) * max(part.stop - part.start for part in parts) * n
     scores, flags = np.empty(most), np.empty(most, dtype=np.bool_)
     for first in range(0, b, together):
@@ -154,7 +172,8 @@ def _by_products(index: Index, points: FloatArray) -> IntArray:
             best = score.argmin(axis=-1)
             limit = np.take_along_axis(score, best[..., None], axis=-1) + bound[some, part, None]
             near = np.less_equal(score, limit, out=flags[:size].reshape(shape))
-            # Fewer than one a row happens where a score is no number; the definition decides there, too.
+            # Fewer than one a row happens where a score is no number; the definition
+            # decides there, too.
             if np.count_nonzero(near) != best.size:
                 unsure = near.sum(axis=-1) != 1
                 for i in np.flatnonzero(unsure.any(axis=1)):
@@ -166,7 +185,9 @@ def _by_products(index: Index, points: FloatArray) -> IntArray:
 
 @dataclass(frozen=True, eq=False)
 class _Tree:
-    """A k-d tree of the distinct places of one cloud: a thousand points at one place would be a thousand visits."""
+    """A k-d tree of the distinct places of one cloud: a thousand points at one place
+    would be a thousand visits.
+    """
 
     tree: Any
     points: FloatArray  # (n, d) the cloud
@@ -191,7 +212,8 @@ class _Tree:
 
     def nearest(self, queries: FloatArray, k: int) -> IntArray:
         """The rows of the k nearest, (m, k), as the definition has them."""
-        # Queries in the order of the cells they lie in find the tree's nodes still in the cache.
+        # Queries in the order of the cells they lie in find the tree's nodes still in
+        # the cache.
         along = _by_cells(queries) if len(queries) >= _SORTED else np.arange(len(queries))
         rows = np.empty((len(queries), k), dtype=np.int64)
         rows[along] = self._nearest(queries[along], k)
@@ -203,7 +225,8 @@ class _Tree:
         rows = np.empty((m, k), dtype=np.int64)
         left, wanted = np.arange(m), k + 1
         while left.size and wanted <= min(places, 2 * _MANY):
-            # The k nearest rows are at the k nearest places, or at places as near as the k-th.
+            # The k nearest rows are at the k nearest places, or at places as near as
+            # the k-th.
             distances, near = self.tree.query(queries[left], wanted)
             settled = distances[:, k - 1] * (1.0 + _CLOSE) + _TINY < distances[:, -1]
             asked, found = left[settled], rows_at[near[settled, :-1]]
@@ -222,7 +245,9 @@ class _Tree:
 
 
 def _by_cells(points: FloatArray) -> IntArray:
-    """An order of the points (m, d) in which those of one cell of a coarse grid follow each other."""
+    """An order of the points (m, d) in which those of one cell of a coarse grid follow
+    each other.
+    """
     low, high = points.min(axis=0), points.max(axis=0)
     d = points.shape[1]
     side = max(2, int(2.0 ** (15 // d)))
@@ -235,7 +260,9 @@ def _by_cells(points: FloatArray) -> IntArray:
 
 
 def _first_k(squares: FloatArray, k: int) -> IntArray:
-    """The columns of the k smallest in each row (m, n), smallest first, of equal ones the lowest first."""
+    """The columns of the k smallest in each row (m, n), smallest first, of equal ones
+    the lowest first.
+    """
     if k > _MANY:
         ordered: IntArray = np.argsort(squares, axis=-1, kind="stable")[:, :k]
         return ordered
@@ -253,7 +280,9 @@ def _squares(points: FloatArray, target: FloatArray) -> FloatArray:
 
 
 def _between(p: FloatArray, q: FloatArray) -> FloatArray:
-    """Σ_k (p_k − q_k)², the coordinates in their order: whatever the shapes, the same rounding."""
+    """Σ_k (p_k − q_k)², the coordinates in their order: whatever the shapes, the same
+    rounding.
+    """
     total = p[..., 0] - q[..., 0]
     total *= total
     for k in range(1, p.shape[-1]):
@@ -270,10 +299,13 @@ def _blocks(m: int, n: int) -> Iterator[slice]:
 
 
 def _tree_maker() -> Any:
-    """scipy's k-d tree, or None where scipy is not installed: the one place that imports it."""
+    """scipy's k-d tree, or None where scipy is not installed: the one place that
+    imports it.
+    """
     try:
         from scipy.spatial import cKDTree  # type: ignore[import-untyped]
     except ImportError:
         return None
-    # Split in the middle of the longest side: on surfaces, queries take half the time of splits at the median.
+    # Split in the middle of the longest side: on surfaces, queries take half the time
+    # of splits at the median.
     return partial(cKDTree, balanced_tree=False, compact_nodes=False)

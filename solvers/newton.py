@@ -1,11 +1,13 @@
-"""A damped Newton step: made a descent by what is added to the Hessian, and capped as a whole.
+"""A damped Newton step: made a descent by what is added to the Hessian, and capped as a
+whole.
 
-Solve `(H + λI) Δ = −g` with λ = 0 where the Hessian is positive definite, else with the first λ of a geometric sequence
-for which H + λI has a Cholesky factor. It is H + λI that becomes positive definite, not H. Then Δ is a descent
-direction, and shortening all of it by one factor leaves it one; capping its parts separately need not.
+Solve `(H + λI) Δ = −g` with λ = 0 where the Hessian is positive definite, else with the
+first λ of a geometric sequence for which H + λI has a Cholesky factor. It is H + λI
+that becomes positive definite, not H. Then Δ is a descent direction, and shortening all
+of it by one factor leaves it one; capping its parts separately need not.
 
-Source: Nocedal & Wright 2006, Numerical optimization, sec. 3.4, algorithm 3.3 (Cholesky with an added multiple of the
-identity).
+Source: Nocedal & Wright 2006, Numerical optimization, sec. 3.4, algorithm 3.3 (Cholesky
+with an added multiple of the identity).
 """
 
 from __future__ import annotations
@@ -22,7 +24,9 @@ LEAST_PIVOT = 1e-8
 
 
 def damped_step(gradient: FloatArray, hessian: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Δ (b, p) and λ (b,) for gradients (b, p) and symmetric Hessians (b, p, p), both finite; Δ is zero where H is."""
+    """Δ (b, p) and λ (b,) for gradients (b, p) and symmetric Hessians (b, p, p), both
+    finite; Δ is zero where H is.
+    """
     p = gradient.shape[1]
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         size = np.abs(hessian).max(axis=(1, 2))
@@ -41,7 +45,9 @@ def damped_step(gradient: FloatArray, hessian: FloatArray) -> tuple[FloatArray, 
 
 
 def capped(step: FloatArray, sizes: tuple[FloatArray, ...]) -> FloatArray:
-    """The steps (b, p) times `1 / max(1, sizes …)`: each size (b,) is the length of a part over its cap."""
+    """The steps (b, p) times `1 / max(1, sizes …)`: each size (b,) is the length of a
+    part over its cap.
+    """
     factor = np.ones(len(step))
     for size in sizes:
         factor = np.maximum(factor, size)
@@ -49,8 +55,9 @@ def capped(step: FloatArray, sizes: tuple[FloatArray, ...]) -> FloatArray:
 
 
 def cholesky(A: FloatArray) -> tuple[FloatArray, BoolArray]:
-    """The lower factors (b, p, p) of symmetric (b, p, p) whose entries are of order one, and where there is one,
-    (b,)."""
+    """The lower factors (b, p, p) of symmetric (b, p, p) whose entries are of order
+    one, and where there is one, (b,).
+    """
     p = A.shape[1]
     L = np.zeros_like(A)
     good = np.ones(len(A), dtype=np.bool_)

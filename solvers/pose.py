@@ -13,15 +13,38 @@ from solvers.arrays import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """A rigid motion or similarity `T(p) = s R p + t` that takes source coordinates to target coordinates.
+    """A rigid motion or similarity `T(p) = s R p + t`.
 
-    R: (..., d, d) orthogonal matrices. A pose has det R = +1; the one exception is `fit_rigid(..., proper=False)`,
-       whose answer may be a reflection and is not a pose in this sense.
-    t: (..., d) translations, in world units.
-    scale: (...) scales, 1 for a rigid motion.
+    It takes source to target coordinates. The leading axes of the three are broadcast
+    to one batch shape. The arrays are copied and cannot be written to.
 
-    The leading axes of the three are broadcast to one batch shape. The arrays are copied and cannot be written to.
-    Raises ValueError when the shapes do not fit together.
+    Parameters
+    ----------
+    R : array_like of shape (..., d, d)
+        Orthogonal matrices. A pose has det R = +1, which is not checked here; the one
+        exception is the answer of `fit_rigid(..., proper=False)`, which may be a
+        reflection and is no rigid motion.
+    t : array_like of shape (..., d)
+        Translations, in world units.
+    scale : array_like of shape (...), default 1.0
+        Scales s, 1 for a rigid motion.
+
+    Raises
+    ------
+    ValueError
+        If the shapes do not fit together.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers import Pose
+    >>> pose = Pose.from_angle(np.radians(90.0), (2.0, 0.0))
+    >>> pose
+    Pose(angle=90°, t=(2, 0), scale=1)
+    >>> pose.apply([[1.0, 0.0]]).round(6)
+    array([[2., 1.]])
+    >>> np.degrees(pose.inverse().angle).round(6)
+    np.float64(-90.0)
     """
 
     R: FloatArray
@@ -50,12 +73,45 @@ class Pose:
 
     @classmethod
     def identity(cls, d: int = 2, batch: tuple[int, ...] = ()) -> Pose:
-        """The pose that moves nothing, in d dimensions, repeated over `batch`."""
+        """The pose that moves nothing.
+
+        Parameters
+        ----------
+        d : int, default 2
+            The dimension of the points.
+        batch : tuple of int, default ()
+            The leading axes over which it is repeated.
+
+        Returns
+        -------
+        Pose
+            Identities of shape `batch`.
+        """
         return cls(np.broadcast_to(np.eye(d), (*batch, d, d)), np.zeros(d))
 
     @classmethod
     def from_angle(cls, theta: ArrayLike, t: ArrayLike = (0.0, 0.0), scale: ArrayLike = 1.0) -> Pose:
-        """The planar pose that rotates by `theta` (..., radians, anticlockwise) about the origin, then moves by `t`."""
+        """The planar pose that rotates about the origin, then moves.
+
+        Parameters
+        ----------
+        theta : array_like of shape (...)
+            The angle in radians, anticlockwise.
+        t : array_like of shape (..., 2), default (0.0, 0.0)
+            The translation, in world units.
+        scale : array_like of shape (...), default 1.0
+            The scale.
+
+        Returns
+        -------
+        Pose
+            The poses, of the batch shape that the three broadcast to.
+
+        Raises
+        ------
+        ValueError
+            If the shapes do not fit together.
+        """
         c, s = np.cos(np.asarray(theta, dtype=np.float64)), np.sin(np.asarray(theta, dtype=np.float64))
         R = np.stack([np.stack([c, -s], axis=-1), np.stack([s, c], axis=-1)], axis=-2)
         return cls(R, np.asarray(t, dtype=np.float64), np.asarray(scale, dtype=np.float64))
@@ -72,10 +128,16 @@ class Pose:
 
     @property
     def angle(self) -> FloatArray:
-        """The rotation angle in radians, shape (...): signed, in (−π, π], in the plane; in [0, π] in space.
+        """The rotation angle in radians, shape (...).
 
-        Both come from atan2 of the sine (skew part) and the cosine (trace), which is accurate at 0 and at π alike.
-        Raises ValueError in other dimensions, where a rotation has more than one angle.
+        Signed, in (−π, π], in the plane; in [0, π] in space. Both come from atan2 of
+        the sine (skew part) and the cosine (trace), which is accurate at 0 and at π
+        alike.
+
+        Raises
+        ------
+        ValueError
+            In other dimensions, where a rotation has more than one angle.
         """
         R = self.R
         if self.dim == 2:
@@ -100,7 +162,24 @@ class Pose:
         return M
 
     def apply(self, points: ArrayLike) -> FloatArray:
-        """The moved points `s R p + t`: points (..., n, d), leading axes broadcast against the pose's."""
+        """Move points: `s R p + t`.
+
+        Parameters
+        ----------
+        points : array_like of shape (..., n, d)
+            The points; their leading axes broadcast against the pose's.
+
+        Returns
+        -------
+        ndarray of shape (..., n, d)
+            The moved points.
+
+        Raises
+        ------
+        ValueError
+            If the points are not rows of d numbers, or the leading axes do not
+            broadcast.
+        """
         p = np.asarray(points, dtype=np.float64)
         if p.ndim < 2 or p.shape[-1] != self.dim:
             raise ValueError(f"points: expected shape (..., n, {self.dim}), got {p.shape}")
@@ -108,13 +187,40 @@ class Pose:
         return moved + self.t[..., None, :]
 
     def compose(self, first: Pose) -> Pose:
-        """`self ∘ first`: the pose that applies `first`, then this one."""
+        """The pose `self ∘ first`: apply `first`, then this one.
+
+        Parameters
+        ----------
+        first : Pose
+            Of the same dimension, with leading axes that broadcast against this one's.
+
+        Returns
+        -------
+        Pose
+            The composition.
+
+        Raises
+        ------
+        ValueError
+            If the two do not fit together.
+        """
         s = np.asarray(self.scale)
         turned = (self.R @ first.t[..., None])[..., 0]
         return Pose(self.R @ first.R, s[..., None] * turned + self.t, s * first.scale)
 
     def inverse(self) -> Pose:
-        """The pose that undoes this one: `T⁻¹(q) = Rᵀ (q − t) / s`. A scale of zero has none: ValueError."""
+        """The pose that undoes this one: `T⁻¹(q) = Rᵀ (q − t) / s`.
+
+        Returns
+        -------
+        Pose
+            The inverse.
+
+        Raises
+        ------
+        ValueError
+            If a scale is zero.
+        """
         s = np.asarray(self.scale)
         if np.any(s == 0.0):
             raise ValueError("scale: a pose with scale 0 has no inverse")

@@ -1,10 +1,12 @@
-"""The race: nine methods on the same two scans from the same start, as panels, benchmark and sweeps run it.
+"""The race: nine methods on the same two scans from the same start, as panels,
+benchmark and sweeps run it.
 
-One list of contestants with the options that they race with, one set of controls, one way to make the problems; what
-steps them is `solvers.stepper`. RANSAC takes no start: it ignores the starting pose, and its panel says so.
+One list of contestants with the options that they race with, one set of controls, one
+way to make the problems; what steps them is `solvers.stepper`. RANSAC takes no start:
+it ignores the starting pose, and its panel says so.
 
-A controlled experiment: one room, one sampling, options chosen for it. It ranks nothing beyond itself, and steps of
-different methods are different amounts of work.
+A controlled experiment: one room, one sampling, options chosen for it. It ranks nothing
+beyond itself, and steps of different methods are different amounts of work.
 """
 
 from __future__ import annotations
@@ -32,10 +34,33 @@ MAX_STEPS = 70
 class Controls:
     """What the race can be set to.
 
-    degrees, distance: the start's rotation and translation (u). setting: one of `solvers.scenes.ROOM_SETTINGS`. noise:
-    σ in u, outliers: the replaced fraction of each cloud (None: the setting's own). overlap: the fraction of the room
-    that the target sees. density: how much denser than usual the source is sampled. Raises ValueError for a setting
-    that is unknown and a number out of its range.
+    Parameters
+    ----------
+    degrees : float, default 45.0
+        The start's rotation about the world's origin, −180 to 180.
+    distance : float, default 1.43
+        The start's translation, in u, 0 to 100.
+    setting : str, default "combo"
+        One of `solvers.scenes.ROOM_SETTINGS`.
+    noise : float, optional
+        σ in u. None is the setting's own.
+    outliers : float, optional
+        The replaced fraction of each cloud, 0 to 1. None is the setting's own.
+    overlap : float, default 1.0
+        The fraction of the room that the target sees, 0.1 to 1.
+    density : float, default 1.0
+        How much denser than usual the source is sampled, 0.2 to 5.
+
+    Raises
+    ------
+    ValueError
+        If the setting is unknown or a number out of its range.
+
+    Examples
+    --------
+    >>> from solvers.race import Controls
+    >>> Controls(degrees=90.0, setting="clean").start
+    Pose(angle=90°, t=(1.14991, 0.849935), scale=1)
     """
 
     degrees: float = 45.0
@@ -52,7 +77,23 @@ class Controls:
         self.scene(SEEDS[0])
 
     def scene(self, seed: int) -> Scene:
-        """The two scans of a seed."""
+        """The two scans of a seed.
+
+        Parameters
+        ----------
+        seed : int
+            What the random numbers are drawn from, not negative.
+
+        Returns
+        -------
+        Scene
+            `solvers.scenes.room` with these controls.
+
+        Raises
+        ------
+        ValueError
+            If the seed is no integer or negative.
+        """
         return room(
             self.setting,
             seed=seed,
@@ -70,8 +111,25 @@ class Controls:
 
 @dataclass(frozen=True, eq=False)
 class Contestant:
-    """A method with the options that it races with. label: what its panel and table row are called; note: what a reader
-    must know to read its result."""
+    """A method with the options that it races with.
+
+    Parameters
+    ----------
+    method : str
+        A name of `solvers.METHODS`.
+    label : str
+        What its panel and table row are called.
+    options : mapping
+        The method's options by name; those left out keep their defaults.
+    note : str
+        What a reader must know to read its result.
+
+    Examples
+    --------
+    >>> from solvers.race import Contestant
+    >>> Contestant("icp", "ICP, no gate").options
+    {}
+    """
 
     method: str
     label: str
@@ -79,7 +137,29 @@ class Contestant:
     note: str = ""
 
     def begin(self, problem: Problem, max_steps: int = MAX_STEPS) -> Batch[Any]:
-        """The contestant at its start on these problems; step it by `solvers.stepper.advance`."""
+        """The contestant at its start; step it by `solvers.stepper.advance`.
+
+        Parameters
+        ----------
+        problem : Problem
+            As from `race_problem`.
+        max_steps : int, default 70
+            The most steps.
+
+        Returns
+        -------
+        Batch
+            The run at its beginning.
+
+        Raises
+        ------
+        KeyError
+            If `solvers.METHODS` has no such method.
+        TypeError
+            If the method has no such option.
+        ValueError
+            If an option is out of its range.
+        """
         method = METHODS[self.method]
         return begin(method, problem, method.options(**self.options), max_steps)
 
@@ -122,8 +202,31 @@ EXTRAS: tuple[Contestant, ...] = (
 
 
 def contestants(names: Sequence[str] | None = None) -> tuple[Contestant, ...]:
-    """The contestants of these methods, the nine and the extras each in their order; all nine for None. Raises
-    ValueError for a method that does not race."""
+    """The contestants of these methods, the nine and the extras each in their order.
+
+    Parameters
+    ----------
+    names : sequence of str, optional
+        Names of methods. None is the nine.
+
+    Returns
+    -------
+    tuple of Contestant
+        In the order of the panels, whatever that of the names.
+
+    Raises
+    ------
+    ValueError
+        If a method does not race.
+
+    Examples
+    --------
+    >>> from solvers.race import contestants
+    >>> len(contestants())
+    9
+    >>> [c.label for c in contestants(["ndt", "icp"])]
+    ['ICP', 'NDT']
+    """
     if names is None:
         return CONTESTANTS
     known = (*CONTESTANTS, *EXTRAS)
@@ -133,9 +236,35 @@ def contestants(names: Sequence[str] | None = None) -> tuple[Contestant, ...]:
 
 
 def race_problem(controls: Controls, seeds: Sequence[int] = SEEDS) -> tuple[Problem, Pose]:
-    """The problems of these seeds as one batch, and the true poses, one each.
+    """The problems of these seeds as one batch, and the true poses.
 
-    All seeds of one setting have clouds of one size. Raises ValueError for seeds that are none.
+    All seeds of one setting have clouds of one size.
+
+    Parameters
+    ----------
+    controls : Controls
+        What the race is set to.
+    seeds : sequence of int
+        One a problem, not negative; by default the benchmark's 25, 40 + 13k.
+
+    Returns
+    -------
+    problem : Problem
+        s problems, all from the start of the controls.
+    truth : Pose
+        The s true poses.
+
+    Raises
+    ------
+    ValueError
+        If the seeds are no integers, negative, or none at all.
+
+    Examples
+    --------
+    >>> from solvers.race import Controls, race_problem
+    >>> problem, truth = race_problem(Controls(setting="clean"))
+    >>> problem.size, truth.batch
+    (25, (25,))
     """
     checked = validate.seeds(list(seeds), "seeds")
     if checked.ndim != 1:

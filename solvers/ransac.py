@@ -1,22 +1,35 @@
-"""RANSAC on proposed pairs: fit a few drawn at random, count who agrees, keep the best, refit on its consensus.
+"""RANSAC on proposed pairs.
 
-A trial draws d distinct pairs (two in the plane, three in space), fits them in closed form (by least squares, as their
-lengths disagree), and is judged by its capped sum of squares `C(T) = Σ_i min(r_i², ε²)`, r_i the distance that it
-leaves of pair i. The pairs within ε are its consensus. When the trials are done, the best pose is refitted to its
-consensus until that stays the same. A refit never raises C: it lowers the sum over the consensus, and counting anew
-lowers it again. It may *lower the count*, which is why the best is kept by C and not by the count.
+Fit a few drawn at random, count who agrees, keep the best, refit on its consensus.
 
-How many trials: `solvers.ransac.trials`, with the best consensus so far for the share of right pairs, so the budget
-falls as better poses are found; `most` caps it, and a run that ends by that cap says so. The formula takes the draws of
-one trial for independent; d *distinct* pairs are all right with probability k(k−1)…/(n(n−1)…), a little less than wᵈ.
+A trial draws d distinct pairs (two in the plane, three in space), fits them in closed
+form (by least squares, as their lengths disagree), and is judged by its capped sum of
+squares `C(T) = Σ_i min(r_i², ε²)`, r_i the distance that it leaves of pair i. The pairs
+within ε are its consensus. When the trials are done, the best pose is refitted to its
+consensus until that stays the same. A refit never raises C: it lowers the sum over the
+consensus, and counting anew lowers it again. It may *lower the count*, which is why the
+best is kept by C and not by the count.
 
-A draw in which two source points, or two target points, lie closer than `separation` is thrown away and is no trial:
-a short baseline makes a poor angle.
+How many trials: `solvers.ransac.trials`, with the best consensus so far for the share
+of right pairs, so the budget falls as better poses are found; `most` caps it, and a run
+that ends by that cap says so. The formula takes the draws of one trial for independent;
+d *distinct* pairs are all right with probability k(k−1)…/(n(n−1)…), a little less than
+wᵈ.
+
+A draw in which two source points, or two target points, lie closer than `separation` is
+thrown away and is no trial: a short baseline makes a poor angle.
 
 Beside it, for comparison, the least-squares fit of all pairs, right and wrong: `ghost`.
 
-Sources: Fischler & Bolles 1981, Random sample consensus (trials, consensus); Torr & Zisserman 2000, MLESAC, sec. 4 (the
-capped sum). Left out: guided sampling and early rejection, which forty pairs do not need.
+Left out: guided sampling and early rejection, which forty pairs do not need.
+
+References
+----------
+.. [1] M. A. Fischler, R. C. Bolles, "Random sample consensus: a paradigm for model
+   fitting with applications to image analysis and automated cartography", 1981 (trials,
+   consensus). doi:10.1145/358669.358692
+.. [2] P. H. S. Torr, A. Zisserman, "MLESAC: a new robust estimator with application to
+   estimating image geometry", 2000, sec. 4 (the capped sum). doi:10.1006/cviu.1999.0832
 """
 
 from __future__ import annotations
@@ -36,12 +49,16 @@ from solvers.stepper import Method, Problem
 
 
 def trials(share: ArrayLike, confidence: float, sample: int) -> FloatArray | float:
-    """How many trials to make sure, with probability `confidence`, that one draws right pairs only.
+    """How many trials to make sure, with probability `confidence`, that one draws right
+    pairs only.
 
-    share: the fraction w of right pairs, 0 to 1, one or (...). confidence: p, above 0 and below 1. sample: pairs drawn
-    in a trial, s. `N = max(1, ⌈log(1 − p) / log(1 − wˢ)⌉)`: 1 at w = 1, infinite at w = 0. A float for one w.
+    share: the fraction w of right pairs, 0 to 1, one or (...). confidence: p, above 0
+    and below 1. sample: pairs drawn in a trial, s.
+    `N = max(1, ⌈log(1 − p) / log(1 − wˢ)⌉)`: 1 at w = 1, infinite at w = 0. A float for
+    one w.
 
-    It takes the s draws for independent (Fischler & Bolles 1981, sec. II-B). Raises ValueError, naming the argument.
+    It takes the s draws for independent (Fischler & Bolles 1981, sec. II-B). Raises
+    ValueError, naming the argument.
     """
     w = np.asarray(share, dtype=np.float64)
     if not np.all((w >= 0.0) & (w <= 1.0)):
@@ -58,9 +75,27 @@ def trials(share: ArrayLike, confidence: float, sample: int) -> FloatArray | flo
 
 @dataclass(frozen=True)
 class RansacOptions:
-    """inlier: ε, the residual up to which a pair agrees with a pose, world units. confidence: p, the probability wanted
-    that one draw at least is of right pairs alone, above 0 and below 1. most: the cap on trials. per_step: trials in a
-    step. separation: the least distance between the points of a draw, world units."""
+    """Options of `ransac`.
+
+    Parameters
+    ----------
+    inlier : float, default 0.25
+        ε, the residual up to which a pair agrees with a pose, world units.
+    confidence : float, default 0.99
+        p, the probability wanted that one draw at least is of right pairs alone, above
+        0 and below 1.
+    most : int, default 1000
+        The cap on trials.
+    per_step : int, default 32
+        Trials in a step.
+    separation : float, default 0.0
+        The least distance between the points of a draw, world units.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
+    """
 
     inlier: float = 0.25
     confidence: float = 0.99
@@ -79,13 +114,16 @@ class RansacOptions:
 
 @dataclass(frozen=True, eq=False)
 class RansacState:
-    """The best pose so far; the objective, `residuals`, `inliers` and `count` are at `pose`.
+    """The best pose so far; the objective, `residuals`, `inliers` and `count` are at
+    `pose`.
 
-    draws: (b, most, d) rows of the pairs that the trials draw, of which `drawn` (b,) exist. ghost: the least-squares
-    pose of all pairs, its RMS residual ghost_rms (b,) in world units. trials: (b,) made so far. budget: (b,) needed by
-    the formula, not capped, infinite before a consensus. sample: (b, d) the rows of the best trial, −1 before one.
-    found: (b,) whether there is a best trial. residuals: (b, n), inliers: (b, n), count: (b,). refits: (b,) made.
-    last_sample, last_pose, last_count: the last trial of the last step, good or not, to look at.
+    draws: (b, most, d) rows of the pairs that the trials draw, of which `drawn` (b,)
+    exist. ghost: the least-squares pose of all pairs, its RMS residual ghost_rms (b,)
+    in world units. trials: (b,) made so far. budget: (b,) needed by the formula, not
+    capped, infinite before a consensus. sample: (b, d) the rows of the best trial, −1
+    before one. found: (b,) whether there is a best trial. residuals: (b, n), inliers:
+    (b, n), count: (b,). refits: (b,) made. last_sample, last_pose, last_count: the last
+    trial of the last step, good or not, to look at.
     """
 
     problem: Problem = field(metadata=CONSTANT)
@@ -125,14 +163,17 @@ def _squares(pose: Pose, source: FloatArray, target: FloatArray) -> FloatArray:
 
 
 def _draw(rng: np.random.Generator, source: FloatArray, target: FloatArray, options: RansacOptions) -> IntArray:
-    """Up to `most` draws of d distinct rows whose points are separate in both clouds, (k, d)."""
+    """Up to `most` draws of d distinct rows whose points are separate in both clouds,
+    (k, d).
+    """
     n, d = source.shape
     kept, tries = np.empty((0, d), dtype=np.int64), 0
     while len(kept) < options.most and tries < 8:
         tries += 1
         rows = np.empty((2 * options.most, d), dtype=np.int64)
         for k in range(d):
-            # Uniform over the n − k rows not yet drawn: step over the drawn ones in ascending order.
+            # Uniform over the n − k rows not yet drawn: step over the drawn ones in
+            # ascending order.
             new = rng.integers(0, n - k, len(rows))
             for earlier in np.sort(rows[:, :k], axis=1).T:
                 new += new >= earlier
@@ -178,7 +219,9 @@ def _fit(source: FloatArray, target: FloatArray, weights: FloatArray | None = No
 
 
 def _step(state: RansacState) -> RansacState:
-    """A block of trials for the problems that need more, a refit for those that have had them."""
+    """A block of trials for the problems that need more, a refit for those that have
+    had them.
+    """
     limit = np.minimum(np.minimum(state.budget, state.drawn), state.options.most)
     searching = state.trials < limit
     after = state
@@ -203,7 +246,8 @@ def _search(state: RansacState, where: BoolArray, limit: FloatArray) -> RansacSt
     count = (squares <= np.square(options.inlier)).sum(axis=2)
     cost = np.where(sound & (count >= d), capped_sum(squares, options.inlier), np.inf)
 
-    # The budget after every single trial, so that the size of a block changes nothing: it is cut where that is met.
+    # The budget after every single trial, so that the size of a block changes nothing:
+    # it is cut where that is met.
     held = np.where(state.found, state.objective, np.inf)[:, None]
     before = np.minimum.accumulate(np.concatenate([held, cost[:, :-1]], axis=1), axis=1)
     leader = np.maximum.accumulate(np.where(cost < before, np.arange(size), -1), axis=1)

@@ -18,13 +18,41 @@ from solvers.stepper import Batch, History, State
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """What `register` found. The leading axes `...` are those of the problem: none for a single one.
+    """What `register` found.
 
-    method: its name. pose: T with T(source) ≈ target. status: (...) int8 (a `Status` for a single problem).
-    reason: (...) words on how it stopped, possibly empty. steps: (...) taken. objective: (...) what the method
-    minimises, at `pose`. history: poses and objective from the start to the last step, (k + 1, ...).
-    states: the method's final states with all their details, one for a batch, one a cloud for a list of clouds; their
-    arrays have one leading problem axis. `detail` reads them in the shape of the problem.
+    The leading axes `...` are those of the problem: none for a single one.
+
+    Attributes
+    ----------
+    method : str
+        The method's name.
+    pose : Pose
+        T with T(source) ≈ target.
+    status : ndarray of int8, shape (...), or Status
+        How each problem stopped; a `Status` for a single problem.
+    reason : ndarray of object, shape (...), or str
+        Words on how it stopped, possibly empty.
+    steps : ndarray of int, shape (...), or int
+        The steps taken.
+    objective : ndarray of shape (...)
+        What the method minimises, at `pose`; each method's own, in its own unit.
+    history : History
+        Poses and objective from the start to the last of k steps, (k + 1, ...).
+    states : tuple
+        The method's final states with all their details: one for a batch, one a cloud
+        for a list of clouds. Their arrays have one leading problem axis; `detail` reads
+        them in the shape of the problem.
+
+    Examples
+    --------
+    >>> from solvers import register
+    >>> from solvers.scenes import kabsch_scene
+    >>> scene = kabsch_scene("clean")
+    >>> result = register(scene.source, scene.target, "kabsch")
+    >>> result
+    Result(kabsch: converged, steps=1, pose=Pose(angle=50°, t=(2.6, 0.9), scale=1))
+    >>> result.detail("determinant")
+    np.int8(1)
     """
 
     method: str
@@ -42,17 +70,57 @@ class Result:
         return self.pose.matrix
 
     def transform(self, points: ArrayLike) -> FloatArray:
-        """The points (..., n, d) moved by the pose."""
+        """Move points by the pose.
+
+        Parameters
+        ----------
+        points : array_like of shape (..., n, d)
+            The points, in source coordinates.
+
+        Returns
+        -------
+        ndarray of shape (..., n, d)
+            The points in target coordinates.
+
+        Raises
+        ------
+        ValueError
+            If the points are not of the pose's dimension or do not broadcast with it.
+        """
         return self.pose.apply(points)
 
     def inverse(self) -> Pose:
-        """The pose that takes target to source coordinates."""
+        """The pose that takes target to source coordinates.
+
+        Returns
+        -------
+        Pose
+            The inverse of `pose`.
+
+        Raises
+        ------
+        ValueError
+            If the pose has a scale of zero.
+        """
         return self.pose.inverse()
 
     def detail(self, name: str) -> Any:
-        """A field of the final state, in the shape of the problem: `result.detail("singular_values")`.
+        """A field of the final state, in the shape of the problem.
 
-        For a list of clouds it is a list, one entry a cloud. Raises ValueError for an unknown name.
+        Parameters
+        ----------
+        name : str
+            A field of the method's state, such as "singular_values" of `kabsch`.
+
+        Returns
+        -------
+        object
+            The field's value; for a list of several clouds a list, one entry a cloud.
+
+        Raises
+        ------
+        ValueError
+            If the state has no such field.
         """
         known = [f.name for f in fields(cast(Any, self.states[0]))]
         validate.one_of(name, known, "name")
@@ -71,7 +139,8 @@ class Result:
 
 
 def from_batch(done: Batch[Any], history: History, axes: tuple[int, ...]) -> Result:
-    """The result of one run, its single problem axis made into the leading axes `axes`."""
+    """The result of one run, its single problem axis made into the leading axes `axes`.
+    """
     state = done.state()
     return Result(
         method=done.method.name,
@@ -86,7 +155,9 @@ def from_batch(done: Batch[Any], history: History, axes: tuple[int, ...]) -> Res
 
 
 def side_by_side(results: Sequence[Result]) -> Result:
-    """Single results put together as those of a batch; shorter histories repeat their last entry."""
+    """Single results put together as those of a batch; shorter histories repeat their
+    last entry.
+    """
     longest = max(len(r.history.objective) for r in results)
 
     def course(read: Callable[[History], AnyArray]) -> AnyArray:
@@ -120,7 +191,9 @@ def _lengthened(course: AnyArray, length: int) -> AnyArray:
 
 
 def _shaped(value: Any, axes: tuple[int, ...], at: int = 0) -> Any:
-    """The one problem axis at `at` made into `axes`; what then is a single number or word loses its array."""
+    """The one problem axis at `at` made into `axes`; what then is a single number or
+    word loses its array.
+    """
     if isinstance(value, Pose):
         return Pose(*(_shaped(np.asarray(getattr(value, part)), axes, at) for part in ("R", "t", "scale")))
     if isinstance(value, np.ndarray):

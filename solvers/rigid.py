@@ -1,12 +1,15 @@
-"""The pose that best takes known partners to each other: the weighted rigid and similarity fits, in closed form.
+"""The pose that best takes known partners to each other: the weighted rigid and
+similarity fits, in closed form.
 
-Row i of `source` and row i of `target` are partners. Both functions minimise `Σ wᵢ ‖s R pᵢ + t − qᵢ‖²` over rotations
-R, translations t and, where asked, scales s. The optimum needs no starting pose; it is the optimum of that objective,
-which noise and wrong pairs move away from the true motion.
+Row i of `source` and row i of `target` are partners. Both functions minimise
+`Σ wᵢ ‖s R pᵢ + t − qᵢ‖²` over rotations R, translations t and, where asked, scales s.
+The optimum needs no starting pose; it is the optimum of that objective, which noise and
+wrong pairs move away from the true motion.
 
-Sources: Arun, Huang & Blostein 1987, Least-squares fitting of two 3-D point sets; Umeyama 1991, Least-squares
-estimation of transformation parameters between two point patterns, eqs. 39-43 (the determinant's correction and the
-scale); Kabsch 1976, A solution for the best rotation to relate two sets of vectors.
+Sources: Arun, Huang & Blostein 1987, Least-squares fitting of two 3-D point sets;
+Umeyama 1991, Least-squares estimation of transformation parameters between two point
+patterns, eqs. 39-43 (the determinant's correction and the scale); Kabsch 1976, A
+solution for the best rotation to relate two sets of vectors.
 """
 
 from __future__ import annotations
@@ -26,18 +29,42 @@ _EPS = float(np.finfo(np.float64).eps)
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """The answer of a closed-form fit, one per problem of the batch (a batch of none gives numpy scalars).
+    """The answer of a closed-form fit, one a problem of the batch.
 
-    pose: the optimum; where degenerate, the translation between the centroids with no rotation and scale 1 (the
-        identity when all weights are zero).
-    status: (...) int8, `Status.CONVERGED` or `Status.DEGENERATE`.
-    reason: (...) words, empty unless degenerate.
-    singular_values: (..., d) of H, the weighted correlation of the centred clouds, largest first.
-    determinant: (...) int8, det(V Uᵀ): +1, or −1 where the best orthogonal matrix is a reflection, or 0 where H is
+    A batch of none gives numpy scalars. Here Λ, U and V are of `H = U Λ Vᵀ`, the
+    weighted correlation of the centred clouds (`fit_rigid`).
+
+    Attributes
+    ----------
+    pose : Pose
+        The optimum. Where degenerate, the translation between the centroids with no
+        rotation and scale 1 (the identity when all weights are zero).
+    status : ndarray of int8, shape (...)
+        `Status.CONVERGED` or `Status.DEGENERATE`.
+    reason : ndarray of object, shape (...)
+        Words, empty unless degenerate.
+    singular_values : ndarray of shape (..., d)
+        Of H, largest first, in squared world units.
+    determinant : ndarray of int8, shape (...)
+        det(V Uᵀ): +1; −1 where the best orthogonal matrix is a reflection; 0 where H is
         singular to rounding, so that a rotation and a reflection fit equally well.
-    cost: (...) the weighted sum of squared residuals at `pose`.
-    condition: (...) ‖H‖ / (λ_{d−1} ± λ_d): the relative error of H times this bounds the error of R in radians, up
-        to a small factor; infinite where degenerate. In the plane the denominator is hypot(S, C).
+    cost : ndarray of shape (...)
+        The weighted sum of squared residuals at `pose`.
+    condition : ndarray of shape (...)
+        ‖H‖ / (λ_{d−1} ± λ_d): the relative error of H times this bounds the error of R
+        in radians, up to a small factor. Infinite where degenerate. In the plane the
+        denominator is hypot(S, C), see `fit_planar`.
+
+    Examples
+    --------
+    >>> from solvers import Status, fit_rigid
+    >>> fit = fit_rigid([[0.0, 0.0], [1.0, 0.0]], [[0.0, 0.0], [0.0, 2.0]], scale=True)
+    >>> fit.pose.scale.round(6)
+    np.float64(2.0)
+    >>> fit.status == Status.CONVERGED
+    np.True_
+    >>> fit.singular_values.round(6)
+    array([1., 0.])
     """
 
     pose: Pose
@@ -52,22 +79,71 @@ class Fit:
 def fit_rigid(
     source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = None, *, scale: bool = False, proper: bool = True
 ) -> Fit:
-    """The weighted least-squares pose of known partners, in any dimension, by singular values.
+    """The weighted least-squares pose of known partners, by singular values.
 
-    source, target: (..., n, d) partners row by row, in world units; weights: (..., n), not negative, default all one.
-    scale: also fit a scale (Umeyama's similarity). proper: keep det R = +1; False gives the best orthogonal matrix,
-    which may be a reflection and then is no rigid motion.
+    With p̃, q̃ the clouds about their weighted centroids p̄, q̄:
 
-    With p̃, q̃ the clouds about their weighted centroids p̄, q̄: `H = Σ wᵢ p̃ᵢ q̃ᵢᵀ = U Λ Vᵀ`,
-    `D = diag(1, …, 1, det(V Uᵀ))`, `R = V D Uᵀ`, `s = tr(Λ D) / Σ wᵢ ‖p̃ᵢ‖²` (or 1), `t = q̄ − s R p̄`.
+        H = Σ wᵢ p̃ᵢ q̃ᵢᵀ = U Λ Vᵀ,   D = diag(1, …, 1, det(V Uᵀ)),
+        R = V D Uᵀ,   s = tr(Λ D) / Σ wᵢ ‖p̃ᵢ‖²  (or 1),   t = q̄ − s R p̄.
 
-    Degenerate: all weights zero; source or target points equal; points that span fewer than d − 1 dimensions (collinear
-    in space); or an H whose rotation is undefined although the points spread. All are judged to rounding.
-    Raises ValueError for what is no pair of matched clouds.
+    Parameters
+    ----------
+    source : array_like of shape (..., n, d)
+        The points that are moved, in world units, d ≥ 2.
+    target : array_like of shape (..., n, d)
+        Their partners, row by row.
+    weights : array_like of shape (..., n), optional
+        Of the pairs, not negative. None is all one.
+    scale : bool, default False
+        Whether to fit a scale too (Umeyama's similarity).
+    proper : bool, default True
+        Whether to keep det R = +1. False gives the best orthogonal matrix, which may be
+        a reflection and then is no rigid motion.
+
+    Returns
+    -------
+    Fit
+        The pose that minimises `Σ wᵢ ‖s R pᵢ + t − qᵢ‖²`, and how well it is
+        determined.
+
+    Raises
+    ------
+    ValueError
+        If the clouds are not finite, not matched row by row, or do not broadcast, or if
+        a weight is negative.
+
+    Notes
+    -----
+    Degenerate: all weights zero; source or target points equal; points that span fewer
+    than d − 1 dimensions (collinear in space); or an H whose rotation is undefined
+    although the points spread. All are judged to rounding.
+
+    References
+    ----------
+    .. [1] K. S. Arun, T. S. Huang, S. D. Blostein, "Least-squares fitting of two 3-D
+       point sets", 1987. doi:10.1109/TPAMI.1987.4767965
+    .. [2] S. Umeyama, "Least-squares estimation of transformation parameters between
+       two point patterns", 1991, eqs. 39-43 (the determinant's correction and the
+       scale). doi:10.1109/34.88573
+    .. [3] W. Kabsch, "A solution for the best rotation to relate two sets of vectors",
+       1976. doi:10.1107/S0567739476001873
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers import Pose, fit_rigid
+    >>> source = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]])
+    >>> truth = Pose.from_angle(np.radians(30.0), (1.0, -2.0), scale=1.5)
+    >>> fit = fit_rigid(source, truth.apply(source), scale=True)
+    >>> np.degrees(fit.pose.angle).round(6), fit.pose.scale.round(6)
+    (np.float64(30.0), np.float64(1.5))
+    >>> fit.pose.t.round(6)
+    array([ 1., -2.])
     """
     m = _moments(source, target, weights)
     V, values, Ut, sign = _signed_svd(m.H)
-    # Where H is singular to rounding its sign is an accident, and the rotation is as good as the reflection.
+    # Where H is singular to rounding its sign is an accident, and the rotation is as
+    # good as the reflection.
     tied = values[..., -1] <= m.tolerance
     flip = np.where(tied | proper, sign, np.int8(1))
     signed = values.copy()
@@ -82,15 +158,55 @@ def fit_rigid(
 def fit_planar(
     source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = None, *, scale: bool = False
 ) -> Fit:
-    """`fit_rigid` in the plane without singular values: `θ = atan2(S, C)`, the angle in closed form.
+    """The fit of `fit_rigid` in the plane, its angle in closed form: `θ = atan2(S, C)`.
 
-    `S = Σ wᵢ p̃ᵢ × q̃ᵢ` and `C = Σ wᵢ p̃ᵢ · q̃ᵢ`, with `a × b = aₓ b_y − a_y bₓ`. Takes (..., n, 2) clouds; answers,
-    degenerate cases and errors as in `fit_rigid`, with which it agrees to `1e-14 ‖H‖ / hypot(S, C)` in the angle.
+    Here `S = Σ wᵢ p̃ᵢ × q̃ᵢ` and `C = Σ wᵢ p̃ᵢ · q̃ᵢ`, with `a × b = aₓ b_y − a_y bₓ`.
+    The angle agrees with that of `fit_rigid` to `1e-14 ‖H‖ / hypot(S, C)`; degenerate
+    cases are the same.
+
+    Parameters
+    ----------
+    source : array_like of shape (..., n, 2)
+        The points that are moved, in world units.
+    target : array_like of shape (..., n, 2)
+        Their partners, row by row.
+    weights : array_like of shape (..., n), optional
+        Of the pairs, not negative. None is all one.
+    scale : bool, default False
+        Whether to fit a scale too.
+
+    Returns
+    -------
+    Fit
+        The pose that minimises `Σ wᵢ ‖s R pᵢ + t − qᵢ‖²`, and how well it is
+        determined.
+
+    Raises
+    ------
+    ValueError
+        If the clouds are not planar, not finite, not matched row by row, or do not
+        broadcast, or if a weight is negative.
+
+    References
+    ----------
+    .. [1] S. Umeyama, "Least-squares estimation of transformation parameters between
+       two point patterns", 1991, eqs. 39-43, here for d = 2. doi:10.1109/34.88573
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers import fit_planar
+    >>> fit = fit_planar([[1.0, 0.0], [-1.0, 0.0]], [[0.0, 1.0], [0.0, -1.0]])
+    >>> np.degrees(fit.pose.angle).round(6)
+    np.float64(90.0)
+    >>> fit.condition.round(6)
+    np.float64(1.0)
     """
     m = _moments(source, target, weights, dim=2)
     H = m.H
     R, turn = _turn(H)
-    # The best reflection's value; the two singular values are half the sum and half the difference.
+    # The best reflection's value; the two singular values are half the sum and half the
+    # difference.
     mirror = np.hypot(H[..., 0, 0] - H[..., 1, 1], H[..., 0, 1] + H[..., 1, 0])
     values = np.stack([0.5 * (turn + mirror), 0.5 * np.abs(turn - mirror)], axis=-1)
     sign = np.where(values[..., 1] <= m.tolerance, 0, np.where(turn < mirror, -1, 1)).astype(np.int8)
@@ -98,10 +214,24 @@ def fit_planar(
 
 
 def best_rotation(H: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The rotation R (..., d, d) with the largest `tr(R H)`, H (..., d, d) the correlation `Σ wᵢ p̃ᵢ q̃ᵢᵀ`; that trace
-    (...), which over `Σ wᵢ ‖p̃ᵢ‖²` is the best scale; and the gap (...) by which H determines R, zero where it does not.
+    """The rotation R with the largest `tr(R H)`.
 
-    The bare step of the fits above, for those who have H already: what is zero to rounding is for them to judge.
+    The bare step of the fits above, for those who have H already: what is zero to
+    rounding is for them to judge.
+
+    Parameters
+    ----------
+    H : ndarray of shape (..., d, d)
+        The correlation `Σ wᵢ p̃ᵢ q̃ᵢᵀ`.
+
+    Returns
+    -------
+    R : ndarray of shape (..., d, d)
+        The rotation; zero in the plane where H leaves it open.
+    trace : ndarray of shape (...)
+        `tr(R H)`, which over `Σ wᵢ ‖p̃ᵢ‖²` is the best scale.
+    gap : ndarray of shape (...)
+        By how much H determines R: zero where it does not.
     """
     if H.shape[-1] == 2:
         R, turn = _turn(H)
@@ -115,7 +245,9 @@ def best_rotation(H: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 def _turn(H: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """In the plane: the rotation by atan2(S, C), and hypot(S, C), the trace of R H. Where both vanish R is zero."""
+    """In the plane: the rotation by atan2(S, C), and hypot(S, C), the trace of R H.
+    Where both vanish R is zero.
+    """
     C, S = H[..., 0, 0] + H[..., 1, 1], H[..., 0, 1] - H[..., 1, 0]
     turn = np.hypot(S, C)
     safe = np.where(turn > 0.0, turn, 1.0)
@@ -134,7 +266,11 @@ def _signed_svd(H: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, AnyA
 
 
 def pair_cost(pose: Pose, source: FloatArray, target: FloatArray, weights: FloatArray) -> FloatArray:
-    """`Σ wᵢ ‖T pᵢ − qᵢ‖²`, (...): what the fits minimise. Infinite where that is beyond float64, never NaN."""
+    """The sum `Σ wᵢ ‖T pᵢ − qᵢ‖²` that the fits minimise.
+
+    For arrays of the shapes that `fit_rigid` takes, not checked here. Infinite where
+    the sum is beyond float64, never NaN.
+    """
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         left = pose.apply(source) - target
         squares = np.einsum("...nd,...nd->...n", left, left)
@@ -144,8 +280,10 @@ def pair_cost(pose: Pose, source: FloatArray, target: FloatArray, weights: Float
 
 @dataclass(frozen=True, eq=False)
 class _Moments:
-    """What both fits start from. The clouds and weights are divided by powers of two, which rounds nothing, so that no
-    square overflows or vanishes; H, the spreads and the tolerance are of the divided clouds."""
+    """What both fits start from. The clouds and weights are divided by powers of two,
+    which rounds nothing, so that no square overflows or vanishes; H, the spreads and
+    the tolerance are of the divided clouds.
+    """
 
     source: FloatArray  # (..., n, d), as given, broadcast to the batch
     target: FloatArray
@@ -187,8 +325,9 @@ def _moments(
     H = (sw[..., None] * cp).swapaxes(-1, -2) @ cq
     square_p, square_q = (np.einsum("...n,...nd,...nd->...", sw, x, x) for x in (cp, cq))
 
-    # Coordinates carry rounding of half a unit in the last place of the largest, so a spread below a few of these is
-    # none; the same rounding, relative to the spread, is what H cannot resolve.
+    # Coordinates carry rounding of half a unit in the last place of the largest, so a
+    # spread below a few of these is none; the same rounding, relative to the spread, is
+    # what H cannot resolve.
     spread_p, spread_q = (np.sqrt(x / np.where(total > 0.0, total, 1.0)) for x in (square_p, square_q))
     blur_p, blur_q = 8.0 * _EPS * np.ldexp(big_p, -ep), 8.0 * _EPS * np.ldexp(big_q, -eq)
     still_p, still_q = spread_p <= blur_p, spread_q <= blur_q
@@ -202,13 +341,16 @@ def _moments(
 def _finish(
     m: _Moments, R: FloatArray, turned: FloatArray, values: FloatArray, sign: AnyArray, gap: FloatArray, scale: bool
 ) -> Fit:
-    """From the rotation to the answer: scale, translation, degenerate cases, cost. `turned` is tr(Λ D)."""
+    """From the rotation to the answer: scale, translation, degenerate cases, cost.
+    `turned` is tr(Λ D).
+    """
     ep, eq, ew = m.exponents
     bad = m.still_p | m.still_q | (gap <= m.tolerance) | (m.w.max(axis=-1) == 0.0)
     R = np.where(bad[..., None, None], np.eye(R.shape[-1]), R)
     s = np.ones(bad.shape)
     if scale:
-        # The ratio of the divided clouds, multiplied back; a ratio that is no float64 is no scale either.
+        # The ratio of the divided clouds, multiplied back; a ratio that is no float64
+        # is no scale either.
         with np.errstate(over="ignore", under="ignore"):
             s = np.ldexp(np.where(bad, 1.0, turned / np.where(bad, 1.0, m.square_p)), np.where(bad, 0, eq - ep))
     mean_p, mean_q = np.ldexp(m.mean_p, ep[..., None]), np.ldexp(m.mean_q, eq[..., None])

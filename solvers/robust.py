@@ -1,19 +1,24 @@
-"""Robust weights: how much a pair counts, by its distance r against a threshold in the same unit.
+"""Robust weights: how much a pair counts, by its distance r against a threshold in the
+same unit.
 
-Iteratively reweighted least squares with the weight `w(r) = ρ'(r) / r` minimises `Σ ρ(r)` for fixed pairs:
+Iteratively reweighted least squares with the weight `w(r) = ρ'(r) / r` minimises
+`Σ ρ(r)` for fixed pairs:
 
     huber    w = 1 (r ≤ k), k/r beyond            ρ = r²/2, k r − k²/2 beyond: bounded influence, unbounded loss
     tukey    w = (1 − (r/k)²)² (r ≤ k), 0 beyond  ρ = k²/6 (1 − (1 − (r/k)²)³), k²/6 beyond: bounded loss
     welsch   w = exp(−r² / 2k²)                   ρ = k² (1 − exp(−r² / 2k²)): bounded loss
     geman-mcclure   w = 1 / (1 + (r/k)²)²         ρ = r²/2 / (1 + (r/k)²): bounded loss
 
-The threshold is `k = tuning · s`, with s the scale of the distances that are noise. Distances and threshold are in one
-unit, never squared on one side only: `w(λ r; λ k) = w(r; k)`. The tuning constants give 95 % efficiency on Gaussian
-residuals *with a known sign*; pair distances are not that, and the scale s from their median is a heuristic.
+The threshold is `k = tuning · s`, with s the scale of the distances that are noise.
+Distances and threshold are in one unit, never squared on one side only:
+`w(λ r; λ k) = w(r; k)`. The tuning constants give 95 % efficiency on Gaussian residuals
+*with a known sign*; pair distances are not that, and the scale s from their median is a
+heuristic.
 
-Sources: Huber 1964, Robust estimation of a location parameter; Beaton & Tukey 1974, The fitting of power series;
-Holland & Welsch 1977, Robust regression using iteratively reweighted least-squares (constants 1.345, 4.685, 2.985;
-Welsch's `exp(−(r/c)²)` is the one above with `k = c s/√2`); Geman & McClure 1985, Bayesian image analysis.
+Sources: Huber 1964, Robust estimation of a location parameter; Beaton & Tukey 1974, The
+fitting of power series; Holland & Welsch 1977, Robust regression using iteratively
+reweighted least-squares (constants 1.345, 4.685, 2.985; Welsch's `exp(−(r/c)²)` is the
+one above with `k = c s/√2`); Geman & McClure 1985, Bayesian image analysis.
 """
 
 from __future__ import annotations
@@ -37,11 +42,13 @@ FLOOR = 1e-3
 
 
 def mad_scale(distances: FloatArray, among: BoolArray | None = None, floor: float = FLOOR) -> FloatArray:
-    """`s = max(1.4826 · median(r), floor)` of the pair distances (b, m) that are `among`, (b,).
+    """`s = max(1.4826 · median(r), floor)` of the pair distances (b, m) that are
+    `among`, (b,).
 
-    The median absolute deviation about zero, where a perfect pair lies. About the median itself the scale would be
-    smaller at a far start, and a redescending weight would reject some pairs there. Without any pair it is `floor`,
-    an absolute length: for clouds given in small numbers it makes every weight one.
+    The median absolute deviation about zero, where a perfect pair lies. About the
+    median itself the scale would be smaller at a far start, and a redescending weight
+    would reject some pairs there. Without any pair it is `floor`, an absolute length:
+    for clouds given in small numbers it makes every weight one.
     """
     m = distances.shape[-1]
     if among is None:
@@ -55,9 +62,11 @@ def mad_scale(distances: FloatArray, among: BoolArray | None = None, floor: floa
 
 
 def weights(kernel: str, distances: FloatArray, threshold: FloatArray | float) -> FloatArray:
-    """The weight w(r; k) in [0, 1] of pair distances r (..., m), with thresholds k (...) or one; 'none' is all one.
+    """The weight w(r; k) in [0, 1] of pair distances r (..., m), with thresholds k
+    (...) or one; 'none' is all one.
 
-    A distance of zero has weight 1, an infinite one weight 0 (unless the kernel is 'none'). A threshold is positive.
+    A distance of zero has weight 1, an infinite one weight 0 (unless the kernel is
+    'none'). A threshold is positive.
     """
     if kernel == "none":
         return np.ones_like(distances)
@@ -73,7 +82,9 @@ def weights(kernel: str, distances: FloatArray, threshold: FloatArray | float) -
 
 
 def loss(kernel: str, distances: FloatArray, threshold: FloatArray | float) -> FloatArray:
-    """The loss ρ(r; k) of pair distances r (..., m), whose derivative is `w(r; k) r`; 'none' is r²/2."""
+    """The loss ρ(r; k) of pair distances r (..., m), whose derivative is `w(r; k) r`;
+    'none' is r²/2.
+    """
     with np.errstate(under="ignore", over="ignore", invalid="ignore"):
         if kernel == "none":
             return 0.5 * np.square(distances)
@@ -95,8 +106,9 @@ def threshold(
     tuning: float | None = None,
     scale: FloatArray | float | None = None,
 ) -> FloatArray:
-    """`k = tuning · s`, (b,), for distances (b, m): s is `scale`, one or (b,), where given, else `mad_scale` of the
-    pairs `among`. Infinite for 'none'."""
+    """`k = tuning · s`, (b,), for distances (b, m): s is `scale`, one or (b,), where
+    given, else `mad_scale` of the pairs `among`. Infinite for 'none'.
+    """
     if kernel == "none":
         return np.full(distances.shape[:-1], np.inf)
     c = TUNING[kernel] if tuning is None else tuning
@@ -105,7 +117,9 @@ def threshold(
 
 
 def check_options(weight: str, tuning: float | None, scale: float | None) -> None:
-    """Refuse, by a ValueError that names the option, what is no kernel, tuning constant or scale."""
+    """Refuse, by a ValueError that names the option, what is no kernel, tuning constant
+    or scale.
+    """
     validate.one_of(weight, KERNELS, "weight")
     for name, value in (("tuning", tuning), ("scale", scale)):
         if value is not None:

@@ -1,9 +1,11 @@
-"""Taking problems out of a batch and putting them back: plain functions on frozen dataclasses of arrays.
+"""Taking problems out of a batch and putting them back: plain functions on frozen
+dataclasses of arrays.
 
-Every array field has the problems as its leading axis b; a nested dataclass (a Pose, say) and a tuple are followed
-into; anything else (None, a number, a text) is shared by all problems and left alone. Two kinds of field are declared:
-`field(metadata=CONSTANT)` and `field(metadata=SHARED)`. A field keeps its dtype and its trailing shape throughout a
-run; what varies in number (the cells of a grid, the pairs kept) is padded or masked.
+Every array field has the problems as its leading axis b; a nested dataclass (a Pose,
+say) and a tuple are followed into; anything else (None, a number, a text) is shared by
+all problems and left alone. Two kinds of field are declared: `field(metadata=CONSTANT)`
+and `field(metadata=SHARED)`. A field keeps its dtype and its trailing shape throughout
+a run; what varies in number (the cells of a grid, the pairs kept) is padded or masked.
 """
 
 from __future__ import annotations
@@ -27,14 +29,17 @@ SHARED = MappingProxyType({"constant": True, "shared": True})
 
 
 def take(tree: T, rows: IntArray | BoolArray) -> T:
-    """The part of a state that belongs to the problems `rows` (indices or a mask over b)."""
+    """The part of a state that belongs to the problems `rows` (indices or a mask over
+    b).
+    """
     return _take(tree, rows)  # type: ignore[no-any-return]
 
 
 def put(whole: T, rows: IntArray | BoolArray, part: T) -> T:
     """A copy of `whole` in which the problems `rows` stand as in `part`.
 
-    Raises TypeError, naming the field, when a field has changed its dtype or its trailing shape.
+    Raises TypeError, naming the field, when a field has changed its dtype or its
+    trailing shape.
     """
     return _put(whole, rows, part, type(whole).__name__)  # type: ignore[no-any-return]
 

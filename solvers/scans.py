@@ -1,4 +1,6 @@
-"""One room, two poses: what a robot's scanner records from each, by casting rays at the walls."""
+"""One room, two poses: what a robot's scanner records from each, by casting rays at the
+walls.
+"""
 
 from __future__ import annotations
 
@@ -20,11 +22,30 @@ for _wall in (PILLARS, *WALLS):
 
 @dataclass(frozen=True, eq=False)
 class Scans:
-    """Two scans of one room, each in the robot's own coordinates (x ahead, y to the left), and where they were made.
+    """Two scans of one room, and where they were made.
 
-    source: (k, 2), target: (k, 2), in world units; no point of one is the partner of a point of the other.
-    source_pose, target_pose: from the robot's coordinates to the room's.
-    walls: polylines (n, 2) in room coordinates, each closed: the room and the pillars in it.
+    Each is in the robot's own coordinates: x ahead, y to the left. No point of one is
+    the partner of a point of the other.
+
+    Attributes
+    ----------
+    source : ndarray of shape (k, 2)
+        The first scan, in world units.
+    target : ndarray of shape (k, 2)
+        The second.
+    source_pose : Pose
+        From the robot's coordinates to the room's, at the first scan.
+    target_pose : Pose
+        The same at the second.
+    walls : tuple of ndarray, each of shape (n, 2)
+        Polylines in room coordinates, each closed: the room and the pillars in it.
+
+    Examples
+    --------
+    >>> from solvers.scans import two_scans
+    >>> scans = two_scans()
+    >>> scans.truth.batch, len(scans.walls)
+    ((), 3)
     """
 
     source: FloatArray
@@ -42,13 +63,44 @@ class Scans:
 def two_scans(
     *, seed: int = 40, noise: float = 0.03, turn: float = 50.0, distance: float = 2.0, rays: int = 90
 ) -> Scans:
-    """Two sweeps of `rays` rays over the full circle: one, then `distance` u on, another.
+    """Two sweeps of a range scanner in one room, the robot driving in between.
 
-    noise: σ of the measured range, in u. turn: the angle of the truth in degrees; the robot turned by its negative.
-    The seed decides where in the room it was, which way it drove, where each sweep began, and the noise; the other
-    arguments leave these draws alone, so a slider of noise stretches one draw.
+    The seed decides where in the room it was, which way it drove, where each sweep
+    began, and the noise; the other arguments leave these draws alone, so a slider of
+    noise stretches one draw.
 
-    Raises ValueError for a negative noise, a distance outside 0 … 3.5 (which stay in the room), fewer than 3 rays.
+    Parameters
+    ----------
+    seed : int, default 40
+        What the random numbers are drawn from.
+    noise : float, default 0.03
+        σ of the measured range, in u.
+    turn : float, default 50.0
+        The angle of the truth in degrees; the robot turned by its negative.
+    distance : float, default 2.0
+        How far the robot drove between the sweeps, in u, 0 to 3.5 (which stay in the
+        room).
+    rays : int, default 90
+        The rays of a sweep over the full circle, at least 3.
+
+    Returns
+    -------
+    Scans
+        Both sweeps, `rays` points each, and their poses.
+
+    Raises
+    ------
+    ValueError
+        If the seed or the noise is negative, the distance out of its range, or the rays
+        too few.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers.scans import two_scans
+    >>> scans = two_scans(turn=30.0, rays=60)
+    >>> scans.source.shape, np.degrees(scans.truth.angle).round(6)
+    ((60, 2), np.float64(30.0))
     """
     sigma = validate.number(noise, "noise", 0.0)
     validate.number(distance, "distance", 0.0, 3.5)
@@ -71,9 +123,31 @@ def two_scans(
 
 
 def ranges(origin: FloatArray, directions: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
-    """How far each ray from `origin` (2,) along `directions` (k, 2, unit) goes until it meets a wall, a to b (n, 2).
+    """How far each ray goes until it meets a wall.
 
-    Infinite where it meets none.
+    Parameters
+    ----------
+    origin : ndarray of shape (2,)
+        Where the rays begin, in u.
+    directions : ndarray of shape (k, 2)
+        Their directions, of length 1.
+    a : ndarray of shape (n, 2)
+        Where the walls begin.
+    b : ndarray of shape (n, 2)
+        Where they end.
+
+    Returns
+    -------
+    ndarray of shape (k,)
+        World units; infinite where a ray meets none.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers.scans import ranges
+    >>> wall = np.array([[2.0, -1.0]]), np.array([[2.0, 1.0]])
+    >>> ranges(np.zeros(2), np.array([[1.0, 0.0], [-1.0, 0.0]]), *wall)
+    array([ 2., inf])
     """
     a, along = a - origin, b - a
     # origin + r d = a + u along: solve for r and u by crossing with `along` and with d.

@@ -1,19 +1,29 @@
-"""Annealed soft targets: every moving point is drawn to a weighted mean of the fixed ones, less and less soft.
+"""Annealed soft targets.
 
-With `K_ij = exp(−‖T p_i − q_j‖² / 2σ²)` and a constant score o (`miss`) for 'no partner', point i has
+Every moving point is drawn to a weighted mean of the fixed ones, less and less soft.
+
+With `K_ij = exp(−‖T p_i − q_j‖² / 2σ²)` and a constant score o (`miss`) for 'no
+partner', point i has
 
     weights   w_ij = K_ij / (Σ_k K_ik + o),   support   s_i = Σ_j w_ij,   target   Σ_j w_ij q_j / s_i.
 
-A step fits a rigid motion to the targets, each row weighted by its support, rows below `least_support` dropped; then σ
-shrinks (`solvers.candidates`, whose course of fit and schedule this is; here over all pairs).
+A step fits a rigid motion to the targets, each row weighted by its support, rows below
+`least_support` dropped; then σ shrinks (`solvers.candidates`, whose course of fit and
+schedule this is; here over all pairs).
 
-A heuristic, and not CPD: it is normalised over the fixed points for each moving one, CPD the other way round; its o
-does not scale with σ or with the number of points, so the weight of 'no partner' moves with both; and σ follows a
-schedule, whatever the fit. At one σ and with no row dropped a step never raises `−σ² Σ_i log(1 + Σ_j K_ij / o)`, of
-which the fitted sum of squares is a bound that touches it; over a run σ and the dropped rows change.
+A heuristic, and not CPD: it is normalised over the fixed points for each moving one,
+CPD the other way round; its o does not scale with σ or with the number of points, so
+the weight of 'no partner' moves with both; and σ follows a schedule, whatever the fit.
+At one σ and with no row dropped a step never raises `−σ² Σ_i log(1 + Σ_j K_ij / o)`, of
+which the fitted sum of squares is a bound that touches it; over a run σ and the dropped
+rows change.
 
-In the manner of Rangarajan, Chui & Bookstein 1997, The softassign Procrustes matching algorithm, whose assignment is
-doubly normalised; this one is not.
+In the manner of [1]_, whose assignment is doubly normalised; this one is not.
+
+References
+----------
+.. [1] A. Rangarajan, H. Chui, F. L. Bookstein, "The softassign Procrustes matching
+   algorithm", 1997.
 """
 
 from __future__ import annotations
@@ -31,10 +41,29 @@ from solvers.stepper import Method, Problem
 
 @dataclass(frozen=True)
 class SoftOptions:
-    """first, last: where σ starts and ends, world units (None: 0.3 and 0.03 of the target's RMS radius). shrink: what σ
-    is multiplied by at every step, until its end. miss: o, the score of having no partner, beside kernels of at most 1.
-    least_support: source points whose support is less are not fitted. tolerance: it stops when σ has reached its end
-    and a step moves the source points, root mean square, by at most this fraction of their RMS radius."""
+    """Options of `soft-annealed`.
+
+    Parameters
+    ----------
+    first : float, optional
+        Where σ starts, world units. None is 0.3 of the target's RMS radius.
+    last : float, optional
+        Where σ ends, world units. None is 0.03 of that radius.
+    shrink : float, default 0.9
+        What σ is multiplied by at every step, until its end; above 0 up to 1.
+    miss : float, default 0.12
+        o, the score of having no partner, beside kernels of at most 1.
+    least_support : float, default 0.15
+        Source points whose support is less are not fitted.
+    tolerance : float, default 1e-4
+        It stops when σ has reached its end and a step moves the source points, root
+        mean square, by at most this fraction of their RMS radius.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
+    """
 
     first: float | None = None
     last: float | None = None
@@ -85,7 +114,9 @@ def _step(state: SoftState) -> SoftState:
 
 
 def weights(state: SoftState, i: int = 0) -> FloatArray:
-    """The matrix w (m, n) of problem i at the state's pose and σ, for a figure: its rows add up to the support."""
+    """The matrix w (m, n) of problem i at the state's pose and σ, for a figure: its
+    rows add up to the support.
+    """
     moved = state.pose[i].apply(state.problem.source[i])
     return gaussians.share_matrix(moved, state.problem.target[i], float(state.sigma[i]), state.options.miss)
 

@@ -1,7 +1,8 @@
-"""Pair by pair, what the soft methods work with: for figures and for tests, since no method stores these matrices.
+"""Pair by pair, what the soft methods work with: for figures and for tests, since no
+method stores these matrices.
 
-CPD's and the annealed soft targets' own stand beside them (`solvers.cpd.responsibilities`,
-`solvers.soft_annealed.weights`).
+CPD's and the annealed soft targets' own stand beside them
+(`solvers.cpd.responsibilities`, `solvers.soft_annealed.weights`).
 """
 
 from __future__ import annotations
@@ -15,8 +16,10 @@ from solvers.gmmreg import GmmRegState
 
 
 def filterreg_shares(state: FilterRegState, i: int = 0) -> FloatArray:
-    """The shares (m, n) of the fixed points, columns, in each moving point, rows, of problem i: by exact sums, which
-    the state's filter approximates. A row adds up to its weight W; what is missing from 1 is the clutter's."""
+    """The shares (m, n) of the fixed points, columns, in each moving point, rows, of
+    problem i: by exact sums, which the state's filter approximates. A row adds up to
+    its weight W; what is missing from 1 is the clutter's.
+    """
     options, sigma = state.options, float(state.sigma[i])
     m, n = state.moved.shape[1], state.problem.target.shape[1]
     volume = m if options.volume is None else options.volume
@@ -25,16 +28,18 @@ def filterreg_shares(state: FilterRegState, i: int = 0) -> FloatArray:
 
 
 def gmmreg_overlaps(state: GmmRegState, i: int = 0) -> FloatArray:
-    """The terms (m, n) of k_xy of problem i: exp(−‖T p − q‖² / 4σ²), from 0 to 1. They are not normalised, so they are
-    no shares: no point has a fixed amount to give away."""
+    """The terms (m, n) of k_xy of problem i: exp(−‖T p − q‖² / 4σ²), from 0 to 1. They
+    are not normalised, so they are no shares: no point has a fixed amount to give away.
+    """
     apart = state.moved[i][:, None] - state.problem.target[i]
     overlaps: FloatArray = np.exp(np.maximum(np.square(apart).sum(axis=2) / (-4.0 * state.sigma[i] ** 2), -700.0))
     return overlaps
 
 
 def clutter_weight(offset: float, sigma: float, count: int, volume: float, dim: int = 2) -> float:
-    """The weight w of a uniform part of density 1/V for which a constant `offset` beside unnormalised kernel sums over
-    `count` components is that part's term: `offset = (2πσ²)^{d/2} w count / ((1 − w) V)`, solved for w.
+    """The weight w of a uniform part of density 1/V for which a constant `offset`
+    beside unnormalised kernel sums over `count` components is that part's term:
+    `offset = (2πσ²)^{d/2} w count / ((1 − w) V)`, solved for w.
 
     Raises ValueError for numbers that are not positive.
     """

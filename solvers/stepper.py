@@ -1,26 +1,25 @@
 """The one loop that every method runs in, and what a method must offer to run in it.
 
-A method is a pair of functions, `start(problem, options) -> state` and `step(state) -> state`. States are frozen; a
-step makes a new one. Both work on a whole batch: every array has the problems as its leading axis b (one problem is a
-batch of one), and no problem may see another. The loop takes a problem out of the batch when its status says that it
-has stopped, so a step only ever sees running problems, and may be written without a thought for the others.
+A method is a pair of functions, `start(problem, options) -> state` and
+`step(state) -> state`, on a whole batch: every array has the problems as its leading
+axis b, and no problem may see another. States are frozen. The loop takes a problem out
+of the batch when its status says that it has stopped, so a step only ever sees running
+problems.
 
-How to add a method
--------------------
-1. A module with a frozen options dataclass, whose `__post_init__` refuses bad values by `solvers.validate` (a
-   ValueError that names the option), and a frozen state dataclass with at least the fields of `State`: `problem`
-   (declared as `field(metadata=CONSTANT)`), `pose`, `objective`, `status`, `reason`, and whatever a figure is to show:
-   pairs, weights, cells … The options ride along as `field(metadata=SHARED)`. `solvers.rows` says what a field may
-   hold.
-2. `start` fills the state at `problem.start`. What is precomputed (normals, a map) is another constant field. All
-   random numbers of the run are drawn here, per problem, by `numpy.random.default_rng(problem.seed[i])`; no generator
-   is kept. A problem that is hopeless from the outset gets `Status.DEGENERATE` and a reason (`solvers.status.mark`).
-3. `step` returns `dataclasses.replace(state, pose=…, objective=…, status=…, …)`: running, converged, stalled or
-   degenerate, the last two with a reason where words help. It must not raise for geometry and must not write into
-   arrays.
-4. A `Method(...)` with name, summary and source, added to the list in `solvers/methods.py`.
-tests/solvers/test_methods.py then says where else its name belongs: the docs' list and, where it needs no pairs,
-`widgets/own_methods.py`. The front door, the race, the benchmark and the figures find it by that list.
+To add a method, write a module with:
+
+1. Frozen dataclasses of options, whose `__post_init__` refuses bad values by
+   `solvers.validate`, and of states, with the fields of `State` and what a figure is to
+   show. `problem` and what is precomputed are `field(metadata=CONSTANT)`, the options
+   `field(metadata=SHARED)`; see `solvers.rows`.
+2. `start`, which fills the state at `problem.start` and draws all random numbers of the
+   run, by `numpy.random.default_rng(problem.seed[i])` for problem i. A hopeless problem
+   gets `Status.DEGENERATE` and a reason (`solvers.status.mark`).
+3. `step`, which returns `dataclasses.replace(state, pose=…, objective=…, status=…, …)`:
+   running, converged, stalled or degenerate. It must not raise for geometry and must
+   not write into arrays.
+4. A `Method(...)`, added to the list in `solvers/methods.py`;
+   tests/solvers/test_methods.py says where else its name belongs.
 """
 
 from __future__ import annotations
@@ -41,9 +40,29 @@ from solvers.status import Status, mark
 class Problem:
     """b registration problems, already validated.
 
-    source: (b, m, d), the cloud that is moved. target: (b, n, d), the cloud that stays. Paired methods get m = n with
-    row i's partner in row i. weights: (b, m) of the source rows (of the pairs, when paired). start: b poses.
-    seed: (b,) int64.
+    Parameters
+    ----------
+    source : ndarray of shape (b, m, d)
+        The clouds that are moved, in world units.
+    target : ndarray of shape (b, n, d)
+        The clouds that stay. Paired methods get m = n, with row i's partner in row i.
+    weights : ndarray of shape (b, m)
+        Of the source rows (of the pairs, when paired).
+    start : Pose
+        b starting poses.
+    seed : ndarray of int64, shape (b,)
+        What each problem's random numbers are drawn from.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers import Pose
+    >>> from solvers.stepper import Problem
+    >>> p, q = np.zeros((1, 5, 2)), np.ones((1, 7, 2))
+    >>> start, weights = Pose.identity(batch=(1,)), np.ones((1, 5))
+    >>> problem = Problem(p, q, weights, start, np.array([40]))
+    >>> problem.size, problem.dim
+    (1, 2)
     """
 
     source: FloatArray
@@ -64,7 +83,8 @@ class Problem:
 
 
 class State(Protocol):
-    """What every method's state carries, whatever else it does; all of leading axis b."""
+    """What every method's state carries, whatever else it does; all of leading axis b.
+    """
 
     @property
     def problem(self) -> Problem: ...
@@ -93,10 +113,37 @@ class NoOptions:
 class Method(Generic[S]):
     """A registration method, as `solvers.METHODS` lists it.
 
-    name: what `register(method=…)` calls it. summary: one line. source: the paper it follows.
-    options: the frozen dataclass of its own options, with defaults.
-    paired: matches row i with row i, and takes `pairs`. weighted: takes `weights`.
-    dims: the dimensions it works in, or None for any. max_steps: the usual cap.
+    Parameters
+    ----------
+    name : str
+        What `register(method=…)` calls it.
+    summary : str
+        One line.
+    source : str
+        The paper it follows.
+    start : callable
+        `start(problem, options) -> state`, the state at the start.
+    step : callable
+        `step(state) -> state`, one step of every problem in the state.
+    options : type
+        The frozen dataclass of its own options, with defaults.
+    paired : bool
+        Whether it matches row i with row i, and takes `pairs`.
+    weighted : bool
+        Whether it takes `weights`.
+    dims : tuple of int, or None
+        The dimensions it works in; None for any.
+    max_steps : int
+        The usual cap.
+
+    Examples
+    --------
+    >>> from solvers import METHODS
+    >>> icp = METHODS["icp"]
+    >>> icp.source, icp.dims, icp.max_steps
+    ('Besl & McKay 1992', None, 70)
+    >>> icp.options(gate=2.6).gate
+    2.6
     """
 
     name: str
@@ -113,11 +160,33 @@ class Method(Generic[S]):
 
 @dataclass(frozen=True, eq=False)
 class Batch(Generic[S]):
-    """A run in progress, immutable: hold it, step it when there is time, forget it to stop.
+    """A run in progress, immutable.
 
-    whole: all b problems, each finished one as it ended. rows: the problems still running, ascending. part: their
-    states. steps: (b,) taken by each so far. Read the present by `state()`, or by `pose()` and `objective()`, which
-    copy less.
+    Hold it, step it when there is time, drop it to stop. Read the present by `state()`,
+    or by `pose()` and `objective()`, which copy less.
+
+    Attributes
+    ----------
+    method : Method
+        What is run.
+    max_steps : int
+        The cap.
+    whole : State
+        All b problems, each finished one as it ended.
+    rows : ndarray of int64
+        The problems still running, ascending.
+    part : State
+        Their states.
+    steps : ndarray of int64, shape (b,)
+        The steps that each problem has taken.
+
+    Examples
+    --------
+    >>> from solvers.race import CONTESTANTS, Controls, race_problem
+    >>> problem, truth = race_problem(Controls(), seeds=[40, 53])
+    >>> batch = CONTESTANTS[0].begin(problem)
+    >>> batch.done, batch.steps, batch.pose().batch
+    (False, array([0, 0]), (2,))
     """
 
     method: Method[S]
@@ -137,11 +206,11 @@ class Batch(Generic[S]):
         return self._now(self.whole, self.part)
 
     def pose(self) -> Pose:
-        """The poses of all b problems as they stand."""
+        """The poses of all b problems as they stand, (b,)."""
         return self._now(self.whole.pose, self.part.pose)
 
     def objective(self) -> FloatArray:
-        """The objective of all b problems as it stands, (b,)."""
+        """The objective of all b problems as it stands, at `pose()`, (b,)."""
         return self._now(self.whole.objective, self.part.objective)
 
     def _now(self, whole: T, part: T) -> T:
@@ -152,8 +221,33 @@ class Batch(Generic[S]):
 
 
 def begin(method: Method[S], problem: Problem, options: Any = None, max_steps: int | None = None) -> Batch[S]:
-    """Every problem at its start, no step taken. `options` is an instance of `method.options`, default its defaults;
-    with `max_steps` 0 all are capped at once."""
+    """Every problem at its start, no step taken.
+
+    Parameters
+    ----------
+    method : Method
+        An entry of `solvers.METHODS`.
+    problem : Problem
+        The problems; nothing of them is checked here.
+    options : object, optional
+        An instance of `method.options`. None is its defaults.
+    max_steps : int, optional
+        The most steps; with 0 all are capped at once. None is the method's own cap.
+
+    Returns
+    -------
+    Batch
+        The run at its beginning.
+
+    Examples
+    --------
+    >>> from solvers import METHODS
+    >>> from solvers.race import Controls, race_problem
+    >>> from solvers.stepper import begin
+    >>> problem, truth = race_problem(Controls(), seeds=[40])
+    >>> begin(METHODS["icp"], problem, max_steps=0).state().reason[0]
+    'the cap of 0 steps was reached'
+    """
     state = method.start(problem, method.options() if options is None else options)
     cap = method.max_steps if max_steps is None else max_steps
     steps = np.zeros(problem.size, dtype=np.int64)
@@ -163,9 +257,35 @@ def begin(method: Method[S], problem: Problem, options: Any = None, max_steps: i
 
 
 def advance(batch: Batch[S]) -> Batch[S]:
-    """One step of every problem still running; those that stop leave the batch. A finished batch is returned as it is.
+    """One step of every problem still running; those that stop leave the batch.
 
-    A step whose pose or objective is not finite is undone for that problem, which is then degenerate.
+    A step whose pose or objective is not finite is undone for that problem, which is
+    then degenerate.
+
+    Parameters
+    ----------
+    batch : Batch
+        The run so far. A finished one is returned as it is.
+
+    Returns
+    -------
+    Batch
+        The run one step on.
+
+    Raises
+    ------
+    TypeError
+        If the method's step has changed the dtype or the trailing shape of a field of
+        its state: a fault of the method.
+
+    Examples
+    --------
+    >>> from solvers.race import CONTESTANTS, Controls, race_problem
+    >>> from solvers.stepper import advance
+    >>> problem, truth = race_problem(Controls(), seeds=[40])
+    >>> batch = CONTESTANTS[0].begin(problem)
+    >>> advance(batch).objective() < batch.objective()
+    array([ True])
     """
     if batch.done:
         return batch
@@ -185,8 +305,22 @@ def advance(batch: Batch[S]) -> Batch[S]:
 
 @dataclass(frozen=True, eq=False)
 class History:
-    """The course of a run: poses (k + 1, …) and objective (k + 1, …), from the start to the last of k steps.
-    A problem that stopped earlier repeats its last entry."""
+    """The course of a run, from the start to the last of k steps.
+
+    Attributes
+    ----------
+    poses : Pose
+        Of shape (k + 1, ...); a problem that stopped earlier repeats its last.
+    objective : ndarray of shape (k + 1, ...)
+        What the method minimises, at these poses.
+
+    Examples
+    --------
+    >>> from solvers import register
+    >>> result = register([[0.0, 0.0], [1.0, 0.0]], [[0.0, 1.0], [1.0, 1.0]], "kabsch")
+    >>> result.history.objective.round(6)
+    array([2., 0.])
+    """
 
     poses: Pose
     objective: FloatArray
@@ -198,8 +332,31 @@ Callback = Callable[[int, Any], Any]
 def run(batch: Batch[S], callback: Callback | None = None) -> tuple[Batch[S], History]:
     """Advance until every problem has stopped.
 
-    callback(k, state) is called after step k = 1, 2, … with the state of all b problems; a true answer ends the run
-    there, and what was running is said to be running still.
+    Parameters
+    ----------
+    batch : Batch
+        The run so far, as from `begin`.
+    callback : callable, optional
+        Called as `callback(k, state)` after step k = 1, 2, … with the state of all b
+        problems. A true answer ends the run there, and what was running keeps
+        `Status.RUNNING`.
+
+    Returns
+    -------
+    batch : Batch
+        The run at its end.
+    history : History
+        Its course, with one axis for the steps before that of the problems.
+
+    Examples
+    --------
+    >>> from solvers import METHODS
+    >>> from solvers.race import Controls, race_problem
+    >>> from solvers.stepper import begin, run
+    >>> problem, truth = race_problem(Controls(setting="clean"), seeds=[40, 53])
+    >>> batch, history = run(begin(METHODS["icp"], problem), lambda k, state: k == 3)
+    >>> batch.steps, history.objective.shape
+    (array([3, 3]), (4, 2))
     """
     poses, objective = [batch.pose()], [batch.objective()]
     k = 0

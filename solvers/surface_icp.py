@@ -1,17 +1,23 @@
-"""ICP that knows surfaces: pairs of nearest points, a precision matrix for each pair, one Gauss-Newton step, repeat.
+"""ICP that knows surfaces.
 
-What `solvers.point_to_plane` and `solvers.gicp` share. They differ in the precision matrices alone. One step solves the
-pairs of the state (`solvers.gauss_newton`) and pairs anew at the new pose (`solvers.icp.pair`: gate, trim, robust
-weight by Euclidean distance), so a state's pose, pairs, precisions and objective belong together:
+Pairs of nearest points, a precision matrix for each pair, one Gauss-Newton step,
+repeat.
+
+What `solvers.point_to_plane` and `solvers.gicp` share. They differ in the precision
+matrices alone. One step solves the pairs of the state (`solvers.gauss_newton`) and
+pairs anew at the new pose (`solvers.icp.pair`: gate, trim, robust weight by Euclidean
+distance), so a state's pose, pairs, precisions and objective belong together:
 
     objective = Σ w_i (x_i − q_i)ᵀ M_i (x_i − q_i)    over the pairs used.
 
-It may rise: a Gauss-Newton step is no exact minimisation, and pairs are nearest in another metric than the residual's.
-Robust weights are functions of the pair's distance, not of the residual that is squared, so this is not the iteratively
-reweighted minimisation of any one loss; their scale is a heuristic, and a gate that suits one residual need not suit
-another. And since nothing falls, a run may go round: a few sets of pairs that lead to each other for ever. That is
-found by comparing each pose with one remembered, which is renewed at the steps 1, 2, 4, 8 … (Brent 1980, An improved
-Monte Carlo factorization algorithm), and called stalled.
+It may rise: a Gauss-Newton step is no exact minimisation, and pairs are nearest in
+another metric than the residual's. Robust weights are functions of the pair's distance,
+not of the residual that is squared, so this is not the iteratively reweighted
+minimisation of any one loss; their scale is a heuristic, and a gate that suits one
+residual need not suit another. And since nothing falls, a run may go round: a few sets
+of pairs that lead to each other for ever. That is found by comparing each pose with one
+remembered, which is renewed at the steps 1, 2, 4, 8 … (Brent 1980, An improved Monte
+Carlo factorization algorithm), and called stalled.
 """
 
 from __future__ import annotations
@@ -34,14 +40,46 @@ from solvers.stepper import Problem
 
 @dataclass(frozen=True)
 class SurfaceOptions:
-    """gate, trim, weight, tuning, scale: the pairs and their robust weights, as in `solvers.icp.IcpOptions`.
+    """Options of `point-to-plane`.
 
-    neighbours: points besides itself that make a point's neighbourhood; roundness: λ₁/λ₂ from which that has no normal.
-    max_shift (world units), max_turn (radians): the longest step. free_below: the fraction of the system's largest
-    eigenvalue below which a direction of motion counts as free.
-    It stops when a step moves the source points, root mean square, by at most `tolerance` of their RMS radius, or when
-    as many pairs as before are used and the RMS of their residuals has changed by at most the fraction `rms_tolerance`.
-    Where poses come round again, to `tolerance`, it has stalled.
+    Where poses come round again, to `tolerance`, a run has stalled.
+
+    Parameters
+    ----------
+    gate : float, default inf
+        Pairs farther apart are not used, world units.
+    trim : float, default 0.0
+        The fraction of the gated pairs, the farthest, that is not used, 0 to below 1.
+    weight : str, default "none"
+        A kernel of `solvers.robust`: "none", "huber", "tukey", "welsch" or
+        "geman-mcclure", of the pair's distance.
+    tuning : float, optional
+        The kernel's constant. None is the usual one.
+    scale : float, optional
+        The kernel's scale s, world units. None takes it from the median distance of the
+        pairs used, anew at every step.
+    neighbours : int, default 6
+        Points besides itself that make a point's neighbourhood.
+    roundness : float, default 0.9
+        λ₁/λ₂ from which a neighbourhood has no normal.
+    max_shift : float, default inf
+        The longest step, world units.
+    max_turn : float, default 0.5
+        The longest turn of a step, radians.
+    free_below : float, default 1e-6
+        The fraction of the system's largest eigenvalue below which a direction of
+        motion counts as free.
+    tolerance : float, default 1e-6
+        It stops when a step moves the source points, root mean square, by at most this
+        fraction of their RMS radius.
+    rms_tolerance : float, default 1e-6
+        It stops, too, when as many pairs as before are used and the RMS of their
+        residuals has changed by at most this fraction.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
     """
 
     gate: float = np.inf
@@ -76,15 +114,18 @@ class SurfaceOptions:
 
 @dataclass(frozen=True, eq=False)
 class SurfaceState:
-    """A pose, the pairs at it, their precisions, and the system that the next step solves.
+    """A pose, the pairs at it, their precisions, and the system that the next step
+    solves.
 
-    normals: of the target. covariances: of source (b, m, d, d) and target (b, n, d, d) points, where the method has
-    any. radius: (b,) RMS radius of the source at the start. scale: (b,) the fixed s of the robust weight, or None.
-    pairing: `rms` and `objective` there are those of the residuals here; pairs whose target point has no normal are not
-    used, where the method needs one. precision: (b, m, d, d) of the pairs, at `pose`.
-    system: the normal equations of these pairs at `pose`, with the condition number and the weak direction.
-    change: (b,) as in `solvers.icp.IcpState`. taken: (b,) steps. remembered: (b, m, d) the points moved at an earlier
-    step, to find cycles by.
+    normals: of the target. covariances: of source (b, m, d, d) and target (b, n, d, d)
+    points, where the method has any. radius: (b,) RMS radius of the source at the
+    start. scale: (b,) the fixed s of the robust weight, or None. pairing: `rms` and
+    `objective` there are those of the residuals here; pairs whose target point has no
+    normal are not used, where the method needs one. precision: (b, m, d, d) of the
+    pairs, at `pose`. system: the normal equations of these pairs at `pose`, with the
+    condition number and the weak direction. change: (b,) as in `solvers.icp.IcpState`.
+    taken: (b,) steps. remembered: (b, m, d) the points moved at an earlier step, to
+    find cycles by.
     """
 
     problem: Problem = field(metadata=CONSTANT)
@@ -113,7 +154,9 @@ def start(
     surface: Normals,
     covariances: tuple[FloatArray, FloatArray] | None,
 ) -> SurfaceState:
-    """The pairs and their precisions at the starting pose; degenerate where there is none to use."""
+    """The pairs and their precisions at the starting pose; degenerate where there is
+    none to use.
+    """
     b = problem.size
     scale = None if options.scale is None else np.full(b, options.scale)
     with np.errstate(over="ignore", under="ignore"):
@@ -173,7 +216,9 @@ def _motion(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def precisions(cov_p: FloatArray, cov_q: FloatArray, R: FloatArray) -> FloatArray:
-    """`(Σ_q + R Σ_p Rᵀ)⁻¹` of pairs with covariances (b, m, d, d) and rotations (b, d, d), (b, m, d, d)."""
+    """`(Σ_q + R Σ_p Rᵀ)⁻¹` of pairs with covariances (b, m, d, d) and rotations (b, d,
+    d), (b, m, d, d).
+    """
     turned = R[:, None]
     return _inverse(cov_q + turned @ cov_p @ turned.swapaxes(-1, -2))
 

@@ -1,4 +1,6 @@
-"""A cloud made smaller before it is registered: a slab of it, fewer points, and how far apart its points lie."""
+"""A cloud made smaller before it is registered: a slab of it, fewer points, and how far
+apart its points lie.
+"""
 
 from __future__ import annotations
 
@@ -12,19 +14,66 @@ FINEST = 2**15  # cells along the longest side, so that three numbers of cells f
 
 
 def slab(points: ArrayLike, low: float, high: float) -> FloatArray:
-    """Of points (n, 3) those whose z lies within [low, high]. Seen from above: (k, 2), k from 0 to n, their x and y.
+    """A horizontal slice of a cloud in space, seen from above.
 
-    Raises ValueError for what is no cloud of 3-D points.
+    Parameters
+    ----------
+    points : array_like of shape (n, 3)
+        The cloud.
+    low : float
+        The least z, in the cloud's unit.
+    high : float
+        The largest z.
+
+    Returns
+    -------
+    ndarray of shape (k, 2)
+        x and y of the points whose z lies within [low, high], k from 0 to n.
+
+    Raises
+    ------
+    ValueError
+        If `points` is no cloud of 3-D points.
+
+    Examples
+    --------
+    >>> from solvers.thinning import slab
+    >>> slab([[0.0, 0.0, 0.1], [1.0, 2.0, 1.5]], 1.0, 2.0)
+    array([[1., 2.]])
     """
     p = validate.cloud(points, "points", 3)
     return np.ascontiguousarray(p[(p[:, 2] >= low) & (p[:, 2] <= high), :2])
 
 
 def thinned(points: ArrayLike, most: int) -> FloatArray:
-    """At most `most` points that stand for the points (n, d), d = 2 or 3: the centroids of the smallest cubic cells of
-    which no more are occupied, in the order of the cells. A cloud that is small enough is returned as it is.
+    """Fewer points that stand for a cloud.
 
-    Raises ValueError for what is no cloud, and for `most` below 1.
+    The centroids of the smallest cubic cells of which no more than `most` are occupied,
+    in the order of the cells. A cloud that is small enough is returned as it is.
+
+    Parameters
+    ----------
+    points : array_like of shape (n, d)
+        The cloud, d = 2 or 3.
+    most : int
+        The most points, at least 1.
+
+    Returns
+    -------
+    ndarray of shape (k, d)
+        At most `most` points.
+
+    Raises
+    ------
+    ValueError
+        If `points` is no cloud, or `most` no integer of at least 1.
+
+    Examples
+    --------
+    >>> from solvers.thinning import thinned
+    >>> thinned([[0.0, 0.0], [0.2, 0.0], [4.0, 0.0]], 2)
+    array([[0.1, 0. ],
+           [4. , 0. ]])
     """
     p = validate.cloud(points, "points")
     validate.count(most, "most", 1)
@@ -48,7 +97,29 @@ def thinned(points: ArrayLike, most: int) -> FloatArray:
 
 
 def spacing(points: ArrayLike) -> float:
-    """The median distance, world units, of the points (n, d) to their nearest other place; 0 where there is but one."""
+    """The median distance of a cloud's points to their nearest other place.
+
+    Parameters
+    ----------
+    points : array_like of shape (n, d)
+        The cloud, in world units.
+
+    Returns
+    -------
+    float
+        World units; 0 where there is but one place.
+
+    Raises
+    ------
+    ValueError
+        If `points` is no cloud.
+
+    Examples
+    --------
+    >>> from solvers.thinning import spacing
+    >>> spacing([[0.0, 0.0], [1.0, 0.0], [3.0, 0.0]])
+    1.0
+    """
     places = np.unique(validate.cloud(points, "points"), axis=0)
     if len(places) < 2:
         return 0.0
@@ -57,7 +128,9 @@ def spacing(points: ArrayLike) -> float:
 
 
 def _cells(points: FloatArray, count: int) -> IntArray:
-    """The number of the cell (n,) of each point, with `count` cells along the cloud's longest side."""
+    """The number of the cell (n,) of each point, with `count` cells along the cloud's
+    longest side.
+    """
     low = points.min(axis=0)
     side = float((points.max(axis=0) - low).max())
     part = (points - low) / side * count if side > 0.0 else np.zeros_like(points)

@@ -1,6 +1,8 @@
-"""What is no point cloud, no weight, no pair and no pose is refused here, by a ValueError that names the argument.
+"""What is no point cloud, no weight, no pair and no pose is refused here, by a
+ValueError that names the argument.
 
-Geometry is never refused: one point, equal points, collinear points are proper clouds whose fits are degenerate.
+Geometry is never refused: one point, equal points, collinear points are proper clouds
+whose fits are degenerate.
 """
 
 from __future__ import annotations
@@ -19,7 +21,9 @@ LARGEST = 1e150
 
 
 def cloud(points: ArrayLike, name: str, dim: int | None = None) -> FloatArray:
-    """`points` as a finite float64 array of shape (..., n, d), n ≥ 1, d ≥ 2 (d = `dim` where given)."""
+    """`points` as a finite float64 array of shape (..., n, d), n ≥ 1, d ≥ 2 (d = `dim`
+    where given).
+    """
     p = _numbers(points, name)
     wanted = "d" if dim is None else str(dim)
     if p.ndim < 2:
@@ -79,7 +83,9 @@ def pairs(values: ArrayLike, source_count: int, target_count: int, name: str = "
 
 
 def pose(value: Pose | None, dim: int, name: str = "start") -> Pose:
-    """A proper pose of the right dimension; None means the identity. A homogeneous matrix is not taken for a pose."""
+    """A proper pose of the right dimension; None means the identity. A homogeneous
+    matrix is not taken for a pose.
+    """
     if value is None:
         return Pose.identity(dim)
     if not isinstance(value, Pose):
@@ -131,7 +137,9 @@ def number(value: object, name: str, low: float = -np.inf, high: float = np.inf)
 
 
 def one_of(value: object, known: Iterable[str], name: str) -> str:
-    """`value` when it is one of the `known` names, else a ValueError with the nearest right one."""
+    """`value` when it is one of the `known` names, else a ValueError with the nearest
+    right one.
+    """
     names = sorted(known)
     if isinstance(value, str) and value in names:
         return value
@@ -164,7 +172,8 @@ def _numbers(values: ArrayLike, name: str) -> FloatArray:
 
 
 def _finite(a: FloatArray, name: str) -> FloatArray:
-    # One pass: NaN fails every comparison, so `not (max <= LARGEST)` catches NaN, infinity and what would overflow.
+    # One pass: NaN fails every comparison, so `not (max <= LARGEST)` catches NaN,
+    # infinity and what would overflow.
     if a.size and not np.abs(a).max() <= LARGEST:
         bad = int(np.count_nonzero(~np.isfinite(a)))
         if bad:

@@ -1,4 +1,6 @@
-"""The scene of the walkthrough: two samplings of one closed, fish-like curve of 150 points each."""
+"""The scene of the walkthrough: two samplings of one closed, fish-like curve of 150
+points each.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +35,9 @@ _KNOTS = np.array(
 
 
 def _smooth(knots: FloatArray, between: int = 10) -> FloatArray:
-    """The closed Catmull-Rom curve through the knots (k, 2), its first point repeated at the end."""
+    """The closed Catmull-Rom curve through the knots (k, 2), its first point repeated
+    at the end.
+    """
     before, here, after, beyond = (np.roll(knots, shift, axis=0)[:, None] for shift in (1, 0, -1, -2))
     u = np.linspace(0.0, 1.0, between, endpoint=False)[None, :, None]
     pieces = 2.0 * here + (after - before) * u
@@ -44,7 +48,9 @@ def _smooth(knots: FloatArray, between: int = 10) -> FloatArray:
 
 
 def _sampled(line: FloatArray, phase: float) -> FloatArray:
-    """`POINTS` places along a closed polyline at equal distances, the first `phase` of one from its beginning."""
+    """`POINTS` places along a closed polyline at equal distances, the first `phase` of
+    one from its beginning.
+    """
     lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
     along = (np.arange(POINTS) + phase) * lengths[-1] / POINTS
     return np.column_stack([np.interp(along, lengths, line[:, k]) for k in (0, 1)])
@@ -64,14 +70,46 @@ def fish(
     clutter: float | tuple[float, float] | None = None,
     smaller: bool = False,
 ) -> Scene:
-    """A fish seen twice, each time at 150 places, equally far apart along it; the moving ones half a distance further.
+    """A fish seen twice, each time at 150 places, equally far apart along it.
 
-    name: 'clean', 'noisy' (σ = 0.06 u) or 'clutter' (σ = 0.03 u, and a fifth of each cloud lies anywhere in a field of
-    6 × 6 u). noise: σ on both clouds, in u, in place of the scene's own. clutter: the fraction, 0 to 1, of both clouds
-    or (moving, fixed), in its place. smaller: the moving cloud is 15 % smaller, about the origin, and the truth has the
-    scale 1/0.85; otherwise the truth is the identity. More noise or clutter leaves the other draws as they are.
+    The moving cloud's places lie half a distance further along. More noise or clutter
+    leaves the other draws as they are.
 
-    Raises ValueError for an unknown name, a negative noise and a fraction outside 0 … 1.
+    Parameters
+    ----------
+    name : str, default "clean"
+        "clean", "noisy" (σ = 0.06 u) or "clutter" (σ = 0.03 u, and a fifth of each
+        cloud lies anywhere in a field of 6 × 6 u).
+    seed : int, default 40
+        What the random numbers are drawn from.
+    noise : float, optional
+        σ on both clouds, in u. None is the scene's own.
+    clutter : float or tuple of two floats, optional
+        The fraction, 0 to 1, of both clouds or (moving, fixed). None is the scene's
+        own.
+    smaller : bool, default False
+        Whether the moving cloud is 15 % smaller, about the origin, and the truth has
+        the scale 1/0.85; otherwise the truth is the identity.
+
+    Returns
+    -------
+    Scene
+        The two clouds, not paired.
+
+    Raises
+    ------
+    ValueError
+        If the name is unknown, the seed or the noise negative, or a fraction out of its
+        range.
+
+    Examples
+    --------
+    >>> from solvers import register
+    >>> from solvers.walk_scenes import fish
+    >>> scene = fish(smaller=True)
+    >>> result = register(scene.source, scene.target, "cpd-similarity")
+    >>> scene.truth.scale.round(2), result.pose.scale.round(2)
+    (np.float64(1.18), np.float64(1.18))
     """
     validate.one_of(name, tuple(FISH_SETTINGS), "name")
     own_noise, own_clutter = FISH_SETTINGS[name]
@@ -93,5 +131,24 @@ def fish(
 
 
 def fish_start(degrees: float = START_DEGREES, shift: tuple[float, float] = START_SHIFT) -> Pose:
-    """Where the moving cloud lies at first: turned by `degrees` about the world's origin, then moved by `shift` u."""
+    """Where the moving cloud of `fish` lies at first.
+
+    Parameters
+    ----------
+    degrees : float, default 60.0
+        The angle about the world's origin, anticlockwise.
+    shift : tuple of two floats, default (0.7, -0.45)
+        How it is moved after that, in u.
+
+    Returns
+    -------
+    Pose
+        The starting pose.
+
+    Examples
+    --------
+    >>> from solvers.walk_scenes import fish_start
+    >>> fish_start(degrees=30.0)
+    Pose(angle=30°, t=(0.7, -0.45), scale=1)
+    """
     return Pose.from_angle(np.radians(degrees), shift)

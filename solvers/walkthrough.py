@@ -1,7 +1,9 @@
-"""The four methods of the walkthrough as it runs them: a similarity CPD, a FilterReg, an MMD-Reg and a learned flow.
+"""The four methods of the walkthrough as it runs them: a similarity CPD, a FilterReg,
+an MMD-Reg and a learned flow.
 
-All four are handed the moving cloud as it lies at the start, and no starting pose beside it. What a run finds is
-therefore the motion from there, and the pose of the scene is that motion after the start.
+All four are handed the moving cloud as it lies at the start, and no starting pose
+beside it. What a run finds is therefore the motion from there, and the pose of the
+scene is that motion after the start.
 """
 
 from __future__ import annotations
@@ -60,7 +62,9 @@ def begin_walk(
 
 
 def found(batch: Batch[Any], starts: Sequence[Pose]) -> Pose:
-    """The poses of the scenes, (b,), as the runs have them: each the motion found so far after the start."""
+    """The poses of the scenes, (b,), as the runs have them: each the motion found so
+    far after the start.
+    """
     first = Pose(np.stack([s.R for s in starts]), np.stack([s.t for s in starts]))
     return batch.pose().compose(first)
 

@@ -1,8 +1,9 @@
-"""Scenes for residuals that know surfaces: one straight wall, a corridor, a closed room with a notch and a pillar,
-and a rectangular hall, which looks the same after half a turn.
+"""Scenes for residuals that know surfaces.
 
-Drawn like those of `solvers.scenes`: all random numbers from the scene's own seed, in a fixed order and in units of
-one.
+One straight wall, a corridor, a closed room with a notch and a pillar, and a
+rectangular hall, which looks the same after half a turn. Drawn like those of
+`solvers.scenes`: all random numbers from the scene's own seed, in a fixed order and in
+units of one.
 """
 
 from __future__ import annotations
@@ -30,11 +31,43 @@ for _outline in (WALL, NDT_ROOM, PILLAR, HALL, *CORRIDOR):
 
 
 def single_wall(*, seed: int = 40, noise: float = 0.02, outliers: float = 0.0) -> Scene:
-    """One straight wall, 8.5 u long, and a scan of the middle six tenths of it: only the other's ends,
-    which it does not reach, tell where along it.
+    """One straight wall, 8.5 u long, and a scan of the middle six tenths of it.
 
-    noise: σ in u; outliers: the fraction of each cloud, 0 to 1, put anywhere in a field of 10 × 6.4 u. The truth is the
-    identity. Raises ValueError for a negative noise and a fraction outside 0 … 1.
+    Only the other's ends, which the scan does not reach, tell where along the wall it
+    lies. The truth is the identity.
+
+    Parameters
+    ----------
+    seed : int, default 40
+        What the random numbers are drawn from.
+    noise : float, default 0.02
+        σ of the isotropic Gaussian noise on both clouds, in u.
+    outliers : float, default 0.0
+        The fraction of each cloud, 0 to 1, that is put anywhere in a field of 10 × 6.4
+        u.
+
+    Returns
+    -------
+    Scene
+        The two scans, not paired.
+
+    Raises
+    ------
+    ValueError
+        If the seed or the noise is negative, or the fraction out of its range.
+
+    Examples
+    --------
+    The scan comes to rest on the wall, but not in its place along it:
+
+    >>> from solvers import register
+    >>> from solvers.metrics import rte
+    >>> from solvers.wall_scenes import single_wall
+    >>> scene = single_wall()
+    >>> p, q = scene.source, scene.target
+    >>> result = register(p, q, "point-to-plane", start=scene.start)
+    >>> print(f"{result.status}, {rte(result.pose, scene.truth):.1f} u from the truth")
+    converged, 1.5 u from the truth
     """
     rng = np.random.default_rng(validate.count(seed, "seed"))
     clouds = [sampled(WALL, 0.15), sampled(WALL, 0.16, 0.2, 0.8)]
@@ -43,9 +76,37 @@ def single_wall(*, seed: int = 40, noise: float = 0.02, outliers: float = 0.0) -
 
 
 def corridor(*, seed: int = 40, noise: float = 0.02, outliers: float = 0.0) -> Scene:
-    """Two parallel walls, 8.5 u long and 2.4 u apart, open at both ends, and a scan of the middle six tenths of each.
+    """Two parallel walls, and a scan of the middle six tenths of each.
 
-    noise, outliers, truth and errors as in `single_wall`.
+    The walls are 8.5 u long and 2.4 u apart, open at both ends. The truth is the
+    identity.
+
+    Parameters
+    ----------
+    seed : int, default 40
+        What the random numbers are drawn from.
+    noise : float, default 0.02
+        σ of the isotropic Gaussian noise on both clouds, in u.
+    outliers : float, default 0.0
+        The fraction of each cloud, 0 to 1, that is put anywhere in a field of 10 × 6.4
+        u.
+
+    Returns
+    -------
+    Scene
+        The two scans, not paired.
+
+    Raises
+    ------
+    ValueError
+        If the seed or the noise is negative, or the fraction out of its range.
+
+    Examples
+    --------
+    >>> from solvers.wall_scenes import corridor
+    >>> scene = corridor()
+    >>> scene.source.shape, scene.target.shape
+    ((64, 2), (114, 2))
     """
     rng = np.random.default_rng(validate.count(seed, "seed"))
     clouds = [
@@ -57,10 +118,37 @@ def corridor(*, seed: int = 40, noise: float = 0.02, outliers: float = 0.0) -> S
 
 
 def ndt_room(*, seed: int = 40, noise: float = 0.03, outliers: float = 0.0) -> Scene:
-    """A closed room of 9.2 × 5.2 u with a notch and a pillar: all of it mapped every 0.13 u, and a scan every 0.16 u
-    that sees seven tenths of the walls and the pillar.
+    """A closed room of 9.2 × 5.2 u with a notch and a pillar.
 
-    noise, outliers, truth and errors as in `single_wall`.
+    All of it is mapped every 0.13 u; a scan every 0.16 u sees seven tenths of the walls
+    and the pillar. The truth is the identity.
+
+    Parameters
+    ----------
+    seed : int, default 40
+        What the random numbers are drawn from.
+    noise : float, default 0.03
+        σ of the isotropic Gaussian noise on both clouds, in u.
+    outliers : float, default 0.0
+        The fraction of each cloud, 0 to 1, that is put anywhere in a field of 10 × 6.4
+        u.
+
+    Returns
+    -------
+    Scene
+        The scan and the map, not paired.
+
+    Raises
+    ------
+    ValueError
+        If the seed or the noise is negative, or the fraction out of its range.
+
+    Examples
+    --------
+    >>> from solvers.wall_scenes import ndt_room
+    >>> scene = ndt_room()
+    >>> scene.source.shape, scene.target.shape
+    ((160, 2), (269, 2))
     """
     rng = np.random.default_rng(validate.count(seed, "seed"))
     clouds = [
@@ -72,10 +160,37 @@ def ndt_room(*, seed: int = 40, noise: float = 0.03, outliers: float = 0.0) -> S
 
 
 def hall(*, seed: int = 40, noise: float = 0.02, outliers: float = 0.0) -> Scene:
-    """A rectangular hall of 8.4 × 4.8 u: all of it scanned every 0.15 u, and a scan every 0.16 u of the first seven
-    tenths of its outline. Half a turn about the origin lays walls on walls as well as the truth does.
+    """A rectangular hall of 8.4 × 4.8 u, and a scan of seven tenths of its outline.
 
-    noise, outliers, truth and errors as in `single_wall`.
+    The hall is scanned every 0.15 u, the part every 0.16 u. Half a turn about the
+    origin lays walls on walls as well as the truth does, which is the identity.
+
+    Parameters
+    ----------
+    seed : int, default 40
+        What the random numbers are drawn from.
+    noise : float, default 0.02
+        σ of the isotropic Gaussian noise on both clouds, in u.
+    outliers : float, default 0.0
+        The fraction of each cloud, 0 to 1, that is put anywhere in a field of 10 × 6.4
+        u.
+
+    Returns
+    -------
+    Scene
+        The two scans, not paired.
+
+    Raises
+    ------
+    ValueError
+        If the seed or the noise is negative, or the fraction out of its range.
+
+    Examples
+    --------
+    >>> from solvers.wall_scenes import hall
+    >>> scene = hall()
+    >>> scene.source.shape, scene.target.shape
+    ((116, 2), (177, 2))
     """
     rng = np.random.default_rng(validate.count(seed, "seed"))
     clouds = [sampled(HALL, 0.15), sampled(HALL, 0.16, 0.02, 0.72)]
@@ -84,7 +199,34 @@ def hall(*, seed: int = 40, noise: float = 0.02, outliers: float = 0.0) -> Scene
 
 
 def sampled(outline: FloatArray, spacing: float, first: float = 0.0, last: float = 1.0) -> FloatArray:
-    """Points every `spacing` u along the polyline (k, 2), from the fraction `first` of its length to `last`, (n, 2)."""
+    """Points at equal distances along a polyline.
+
+    Parameters
+    ----------
+    outline : ndarray of shape (k, 2)
+        The polyline's corners, in u.
+    spacing : float
+        The distance from point to point along it, in u.
+    first : float, default 0.0
+        Where they begin, as a fraction of the polyline's length.
+    last : float, default 1.0
+        Where they end.
+
+    Returns
+    -------
+    ndarray of shape (n, 2)
+        The points.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers.wall_scenes import sampled
+    >>> sampled(np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0]]), 1.0)
+    array([[0., 0.],
+           [1., 0.],
+           [2., 0.],
+           [2., 1.]])
+    """
     lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(outline, axis=0), axis=1))])
     begin, end = first * lengths[-1], last * lengths[-1]
     along = begin + spacing * np.arange(np.floor((end - begin) / spacing + 1e-9) + 1.0)

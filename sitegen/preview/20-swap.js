@@ -62,7 +62,7 @@
     if (frame(was) !== frame(now)) return false;
     const kept = keep();
     if (!swapText(was, now)) return false;
-    globalThis.Ladder?.described();
+    globalThis.Ladder?.describeCards();
     restore(kept);
     swapStyle(now);
     const { searchData } = now.body.dataset;

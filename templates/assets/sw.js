@@ -15,7 +15,8 @@ const VERSION = "__VERSION__";
 const FILES = __FILES__;
 const RUNTIME_FILES = __RUNTIME__;
 
-const { scope } = self.registration;
+const worker = /** @type {ServiceWorkerGlobalScope} */ (/** @type {unknown} */ (self));
+const { scope } = worker.registration;
 const OURS = `ladder-offline:${new URL(scope).pathname}:`;
 const SITE = `${OURS}site:${VERSION}`;
 const RUNTIME = `${OURS}runtime:__RUNTIME_VERSION__`;
@@ -43,6 +44,8 @@ async function drop(url) {
 /**
  * What is kept for an address, held to its hash where that is known. Where storage fails, nothing is kept; the network
  * answers. What is answered with is not the copy that was read: browsers keep compiled scripts beside an untouched one.
+ * @param {string} url
+ * @param {{ cacheName?: string, integrity?: string }} [known]
  */
 async function kept(url, { cacheName, integrity } = {}) {
   const find = () => caches.match(url, { ...ANY, cacheName });
@@ -111,7 +114,7 @@ async function activate() {
   for (const name of await caches.keys()) {
     if (name.startsWith(OURS) && name !== SITE && name !== RUNTIME) await caches.delete(name);
   }
-  await self.clients.claim();
+  await worker.clients.claim();
 }
 
 /** This version's page for an address: folders and names without .html are what hosts make of pages. */
@@ -132,7 +135,7 @@ async function newest(request) {
     (response) => (response.status >= 500 ? own : response),
     () => own,
   );
-  return Promise.race([fresh, new Promise((resolve) => setTimeout(resolve, PATIENCE, own))]);
+  return Promise.race([fresh, new Promise((resolve) => void setTimeout(resolve, PATIENCE, own))]);
 }
 
 /** A file that is named by its content; `reload` is asked for where what came before was wrong. */
@@ -141,11 +144,11 @@ async function fixed(request) {
   return (await kept(request.url, { integrity: INTEGRITY.get(request.url) })) ?? fetch(request);
 }
 
-self.addEventListener("install", (event) => event.waitUntil(install()));
+worker.addEventListener("install", (event) => event.waitUntil(install()));
 
-self.addEventListener("activate", (event) => event.waitUntil(activate()));
+worker.addEventListener("activate", (event) => event.waitUntil(activate()));
 
-self.addEventListener("fetch", (event) => {
+worker.addEventListener("fetch", (event) => {
   const { request } = event;
   if (request.method !== "GET" || !request.url.startsWith(scope)) return;
   event.respondWith(BY_CONTENT.test(request.url.slice(scope.length)) ? fixed(request) : newest(request));
@@ -154,7 +157,7 @@ self.addEventListener("fetch", (event) => {
 let keeping = null; // one attempt serves all pages that ask for it
 
 /** A page asks whether all is kept; Python is fetched for the first that does, and what has been lost for any. */
-self.addEventListener("message", (event) => {
+worker.addEventListener("message", (event) => {
   const [port] = event.ports;
   keeping ??= keep(SITE, FILES)
     .then(() => keep(RUNTIME, RUNTIME_FILES))

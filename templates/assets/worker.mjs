@@ -82,7 +82,7 @@ async function hold(bytes, file) {
 async function checked(url, file, count, cache) {
   const response = await open(url, file, cache);
   const type = response.headers.get("content-type");
-  if (file.name.endsWith(".mjs") && !/javascript/i.test(type)) {
+  if (file.name.endsWith(".mjs") && !/javascript/i.test(type ?? "")) {
     throw new Error(`${file.name} could not be loaded: the server calls it ${type}, not JavaScript`);
   }
   const bytes = await new Response(counted(response, count)).arrayBuffer().catch(lost(file));
@@ -98,7 +98,8 @@ async function bytesOf(url, file, count) {
   const packed = await sound(url, file, count);
   if (!file.name.endsWith(".pack")) return new Uint8Array(packed);
   try {
-    const inflated = new Response(packed).body.pipeThrough(new DecompressionStream("gzip"));
+    const { body } = new Response(packed);
+    const inflated = /** @type {ReadableStream} */ (body).pipeThrough(new DecompressionStream("gzip"));
     return new Uint8Array(await new Response(inflated).arrayBuffer());
   } catch (error) {
     throw new Error(`${file.name} is damaged: ${error.message}`);
@@ -196,10 +197,11 @@ async function start({ runtime, files, again = false, known = false, modules = [
     [address(stdlibFile), async () => new Response(await stdlib)],
   ]);
   const { instantiateStreaming } = WebAssembly;
-  self.fetch = (input, init) => (handed.get(String(input?.url ?? input)) ?? (() => network(input, init)))();
-  WebAssembly.instantiateStreaming = async (_, imports) => {
+  self.fetch = (input, init) => (handed.get(input instanceof Request ? input.url : String(input)) ?? (() => network(input, init)))();
+  WebAssembly.instantiateStreaming = async (_source, imports) => {
     const module = await compiledCore;
-    return { module, instance: await WebAssembly.instantiate(module, imports) };
+    const instance = /** @type {any} */ (await WebAssembly.instantiate(module, imports)); // of a module: an Instance
+    return { module, instance };
   };
 
   const downloads = Promise.all([compiledCore, loader, engine, lock, stdlib, ...archives]);

@@ -38,11 +38,11 @@ def kept(page: Page) -> None:
 
 def built_by(page: Page) -> str:
     """Whose page it is, by its own text and by the script and style that it runs with."""
-    assert page.evaluate("Ladder.version") == page.evaluate(
+    assert page.evaluate("version") == page.evaluate(
         "getComputedStyle(document.documentElement).getPropertyValue('--version').trim()"
     )
     text: str = page.locator(".version").inner_text()
-    assert text == page.evaluate("Ladder.version")
+    assert text == page.evaluate("version")
     return text
 
 
@@ -74,8 +74,9 @@ def builds(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
         for part in ("content", "templates", "tests", "solvers", "widgets"):
             shutil.copytree(ROOT / part, root / part, ignore=shutil.ignore_patterns("__pycache__"))
         assets = root / "templates" / "assets"
-        (assets / "js" / "99-version.js").write_text(f'Ladder.version = "{name}";\n', "utf-8")
-        (assets / "css" / "99-version.css").write_text(f":root {{ --version: {name}; }}\n", "utf-8")
+        style = f":root {{ --version: {name}; }}\n"
+        for file, more in (("js/main.js", f'globalThis.version = "{name}";\n'), ("css/print.css", style)):
+            (assets / file).write_text((assets / file).read_text("utf-8") + more, "utf-8")
         base = root / "templates" / "base.html"
         base.write_text(
             base.read_text("utf-8").replace("</footer>", f'<p class="version">{name}</p></footer>'), "utf-8"
@@ -115,7 +116,7 @@ def test_every_page_of_the_site_is_kept(reader: Callable[..., Reader], server: S
             continue
         page.goto(f"{server.origin}/{name}")
         expect(page.locator("h1")).to_be_visible()
-        assert page.evaluate("document.styleSheets[0].cssRules.length > 100 && typeof Ladder.keepOffline") == "function"
+        assert page.evaluate("document.styleSheets[0].cssRules.length > 100 && typeof Ladder.offline") == "object"
     page.goto(f"{server.origin}/kabsch.html?from=mail#fig-solve")
     kept(page)
     page.goto(f"{server.origin}/")

@@ -96,7 +96,7 @@ def test_an_author_stays_where_they_were(desk: Desk) -> None:
     assert abs(desk.top("#determinant") - place) <= 1
     assert desk.same_page
 
-    desk.edit("templates/assets/css/10-type.css", "font-size: 1.65rem;", "font-size: 1.75rem;")
+    desk.edit("templates/assets/css/base/type.css", "font-size: 1.65rem;", "font-size: 1.75rem;")
     expect(page.locator("#determinant")).to_have_css("font-size", "28px", timeout=PATIENCE)
     expect(page.locator("link[rel=stylesheet]")).to_have_count(1)
     assert desk.same_page

@@ -219,9 +219,10 @@ def policy_of(page: str) -> str:
 
 
 def fresh_cache(folder: Path) -> Path:
-    """A cache with nothing but the mathematics' program, from the user's."""
-    kept = outside.gather(["temml"])["temml/dist/temml.mjs"].parents[1]
-    shutil.copytree(kept, folder / "outside" / kept.name)
+    """A cache with nothing but the programs for the mathematics and for the scripts, from the user's."""
+    programs = outside.gather(["temml", "esbuild"])
+    for kept in (programs["temml/dist/temml.mjs"].parents[1], programs["esbuild/esbuild.wasm"].parent):
+        shutil.copytree(kept, folder / "outside" / kept.name)
     return folder
 
 

@@ -40,14 +40,14 @@ def test_what_hosts_get_packed_is_packed_here_too(tmp_path: Path) -> None:
 
 
 def test_the_site_carries_itself(project: Project) -> None:
-    """Every file but the zip; its pages ask for nothing that a browser refuses on disk, and offer no zip."""
+    """All but zip and source maps; its pages ask for nothing that a browser refuses on disk, and offer no zip."""
     project.build(pack=True)
     (path,) = project.site.glob("*.zip")
     assert path.name == "a-small-quoted-site.zip"
     with zipfile.ZipFile(path) as zipped:
         inside = {name.removeprefix("a-small-quoted-site/"): zipped.read(name) for name in zipped.namelist()}
     outside = {p.relative_to(project.site).as_posix(): p for p in project.site.rglob("*") if p.is_file()}
-    outside = {name: p for name, p in outside.items() if p.suffix not in (".gz", ".br")}
+    outside = {name: p for name, p in outside.items() if p.suffix not in (".gz", ".br", ".map")}
     assert set(inside) == set(outside) - {path.name, "sitemap.xml"}
     assert {name for name, data in inside.items() if data != outside[name].read_bytes()} <= {
         name for name in inside if name.endswith(".html") or name == "sw.js"

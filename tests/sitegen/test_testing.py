@@ -28,6 +28,7 @@ def notes(what, code=0):
 root, engines, builds, runs = json.loads(sys.argv[1])
 testing.module = lambda *words: told.append(words[0]) or 0
 testing.publish_and_check, testing.prove_sweep = notes("check"), notes("sweep")
+testing.script_checks.script_lint, testing.script_checks.script_types = notes("eslint"), notes("tsc")
 testing.build_command = notes("build", builds)
 testing.browser.found = lambda *_: told.append("browser") or Path("a-browser")
 testing.claims.write_results = lambda root, outcomes: told.append(f"results of {len(outcomes)}")
@@ -39,7 +40,7 @@ for words in runs:
     found.append([code, [*told], printed.getvalue()])
 print(json.dumps(found))
 """
-WHOLE = ["browser", "ruff", "mypy", "check", "sweep", "results of 3"]
+WHOLE = ["browser", "ruff", "mypy", "eslint", "tsc", "check", "sweep", "results of 3"]
 
 
 @pytest.fixture

@@ -1,0 +1,143 @@
+// What the page's scripts do to elements and with the browser. They carry and never draw: pictures come from Python.
+
+/** @import { Dispose } from "./types.js" */
+
+/**
+ * Listens, and returns the disposer.
+ * @template {Event} [E=any]
+ * @param {EventTarget} target
+ * @param {string} type
+ * @param {(event: E) => void} handler
+ * @param {AddEventListenerOptions} [options]
+ * @returns {Dispose}
+ */
+export function on(target, type, handler, options) {
+  const listener = /** @type {EventListener} */ (handler);
+  target.addEventListener(type, listener, options);
+  return () => target.removeEventListener(type, listener, options);
+}
+
+/**
+ * All of them in one.
+ * @param {Dispose[]} disposers
+ * @returns {Dispose}
+ */
+export const together = (disposers) => () => disposers.forEach((dispose) => dispose());
+
+/**
+ * An element that the page's templates put there.
+ * @param {ParentNode} root
+ * @param {string} selector
+ * @returns {HTMLElement}
+ */
+export const find = (root, selector) => /** @type {HTMLElement} */ (root.querySelector(selector));
+
+/**
+ * The same where it is a button.
+ * @param {ParentNode} root
+ * @param {string} selector
+ */
+export const findButton = (root, selector) => /** @type {HTMLButtonElement} */ (root.querySelector(selector));
+
+/**
+ * The element around where an event came from, or that itself.
+ * @param {Event} event
+ * @param {string} selector
+ * @returns {HTMLElement | null}
+ */
+export const around = ({ target }, selector) => (target instanceof Element ? target.closest(selector) : null);
+
+/**
+ * An element with attributes (null and false are left out) and children (nodes or text).
+ * @template {keyof HTMLElementTagNameMap} Tag
+ * @param {Tag} tag
+ * @param {Record<string, string | number | boolean | null>} [attributes]
+ * @param {(Node | string)[]} children
+ * @returns {HTMLElementTagNameMap[Tag]}
+ */
+export function make(tag, attributes = {}, ...children) {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (value !== null && value !== false) element.setAttribute(name, value === true ? "" : String(value));
+  }
+  element.append(...children);
+  return element;
+}
+
+/**
+ * Does a thing by itself: an error in it is reported, and what comes after it goes on.
+ * @template T
+ * @param {() => T} does
+ * @returns {T | undefined}
+ */
+export function apart(does) {
+  try {
+    return does();
+  } catch (error) {
+    reportError(error);
+    return undefined;
+  }
+}
+
+/**
+ * Sets text only where it differs, so that nothing is laid out or announced for no reason.
+ * @param {Element | null | undefined} element
+ * @param {string} value
+ */
+export function text(element, value) {
+  if (element && element.textContent !== value) element.textContent = value;
+}
+
+/**
+ * What was thrown, in words.
+ * @param {unknown} error
+ */
+export const messageOf = (error) => (error instanceof Error ? error.message : String(error));
+
+const still = matchMedia("(prefers-reduced-motion: reduce)");
+export const calm = () => still.matches;
+
+/**
+ * Once the page has loaded and the browser has nothing better to do. (Safari has no word for it.)
+ * @param {() => void} then
+ */
+export function idle(then) {
+  const wait = () => (globalThis.requestIdleCallback ?? ((go) => setTimeout(go, 200)))(then, { timeout: 2000 });
+  if (document.readyState === "complete") wait();
+  else addEventListener("load", wait, { once: true });
+}
+
+/**
+ * Puts text on the clipboard; resolves to whether that went well.
+ * @param {string} value
+ */
+export async function copy(value) {
+  try {
+    await navigator.clipboard.writeText(value);
+    return true;
+  } catch {
+    return false;
+  }
+}
+
+/**
+ * Hands the reader a file.
+ * @param {string} name
+ * @param {BlobPart} data
+ */
+export function save(name, data, type = "text/plain") {
+  const url = URL.createObjectURL(new Blob([data], { type }));
+  const link = make("a", { href: url, download: name });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(url), 60_000);
+}
+
+/**
+ * What a file of a figure is called: the page's name, the figure's, and what is in it.
+ * @param {string} id
+ * @param {string} ending
+ */
+export function fileName(id, ending) {
+  const page = location.pathname.split("/").at(-1)?.replace(/\.html$/, "");
+  return `${page || "index"}-${id}${ending}`;
+}

@@ -1,0 +1,33 @@
+// Events of the page's own.
+
+/** @import { Dispose } from "./types.js" */
+
+/**
+ * A minimal announcer: `on(type, fn)` returns the disposer, `emit(type, …)` calls.
+ * @template {Record<string, unknown[]>} Events  name → what its listeners are told
+ */
+export function emitter() {
+  /** @type {Map<keyof Events, Set<(...values: any[]) => void>>} */
+  const heard = new Map();
+  return {
+    /**
+     * @template {keyof Events} Type
+     * @param {Type} type
+     * @param {(...values: Events[Type]) => void} handler
+     * @returns {Dispose}
+     */
+    on(type, handler) {
+      const handlers = heard.get(type) ?? new Set();
+      heard.set(type, handlers.add(handler));
+      return () => handlers.delete(handler);
+    },
+    /**
+     * @template {keyof Events} Type
+     * @param {Type} type
+     * @param {Events[Type]} values
+     */
+    emit(type, ...values) {
+      for (const handler of heard.get(type) ?? []) handler(...values);
+    },
+  };
+}

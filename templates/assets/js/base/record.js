@@ -1,0 +1,112 @@
+// A figure's whole state is a record, plain data. Every action makes a new record; none is ever changed in place.
+
+/** @import { Action, Control, FigureRecord, Point, Value } from "./types.js" */
+
+const LONGEST_LINK = 200_000;
+/** @param {number} value */
+const four = (value) => Math.round(value * 1e4) / 1e4 + 0;
+
+/**
+ * Equal for equal states; numbers are written by one parser's printer, so Python's 1.0 is 1 here.
+ * @param {FigureRecord} record
+ */
+export function key(record) {
+  const controls = Object.entries(record.controls).sort(([a], [b]) => (a < b ? -1 : 1));
+  return JSON.stringify([record.widget, controls, record.seed, record.log, record.given ?? {}]);
+}
+
+/** @typedef {(record: FigureRecord, name: string, place: Point) => FigureRecord} Placing */
+
+/** @type {(record: FigureRecord, ...actions: Action[]) => FigureRecord} */
+const logged = (record, ...actions) => ({ ...record, log: [...record.log, ...actions] });
+
+/** @type {(record: FigureRecord, name: string) => FigureRecord} */
+export const press = (record, name) => logged(record, ["press", name]);
+
+/** @type {Placing} */
+export const click = (record, panel, [x, y]) => logged(record, ["click", panel, four(x), four(y)]);
+
+/**
+ * A drag of the same handle once more replaces the last one.
+ * @type {Placing}
+ */
+export const drag = (record, handle, place) => latest(record, "drag", handle, place);
+
+/**
+ * What is pointed at now takes the place of what was pointed at before.
+ * @type {Placing}
+ */
+export const hover = (record, panel, place) => latest(record, "hover", panel, place);
+
+/** @type {(record: FigureRecord, kind: "drag" | "hover", name: string, place: Point) => FigureRecord} */
+function latest(record, kind, name, [x, y]) {
+  const last = record.log.at(-1);
+  const again = last && last[0] === kind && last[1] === name;
+  return logged(again ? back(record) : record, [kind, name, four(x), four(y)]);
+}
+
+/** @type {(record: FigureRecord) => FigureRecord} */
+export const back = (record) => ({ ...record, log: record.log.slice(0, -1) });
+
+/** @type {(record: FigureRecord) => FigureRecord} */
+export const reset = (record) => ({ ...record, log: [] });
+
+/** @type {(record: FigureRecord) => FigureRecord} */
+export const reseed = (record) => ({
+  ...record,
+  seed: (record.seed + 13) % 2 ** 31,
+  log: record.log.filter(([kind]) => kind !== "press"),
+});
+
+/** @type {Record<Control["keeps"], (log: Action[]) => Action[]>} */
+const KEPT = { log: (log) => log, pose: (log) => log.filter(([kind]) => kind === "drag"), nothing: () => [] };
+
+/**
+ * A control's new value, what the chosen option brings along, and as much of the log as the control's spec keeps.
+ * @type {(record: FigureRecord, name: string, value: Value, spec: Control) => FigureRecord}
+ */
+export function control(record, name, value, spec) {
+  const brought = spec.kind === "choice" ? spec.sets?.[String(value)] : {};
+  return { ...record, controls: { ...record.controls, [name]: value, ...brought }, log: KEPT[spec.keeps](record.log) };
+}
+
+/**
+ * Whether `after` is `before` and one press more, which is what may be shown as a motion.
+ * @type {(before: FigureRecord, after: FigureRecord) => boolean}
+ */
+export const pressed = (before, after) => after.log.at(-1)?.[0] === "press" && key(back(after)) === key(before);
+
+/**
+ * The record as a link carries it: base64url of its JSON.
+ * @type {(record: FigureRecord) => string}
+ */
+export function encode(record) {
+  const bytes = new TextEncoder().encode(JSON.stringify(record));
+  const binary = Array.from(bytes, (byte) => String.fromCharCode(byte)).join("");
+  return btoa(binary).replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
+}
+
+/** @type {(value: unknown) => value is Record<string, any>} */
+const isMapping = (value) => typeof value === "object" && value !== null && !Array.isArray(value);
+
+/**
+ * A record out of a link, on top of `initial`; its values are checked by Python, its shape here.
+ * @type {(data: string, initial: FigureRecord) => FigureRecord}
+ * @throws {Error} that says what is wrong
+ */
+export function decode(data, initial) {
+  if (data.length > LONGEST_LINK) throw new Error("it is too long");
+  let given;
+  try {
+    const binary = atob(data.replaceAll("-", "+").replaceAll("_", "/"));
+    const bytes = Uint8Array.from(binary, (letter) => letter.charCodeAt(0));
+    given = JSON.parse(new TextDecoder("utf-8", { fatal: true }).decode(bytes));
+  } catch {
+    throw new Error("it is damaged");
+  }
+  if (!isMapping(given) || given.widget !== initial.widget) throw new Error("it belongs to another figure");
+  const { preset = initial.preset, controls = {}, seed = initial.seed, log = [] } = given;
+  if (!isMapping(controls) || !Array.isArray(log)) throw new Error("it is damaged");
+  const brought = given.given === undefined ? {} : { given: given.given };
+  return { widget: initial.widget, preset, controls: { ...initial.controls, ...controls }, seed, log, ...brought };
+}

@@ -1,0 +1,213 @@
+// What Python sends, what it is asked, and what the page's scripts hand each other.
+
+export type Point = [x: number, y: number];
+export type Dispose = () => void;
+
+export type Action = ["press", string] | ["drag" | "click" | "hover", string, number, number];
+export type Value = number | string | boolean;
+export type Values = Record<string, Value>;
+
+/** A figure's whole state. given: place → fingerprint of what the reader brought. */
+export interface FigureRecord {
+  widget: string;
+  preset: string;
+  controls: Values;
+  seed: number;
+  log: Action[];
+  given?: Record<string, string>;
+}
+
+interface Labelled {
+  label: string;
+  keeps: "log" | "pose" | "nothing";
+}
+interface Slider extends Labelled {
+  kind: "slider";
+  low: number;
+  high: number;
+  step: number;
+  unit: string;
+  decimals: number;
+}
+interface Choice extends Labelled {
+  kind: "choice";
+  options: Record<string, string>;
+  sets: Record<string, Values>;
+}
+interface Toggle extends Labelled {
+  kind: "toggle";
+}
+export type Control = Slider | Choice | Toggle;
+
+export interface Button {
+  name: string;
+  label: string;
+  does: "press" | "run" | "back" | "reset" | "reseed";
+  repeats: string;
+}
+
+export interface Spec {
+  buttons: Button[];
+  controls: Record<string, Control>;
+  handles: string[];
+  clicks: string[];
+  hovers: string[];
+  takes: string[];
+  details: number;
+}
+
+/**
+ * [x0, x1, y0, y1, width, height, left, top, right, bottom]: the window of the world and, in nominal px, the panel's size
+ * and what is left free around the window.
+ */
+export type View = [number, number, number, number, number, number, number, number, number, number];
+
+export interface Panel {
+  name: string;
+  svg: string;
+  view: View;
+  caption: string;
+}
+
+export interface Readout {
+  name: string;
+  label: string;
+  value: string;
+  unit: string;
+  role: string;
+}
+
+export interface Handle {
+  name: string;
+  label: string;
+  kind: string;
+  radius: number;
+  panel: string;
+  also?: string[];
+  left: number;
+  top: number;
+  value: string;
+  slider: [least: number, most: number, now: number];
+  keys: Record<string, Point>;
+}
+
+/** Turned by `turn` degrees about `about`, then moved by `shift`, in SVG units. */
+export interface Motion {
+  group: string;
+  turn: number;
+  about: Point;
+  shift: Point;
+}
+
+export interface Frame {
+  panels: Panel[];
+  readouts: Readout[];
+  handles: Handle[];
+  description: string;
+  note: string;
+  disabled: string[];
+  motion: Motion | null;
+  controls: Values;
+  python: string;
+  detail: number;
+  files?: Record<string, string> | null;
+}
+
+/** How far a long answer has come: in actions, or in reading a file. */
+export interface Progress {
+  replayed?: number;
+  of?: number;
+  reads?: string;
+}
+
+/** Questions with the same `merge` that still wait become the latest one. */
+export interface Question {
+  record: FigureRecord;
+  merge: string | null;
+}
+
+/** What a figure tells its parts; the last three are words for its status and its voice. */
+export type FigureEvents = {
+  /** a new record is wanted */
+  asked: [by: string];
+  /** one is shown */
+  frame: [frame: Frame];
+  /** anything has changed that the status tells */
+  state: [];
+  /** it has come on screen, or has left it */
+  seen: [];
+  /** it is drawn in another size */
+  scaled: [];
+  say: [message: string];
+  offer: [label: string, value: string];
+  announce: [message: string];
+};
+
+export interface Row {
+  name: string;
+  label: string;
+  mark: string;
+  values: (number | null)[];
+  texts: string[];
+}
+export interface Column {
+  name: string;
+  label: string;
+  unit: string;
+}
+export interface JobPanel {
+  name: string;
+  svg: string;
+  width: number;
+}
+export interface JobResult {
+  caption: string;
+  heading: string;
+  columns: Column[];
+  rows: Row[];
+  panels: JobPanel[];
+  csv: string;
+  python: string;
+}
+export interface Slice {
+  part: number;
+  words: string;
+  done: boolean;
+  result: JobResult | null;
+}
+
+export interface RuntimeFile {
+  name: string;
+  size: number;
+  sha256: string;
+}
+
+interface Line extends EventTarget {
+  readonly saveData?: boolean;
+  readonly type?: string;
+  readonly effectiveType?: string;
+}
+
+interface Found {
+  at: string;
+  page: string;
+  heading: string;
+  text: string;
+  terms: string[];
+}
+interface Index {
+  addAll(sections: object[]): void;
+  search(words: string): Found[];
+}
+
+declare global {
+  /** The page as it shows itself to the outside (main.js). */
+  var Ladder: Readonly<Record<string, unknown>>;
+  /** Milliseconds that stand in for `limits.start`, where a test sets them. */
+  var LADDER_PATIENCE: number | undefined;
+  var MiniSearch: new (options: object) => Index;
+  interface Navigator {
+    /** Not in every browser. */
+    readonly connection?: Line;
+  }
+}

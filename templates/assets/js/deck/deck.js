@@ -1,0 +1,218 @@
+// A deck: its slides are sections in a column that can be scrolled. Keys, buttons, swipes and the address lead from one
+// to another; the slide that is seen is always known from where the column stands.
+/** @import { Options, Steps } from "./keys.js" */
+
+import { around, find, findButton, on, text, together } from "../base/dom.js";
+import { addKeys, addSwipes } from "./keys.js";
+import { figures } from "../figure/registry.js";
+
+/**
+ * A fragment as it was written; what cannot be decoded names nothing here.
+ * @param {string} fragment
+ */
+function decoded(fragment) {
+  try {
+    return decodeURI(fragment);
+  } catch {
+    return "";
+  }
+}
+
+/**
+ * What goes with the current slide on other screens: the deck opened a second time follows, and leads.
+ * @param {{ go: (slide: number, options: Options) => void }} deck
+ * @returns {{ tell: (slide: number) => void, dispose: () => void }}
+ */
+function shared(deck) {
+  if (!globalThis.BroadcastChannel || location.protocol === "file:") return { tell() {}, dispose() {} };
+  const channel = new BroadcastChannel(`ladder-slides:${location.pathname}`);
+  /** @param {MessageEvent} event */
+  const heard = ({ data }) => {
+    if (Number.isInteger(data.slide)) deck.go(data.slide, { told: true });
+  };
+  const off = on(channel, "message", heard);
+  return {
+    tell: (slide) => channel.postMessage({ slide }),
+    dispose() {
+      off();
+      channel.close();
+    },
+  };
+}
+
+/** @param {HTMLElement} root */
+export function runDeck(root) {
+  const page = document.documentElement;
+  const slides = /** @type {HTMLElement[]} */ ([...root.querySelectorAll(":scope > .slide")]);
+  const bar = find(document, ".deck-bar");
+  /** @param {string} what */
+  const button = (what) => findButton(bar, `[data-slides="${what}"]`);
+  const place = bar.querySelector(".deck-at");
+  const progress = find(bar, ".deck-progress");
+  let now = 0; // the slide that is seen, from 0
+  let ahead = 0; // the animation frame that will look where the column stands
+
+  /**
+   * Tells which slide is seen, in words and by the bar.
+   * @param {number} index
+   */
+  function show(index) {
+    now = index;
+    text(place, `${index + 1} of ${slides.length}`);
+    progress.style.setProperty("--part", (index / (slides.length - 1)).toFixed(4));
+    slides.forEach((slide, i) => slide.classList.toggle("current", i === index));
+    button("before").setAttribute("aria-disabled", String(index === 0));
+    button("after").setAttribute("aria-disabled", String(index === slides.length - 1));
+  }
+
+  /** Puts the slide that is seen into the address. */
+  const address = () => history.replaceState(history.state, "", `#${now + 1}`);
+
+  /** @param {HTMLElement} slide */
+  const shown = (slide) => slide.scrollIntoView({ block: "start", behavior: "instant" });
+
+  /**
+   * Goes to a slide. focus: it takes the focus, so that keys and screen readers go on from there. jump: the way back
+   * leads to the slide before. told: by another window, which knows.
+   * @param {number} index
+   * @param {Options} [options]
+   */
+  function go(index, { focus = false, jump = false, told = false } = {}) {
+    const to = Math.min(slides.length - 1, Math.max(0, index));
+    if (jump && to !== now) history.pushState(null, "", `#${to + 1}`);
+    const slide = slides[to];
+    overview(false);
+    shown(slide);
+    if (to !== now) {
+      show(to);
+      address();
+      if (!told) others.tell(to);
+    }
+    if (!focus) return;
+    slide.tabIndex = -1;
+    slide.focus({ preventScroll: true });
+  }
+
+  /** After a scroll by hand: the slide in the middle of the screen. */
+  function look() {
+    ahead = 0;
+    if (page.dataset.slides === "grid") return;
+    const middle = innerHeight / 2;
+    const index = slides.findIndex((slide) => slide.getBoundingClientRect().bottom > middle);
+    if (index < 0 || index === now) return;
+    show(index);
+    address();
+    others.tell(index);
+  }
+
+  /** The slides have another size: the one that is seen stays, and its figure's handles find their places. */
+  function rescaled() {
+    shown(slides[now]);
+    for (const figure of figures.values()) figure.rescaled();
+  }
+
+  /**
+   * All slides at once, small; what stands on them is out of reach meanwhile.
+   * @param {boolean} wanted
+   */
+  function overview(wanted) {
+    if (wanted === (page.dataset.slides === "grid")) return;
+    if (wanted) page.dataset.slides = "grid";
+    else delete page.dataset.slides;
+    button("grid").setAttribute("aria-pressed", String(wanted));
+    for (const slide of slides) {
+      const parts = slide.querySelectorAll(".slide-inside > :not(h2, .slide-head)");
+      for (const part of /** @type {NodeListOf<HTMLElement>} */ (parts)) part.inert = wanted;
+      find(slide, ".slide-open").tabIndex = wanted ? 0 : -1;
+    }
+    rescaled();
+    if (wanted) find(slides[now], ".slide-open").focus({ preventScroll: true });
+  }
+
+  /** @param {boolean} wanted */
+  function notes(wanted) {
+    page.dataset.notes = wanted ? "shown" : "hidden";
+    button("notes").setAttribute("aria-pressed", String(wanted));
+    rescaled();
+  }
+
+  function full() {
+    if (document.fullscreenElement) document.exitFullscreen();
+    else page.requestFullscreen().catch(() => {}); // refused: all stays as it is
+  }
+
+  /** @type {Steps} */
+  const does = {
+    before: (options) => step(-1, options),
+    after: (options) => step(1, options),
+    first: (options) => go(0, options),
+    last: (options) => go(slides.length - 1, options),
+    grid: () => overview(page.dataset.slides !== "grid"),
+    notes: () => notes(page.dataset.notes !== "shown"),
+    full,
+    second: () => open(`${location.pathname}?notes#${now + 1}`, "ladder-notes", "popup,width=1280,height=800"),
+  };
+
+  /** The slide of whatever the address names: a number, or a figure with or without a state. */
+  function addressed() {
+    const name = decoded(location.hash.slice(1)).split("?")[0];
+    const target = name && document.getElementById(name);
+    return target ? slides.findIndex((slide) => slide.contains(target)) : -1;
+  }
+
+  /** @param {EventTarget | null} node */
+  function slideAround(node) {
+    const slide = node instanceof Element ? node.closest(".slide") : null;
+    return slides.findIndex((each) => each === slide);
+  }
+
+  /** The address stays as it is: it may hold a figure's state. */
+  function linked() {
+    const index = addressed();
+    if (index < 0) return;
+    overview(false);
+    show(index);
+    shown(slides[index]);
+  }
+
+  /**
+   * One on or back; in the overview the focus goes, and Enter picks.
+   * @param {number} by
+   * @param {Options} options
+   */
+  function step(by, options) {
+    if (page.dataset.slides !== "grid") return go(now + by, options);
+    const at = slideAround(document.activeElement);
+    find(slides[Math.min(slides.length - 1, Math.max(0, at + by))], ".slide-open").focus();
+  }
+
+  const others = shared({ go });
+  const disposers = [
+    addKeys(does),
+    addSwipes(root, does),
+    on(bar, "click", (event) => does[around(event, "[data-slides]")?.dataset.slides ?? ""]?.({})),
+    on(root, "click", (event) => {
+      const link = around(event, ".slide-open");
+      if (!link) return;
+      event.preventDefault();
+      go(slideAround(link), { focus: true, jump: true });
+    }),
+    on(root, "focusin", (event) => {
+      const index = slideAround(event.target);
+      if (page.dataset.slides !== "grid" && index >= 0 && index !== now) go(index);
+    }),
+    on(document, "scroll", () => (ahead ||= requestAnimationFrame(look)), { passive: true }),
+    on(globalThis, "hashchange", linked),
+    on(document, "fullscreenchange", () => {
+      button("full").setAttribute("aria-pressed", String(Boolean(document.fullscreenElement)));
+      shown(slides[now]);
+    }),
+    () => cancelAnimationFrame(ahead),
+    others.dispose,
+  ];
+  button("full").hidden = !document.fullscreenEnabled;
+  button("second").hidden = !globalThis.BroadcastChannel || location.protocol === "file:";
+  show(Math.max(0, addressed()));
+  notes(new URLSearchParams(location.search).has("notes"));
+  return together(disposers);
+}

@@ -1,0 +1,98 @@
+// What moves a deck: keys, unless the focus is on something that has a use for them, and swipes, unless one begins on
+// something that is dragged.
+/** @import { Dispose } from "../base/types.js" */
+
+import { around, on, together } from "../base/dom.js";
+
+const ARROWS = ["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown"];
+const PAGES = ["PageUp", "PageDown", "Home", "End"];
+const SWIPE = 48; // px across
+
+/**
+ * Who keeps which keys: [selector, keys]; all of them where none are named.
+ * @type {[selector: string, keys: string[] | null][]}
+ */
+const USES = [
+  ["dialog, select, textarea, [contenteditable], input:not([type=range], [type=radio], [type=checkbox])", null],
+  ["input[type=range]", [...ARROWS, ...PAGES]],
+  ["input[type=radio]", [...ARROWS, " "]],
+  [".handle, .crosshair", [...ARROWS, " "]],
+  ["button, summary, input[type=checkbox], a", [" "]],
+];
+
+/** @type {(target: Element, key: string) => boolean} */
+function taken(target, key) {
+  if (USES.some(([selector, keys]) => target.closest(selector) && (!keys || keys.includes(key)))) return true;
+  const box = target.closest("[tabindex='0']"); // a table or a formula that scrolls
+  return Boolean(box && [...ARROWS, ...PAGES, " "].includes(key) && scrolls(box));
+}
+
+/** @param {Element} box */
+const scrolls = (box) => box.scrollWidth > box.clientWidth || box.scrollHeight > box.clientHeight;
+
+/** @typedef {{ focus?: boolean, jump?: boolean, told?: boolean }} Options  of a step (see deck.js) */
+/** @typedef {Record<string, (options: Options) => void>} Steps */
+
+/** @type {Record<string, string>} */
+const KEYS = {
+  ArrowRight: "after",
+  ArrowDown: "after",
+  PageDown: "after",
+  " ": "after",
+  ArrowLeft: "before",
+  ArrowUp: "before",
+  PageUp: "before",
+  "Shift+ ": "before",
+  Home: "first",
+  End: "last",
+  Escape: "grid",
+  f: "full",
+  n: "notes",
+};
+
+/**
+ * does: what keys and swipes set off.
+ * @param {Steps} does
+ */
+export function addKeys(does) {
+  return on(document, "keydown", (/** @type {KeyboardEvent} */ event) => {
+    const { key } = event;
+    const target = /** @type {Element} */ (event.target);
+    if (event.defaultPrevented || event.altKey || event.ctrlKey || event.metaKey || event.isComposing) return;
+    const what = KEYS[event.shiftKey && key === " " ? "Shift+ " : key.length === 1 ? key.toLowerCase() : key];
+    if (!what || taken(target, key)) return;
+    if (key === "Escape" && document.querySelector(".card:not([hidden])")) return; // which that closes
+    event.preventDefault();
+    does[what]({ focus: true, jump: what === "first" || what === "last" });
+  });
+}
+
+/**
+ * Across, with one finger. Up and down the page scrolls by itself.
+ * @param {HTMLElement} root
+ * @param {Steps} does
+ * @returns {Dispose}
+ */
+export function addSwipes(root, does) {
+  const DRAGGED = ".figure-stage, input, pre, .table, .formula[tabindex], .runs-scroll";
+  /** @type {[pointer: number, x: number, y: number] | null} */
+  let from = null;
+
+  const disposers = [
+    on(root, "pointerdown", (/** @type {PointerEvent} */ event) => {
+      const alone = event.isPrimary && (visualViewport?.scale ?? 1) === 1;
+      const begins = event.pointerType === "touch" && alone && !around(event, DRAGGED);
+      from = begins ? [event.pointerId, event.clientX, event.clientY] : null;
+    }),
+    on(root, "pointerup", (/** @type {PointerEvent} */ event) => {
+      if (!from || from[0] !== event.pointerId) return;
+      const [, x, y] = from;
+      const [across, down] = [event.clientX - x, event.clientY - y];
+      from = null;
+      if (Math.abs(across) < SWIPE || Math.abs(across) < 2 * Math.abs(down)) return;
+      does[across < 0 ? "after" : "before"]({ focus: true });
+    }),
+    on(root, "pointercancel", () => (from = null)),
+  ];
+  return together(disposers);
+}

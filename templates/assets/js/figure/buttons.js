@@ -1,0 +1,109 @@
+// Buttons: press, run (and pause), back, reset, reseed. What cannot be pressed is told by aria-disabled, so that a
+// button does not lose the keyboard's focus when its last step is done.
+/** @import { Button } from "../base/types.js" */
+/** @import { Figure } from "./figure.js" */
+
+import { around, on, text, together } from "../base/dom.js";
+import { limits } from "../base/limits.js";
+import * as records from "../base/record.js";
+
+/** @param {Figure} figure */
+export function addButtons(figure) {
+  const { root, spec } = figure;
+  const box = /** @type {HTMLElement | null} */ (root.querySelector(".buttons"));
+  if (!box) return () => {};
+  const specs = new Map(spec.buttons.map((each) => [each.name, each]));
+  const nodes = /** @type {HTMLElement[]} */ ([...box.querySelectorAll("[data-button]")]);
+  /** @param {HTMLElement} node */
+  const buttonOf = (node) => /** @type {Button} */ (specs.get(node.dataset.button ?? ""));
+  /** @type {{ button: Button, due: ReturnType<typeof setTimeout> | undefined, at: number } | null} */
+  let run = null; // due: the next tick's timer, at: when the last one was
+
+  /** @param {Button} button */
+  function off({ name, does, repeats }) {
+    const { disabled } = figure.frame;
+    if (disabled.includes(name)) return true;
+    if (does === "run") return disabled.includes(repeats);
+    if (does === "back") return figure.record.log.length === 0;
+    const start = records.key(figure.record) === records.key(records.reset(figure.fresh));
+    return does === "reset" && start && figure.state !== "failed" && figure.state !== "waiting";
+  }
+
+  function show() {
+    for (const node of nodes) {
+      const each = buttonOf(node);
+      const running = run?.button === each;
+      node.setAttribute("aria-disabled", String(!running && off(each)));
+      text(node, running ? "Pause" : each.label);
+    }
+  }
+
+  function stop() {
+    clearTimeout(run?.due);
+    run = null;
+    figure.run(false);
+    show();
+  }
+
+  /** One press more; waits where the figure is off screen, the page hidden, or the last press not yet shown. */
+  function tick() {
+    if (!run || !figure.visible || document.hidden || figure.pending) return;
+    if (off(run.button)) {
+      stop();
+      figure.speak();
+      return;
+    }
+    clearTimeout(run.due);
+    run.at = performance.now();
+    figure.ask(records.press(figure.record, run.button.repeats), { merge: "run", by: "run" });
+  }
+
+  function again() {
+    if (!run) return;
+    clearTimeout(run.due);
+    run.due = setTimeout(tick, Math.max(0, run.at + limits.run - performance.now()));
+  }
+
+  /** @type {Record<Button["does"], (button: Button, at: number) => void>} */
+  const does = {
+    press: ({ name }, at) => figure.ask(records.press(figure.record, name), { at }),
+    back: (_, at) => figure.ask(records.back(figure.record), { at }),
+    reset: () => figure.reset(),
+    reseed: (_, at) => figure.ask(records.reseed(figure.record), { at }),
+    run(each) {
+      run = { button: each, due: undefined, at: 0 };
+      figure.run(true);
+      tick();
+      show();
+    },
+  };
+
+  /** @param {MouseEvent} event */
+  function press(event) {
+    const node = around(event, "[data-button]");
+    if (!node || node.getAttribute("aria-disabled") === "true") return;
+    const each = buttonOf(node);
+    const paused = run?.button === each;
+    if (run) stop();
+    if (paused) figure.speak();
+    else does[each.does](each, event.timeStamp);
+  }
+
+  const disposers = [
+    on(box, "click", press),
+    on(document, "visibilitychange", again),
+    figure.on("seen", again),
+    figure.on("frame", () => {
+      show();
+      again();
+    }),
+    figure.on("asked", (by) => {
+      if (run && !["run", "control", "hover"].includes(by)) stop();
+    }),
+    figure.on("state", show),
+    stop,
+  ];
+  box.hidden = false;
+  show();
+  return together(disposers);
+}

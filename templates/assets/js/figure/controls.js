@@ -1,0 +1,79 @@
+// Controls: the inputs and the record say the same. While a reader moves one, the record leads; else the frame does.
+/** @import { Control, Value, Values } from "../base/types.js" */
+/** @import { Figure } from "./figure.js" */
+
+import { on, text, together } from "../base/dom.js";
+import * as records from "../base/record.js";
+
+/**
+ * A control's value as text: fixed decimals, a true minus, a space before the unit that no line ends at.
+ * @type {(spec: Control, value: Value) => string}
+ */
+export function shownValue(spec, value) {
+  if (spec.kind === "toggle") return value ? "on" : "off";
+  if (spec.kind === "choice") return spec.options[String(value)] ?? String(value);
+  const digits = Number(value).toFixed(spec.decimals).replace(/^-(?=0\.?0*$)/, "").replace("-", "−");
+  return spec.unit ? `${digits}\u00a0${spec.unit}` : digits;
+}
+
+/**
+ * @param {HTMLFormElement} form
+ * @param {string} name
+ * @param {Control} spec
+ * @param {Value} value
+ */
+function write(form, name, spec, value) {
+  const field = /** @type {HTMLInputElement | null} */ (form.elements.namedItem(name));
+  if (!field) return;
+  if (spec.kind === "toggle") field.checked = Boolean(value);
+  else if (spec.kind === "choice") field.value = String(value);
+  else {
+    if (Number(field.value) !== value) field.value = String(value);
+    const shown = shownValue(spec, value);
+    field.setAttribute("aria-valuetext", shown);
+    text(field.labels?.[0]?.querySelector("output"), shown);
+  }
+}
+
+/** @type {(input: HTMLInputElement, spec: Control) => Value} */
+function read(input, spec) {
+  if (spec.kind === "toggle") return input.checked;
+  return spec.kind === "choice" ? input.value : Number(input.value);
+}
+
+/** @param {Figure} figure */
+export function addControls(figure) {
+  const form = /** @type {HTMLFormElement | null} */ (figure.root.querySelector("form.controls"));
+  if (!form) return () => {};
+  const specs = figure.spec.controls;
+
+  /** @param {Values} values */
+  function show(values) {
+    if (!form) return;
+    for (const [name, spec] of Object.entries(specs)) if (name in values) write(form, name, spec, values[name]);
+  }
+
+  /** @param {Event} event */
+  function changed(event) {
+    const input = /** @type {HTMLInputElement} */ (event.target);
+    const spec = specs[input.name];
+    if (!spec || (event.type === "input") !== (spec.kind === "slider")) return;
+    const { name } = input;
+    const wanted = records.control(figure.record, name, read(input, spec), spec);
+    const merge = spec.kind === "slider" ? `control:${name}` : null;
+    figure.ask(wanted, { merge, by: "control", at: event.timeStamp });
+  }
+
+  const disposers = [
+    on(form, "input", changed),
+    on(form, "change", changed),
+    on(form, "submit", (event) => event.preventDefault()),
+    figure.on("asked", () => show(figure.record.controls)),
+    figure.on("frame", (frame) => {
+      if (!figure.pending) show(frame.controls);
+    }),
+  ];
+  form.hidden = false;
+  show(figure.frame.controls);
+  return together(disposers);
+}

@@ -1,0 +1,162 @@
+// Picks: panels that take a click at a place, or answer to what is pointed at. By keyboard a crosshair does: arrows move
+// it and, where a click counts, Enter or Space picks.
+/** @import { Dispose, Point } from "../base/types.js" */
+/** @import { Figure } from "./figure.js" */
+/** @import { Overlay } from "./overlay.js" */
+
+import { make, on, together } from "../base/dom.js";
+import * as records from "../base/record.js";
+import { percent, world } from "./coordinates.js";
+import { drawing, onStage, panelOf } from "./panels.js";
+import { runtime } from "../runtime/runtime.js";
+
+/** @type {Record<string, Point>} */
+const WAYS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+/** @type {(value: number, low: number, high: number) => number} */
+const clamp = (value, low, high) => Math.min(high, Math.max(low, value));
+
+/**
+ * A crosshair over a panel. `moved` is told when a key has moved it.
+ * @param {Figure} figure
+ * @param {Overlay} overlay
+ * @param {string} name
+ * @param {{ does: string, hint: string }} words
+ * @param {(at: number) => void} moved
+ */
+export function crosshair(figure, overlay, name, { does, hint }, moved) {
+  const shown = drawing(figure.stage, name)?.getAttribute("aria-label");
+  const says = { role: "slider", "aria-label": `${does}: ${shown}`, "aria-description": hint };
+  const attributes = { type: "button", class: "crosshair", "data-pick": name, ...says };
+  const button = overlay.layer.appendChild(make("button", attributes));
+  const panel = /** @type {HTMLElement} */ (panelOf(figure.stage, name));
+  const view = () => figure.viewOf(name);
+  const [x0, x1, y0, y1] = view();
+  /** @type {Point} */
+  let at = [(x0 + x1) / 2, (y0 + y1) / 2];
+  button.setAttribute("aria-valuemin", String(x0));
+  button.setAttribute("aria-valuemax", String(x1));
+
+  /** @param {Point} place */
+  function put(place) {
+    at = place;
+    overlay.put(button, name, ...percent(view(), place));
+    const [x, y] = place.map((value) => value.toFixed(2));
+    button.setAttribute("aria-valuenow", x);
+    button.setAttribute("aria-valuetext", `x ${x}, y ${y}`.replaceAll("-", "−"));
+  }
+
+  /**
+   * The place that an event points at; null outside of the window.
+   * @param {MouseEvent} event
+   * @returns {Point | null}
+   */
+  function where(event) {
+    const [x, y] = world(overlay.rect(name), view(), event.clientX, event.clientY);
+    const [a, b, c, d] = view();
+    return x >= a && x <= b && y >= c && y <= d ? [x, y] : null;
+  }
+
+  /** @param {KeyboardEvent} event */
+  function key(event) {
+    const way = WAYS[event.key];
+    if (!way) return;
+    event.preventDefault();
+    const [a, b, c, d] = view();
+    const part = event.shiftKey ? 1 / 8 : 1 / 40;
+    const [x, y] = at;
+    put([clamp(x + way[0] * part * (b - a), a, b), clamp(y + way[1] * part * (d - c), c, d)]);
+    moved(event.timeStamp);
+  }
+
+  put(at);
+  const off = [on(button, "keydown", key), () => overlay.remove(button)];
+  return {
+    get at() {
+      return at;
+    },
+    put,
+    where,
+    button,
+    panel,
+    off,
+  };
+}
+
+/** @type {(figure: Figure, overlay: Overlay, name: string) => Dispose[]} */
+function picked(figure, overlay, name) {
+  const words = { does: "Pick a place", hint: "Arrow keys move, Shift for larger steps; Enter picks." };
+  const cross = crosshair(figure, overlay, name, words, () => {});
+  /** @param {Point} place */
+  const pick = (place) => {
+    cross.put(place);
+    figure.ask(records.click(figure.record, name, place));
+  };
+  return [
+    ...cross.off,
+    on(cross.button, "click", (event) => {
+      if (event.detail === 0) pick(cross.at);
+    }),
+    on(cross.panel, "click", (event) => {
+      overlay.measure();
+      const place = cross.where(event);
+      if (place) pick(place);
+    }),
+  ];
+}
+
+/**
+ * The pointer asks only while Python is up: passing over a picture must not set it waiting. A tap or a key may.
+ * @type {(figure: Figure, overlay: Overlay, name: string) => Dispose[]}
+ */
+function pointed(figure, overlay, name) {
+  const words = { does: "Look at a place", hint: "Arrow keys move, Shift for larger steps." };
+  /** @param {number} at */
+  const ask = (at) =>
+    figure.ask(records.hover(figure.record, name, cross.at), { merge: `hover:${name}`, by: "hover", at });
+  const cross = crosshair(figure, overlay, name, words, (at) => {
+    ask(at);
+    figure.speak();
+  });
+  let ahead = 0; // the animation frame that will ask
+
+  /** @param {PointerEvent} event */
+  function follow(event) {
+    if (event.pointerType === "touch" || event.buttons || runtime.state !== "live") return;
+    const place = cross.where(event);
+    if (!place) return;
+    cross.put(place);
+    const { timeStamp } = event;
+    ahead ||= requestAnimationFrame(() => {
+      ahead = 0;
+      ask(timeStamp);
+    });
+  }
+
+  return [
+    ...cross.off,
+    on(cross.panel, "pointermove", follow),
+    on(cross.panel, "click", (event) => {
+      overlay.measure();
+      const place = cross.where(event);
+      if (!place) return;
+      cross.put(place);
+      ask(event.timeStamp);
+      figure.speak();
+    }),
+    () => cancelAnimationFrame(ahead),
+  ];
+}
+
+/**
+ * @param {Figure} figure
+ * @param {Overlay} overlay
+ */
+export function addPicks(figure, overlay) {
+  /** @param {string} name */
+  const seen = (name) => onStage(figure.stage, name);
+  const disposers = [
+    ...(figure.spec.clicks ?? []).filter(seen).flatMap((name) => picked(figure, overlay, name)),
+    ...(figure.spec.hovers ?? []).filter(seen).flatMap((name) => pointed(figure, overlay, name)),
+  ];
+  return together(disposers);
+}

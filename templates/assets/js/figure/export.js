@@ -1,0 +1,275 @@
+// The picture as a file of its own: an SVG that needs no style sheet, and a PNG of it. Always in light colours, on white.
+/** @import { Dispose } from "../base/types.js" */
+/** @import { Rect } from "./coordinates.js" */
+
+/** @typedef {Pick<Rect, "left" | "top">} Origin  of the picture, on the screen */
+/** @typedef {{ svg: SVGElement, width: number, height: number }} Picture  a figure's drawings and captions as on the page */
+
+import { around, fileName, make, on, save } from "../base/dom.js";
+
+const SVG = "http://www.w3.org/2000/svg";
+const MARGIN = 12; // px around the whole
+const SHARP = 2; // px of the PNG to one of the screen
+const PAINTS = ["fill", "stroke"];
+/**
+ * What is written out, with the value that need not be.
+ * @type {Record<string, string>}
+ */
+const LOOKS = {
+  "fill-opacity": "1",
+  "stroke-opacity": "1",
+  opacity: "1",
+  "stroke-linecap": "butt",
+  "stroke-linejoin": "miter",
+  "paint-order": "normal",
+  "shape-rendering": "auto",
+};
+const WORDS = ["font-family", "font-size", "font-weight", "text-anchor", "dominant-baseline"];
+
+/**
+ * A colour as every program reads it: [#rrggbb, its opacity].
+ * @type {(css: string) => [hex: string, opacity: number]}
+ */
+const plainColour = (() => {
+  /** @type {Map<string, [hex: string, opacity: number]>} */
+  const known = new Map();
+  const canvas = document.createElement("canvas");
+  canvas.width = canvas.height = 1;
+  const brush = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d", { willReadFrequently: true }));
+  return (css) => {
+    const before = known.get(css);
+    if (before) return before;
+    brush.clearRect(0, 0, 1, 1);
+    brush.fillStyle = css;
+    brush.fillRect(0, 0, 1, 1);
+    const [r, g, b, a] = brush.getImageData(0, 0, 1, 1).data;
+    const hex = [r, g, b].map((each) => each.toString(16).padStart(2, "0")).join("");
+    /** @type {[string, number]} */
+    const colour = [`#${hex}`, Math.round((100 * a) / 255) / 100];
+    known.set(css, colour);
+    return colour;
+  };
+})();
+
+/**
+ * Writes on `to` how `from`, on the page, is seen. `unit`: user units to a px, which strokes that do not scale need.
+ * @type {(from: Element, to: Element, unit: number) => void}
+ */
+function write(from, to, unit) {
+  const style = getComputedStyle(from);
+  if (style.display === "none") return to.remove();
+  to.removeAttribute("class");
+  for (const name of PAINTS) {
+    const css = style.getPropertyValue(name);
+    if (css === "none" || css.startsWith("url")) to.setAttribute(name, css);
+    else {
+      const [hex, opacity] = plainColour(css);
+      to.setAttribute(name, opacity ? hex : "none");
+      const seen = opacity * Number(style.getPropertyValue(`${name}-opacity`));
+      if (opacity && seen < 1) to.setAttribute(`${name}-opacity`, seen.toFixed(2));
+    }
+  }
+  for (const [name, plain] of Object.entries(LOOKS)) {
+    const value = style.getPropertyValue(name);
+    if (value && value !== plain && !to.hasAttribute(name)) to.setAttribute(name, value);
+  }
+  if (style.stroke !== "none") {
+    const scale = style.vectorEffect === "non-scaling-stroke" ? unit : 1;
+    /** @param {string} text */
+    const scaled = (text) => text.replace(/[\d.]+(px)?/g, (each) => (scale * parseFloat(each)).toFixed(2));
+    to.setAttribute("stroke-width", scaled(style.strokeWidth));
+    if (style.strokeDasharray !== "none") to.setAttribute("stroke-dasharray", scaled(style.strokeDasharray));
+  }
+  if (from.localName === "text" || from.localName === "tspan") {
+    for (const name of WORDS) to.setAttribute(name, style.getPropertyValue(name));
+  }
+  const children = [...from.children];
+  [...to.children].forEach((child, i) => children[i] && write(children[i], child, unit));
+}
+
+/**
+ * @template {keyof SVGElementTagNameMap} Name
+ * @param {Name} name
+ * @param {Record<string, string | number>} attributes
+ * @param {(Node | string)[]} children
+ * @returns {SVGElementTagNameMap[Name]}
+ */
+function element(name, attributes, ...children) {
+  const made = document.createElementNS(SVG, name);
+  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, String(value));
+  made.append(...children);
+  return made;
+}
+
+/**
+ * One drawing at its place in the picture, on its ground.
+ * @type {(svg: SVGSVGElement, origin: Origin) => SVGElement[]}
+ */
+function drawn(svg, origin) {
+  const rect = svg.getBoundingClientRect();
+  const copy = /** @type {SVGSVGElement} */ (svg.cloneNode(true));
+  write(svg, copy, svg.viewBox.baseVal.width / rect.width);
+  for (const { name } of [...copy.attributes]) if (name !== "viewBox") copy.removeAttribute(name);
+  const place = {
+    x: (rect.left - origin.left).toFixed(2),
+    y: (rect.top - origin.top).toFixed(2),
+    width: rect.width.toFixed(2),
+    height: rect.height.toFixed(2),
+  };
+  for (const [name, value] of Object.entries(place)) copy.setAttribute(name, value);
+  const [ground, opaque] = plainColour(getComputedStyle(svg).backgroundColor);
+  return opaque ? [element("rect", { ...place, fill: ground }), copy] : [copy];
+}
+
+/**
+ * A text as the lines that it is broken into, each with the place of its first word.
+ * @param {Text} node
+ */
+function broken(node) {
+  const range = document.createRange();
+  /** @type {{ words: string[], rect: DOMRect }[]} */
+  const lines = [];
+  for (const { index, 0: word } of node.data.matchAll(/\S+/g)) {
+    range.setStart(node, index);
+    range.setEnd(node, index + word.length);
+    const rect = range.getBoundingClientRect();
+    const line = lines.at(-1);
+    if (line && Math.abs(line.rect.top - rect.top) < rect.height / 2) line.words.push(word);
+    else lines.push({ words: [word], rect });
+  }
+  return lines;
+}
+
+/**
+ * A panel's caption as text of the drawing.
+ * @type {(span: Element, origin: Origin) => SVGElement[]}
+ */
+function written(span, origin) {
+  const { fontSize, fontFamily, fontWeight, color } = getComputedStyle(span);
+  const type = { "font-size": parseFloat(fontSize), "font-family": fontFamily, "font-weight": fontWeight };
+  const nodes = [...span.childNodes].filter((node) => node instanceof Text);
+  return nodes.flatMap(broken).map(({ words, rect }) => {
+    const [x, y] = [rect.left - origin.left, rect.bottom - origin.top - 0.26 * rect.height];
+    return element("text", { x: x.toFixed(2), y: y.toFixed(2), ...type, fill: plainColour(color)[0] }, words.join(" "));
+  });
+}
+
+/**
+ * The figure once more, unseen and in light colours, for as long as `use` looks at it.
+ * @template T
+ * @param {HTMLElement} root
+ * @param {(twin: HTMLElement) => T} use
+ * @returns {T}
+ */
+function inLight(root, use) {
+  const twin = /** @type {HTMLElement} */ (root.cloneNode(false));
+  const parts = root.querySelectorAll(":scope > .figure-stage, :scope > [role=img]");
+  twin.append(...[...parts].map((part) => part.cloneNode(true)));
+  twin.removeAttribute("id");
+  twin.inert = true;
+  const unseen = { position: "absolute", left: "-300vw", top: "0", display: "block", colorScheme: "light" };
+  Object.assign(twin.style, { ...unseen, width: `${(parts[0].clientWidth ? parts[0] : root).clientWidth}px` });
+  root.after(twin);
+  try {
+    return use(twin);
+  } finally {
+    twin.remove();
+  }
+}
+
+/** @type {(root: HTMLElement) => Picture} */
+function picture(root) {
+  return inLight(root, (twin) => {
+    const drawings = [...twin.querySelectorAll("svg")].filter((svg) => svg.getBoundingClientRect().width > 0);
+    const captions = [...twin.querySelectorAll(".panel-caption span")];
+    const rects = [...drawings, ...captions].map((each) => each.getBoundingClientRect()).filter(({ width }) => width);
+    /** @type {(side: "left" | "top" | "right" | "bottom", pick: (...values: number[]) => number) => number} */
+    const edge = (side, pick) => pick(...rects.map((rect) => rect[side]));
+    const origin = { left: edge("left", Math.min) - MARGIN, top: edge("top", Math.min) - MARGIN };
+    const width = Math.ceil(edge("right", Math.max) - origin.left + MARGIN);
+    const height = Math.ceil(edge("bottom", Math.max) - origin.top + MARGIN);
+    const svg = element(
+      "svg",
+      { viewBox: `0 0 ${width} ${height}`, width, height },
+      element("title", {}, `${root.querySelector(".figure-number")?.textContent ?? ""} · ${document.title}`),
+      element("desc", {}, root.querySelector(".figure-words")?.textContent ?? ""),
+      element("rect", { width, height, fill: "#ffffff" }),
+      ...drawings.flatMap((each) => drawn(each, origin)),
+      ...captions.flatMap((each) => written(each, origin)),
+    );
+    return { svg, width, height };
+  });
+}
+
+/**
+ * The style sheet's faces of a family as a style sheet of their own; where a page may not read them, none.
+ * @param {string} family
+ */
+async function faces(family) {
+  /** @type {(rule: CSSRule) => rule is CSSFontFaceRule} */
+  const face = (rule) =>
+    rule instanceof CSSFontFaceRule && rule.style.getPropertyValue("font-family").replaceAll('"', "") === family;
+  try {
+    const sheets = [...document.styleSheets].filter(({ href }) => href);
+    const rules = sheets.flatMap(({ href, cssRules }) => [...cssRules].filter(face).map((rule) => ({ href, rule })));
+    const made = rules.map(async ({ href, rule: { style } }) => {
+      const [, url] = style.getPropertyValue("src").match(/url\("?([^")]+)"?\)/) ?? ["", ""];
+      const bytes = new Uint8Array(await (await fetch(new URL(url, href ?? undefined))).arrayBuffer());
+      const data = btoa(Array.from(bytes, (byte) => String.fromCharCode(byte)).join(""));
+      return `@font-face{font-family:"${family}";font-weight:${style.getPropertyValue("font-weight") || 400};src:url(data:font/woff2;base64,${data})}`;
+    });
+    return (await Promise.all(made)).join("");
+  } catch {
+    return "";
+  }
+}
+
+/**
+ * The picture as text that stands alone.
+ * @param {Picture} picture
+ */
+async function alone({ svg }) {
+  svg.prepend(element("style", {}, await faces("Ladder Sans")));
+  return `${new XMLSerializer().serializeToString(svg)}\n`;
+}
+
+/**
+ * The PNG of an SVG text.
+ * @type {(svg: string, picture: Picture) => Promise<Blob>}
+ */
+async function bitmap(svg, { width, height }) {
+  const image = new Image();
+  image.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(svg)}`;
+  await image.decode();
+  const canvas = make("canvas", { width: SHARP * width, height: SHARP * height });
+  canvas.getContext("2d")?.drawImage(image, 0, 0, canvas.width, canvas.height);
+  return new Promise((resolve, reject) => {
+    canvas.toBlob((blob) => (blob ? resolve(blob) : reject(new Error("too large for a picture"))), "image/png");
+  });
+}
+
+/**
+ * The buttons that hand a figure's picture out, in what is folded under its caption.
+ * @param {HTMLElement} root
+ * @returns {Dispose}
+ */
+export function addPictureButtons(root) {
+  const more = root.querySelector(".figure-more");
+  if (!more) return () => {};
+  /** @param {string} what */
+  const button = (what) => make("button", { type: "button", "data-picture": what }, `Save as ${what.toUpperCase()}`);
+  const box = make("div", { class: "figure-take" }, make("span", {}, "The picture:"), button("svg"), button("png"));
+  more.append(box);
+  const stop = on(box, "click", async (event) => {
+    const what = around(event, "[data-picture]")?.dataset.picture;
+    if (!what) return;
+    const now = picture(root);
+    const svg = await alone(now);
+    if (what === "svg") save(fileName(root.id, ".svg"), svg, "image/svg+xml");
+    else save(fileName(root.id, ".png"), await bitmap(svg, now), "image/png");
+  });
+  return () => {
+    stop();
+    box.remove();
+  };
+}

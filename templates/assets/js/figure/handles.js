@@ -1,0 +1,123 @@
+// Handles: buttons over the picture that a pointer drags and arrow keys move. A key is a drag to the place that the
+// frame names for it.
+/** @import { Handle } from "../base/types.js" */
+/** @import { Figure } from "./figure.js" */
+/** @import { Overlay } from "./overlay.js" */
+
+import { around, make, on, together } from "../base/dom.js";
+import * as records from "../base/record.js";
+import { addDrags } from "./drags.js";
+import { onStage } from "./panels.js";
+
+const HINT = "handle-hint";
+const MOST_KEYS = 50;
+
+function hint() {
+  const words = "Arrow keys move, Shift for larger steps.";
+  if (!document.getElementById(HINT)) document.body.append(make("p", { id: HINT, hidden: true }, words));
+}
+
+/**
+ * A handle's button in a panel. Those in the panels that it can `also` be taken in are for the pointer alone. It is a
+ * slider to screen readers, which keep the arrow keys of a button to themselves.
+ * @param {Handle} handle
+ * @param {string} panel
+ */
+function made({ name, label, kind, radius, panel: own }, panel) {
+  const shared = { type: "button", "data-handle": name, "data-panel": panel };
+  const attributes =
+    panel === own
+      ? { ...shared, class: `handle ${kind}`, role: "slider", "aria-label": label, "aria-describedby": HINT }
+      : { ...shared, class: `handle ${kind} copy`, tabindex: "-1", "aria-hidden": "true" };
+  const button = make("button", attributes);
+  button.style.width = button.style.height = `${Math.max(44, 2 * radius)}px`;
+  return button;
+}
+
+/**
+ * Where the handle stands, as a slider tells it.
+ * @param {HTMLElement} button
+ * @param {Handle} handle
+ */
+function slide(button, { value, slider: [least, most, now] }) {
+  if (button.getAttribute("aria-valuetext") === value) return;
+  const told = { "aria-valuetext": value, "aria-valuemin": least, "aria-valuemax": most, "aria-valuenow": now };
+  for (const [name, each] of Object.entries(told)) button.setAttribute(name, String(each));
+}
+
+/**
+ * @param {Figure} figure
+ * @param {Overlay} overlay
+ */
+export function addHandles(figure, overlay) {
+  /** @type {Map<string, HTMLButtonElement>} "handle panel" → button */
+  const buttons = new Map();
+  /** @param {string} name */
+  const of = (name) => figure.frame.handles.find((handle) => handle.name === name);
+  /** @param {string} name */
+  const own = (name) => buttons.get(`${name} ${of(name)?.panel}`);
+  const drags = addDrags(figure, overlay, { of, own, update });
+  /** @type {[handle: string, key: string][]} pressed faster than frames come */
+  let keys = [];
+
+  function update() {
+    /** @param {string} panel */
+    const seen = (panel) => onStage(figure.stage, panel);
+    const places = figure.frame.handles.flatMap((handle) =>
+      [handle.panel, ...(handle.also ?? [])]
+        .filter(seen)
+        .map((panel) => ({ key: `${handle.name} ${panel}`, handle, panel })),
+    );
+    const wanted = new Set(places.map(({ key }) => key));
+    for (const [key, button] of buttons) {
+      if (wanted.has(key)) continue;
+      if (button === document.activeElement) figure.focus();
+      overlay.remove(button);
+      buttons.delete(key);
+    }
+    for (const { key, handle, panel } of places) {
+      const button = buttons.get(key) ?? overlay.layer.appendChild(made(handle, panel));
+      buttons.set(key, button);
+      if (panel === handle.panel) slide(button, handle);
+      if (drags.held !== button) overlay.put(button, panel, handle.left, handle.top);
+    }
+  }
+
+  /** @param {KeyboardEvent} event */
+  function key(event) {
+    const name = around(event, ".handle")?.dataset.handle;
+    if (!name || event.altKey || event.ctrlKey || event.metaKey) return;
+    const which = (event.shiftKey ? "Shift+" : "") + event.key;
+    if (!of(name)?.keys[which]) return;
+    event.preventDefault();
+    if (!drags.held && keys.length < MOST_KEYS) keys.push([name, which]);
+    next(event.timeStamp);
+  }
+
+  /**
+   * A key's place holds for the frame that is seen: the next key waits for the next frame.
+   * @param {number} [at]
+   */
+  function next(at) {
+    const pressed = figure.pending ? undefined : keys.shift();
+    if (!pressed) return;
+    const [name, which] = pressed;
+    const to = of(name)?.keys[which];
+    if (to) figure.ask(records.drag(figure.record, name, to), { merge: `drag:${name}`, by: "key", at });
+  }
+
+  const disposers = [
+    figure.on("frame", () => {
+      update();
+      next();
+    }),
+    figure.on("asked", (by) => {
+      if (by !== "key") keys = [];
+    }),
+    on(overlay.layer, "keydown", key),
+    drags.dispose,
+  ];
+  hint();
+  update();
+  return together(disposers);
+}

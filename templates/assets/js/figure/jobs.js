@@ -1,0 +1,245 @@
+// Jobs: long work that a figure offers. Asked for slice by slice, so that everything else comes first and Stop needs
+// only to ask no more. What it finds is a table that sorts, with drawings; one run can be kept beside the next.
+/** @import { Column, Dispose, FigureRecord, JobResult, Row, Slice } from "../base/types.js" */
+/** @import { Figure } from "./figure.js" */
+
+import { around, copy, fileName, find, findButton, make, messageOf, on, save, text, together } from "../base/dom.js";
+import { runtime } from "../runtime/runtime.js";
+
+/** @param {Column} column */
+const withUnit = ({ label, unit }) => (unit ? `${label} (${unit})` : label);
+
+/** @typedef {{ by: number | null, falls: boolean }} Order  of the rows, by a column or, for -1, by their names */
+
+/**
+ * The rows in order of a column's values; what has no value comes last.
+ * @type {(rows: Row[], order: Order) => Row[]}
+ */
+function sorted(rows, { by, falls }) {
+  if (by === null) return rows;
+  const way = falls ? -1 : 1;
+  /** @param {Row} row */
+  const value = (row) => row.values[by];
+  return [...rows].sort((a, b) => {
+    if (by < 0) return way * a.label.localeCompare(b.label);
+    const [x, y] = [value(a), value(b)];
+    if (x === null || y === null) return Number(x === null) - Number(y === null);
+    return way * (x - y);
+  });
+}
+
+/** @type {(columns: Column[], heading: string, order: Order) => HTMLElement} */
+function head(columns, heading, order) {
+  /** @type {(label: string, i: number) => HTMLElement} */
+  const cell = (label, i) => {
+    const way = order.by === i ? (order.falls ? "descending" : "ascending") : "none";
+    const button = make("button", { type: "button", class: "sort", "data-sort": i }, label);
+    return make("th", { scope: "col", "aria-sort": way }, button);
+  };
+  return make("tr", {}, cell(heading, -1), ...columns.map((column, i) => cell(withUnit(column), i)));
+}
+
+/**
+ * A row; under its numbers those of the kept run, where that has the row too.
+ * @type {(row: Row, was: Row | undefined) => HTMLElement}
+ */
+function line(row, was) {
+  const name = make("th", { scope: "row" }, make("span", { class: `key line ${row.mark}` }, row.label));
+  const cells = row.texts.map((now, i) =>
+    was ? make("td", {}, make("span", {}, now), make("span", { class: "was" }, was.texts[i])) : make("td", {}, now),
+  );
+  return make("tr", {}, name, ...cells);
+}
+
+/** @param {number} width */
+const size = (width) =>
+  width <= 220 ? "panel-small" : width <= 340 ? "panel-third" : width <= 500 ? "panel-half" : "panel-wide";
+
+/** @param {JobResult} result */
+function drawings({ panels }) {
+  return panels.map(({ svg, width }) => {
+    const panel = make("div", { class: `figure-panel ${size(width)}` });
+    panel.innerHTML = svg;
+    return panel;
+  });
+}
+
+/**
+ * What the page was built with: its drawings stand in it.
+ * @param {HTMLElement} box
+ * @returns {JobResult}
+ */
+function built(box) {
+  const found = /** @type {JobResult} */ (JSON.parse(find(box, "script.job-result").textContent ?? ""));
+  const drawn = [...box.querySelectorAll(".job-panels svg.plot")].map((svg) => svg.outerHTML);
+  return { ...found, panels: found.panels.map((panel, i) => ({ ...panel, svg: drawn[i] })) };
+}
+
+/**
+ * @param {Figure} figure
+ * @param {HTMLElement} box
+ * @returns {Dispose[]}
+ */
+function job(figure, box) {
+  const name = box.dataset.job ?? "";
+  const place = find(box, ".job-found");
+  const bar = /** @type {HTMLProgressElement} */ (box.querySelector("progress"));
+  const [begin, stop] = ["begin", "stop"].map((what) => findButton(box, `.job-head [data-do="${what}"]`));
+  const [words, heard] = [".job-words", ".job-heard"].map((each) => find(box, each));
+  let found = built(box);
+  /** @type {JobResult | null} */
+  let kept = null;
+  /** @type {Order} */
+  let order = { by: null, falls: false };
+  /** @type {{ record: FigureRecord, rows: boolean } | null} */
+  let run = null; // { record, rows: whether any has come } while one is under way
+
+  /** @param {string} message */
+  function tell(message, aloud = true) {
+    text(words, message);
+    if (aloud) text(heard, message);
+  }
+
+  function show() {
+    /** @param {Row} row */
+    const was = (row) => kept?.rows.find((each) => each.name === row.name);
+    const focused = document.activeElement;
+    const focus = focused instanceof HTMLElement && place.contains(focused) ? focused.dataset : {};
+    const before = place.querySelector(".job-scroll");
+    const [held, left] = [before === document.activeElement, before?.scrollLeft ?? 0];
+    const table = make(
+      "table",
+      {},
+      make("thead", {}, head(found.columns, found.heading, order)),
+      make("tbody", {}, ...sorted(found.rows, order).map((row) => line(row, was(row)))),
+    );
+    const region = { class: "job-scroll runs-scroll", tabindex: "0", role: "group", "aria-label": found.caption };
+    const scroll = make("div", region);
+    scroll.append(table);
+    /** @type {(what: string, label: string) => HTMLButtonElement} */
+    const tool = (what, label) => make("button", { type: "button", "data-do": what }, label);
+    place.replaceChildren(
+      make("p", { class: "job-caption" }, found.caption),
+      ...(kept ? [make("p", { class: "job-caption was" }, `Kept, the smaller numbers: ${kept.caption}`)] : []),
+      scroll,
+      make("div", { class: "job-panels" }, ...drawings(found)),
+      ...(kept ? [make("p", { class: "job-caption was" }, "Kept:")] : []),
+      ...(kept ? [make("div", { class: "job-panels" }, ...drawings(kept))] : []),
+      make(
+        "div",
+        { class: "job-tools" },
+        kept ? tool("drop", "Forget the kept run") : tool("keep", "Keep to compare"),
+        tool("csv", "Copy as CSV"),
+        tool("save", "Save as CSV"),
+        tool("python", "Copy the Python"),
+      ),
+    );
+    const again = focus.sort ? `[data-sort="${focus.sort}"]` : focus.do ? `.job-tools [data-do="${focus.do}"]` : "";
+    scroll.scrollLeft = left;
+    if (held) scroll.focus({ preventScroll: true });
+    if (again) (find(place, again) ?? find(place, ".job-tools button")).focus({ preventScroll: true });
+  }
+
+  /** @param {string} message */
+  function end(message) {
+    run = null;
+    begin.disabled = false;
+    if (document.activeElement === stop) begin.focus({ preventScroll: true });
+    stop.disabled = true;
+    box.dataset.state = "";
+    tell(message);
+  }
+
+  /** @param {Slice} slice */
+  function hear({ part, words: said, result }) {
+    bar.value = part;
+    tell(said, false);
+    if (!result) return;
+    if (run) run.rows = true;
+    found = result;
+    show();
+  }
+
+  async function work() {
+    if (runtime.state === "file") return tell("A page opened from disk has no Python to run this.");
+    const mine = (run = { record: figure.record, rows: false });
+    begin.disabled = true;
+    stop.disabled = false;
+    stop.focus({ preventScroll: true });
+    box.dataset.state = "running";
+    bar.value = 0;
+    tell(runtime.state === "live" ? "Running." : "Python is starting; the run begins when it is up.");
+    if (runtime.state === "failed") runtime.restart();
+    else runtime.start();
+    const began = performance.now();
+    try {
+      for (let does = /** @type {"begin" | "go on"} */ ("begin"); run === mine; does = "go on") {
+        const slice = await runtime.job({ figure: figure.id, record: mine.record, name, does });
+        if (run !== mine) return;
+        hear(slice);
+        if (slice.done) return end(`Done in ${((performance.now() - began) / 1000).toFixed(1)} s.`);
+      }
+    } catch (error) {
+      const stopped = error instanceof Error && "stopped" in error;
+      if (run === mine) end(stopped ? "Python stopped before the run was done." : `${messageOf(error)}.`);
+    }
+  }
+
+  function halt() {
+    if (!run) return;
+    const { record, rows } = run;
+    end(rows ? "Stopped. The rows below are those that were done." : "Stopped. The table is that of the run before.");
+    if (runtime.state === "live") runtime.job({ figure: figure.id, record, name, does: "stop" }).catch(() => {});
+  }
+
+  /** @type {(what: string, value: string) => Promise<void>} */
+  async function hand(what, value) {
+    if (await copy(value)) tell(`${what} copied.`);
+    else figure.offer(`${what}:`, value);
+  }
+
+  const csv = () => (kept ? `${found.caption}\n${found.csv}\n${kept.caption}\n${kept.csv}` : found.csv);
+
+  /** @type {Record<string, () => void>} */
+  const does = {
+    begin: work,
+    stop: halt,
+    keep() {
+      kept = found;
+      show();
+    },
+    drop() {
+      kept = null;
+      show();
+    },
+    csv: () => hand("Table", csv()),
+    save: () => save(fileName(figure.id, `-${name}.csv`), csv(), "text/csv"),
+    python: () => hand("Python", found.python),
+  };
+
+  /** @param {MouseEvent} event */
+  function press(event) {
+    const node = around(event, "[data-do], [data-sort]");
+    if (!(node instanceof HTMLButtonElement) || node.disabled) return;
+    if (node.dataset.do) return does[node.dataset.do]();
+    const by = Number(node.dataset.sort);
+    order = { by, falls: order.by === by && !order.falls };
+    show();
+  }
+
+  find(box, ".job-head").hidden = false; // and `show` replaces what it will have kept the place of
+  show();
+  return [
+    on(box, "click", press),
+    () => {
+      run = null;
+    },
+  ];
+}
+
+/** @param {Figure} figure */
+export function addJobs(figure) {
+  const boxes = /** @type {HTMLElement[]} */ ([...figure.root.querySelectorAll("section.job")]);
+  const disposers = boxes.flatMap((box) => job(figure, box));
+  return together(disposers);
+}

@@ -1,0 +1,92 @@
+// Links to a state (#fig-solve?s=…) and buttons in the text (Try this): both put a figure into a record and show it.
+/** @import { FigureRecord } from "../base/types.js" */
+/** @import { Figure } from "./figure.js" */
+
+import { sound } from "../base/checked_record.js";
+import { around, calm, copy, messageOf, on, together } from "../base/dom.js";
+import * as records from "../base/record.js";
+import { figures } from "./registry.js";
+import { runtime } from "../runtime/runtime.js";
+import { taped } from "../runtime/tape.js";
+
+/**
+ * Brings the stage into view, if it is not, and puts the focus on it.
+ * @param {Figure} figure
+ */
+function visit(figure) {
+  const { stage } = figure;
+  const { top, bottom } = stage.getBoundingClientRect();
+  const behavior = calm() ? "auto" : "smooth";
+  if (top < 0 || bottom > innerHeight) stage.scrollIntoView({ block: "center", behavior });
+  figure.focus();
+}
+
+/**
+ * Shows a record. Where it ends in a press that can be seen as a motion, the state before the press comes first.
+ * @param {Figure} figure
+ * @param {FigureRecord} wanted
+ */
+function show(figure, wanted) {
+  const before = records.back(wanted);
+  const pressed = wanted.log.at(-1)?.[0] === "press" && !records.pressed(figure.shown, wanted);
+  if (pressed && !calm() && (runtime.state === "live" || taped(figure.id, before))) figure.ask(before);
+  figure.ask(wanted);
+}
+
+/** @param {MouseEvent} event */
+function tried(event) {
+  const { figure: id = "", record = "{}" } = around(event, "button.try")?.dataset ?? {};
+  const figure = figures.get(id);
+  if (!figure) return;
+  const given = JSON.parse(record);
+  const { initial } = figure;
+  visit(figure);
+  show(figure, { ...initial, ...given, controls: { ...initial.controls, ...given.controls } });
+}
+
+function linked() {
+  const [id, data] = location.hash.slice(1).split("?s=");
+  const figure = figures.get(id);
+  if (!figure || data === undefined) return;
+  visit(figure);
+  try {
+    const { record, ignored } = sound(records.decode(data, figure.initial), figure.initial, figure.spec);
+    figure.ask(record);
+    if (ignored.length) figure.say(`Of the state in this page's address, this was ignored: ${ignored.join(", ")}.`);
+  } catch (error) {
+    figure.refuse(`The state in this page's address cannot be shown: ${messageOf(error)}.`);
+  }
+}
+
+/**
+ * Hands a link to the device's own sheet, where a finger asks and there is one; tells whether that was possible.
+ * @param {string} url
+ */
+async function handOn(url) {
+  if (!navigator.share || !matchMedia("(pointer: coarse)").matches) return false;
+  try {
+    await navigator.share({ title: document.title, url });
+  } catch (error) {
+    return error instanceof Error && error.name === "AbortError"; // the reader has closed the sheet
+  }
+  return true;
+}
+
+/** @param {Figure} figure */
+export function addLinkButton(figure) {
+  const button = figure.root.querySelector("[data-link]");
+  if (!button) return () => {};
+  return on(button, "click", async () => {
+    const link = figure.link();
+    if (await handOn(link)) return;
+    const without = figure.shown.given ? " Your clouds are not in it: whoever opens it opens the same files here." : "";
+    if (await copy(link)) figure.say(`Link copied.${without}`);
+    else figure.offer("Link to this state:", link);
+  });
+}
+
+export function followLinks() {
+  linked();
+  const disposers = [on(document, "click", tried), on(globalThis, "hashchange", linked)];
+  return together(disposers);
+}

@@ -1,0 +1,88 @@
+// The overlay over a figure's panels: buttons at world places (handles, crosshairs) that outlive every swap.
+/** @import { Figure } from "./figure.js" */
+/** @import { Rect } from "./coordinates.js" */
+
+/** @typedef {ReturnType<typeof createOverlay>} Overlay */
+
+import { make, on } from "../base/dom.js";
+import { drawing } from "./panels.js";
+
+/**
+ * Keeps buttons at places in percent of a panel. Boxes are measured when sizes change and not on every frame, which
+ * would make each swap wait for layout. What is measured is px of the screen; a slide beside its notes is drawn smaller
+ * than it is laid out.
+ * @param {Figure} figure
+ */
+export function createOverlay(figure) {
+  const { stage } = figure;
+  const there = /** @type {HTMLElement | null} */ (stage.querySelector(".figure-handles"));
+  const layer = there ?? stage.appendChild(make("div", { class: "figure-handles" }));
+  /** @type {Map<string, [x: number, y: number, width: number, height: number]>} */
+  const boxes = new Map();
+  /** @type {Map<HTMLElement, [panel: string, left: number, top: number]>} */
+  const places = new Map(); // in percent of the panel
+  /** @type {DOMRect | null} */
+  let origin = null; // the layer's place on the screen, until something scrolls
+  let scale = 1; // px of the screen to one of the layout
+
+  function measure() {
+    const from = (origin = layer.getBoundingClientRect());
+    scale = from.width / layer.offsetWidth || 1;
+    for (const { dataset } of /** @type {NodeListOf<HTMLElement>} */ (stage.querySelectorAll(".figure-panel"))) {
+      const name = dataset.panel ?? "";
+      const box = drawing(stage, name)?.getBoundingClientRect();
+      if (box) boxes.set(name, [box.left - from.left, box.top - from.top, box.width, box.height]);
+    }
+    for (const button of places.keys()) settle(button);
+  }
+
+  /** @param {HTMLElement} button */
+  function settle(button) {
+    const [panel, left, top] = places.get(button) ?? ["", 0, 0];
+    const [x, y, width, height] = boxes.get(panel) ?? [0, 0, 0, 0];
+    button.style.left = `${(x + (left / 100) * width) / scale}px`;
+    button.style.top = `${(y + (top / 100) * height) / scale}px`;
+  }
+
+  const watch = new ResizeObserver(measure);
+  [stage, ...stage.querySelectorAll(".figure-panel")].forEach((each) => watch.observe(each));
+  measure();
+  const scaled = figure.on("scaled", measure); // by a slide, which no observer tells
+  const scrolled = on(document, "scroll", () => (origin = null), { capture: true, passive: true });
+  return {
+    layer,
+    measure,
+    /**
+     * Where a panel's drawing is on the screen.
+     * @param {string} panel
+     * @returns {Rect}
+     */
+    rect(panel) {
+      origin ??= layer.getBoundingClientRect();
+      const [x, y, width, height] = boxes.get(panel) ?? [0, 0, 0, 0];
+      return { left: origin.left + x, top: origin.top + y, width, height };
+    },
+    /**
+     * Puts a button, whose centre is meant, at a place in percent of a panel.
+     * @param {HTMLElement} button
+     * @param {string} panel
+     * @param {number} left
+     * @param {number} top
+     */
+    put(button, panel, left, top) {
+      places.set(button, [panel, left, top]);
+      if (boxes.has(panel)) settle(button);
+      else measure();
+    },
+    /** @param {HTMLElement} button */
+    remove(button) {
+      places.delete(button);
+      button.remove();
+    },
+    dispose() {
+      watch.disconnect();
+      scaled();
+      scrolled();
+    },
+  };
+}

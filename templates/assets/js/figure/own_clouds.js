@@ -1,0 +1,212 @@
+// A reader's own clouds: two files, chosen or dropped. Their bytes go to Python in this page's worker and nowhere else;
+// what they hold, and what is wrong with them, Python says.
+/** @import { Figure } from "./figure.js" */
+/** @import { Overlay } from "./overlay.js" */
+
+import { around, findButton, messageOf, on, save, text, together } from "../base/dom.js";
+import { addPen } from "./pen.js";
+import { runtime } from "../runtime/runtime.js";
+
+const LARGEST = 24_000_000;
+/** @param {number} bytes */
+const megabytes = (bytes) => (bytes / 1e6).toFixed(1);
+
+/** @typedef {{ name: string, data: Uint8Array }} Thing  what is brought; without a name it was drawn */
+/** @typedef {Record<string, Thing>} Things  by place */
+
+/**
+ * @param {Figure} figure
+ * @param {Overlay} overlay
+ */
+export function addOwnClouds(figure, overlay) {
+  const box = /** @type {HTMLElement | null} */ (figure.root.querySelector(".own"));
+  if (!box) return () => {};
+  const places = figure.spec.takes;
+  /** @type {Map<string, string>} */
+  const words = new Map(); // fingerprint → what it is
+  /** @type {Map<string, Thing>} */
+  const latest = new Map(); // place → the thing brought there last: an answer to an earlier one is not heard
+  /** @type {Map<string, string>} */
+  const reading = new Map(); // place → the name of the file that is being read
+
+  /** @param {string} place */
+  const told = (place) => box.querySelector(`[data-told="${place}"]`);
+
+  /** @param {string} name */
+  const waits = (name) => (runtime.state === "live" ? `Reading ${name}.` : `${name} is read as soon as Python is up.`);
+
+  /**
+   * On what a record names; that may be forgotten by now, or have been brought on another visit.
+   * @param {string | undefined} key
+   */
+  function named(key) {
+    if (!key) return "Nothing yet.";
+    if (runtime.holds(key)) return words.get(key) ?? "";
+    const known = words.get(key);
+    return known ? `No longer kept, open it again. It was ${known}` : "Not here: open what this state was made with.";
+  }
+
+  function show() {
+    const { given = {} } = figure.record;
+    for (const place of places) {
+      const name = reading.get(place);
+      text(told(place), name ? waits(name) : named(given[place]));
+    }
+  }
+
+  /**
+   * The fingerprint of a thing, once Python has read it.
+   * @param {string} place
+   * @param {Thing} thing
+   */
+  async function read(place, { name, data }) {
+    if (name) reading.set(place, name);
+    show();
+    try {
+      const { key, words: said } = await runtime.give({ figure: figure.id, widget: figure.record.widget, name, data });
+      words.set(key, name ? `${name}: ${said}` : said);
+      return key;
+    } finally {
+      reading.delete(place);
+    }
+  }
+
+  /**
+   * Has the figure show these things; `alone`: in place of all that was there.
+   * @param {Things} things
+   */
+  async function bring(things, alone = false) {
+    if (alone) latest.clear();
+    for (const [place, thing] of Object.entries(things)) latest.set(place, thing);
+    /** @param {[place: string, key?: string]} found */
+    const mine = ([place]) => latest.get(place) === things[place];
+    /** @type {[place: string, key: string][]} */
+    const found = [];
+    runtime.start();
+    for (const [place, thing] of Object.entries(things)) {
+      try {
+        found.push([place, await read(place, thing)]);
+      } catch (error) {
+        show();
+        const why = messageOf(error).replace(/^ValueError: /, "");
+        if (mine([place])) figure.refuse(`${thing.name || "The drawing"}: ${why}.`);
+        return;
+      }
+    }
+    const heard = found.filter(mine);
+    if (found.length && !heard.length) return;
+    const before = figure.record.given ?? {};
+    /** @type {Record<string, string>} */
+    const given = { ...(alone ? {} : before), ...Object.fromEntries(heard) };
+    const same = places.every((place) => before[place] === given[place]);
+    const controls = { ...figure.record.controls, clouds: "own" };
+    const log = same ? figure.record.log : []; // a link's steps wait for the files that they were taken on
+    figure.ask({ ...figure.record, controls, log, given });
+    figure.speak();
+    show();
+  }
+
+  /**
+   * @param {File[]} files
+   * @param {string} [place]
+   */
+  async function open(files, place) {
+    const [one, other] = files;
+    const free = places.find((each) => !figure.record.given?.[each]) ?? places[0];
+    /** @type {Record<string, File>} */
+    const chosen = other ? { [places[0]]: one, [places[1]]: other } : { [place ?? free]: one };
+    const large = Object.values(chosen).find(({ size }) => size > LARGEST);
+    if (large) {
+      figure.refuse(`${large.name}: ${megabytes(large.size)} MB are more than the ${LARGEST / 1e6} MB that are read.`);
+      return;
+    }
+    pen.put();
+    /** @type {Things} */
+    const things = {};
+    for (const [each, file] of Object.entries(chosen)) {
+      try {
+        things[each] = { name: file.name, data: new Uint8Array(await file.arrayBuffer()) };
+      } catch (error) {
+        figure.refuse(`${file.name} cannot be read: ${messageOf(error)}.`);
+        return;
+      }
+    }
+    bring(things);
+  }
+
+  /** @param {Event} event */
+  function chosen(event) {
+    const target = /** @type {HTMLInputElement} */ (event.target);
+    if (target.type !== "file" || !target.files?.length) return;
+    open([...target.files], target.dataset.place);
+    target.value = ""; // the same file may be chosen again
+  }
+
+  /** @param {DragEvent} event */
+  const carries = (event) => event.dataTransfer?.types.includes("Files");
+
+  /** @param {DragEvent} event */
+  function over(event) {
+    if (!event.dataTransfer || !carries(event)) return;
+    event.preventDefault();
+    event.dataTransfer.dropEffect = "copy";
+    figure.root.classList.add("dropping");
+  }
+
+  /** @param {DragEvent} event */
+  function left(event) {
+    if (!figure.root.contains(/** @type {Node | null} */ (event.relatedTarget))) figure.root.classList.remove("dropping");
+  }
+
+  /** @param {DragEvent} event */
+  function dropped(event) {
+    if (!event.dataTransfer || !carries(event)) return;
+    event.preventDefault();
+    figure.root.classList.remove("dropping");
+    const files = [...event.dataTransfer.files];
+    if (files.length) open(files, around(event, "[data-place]")?.dataset.place);
+  }
+
+  function swap() {
+    const { given = {} } = figure.record;
+    const [one, other] = places.map((place) => given[place]);
+    const turned = { ...(other && { [places[0]]: other }), ...(one && { [places[1]]: one }) };
+    figure.ask({ ...figure.record, given: turned, log: [] });
+    figure.speak();
+  }
+
+  /** @param {MouseEvent} event */
+  function take(event) {
+    const name = around(event, "[data-file]")?.dataset.file ?? "";
+    const held = figure.frame.files?.[name];
+    if (held) save(name, held);
+  }
+
+  const files = /** @type {NodeListOf<HTMLButtonElement>} */ (box.querySelectorAll("[data-file]"));
+  const swapping = findButton(box, "[data-own=swap]");
+  const pen = addPen(figure, overlay, bring);
+  /** @param {DragEvent} event */
+  const missed = (event) => carries(event) && event.preventDefault(); // beside the figure: the page stays
+  const shown = () => {
+    for (const button of files) button.disabled = !figure.frame.files;
+    swapping.disabled = !figure.record.given;
+  };
+  const disposers = [
+    on(box, "change", chosen),
+    on(box, "click", take),
+    on(swapping, "click", swap),
+    on(figure.root, "dragover", over),
+    on(figure.root, "dragleave", left),
+    on(figure.root, "drop", dropped),
+    on(document, "dragover", missed),
+    on(document, "drop", missed),
+    figure.on("asked", show),
+    figure.on("state", show),
+    figure.on("frame", shown),
+    pen.dispose,
+  ];
+  box.hidden = runtime.state === "file";
+  show();
+  shown();
+  return together(disposers);
+}

@@ -1,0 +1,63 @@
+// Swaps a frame's panels into the stage. The handles' overlay stays, so that focus and pointer capture survive.
+
+/** @import { Panel } from "../base/types.js" */
+
+import { find, make, text } from "../base/dom.js";
+
+/** @type {(stage: HTMLElement, name: string) => HTMLElement | null} */
+export const panelOf = (stage, name) => stage.querySelector(`.figure-panel[data-panel="${CSS.escape(name)}"]`);
+
+/**
+ * The drawing of a panel.
+ * @type {(stage: HTMLElement, name: string) => SVGSVGElement | null}
+ */
+export const drawing = (stage, name) => panelOf(stage, name)?.querySelector("svg.plot") ?? null;
+
+/**
+ * Whether a panel is to be seen: a slide may show some of a figure's panels only.
+ * @type {(stage: HTMLElement, name: string) => boolean}
+ */
+export const onStage = (stage, name) => !panelOf(stage, name)?.hidden;
+
+/**
+ * The drawing that each panel element holds, as text: what has not changed is left alone.
+ * @type {WeakMap<HTMLElement, string>}
+ */
+const held = new WeakMap();
+
+/**
+ * A panel's caption: a line each, the first its name.
+ * @param {HTMLElement} panel
+ * @param {string} words
+ */
+function caption(panel, words) {
+  const lines = words.split("\n");
+  const told = panel.querySelector(".panel-caption");
+  if (!told) return;
+  while (told.children.length < lines.length) told.append(make("span"));
+  while (told.children.length > lines.length) told.lastChild?.remove();
+  lines.forEach((line, i) => text(told.children[i], line));
+}
+
+/**
+ * @param {HTMLElement} stage
+ * @param {Panel[]} panels
+ */
+export function swapPanels(stage, panels) {
+  const names = new Set(panels.map(({ name }) => name));
+  for (const gone of /** @type {NodeListOf<HTMLElement>} */ (stage.querySelectorAll(".figure-panel"))) {
+    if (!names.has(gone.dataset.panel ?? "")) gone.remove();
+  }
+  for (const { name, svg, caption: words } of panels) {
+    const there = panelOf(stage, name);
+    if (there) {
+      if (held.get(there) !== svg) find(there, "svg.plot").outerHTML = svg;
+      held.set(there, svg);
+      caption(there, words);
+      continue;
+    }
+    const panel = make("div", { class: "figure-panel", "data-panel": name });
+    panel.innerHTML = svg;
+    stage.insertBefore(panel, stage.querySelector(".figure-handles"));
+  }
+}

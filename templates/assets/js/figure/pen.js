@@ -1,0 +1,163 @@
+// Drawing two clouds by hand: strokes of the pointer, or single points by key. What is drawn goes to Python as the text of
+// a file would; the line under the pen is all that is drawn here, until the picture with the points is there.
+/** @import { Point } from "../base/types.js" */
+/** @import { Figure } from "./figure.js" */
+/** @import { Things } from "./own_clouds.js" */
+/** @import { Overlay } from "./overlay.js" */
+
+import { around, find, findButton, on, together } from "../base/dom.js";
+import { crosshair } from "./crosshairs.js";
+import { percent } from "./coordinates.js";
+
+const PANEL = "main";
+const APART = 0.12; // of the window's units, along a stroke
+const MOST = 2000; // points of a cloud
+const TURN = Math.PI / 7;
+const SHIFT = [0.7, -0.45];
+/** @param {number} value */
+const four = (value) => Math.round(value * 1e4) / 1e4 + 0;
+
+/** @typedef {{ place: string, points: Point[] }} Stroke */
+
+/**
+ * Points along a line through `corners`, evenly apart.
+ * @param {Point[]} corners
+ */
+function spread(corners) {
+  const points = [corners[0]];
+  for (const [x, y] of corners) {
+    for (;;) {
+      const [a, b] = points[points.length - 1];
+      const far = Math.hypot(x - a, y - b);
+      if (far < APART) break;
+      points.push([a + ((x - a) * APART) / far, b + ((y - b) * APART) / far]);
+    }
+  }
+  return points;
+}
+
+/** @type {(point: Point) => Point} */
+const moved = ([x, y]) => [
+  x * Math.cos(TURN) - y * Math.sin(TURN) + SHIFT[0],
+  x * Math.sin(TURN) + y * Math.cos(TURN) + SHIFT[1],
+];
+
+/**
+ * @param {Figure} figure
+ * @param {Overlay} overlay
+ * @param {(things: Things, alone: boolean) => void} bring
+ */
+export function addPen(figure, overlay, bring) {
+  const box = find(figure.root, ".own");
+  const panel = find(figure.stage, `.figure-panel[data-panel="${PANEL}"]`);
+  const [source, target] = figure.spec.takes;
+  const words = { does: "Put a point", hint: "Arrow keys move, Shift for larger steps; Enter puts a point." };
+  const cross = crosshair(figure, overlay, PANEL, words, () => {});
+  /** @type {Stroke[]} in the order they were drawn */
+  let strokes = [];
+  let place = ""; // which cloud is drawn, or none
+  /** @type {{ pointer: number, corners: Point[], ink: SVGPathElement } | null} */
+  let line = null; // { pointer, corners, ink } under way
+
+  /** @param {string} which */
+  const of = (which) => strokes.filter((each) => each.place === which).flatMap((each) => each.points);
+
+  /** The strokes so far as two clouds. */
+  function hand() {
+    /** @type {Things} */
+    const things = {};
+    for (const which of [source, target]) {
+      const rows = of(which).slice(0, MOST).map((point) => point.map(four).join(","));
+      const data = new TextEncoder().encode(["x,y", ...rows].join("\n"));
+      if (rows.length) things[which] = { name: "", data };
+    }
+    bring(things, true);
+  }
+
+  function show() {
+    for (const button of /** @type {NodeListOf<HTMLElement>} */ (box.querySelectorAll("[data-pen]"))) {
+      button.setAttribute("aria-pressed", String(button.dataset.pen === place));
+    }
+    for (const what of ["undo", "clear"]) findButton(box, `[data-own=${what}]`).disabled = !strokes.length;
+    findButton(box, "[data-own=copy]").disabled = !of(source).length;
+    figure.stage.classList.toggle("drawing", Boolean(place));
+    cross.button.hidden = !place;
+  }
+
+  /** Takes the pen for a cloud, or puts it away. */
+  function put(which = "") {
+    place = which;
+    show();
+  }
+
+  /** @param {Point[]} points */
+  function add(points) {
+    strokes.push({ place, points });
+    show();
+    hand();
+  }
+
+  /** @param {PointerEvent} event */
+  function begin(event) {
+    if (!place || line || event.button !== 0 || around(event, "button")) return;
+    overlay.measure();
+    const at = cross.where(event);
+    if (!at) return;
+    event.preventDefault();
+    const ink = document.createElementNS("http://www.w3.org/2000/svg", "path");
+    ink.setAttribute("class", `line thick ${place}`);
+    find(panel, "svg.plot").append(ink);
+    line = { pointer: event.pointerId, corners: [at], ink };
+    panel.setPointerCapture(event.pointerId);
+  }
+
+  /** @param {PointerEvent} event */
+  function follow(event) {
+    if (!line || event.pointerId !== line.pointer) return;
+    const at = cross.where(event);
+    if (!at) return;
+    line.corners.push(at);
+    const view = figure.viewOf(PANEL);
+    const px = line.corners.map((each) => percent(view, each).map((part, i) => Math.round((part / 10) * view[4 + i])));
+    line.ink.setAttribute("d", `M${px.map((each) => each.join(" ")).join("L")}`);
+  }
+
+  /** @param {PointerEvent} event */
+  function end(event) {
+    if (!line || event.pointerId !== line.pointer) return;
+    const { corners, ink } = line;
+    line = null;
+    if (event.type !== "pointercancel") add(spread(corners));
+    else ink.remove();
+  }
+
+  /** @param {MouseEvent} event */
+  function press(event) {
+    const { pen, own } = around(event, "button")?.dataset ?? {};
+    if (pen) {
+      put(pen === place ? "" : pen);
+      if (place) hand(); // what was drawn before, or an empty window
+    } else if (own === "undo") strokes.pop();
+    else if (own === "clear") strokes = [];
+    else if (own === "copy") {
+      const copies = strokes.filter((each) => each.place === source);
+      strokes = [...copies, ...copies.map(({ points }) => ({ place: target, points: points.map(moved) }))];
+    } else return;
+    show();
+    if (own) hand();
+  }
+
+  const disposers = [
+    ...cross.off,
+    on(cross.button, "click", (event) => {
+      if (event.detail === 0) add([cross.at]);
+    }),
+    on(box, "click", press),
+    on(panel, "pointerdown", begin),
+    on(panel, "pointermove", follow),
+    on(panel, "pointerup", end),
+    on(panel, "pointercancel", end),
+  ];
+  show();
+  return { put, dispose: together(disposers) };
+}

@@ -1,0 +1,183 @@
+// Pinned runs: a small table beside the figure of states worth keeping, with the settings in which they differ.
+/** @import { Control, FigureRecord, Readout, Value } from "../base/types.js" */
+/** @import { Figure } from "./figure.js" */
+
+import { sound } from "../base/checked_record.js";
+import { around, copy, fileName, make, on, save, together } from "../base/dom.js";
+import { store } from "../base/store.js";
+import { shownValue } from "./controls.js";
+
+const MOST = 50;
+
+/** @typedef {{ record: FigureRecord, readouts: Omit<Readout, "role">[] }} Pin */
+/** @typedef {Record<string, Control>} Controls */
+/** @typedef {[heading: string, cell: (pin: Pin) => string]} Column */
+
+/** @type {(pins: Pin[], of: (pin: Pin) => unknown) => boolean} */
+const differ = (pins, of) => new Set(pins.map(of)).size > 1;
+/** @type {(named: { label: string, unit?: string }) => string} */
+const withUnit = ({ label, unit }) => (unit ? `${label} (${unit})` : label);
+
+/**
+ * A readout without a value, such as the error of no rotation, has no unit either; its column has.
+ * @type {(pins: Pin[], name: string) => string}
+ */
+const unitOf = (pins, name) =>
+  pins.flatMap((pin) => pin.readouts).find((each) => each.name === name && each.unit)?.unit ?? "";
+
+/**
+ * Every column; `all` also takes the settings that are equal in all rows.
+ * @type {(specs: Controls, pins: Pin[], all: boolean) => Column[]}
+ */
+function columns(specs, pins, all) {
+  /** @type {(name: string) => (pin: Pin) => Value} */
+  const shown = (name) => (pin) => pin.record.controls[name];
+  const settings = Object.entries(specs).filter(([name]) => all || differ(pins, shown(name)));
+  const seed = all || differ(pins, (pin) => pin.record.seed);
+  const readouts = /** @type {Pin} */ (pins.at(-1)).readouts.map((each) => ({ ...each, unit: unitOf(pins, each.name) }));
+  /** @type {(pin: Pin, name: string) => string} */
+  const value = (pin, name) => pin.readouts.find((each) => each.name === name)?.value ?? "–";
+  /** @type {(name: string, spec: Control) => Column} */
+  const setting = (name, spec) => {
+    const [unitless, unit] = spec.kind === "slider" ? [{ ...spec, unit: "" }, spec.unit] : [spec, ""];
+    return [withUnit({ label: spec.label, unit }), (pin) => shownValue(unitless, shown(name)(pin))];
+  };
+  /** @type {Column[]} */
+  const seeds = seed ? [["Seed", (pin) => String(pin.record.seed)]] : [];
+  return [
+    ...settings.map(([name, spec]) => setting(name, spec)),
+    ...seeds,
+    ["Actions", (pin) => String(pin.record.log.length)],
+    ...readouts.map((each) => /** @type {Column} */ ([withUnit(each), (/** @type {Pin} */ pin) => value(pin, each.name)])),
+  ];
+}
+
+/** @type {(specs: Controls, pins: Pin[]) => string} */
+function csv(specs, pins) {
+  /** @param {string} value */
+  const cell = (value) => (/[",\n]/.test(value) ? `"${value.replaceAll('"', '""')}"` : value).replaceAll("−", "-");
+  const all = columns(specs, pins, true);
+  const rows = [all.map(([heading]) => heading), ...pins.map((pin) => all.map(([, of]) => of(pin)))];
+  return rows.map((row) => row.map(cell).join(",")).join("\n") + "\n";
+}
+
+/** @type {(specs: Controls, pins: Pin[]) => HTMLTableElement} */
+function table(specs, pins) {
+  const shown = columns(specs, pins, false);
+  /** @type {(what: string, i: number) => HTMLButtonElement} */
+  const button = (what, i) =>
+    make("button", { type: "button", "data-do": what, "data-row": i, "aria-label": `${what} run ${i + 1}` }, what);
+  /** @type {(pin: Pin, i: number) => HTMLTableRowElement} */
+  const row = (pin, i) =>
+    make(
+      "tr",
+      {},
+      make("th", { scope: "row" }, String(i + 1)),
+      ...shown.map(([, of]) => make("td", {}, of(pin))),
+      make("td", { class: "runs-do" }, button("Restore", i), " ", button("Remove", i)),
+    );
+  const heads = ["Run", ...shown.map(([heading]) => heading)].map((heading) => make("th", { scope: "col" }, heading));
+  return make(
+    "table",
+    {},
+    make("caption", {}, "Pinned runs"),
+    make("thead", {}, make("tr", {}, ...heads, make("td"))),
+    make("tbody", {}, ...pins.map(row)),
+  );
+}
+
+const WORDS = ["name", "label", "value", "unit"];
+/** @param {any} each */
+const read = (each) => WORDS.every((word) => typeof each?.[word] === "string");
+
+/**
+ * What an earlier visit or another tab kept, as far as it still is a pin of this figure. A control that the figure got
+ * since then stands where the page has it; a run that cannot be done any more is none.
+ * @type {(key: string, figure: Figure) => Pin[]}
+ */
+function kept(key, { initial, spec }) {
+  const pins = store.get(key);
+  if (!Array.isArray(pins)) return [];
+  return pins.slice(-MOST).flatMap((pin) => {
+    const { controls, seed, log, widget, given } = pin?.record ?? {};
+    if (widget !== initial.widget || !Array.isArray(log) || !Array.isArray(pin.readouts)) return [];
+    const { record } = sound({ controls: { ...controls }, seed, log, given }, initial, spec);
+    if (record.seed !== seed || record.log.length < log.length) return [];
+    return [{ record, readouts: pin.readouts.filter(read) }];
+  });
+}
+
+/** @param {Figure} figure */
+export function addPins(figure) {
+  const box = /** @type {HTMLElement | null} */ (figure.root.querySelector(".runs"));
+  const pin = /** @type {HTMLElement | null} */ (figure.root.querySelector("[data-pin]"));
+  if (!box || !pin) return () => {};
+  const specs = figure.spec.controls;
+  const key = `ladder-pins:${location.pathname}#${figure.id}`;
+  let pins = kept(key, figure);
+  let stored = true;
+
+  function show() {
+    if (!box) return;
+    box.hidden = pins.length === 0;
+    if (box.hidden) {
+      box.replaceChildren();
+      return;
+    }
+    const scroll = make("div", { class: "runs-scroll", tabindex: "0", role: "group", "aria-label": "Pinned runs" });
+    scroll.append(table(specs, pins));
+    /** @type {(what: string, words: string) => HTMLButtonElement} */
+    const tool = (what, words) => make("button", { type: "button", "data-do": what }, words);
+    box.replaceChildren(scroll, tool("Copy", "Copy as CSV"), " ", tool("Save", "Save as CSV"));
+  }
+
+  /** Another tab may have pinned or removed runs; where nothing is stored, the page's own are all there are. */
+  function look() {
+    if (stored) pins = kept(key, figure);
+    show();
+  }
+
+  /** @param {Pin[]} next */
+  function keep(next) {
+    pins = next.slice(-MOST);
+    stored = store.set(key, pins);
+    show();
+  }
+
+  /** @type {Record<string, (row: number) => void>} */
+  const does = {
+    Restore: (row) => figure.ask(pins[row].record),
+    Remove(row) {
+      keep(pins.filter((_, i) => i !== row));
+      const left = /** @type {NodeListOf<HTMLElement>} */ (box.querySelectorAll('[data-do="Remove"]'));
+      (left[Math.min(row, pins.length - 1)] ?? pin).focus();
+    },
+    async Copy() {
+      const text = csv(specs, pins);
+      if (await copy(text)) figure.say("Pinned runs copied.");
+      else figure.offer("Pinned runs:", text);
+    },
+    Save: () => save(fileName(figure.id, "-runs.csv"), csv(specs, pins), "text/csv"),
+  };
+  const disposers = [
+    on(globalThis, "storage", (event) => event.key === key && look()),
+    on(globalThis, "pageshow", (event) => event.persisted && look()),
+    on(pin, "click", () => {
+      look();
+      const full = pins.length === MOST;
+      const readouts = figure.frame.readouts.map(({ name, label, value, unit }) => ({ name, label, value, unit }));
+      keep([...pins, { record: figure.shown, readouts }]);
+      const notes = [
+        full && `No more than ${MOST} are kept: the oldest one was dropped.`,
+        !stored && "This browser could not store it: it is gone when you leave this page.",
+      ];
+      figure.say([`Run ${pins.length} pinned.`, ...notes.filter(Boolean)].join(" "));
+    }),
+    on(box, "click", (event) => {
+      const node = around(event, "[data-do]");
+      if (node) does[node.dataset.do ?? ""](Number(node.dataset.row));
+    }),
+  ];
+  show();
+  return together(disposers);
+}

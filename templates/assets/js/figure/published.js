@@ -1,0 +1,37 @@
+// A page that is open while the site is published anew asks for files that are gone. Where Python could not be loaded, it
+// looks whether that is why: then a reload helps, and nothing else does.
+/** @import { Figure } from "./figure.js" */
+
+import * as records from "../base/record.js";
+import { figures } from "./registry.js";
+import { runtime } from "../runtime/runtime.js";
+
+/**
+ * What a page would load later, by names that hold the content's hash.
+ * @param {Document} page
+ */
+const later = (page) => JSON.stringify({ ...page.body.dataset });
+
+async function look() {
+  const answer = await fetch(location.pathname + location.search, { cache: "no-cache" });
+  if (!answer.ok) return;
+  const now = new DOMParser().parseFromString(await answer.text(), "text/html");
+  published.anew = later(now) !== later(document);
+  for (const figure of figures.values()) figure.tell();
+}
+
+export const published = {
+  anew: false,
+  /**
+   * Loads the page as it is now; the state that the reader wants of a figure goes along in the address.
+   * @param {Figure} figure
+   */
+  reload(figure) {
+    if (figure.waiting) history.replaceState(null, "", `#${figure.id}?s=${records.encode(figure.record)}`);
+    location.reload();
+  },
+};
+
+runtime.on("change", () => {
+  if (runtime.state === "failed" && !runtime.stopped) look().catch(() => {}); // no network: nothing is known
+});

@@ -1,0 +1,67 @@
+// The numbers, the words and the Python beside a figure follow its frames.
+/** @import { Frame, Readout } from "../base/types.js" */
+/** @import { Figure } from "./figure.js" */
+
+import { copy, fileName, make, on, save, text, together } from "../base/dom.js";
+
+/** @param {Readout} readout */
+const row = ({ name, label, role }) =>
+  make(
+    "div",
+    { class: `readout ${role}`.trim(), "data-readout": name },
+    make("dt", {}, label),
+    make("dd", {}, make("span", { class: "value" }), " ", make("span", { class: "unit" })),
+  );
+
+/**
+ * @param {HTMLElement | null} list
+ * @param {Frame} frame
+ */
+function readouts(list, frame) {
+  if (!list) return;
+  const chosen = list.dataset.chosen?.split(" "); // on a slide not all of them stand beside the picture
+  const shown = frame.readouts.filter(({ name }) => chosen?.includes(name) ?? true);
+  const there = /** @type {HTMLElement[]} */ ([...list.children]).map((each) => each.dataset.readout).join();
+  if (there !== shown.map(({ name }) => name).join()) list.replaceChildren(...shown.map(row));
+  shown.forEach(({ label, value, unit }, i) => {
+    text(list.children[i].querySelector("dt"), label);
+    text(list.children[i].querySelector(".value"), value);
+    text(list.children[i].querySelector(".unit"), unit);
+  });
+}
+
+/** @param {Figure} figure */
+export const showReadouts = (figure) => {
+  const list = /** @type {HTMLElement | null} */ (figure.root.querySelector(".readouts"));
+  return figure.on("frame", (frame) => readouts(list, frame));
+};
+
+/** @param {Figure} figure */
+export function showWords(figure) {
+  const { root } = figure;
+  const words = root.querySelector(".figure-words");
+  const code = root.querySelector(".figure-python code");
+  const disposers = [
+    figure.on("frame", (frame) => {
+      text(words, frame.description);
+      text(code, frame.python);
+    }),
+  ];
+  if (code) {
+    /** @param {string} label */
+    const button = (label) => make("button", { type: "button" }, label);
+    const [take, file] = [button("Copy the Python"), button("Download as .py")];
+    const tools = make("div", { class: "figure-tools" }, take, file);
+    code.closest("pre")?.after(tools);
+    const python = () => code.textContent ?? "";
+    disposers.push(
+      on(take, "click", async () => {
+        if (await copy(python())) figure.say("Python copied.");
+        else getSelection()?.selectAllChildren(code);
+      }),
+      on(file, "click", () => save(fileName(figure.id, ".py"), python(), "text/x-python")),
+      () => tools.remove(),
+    );
+  }
+  return together(disposers);
+}

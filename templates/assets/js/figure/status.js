@@ -1,0 +1,149 @@
+// The status line: what a figure waits for, why it failed, what it notes. What has to be heard of it, the voice says.
+/** @import { Progress, Question } from "../base/types.js" */
+/** @import { Figure } from "./figure.js" */
+
+import { around, find, make, on, text, together } from "../base/dom.js";
+import { limits } from "../base/limits.js";
+import { published } from "./published.js";
+import { figures } from "./registry.js";
+import { runtime } from "../runtime/runtime.js";
+import { frugal } from "../runtime/start.js";
+
+const LONGEST = 280; // characters: what comes from an address or a file may be of any length
+/** @param {number} bytes */
+const megabytes = (bytes) => (bytes / 1e6).toFixed(1);
+/** @type {Record<string, string>} */
+const STAGES = { python: "unpacking", numpy: "starting numpy", widgets: "starting the solvers" };
+const FROM_DISK =
+  "Opened from disk: to bring the figures alive, run “python3 -m http.server” in this folder and open localhost:8000.";
+
+/** @param {string} words */
+const short = (words) => (words.length > LONGEST ? `${words.slice(0, LONGEST - 2).trimEnd()} …` : words);
+
+function progress() {
+  const { loaded, total, stage } = runtime;
+  return STAGES[stage] ?? `${megabytes(loaded)} of ${megabytes(total)} MB`;
+}
+
+/** @param {Progress} replay */
+function replaying({ replayed, of, reads }) {
+  if (of === undefined) return { words: `Python is reading ${reads || "the drawing"} again.` };
+  return { words: "Bringing back what was done:", progress: `${replayed} of ${of} actions` };
+}
+
+/**
+ * What the line says: words, progress, which ways on, and whether the words are to be heard, since the reader asked for
+ * something. `late`: the answer that is being drawn takes long.
+ * @param {Figure} figure
+ * @param {boolean} late
+ * @returns {{ words: string, progress?: string, ways: string[], heard?: boolean }}
+ */
+function told(figure, late) {
+  if (figure.error) {
+    const words = runtime.state === "file" ? `${figure.error} ${FROM_DISK}` : figure.error;
+    return { words, ways: runtime.state === "file" ? [] : ["Reset"], heard: true };
+  }
+  const waits = figure.waiting;
+  if (runtime.state === "failed" && (waits || figure.visible)) {
+    const kept = waits ? " What you did is kept." : "";
+    if (published.anew) return { words: `This site has been published anew.${kept}`, ways: ["Reload"], heard: waits };
+    const choices = runtime.stopped ? ["Retry", "Reset"] : ["Retry"];
+    return { words: `${runtime.message}.${kept}`, ways: choices, heard: waits };
+  }
+  if (waits && runtime.state !== "live") {
+    const words = "Python is starting; this will then be shown.";
+    return { words, progress: progress(), ways: [], heard: true };
+  }
+  const first = figures.values().next().value === figure;
+  if (runtime.state === "file" && first) return { words: FROM_DISK, ways: [] };
+  if (runtime.state === "idle" && frugal && !figure.frame.note) {
+    return { words: `Python (${megabytes(runtime.total)} MB) loads when you first need it.`, ways: [] };
+  }
+  if (late && figure.replay) return { ...replaying(figure.replay), ways: ["Cancel"], heard: true };
+  if (late) return { words: "Python is working on this.", ways: [], heard: true };
+  return { words: figure.frame.note, ways: [] };
+}
+
+/** @type {Record<string, (figure: Figure) => void>} */
+const ways = {
+  Retry: () => runtime.restart(),
+  Reset: (figure) => figure.reset(),
+  Cancel(figure) {
+    figure.leave();
+    figure.say("Cancelled. The figure is as it was.");
+  },
+  Reload: (figure) => published.reload(figure),
+};
+
+/** @param {Figure} figure */
+export function addStatus(figure) {
+  const line = find(figure.root, ".figure-status");
+  const words = make("span", { class: "status-words" });
+  const bytes = make("span", { class: "status-progress", "aria-hidden": "true" });
+  const choices = make("span", { class: "status-ways" });
+  const offer = make("span", { class: "status-offer" });
+  let offered = "";
+  let passing = ""; // said once, gone with the next question
+  let heard = ""; // of what the line says now
+  /** @type {Question | null} */
+  let watched = null; // the question that is being drawn
+  let late = false; // its answer
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  let patience;
+  line.replaceChildren(words, " ", bytes, choices, offer);
+
+  function watch() {
+    const newer = watched && figure.replay; // the newer question takes the replay on
+    if (watched === figure.asked || (figure.asked && newer)) return;
+    watched = figure.asked;
+    late = false;
+    clearTimeout(patience);
+    if (!watched) return;
+    patience = setTimeout(() => {
+      late = true;
+      show();
+    }, limits.slow);
+  }
+
+  function show() {
+    watch();
+    const now = told(figure, late);
+    text(words, short(passing || now.words));
+    text(bytes, now.progress ?? "");
+    if (offered !== now.ways.join()) {
+      offered = now.ways.join();
+      if (choices.contains(document.activeElement)) figure.focus();
+      choices.replaceChildren(...now.ways.map((way) => make("button", { type: "button", "data-way": way }, way)));
+    }
+    const aloud = now.heard ? short(now.words) : "";
+    if (heard !== aloud) figure.announce((heard = aloud));
+  }
+
+  /** @param {string} message */
+  function say(message) {
+    passing = message;
+    show();
+    figure.announce(short(message));
+  }
+
+  const disposers = [
+    figure.on("say", say),
+    figure.on("offer", (label, value) => {
+      const field = make("input", { type: "text", readonly: true, value, "aria-label": label });
+      say(label);
+      offer.replaceChildren(field);
+      field.focus();
+      field.select();
+    }),
+    () => clearTimeout(patience),
+    figure.on("state", show),
+    figure.on("seen", show),
+    figure.on("asked", () => {
+      passing = "";
+      offer.replaceChildren();
+    }),
+    on(choices, "click", (event) => ways[around(event, "[data-way]")?.dataset.way ?? ""]?.(figure)),
+  ];
+  show();
+  return together(disposers);
+}

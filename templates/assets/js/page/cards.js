@@ -1,0 +1,124 @@
+// Cards of citations and of terms: shown on hover, focus and tap, one at a time; Escape closes; the pointer may move into the card.
+import { around, on, together } from "../base/dom.js";
+
+const OPEN = 120; // ms
+const CLOSE = 250;
+const EDGE = 8; // px
+
+/** @param {HTMLElement} link */
+const cardOf = (link) => document.getElementById(link.dataset.card ?? "");
+
+/** Screen readers hear of the cards that are there. */
+export function describeCards() {
+  for (const link of /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll("a[data-card]"))) {
+    const card = cardOf(link);
+    if (card) link.setAttribute("aria-describedby", card.id);
+  }
+}
+
+export function addCards() {
+  /** @type {{ link: HTMLElement, card: HTMLElement, tapped?: boolean } | null} */
+  let shown = null;
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  let due;
+  let finger = false;
+
+  /** @param {Event} event */
+  const linkAt = (event) => around(event, "a[data-card]");
+
+  /** @param {Event} event */
+  const holds = (event) => shown?.card.contains(/** @type {Node | null} */ (event.target)) ?? false;
+
+  function close() {
+    clearTimeout(due);
+    if (shown) shown.card.hidden = true;
+    shown = null;
+  }
+
+  /** @param {HTMLElement} link */
+  function open(link) {
+    clearTimeout(due);
+    const card = cardOf(link);
+    if (!card || shown?.link === link) return;
+    close();
+    card.hidden = false;
+    shown = { link, card };
+    place(link, card);
+  }
+
+  /**
+   * Under the link, or over it where there is no room; never over an edge of the screen.
+   * @param {HTMLElement} link
+   * @param {HTMLElement} card
+   */
+  function place(link, card) {
+    const at = link.getClientRects()[0];
+    card.style.position = "fixed";
+    card.style.left = card.style.top = "0px";
+    const { width, height } = card.getBoundingClientRect();
+    const left = Math.max(EDGE, Math.min(at.left, document.documentElement.clientWidth - width - EDGE));
+    const under = at.bottom + EDGE / 2;
+    const top = under + height > innerHeight && at.top > height ? at.top - height - EDGE / 2 : under;
+    card.style.left = `${left}px`;
+    card.style.top = `${top}px`;
+  }
+
+  function follow() {
+    if (!shown) return;
+    const { top, bottom } = shown.link.getBoundingClientRect();
+    if (bottom < 0 || top > innerHeight) close();
+    else place(shown.link, shown.card);
+  }
+
+  /** @type {(then: () => void, wait: number) => void} */
+  function later(then, wait) {
+    clearTimeout(due);
+    due = setTimeout(then, wait);
+  }
+
+  /**
+   * A card that the focus opened stays: the page scrolls under a pointer that rests.
+   * @param {PointerEvent} event
+   */
+  function over(event) {
+    if (event.pointerType === "touch") return;
+    const link = linkAt(event);
+    if (link) later(() => open(link), OPEN);
+    else if (holds(event) || shown?.link === document.activeElement) clearTimeout(due);
+    else later(close, CLOSE);
+  }
+
+  /** @param {MouseEvent} event */
+  function tap(event) {
+    const link = linkAt(event);
+    if (link && finger && !(shown?.tapped && shown.link === link)) {
+      event.preventDefault();
+      open(link);
+      if (shown) shown.tapped = true;
+    } else if (!link && shown && !holds(event)) close();
+  }
+
+  /** @param {FocusEvent} event */
+  function focus(event) {
+    const link = linkAt(event);
+    if (link) open(link);
+    else if (shown && !holds(event)) close();
+  }
+
+  describeCards();
+  const disposers = [
+    on(document, "pointerover", over),
+    on(document, "pointerdown", (event) => {
+      finger = event.pointerType === "touch";
+    }),
+    on(document, "click", tap),
+    on(document, "focusin", focus),
+    on(document, "keydown", (event) => {
+      if (event.key === "Escape") close();
+    }),
+    on(globalThis, "scroll", follow, { passive: true }),
+    on(globalThis, "resize", follow),
+    close,
+  ];
+  return together(disposers);
+}

@@ -1,0 +1,40 @@
+// The page about the site: a button that forgets what the browser keeps of it, and one that copies its citation.
+import { copy, make, on, text } from "../base/dom.js";
+
+/** The worker that keeps the pages, and all that it has kept of this site. */
+async function unkeep() {
+  const registration = await navigator.serviceWorker.getRegistration();
+  if (!registration) return;
+  const ours = `ladder-offline:${new URL(registration.scope).pathname}:`;
+  const kept = (await caches.keys()).filter((name) => name.startsWith(ours));
+  await Promise.all([...kept.map((name) => caches.delete(name)), registration.unregister()]);
+}
+
+async function unstore() {
+  const ours = Object.keys(localStorage).filter((key) => key.startsWith("ladder-"));
+  ours.forEach((key) => localStorage.removeItem(key));
+}
+
+/** What the browser forbids to ask for it has not kept either. */
+const forget = () => Promise.allSettled([unstore(), unkeep()]);
+
+/** @param {HTMLElement} place */
+export function addForgetButton(place) {
+  const button = make("button", { type: "button", class: "button" }, "Forget all of it");
+  const told = make("span", { role: "status" });
+  place.replaceChildren(button, " ", told);
+  return on(button, "click", async () => {
+    await forget();
+    text(told, "Forgotten. What you visit next is kept again.");
+  });
+}
+
+/** @param {HTMLElement} block */
+export function addCopyButton(block) {
+  const button = make("button", { type: "button", class: "button" }, "Copy");
+  block.nextElementSibling?.replaceChildren(button);
+  return on(button, "click", async () => {
+    if (await copy(block.textContent ?? "")) text(button, "Copied");
+    else getSelection()?.selectAllChildren(block);
+  });
+}

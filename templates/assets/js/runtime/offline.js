@@ -1,0 +1,60 @@
+// Keeps the site for offline use once the browser is idle, and says at the page's foot when all of it is kept.
+import { idle, text } from "../base/dom.js";
+import { runtime } from "./runtime.js";
+import { frugal } from "./start.js";
+
+const worker = new URL("../sw.js", /** @type {HTMLScriptElement} */ (document.currentScript).src);
+
+/** ready: every page and Python are kept, so that all works without the server. */
+export const offline = { ready: false };
+
+/**
+ * Until Python is up, or is not wanted yet: two loads of it at once would only slow each other down.
+ * @returns {Promise<void>}
+ */
+function quiet() {
+  return new Promise((resolve) => {
+    const stop = runtime.on("change", look);
+    function look() {
+      if (runtime.state === "loading") return;
+      stop();
+      resolve();
+    }
+    look();
+  });
+}
+
+/**
+ * @param {ServiceWorker} active
+ * @returns {Promise<{ kept: boolean, bytes: number }>}
+ */
+function ask(active) {
+  return new Promise((resolve) => {
+    const { port1, port2 } = new MessageChannel();
+    port1.onmessage = ({ data }) => {
+      port1.close();
+      resolve(data);
+    };
+    active.postMessage({ keep: true }, [port2]);
+  });
+}
+
+async function keep() {
+  try {
+    await quiet();
+    await navigator.serviceWorker.register(worker);
+    const { active } = await navigator.serviceWorker.ready;
+    await quiet();
+    const { kept, bytes } = await ask(/** @type {ServiceWorker} */ (active));
+    if (!kept) return;
+    offline.ready = true;
+    text(document.querySelector(".site-kept"), `Works offline: kept on this device (${(bytes / 1e6).toFixed(1)} MB)`);
+  } catch {
+    // a browser may refuse, or have no such thing; the site works all the same
+  }
+}
+
+export function keepOffline() {
+  if (frugal || !location.protocol.startsWith("http")) return;
+  idle(() => idle(keep)); // Python's start, where a figure is in sight, waits for the first of them
+}

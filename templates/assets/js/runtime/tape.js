@@ -1,0 +1,58 @@
+// Tapes: frames recorded at build time, by record. A classic script each, so that they load from disk as well.
+/** @import { Dispose, FigureRecord, Frame } from "../base/types.js" */
+
+import { make } from "../base/dom.js";
+import { emitter } from "../base/emitter.js";
+import * as records from "../base/record.js";
+
+/**
+ * Figure id → (record key → frame).
+ * @type {Map<string, Map<string, Frame>>}
+ */
+const tapes = new Map();
+/** @type {ReturnType<typeof emitter<Record<string, []>>>} */
+const arrivals = emitter();
+
+/**
+ * Listens for a figure's tape.
+ * @type {(id: string, heard: () => void) => Dispose}
+ */
+export const onTape = (id, heard) => arrivals.on(id, heard);
+
+/**
+ * What a tape file calls. A panel's `svg` is there the number of its drawing.
+ * @param {string} id
+ * @param {string[]} drawings
+ * @param {{ record: FigureRecord, frame: Frame }[]} entries
+ */
+export function receiveTape(id, drawings, entries) {
+  for (const { frame } of entries) for (const panel of frame.panels) panel.svg = drawings[Number(panel.svg)];
+  tapes.set(id, new Map(entries.map(({ record, frame }) => [records.key(record), frame])));
+  arrivals.emit(id);
+}
+
+/**
+ * The recorded frame of a figure's record, if there is one.
+ * @type {(id: string, record: FigureRecord) => Frame | undefined}
+ */
+export const taped = (id, record) => tapes.get(id)?.get(records.key(record));
+
+/**
+ * Adds the figure's tape once the figure comes near the screen; without it the runtime answers all the same.
+ * @param {HTMLElement} root
+ * @returns {Dispose}
+ */
+export function loadTape(root) {
+  const { tape } = root.dataset;
+  if (!tape) return () => {};
+  const watch = new IntersectionObserver(
+    (entries) => {
+      if (!entries.some((entry) => entry.isIntersecting)) return;
+      watch.disconnect();
+      document.head.append(make("script", { src: tape }));
+    },
+    { rootMargin: "600px" },
+  );
+  watch.observe(root);
+  return () => watch.disconnect();
+}

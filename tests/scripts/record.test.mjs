@@ -1,0 +1,96 @@
+// Records: how links carry them, what counts as the same state, what is taken of a stranger's.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { sound } from "../../templates/assets/js/base/checked_record.js";
+import * as records from "../../templates/assets/js/base/record.js";
+
+const INITIAL = { widget: "toy", preset: "default", controls: { noise: 0.1, scene: "clean", loud: false }, seed: 0, log: [] };
+const SPEC = {
+  buttons: [{ name: "go", label: "Go", does: "press", repeats: "" }],
+  controls: {
+    noise: { kind: "slider", label: "Noise", keeps: "log", low: 0, high: 1, step: 0.05, unit: "", decimals: 2 },
+    scene: { kind: "choice", label: "Scene", keeps: "nothing", options: { clean: "Clean", noisy: "Noisy" }, sets: { noisy: { noise: 0.9 } } },
+    loud: { kind: "toggle", label: "Loud", keeps: "pose" },
+  },
+  handles: ["start"],
+  clicks: [],
+  hovers: ["main"],
+  takes: ["source"],
+  details: 1,
+};
+
+test("a link brings back the record that was put into it", () => {
+  const record = records.drag(records.press(INITIAL, "go"), "start", [1.23456, -0.00001]);
+  const given = { ...record, given: { source: "0123456789abcdef0123456789abcdef" }, preset: "Größe – 漢字 🦉" };
+  const data = records.encode(given);
+  assert.match(data, /^[A-Za-z0-9_-]+$/);
+  assert.deepEqual(records.decode(data, INITIAL), given);
+});
+
+test("a link that is damaged or another figure's is told so", () => {
+  const other = records.encode({ ...INITIAL, widget: "other" });
+  assert.throws(() => records.decode(other, INITIAL), { message: "it belongs to another figure" });
+  assert.throws(() => records.decode("%%%", INITIAL), { message: "it is damaged" });
+  assert.throws(() => records.decode(records.encode({ ...INITIAL, log: 7 }), INITIAL), { message: "it is damaged" });
+  assert.throws(() => records.decode("A".repeat(200_001), INITIAL), { message: "it is too long" });
+});
+
+test("places are written with four decimals and no minus zero", () => {
+  assert.deepEqual(records.drag(INITIAL, "start", [0.123449, -0.00001]).log, [["drag", "start", 0.1234, 0]]);
+});
+
+test("a drag and what is pointed at replace the last of their kind, and a click does not", () => {
+  const dragged = records.drag(records.drag(INITIAL, "start", [1, 1]), "start", [2, 2]);
+  assert.deepEqual(dragged.log, [["drag", "start", 2, 2]]);
+  assert.equal(records.drag(dragged, "end", [3, 3]).log.length, 2);
+  assert.equal(records.hover(records.hover(INITIAL, "main", [1, 1]), "main", [2, 2]).log.length, 1);
+  assert.equal(records.click(records.click(INITIAL, "main", [1, 1]), "main", [2, 2]).log.length, 2);
+});
+
+test("no action changes the record that it begins from", () => {
+  const frozen = Object.freeze({ ...INITIAL, controls: Object.freeze({ ...INITIAL.controls }), log: Object.freeze([]) });
+  records.reseed(records.back(records.press(frozen, "go")));
+  records.control(frozen, "noise", 0.5, SPEC.controls.noise);
+  assert.deepEqual(frozen, INITIAL);
+});
+
+test("the key is the same for the same state, in whatever order its controls stand", () => {
+  const turned = { ...INITIAL, controls: { loud: false, scene: "clean", noise: 0.1 } };
+  assert.equal(records.key(turned), records.key(INITIAL));
+  assert.notEqual(records.key(records.press(INITIAL, "go")), records.key(INITIAL));
+});
+
+test("a control brings along what its option sets, and keeps of the log what its spec says", () => {
+  const record = records.press(records.drag(INITIAL, "start", [1, 1]), "go");
+  assert.deepEqual(records.control(record, "scene", "noisy", SPEC.controls.scene), {
+    ...INITIAL, controls: { noise: 0.9, scene: "noisy", loud: false },
+  });
+  assert.equal(records.control(record, "noise", 0.5, SPEC.controls.noise).log.length, 2);
+  assert.deepEqual(records.control(record, "loud", true, SPEC.controls.loud).log, [["drag", "start", 1, 1]]);
+});
+
+test("only one press more is a motion", () => {
+  const once = records.press(INITIAL, "go");
+  assert.ok(records.pressed(INITIAL, once));
+  assert.ok(!records.pressed(INITIAL, records.press(once, "go")));
+  assert.ok(!records.pressed(once, INITIAL));
+});
+
+test("of a stranger's record what is sound is taken, and the rest is named", () => {
+  const given = {
+    controls: { noise: 7, scene: "noisy", constructor: 1 },
+    seed: -1,
+    log: [["press", "go"], ["press", "explode"], ["press", "go"]],
+    given: { source: "0123456789abcdef0123456789abcdef", target: "x" },
+  };
+  const { record, ignored } = sound(given, INITIAL, SPEC);
+  assert.deepEqual(record, {
+    ...INITIAL,
+    controls: { ...INITIAL.controls, scene: "noisy" },
+    log: [["press", "go"]],
+    given: { source: "0123456789abcdef0123456789abcdef" },
+  });
+  assert.deepEqual(ignored, ["noise", "“constructor”", "the seed", "what was done from action 2 on", "“target”"]);
+});

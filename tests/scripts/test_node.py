@@ -1,0 +1,41 @@
+"""The page's scripts that need no page, tested by Node's own runner: each of its tests is one of pytest's."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+from sitegen.node import environment, node_command
+
+HERE = Path(__file__).parent
+FILES = sorted(HERE.glob("*.test.mjs"))
+NAMES = [(path, name) for path in FILES for name in re.findall(r'^test\("([^"]+)"', path.read_text("utf-8"), re.M)]
+
+
+@pytest.fixture(scope="module")
+def outcomes() -> dict[tuple[str, str], str]:
+    """(file, test) → what is wrong with it, "" where nothing is; by one run of all files."""
+    command = node_command("--no-warnings", "--test", "--test-reporter=junit", *FILES)
+    done = subprocess.run(command, capture_output=True, text=True, encoding="utf-8", env=environment(), check=False)
+    found = {}
+    for case in ElementTree.fromstring(done.stdout).iter("testcase"):
+        fault = next((child for child in case if child.tag in ("failure", "error", "skipped")), None)
+        words = "" if fault is None else f"{fault.tag}: {fault.get('message', '')}\n{fault.text or ''}"
+        found[Path(case.get("file", "")).name, case.get("name", "")] = words
+    assert found, done.stdout + done.stderr
+    return found
+
+
+@pytest.mark.parametrize(("path", "name"), NAMES, ids=[f"{path.stem}: {name}" for path, name in NAMES])
+def test_script(outcomes: dict[tuple[str, str], str], path: Path, name: str) -> None:
+    """A test of Node's has run and found nothing wrong."""
+    assert outcomes.get((path.name, name), "it did not run") == ""
+
+
+def test_every_test_of_node_is_listed(outcomes: dict[tuple[str, str], str]) -> None:
+    """None is run without being counted."""
+    assert set(outcomes) == {(path.name, name) for path, name in NAMES}
