@@ -8,13 +8,14 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Set
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from . import outside
+from .memory import Memory
 from .node import run_node
 from .problems import Place, Problems
 from .remembered import Remembered
@@ -57,24 +58,18 @@ def render(
     cache: Path,
     problems: Problems,
     progress: outside.Progress = outside.quiet,
+    kept: Memory | None = None,
 ) -> Mathematics:
     """All formulas as MathML; those that are no LaTeX go to `problems` and become empty, and so do
     those that a browser would show with a part missing."""
     wanted = list(asked)
-    version = outside.read_manifest()["temml"].version
-    made_by = _hash([FORMAT, version, SCRIPT.read_text("utf-8"), sorted(macros.items())])
-    known = Remembered(cache, f"maths {made_by}", SPARE)
-    new = sorted({f.formula for f in wanted if not known.knows(_key(f.formula))}, key=_key)
-    made: dict[Formula, Any] = {}
-    if new:
-        module = outside.gather(["temml"], cache=cache, progress=progress)["temml/dist/temml.mjs"]
-        formulas = [{"source": f.source, "display": f.display} for f in new]
-        answers = run_node(SCRIPT, {"module": str(module), "macros": dict(macros), "formulas": formulas}, timeout=120)
-        made = dict(zip(new, answers, strict=True))
+    formulas = {one.formula for one in wanted}
+    make = partial(_made, formulas, macros, cache, progress)
+    made: dict[Formula, Any] = (kept or Memory()).answer("formulas", (formulas, macros), make)
     styles: dict[str, str] = {}
     mathml: dict[Formula, str] = {}
     for one in wanted:
-        answer = known.answer(_key(one.formula), partial(made.get, one.formula))
+        answer = made[one.formula]
         if "mathml" in answer:
             mathml[one.formula] = _classed(str(answer["mathml"]), styles)
             if "<menclose" in mathml[one.formula]:
@@ -84,8 +79,27 @@ def render(
             position = answer["position"]
             place = one.at(min(position, len(one.formula.source)) if isinstance(position, int) else 0)
             problems.add(place, f"formula: {_said(str(answer['message']))}")
-    known.keep()
     return Mathematics(mathml, "".join(f".{name}{{{style}}}\n" for style, name in sorted(styles.items())))
+
+
+def _made(
+    formulas: Set[Formula], macros: Mapping[str, str], cache: Path, progress: outside.Progress
+) -> dict[Formula, Any]:
+    """What Temml makes of each."""
+    version = outside.read_manifest()["temml"].version
+    made_by = _hash([FORMAT, version, SCRIPT.read_text("utf-8"), sorted(macros.items())])
+    known = Remembered(cache, f"maths {made_by}", SPARE)
+    new = sorted((formula for formula in formulas if not known.knows(_key(formula))), key=_key)
+    made: dict[Formula, Any] = {}
+    if new:
+        module = outside.gather(["temml"], cache=cache, progress=progress)["temml/dist/temml.mjs"]
+        asked = [{"source": f.source, "display": f.display} for f in new]
+        answers = run_node(SCRIPT, {"module": str(module), "macros": dict(macros), "formulas": asked}, timeout=120)
+        made = dict(zip(new, answers, strict=True))
+    order = sorted(formulas, key=_key)
+    found = {formula: known.answer(_key(formula), partial(made.get, formula)) for formula in order}
+    known.keep()
+    return found
 
 
 def _key(formula: Formula) -> str:

@@ -178,17 +178,21 @@ class Gallery:
     def __init__(self, plots: Mapping[str, Plot], cache: Path, progress: Progress = quiet) -> None:
         self.plots = plots
         self._computed, self._drawn, self._progress = Store(cache, "plots"), Store(cache, "drawings"), progress
-        self._results: dict[str, Any] = {}
+        self._results: dict[str, tuple[bytes, Any]] = {}
         self._keys: dict[str, str] = {}
 
     def lacks(self, placed: Placed) -> bool:
         """Whether the plot has to be computed or drawn."""
         if not self._computed.has(_result_key(placed.plot)):
             return True
-        return not self._drawn.has(self._drawings_key(placed, self.result(placed.plot)))
+        return not self._drawn.has(self._drawings_key(placed))
 
     def result(self, plot: Plot) -> Any:
         """What the plot computed. What its module raises is raised."""
+        return self._result(plot)[1]
+
+    def _result(self, plot: Plot) -> tuple[bytes, Any]:
+        """The same, with the bytes that it is kept as before."""
         if plot.name not in self._results:
 
             def make() -> bytes:
@@ -198,11 +202,12 @@ class Gallery:
                 return made
 
             # Also a new result comes from its bytes, so that kept and new are the same.
-            plain = json.loads(self._computed.get(_result_key(plot), make))
-            self._results[plot.name] = plot.result(**{name: _tuples(value) for name, value in plain.items()})
+            data = self._computed.get(_result_key(plot), make)
+            result = plot.result(**{name: _tuples(value) for name, value in json.loads(data).items()})
+            self._results[plot.name] = data, result
         return self._results[plot.name]
 
-    def _drawings_key(self, placed: Placed, result: Any) -> str:
+    def _drawings_key(self, placed: Placed) -> str:
         """What a plot's drawings depend on: its result, its module's look, and what draws."""
         name = f"{placed.plot.name} {placed.dom_id}"
         if name not in self._keys:
@@ -212,7 +217,7 @@ class Gallery:
             self._keys[name] = fingerprint(
                 [
                     (f"{FORMAT} {version('matplotlib')} {placed.dom_id}", placed.plot.look.encode()),
-                    ("result", json.dumps(asdict(result)).encode()),
+                    ("result", self._result(placed.plot)[0]),
                     ("drawing", source + drawing.TOKENS.read_bytes()),
                 ]
             )
@@ -236,7 +241,7 @@ class Gallery:
             self._progress(f"drawing {plot.name}", 1, 1)
             return json.dumps(drawings).encode()
 
-        svgs = json.loads(self._drawn.get(self._drawings_key(placed, result), make))
+        svgs = json.loads(self._drawn.get(self._drawings_key(placed), make))
         return Drawn(svgs, plot.words(result), plot.table(result) if plot.table else None)
 
 
