@@ -126,7 +126,7 @@ def build(
     bakery = Bakery(placeable, cache)
     gallery = Gallery(parts.plots, cache, progress)
     values = Values(cache, kept.answer("codes", (), _codes), gallery)
-    unmade = [one for one in surveys if not kept.knows(("tapes", one.chapter.source.path), one)]
+    unmade = [one for one in surveys if not kept.has_told(("tapes", one.chapter.source.path), one, problems)]
     ahead.make("computing plots, drawing figures", _missing(unmade, gallery, bakery, cache), progress)
     tapes = record_tapes(surveys, bakery, problems, progress, kept)
     if strict:

@@ -105,9 +105,17 @@ def tested_code(root: Path) -> dict[str, str]:
 
 def code_hash(root: Path, test_id: str, packages: Mapping[str, str]) -> str:
     """The hash of what a test depends on: its file, the solvers, and the widgets where it tests those."""
-    file = root / test_id.partition("::")[0]
+    file = test_id.partition("::")[0]
+    return _code_hash(test_id, {file: _file_hash(root / file)}, packages)
+
+
+def _file_hash(path: Path) -> str:
+    return digest(content(path) if path.is_file() else b"")
+
+
+def _code_hash(test_id: str, files: Mapping[str, str], packages: Mapping[str, str]) -> str:
     names = TESTED if test_id.startswith(("tests/widgets/", "tests/browser/")) else TESTED[:1]
-    own = digest(content(file) if file.is_file() else b"")
+    own = files[test_id.partition("::")[0]]
     return hashlib.sha256("".join([own, *(packages[name] for name in names)]).encode()).hexdigest()[:16]
 
 
@@ -142,8 +150,9 @@ def read_results(root: Path, kept: Memory | None = None) -> dict[str, Result]:
         return {}
     packages = (kept or Memory()).answer("tested code", (), partial(tested_code, root))
     results = json.loads(path.read_text("utf-8"))
+    files = {name: _file_hash(root / name) for name in {test_id.partition("::")[0] for test_id in results}}
     return {
-        test_id: Result(entry["outcome"], entry["code"] == code_hash(root, test_id, packages))
+        test_id: Result(entry["outcome"], entry["code"] == _code_hash(test_id, files, packages))
         for test_id, entry in sorted(results.items())
     }
 

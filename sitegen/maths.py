@@ -65,27 +65,21 @@ def render(
     wanted = list(asked)
     formulas = {one.formula for one in wanted}
     make = partial(_made, formulas, macros, cache, progress)
-    made: dict[Formula, Any] = (kept or Memory()).answer("formulas", (formulas, macros), make)
-    styles: dict[str, str] = {}
-    mathml: dict[Formula, str] = {}
+    mathematics, faults = (kept or Memory()).answer("formulas", (formulas, macros), make)
     for one in wanted:
-        answer = made[one.formula]
-        if "mathml" in answer:
-            mathml[one.formula] = _classed(str(answer["mathml"]), styles)
-            if "<menclose" in mathml[one.formula]:
-                problems.add(one.at(0), "formula: no browser draws <menclose>, made of \\overline, \\boxed, \\cancel …")
-        else:
-            mathml[one.formula] = ""
-            position = answer["position"]
+        if "<menclose" in mathematics.mathml[one.formula]:
+            problems.add(one.at(0), "formula: no browser draws <menclose>, made of \\overline, \\boxed, \\cancel …")
+        if fault := faults.get(one.formula):
+            position = fault["position"]
             place = one.at(min(position, len(one.formula.source)) if isinstance(position, int) else 0)
-            problems.add(place, f"formula: {_said(str(answer['message']))}")
-    return Mathematics(mathml, "".join(f".{name}{{{style}}}\n" for style, name in sorted(styles.items())))
+            problems.add(place, f"formula: {_said(str(fault['message']))}")
+    return mathematics
 
 
 def _made(
     formulas: Set[Formula], macros: Mapping[str, str], cache: Path, progress: outside.Progress
-) -> dict[Formula, Any]:
-    """What Temml makes of each."""
+) -> tuple[Mathematics, dict[Formula, Any]]:
+    """All formulas, and what Temml says of those that it cannot read."""
     version = outside.read_manifest()["temml"].version
     made_by = _hash([FORMAT, version, SCRIPT.read_text("utf-8"), sorted(macros.items())])
     known = Remembered(cache, f"maths {made_by}", SPARE)
@@ -99,7 +93,10 @@ def _made(
     order = sorted(formulas, key=_key)
     found = {formula: known.answer(_key(formula), partial(made.get, formula)) for formula in order}
     known.keep()
-    return found
+    styles: dict[str, str] = {}
+    mathml = {formula: _classed(str(answer.get("mathml", "")), styles) for formula, answer in found.items()}
+    css = "".join(f".{name}{{{style}}}\n" for style, name in sorted(styles.items()))
+    return Mathematics(mathml, css), {formula: said for formula, said in found.items() if "mathml" not in said}
 
 
 def _key(formula: Formula) -> str:

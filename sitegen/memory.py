@@ -32,13 +32,9 @@ class Memory:
         if self._state != state:
             self._state, self._known = state, {}
 
-    def knows(self, name: Hashable, made_of: object) -> bool:
-        """Whether the answer is there."""
-        return name in self._known and self._known[name][0] == made_of
-
     def answer(self, name: Hashable, made_of: object, make: Callable[[], T]) -> T:
         """What `make` gives, which depends on `made_of` alone; that is compared by value, and nobody may change it."""
-        if not self.knows(name, made_of):
+        if name not in self._known or self._known[name][0] != made_of:
             self._known[name] = made_of, make()
         found: T = self._known[name][1]
         return found
@@ -46,16 +42,21 @@ class Memory:
     def told(self, name: Hashable, made_of: object, problems: Problems, make: Callable[[Problems], T]) -> T:
         """The same of what also tells problems, which may depend on those told before: they are told again."""
 
-        def before() -> Problems:
-            return Problems([*problems.found], unread={*problems.unread}, unclear={*problems.unclear})
-
         def made() -> tuple[T, Problems]:
-            own = before()
+            own = _before(problems)
             return make(own), own
 
-        found, own = self.answer(name, (made_of, before()), made)
+        found, own = self.answer(name, (made_of, _before(problems)), made)
         problems.take(own)
         return found
+
+    def has_told(self, name: Hashable, made_of: object, problems: Problems) -> bool:
+        """Whether `told` would make nothing."""
+        return name in self._known and self._known[name][0] == (made_of, _before(problems))
+
+
+def _before(problems: Problems) -> Problems:
+    return Problems([*problems.found], unread={*problems.unread}, unclear={*problems.unclear})
 
 
 def sources(root: Path) -> frozenset[Stamp]:

@@ -192,11 +192,16 @@ class Writer:
             "has_slides": any(chapter.slides for chapter in self.chapters),
         }
         render = partial(self.templates.get_template(template).render, given, assets=self.assets)
-        # Of all that assets are, only these show below the head.
         assets, wheel = self.assets, self.templates.globals["wheel"]
-        made_of = template, given, wheel, assets.download and (assets.download.name, assets.download.size)
-        name = "inside", page.name, bool(assets.search_data), assets.download is not None
-        return render(inside=self.kept.answer(name, made_of, lambda: _inside(render(inside=""))))
+        # Of all that assets are, only these show below the head.
+        shown = bool(assets.search_data), assets.download and (assets.download.name, assets.download.size)
+        made_of = template, given, wheel, shown
+        way = page.name, bool(assets.css), assets.download is None  # a build fills each page in several ways
+
+        def whole() -> str:
+            return render(inside=self.kept.answer(("inside", *way), made_of, lambda: _inside(render(inside=""))))
+
+        return self.kept.answer(("page", *way), (made_of, replace(assets, files={})), whole)
 
     def _ladder(self, current: str) -> list[dict[str, Any]]:
         """Every rung in order: those published as links, the rest as text; chapters without a rung stand at the end."""

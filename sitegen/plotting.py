@@ -9,6 +9,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache as once
+from functools import lru_cache
 from importlib import import_module
 from importlib.metadata import version as version_of
 from pathlib import Path
@@ -178,7 +179,7 @@ class Gallery:
     def __init__(self, plots: Mapping[str, Plot], cache: Path, progress: Progress = quiet) -> None:
         self.plots = plots
         self._computed, self._drawn, self._progress = Store(cache, "plots"), Store(cache, "drawings"), progress
-        self._results: dict[str, tuple[bytes, Any]] = {}
+        self._results: dict[str, bytes] = {}
         self._keys: dict[str, str] = {}
 
     def lacks(self, placed: Placed) -> bool:
@@ -189,10 +190,11 @@ class Gallery:
 
     def result(self, plot: Plot) -> Any:
         """What the plot computed. What its module raises is raised."""
-        return self._result(plot)[1]
+        # Also a new result comes from its bytes, so that kept and new are the same.
+        return _result(plot.result, self._plain(plot))
 
-    def _result(self, plot: Plot) -> tuple[bytes, Any]:
-        """The same, with the bytes that it is kept as before."""
+    def _plain(self, plot: Plot) -> bytes:
+        """The same as it is kept."""
         if plot.name not in self._results:
 
             def make() -> bytes:
@@ -201,10 +203,7 @@ class Gallery:
                 self._progress(f"computing {plot.name}", 1, 1)
                 return made
 
-            # Also a new result comes from its bytes, so that kept and new are the same.
-            data = self._computed.get(_result_key(plot), make)
-            result = plot.result(**{name: _tuples(value) for name, value in json.loads(data).items()})
-            self._results[plot.name] = data, result
+            self._results[plot.name] = self._computed.get(_result_key(plot), make)
         return self._results[plot.name]
 
     def _drawings_key(self, placed: Placed) -> str:
@@ -217,7 +216,7 @@ class Gallery:
             self._keys[name] = fingerprint(
                 [
                     (f"{FORMAT} {version('matplotlib')} {placed.dom_id}", placed.plot.look.encode()),
-                    ("result", self._result(placed.plot)[0]),
+                    ("result", self._plain(placed.plot)),
                     ("drawing", source + drawing.TOKENS.read_bytes()),
                 ]
             )
@@ -243,6 +242,12 @@ class Gallery:
 
         svgs = json.loads(self._drawn.get(self._drawings_key(placed), make))
         return Drawn(svgs, plot.words(result), plot.table(result) if plot.table else None)
+
+
+@lru_cache(maxsize=128)
+def _result(kind: type, plain: bytes) -> Any:
+    """A result from what is kept of it; nobody changes it."""
+    return kind(**{name: _tuples(value) for name, value in json.loads(plain).items()})
 
 
 def _result_key(plot: Plot) -> str:
