@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import partial
 from itertools import pairwise, takewhile
 from pathlib import Path
 from typing import Any
 
 from . import schema
 from .markdown import Document, Source, parse
+from .memory import Memory
 from .problems import Place, Problems, hint, read_text
 from .slides import Slide, read_slides
 
@@ -154,10 +155,11 @@ def _defaults(fields: dict[str, schema.Field]) -> dict[str, Any]:
 
 
 def read_chapters(
-    root: Path, site: Site, problems: Problems, drafts: bool = False
+    root: Path, site: Site, problems: Problems, drafts: bool = False, kept: Memory | None = None
 ) -> tuple[list[Chapter], list[Chapter]]:
     """The chapters in reading order, which is that of the numbers their file names begin with; and the drafts left out,
-    whose mistakes stop nothing."""
+    whose mistakes stop nothing. With `kept`, only what was edited is parsed."""
+    kept = kept or Memory()
     found: list[tuple[tuple[float, str], Path]] = []
     for path in sorted(path for path in (root / "content").glob("*.md") if path.name != GUIDE):
         match = FILE_NAME.fullmatch(path.name)
@@ -177,7 +179,7 @@ def read_chapters(
     left_out: list[Chapter] = []
     for _, path in found:
         own = Problems()
-        chapter = _chapter(root, path, own, first=not chapters)
+        chapter = _chapter(root, path, own, kept, first=not chapters)
         if chapter.draft and not drafts:
             left_out.append(chapter)
         else:
@@ -188,28 +190,25 @@ def read_chapters(
     return chapters, left_out
 
 
-def is_draft(what: str, draft: Chapter) -> str:
-    """What to say of a name that leads to a draft which is left out."""
-    return f"{what} is a draft: {draft.source.path} is published once its line 'draft: true' is gone"
+def is_draft(what: str, file: str) -> str:
+    """What to say of a name that leads to a draft which is left out: this file."""
+    return f"{what} is a draft: {file} is published once its line 'draft: true' is gone"
 
 
-def read_guide(root: Path, problems: Problems) -> Chapter | None:
+def read_guide(root: Path, problems: Problems, kept: Memory | None = None) -> Chapter | None:
     """The style guide, as a chapter; None where there is none."""
     path = root / "content" / GUIDE
-    return _chapter(root, path, problems, first=False) if path.is_file() else None
+    return _chapter(root, path, problems, kept or Memory(), first=False) if path.is_file() else None
 
 
-def _chapter(root: Path, path: Path, problems: Problems, first: bool) -> Chapter:
+def _chapter(root: Path, path: Path, problems: Problems, kept: Memory, first: bool) -> Chapter:
     name = path.relative_to(root).as_posix()
-    chapter, found = _parsed(name, read_text(path, name, problems), first)
-    problems.take(found)
-    return chapter
+    text = read_text(path, name, problems)
+    return kept.told(("parsed", name), (text, first), problems, partial(_parsed, name, text, first))
 
 
-@lru_cache(maxsize=64)
-def _parsed(name: str, text: str, first: bool) -> tuple[Chapter, Problems]:
-    """The chapter that a text is, and what is wrong in it. A process that builds again parses only what was edited."""
-    problems = Problems()
+def _parsed(name: str, text: str, first: bool, problems: Problems) -> Chapter:
+    """The chapter that a text is; what is wrong in it goes to `problems`."""
     front, body = _split(text, name, problems)
     source = Source(name, body, problems)
     values = _defaults(FRONT)
@@ -229,7 +228,7 @@ def _parsed(name: str, text: str, first: bool) -> tuple[Chapter, Problems]:
     file = Path(name)
     match = FILE_NAME.fullmatch(file.name)
     slug = values["slug"] or (match["slug"] if match else file.stem)
-    chapter = Chapter(
+    return Chapter(
         source,
         parse(source),
         "index" if first else slug,
@@ -243,7 +242,6 @@ def _parsed(name: str, text: str, first: bool) -> tuple[Chapter, Problems]:
         document,
         read_slides(document, source, problems) if document is not None else (),
     )
-    return chapter, problems
 
 
 def _split(text: str, name: str, problems: Problems) -> tuple[str, str]:
