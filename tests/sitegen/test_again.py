@@ -151,7 +151,7 @@ EDITS = {
     "a picture that is gone": remove("content/dot.svg"),
     "a page's template": swap("templates/chapter.html", "Cite this page", "Cite it"),
     "a figure's template": swap("templates/figure.html", "<figure", "<figure data-new"),
-    "a style sheet": write("templates/assets/css/99-new.css", "p { color: red }\n"),
+    "a style sheet": swap("templates/assets/css/base/type.css", "1.65rem", "1.75rem"),
     "a draft": swap(OTHER, "slug: second", "slug: second\ndraft: true"),
     "a chapter between": write("content/00.5-new.md", '---\ntitle: "New"\n---\n\nBy @x.\n'),
     "a chapter that is gone": remove(OTHER),
