@@ -187,7 +187,7 @@ def service_worker(
     code = path.read_bytes()
     pages = {name: data for name, data in files.items() if name not in FOR_HOSTS and not name.endswith(MAP)}
     filled = {
-        "VERSION": fingerprint([*pages.items(), ("sw.js", code)])[:16],
+        "VERSION": fingerprint((name, digest(data).encode()) for name, data in [*pages.items(), ("sw.js", code)])[:16],
         "FILES": _listed((name, len(data), digest(data)) for name, data in pages.items()),
         "RUNTIME": (python := _listed(runtime)),
         "RUNTIME_VERSION": short_hash(python.encode()),

@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from jinja2 import Environment
 from markupsafe import Markup
@@ -21,32 +20,36 @@ from . import about, ahead, emblem, figures, fonts, manifest, outside, plotting,
 from .archive import Download, archive, folder_name
 from .assembled import assembled
 from .assets import HEADERS, MAP, Assets, policy, read_assets, service_worker
+from .chapters import Pen, outlines_of_drafts, write
 from .cite import Reference, read_references, unused
 from .claims import read_results, tests_for
 from .computed import Values
 from .content import FIXED_PAGES, SETTINGS, Chapter, Site, check_names, read_chapters, read_docs, read_site
-from .decks import Deck, deck
-from .figures import Bakery, Figure, code_hash, frames_of
-from .glossary import Term, read_glossary
+from .decks import Deck
+from .figures import Bakery, code_hash, frames_of
+from .glossary import read_glossary
 from .highlighting import highlighted
+from .known import Known
 from .lost import inline
 from .maths import Mathematics
 from .maths import render as render_formulas
+from .memory import Memory, state
 from .notebooks import Shown, notebooks
 from .outside import Progress, quiet
-from .pages import Writer, environment, figure_html, figure_view, plot_html
-from .plotting import Gallery, Placed, Plot, version
+from .pages import Writer, environment
+from .plotting import Gallery, Plot, version
 from .presets import try_presets
 from .problems import BuildFailed, Place, Problem, Problems
 from .prune import prune
 from .publish import clear, publish
 from .remembered import Remembered
-from .render import Body, Known, render
+from .render import Body
 from .store import unwritable
-from .survey import OWN_IDS, Survey, survey
+from .survey import Survey, survey
 from .tape import Tape, record_tapes
 from .widget_faults import sound
 
+LETTERS = 500  # pages and tapes of earlier builds whose characters are remembered
 SERVED = ("temml", "pyodide", "numpy", "minisearch", *fonts.BUNDLES)
 
 
@@ -90,59 +93,63 @@ def build(
     progress: Progress | None = None,
     cache: Path | None = None,
     parts: Parts = STANDARD,
+    kept: Memory | None = None,
 ) -> Report:
     """Build the site of the checkout at `root` into `dest`, which changes only when all went well.
 
     strict: warnings are problems. drafts: chapters that are drafts are built too. pack: .gz and .br beside the files,
-    and the whole site in a zip to take away; who only looks at pages needs neither.
+    and the whole site in a zip to take away; who only looks at pages needs neither. kept: what an earlier build in this
+    process left there is not made again; the site is the same without.
     Raises BuildFailed with every problem of the content; OutsideError, NodeError, WheelError where the machinery fails.
     """
     clear(dest)
-    progress, cache, problems = progress or quiet, cache or outside.cache_dir(), Problems()
+    progress, cache, problems, kept = progress or quiet, cache or outside.cache_dir(), Problems(), kept or Memory()
+    kept.begin((root, cache, parts, state(root)))
     site = read_site(root, problems)
-    chapters, left_out = read_chapters(root, site, problems, drafts)
-    references = read_references(root, problems)
-    terms = read_glossary(root, chapters, left_out, problems)
-    written = [*chapters, *read_docs(root, problems)]
+    chapters, left_out = read_chapters(root, site, problems, drafts, kept)
+    references = read_references(root, problems, kept)
+    terms = read_glossary(root, chapters, left_out, problems, kept)
+    written = [*chapters, *read_docs(root, problems, kept)]
     check_names(written, problems)
-    placeable = sound(parts.widgets, problems)
-    surveys = [survey(one, placeable, parts.plots, problems) for one in written]
+    placeable = kept.told("widgets", (), problems, partial(sound, parts.widgets))
+    surveys = [
+        kept.told(("survey", one.source.path), (one, placeable), problems, partial(survey, one, placeable, parts.plots))
+        for one in written
+    ]
     formulas = [asked for one in surveys for asked in one.formulas]
     unknown = Problems() if SETTINGS in problems.unread else problems  # the site's macros stand there
-    mathematics = render_formulas(formulas, site.macros, cache, unknown, progress)
+    mathematics = render_formulas(formulas, site.macros, cache, unknown, progress, kept)
     templates = environment(root, cache)
     broken = any(name.startswith("widgets/") for name in problems.unread)  # Python in the browser would not start
-    started = None if broken else _runtime(parts, cache, progress)
+    started = None if broken else kept.answer("runtime", (), partial(_runtime, parts, cache, progress))
     templates.globals["wheel"] = f"runtime/{started.wheel}" if started else ""
     bakery = Bakery(placeable, cache)
     gallery = Gallery(parts.plots, cache, progress)
-    values = Values(cache, {"solvers": code_hash((solvers,)), "widgets": code_hash((solvers, widgets))}, gallery)
-    ahead.make("computing plots, drawing figures", _missing(surveys, gallery, bakery, cache), progress)
-    tapes = record_tapes(surveys, bakery, problems, progress)
+    values = Values(cache, kept.answer("codes", (), _codes), gallery)
+    unmade = [one for one in surveys if not kept.has_told(("tapes", one.chapter.source.path), one, problems)]
+    ahead.make("computing plots, drawing figures", _missing(unmade, gallery, bakery, cache), progress)
+    tapes = record_tapes(surveys, bakery, problems, progress, kept)
     if strict:
         try_presets(placeable, surveys, bakery, cache, problems, progress)
     known = Known(
         root,
-        surveys,
-        [survey(one, parts.widgets, parts.plots, Problems()) for one in left_out],
-        _pages(surveys, references, terms),
+        (),
+        outlines_of_drafts(survey(one, parts.widgets, parts.plots, Problems()) for one in left_out),
+        {},
         references,
         terms,
-        tests_for(root, written, cache),
-        read_results(root),
+        tests_for(root, written, cache, kept),
+        read_results(root, kept),
         mathematics,
         values,
         partial(frames_of, bakery, problems),
         lambda figure, caption: Markup(""),
-        _plot_drawer(gallery, plot_html(templates), problems),
+        lambda placed, caption: Markup(""),
         problems,
     )
-    draw = figure_html(templates)
-    bodies: list[tuple[Chapter, Body]] = []
-    for one in surveys:
-        known.figure_html = _figure_drawer(one, tapes, draw)
-        bodies.append((one.chapter, render(one, known)))
-    decks = [deck(one, tapes, known, draw) for one in surveys if one.slides]
+    known, texts = write(surveys, known, Pen(templates, tapes, bakery, gallery), kept)
+    bodies = [(text.chapter, text.body) for text in texts]
+    decks = [text.deck for text in texts if text.deck]
     values.keep()
     bodies, docs = bodies[: len(chapters)], bodies[len(chapters) :]
     surveys = surveys[: len(chapters)]
@@ -152,13 +159,17 @@ def build(
     if problems.found or (strict and problems.warnings):
         raise BuildFailed([*problems.found, *(problems.warnings if strict else [])])
 
-    licences = parts.licences(SERVED, cache=cache)
+    licences = kept.answer("licences", (), partial(parts.licences, SERVED, cache=cache))
     wheel = str(templates.globals["wheel"])
     shown = Shown(site, known, wheel, lambda page, figure: tapes[page, figure.id].first, gallery.drawn)
-    books = notebooks(surveys, [body for _, body in bodies], shown, cache)
+    books = notebooks(surveys, [body for _, body in bodies], shown, cache, kept)
     made = about.made(root, surveys, [body for _, body in bodies], started.size if started else 0)
-    code = _sources(known, [*bodies, *docs], cache)
-    content = _Content(root, site, chapters, bodies, decks, references, cited, known, licences, books, made, code, docs)
+    claims = [claim for _, body in [*bodies, *docs] for claim in body.claims]
+    tests = {claim.test_id: known.tests[claim.test_id].source for claim in claims}
+    code = kept.answer("tests as code", tests, partial(_sources, tests, cache))
+    content = _Content(
+        root, site, chapters, bodies, decks, references, cited, known, licences, books, made, code, docs, kept
+    )
     files = _files(content, templates, mathematics, tapes, started, parts, pack, cache, progress, problems)
     if problems.found:
         raise BuildFailed(problems.found)
@@ -193,7 +204,7 @@ class _Content:
     made: about.Made
     sources: Mapping[str, Markup]
     docs: Sequence[tuple[Chapter, Body]]
-    insides: dict[tuple[str, bool, str], Markup] = field(default_factory=dict)
+    kept: Memory
 
 
 def _missing(surveys: Sequence[Survey], gallery: Gallery, bakery: Bakery, cache: Path) -> list[ahead.Piece]:
@@ -208,53 +219,17 @@ def _missing(surveys: Sequence[Survey], gallery: Gallery, bakery: Bakery, cache:
     ]
 
 
-def _sources(known: Known, bodies: Sequence[tuple[Chapter, Body]], cache: Path) -> dict[str, Markup]:
+def _codes() -> dict[str, str]:
+    """The hash of each package that chapters may call."""
+    return {"solvers": code_hash((solvers,)), "widgets": code_hash((solvers, widgets))}
+
+
+def _sources(claimed: Mapping[str, str], cache: Path) -> dict[str, Markup]:
     """The claimed tests' sources as code."""
     shown = Remembered(cache, f"code-{version('pygments')}")
-    claimed = {claim.test_id: known.tests[claim.test_id].source for _, body in bodies for claim in body.claims}
     made = {name: shown.answer(text, partial(highlighted, text, "python")) for name, text in claimed.items()}
     shown.keep()
     return {name: Markup(code) for name, code in made.items()}
-
-
-def _figure_drawer(
-    one: Survey, tapes: Mapping[tuple[str, str], Tape], draw: Callable[[Any], Markup]
-) -> Callable[[Figure, Markup], Markup]:
-    def drawn(figure: Figure, caption: Markup) -> Markup:
-        tape = tapes.get((one.chapter.name, figure.id))
-        return draw(figure_view(figure, tape.first, tape.name, caption, tape.results)) if tape else Markup("")
-
-    return drawn
-
-
-def _plot_drawer(
-    gallery: Gallery, draw: Callable[[Placed, plotting.Drawn, Markup], Markup], problems: Problems
-) -> Callable[[Placed, Markup], Markup]:
-    def drawn(placed: Placed, caption: Markup) -> Markup:
-        try:
-            return draw(placed, gallery.drawn(placed), caption)
-        except Exception as error:  # a plot's own mistake: the author sees which and why
-            problems.add(placed.place, f"the plot cannot be drawn: {type(error).__name__}: {error}")
-            return Markup("")
-
-    return drawn
-
-
-def _pages(
-    surveys: Sequence[Survey], references: Mapping[str, Reference], terms: Mapping[str, Term]
-) -> dict[str, Mapping[str, Place] | None]:
-    """Every page that a link may lead to, with its anchors."""
-    pages: dict[str, Mapping[str, Place] | None] = {fixed.page: None for fixed in FIXED_PAGES if fixed.name != "404"}
-    pages["references.html"] = {f"ref-{key}": reference.place for key, reference in references.items()}
-    pages["glossary.html"] = {term.anchor: term.place for term in terms.values()}
-    pages |= {one.chapter.deck: None for one in surveys if one.slides}
-
-    def fixed(one: Survey) -> dict[str, Place]:
-        names = ("main",) if one.chapter.is_doc else (name for name in OWN_IDS if name != "slides" or one.slides)
-        return {name: Place("templates/chapter.html") for name in names}
-
-    # Of two chapters of one name, which is a problem, the first is meant.
-    return pages | {one.chapter.page: {**fixed(one), **one.anchors} for one in reversed(surveys)}
 
 
 def _runtime(parts: Parts, cache: Path, progress: Progress) -> runtime.RuntimeInfo | None:
@@ -280,13 +255,15 @@ def _files(
     unstyled = _html(content, templates, Assets(search_data="search.js" if parts.search is not None else ""))
     fontset = None
     if parts.cut_fonts is not None:
-        text, signs = _characters(unstyled, scripts, cache)
-        fontset = parts.cut_fonts(text, signs, url="fonts/", cache=cache, progress=progress)
+        letters = _characters(unstyled, scripts, cache, content.kept)
+        cut = partial(parts.cut_fonts, *letters, url="fonts/", cache=cache, progress=progress)
+        fontset = content.kept.answer("fonts", letters, cut)
     if fontset and fontset.missing:
         problems.note(Place("content"), f"no typeface of the site has {' '.join(fontset.missing)}")
     pictures: Mapping[str, bytes] = {}
     if fontset is not None and parts.draw_emblem is not None:
-        pictures = parts.draw_emblem(content.site.title, content.site.description, fontset, cache=cache)
+        says = content.site.title, content.site.description, fontset
+        pictures = content.kept.answer("emblem", says, partial(parts.draw_emblem, *says, cache=cache))
     assets = read_assets(
         content.root,
         pictures,
@@ -300,10 +277,11 @@ def _files(
     if started:
         assets.runtime = {"folder": "runtime/", "files": json.dumps(started.start_files()), "bytes": started.size}
     if parts.search is not None:
-        assets.search_library = assets.add("minisearch.js", parts.search(cache))
+        library = content.kept.answer("search", (), partial(parts.search, cache))
+        assets.search_library = assets.add("minisearch.js", library)
         hidden = {doc.page for doc, _ in content.docs if doc.hidden}
-        shown = {name: page for name, page in unstyled.items() if name not in hidden}
-        assets.search_data = assets.add("search.js", search.search_data(shown, cache))
+        seen = {name: page for name, page in unstyled.items() if name not in hidden}
+        assets.search_data = assets.add("search.js", search.search_data(seen, cache, content.kept))
     found = [*(body for _, body in [*content.bodies, *content.docs]), *(each.found for each in content.decks)]
     images = {image.name: image.data for body in found for image in body.images}
     if manifest.ICONS.keys() <= assets.pictures.keys():
@@ -313,7 +291,7 @@ def _files(
     rest = {**scripts, **images, **assets.files}
     assets.download = _download(content, templates, assets, rest, started, cache) if pack else None
     files = {**_pages_of(content, templates, assets), **rest}
-    writer = Writer(templates, content.site, content.chapters, assets, content.insides, bool(content.docs))
+    writer = Writer(templates, content.site, content.chapters, assets, content.kept, bool(content.docs))
     if content.site.url:
         own = [fixed.page for fixed in FIXED_PAGES if fixed.public]
         own += [doc.page for doc, _ in content.docs if not doc.hidden]
@@ -358,12 +336,21 @@ def _pages_of(content: _Content, templates: Environment, assets: Assets) -> dict
     return {name: html.encode() for name, html in _html(content, templates, assets).items()}
 
 
-def _characters(pages: Mapping[str, str], scripts: Mapping[str, bytes], cache: Path) -> tuple[str, str]:
+def _characters(
+    pages: Mapping[str, str], scripts: Mapping[str, bytes], cache: Path, kept: Memory
+) -> tuple[str, str]:
     """The characters in the pages' text and in their mathematics, those of the tapes among the text's. The name of a
     tape holds its content's hash."""
-    known = Remembered(cache, f"characters-{fonts.FORMAT}")
-    found = [known.answer(page, partial(fonts.characters, [page])) for page in pages.values()]
-    found += [known.answer(name, partial(_letters, script)) for name, script in scripts.items()]
+    known = Remembered(cache, f"characters-{fonts.FORMAT}", LETTERS)
+
+    def of_page(page: str) -> tuple[str, str]:
+        return known.answer(page, partial(fonts.characters, [page]))  # type: ignore[no-any-return]
+
+    def of_script(name: str) -> tuple[str, str]:
+        return known.answer(name, partial(_letters, scripts[name]))  # type: ignore[no-any-return]
+
+    found = [kept.answer(("letters", name), page, partial(of_page, page)) for name, page in pages.items()]
+    found += kept.answer("letters of tapes", list(scripts), lambda: list(map(of_script, scripts)))
     known.keep()
     text, signs = ("".join(sorted(set().union(*both))) for both in zip(*found, strict=True))
     return text, signs
@@ -375,7 +362,7 @@ def _letters(script: bytes) -> tuple[str, str]:
 
 def _html(content: _Content, templates: Environment, assets: Assets) -> dict[str, str]:
     """Every page by name."""
-    writer = Writer(templates, content.site, content.chapters, assets, content.insides, bool(content.docs))
+    writer = Writer(templates, content.site, content.chapters, assets, content.kept, bool(content.docs))
     references, terms = content.references, content.known.terms
     pages = {chapter.page: writer.chapter(chapter, body, references, terms) for chapter, body in content.bodies}
     pages |= {doc.page: writer.doc(doc, body, references, terms) for doc, body in content.docs}

@@ -7,16 +7,15 @@ from __future__ import annotations
 
 import contextlib
 import json
-import os
 import subprocess
 import sys
 from pathlib import Path
 
 from sitegen.building import Outcome
+from sitegen.memory import Stamp, sources
 
 WAITING = Path(__file__).with_name("waiting.py")
 CLEAR_UP_SECONDS = 5.0
-KEPT = ("templates", "widgets", "solvers", "sitegen", "content/data")
 
 
 class Process:
@@ -106,20 +105,3 @@ class Builder:
         if self._at_work is not None:
             self._at_work.close()
             self._at_work = None
-
-
-Stamp = tuple[str, int, int]
-
-
-def sources(root: Path) -> frozenset[Stamp]:
-    """Name, date and size of all that a process may keep in its memory from build to build: everything but chapters,
-    their pictures and lists, and tests, which every build reads anew."""
-    found = set()
-    for name in KEPT:
-        for folder, folders, files in os.walk(root / name):
-            folders[:] = [one for one in folders if one != "__pycache__"]
-            for file in files:
-                path = os.path.join(folder, file)
-                with contextlib.suppress(FileNotFoundError):  # removed meanwhile
-                    found.add((path, os.stat(path).st_mtime_ns, os.stat(path).st_size))
-    return frozenset(found)

@@ -10,6 +10,7 @@ from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
+from sitegen.memory import Memory
 from sitegen.outside import OutsideError, Progress, quiet
 from sitegen.problems import BuildFailed, Problem
 from sitegen.progress import shown
@@ -62,13 +63,17 @@ def attempt(
     drafts: bool = False,
     pack: bool = True,
     progress: Progress = quiet,
+    kept: Memory | None = None,
 ) -> Outcome:
-    """Build the checkout `root` into `dest`, with drafts or without, packed for hosts or not, and say how it went."""
+    """Build the checkout `root` into `dest`, with drafts or without, packed for hosts or not, and say how it went.
+
+    kept: see build().
+    """
     began = time.monotonic()
     try:
         from sitegen.build import build
 
-        report = build(root, dest, strict=strict, drafts=drafts, pack=pack, progress=progress)
+        report = build(root, dest, strict=strict, drafts=drafts, pack=pack, progress=progress, kept=kept)
     except BuildFailed as failed:
         return Outcome(problems=failed.problems, seconds=time.monotonic() - began)
     except OutsideError as error:

@@ -5,11 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 from markupsafe import Markup
 
 from . import schema
+from .memory import Memory
 from .problems import Place, Problems, read_text
 
 NAME = "content/references.yaml"
@@ -92,12 +94,17 @@ def people(names: Iterable[str]) -> str:
     return every[0] if len(every) == 1 else f"{', '.join(every[:-1])} and {every[-1]}"
 
 
-def read_references(root: Path, problems: Problems) -> dict[str, Reference]:
+def read_references(root: Path, problems: Problems, kept: Memory | None = None) -> dict[str, Reference]:
     """The references by key, sorted as a bibliography is; faulty ones go to `problems`."""
     path = root / "content" / "references.yaml"
     if not path.is_file():
         return {}
-    document = schema.read(read_text(path, NAME, problems), NAME, problems)
+    text = read_text(path, NAME, problems)
+    return (kept or Memory()).told("references", text, problems, partial(_references, text))
+
+
+def _references(text: str, problems: Problems) -> dict[str, Reference]:
+    document = schema.read(text, NAME, problems)
     if document is None or document.data is None:
         return {}
     if not isinstance(document.data, dict):

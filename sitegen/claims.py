@@ -17,7 +17,8 @@ from pathlib import Path
 from typing import Any, Literal
 
 from .content import Chapter, read_chapters, read_docs, read_site
-from .files import fingerprint, write
+from .files import content, digest, fingerprint, write
+from .memory import Memory
 from .problems import Problems
 from .remembered import Remembered
 
@@ -50,15 +51,19 @@ def standing(result: Result | None) -> str:
     return result.outcome if result is not None and result.current else "unknown"
 
 
-def read_tests(root: Path, files: Iterable[str], cache: Path) -> dict[str, Test]:
+def read_tests(root: Path, files: Iterable[str], cache: Path, kept: Memory | None = None) -> dict[str, Test]:
     """The tests of the named files (relative to the root; what is no file has none) by id."""
+    paths = {name: root / name for name in sorted(set(files)) if name.endswith(".py")}
+    sources = {name: content(path) for name, path in paths.items() if path.is_file()}
+    return (kept or Memory()).answer("tests", sources, partial(_tests_of, sources, cache))
+
+
+def _tests_of(sources: Mapping[str, bytes], cache: Path) -> dict[str, Test]:
     known = Remembered(cache, f"tests-{FORMAT}")
     found: list[Test] = []
-    for name in sorted(set(files)):
-        path = root / name
-        if path.suffix == ".py" and path.is_file():
-            source = path.read_text("utf-8")
-            found += [Test(*one) for one in known.answer(f"{name}\0{source}", partial(_tests_in, name, source))]
+    for name, data in sources.items():
+        source = data.decode().replace("\r\n", "\n").replace("\r", "\n")
+        found += [Test(*one) for one in known.answer(f"{name}\0{source}", partial(_tests_in, name, source))]
     known.keep()
     return {test.id: test for test in found}
 
@@ -95,14 +100,22 @@ def anchor(test_id: str) -> str:
 def tested_code(root: Path) -> dict[str, str]:
     """The hash of each tested package's sources."""
     paths = {name: (root / name).rglob("*.py") for name in TESTED}
-    return {name: fingerprint((p.relative_to(root).as_posix(), p.read_bytes()) for p in paths[name]) for name in TESTED}
+    return {name: fingerprint((p.relative_to(root).as_posix(), content(p)) for p in paths[name]) for name in TESTED}
 
 
 def code_hash(root: Path, test_id: str, packages: Mapping[str, str]) -> str:
     """The hash of what a test depends on: its file, the solvers, and the widgets where it tests those."""
-    file = root / test_id.partition("::")[0]
+    file = test_id.partition("::")[0]
+    return _code_hash(test_id, {file: _file_hash(root / file)}, packages)
+
+
+def _file_hash(path: Path) -> str:
+    return digest(content(path) if path.is_file() else b"")
+
+
+def _code_hash(test_id: str, files: Mapping[str, str], packages: Mapping[str, str]) -> str:
     names = TESTED if test_id.startswith(("tests/widgets/", "tests/browser/")) else TESTED[:1]
-    own = hashlib.sha256(file.read_bytes() if file.is_file() else b"").hexdigest()
+    own = files[test_id.partition("::")[0]]
     return hashlib.sha256("".join([own, *(packages[name] for name in names)]).encode()).hexdigest()[:16]
 
 
@@ -124,23 +137,24 @@ def claimed_by(chapters: Iterable[Chapter]) -> list[str]:
     return sorted(ids)
 
 
-def tests_for(root: Path, chapters: Iterable[Chapter], cache: Path) -> dict[str, Test]:
+def tests_for(root: Path, chapters: Iterable[Chapter], cache: Path, kept: Memory) -> dict[str, Test]:
     """The tests in the files that chapters name; all tests where one of theirs is not there, to name the nearest."""
     wanted = claimed_by(chapters)
-    found = read_tests(root, (test_id.partition("::")[0] for test_id in wanted), cache)
+    found = read_tests(root, (test_id.partition("::")[0] for test_id in wanted), cache, kept)
     return found if set(wanted) <= set(found) else read_tests(root, test_files(root), cache)
 
 
-def read_results(root: Path) -> dict[str, Result]:
+def read_results(root: Path, kept: Memory | None = None) -> dict[str, Result]:
     """The last results of the claimed tests."""
     path = root / RESULTS
     if not path.is_file():
         return {}
-    packages = tested_code(root)
-    kept = json.loads(path.read_text("utf-8"))
+    packages = (kept or Memory()).answer("tested code", (), partial(tested_code, root))
+    results = json.loads(path.read_text("utf-8"))
+    files = {name: _file_hash(root / name) for name in {test_id.partition("::")[0] for test_id in results}}
     return {
-        test_id: Result(entry["outcome"], entry["code"] == code_hash(root, test_id, packages))
-        for test_id, entry in sorted(kept.items())
+        test_id: Result(entry["outcome"], entry["code"] == _code_hash(test_id, files, packages))
+        for test_id, entry in sorted(results.items())
     }
 
 

@@ -25,6 +25,7 @@ from .problems import hint
 from .remembered import Remembered
 
 OURS = ("solvers", "widgets")
+SPARE = 2000  # numbers of one code that are kept: a build may ask for none but those of an edited chapter
 NAMESPACES = (*OURS, "plots")
 
 
@@ -152,7 +153,7 @@ class Values:
     """Evaluated calls, those of each package remembered for one state of its code; a plot keeps its own."""
 
     def __init__(self, cache: Path, codes: Mapping[str, str], gallery: Gallery) -> None:
-        self._known = {name: Remembered(cache, f"values {name} {code}") for name, code in codes.items()}
+        self._known = {name: Remembered(cache, f"values {name} {code}", SPARE) for name, code in codes.items()}
         self._gallery = gallery
 
     def value(self, call: Call) -> int | float:

@@ -6,13 +6,14 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import partial
 from itertools import pairwise, takewhile
 from pathlib import Path
 from typing import Any
 
 from . import schema
 from .markdown import Document, Source, parse
+from .memory import Memory
 from .problems import Place, Problems, hint, read_text
 from .slides import Slide, read_slides
 
@@ -196,10 +197,11 @@ def _defaults(fields: dict[str, schema.Field]) -> dict[str, Any]:
 
 
 def read_chapters(
-    root: Path, site: Site, problems: Problems, drafts: bool = False
+    root: Path, site: Site, problems: Problems, drafts: bool = False, kept: Memory | None = None
 ) -> tuple[list[Chapter], list[Chapter]]:
     """The chapters in reading order, which is that of the numbers their file names begin with; and the drafts left out,
-    whose mistakes stop nothing."""
+    whose mistakes stop nothing. With `kept`, only what was edited is parsed."""
+    kept = kept or Memory()
     found: list[tuple[tuple[float, str], Path]] = []
     for path in sorted((root / "content").glob("*.md")):
         match = FILE_NAME.fullmatch(path.name)
@@ -219,7 +221,7 @@ def read_chapters(
     left_out: list[Chapter] = []
     for _, path in found:
         own = Problems()
-        chapter = _chapter(root, path, own, first=not chapters)
+        chapter = _chapter(root, path, own, kept, first=not chapters)
         if chapter.draft and not drafts:
             left_out.append(chapter)
         else:
@@ -229,19 +231,19 @@ def read_chapters(
     return chapters, left_out
 
 
-def is_draft(what: str, draft: Chapter) -> str:
-    """What to say of a name that leads to a draft which is left out."""
-    return f"{what} is a draft: {draft.source.path} is published once its line 'draft: true' is gone"
+def is_draft(what: str, file: str) -> str:
+    """What to say of a name that leads to a draft which is left out: this file."""
+    return f"{what} is a draft: {file} is published once its line 'draft: true' is gone"
 
 
-def read_docs(root: Path, problems: Problems) -> list[Chapter]:
+def read_docs(root: Path, problems: Problems, kept: Memory | None = None) -> list[Chapter]:
     """The pages of the docs, by name; each is linked from their index, which must be there where any other is."""
-    docs = []
+    docs, kept = [], kept or Memory()
     for path in sorted((root / DOCS).glob("*.md")):
         if not SLUG.fullmatch(path.stem):
             says = "a page of the docs is called like authoring.md: small ASCII letters, digits and hyphens"
             problems.add(Place(f"{DOCS}/{path.name}"), says)
-        docs.append(_chapter(root, path, problems, first=False))
+        docs.append(_chapter(root, path, problems, kept, first=False))
     index = next((doc for doc in docs if doc.source.path == f"{DOCS}/{DOCS_INDEX}"), None)
     if docs and index is None:
         problems.add(Place(f"{DOCS}/{DOCS_INDEX}"), "is missing: it leads to the other pages of the docs")
@@ -258,17 +260,14 @@ def _is_doc(name: str) -> bool:
     return name.startswith(f"{DOCS}/")
 
 
-def _chapter(root: Path, path: Path, problems: Problems, first: bool) -> Chapter:
+def _chapter(root: Path, path: Path, problems: Problems, kept: Memory, first: bool) -> Chapter:
     name = path.relative_to(root).as_posix()
-    chapter, found = _parsed(name, read_text(path, name, problems), first)
-    problems.take(found)
-    return chapter
+    text = read_text(path, name, problems)
+    return kept.told(("parsed", name), (text, first), problems, partial(_parsed, name, text, first))
 
 
-@lru_cache(maxsize=64)
-def _parsed(name: str, text: str, first: bool) -> tuple[Chapter, Problems]:
-    """The chapter that a text is, and what is wrong in it. A process that builds again parses only what was edited."""
-    problems = Problems()
+def _parsed(name: str, text: str, first: bool, problems: Problems) -> Chapter:
+    """The chapter that a text is; what is wrong in it goes to `problems`."""
     front, body = _split(text, name, problems)
     source = Source(name, body, problems)
     fields = DOC_FRONT if _is_doc(name) else FRONT
@@ -291,7 +290,7 @@ def _parsed(name: str, text: str, first: bool) -> tuple[Chapter, Problems]:
     slug = values["slug"] or (match["slug"] if match else file.stem)
     if _is_doc(name):
         slug = "docs" if file.name == DOCS_INDEX else f"docs-{file.stem}"
-    chapter = Chapter(
+    return Chapter(
         source,
         parse(source),
         "index" if first else slug,
@@ -306,7 +305,6 @@ def _parsed(name: str, text: str, first: bool) -> tuple[Chapter, Problems]:
         read_slides(document, source, problems) if document is not None and fields is FRONT else (),
         values["hidden"],
     )
-    return chapter, problems
 
 
 def _split(text: str, name: str, problems: Problems) -> tuple[str, str]:

@@ -10,9 +10,10 @@ from markupsafe import Markup
 
 from .content import Chapter
 from .figures import Figure
+from .known import Known
 from .pages import Chosen, FigureView, figure_view
 from .problems import hint
-from .render import Body, Known, Pieces, pieces
+from .render import Body, Pieces, pieces
 from .survey import Staged, Survey
 from .tape import Tape
 from .title_slide import check_title

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from . import schema
 from .cite import KEY
 from .content import Chapter, is_draft
 from .markdown import ascii_slug
+from .memory import Memory
 from .problems import Place, Problems, hint, read_text
 
 NAME = "content/glossary.yaml"
@@ -40,20 +42,32 @@ class Term:
 
 
 def read_glossary(
-    root: Path, chapters: Sequence[Chapter], drafts: Sequence[Chapter], problems: Problems
+    root: Path,
+    chapters: Sequence[Chapter],
+    drafts: Sequence[Chapter],
+    problems: Problems,
+    kept: Memory | None = None,
 ) -> dict[str, Term]:
     """The terms by key, in the order of the alphabet; faulty ones go to `problems`. drafts: those that are left out."""
     path = root / "content" / "glossary.yaml"
     if not path.is_file():
         return {}
-    document = schema.read(read_text(path, NAME, problems), NAME, problems)
+    text = read_text(path, NAME, problems)
+    named = {chapter.slug: (chapter.page, chapter.title) for chapter in chapters}
+    left_out = {draft.slug: draft.source.path for draft in drafts}
+    make = partial(_terms, text, named, left_out)
+    return (kept or Memory()).told("glossary", (text, named, left_out), problems, make)
+
+
+def _terms(
+    text: str, chapters: Mapping[str, tuple[str, str]], drafts: Mapping[str, str], problems: Problems
+) -> dict[str, Term]:
+    document = schema.read(text, NAME, problems)
     if document is None or document.data is None:
         return {}
     if not isinstance(document.data, dict):
         problems.add(document.at(), "a mapping of keys to terms is expected")
         return {}
-    by_slug = {chapter.slug: chapter for chapter in chapters}
-    left_out = {draft.slug: draft for draft in drafts}
     found = []
     for key in document.data:
         if not KEY.fullmatch(str(key)):
@@ -61,12 +75,12 @@ def read_glossary(
                 document.at(key), f"{key!r} is no key: small ASCII letters, digits and hyphens, a letter first"
             )
         values = schema.validated(document, FIELDS, problems, key)
-        chapter = by_slug.get(values["chapter"])
-        if chapter is None and values["chapter"]:
-            name, draft = values["chapter"], left_out.get(values["chapter"])
-            says = is_draft(repr(name), draft) if draft else f"no chapter {name!r}{hint(name, by_slug)}"
+        name = values["chapter"]
+        if name and name not in chapters:
+            draft = drafts.get(name)
+            says = is_draft(repr(name), draft) if draft else f"no chapter {name!r}{hint(name, chapters)}"
             problems.add(document.at(key, "chapter"), says)
-        page, title = (chapter.page, chapter.title) if chapter else ("", "")  # what is faulty has its name still
+        page, title = chapters.get(name, ("", ""))  # what is faulty has its name still
         words = values["term"], values["says"], tuple(values["also"])
         found.append(Term(str(key), *words, page, title, document.at(key)))
     return {term.key: term for term in sorted(found, key=lambda term: ascii_slug(term.term))}

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from markdown_it.token import Token
 from markupsafe import Markup
 
 from .content import is_draft
 from .problems import Place, Problems, hint
-from .survey import Survey
+from .survey import Outline
 
 
 @dataclass(frozen=True)
@@ -20,16 +19,14 @@ class Links:
 
     chapter: the page of the chapter whose figures and equations are meant first; its own, or that of a deck's chapter.
     drafts: the chapters that are left out, so that a link to one is told as such.
-    inline: renders a heading's tokens for the text of a link.
     """
 
     page: str
     chapter: str
-    surveys: Sequence[Survey]
-    drafts: Sequence[Survey]
-    pages: Mapping[str, Mapping[str, Place] | None]
+    chapters: Sequence[Outline]
+    drafts: Sequence[Outline]
+    pages: Mapping[str, Collection[str] | None]
     problems: Problems
-    inline: Callable[[Sequence[Token]], str]
 
     def target(self, href: str, place: Place) -> str:
         """A link's address, checked where it leads into the site."""
@@ -38,7 +35,7 @@ class Links:
         page, _, fragment = href.partition("#")
         name = self._page_named(page) if page else self.page
         if name is None:
-            draft = next((one for one in self.drafts if page == one.chapter.deck or _is_named(page, one)), None)
+            draft = next((one for one in self.drafts if page == one.deck or _is_named(page, one)), None)
             self._lacks(place, repr(page), draft, f"no page {page!r}{hint(page, self.pages)}")
             return href
         return self._address(name, fragment, place)
@@ -47,38 +44,35 @@ class Links:
         """The link that `:ref[text]` means; empty, and a problem, where it means none."""
         kind, _, name = text.partition(":")
         if kind == "fig" and name:
-            figures = {s.chapter.page: f for s in self.surveys if (f := s.figures.get(name) or s.plots.get(name))}
-            found = {page: (figure.dom_id, f"Figure {figure.number}") for page, figure in figures.items()}
-            names = [f for s in self.surveys for f in (*s.figures, *s.plots)]
-            draft = next((s for s in self.drafts if name in s.figures or name in s.plots), None)
+            found = {each.page: each.numbered[name] for each in self.chapters if name in each.numbered}
+            names = [figure for each in self.chapters for figure in each.numbered]
+            draft = next((each for each in self.drafts if name in each.numbered), None)
             return self._numbered("figure", name, found, names, draft, place, f"fig:{name}")
         if kind == "eq" and name:
-            numbers = {s.chapter.page: s.equations[name] for s in self.surveys if name in s.equations}
-            found = {page: (f"eq-{name}", f"({number})") for page, number in numbers.items()}
-            names = [e for s in self.surveys for e in s.equations]
-            draft = next((s for s in self.drafts if name in s.equations), None)
+            found = {each.page: each.equations[name] for each in self.chapters if name in each.equations}
+            names = [equation for each in self.chapters for equation in each.equations]
+            draft = next((each for each in self.drafts if name in each.equations), None)
             return self._numbered("equation", name, found, names, draft, place, f"eq:{name}")
         slug, _, fragment = text.partition("#")
-        for survey in self.surveys:
-            if slug in (survey.chapter.slug, survey.chapter.name):
-                return self._chapter(survey, fragment, place)
-        kinds = [(f"fig:{slug}", {**s.figures, **s.plots}) for s in self.surveys]
-        kinds += [(f"eq:{slug}", dict(s.equations)) for s in self.surveys]
+        for each in self.chapters:
+            if slug in (each.slug, each.name):
+                return self._chapter(each, fragment, place)
+        kinds = [(f"fig:{slug}", each.numbered) for each in self.chapters]
+        kinds += [(f"eq:{slug}", each.equations) for each in self.chapters]
         whole = next((kind for kind, there in kinds if slug in there), "")
-        near = hint(slug, [survey.chapter.slug for survey in self.surveys])
+        near = hint(slug, [each.slug for each in self.chapters])
         more = f"; did you mean {whole!r}?" if whole else f"{near} (figures are fig:id, equations eq:label)"
-        draft = next((s for s in self.drafts if slug == s.chapter.slug), None)
+        draft = next((each for each in self.drafts if slug == each.slug), None)
         self._lacks(place, repr(slug), draft, f"no chapter {slug!r}{more}")
         return Markup("")
 
-    def _lacks(self, place: Place, what: str, draft: Survey | None, says: str) -> None:
+    def _lacks(self, place: Place, what: str, draft: Outline | None, says: str) -> None:
         """Note what is named and not there, or only in a draft."""
-        self.problems.add(place, is_draft(what, draft.chapter) if draft else says)
+        self.problems.add(place, is_draft(what, draft.file) if draft else says)
 
-    def _chapter(self, survey: Survey, fragment: str, place: Place) -> Markup:
-        href = self._address(survey.chapter.page, fragment, place)
-        heading = next((h for h in survey.headings if h.id == fragment), None)
-        text = Markup(self.inline(heading.tokens)) if heading else survey.chapter.title
+    def _chapter(self, chapter: Outline, fragment: str, place: Place) -> Markup:
+        href = self._address(chapter.page, fragment, place)
+        text = chapter.headings.get(fragment, chapter.title)
         return Markup('<a class="ref" href="{}">{}</a>').format(href, text)
 
     def _numbered(
@@ -87,14 +81,14 @@ class Links:
         name: str,
         found: Mapping[str, tuple[str, str]],
         names: Sequence[str],
-        draft: Survey | None,
+        draft: Outline | None,
         place: Place,
         key: str,
     ) -> Markup:
         """A link to a numbered thing: this chapter's own, or the only one elsewhere. draft: one that has it too."""
         page = self.chapter if self.chapter in found else next(iter(found), None)
         if page is None:
-            if not any(key in survey.lost for survey in self.surveys):
+            if not any(key in each.lost for each in self.chapters):
                 self._lacks(place, f"the chapter of {what} {name!r}", draft, f"no {what} {name!r}{hint(name, names)}")
             return Markup("")
         if page != self.chapter and len(found) > 1:
@@ -108,9 +102,9 @@ class Links:
         """The page that a link means by its name, its chapter's slug or its chapter's file."""
         if page in self.pages:
             return page
-        for survey in self.surveys:
-            if _is_named(page, survey):
-                return survey.chapter.page
+        for each in self.chapters:
+            if _is_named(page, each):
+                return each.page
         return None
 
     def _address(self, page: str, fragment: str, place: Place) -> str:
@@ -122,6 +116,6 @@ class Links:
         return (path + (f"#{fragment}" if fragment else "")) or page
 
 
-def _is_named(page: str, survey: Survey) -> bool:
+def _is_named(page: str, chapter: Outline) -> bool:
     """Whether a link to `page` means the chapter, by its slug or by its file."""
-    return page in (f"{survey.chapter.slug}.html", Path(survey.chapter.source.path).name)
+    return page in (f"{chapter.slug}.html", Path(chapter.file).name)

@@ -8,13 +8,14 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Set
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from . import outside
+from .memory import Memory
 from .node import run_node
 from .problems import Place, Problems
 from .remembered import Remembered
@@ -57,35 +58,45 @@ def render(
     cache: Path,
     problems: Problems,
     progress: outside.Progress = outside.quiet,
+    kept: Memory | None = None,
 ) -> Mathematics:
     """All formulas as MathML; those that are no LaTeX go to `problems` and become empty, and so do
     those that a browser would show with a part missing."""
     wanted = list(asked)
+    formulas = {one.formula for one in wanted}
+    make = partial(_made, formulas, macros, cache, progress)
+    mathematics, faults = (kept or Memory()).answer("formulas", (formulas, macros), make)
+    for one in wanted:
+        if "<menclose" in mathematics.mathml[one.formula]:
+            problems.add(one.at(0), "formula: no browser draws <menclose>, made of \\overline, \\boxed, \\cancel …")
+        if fault := faults.get(one.formula):
+            position = fault["position"]
+            place = one.at(min(position, len(one.formula.source)) if isinstance(position, int) else 0)
+            problems.add(place, f"formula: {_said(str(fault['message']))}")
+    return mathematics
+
+
+def _made(
+    formulas: Set[Formula], macros: Mapping[str, str], cache: Path, progress: outside.Progress
+) -> tuple[Mathematics, dict[Formula, Any]]:
+    """All formulas, and what Temml says of those that it cannot read."""
     version = outside.read_manifest()["temml"].version
     made_by = _hash([FORMAT, version, SCRIPT.read_text("utf-8"), sorted(macros.items())])
     known = Remembered(cache, f"maths {made_by}", SPARE)
-    new = sorted({f.formula for f in wanted if not known.knows(_key(f.formula))}, key=_key)
+    new = sorted((formula for formula in formulas if not known.knows(_key(formula))), key=_key)
     made: dict[Formula, Any] = {}
     if new:
         module = outside.gather(["temml"], cache=cache, progress=progress)["temml/dist/temml.mjs"]
-        formulas = [{"source": f.source, "display": f.display} for f in new]
-        answers = run_node(SCRIPT, {"module": str(module), "macros": dict(macros), "formulas": formulas}, timeout=120)
+        asked = [{"source": f.source, "display": f.display} for f in new]
+        answers = run_node(SCRIPT, {"module": str(module), "macros": dict(macros), "formulas": asked}, timeout=120)
         made = dict(zip(new, answers, strict=True))
-    styles: dict[str, str] = {}
-    mathml: dict[Formula, str] = {}
-    for one in wanted:
-        answer = known.answer(_key(one.formula), partial(made.get, one.formula))
-        if "mathml" in answer:
-            mathml[one.formula] = _classed(str(answer["mathml"]), styles)
-            if "<menclose" in mathml[one.formula]:
-                problems.add(one.at(0), "formula: no browser draws <menclose>, made of \\overline, \\boxed, \\cancel …")
-        else:
-            mathml[one.formula] = ""
-            position = answer["position"]
-            place = one.at(min(position, len(one.formula.source)) if isinstance(position, int) else 0)
-            problems.add(place, f"formula: {_said(str(answer['message']))}")
+    order = sorted(formulas, key=_key)
+    found = {formula: known.answer(_key(formula), partial(made.get, formula)) for formula in order}
     known.keep()
-    return Mathematics(mathml, "".join(f".{name}{{{style}}}\n" for style, name in sorted(styles.items())))
+    styles: dict[str, str] = {}
+    mathml = {formula: _classed(str(answer.get("mathml", "")), styles) for formula, answer in found.items()}
+    css = "".join(f".{name}{{{style}}}\n" for style, name in sorted(styles.items()))
+    return Mathematics(mathml, css), {formula: said for formula, said in found.items() if "mathml" not in said}
 
 
 def _key(formula: Formula) -> str:

@@ -27,10 +27,12 @@ from .content import Chapter, Site
 from .emblem import TOKENS
 from .figures import Figure, Plain
 from .files import fingerprint
+from .known import Known
 from .markdown import HEADING_ID
+from .memory import Memory
 from .plotting import Drawn, Placed
 from .problems import Place
-from .render import Body, Known, blocks, pieces
+from .render import Body, blocks, pieces
 from .standalone import SHEETS, data_address, standalone
 from .store import Store
 from .survey import Survey
@@ -275,13 +277,21 @@ def _bibliography(references: Sequence[Reference]) -> str:
     return "## References\n\n" + "\n".join(lines)
 
 
-def notebooks(surveys: Sequence[Survey], bodies: Sequence[Body], shown: Shown, cache: Path) -> dict[str, bytes]:
+def notebooks(
+    surveys: Sequence[Survey], bodies: Sequence[Body], shown: Shown, cache: Path, kept: Memory
+) -> dict[str, bytes]:
     """Every chapter's notebook by its name on the site, kept by what it is made of. bodies: the chapters rendered."""
     store = Store(cache, "notebooks")
     made = {}
     for survey, body in zip(surveys, bodies, strict=True):
         make = partial(notebook, survey, body.cited, shown)
-        made[name_of(survey.chapter)] = store.get(_made_of(survey, body, shown), make)
+        works = [shown.known.references[key] for key in body.cited]
+        key = kept.answer(
+            ("notebook", survey.chapter.source.path),
+            (survey, body, works, shown.site, shown.wheel),
+            partial(_made_of, survey, body, shown),
+        )
+        made[name_of(survey.chapter)] = store.get(key, make)
     return made
 
 

@@ -19,11 +19,13 @@ import zipfile
 import zlib
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path, PurePosixPath
 from typing import IO
 
 import platformdirs
 
+from sitegen.files import content
 from sitegen.node import environment, npm_command
 from sitegen.store import put_file, used
 
@@ -114,8 +116,13 @@ def cache_dir() -> Path:
 
 def read_manifest(path: Path = MANIFEST) -> dict[str, Bundle]:
     """The bundles of a manifest by name, in its order. Raises OutsideError where it is not well-formed."""
+    return dict(_manifest(path.name, content(path)))
+
+
+@lru_cache(maxsize=8)
+def _manifest(name: str, text: bytes) -> dict[str, Bundle]:
     try:
-        data = tomllib.loads(path.read_text("utf-8"))
+        data = tomllib.loads(text.decode())
         sources = {name: _read_source(name, entry) for name, entry in data["source"].items()}
         return {
             name: Bundle(
@@ -130,7 +137,7 @@ def read_manifest(path: Path = MANIFEST) -> dict[str, Bundle]:
             for name, entry in data["bundle"].items()
         }
     except (KeyError, TypeError, tomllib.TOMLDecodeError) as error:
-        raise OutsideError(f"{path.name}: {type(error).__name__}: {error}") from error
+        raise OutsideError(f"{name}: {type(error).__name__}: {error}") from error
 
 
 def _inside(name: str) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
@@ -26,6 +27,7 @@ from .content import Chapter, Site
 from .figures import Figure, Plain, dumps, first_frame, spec
 from .glossary import Term
 from .lost import lost
+from .memory import Memory
 from .notebooks import name_of
 from .outside import Licence
 from .plotting import Drawn, Placed
@@ -168,14 +170,13 @@ def _undrawn(result: Plain) -> Plain:
 
 @dataclass(frozen=True)
 class Writer:
-    """Fills the templates of one build. insides: of the pages that were filled already, with other assets: of all that
-    assets are, only a search and a download show below the head."""
+    """Fills the templates of one build. kept: insides of pages that were filled before, here or in an earlier build."""
 
     templates: Environment
     site: Site
     chapters: Sequence[Chapter]
     assets: Assets
-    insides: dict[tuple[str, bool, str], Markup]
+    kept: Memory
     has_docs: bool = False
 
     def _page(self, name: str, title: str, description: str, kind: str, **more: Any) -> Page:
@@ -185,21 +186,25 @@ class Writer:
         return Page(name, title, description, kind, canonical, report, **more)
 
     def _fill(self, template: str, page: Page, **values: Any) -> str:
-        download = self.assets.download.size if self.assets.download else ""
-        key = page.name, bool(self.assets.search_data), download
-        html = self.templates.get_template(template).render(
-            site=self.site,
-            page=page,
-            assets=self.assets,
-            policy=POLICY,
-            ladder=self._ladder(page.name),
-            has_slides=any(chapter.slides for chapter in self.chapters),
-            has_docs=self.has_docs,
-            inside=self.insides.get(key, ""),
-            **values,
-        )
-        self.insides.setdefault(key, _inside(html))
-        return html
+        given = values | {
+            "site": self.site,
+            "page": page,
+            "policy": POLICY,
+            "ladder": self._ladder(page.name),
+            "has_slides": any(chapter.slides for chapter in self.chapters),
+            "has_docs": self.has_docs,
+        }
+        render = partial(self.templates.get_template(template).render, given, assets=self.assets)
+        assets, wheel = self.assets, self.templates.globals["wheel"]
+        # Of all that assets are, only these show below the head.
+        shown = bool(assets.search_data), assets.download and (assets.download.name, assets.download.size)
+        made_of = template, given, wheel, shown
+        way = page.name, bool(assets.css), assets.download is None  # a build fills each page in several ways
+
+        def whole() -> str:
+            return render(inside=self.kept.answer(("inside", *way), made_of, lambda: _inside(render(inside=""))))
+
+        return self.kept.answer(("page", *way), (made_of, replace(assets, files={})), whole)
 
     def _ladder(self, current: str) -> list[dict[str, Any]]:
         """Every rung in order: those published as links, the rest as text; chapters without a rung stand at the end."""

@@ -9,6 +9,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache as once
+from functools import lru_cache
 from importlib import import_module
 from importlib.metadata import version as version_of
 from pathlib import Path
@@ -178,17 +179,22 @@ class Gallery:
     def __init__(self, plots: Mapping[str, Plot], cache: Path, progress: Progress = quiet) -> None:
         self.plots = plots
         self._computed, self._drawn, self._progress = Store(cache, "plots"), Store(cache, "drawings"), progress
-        self._results: dict[str, Any] = {}
+        self._results: dict[str, bytes] = {}
         self._keys: dict[str, str] = {}
 
     def lacks(self, placed: Placed) -> bool:
         """Whether the plot has to be computed or drawn."""
         if not self._computed.has(_result_key(placed.plot)):
             return True
-        return not self._drawn.has(self._drawings_key(placed, self.result(placed.plot)))
+        return not self._drawn.has(self._drawings_key(placed))
 
     def result(self, plot: Plot) -> Any:
         """What the plot computed. What its module raises is raised."""
+        # Also a new result comes from its bytes, so that kept and new are the same.
+        return _result(plot.result, self._plain(plot))
+
+    def _plain(self, plot: Plot) -> bytes:
+        """The same as it is kept."""
         if plot.name not in self._results:
 
             def make() -> bytes:
@@ -197,12 +203,10 @@ class Gallery:
                 self._progress(f"computing {plot.name}", 1, 1)
                 return made
 
-            # Also a new result comes from its bytes, so that kept and new are the same.
-            plain = json.loads(self._computed.get(_result_key(plot), make))
-            self._results[plot.name] = plot.result(**{name: _tuples(value) for name, value in plain.items()})
+            self._results[plot.name] = self._computed.get(_result_key(plot), make)
         return self._results[plot.name]
 
-    def _drawings_key(self, placed: Placed, result: Any) -> str:
+    def _drawings_key(self, placed: Placed) -> str:
         """What a plot's drawings depend on: its result, its module's look, and what draws."""
         name = f"{placed.plot.name} {placed.dom_id}"
         if name not in self._keys:
@@ -212,7 +216,7 @@ class Gallery:
             self._keys[name] = fingerprint(
                 [
                     (f"{FORMAT} {version('matplotlib')} {placed.dom_id}", placed.plot.look.encode()),
-                    ("result", json.dumps(asdict(result)).encode()),
+                    ("result", self._plain(placed.plot)),
                     ("drawing", source + drawing.TOKENS.read_bytes()),
                 ]
             )
@@ -236,8 +240,14 @@ class Gallery:
             self._progress(f"drawing {plot.name}", 1, 1)
             return json.dumps(drawings).encode()
 
-        svgs = json.loads(self._drawn.get(self._drawings_key(placed, result), make))
+        svgs = json.loads(self._drawn.get(self._drawings_key(placed), make))
         return Drawn(svgs, plot.words(result), plot.table(result) if plot.table else None)
+
+
+@lru_cache(maxsize=128)
+def _result(kind: type, plain: bytes) -> Any:
+    """A result from what is kept of it; nobody changes it."""
+    return kind(**{name: _tuples(value) for name, value in json.loads(plain).items()})
 
 
 def _result_key(plot: Plot) -> str:

@@ -52,10 +52,10 @@ class Problems:
         self._append(self.notes, place, message)
 
     def take(self, others: Problems) -> None:
-        """Note all that others have."""
-        self.found += others.found
-        self.warnings += others.warnings
-        self.notes += others.notes
+        """Note all that others have, each once."""
+        self.found += [one for one in others.found if one not in self.found]
+        self.warnings += [one for one in others.warnings if one not in self.warnings]
+        self.notes += [one for one in others.notes if one not in self.notes]
         self.unread |= others.unread
         self.unclear |= others.unclear
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import stat
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -38,7 +39,7 @@ def publish(
     beside = Path(tempfile.mkdtemp(prefix=f".{dest.name}-", dir=dest.parent))
     try:
         beside.chmod(0o755)
-        _fill(beside, {**_runtime(started), **files}, pack, cache, progress)
+        _fill(beside, {**_runtime(started), **files}, dest, pack, cache, progress)
         if (dest / ".gitignore").is_file():  # the folder's own, which is in git and not of the build
             shutil.copyfile(dest / ".gitignore", beside / ".gitignore")
         with held():
@@ -52,8 +53,11 @@ def _runtime(started: RuntimeInfo | None) -> dict[str, bytes]:
     return {f"runtime/{name}": data for name, data in started.contents.items()} if started else {}
 
 
-def _fill(folder: Path, files: Mapping[str, bytes], pack: bool, cache: Path, progress: Progress) -> None:
-    """Write the files. The threads only pack: so nothing is written any more once this is left."""
+def _fill(
+    folder: Path, files: Mapping[str, bytes], old: Path, pack: bool, cache: Path, progress: Progress
+) -> None:
+    """Write the files, and take from `old` those that it has already. The threads only pack: so nothing is written any
+    more once this is left."""
     for parent in {(folder / name).parent for name in files}:
         parent.mkdir(parents=True, exist_ok=True)
     with ahead.threads() as threads:
@@ -61,8 +65,22 @@ def _fill(folder: Path, files: Mapping[str, bytes], pack: bool, cache: Path, pro
         for i, (name, data) in enumerate(files.items()):
             progress("writing pages", i, len(files))
             for each, bytes_ in {name: data, **(packs[i].result() if pack else {})}.items():
-                (folder / each).write_bytes(bytes_)
+                if not _linked(old / each, folder / each, bytes_):
+                    (folder / each).write_bytes(bytes_)
     progress("writing pages", len(files), len(files))
+
+
+def _linked(old: Path, new: Path, data: bytes) -> bool:
+    """Give the old file, where it holds these bytes, the new name as well: it need not be written. Tells whether it
+    could."""
+    try:
+        facts = old.lstat()
+        if not stat.S_ISREG(facts.st_mode) or facts.st_size != len(data) or old.read_bytes() != data:
+            return False
+        os.link(old, new)
+    except OSError:  # it is not there, or the file system knows no second names
+        return False
+    return True
 
 
 def _exchange(beside: Path, dest: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +19,13 @@ class Remembered:
 
     def __init__(self, cache: Path, name: str, spare: int | None = None) -> None:
         self._store, self._name, self._spare = Store(cache, "remembered"), name, SPARE if spare is None else spare
-        self._known: dict[str, Any] = json.loads(self._store.find(name) or "{}")
         self._asked: dict[str, Any] = {}
+
+    @cached_property
+    def _known(self) -> dict[str, Any]:
+        """What was kept, read when it is first asked for."""
+        known: dict[str, Any] = json.loads(self._store.find(self._name) or "{}")
+        return known
 
     def knows(self, given: str) -> bool:
         """Whether the answer is there."""
@@ -34,7 +40,7 @@ class Remembered:
 
     def keep(self) -> None:
         """Write down what is new; what was asked for last stays longest."""
-        if self._asked.keys() <= self._known.keys():
+        if not self._asked or self._asked.keys() <= self._known.keys():
             return
         rest = [(key, value) for key, value in self._known.items() if key not in self._asked]
         self._known = dict([*rest[max(0, len(rest) - self._spare) :], *self._asked.items()])

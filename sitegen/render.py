@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import groupby, takewhile
 from pathlib import Path
@@ -15,40 +15,18 @@ from markdown_it.token import Token
 from markupsafe import Markup, escape
 
 from .cite import NAME as REFERENCES
-from .cite import Reference
-from .claims import Result, Test, anchor, standing
-from .computed import CallError, Values, printed, read_call
-from .figures import Figure, Plain, changed, dumps, listed
+from .claims import anchor, standing
+from .computed import CallError, printed, read_call
+from .figures import changed, dumps, listed
 from .glossary import NAME as GLOSSARY
-from .glossary import Term, named
+from .glossary import named
 from .highlighting import highlighted
 from .images import Image, read_image
+from .known import Known
 from .links import Links
 from .markdown import parser, text_of
-from .maths import Mathematics
-from .plotting import Placed
-from .problems import Place, Problems, hint
-from .survey import LINKS, Survey
-
-
-@dataclass
-class Known:
-    """All that rendering looks things up in. pages: name → anchors, None where any will do; drafts: not built."""
-
-    root: Path
-    surveys: Sequence[Survey]
-    drafts: Sequence[Survey]
-    pages: Mapping[str, Mapping[str, Place] | None]
-    references: Mapping[str, Reference]
-    terms: Mapping[str, Term]
-    tests: Mapping[str, Test]
-    results: Mapping[str, Result]
-    mathematics: Mathematics
-    values: Values
-    frames: Callable[[Figure, Sequence[Plain]], list[Plain]]
-    figure_html: Callable[[Figure, Markup], Markup]
-    plot_html: Callable[[Placed, Markup], Markup]
-    problems: Problems
+from .problems import hint
+from .survey import LINKS, Heading, Survey
 
 
 @dataclass(frozen=True)
@@ -75,6 +53,12 @@ class Body:
 def render(survey: Survey, known: Known) -> Body:
     """The chapter's body; what is wrong goes to known.problems."""
     return _Renderer(survey, known).body()
+
+
+def headings(survey: Survey, known: Known) -> dict[str, Markup]:
+    """What links to the chapter's headings say, by anchor. They hold no links, so no other chapter is looked at."""
+    renderer = _Renderer(survey, known)
+    return {heading.id: renderer.heading(heading) for heading in reversed(survey.headings)}  # of two, the first
 
 
 @dataclass(frozen=True)
@@ -111,11 +95,10 @@ class _Renderer:
         self._links = Links(
             page or survey.chapter.page,
             survey.chapter.page,
-            known.surveys,
+            known.chapters,
             known.drafts,
             known.pages,
             known.problems,
-            lambda tokens: self._inline(_unlinked(tokens)),
         )
         self._html = RendererHTML(parser())
         self._options = parser().options
@@ -152,8 +135,12 @@ class _Renderer:
         self._body.html = self.flow(self._chapter.document.tokens)
         for heading in self._survey.headings:
             if heading.level in (2, 3):
-                self._body.contents.append((heading.level, heading.id, Markup(self._inline(_unlinked(heading.tokens)))))
+                self._body.contents.append((heading.level, heading.id, self.heading(heading)))
         return self._body
+
+    def heading(self, heading: Heading) -> Markup:
+        """A heading's text without links."""
+        return Markup(self._inline(_unlinked(heading.tokens)))
 
     def flow(self, tokens: Sequence[Token]) -> Markup:
         """Top-level blocks, with buttons that stand together as a list."""

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from .content import FIXED_PAGES
 from .figures import dumps
+from .memory import Memory
 from .outside import gather
 from .remembered import Remembered
 
@@ -48,12 +49,16 @@ class Section:
         return " ".join("".join(self.parts).split())
 
 
-def search_data(pages: Mapping[str, str], cache: Path) -> bytes:
+def search_data(pages: Mapping[str, str], cache: Path, kept: Memory | None = None) -> bytes:
     """The script that hands the page every section: [address, page, heading, text] of each."""
-    known = Remembered(cache, f"search-{FORMAT}")
-    found = {name: known.answer(f"{name}\0{html}", partial(_entries, name, html)) for name, html in pages.items()}
+    known, kept = Remembered(cache, f"search-{FORMAT}"), kept or Memory()
+
+    def entries(name: str, html: str) -> str:
+        return dumps(known.answer(f"{name}\0{html}", partial(_entries, name, html)))[1:-1]
+
+    found = [kept.answer(("sections", name), html, partial(entries, name, html)) for name, html in pages.items()]
     known.keep()
-    return f"Ladder.searchable({dumps([entry for entries in found.values() for entry in entries])});\n".encode()
+    return f"Ladder.searchable([{','.join(filter(None, found))}]);\n".encode()
 
 
 def _entries(name: str, html: str) -> list[list[str]]:

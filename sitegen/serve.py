@@ -25,7 +25,7 @@ from sitegen.building import Outcome, tell
 from sitegen.static import StaticHandler, StaticServer, content_type
 
 WATCHED = ("content", "templates", "widgets", "solvers", "sitegen", "tests")
-SETTLE_MS = 40  # an editor's save is over when nothing has changed for so long
+SETTLE_MS = 20  # an editor's save is over when nothing has changed for so long
 SWAP_SECONDS = 30.0  # how long a request may wait for a build that has just moved its file away
 PORTS = 50
 PREVIEW = Path(__file__).with_name("preview")
@@ -203,8 +203,8 @@ class LiveSite:
             *[self.root / name for name in WATCHED if (self.root / name).is_dir()],
             stop_event=self._stop,
             step=SETTLE_MS,
-            debounce=10 * SETTLE_MS,
-            rust_timeout=4 * SETTLE_MS,
+            debounce=20 * SETTLE_MS,
+            rust_timeout=8 * SETTLE_MS,
             yield_on_timeout=True,  # so that watching can be begun before the first build, which takes long
         )
 

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 from markdown_it.token import Token
+from markupsafe import Markup
 
 from widgets.contract import Record, Widget
 from widgets.controls import specs
@@ -70,9 +71,45 @@ class Survey:
     """Figures and equations ("fig:id", "eq:label") that are named and could not be made: that is told once."""
 
 
-def survey(
-    chapter: Chapter, widgets: Mapping[str, Widget], plots: Mapping[str, Plot], problems: Problems
-) -> Survey:
+@dataclass(frozen=True)
+class Outline:
+    """What other chapters may say of a chapter: plain data, so that it can be told whether any of it has changed.
+
+    numbered: figures and plots by id, `equations` by label, each with its element's id and number; headings: the text
+    of a link to each, by anchor; lost: see Survey.
+    """
+
+    file: str
+    page: str
+    deck: str
+    slug: str
+    name: str
+    title: str
+    numbered: Mapping[str, tuple[str, str]]
+    equations: Mapping[str, tuple[str, str]]
+    headings: Mapping[str, Markup]
+    lost: frozenset[str]
+
+
+def outline(found: Survey, headings: Mapping[str, Markup]) -> Outline:
+    """The outline of a chapter, its headings rendered."""
+    chapter = found.chapter
+    shown: dict[str, Figure | Placed] = {**found.plots, **found.figures}
+    return Outline(
+        chapter.source.path,
+        chapter.page,
+        chapter.deck,
+        chapter.slug,
+        chapter.name,
+        chapter.title,
+        {name: (one.dom_id, f"Figure {one.number}") for name, one in shown.items()},
+        {label: (f"eq-{label}", f"({number})") for label, number in found.equations.items()},
+        headings,
+        frozenset(found.lost),
+    )
+
+
+def survey(chapter: Chapter, widgets: Mapping[str, Widget], plots: Mapping[str, Plot], problems: Problems) -> Survey:
     """The chapter's survey; what is wrong in itself goes to `problems`."""
     found = Survey(chapter, lost=set(chapter.document.lost))
     flow = chapter.document.tokens

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 from .figures import Bakery, Plain, dumps
 from .files import hashed_name
+from .memory import Memory
 from .outside import Progress
 from .picture_faults import FigureFault
 from .problems import Problems
@@ -25,22 +27,28 @@ class Tape:
 
 
 def record_tapes(
-    surveys: Sequence[Survey], bakery: Bakery, problems: Problems, progress: Progress
+    surveys: Sequence[Survey], bakery: Bakery, problems: Problems, progress: Progress, kept: Memory
 ) -> dict[tuple[str, str], Tape]:
     """The tape of every figure, by page and figure."""
-    figures = [(one.chapter, figure) for one in surveys for figure in one.figures.values()]
+    tapes: dict[tuple[str, str], Tape] = {}
+    for i, one in enumerate(surveys):
+        progress("drawing figures", i, len(surveys))
+        tapes |= kept.told(("tapes", one.chapter.source.path), one, problems, partial(_tapes, one, bakery))
+    progress("drawing figures", len(surveys), len(surveys))
+    return tapes
+
+
+def _tapes(one: Survey, bakery: Bakery, problems: Problems) -> dict[tuple[str, str], Tape]:
     tapes = {}
-    for i, (chapter, figure) in enumerate(figures):
-        progress("drawing figures", i, len(figures))
+    for figure in one.figures.values():
         try:
             script, first = bakery.tape(figure.dom_id, figure.records, tape_script)
             results = bakery.results(figure.dom_id, figure.records[0])
         except FigureFault as fault:  # a widget's own mistake: the author sees where, which figure and why
             fault.tell(problems, figure.place)
             continue
-        name = hashed_name(f"tapes/{chapter.name}-{figure.id}.js", script)
-        tapes[chapter.name, figure.id] = Tape(name, script, first, results)
-    progress("drawing figures", len(figures), len(figures))
+        name = hashed_name(f"tapes/{one.chapter.name}-{figure.id}.js", script)
+        tapes[one.chapter.name, figure.id] = Tape(name, script, first, results)
     return tapes
 
 

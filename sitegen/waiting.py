@@ -30,14 +30,18 @@ def forget_recent(root: str) -> None:
                 Path(importlib.util.cache_from_source(str(path))).unlink(missing_ok=True)
 
 
-def build(root: str, dest: str) -> dict[str, Any]:
-    """Build the checkout `root` into `dest`: how it went, and the modules of other people that it has imported."""
+def build(root: str, dest: str, kept: dict[str, Any]) -> dict[str, Any]:
+    """Build the checkout `root` into `dest`: how it went, and the modules of other people that it has imported. kept:
+    holds the builds' memory."""
     try:
         from sitegen.building import attempt
+        from sitegen.memory import Memory
         from sitegen.progress import shown
 
         with shown() as progress:
-            outcome = attempt(Path(root), Path(dest), drafts=True, pack=False, progress=progress).plain()
+            memory = kept.setdefault("memory", Memory())
+            made = attempt(Path(root), Path(dest), drafts=True, pack=False, progress=progress, kept=memory)
+        outcome = made.plain()
     except Exception:  # the very modules that tell of problems may be what is being edited
         outcome = {"trouble": traceback.format_exc()}
     known = (*sys.stdlib_module_names, *OURS, "__main__", "__mp_main__")
@@ -56,12 +60,13 @@ def main(root: str, dest: str, modules: str) -> None:
     answers.flush()
     sys.path.insert(0, root)
     began = False
+    kept: dict[str, Any] = {}
     for _ in sys.stdin:
         if not began:
             forget_recent(root)
         began = True
         gc.disable()  # looking for cycles in a build's many tokens takes a tenth of its time; it is done afterwards
-        answers.write(json.dumps(build(root, dest)) + "\n")
+        answers.write(json.dumps(build(root, dest, kept)) + "\n")
         answers.flush()
         gc.collect()
 

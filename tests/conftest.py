@@ -30,7 +30,7 @@ class Report:
     warnings: tuple = ()
     sources: tuple = (("content/page.md", "index.html"),)
 
-def build(root, dest, *, strict=False, drafts=False, pack=True, progress=None):
+def build(root, dest, *, strict=False, drafts=False, pack=True, progress=None, kept=None):
     text = (root / "content" / "page.md").read_text("utf-8")
     if "wrong" in text:
         raise BuildFailed([Problem("content/page.md", 1, 1 + text.index("wrong"), "this is wrong")])
@@ -74,7 +74,8 @@ def small_checkout(tmp_path: Path) -> Path:
     (tmp_path / "content").mkdir()
     (tmp_path / "content" / "page.md").write_text("first", "utf-8")
     (tmp_path / "sitegen").mkdir()
-    for name in ("__init__", "building", "problems", "progress", "outside", "store", "files", "node", "stopping"):
+    reports = ("__init__", "building", "memory", "problems", "progress")
+    for name in (*reports, "outside", "store", "files", "node", "stopping"):
         shutil.copy(ROOT / "sitegen" / f"{name}.py", tmp_path / "sitegen")
     (tmp_path / "sitegen" / "build.py").write_text(BUILD, "utf-8")
     (tmp_path / "sitegen" / "tone.py").write_text("TONE = '.'\n", "utf-8")
