@@ -14,7 +14,7 @@ import html5lib
 import pytest
 from markupsafe import escape
 
-from sitegen.assets import FOR_HOSTS, POLICY
+from sitegen.assets import FOR_HOSTS, MAP, POLICY
 from sitegen.check import check_site
 from sitegen.files import short_hash
 from sitegen.static import header_rules, headers_for
@@ -316,7 +316,7 @@ def test_the_service_worker_knows_every_file_and_their_version(built: Project) -
     worker = built.page("sw.js")
     files = json.loads(re.search(r"const FILES = (\[.*?\n\]);", worker, re.DOTALL)[1])  # type: ignore[index]
     there = {n: d for n, d in contents(built.site).items() if n not in ("sw.js", "_headers", *FOR_HOSTS)}
-    there = {n: d for n, d in there.items() if not n.startswith("notebooks/")}
+    there = {n: d for n, d in there.items() if not n.startswith("notebooks/") and not n.endswith(MAP)}
     assert {name: (size, hash_) for name, size, hash_ in files} == {
         name: (len(data), "sha256-" + b64encode(sha256(data).digest()).decode()) for name, data in there.items()
     }
