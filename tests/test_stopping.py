@@ -45,7 +45,7 @@ def counting(root, name):
     say(root, name)
     hashlib.pbkdf2_hmac("sha256", b"", b"", 1 << 31)  # no signal is heard before this ends, in half an hour
 
-def build(root, dest, *, strict=False, drafts=False, pack=True, progress=None):
+def build(root, dest, *, strict=False, drafts=False, pack=True, progress=None, kept=None):
     stage = (root / "content" / "page.md").read_text()
     say(root, "build")
     if stage in ("writing", "counting"):
