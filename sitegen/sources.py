@@ -37,7 +37,8 @@ def code_text(source: str) -> str:
 def closure(modules: Iterable[str], root: Path, skip: Iterable[str] = ()) -> dict[str, Path]:
     """The modules of these names, all that they import of the same packages, and so on: module → file.
 
-    Imports inside functions count; `skip` names modules that are not entered. Other packages are left out.
+    Imports inside functions count; `skip` names modules that are not entered. Other packages are left out. Raises
+    LookupError for a module of these packages that is not there: what it runs would not be hashed.
     """
     waiting, skipped = list(modules), set(skip)
     packages = {name.partition(".")[0] for name in waiting}
@@ -45,8 +46,10 @@ def closure(modules: Iterable[str], root: Path, skip: Iterable[str] = ()) -> dic
     while waiting:
         name = waiting.pop()
         path = _file(name, root)
-        if name in found or name in skipped or path is None or name.partition(".")[0] not in packages:
+        if name in found or name in skipped or name.partition(".")[0] not in packages:
             continue
+        if path is None:
+            raise LookupError(f"no module {name} under {root}")
         found[name] = path
         waiting += imports(path.read_text("utf-8"), root)
     return dict(sorted(found.items()))

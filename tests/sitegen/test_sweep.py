@@ -209,3 +209,5 @@ def test_what_is_reached_and_imported() -> None:
     found = closure(["solvers.kabsch"], ROOT, skip=["solvers.methods"])
     assert "solvers.rigid" in found
     assert "solvers.icp" not in found
+    with pytest.raises(LookupError, match=r"no module solvers\.gone under"):
+        closure(["solvers.gone"], ROOT)
