@@ -11,7 +11,7 @@ from playwright.sync_api import Route, expect
 
 from sitegen.bench_page import until
 from sitegen.offline import ask
-from tests.browser.conftest import Reader
+from tests.browser.conftest import ROOT, Reader
 from tests.browser.figures import LIVE, Figure, first_record
 from tests.browser.test_own_clouds import choose, clouds, lines, told
 from widgets.host import Host
@@ -41,8 +41,8 @@ def slowed(one: Reader) -> None:
     """Pages opened after this have a worker whose work takes long."""
 
     def answer(route: Route) -> None:
-        response = route.fetch()
-        route.fulfill(response=response, body=SLOW + response.text())
+        written = (ROOT / "templates/assets/worker.mjs").read_text("utf-8")  # the bundle has other names for its own
+        route.fulfill(response=route.fetch(), body=SLOW + written)
 
     one.context.route("**/worker*.mjs", answer)
 
