@@ -8,7 +8,9 @@ if sys.version_info < (3, 11):  # noqa: UP036  (this is where an older Python is
 
 from pathlib import Path
 
-from sitegen import cli, stopping, venv
+from sitegen import stopping
+from sitegen.cli import environment
+from sitegen.cli import main as cli
 
 ROOT = Path(__file__).resolve().parent
 
@@ -19,9 +21,9 @@ def main(words):
     stopping.listen()
     try:
         if cli.COMMANDS[asked.command].needs_venv:
-            venv.enter(ROOT, Path(__file__).resolve(), words)
+            environment.enter(ROOT, Path(__file__).resolve(), words)
         return cli.run(ROOT, asked)
-    except venv.SetupError as error:
+    except environment.SetupError as error:
         sys.stderr.write("build.py: " + str(error) + "\n")
         return 1
     except KeyboardInterrupt:

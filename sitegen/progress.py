@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
 from tqdm import tqdm
-
-from sitegen.outside import Progress
 
 LOG_SECONDS = 10.0
 BYTES = 100_000  # totals from here on are bytes: nothing else that is counted comes near
@@ -72,3 +70,10 @@ class _Lines:
 
     def close(self) -> None:
         """Nothing stays open."""
+
+# (what is under way, bytes done, bytes in all); bytes in all is 0 where nobody knows.
+Progress = Callable[[str, int, int], None]
+
+
+def quiet(what: str, done: int, total: int) -> None:
+    """A Progress that shows nothing."""

@@ -15,11 +15,11 @@ Pose(angle=90°, t=(1, 1), scale=1)
 """
 
 from solvers.api import register
-from solvers.methods import METHODS
-from solvers.pose import Pose
-from solvers.result import Result
-from solvers.rigid import Fit, fit_planar, fit_rigid
-from solvers.status import Status
+from solvers.core.pose import Pose
+from solvers.core.registry import METHODS
+from solvers.core.result import Result
+from solvers.core.status import Status
+from solvers.geometry.rigid import Fit, fit_planar, fit_rigid
 
 __version__ = "0.1.0"
 __all__ = ["METHODS", "Fit", "Pose", "Result", "Status", "fit_planar", "fit_rigid", "register"]

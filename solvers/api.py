@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from solvers import validate
-from solvers.arrays import FloatArray, IntArray
-from solvers.methods import METHODS
-from solvers.pose import Pose
-from solvers.result import Result, from_batch, side_by_side
-from solvers.stepper import Callback, Method, Problem, begin, run
+from solvers.core import validate
+from solvers.core.arrays import FloatArray, IntArray
+from solvers.core.pose import Pose
+from solvers.core.registry import METHODS
+from solvers.core.result import Result, from_batch, side_by_side
+from solvers.core.stepper import Callback, Method, Problem, begin, run
 
 _COMMON = ("start", "pairs", "weights", "seed", "max_steps", "callback")
 

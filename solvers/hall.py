@@ -1,47 +1,5 @@
-"""Two scans of a hall in space: the walls of the planar room, as high as a wall is, and
-the floor between them.
+"""A hall in space."""
 
-From above the floor covers the walls; a slice at half the height shows the room alone.
-"""
+from solvers.scenes.hall_3d import FLOOR, HEIGHT, Hall, hall
 
-from __future__ import annotations
-
-from dataclasses import dataclass
-
-import numpy as np
-
-from solvers.arrays import FloatArray
-from solvers.pose import Pose
-from solvers.scenes import room
-
-HEIGHT = 2.6  # u, of the walls
-FLOOR = 0.03  # u, σ of the floor's height
-
-
-@dataclass(frozen=True, eq=False)
-class Hall:
-    """source (m, 3) and target (n, 3), world units, z upwards; truth, in space: the
-    pose that lays one on the other.
-    """
-
-    source: FloatArray
-    target: FloatArray
-    truth: Pose
-
-
-def hall(seed: int = 40, floor: int = 250) -> Hall:
-    """A hall whose source is turned by −20° about the vertical and moved; `floor`
-    points of the floor in each scan.
-    """
-    scene, random = room("noise", seed=seed), np.random.default_rng(seed)
-
-    def raised(walls: FloatArray) -> FloatArray:
-        below = np.column_stack([random.uniform(walls.min(axis=0), walls.max(axis=0), (floor, 2))])
-        heights = [random.uniform(0.0, HEIGHT, len(walls)), random.normal(0.0, FLOOR, floor)]
-        return np.column_stack([np.concatenate([walls, below]), np.concatenate(heights)])
-
-    turn = np.eye(3)
-    turn[:2, :2] = Pose.from_angle(np.radians(20.0)).R
-    truth = Pose(turn, np.array([0.7, -0.4, 0.0]))
-    source, target = raised(scene.truth.apply(scene.source)), raised(scene.target)
-    return Hall(truth.inverse().apply(source), target, truth)
+__all__ = ["FLOOR", "HEIGHT", "Hall", "hall"]

@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from solvers import validate
-from solvers.arrays import FloatArray
-from solvers.pose import Pose
+from solvers.core import validate
+from solvers.core.arrays import FloatArray
+from solvers.core.pose import Pose
 
 
 def rre(pose: Pose, truth: Pose) -> FloatArray:

@@ -14,12 +14,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from solvers import gauss_newton, nearest, validate
 from solvers.api import register
-from solvers.arrays import BoolArray, FloatArray
-from solvers.icp import rms_radius
-from solvers.normals import normals
-from solvers.pose import Pose
+from solvers.core import validate
+from solvers.core.arrays import BoolArray, FloatArray
+from solvers.core.pose import Pose
+from solvers.geometry import nearest
+from solvers.geometry.normals import normals
+from solvers.numerics import gauss_newton
+from solvers.numerics.fits import rms_radius
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +40,7 @@ class Evidence:
         Of their distances to their nearest target points, world units; 0 where there is
         none.
     weakest : ndarray of shape (...)
-        The smallest eigenvalue of their point-to-plane system (`solvers.gauss_newton`)
+        The smallest eigenvalue of their point-to-plane system (`solvers.numerics.gauss_newton`)
         over the largest: 0 where a motion is free.
 
     Examples

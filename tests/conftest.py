@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from sitegen import serve
+from sitegen.serve import live
 
 ROOT = Path(__file__).resolve().parents[1]
 PATIENCE = 30.0  # seconds until a wait counts as failed
@@ -53,7 +53,7 @@ def build(root, dest, *, strict=False, drafts=False, pack=True, progress=None, k
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """How far, where and from which seed tests/browser/test_random_walk.py goes; how much tests/hostile tries."""
+    """How far, where and from which seed the random walk goes, and how much tests/hostile tries."""
     group = parser.getgroup("random walk")
     group.addoption("--walk-steps", type=int, help="actions a page")
     group.addoption("--walk-seed", help="any text")
@@ -69,22 +69,28 @@ def site() -> Path:
     return built
 
 
+def copied(name: str, folder: Path) -> None:
+    """A file of the project, copied to its place in another folder."""
+    (folder / name).parent.mkdir(parents=True, exist_ok=True)
+    shutil.copy(ROOT / name, folder / name)
+
+
 @pytest.fixture
 def small_checkout(tmp_path: Path) -> Path:
     (tmp_path / "content").mkdir()
     (tmp_path / "content" / "page.md").write_text("first", "utf-8")
-    (tmp_path / "sitegen").mkdir()
-    reports = ("__init__", "building", "memory", "problems", "progress")
-    for name in (*reports, "outside", "store", "files", "node", "stopping"):
-        shutil.copy(ROOT / "sitegen" / f"{name}.py", tmp_path / "sitegen")
-    (tmp_path / "sitegen" / "build.py").write_text(BUILD, "utf-8")
+    for name in ("__init__", "problems", "progress", "stopping", "pipeline/__init__", "pipeline/attempt"):
+        copied(f"sitegen/{name}.py", tmp_path)
+    for room in ("sitegen/cache", "sitegen/external"):
+        shutil.copytree(ROOT / room, tmp_path / room, ignore=shutil.ignore_patterns("__pycache__"))
+    (tmp_path / "sitegen" / "pipeline" / "build.py").write_text(BUILD, "utf-8")
     (tmp_path / "sitegen" / "tone.py").write_text("TONE = '.'\n", "utf-8")
     return tmp_path
 
 
 @pytest.fixture
-def live_site(small_checkout: Path) -> Iterator[serve.LiveSite]:
-    site = serve.LiveSite(small_checkout, small_checkout / "site")
+def live_site(small_checkout: Path) -> Iterator[live.LiveSite]:
+    site = live.LiveSite(small_checkout, small_checkout / "site")
     assert site.rebuild().good
     watcher = threading.Thread(target=site.watch)
     watcher.start()

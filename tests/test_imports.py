@@ -20,7 +20,7 @@ LONGER: dict[str, str] = {}  # file → why it is one thing all the same
 REGISTRIES = [".".join(parts) for parts in (
     ("pypi", "org"), ("pythonhosted", "org"), ("npmjs", "org"), ("npmjs", "com"), ("deb", "debian", "org"),
 )]  # fmt: skip
-CDN, MANIFEST = ".".join(("jsdelivr", "net")), "sitegen/outside.toml"
+CDN, MANIFEST = ".".join(("jsdelivr", "net")), "sitegen/external/pins.toml"
 
 
 def python_files(package: str) -> list[Path]:
@@ -48,11 +48,11 @@ def foreign(path: Path, allowed: frozenset[str] | set[str]) -> list[str]:
 
 @pytest.mark.parametrize("path", python_files("solvers"), ids=lambda p: p.relative_to(ROOT).as_posix())
 def test_solvers_import_numpy_and_the_standard_library_alone(path: Path) -> None:
-    """What the browser runs: no other package, save that the command line may draw with the figures' pictures."""
+    """What the browser runs: no other package, save that the command line draws with matplotlib where there is one."""
     allowed = {"numpy", "solvers", "scipy"}
-    if path.name == "__main__.py":
-        allowed.add("widgets")
-        assert ("widgets", True) not in set(imports(path)), "solvers borrow widgets only at call time"
+    if path == ROOT / "solvers" / "cli" / "picture.py":
+        allowed.add("matplotlib")
+        assert ("matplotlib", True) not in set(imports(path)), "matplotlib is an extra: asked for at call time"
     assert foreign(path, allowed) == []
 
 
@@ -81,7 +81,7 @@ def test_the_commands_begin_with_python_alone() -> None:
         "import runpy, sys; sys.argv = ['build.py', '--help']\n"
         "try: runpy.run_path('build.py', run_name='__main__')\n"
         "except SystemExit as end: assert not end.code, end.code\n"
-        "import sitegen.clean\n"
+        "import sitegen.cli.clean\n"
         "tops = {name.partition('.')[0] for name in sys.modules}\n"
         "print('beyond:', sorted(tops - set(sys.stdlib_module_names) - {'sitegen', '__main__', '__mp_main__'}))"
     )

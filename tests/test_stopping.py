@@ -25,10 +25,10 @@ pytestmark = pytest.mark.skipif(os.name == "nt", reason="groups of processes are
 BUILD = """\
 import hashlib, os
 from pathlib import Path
-from sitegen import ahead
-from sitegen.files import write
-from sitegen.node import run_node
-from sitegen.publish import publish
+from sitegen.cache import pool
+from sitegen.cache.files import write
+from sitegen.external.node import run_node
+from sitegen.pipeline.output import publish
 
 class Report:
     pages, warnings, sources = ("index.html",), (), ()
@@ -49,7 +49,7 @@ def build(root, dest, *, strict=False, drafts=False, pack=True, progress=None, k
     stage = (root / "content" / "page.md").read_text()
     say(root, "build")
     if stage in ("writing", "counting"):
-        ahead.make("pieces", [(globals()[stage], (root, f"piece-{i}")) for i in range(5)], progress)
+        pool.make("pieces", [(globals()[stage], (root, f"piece-{i}")) for i in range(5)], progress)
     elif stage == "node":
         run_node(root / "sitegen" / "slow.mjs", str(root / "begun" / "node"))
     elif stage == "packing":
@@ -126,7 +126,7 @@ def checkout(tmp_path: Path) -> Path:
     (root / ".venv").symlink_to((ROOT / ".venv").resolve(), target_is_directory=True)
     (root / "solvers").symlink_to(ROOT / "solvers")
     (root / "widgets").symlink_to(ROOT / "widgets")
-    (root / "sitegen" / "build.py").write_text(BUILD, "utf-8")
+    (root / "sitegen" / "pipeline" / "build.py").write_text(BUILD, "utf-8")
     (root / "sitegen" / "slow.mjs").write_text(NODE, "utf-8")
     return root
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from sitegen.drawing import COLOURS
+from sitegen.figures.matplotlib_svg import COLOURS
 
 Boxes = Sequence[tuple[float, float, float, float]]
 

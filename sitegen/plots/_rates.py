@@ -8,9 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from solvers import Pose
-from solvers.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE
 from solvers.metrics import rre, rte
-from solvers.scenes import Scene
+from solvers.scenes.rooms import Scene
+from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE
 
 SEEDS_FIRST, SEEDS_STEP = 40, 13
 

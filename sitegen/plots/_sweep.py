@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from sitegen.plotting import ROOT
-from solvers.race import CONTESTANTS
+from sitegen.plots.registry import ROOT
+from solvers.studies.race import CONTESTANTS
 
 LABELS = {contestant.method: contestant.label for contestant in CONTESTANTS}
 

@@ -121,7 +121,7 @@ def fields(axes: Any, rows: Any, most: int) -> None:
     from matplotlib.patches import PathPatch
     from matplotlib.path import Path
 
-    from sitegen.drawing import COLOURS
+    from sitegen.figures.matplotlib_svg import COLOURS
 
     boxes: dict[int, list[tuple[int, int, int]]] = {}
     for y, row in enumerate(rows):

@@ -10,7 +10,7 @@ import numpy as np
 from sitegen.plots._numbers import at
 from sitegen.plots._rates import close, clouds, interval, seeds, wilson
 from solvers import Pose, register
-from solvers.wall_scenes import ndt_room
+from solvers.scenes.walls import ndt_room
 
 TITLE = "Success of NDT against starting angle and offset, one cell size and coarse to fine"
 SIZES = {"wide": (720, 330), "narrow": (350, 600)}
@@ -93,7 +93,7 @@ def table(result: Result) -> tuple[list[str], list[list[str]]]:
 
 def draw(result: Result, figure: Any, narrow: bool) -> None:
     """Success by angle and by offset, both runs in each."""
-    from sitegen.drawing import COLOURS
+    from sitegen.figures.matplotlib_svg import COLOURS
     from sitegen.plots._look import axes_in, label, measured
 
     wide = [(46, 46, 310, 220), (402, 46, 290, 220)]

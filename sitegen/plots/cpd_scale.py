@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from sitegen.plots._numbers import at
+from solvers.core.stepper import run
 from solvers.metrics import rre
-from solvers.stepper import run
-from solvers.walk_scenes import fish, fish_start
-from solvers.walkthrough import begin_walk, found
+from solvers.scenes.fish import fish, fish_start
+from solvers.studies.walkthrough import begin_walk, found
 
 TITLE = "The scale that similarity CPD has after each step, from four starting angles"
 SIZES = {"wide": (720, 330), "narrow": (350, 330)}
@@ -74,7 +74,7 @@ def table(result: Result) -> tuple[list[str], list[list[str]]]:
 
 def draw(result: Result, figure: Any, narrow: bool) -> None:
     """A line for each start; dashed where the end is wrong."""
-    from sitegen.drawing import COLOURS
+    from sitegen.figures.matplotlib_svg import COLOURS
     from sitegen.plots._look import axes_in, label
 
     (axes,) = axes_in(figure, narrow, [(50, 30, 640, 240)], [(46, 30, 290, 240)])

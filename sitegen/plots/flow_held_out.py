@@ -8,10 +8,10 @@ from typing import Any
 
 from sitegen.plots._numbers import at
 from sitegen.plots._rates import interval, wilson
-from sitegen.plotting import ROOT
+from sitegen.plots.registry import ROOT
 
 TITLE = "The held-out study: scenes on which the learned flows find the rotation to 5°"
-READS = ("solvers/weights/log.json",)
+READS = ("solvers/methods/flow/trained/log.json",)
 SIZES = {"wide": (720, 330), "narrow": (350, 470)}
 
 SHOWN = {"flow": ("accent", "o"), "flow-from-source": ("source", "D")}
@@ -32,7 +32,7 @@ class Result:
 
 def compute() -> Result:
     """From the training's log."""
-    path = ROOT / "solvers" / "weights" / "log.json"
+    path = ROOT / "solvers" / "methods" / "flow" / "trained" / "log.json"
     if not path.is_file():
         raise ValueError(f"no {path.relative_to(ROOT)}: `python3 build.py train` makes it")
     lines = json.loads(path.read_text("utf-8"))["held_out"]
@@ -90,7 +90,7 @@ def table(result: Result) -> tuple[list[str], list[list[str]]]:
 
 def draw(result: Result, figure: Any, narrow: bool) -> None:
     """The kinds one under the other, the two flows in each row, told apart by colour and by mark."""
-    from sitegen.drawing import COLOURS
+    from sitegen.figures.matplotlib_svg import COLOURS
     from sitegen.plots._look import axes_in, label
 
     (axes,) = axes_in(figure, narrow, [(190, 20, 500, 220)], [(18, 30, 296, 340)])

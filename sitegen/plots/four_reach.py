@@ -9,11 +9,11 @@ import numpy as np
 
 from sitegen.plots._numbers import at
 from sitegen.plots._rates import interval, seeds, wilson
-from solvers.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE
+from solvers.core.stepper import run
 from solvers.metrics import rre, rte
-from solvers.stepper import run
-from solvers.walk_scenes import fish, fish_start
-from solvers.walkthrough import begin_walk, found
+from solvers.scenes.fish import fish, fish_start
+from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE
+from solvers.studies.walkthrough import begin_walk, found
 
 TITLE = "Success of the four methods against the starting angle, with and without clutter and the smaller cloud"
 SIZES = {"wide": (720, 330), "narrow": (350, 790)}
@@ -99,7 +99,7 @@ def table(result: Result) -> tuple[list[str], list[list[str]]]:
 
 def draw(result: Result, figure: Any, narrow: bool) -> None:
     """A chart for each setting, the four methods in each, told apart by colour and by mark."""
-    from sitegen.drawing import COLOURS
+    from sitegen.figures.matplotlib_svg import COLOURS
     from sitegen.plots._look import axes_in
 
     wide = [(46 + 228 * i, 50, 204, 190) for i in range(3)]

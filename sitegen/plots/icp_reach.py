@@ -8,7 +8,7 @@ from typing import Any
 from sitegen.plots._numbers import at
 from sitegen.plots._rates import close, clouds, interval, seeds, wilson
 from solvers import register
-from solvers.scenes import room, room_start
+from solvers.scenes.rooms import room, room_start
 
 TITLE = "Success of ICP against the starting angle, four settings of the room"
 SIZES = {"wide": (720, 300), "narrow": (350, 470)}
@@ -98,7 +98,7 @@ def table(result: Result) -> tuple[list[str], list[list[str]]]:
 
 def draw(result: Result, figure: Any, narrow: bool) -> None:
     """A chart for each setting, all on the same axes."""
-    from sitegen.drawing import COLOURS
+    from sitegen.figures.matplotlib_svg import COLOURS
     from sitegen.plots._look import axes_in, measured
 
     wide = [(44 + 170 * i, 50, 148, 190) for i in range(4)]

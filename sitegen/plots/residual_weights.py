@@ -8,7 +8,7 @@ from typing import Any
 from sitegen.plots._numbers import at
 from sitegen.plots._rates import close, clouds, interval, seeds, span, wilson
 from solvers import register
-from solvers.scenes import room, room_start
+from solvers.scenes.rooms import room, room_start
 
 TITLE = "Success of residuals and robust weights, near and midway start"
 SIZES = {"wide": (720, 350), "narrow": (350, 640)}
@@ -91,7 +91,7 @@ def table(result: Result) -> tuple[list[str], list[list[str]]]:
 
 def draw(result: Result, figure: Any, narrow: bool) -> None:
     """A chart for each start; rows are weights, grouped by residual."""
-    from sitegen.drawing import COLOURS
+    from sitegen.figures.matplotlib_svg import COLOURS
     from sitegen.plots._look import axes_in, label
 
     wide = [(128, 50, 256, 250), (438, 50, 256, 250)]

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from sitegen.plots._numbers import at
-from solvers.arrays import FloatArray
-from solvers.ndt_map import NdtMap, build
-from solvers.ndt_score import score_map
-from solvers.wall_scenes import ndt_room
+from solvers.core.arrays import FloatArray
+from solvers.methods.ndt.ndt_map import NdtMap, build
+from solvers.methods.ndt.score import score_map
+from solvers.scenes.walls import ndt_room
 
 TITLE = "The NDT score along a line of translations, one grid and four"
 SIZES = {"wide": (720, 350), "narrow": (350, 640)}
@@ -132,7 +132,7 @@ def _at(pieces: tuple[Piece, ...], x: float) -> float:
 
 def draw(result: Result, figure: Any, narrow: bool) -> None:
     """The whole line, and its middle enlarged."""
-    from sitegen.drawing import COLOURS
+    from sitegen.figures.matplotlib_svg import COLOURS
     from sitegen.plots._look import axes_in, label, titled
 
     wide = [(34, 62, 296, 236), (400, 62, 290, 236)]

@@ -86,7 +86,7 @@ def table(result: Result) -> tuple[list[str], list[list[str]]]:
 
 def draw(result: Result, figure: Any, narrow: bool) -> None:
     """A matrix of small curves, a row for each method, a column for each control."""
-    from sitegen.drawing import COLOURS
+    from sitegen.figures.matplotlib_svg import COLOURS
     from sitegen.plots._look import axes_in, label
 
     wide = [(134 + 148 * k, 42 + 52 * i, 126, 38) for i in range(9) for k in range(4)]

@@ -96,7 +96,7 @@ def _range(values: tuple[float, ...], digits: int) -> str:
 
 def draw(result: Result, figure: Any, narrow: bool) -> None:
     """Rows of dots with their intervals, a chart for each setting."""
-    from sitegen.drawing import COLOURS
+    from sitegen.figures.matplotlib_svg import COLOURS
     from sitegen.plots._look import axes_in, label
 
     wide = [(128 + 99 * i, 44, 84, 232) for i in range(6)]

@@ -10,8 +10,8 @@ import numpy as np
 from sitegen.plots._numbers import at
 from sitegen.plots._rates import close, clouds, percent, seeds, wilson
 from solvers import register
-from solvers.match_scenes import FACADE_TRUTH, facade_scene
-from solvers.ransac import trials
+from solvers.methods.pairs.ransac import trials
+from solvers.scenes.facade import FACADE_TRUTH, facade_scene
 
 TITLE = "Trial budget against inlier fraction, and measured failures at the budget"
 SIZES = {"wide": (720, 360), "narrow": (350, 640)}
@@ -109,7 +109,7 @@ def table(result: Result) -> tuple[list[str], list[list[str]]]:
 
 def draw(result: Result, figure: Any, narrow: bool) -> None:
     """The formula's curves, and failures against what is promised."""
-    from sitegen.drawing import COLOURS
+    from sitegen.figures.matplotlib_svg import COLOURS
     from sitegen.plots._look import axes_in, label, measured, titled
 
     wide = [(34, 62, 290, 246), (416, 62, 244, 246)]

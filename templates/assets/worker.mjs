@@ -20,7 +20,7 @@ const PROGRESS_EVERY = 100; // ms
 const WASM = "application/wasm";
 
 let python = null; // Pyodide, once it is up
-let answers = null; // frame, job, give and forget of the one widgets.host.Host, the Python objects that are held
+let answers = null; // frame, job, give and forget of the one widgets.engine.host.Host, the Python objects that are held
 let failed = false;
 
 const post = (message) => self.postMessage(message);
@@ -137,7 +137,7 @@ function install(FS, folder, zip) {
   }
 }
 
-async function start({ runtime, files, again = false, known = false, modules = ["solvers", "widgets.host"] }) {
+async function start({ runtime, files, again = false, known = false, modules = ["solvers", "widgets.engine.host"] }) {
   const began = performance.now();
   post({ type: "stage", stage: "download" });
   const count = progressTeller(files);
@@ -231,8 +231,8 @@ async function start({ runtime, files, again = false, known = false, modules = [
   python.runPython("import numpy.random, numpy.linalg");
   post({ type: "stage", stage: "widgets" });
   for (const name of modules) python.pyimport(name).destroy();
-  if (modules.includes("widgets.host")) {
-    const host = python.runPython("import widgets.host; widgets.host.Host()");
+  if (modules.includes("widgets.engine.host")) {
+    const host = python.runPython("import widgets.engine.host; widgets.engine.host.Host()");
     const taking = python.runPython("lambda give: lambda request, data: give(request, data.to_bytes())");
     answers = { frame: host.frame, job: host.job, give: taking(host.give), forget: host.forget };
   }

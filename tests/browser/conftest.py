@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, Playwright, sync_playwright
 
-from sitegen.browser import FLAGS
+from sitegen.check.browsers import FLAGS
 from tests.browser.server import SiteServer
 
 ROOT = Path(__file__).resolve().parents[2]

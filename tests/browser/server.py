@@ -7,7 +7,7 @@ import threading
 from http import HTTPStatus
 from pathlib import Path
 
-from sitegen.static import TYPES, StaticHandler, StaticServer
+from sitegen.serve.static_files import TYPES, StaticHandler, StaticServer
 
 
 class Doorkeeper(StaticHandler):

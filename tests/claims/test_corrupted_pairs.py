@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from solvers import Pose, Status, fit_planar, fit_rigid, register
-from solvers.match_scenes import FACADE, FACADE_TRUTH, PERIOD, facade_scene
+from solvers.methods.pairs.ransac import capped_sum, trials
 from solvers.metrics import rre, rte
-from solvers.ransac import capped_sum, trials
+from solvers.scenes.facade import FACADE, FACADE_TRUTH, PERIOD, facade_scene
 
 SEEDS = range(40, 40 + 13 * 25, 13)  # 25 draws
 FALSE_POSE = FACADE_TRUTH.compose(Pose.from_angle(0.0, (PERIOD, 0.0)))

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from solvers import METHODS, Pose
-from solvers.features import exact_squared_mmd, mean_features, mean_kernel, unit_frequencies
+from solvers.core.stepper import Problem, begin, run
 from solvers.metrics import rre, rte
-from solvers.race import SEEDS
-from solvers.scenes import room, room_start
-from solvers.stepper import Problem, begin, run
+from solvers.numerics.fourier_features import exact_squared_mmd, mean_features, mean_kernel, unit_frequencies
+from solvers.scenes.rooms import room, room_start
+from solvers.studies.race import SEEDS
 
 SCHEDULE = (2.4, 1.2, 0.6, 0.3)
 

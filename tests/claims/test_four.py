@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from solvers import register
-from solvers.flow_weights import FOLDER
+from solvers.core.status import Status
+from solvers.core.stepper import advance, run
+from solvers.methods.flow.weights import FOLDER
 from solvers.metrics import rre, rte
-from solvers.status import Status
-from solvers.stepper import advance, run
-from solvers.walk_scenes import SMALLER, fish, fish_start
-from solvers.walkthrough import FOUR, begin_walk, found
+from solvers.scenes.fish import SMALLER, fish, fish_start
+from solvers.studies.walkthrough import FOUR, begin_walk, found
 
 SEEDS = range(40, 40 + 13 * 5, 13)
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from solvers import Pose, Status, fit_planar, fit_rigid, metrics
-from solvers.scans import two_scans
-from solvers.scenes import BIRD, KABSCH_TRUTH, MAST, kabsch_scene
+from solvers.scenes.rooms import BIRD, KABSCH_TRUTH, MAST, kabsch_scene
+from solvers.scenes.scans import two_scans
 
 
 def rotation_3d(rng):

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from solvers import Pose, register
-from solvers.features import unit_frequencies
-from solvers.landscape import capped_field, mmd_field
-from solvers.scenes import room
-from widgets.terrain import minima
+from solvers.methods.mmd.landscape import capped_field, mmd_field
+from solvers.numerics.fourier_features import unit_frequencies
+from solvers.scenes.rooms import room
+from widgets.figures.landscape.terrain import minima
 
 SIDE = 63
 AT = (np.arange(SIDE) + 0.5) / SIDE * 5.0 - 2.5

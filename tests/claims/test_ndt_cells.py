@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from solvers.ndt_map import FLOOR, NdtMap, build
-from solvers.ndt_score import score_map
-from solvers.wall_scenes import ndt_room
+from solvers.methods.ndt.ndt_map import FLOOR, NdtMap, build
+from solvers.methods.ndt.score import score_map
+from solvers.scenes.walls import ndt_room
 
 SEEDS = [40 + 13 * k for k in range(25)]
 

@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 
-from solvers import Pose, Status, ndt, ndt_map, newton, register
-from solvers.icp import rms_radius
+from solvers import Pose, Status, register
+from solvers.methods.ndt import ndt, ndt_map
+from solvers.methods.ndt.score import evaluate
 from solvers.metrics import rre, rte
-from solvers.ndt_score import evaluate
-from solvers.wall_scenes import ndt_room, single_wall
+from solvers.numerics import newton
+from solvers.numerics.fits import rms_radius
+from solvers.scenes.walls import ndt_room, single_wall
 
 SEEDS = range(40, 40 + 25 * 13, 13)
 DOWN_RIGHT = np.array([0.83205, -0.5547])

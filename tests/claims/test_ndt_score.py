@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from solvers import Pose
-from solvers.ndt_map import NdtMap, build
-from solvers.ndt_score import evaluate, score_map
-from solvers.ndt_translation import climb
-from solvers.wall_scenes import ndt_room
+from solvers.methods.ndt.ndt_map import NdtMap, build
+from solvers.methods.ndt.score import evaluate, score_map
+from solvers.methods.ndt.translation import climb
+from solvers.scenes.walls import ndt_room
 
 SEEDS = [40 + 13 * k for k in range(25)]
 AT = np.linspace(-1.5, 1.5, 31)

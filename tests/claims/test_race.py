@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from solvers import register
-from solvers.benchmark import benchmark
+from solvers.core.stepper import advance
 from solvers.metrics import rre, rte
-from solvers.race import CONTESTANTS, SEEDS, Contestant, Controls, contestants, race_problem
-from solvers.scenes import ROOM_SETTINGS
-from solvers.stepper import advance
+from solvers.scenes.rooms import ROOM_SETTINGS
+from solvers.studies.benchmark import benchmark
+from solvers.studies.race import CONTESTANTS, SEEDS, Contestant, Controls, contestants, race_problem
 
 
 @cache

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from solvers import Pose, register
-from solvers.benchmark import benchmark
 from solvers.metrics import rms, rre, rte
-from solvers.race import SEEDS, Controls, contestants, race_problem
-from solvers.scenes import kabsch_scene, room_start
+from solvers.scenes.rooms import kabsch_scene, room_start
+from solvers.scenes.walls import corridor, hall
+from solvers.studies.benchmark import benchmark
+from solvers.studies.race import SEEDS, Controls, contestants, race_problem
 from solvers.verify import evidence, halves
-from solvers.wall_scenes import corridor, hall
 
 
 def right(pose, truth):

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 from solvers import METHODS, Pose, fit_rigid, register
-from solvers.association_bp import marginal_matrix
-from solvers.bird_scene import AREA, bird, bird_start
-from solvers.cpd import CpdOptions, responsibilities
-from solvers.gmmreg import GmmRegOptions
+from solvers.core.stepper import Problem, advance, begin
+from solvers.methods.soft.annealed import weights
+from solvers.methods.soft.belief_propagation import marginal_matrix
+from solvers.methods.soft.cpd import CpdOptions, responsibilities
+from solvers.methods.soft.gmmreg import GmmRegOptions
+from solvers.methods.soft.shares import clutter_weight
 from solvers.metrics import rre
-from solvers.race import SEEDS, Controls, contestants, race_problem
-from solvers.scenes import room
-from solvers.soft_annealed import weights
-from solvers.soft_shares import clutter_weight
-from solvers.stepper import Problem, advance, begin
+from solvers.scenes.bird import AREA, bird, bird_start
+from solvers.scenes.rooms import room
+from solvers.studies.race import SEEDS, Controls, contestants, race_problem
 
 SOFT_THREE = ("soft-annealed", "association-bp", "hypothesis-mixture")
 

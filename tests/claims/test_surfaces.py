@@ -5,12 +5,14 @@ import functools
 import numpy as np
 import pytest
 
-from solvers import Pose, Status, gauss_newton, nearest, register, robust
-from solvers.gicp import surface_covariances
+from solvers import Pose, Status, register
+from solvers.geometry import nearest
+from solvers.geometry.normals import normals
+from solvers.methods.icp.gicp import surface_covariances
 from solvers.metrics import rre, rte
-from solvers.normals import normals
-from solvers.scenes import room, room_start
-from solvers.wall_scenes import corridor, sampled, single_wall
+from solvers.numerics import gauss_newton, robust
+from solvers.scenes.rooms import room, room_start
+from solvers.scenes.walls import corridor, sampled, single_wall
 
 SEEDS = [40 + 13 * k for k in range(25)]
 NEAR, MIDWAY, FARTHER = (15.0, 0.5), (45.0, 1.43), (75.0, 1.43)

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 import solvers
-from solvers import Pose, Status, metrics, nearest
-from solvers.normals import normals
-from solvers.scenes import room, room_start
+from solvers import Pose, Status, metrics
+from solvers.geometry import nearest
+from solvers.geometry.normals import normals
+from solvers.scenes.rooms import room, room_start
 
 SEEDS = range(40, 40 + 13 * 25, 13)
 NEAR, USUAL, FAR = room_start(15.0, 0.5), room_start(45.0, 1.43), room_start(-110.0, 1.43)

@@ -8,9 +8,9 @@ import re
 import numpy as np
 import pytest
 
-from solvers.cloud_text import read
+from solvers.io.clouds import read
 from tests.hostile.tally import Tally
-from tests.solvers.test_cloud_text import WRITERS
+from tests.solvers.io.test_clouds import WRITERS
 
 pytestmark = pytest.mark.hostile
 

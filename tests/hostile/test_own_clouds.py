@@ -13,10 +13,10 @@ import pytest
 from tests.hostile.clouds import READABLE, UNITS, Array, pairs
 from tests.hostile.tally import Tally
 from tests.widgets.test_any_sequence import check_any_frame
-from widgets.contract import preset
-from widgets.figures.own_clouds import WIDGET
-from widgets.host import Host
-from widgets.own_methods import OWN
+from widgets.engine.contract import preset
+from widgets.engine.host import Host
+from widgets.figures.own_clouds.figure import WIDGET
+from widgets.figures.own_clouds.methods import OWN
 
 pytestmark = pytest.mark.hostile
 

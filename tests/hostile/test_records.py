@@ -10,10 +10,10 @@ import pytest
 
 from tests.hostile.tally import Tally
 from tests.widgets.test_any_sequence import check_any_frame
-from widgets.contract import Widget, parsed, preset
-from widgets.controls import specs
-from widgets.host import Host
-from widgets.registry import WIDGETS
+from widgets.engine.contract import Widget, parsed, preset
+from widgets.engine.controls import specs
+from widgets.engine.host import Host
+from widgets.engine.registry import WIDGETS
 
 pytestmark = pytest.mark.hostile
 

@@ -5,10 +5,10 @@ import json
 import numpy as np
 
 from solvers import METHODS
-from solvers.benchmark import line
-from solvers.race import CONTESTANTS, Controls, race_problem
-from solvers.scenes import kabsch_scene
-from solvers.stepper import Problem, advance, begin
+from solvers.core.stepper import Problem, advance, begin
+from solvers.scenes.rooms import kabsch_scene
+from solvers.studies.benchmark import line
+from solvers.studies.race import CONTESTANTS, Controls, race_problem
 
 
 def main(text):

@@ -2,10 +2,10 @@
 
 import json
 
-from widgets.contract import preset
-from widgets.host import Host
-from widgets.jobs import finished
-from widgets.registry import WIDGETS
+from widgets.engine.contract import preset
+from widgets.engine.host import Host
+from widgets.engine.jobs import finished
+from widgets.engine.registry import WIDGETS
 
 
 def main(text):

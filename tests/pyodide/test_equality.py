@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sitegen.inside import run_python_in_shipped_runtime
 from solvers import METHODS
-from solvers.race import CONTESTANTS, SEEDS
+from solvers.studies.race import CONTESTANTS, SEEDS
 from tests.pyodide.course import main
+from tests.pyodide.inside import run_python_in_shipped_runtime
 
 COURSE = Path(__file__).with_name("course.py")
 AGREE = 1e-9

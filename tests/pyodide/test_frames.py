@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sitegen.inside import run_python_in_shipped_runtime
 from tests.pyodide.frames import main
+from tests.pyodide.inside import run_python_in_shipped_runtime
 from tests.widgets.chosen import figures
-from widgets.contract import SEED, Widget, preset
-from widgets.controls import Spec, Value, specs
-from widgets.registry import WIDGETS
+from widgets.engine.contract import SEED, Widget, preset
+from widgets.engine.controls import Spec, Value, specs
+from widgets.engine.registry import WIDGETS
 
 NUMBER = r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?"
 FRAMES = Path(__file__).with_name("frames.py")

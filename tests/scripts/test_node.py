@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from sitegen.node import environment, node_command
+from sitegen.external.node import environment, node_command
 
 HERE = Path(__file__).parent
 FILES = sorted(HERE.glob("*.test.mjs"))

@@ -13,15 +13,15 @@ from typing import Any
 
 import pytest
 
-from sitegen import outside
-from sitegen.build import Parts, Report, build
-from sitegen.drawing import COLOURS
-from sitegen.plotting import Plot
+from sitegen.external import fetch
+from sitegen.figures.gallery import Plot
+from sitegen.figures.matplotlib_svg import COLOURS
+from sitegen.pipeline.build import Parts, Report, build
 from sitegen.problems import BuildFailed
-from widgets.contract import Action, Button, Key, Widget
-from widgets.controls import choice, slider, toggle
-from widgets.jobs import Column, Job, Progress, Result, Row
-from widgets.picture import Panel, Picture, Points, Readout, View, number
+from widgets.drawing.picture import Panel, Picture, Points, Readout, View, number
+from widgets.engine.contract import Action, Button, Key, Widget
+from widgets.engine.controls import choice, slider, toggle
+from widgets.engine.jobs import Column, Job, Progress, Result, Row
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -74,7 +74,7 @@ E = m c^2
 $$ (energy)
 
 By :ref[eq:energy], :ref[fig:demo] shows :readout[demo presses]{press=go*2} presses and
-:value[solvers.validate.number(-7.25, "x")]{.3f}. :claim[It *holds*.]{tests/test_claimed.py::test_it_holds}
+:value[solvers.core.validate.number(-7.25, "x")]{.3f}. :claim[It *holds*.]{tests/test_claimed.py::test_it_holds}
 
 ### Deeper
 
@@ -220,7 +220,7 @@ def policy_of(page: str) -> str:
 
 def fresh_cache(folder: Path) -> Path:
     """A cache with nothing but the programs for the mathematics and for the scripts, from the user's."""
-    programs = outside.gather(["temml", "esbuild"])
+    programs = fetch.gather(["temml", "esbuild"])
     for kept in (programs["temml/dist/temml.mjs"].parents[1], programs["esbuild/esbuild.wasm"].parent):
         shutil.copytree(kept, folder / "outside" / kept.name)
     return folder

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from solvers import Pose, Status, fit_planar, fit_rigid, register
-from solvers.rigid import pair_cost
+from solvers.geometry.rigid import pair_cost
 
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
 

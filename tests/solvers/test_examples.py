@@ -37,4 +37,4 @@ def test_what_a_docstring_shows_is_what_python_answers(test: doctest.DocTest) ->
 def test_there_are_examples_to_run() -> None:
     """The front door's among them."""
     names = {each.name for name in MODULES for each in examples(name)}
-    assert {"solvers", "solvers.api.register", "solvers.pose.Pose", "solvers.rigid.fit_rigid"} <= names
+    assert {"solvers", "solvers.api.register", "solvers.core.pose.Pose", "solvers.geometry.rigid.fit_rigid"} <= names

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from solvers import Pose, Status, gauss_newton, register
+from solvers import Pose, Status, register
 from solvers.metrics import rre, rte
-from solvers.scenes import room, room_start
+from solvers.numerics import gauss_newton
+from solvers.scenes.rooms import room, room_start
 
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
 BOTH = pytest.mark.parametrize("method", ["point-to-plane", "gicp"])

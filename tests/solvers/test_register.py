@@ -6,7 +6,7 @@ import pytest
 
 import solvers
 from solvers import METHODS, Pose, Result, Status, register
-from solvers.scenes import kabsch_scene
+from solvers.scenes.rooms import kabsch_scene
 
 kabsch = partial(register, method="kabsch")
 
@@ -99,7 +99,7 @@ def test_a_shorter_history_repeats_its_last_entry(scene):
     """Of listed problems that take unequal numbers of steps, each history ends at its own last pose."""
     stopped = kabsch([scene.source] * 2, [scene.target] * 2, max_steps=0)
     assert stopped.history.objective.shape == (1, 2)
-    joined = solvers.result.side_by_side(
+    joined = solvers.core.result.side_by_side(
         [kabsch(scene.source, scene.target, max_steps=0), kabsch(scene.source, scene.target)]
     )
     assert joined.steps.tolist() == [0, 1]

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from solvers import Pose
-from solvers.scenes import room
+from solvers.scenes.rooms import room
+from solvers.scenes.walls import corridor, hall
 from solvers.verify import evidence, halves
-from solvers.wall_scenes import corridor, hall
 
 
 def test_a_cloud_on_itself_is_explained_without_residual():

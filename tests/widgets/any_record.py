@@ -6,8 +6,8 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from widgets.contract import Widget, preset
-from widgets.controls import Spec, specs
+from widgets.engine.contract import Widget, preset
+from widgets.engine.controls import Spec, specs
 
 FAR = 999_999.9  # the log takes places below a million units
 PLACES = st.floats(-6, 6) | st.sampled_from([0.0, -0.0, 1e-300, -1e-9, 0.5, FAR, -FAR, 1e3]) | st.floats(-FAR, FAR)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from widgets.registry import WIDGETS
+from widgets.engine.registry import WIDGETS
 
 
 def figures(request: pytest.FixtureRequest) -> list[str]:

@@ -20,9 +20,9 @@ from hypothesis import strategies as st
 
 from tests.widgets.any_record import FAR, records
 from tests.widgets.test_every_widget import at, check_frame
-from widgets.contract import parsed, preset
-from widgets.host import Host
-from widgets.registry import WIDGETS
+from widgets.engine.contract import parsed, preset
+from widgets.engine.host import Host
+from widgets.engine.registry import WIDGETS
 
 pytestmark = pytest.mark.native  # minutes in the page's Python, whose frames are compared elsewhere
 EXAMPLES = int(os.environ.get("LADDER_EXAMPLES", "0"))

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from widgets.contract import preset
-from widgets.host import Host
-from widgets.registry import WIDGETS
+from widgets.engine.contract import preset
+from widgets.engine.host import Host
+from widgets.engine.registry import WIDGETS
 
 
 def readouts(name: str, start: str, *presses: str, **controls: Any) -> dict[str, str]:

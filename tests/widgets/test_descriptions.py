@@ -7,11 +7,11 @@ import re
 import pytest
 
 from tests.widgets.test_every_widget import at, taped
-from widgets.contract import preset
-from widgets.controls import specs
-from widgets.host import Host
-from widgets.picture import number
-from widgets.registry import WIDGETS
+from widgets.drawing.picture import number
+from widgets.engine.contract import preset
+from widgets.engine.controls import specs
+from widgets.engine.host import Host
+from widgets.engine.registry import WIDGETS
 
 
 @pytest.mark.parametrize("name", WIDGETS)

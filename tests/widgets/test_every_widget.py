@@ -11,11 +11,11 @@ from typing import Any
 
 import pytest
 
-from widgets.contract import preset
-from widgets.controls import specs
-from widgets.host import Host
-from widgets.picture import ROLES
-from widgets.registry import WIDGETS
+from widgets.drawing.picture import ROLES
+from widgets.engine.contract import preset
+from widgets.engine.controls import specs
+from widgets.engine.host import Host
+from widgets.engine.registry import WIDGETS
 
 SHAPES = {"dot", "square", "cross", "ring", "diamond", "line", "dashed", "area"}
 

@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
-from widgets.contract import preset
-from widgets.host import Host
-from widgets.registry import WIDGETS
+from widgets.engine.contract import preset
+from widgets.engine.host import Host
+from widgets.engine.registry import WIDGETS
 
 UNITS = {"rotation": "°", "translation": "u", "λ": "u²", "away": "u", "percent": "%"}
 ROLES = {"truth": "truth", "ghost": "ghost"}

@@ -8,11 +8,8 @@ import numpy as np
 
 from solvers import Fit, Pose, fit_rigid
 from solvers.metrics import rms, rre, rte
-from solvers.scenes import Scene, kabsch_scene
-
-from ..contract import UNDONE, Action, Button, Key, Motion, Widget
-from ..controls import choice, slider, toggle
-from ..picture import (
+from solvers.scenes.rooms import Scene, kabsch_scene
+from widgets.drawing.picture import (
     Array,
     Group,
     Label,
@@ -29,7 +26,9 @@ from ..picture import (
     number,
     small,
 )
-from ..placing import HANDLES, Placing, place, written
+from widgets.engine.contract import UNDONE, Action, Button, Key, Motion, Widget
+from widgets.engine.controls import choice, slider, toggle
+from widgets.parts.placing import HANDLES, Placing, place, written
 
 VIEW = View(-6.0, 6.0, -4.0, 4.0)
 PLACING = Placing(VIEW, limit=(4.25, 2.25), reach=2.4, least=1.4)

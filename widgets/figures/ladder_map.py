@@ -7,11 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from solvers import Pose
-from solvers.scenes import BIRD
-
-from ..contract import Action, Button, Key, Widget
-from ..controls import slider
-from ..picture import (
+from solvers.scenes.rooms import BIRD
+from widgets.drawing.picture import (
     Array,
     Arrow,
     Ellipses,
@@ -28,6 +25,8 @@ from ..picture import (
     View,
     number,
 )
+from widgets.engine.contract import Action, Button, Key, Widget
+from widgets.engine.controls import slider
 
 VIEW = View(-3.0, 3.0, -2.5, 2.5, width=300.0)
 COUNT = 36

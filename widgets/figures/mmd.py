@@ -8,20 +8,19 @@ from typing import Any
 import numpy as np
 
 from solvers import METHODS, Pose, Status
-from solvers.features import mean_features, mean_kernel, unit_frequencies
+from solvers.core.stepper import Batch, Problem, advance, begin
+from solvers.methods.mmd.mmd import MmdState
 from solvers.metrics import rre, rte
-from solvers.mmd import MmdState
-from solvers.race import CONTESTANTS
-from solvers.scenes import Scene, room, room_start
-from solvers.stepper import Batch, Problem, advance, begin
-
-from ..contract import Action, Button, Key, Motion, Widget
-from ..controls import choice, slider
-from ..mmd_marks import MAP, convergence, crests, phases, waves
-from ..picture import Array, Mark, Panel, Picture, Readout, degrees, number
-from ..placing import HANDLES, place, written
-from ..room import ANCHOR, BRINGS, PLACING, SETTINGS, error_chart, outline, problem, single, source, still
-from ..script import called
+from solvers.numerics.fourier_features import mean_features, mean_kernel, unit_frequencies
+from solvers.scenes.rooms import Scene, room, room_start
+from solvers.studies.race import CONTESTANTS
+from widgets.drawing.picture import Array, Mark, Panel, Picture, Readout, degrees, number
+from widgets.engine.contract import Action, Button, Key, Motion, Widget
+from widgets.engine.controls import choice, slider
+from widgets.engine.script import called
+from widgets.parts.feature_marks import MAP, convergence, crests, phases, waves
+from widgets.parts.placing import HANDLES, place, written
+from widgets.parts.room import ANCHOR, BRINGS, PLACING, SETTINGS, error_chart, outline, problem, single, source, still
 
 STEPS = 40
 PLACED = replace(PLACING, view=MAP)

@@ -6,15 +6,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from solvers.ndt_map import FLOOR, LEAST_POINTS, TOO_FEW, NdtMap, build, floored
-from solvers.ndt_score import score_map
-from solvers.spectral import symmetric_eigen
-from solvers.wall_scenes import ndt_room
-
-from ..contract import UNDONE, Action, Button, Key, Widget
-from ..controls import slider, toggle
-from ..field import scale_marks
-from ..picture import (
+from solvers.geometry.spectral import symmetric_eigen
+from solvers.methods.ndt.ndt_map import FLOOR, LEAST_POINTS, TOO_FEW, NdtMap, build, floored
+from solvers.methods.ndt.score import score_map
+from solvers.scenes.walls import ndt_room
+from widgets.drawing.picture import (
     Array,
     Ellipses,
     Heat,
@@ -29,6 +25,9 @@ from ..picture import (
     number,
     small,
 )
+from widgets.engine.contract import UNDONE, Action, Button, Key, Widget
+from widgets.engine.controls import slider, toggle
+from widgets.parts.field import scale_marks
 
 ROOM = View(-5.6, 5.6, -3.7, 3.7)
 CLOSE = View(-0.25, 1.25, -0.25, 1.25, width=320.0, pad=(8.0, 26.0, 74.0, 8.0))

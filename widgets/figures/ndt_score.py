@@ -7,18 +7,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from solvers import Pose, Status
+from solvers.methods.ndt.ndt_map import NdtMap, build, floored
+from solvers.methods.ndt.score import evaluate, score_map
+from solvers.methods.ndt.translation import Path as Climb
+from solvers.methods.ndt.translation import climb
 from solvers.metrics import rre
-from solvers.ndt_map import NdtMap, build, floored
-from solvers.ndt_score import evaluate, score_map
-from solvers.ndt_translation import Path as Climb
-from solvers.ndt_translation import climb
-from solvers.scenes import Scene
-from solvers.wall_scenes import ndt_room
-
-from ..contract import UNDONE, Action, Button, Key, Widget
-from ..controls import choice, slider
-from ..field import PAD, Field, axis_marks, scale_marks
-from ..picture import (
+from solvers.scenes.rooms import Scene
+from solvers.scenes.walls import ndt_room
+from widgets.drawing.picture import (
     Array,
     Ellipses,
     Mark,
@@ -32,6 +28,9 @@ from ..picture import (
     View,
     number,
 )
+from widgets.engine.contract import UNDONE, Action, Button, Key, Widget
+from widgets.engine.controls import choice, slider
+from widgets.parts.field import PAD, Field, axis_marks, scale_marks
 
 REACH = 1.5
 WINDOW = (-REACH, REACH, -REACH, REACH)

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from solvers.scenes import room_start
-
-from ..contract import ITERATED, Action, Key, Motion, Widget
-from ..controls import choice, slider
-from ..picture import Mark, Panel, Picture, Readout, degrees, number
-from ..placing import HANDLES, place, written
-from ..room import ANCHOR, FAR, NEAR, PLACING, VIEW, error_chart
-from ..script import called, named
-from ..surface_marks import (
+from solvers.scenes.rooms import room_start
+from widgets.drawing.picture import Mark, Panel, Picture, Readout, degrees, number
+from widgets.engine.contract import ITERATED, Action, Key, Motion, Widget
+from widgets.engine.controls import choice, slider
+from widgets.engine.script import called, named
+from widgets.parts.placing import HANDLES, place, written
+from widgets.parts.room import ANCHOR, FAR, MIDDLE, NEAR, PLACING, VIEW, error_chart
+from widgets.parts.surface_marks import (
     condition,
     covariance_words,
     fixed,
@@ -25,7 +24,7 @@ from ..surface_marks import (
     weak_label,
     weight_chart,
 )
-from ..surface_run import (
+from widgets.parts.surface_run import (
     CALLS,
     METHOD,
     RESIDUALS,
@@ -40,8 +39,6 @@ from ..surface_run import (
     scene_of,
 )
 
-MIDWAY = {"turn": 45.0, "offset": 1.43}
-
 
 @dataclass(frozen=True)
 class Controls:
@@ -54,7 +51,7 @@ class Controls:
         "midway",
         "Start",
         {"near": "Near", "midway": "Midway", "far": "Far"},
-        sets={"near": NEAR, "midway": MIDWAY, "far": FAR},
+        sets={"near": NEAR, "midway": MIDDLE, "far": FAR},
     )
     turn: float = slider(45.0, "Start: turn", -180.0, 180.0, 1.0, "°", keeps="nothing")
     offset: float = slider(1.43, "Start: offset", 0.0, 3.0, 0.01, "u", keeps="nothing")

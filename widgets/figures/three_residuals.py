@@ -7,18 +7,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from solvers import Pose
-from solvers.scenes import room_start
-
-from ..chart import Series, chart
-from ..contract import ITERATED, Action, Key, Motion, Widget
-from ..controls import choice, slider
-from ..picture import Handle, Label, Mark, Panel, Picture, Readout, Role, Segments, View, degrees, number
-from ..placing import Placing, place, written
-from ..room import ANCHOR, FAR, NEAR, with_marks
-from ..script import named
-from ..surface_marks import Carried, carried, fixed, ghost, moving, pairs, weak_direction, weak_label
-from ..surface_run import CALLS, METHOD, SCENES, STEPS, WEIGHTS, Ask, Run, anew, kept, scene_of
-from .surfaces import MIDWAY
+from solvers.scenes.rooms import room_start
+from widgets.drawing.chart import Series, chart
+from widgets.drawing.picture import Handle, Label, Mark, Panel, Picture, Readout, Role, Segments, View, degrees, number
+from widgets.engine.contract import ITERATED, Action, Key, Motion, Widget
+from widgets.engine.controls import choice, slider
+from widgets.engine.script import named
+from widgets.parts.placing import Placing, place, written
+from widgets.parts.room import ANCHOR, FAR, MIDDLE, NEAR, with_marks
+from widgets.parts.surface_marks import Carried, carried, fixed, ghost, moving, pairs, weak_direction, weak_label
+from widgets.parts.surface_run import CALLS, METHOD, SCENES, STEPS, WEIGHTS, Ask, Run, anew, kept, scene_of
 
 NAMES = {"point": "Point to point", "plane": "Point to plane", "gicp": "GICP"}
 FIRST = "point"  # at a start, the others carry what it carries
@@ -40,7 +38,7 @@ class Controls:
         "midway",
         "Start",
         {"near": "Near", "midway": "Midway", "far": "Far"},
-        sets={"near": NEAR, "midway": MIDWAY, "far": FAR},
+        sets={"near": NEAR, "midway": MIDDLE, "far": FAR},
     )
     turn: float = slider(45.0, "Start: turn", -180.0, 180.0, 1.0, "°", keeps="nothing")
     offset: float = slider(1.43, "Start: offset", 0.0, 3.0, 0.01, "u", keeps="nothing")

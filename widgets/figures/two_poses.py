@@ -8,11 +8,8 @@ import numpy as np
 
 from solvers import Pose
 from solvers.metrics import rre, rte
-from solvers.scans import Scans, two_scans
-
-from ..contract import UNDONE, Action, Button, Key, Motion, Widget
-from ..controls import slider
-from ..picture import (
+from solvers.scenes.scans import Scans, two_scans
+from widgets.drawing.picture import (
     Array,
     Arrow,
     Group,
@@ -28,7 +25,9 @@ from ..picture import (
     degrees,
     number,
 )
-from ..placing import HANDLES, Placing, place, written
+from widgets.engine.contract import UNDONE, Action, Button, Key, Motion, Widget
+from widgets.engine.controls import slider
+from widgets.parts.placing import HANDLES, Placing, place, written
 
 WORLD = View(-5.2, 5.2, -3.5, 3.5, width=480.0)
 ROBOT = View(-7.8, 7.8, -5.25, 5.25, width=480.0)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from playwright.sync_api import BrowserContext, ConsoleMessage, Playwright
 
-from sitegen.browser import FLAGS
+from sitegen.check.browsers import FLAGS
 from tests.browser.engines.window import Place
 
 

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from sitegen.offline import NOT_KEPT
+from sitegen.check.offline import NOT_KEPT
 from tests.browser.engines.page import Figure, Reading
 from tests.browser.layout import MISFITS
 from tests.browser.server import SiteServer
-from widgets.contract import preset
-from widgets.host import Host
-from widgets.registry import WIDGETS
+from widgets.engine.contract import preset
+from widgets.engine.host import Host
+from widgets.engine.registry import WIDGETS
 
 pytestmark = pytest.mark.browser
 

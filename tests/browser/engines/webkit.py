@@ -1,4 +1,4 @@
-"""A reader's window in WebKit: sitegen.webkit says how one is come by."""
+"""A reader's window in WebKit: sitegen.check.webkit says how one is come by."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import base64
 from collections.abc import Sequence
 from pathlib import Path
 
-from sitegen.webkit import Display, session
+from sitegen.check.webkit import Display, session
 from tests.browser.engines.window import PATIENCE, Place, key_actions, pointer_actions
 
 

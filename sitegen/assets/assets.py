@@ -1,0 +1,130 @@
+"""What pages load beside their text: one style sheet, one script, the worker, pictures, all named by their content."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path, PurePosixPath
+
+from sitegen.assets.bundle import Bundle, Entry, bundled, read_files
+from sitegen.assets.download import Download
+from sitegen.assets.hosting import MAP
+from sitegen.cache.files import hashed_name
+from sitegen.problems import Place, Problems, hint
+from sitegen.progress import Progress, quiet
+
+PICTURES = (".svg", ".png", ".ico", ".webp", ".jpg")
+ENTRIES = {  # file in templates/assets → its name on the site, the attribute of Assets that holds that
+    "css/site.css": ("site.css", "css"),
+    "js/main.js": ("site.js", "js"),
+    "js/theme.js": ("theme.js", "theme"),
+    "worker.mjs": ("worker.mjs", "worker"),
+}
+URL = re.compile(r"""url\(\s*(["']?)(?!data:|#)([^"')]+)\1\s*\)""")
+
+
+@dataclass
+class Assets:
+    """Names of the loaded files relative to the site, and all their contents."""
+
+    files: dict[str, bytes] = field(default_factory=dict)
+    css: str = ""
+    js: str = ""
+    theme: str = ""
+    worker: str = ""
+    search_library: str = ""
+    search_data: str = ""
+    pictures: dict[str, str] = field(default_factory=dict)
+    preload: tuple[str, ...] = ()
+    manifest: str = ""
+    ground: tuple[str, str] = ("", "")  # behind the pages, light and dark
+    download: Download | None = None
+    runtime: dict[str, object] | None = None
+
+    def has(self, name: str) -> bool:
+        """Whether templates/assets holds this picture."""
+        return name in self.pictures
+
+    def get(self, name: str) -> str:
+        """The picture's name on the site."""
+        return self.pictures[name]
+
+    def from_disk(self) -> Assets:
+        """The same for pages that lie on a reader's disk: a browser refuses there what it would fetch ahead."""
+        return replace(self, preload=(), manifest="", download=None)
+
+    def add(self, name: str, data: bytes) -> str:
+        """Put a file under assets/, named by its content."""
+        hashed = hashed_name(f"assets/{name}", data)
+        self.files[hashed] = data
+        return hashed
+
+
+def read_assets(
+    root: Path,
+    pictures: Mapping[str, bytes],
+    styles: Iterable[str],
+    fonts: Mapping[str, bytes],
+    preload: Iterable[str],
+    problems: Problems,
+    cache: Path,
+    progress: Progress = quiet,
+) -> Assets:
+    """The assets of templates/assets, with pictures that the build draws; `styles` stand before its own sheets."""
+    home = root / "templates" / "assets"
+    assets = Assets()
+    lying = {path.name: path.read_bytes() for path in sorted(home.glob("*")) if path.suffix in PICTURES}
+    for name, data in {**pictures, **lying}.items():
+        assets.pictures[name] = assets.add(name, data)
+    for name, data in fonts.items():
+        assets.files[f"assets/fonts/{name}"] = data
+    assets.preload = tuple(f"assets/fonts/{name}" for name in preload)
+    files: dict[str, str] = {}
+    for folder, pattern in (("js", "*.js"), ("css", "*.css"), ("", "*.mjs")):
+        files |= read_files(root, f"templates/assets/{folder}".rstrip("/"), pattern, problems)
+    wanted = [entry for entry in _entries(files, assets, problems) if entry.path in files]
+    before = "\n".join(styles) + "\n"
+    for entry, made in zip(wanted, bundled(wanted, cache, problems, progress), strict=True):
+        name, attribute = ENTRIES[entry.path.removeprefix("templates/assets/")]
+        setattr(assets, attribute, _put(assets, name, made, before if attribute == "css" else ""))
+    return assets
+
+
+def _entries(files: Mapping[str, str], assets: Assets, problems: Problems) -> list[Entry]:
+    """What is bundled, each with the files of its kind."""
+    entries = []
+    for path in ENTRIES:
+        path = f"templates/assets/{path}"
+        same = {name: text for name, text in files.items() if Path(name).suffix == Path(path).suffix}
+        pictures = _linked(same, assets, problems) if path.endswith(".css") else {}
+        entries.append(Entry(path, same, pictures))
+    return entries
+
+
+def _put(assets: Assets, name: str, made: Bundle, before: str) -> str:
+    """Add a bundle and its source map, which it names in its last line; what stands `before` it has none."""
+    if not made.code:
+        return assets.add(name, before.encode())
+    source_map = assets.add(f"{name}{MAP}", made.placed(before.count("\n")).encode())
+    comment = f"sourceMappingURL={PurePosixPath(source_map).name}"
+    last = f"/*# {comment} */" if name.endswith(".css") else f"//# {comment}"
+    return assets.add(name, f"{before}{made.code.rstrip()}\n{last}\n".encode())
+
+
+def _linked(sheets: Mapping[str, str], assets: Assets, problems: Problems) -> dict[str, str]:
+    """What the sheets' url(…) of pictures in templates/assets are on the site; others go to `problems`."""
+    found = {}
+    for path, text in sheets.items():
+        for match in URL.finditer(text):
+            name = match[2]
+            if name in assets.pictures:
+                found[name] = assets.pictures[name].removeprefix("assets/")
+                continue
+            line = text.count("\n", 0, match.start()) + 1
+            column = match.start(2) - text.rfind("\n", 0, match.start(2))
+            problems.add(
+                Place(path, line, column), f"no picture {name!r} in templates/assets{hint(name, assets.pictures)}"
+            )
+    return found
+

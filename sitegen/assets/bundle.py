@@ -1,0 +1,92 @@
+"""Scripts and style sheets as a browser gets them: modules bundled and minified by esbuild, with a source map each.
+
+A bundle is kept in the cache by all that it is made of; esbuild, which takes half a second to start, runs only where
+something of it has changed.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from sitegen.cache.files import digest
+from sitegen.cache.store import Store
+from sitegen.external import fetch
+from sitegen.external.node import run_node
+from sitegen.problems import Place, Problems, read_text
+from sitegen.progress import Progress, quiet
+
+SCRIPT = Path(__file__).with_name("esbuild.mjs")
+FORMAT = "1"  # of what is kept; raised when the making changes in a way that its inputs do not tell
+SECONDS = 120.0  # at most, on a machine under load
+
+
+@dataclass(frozen=True)
+class Entry:
+    """What is to become one file: where it begins, all files by name that it may import, addresses of pictures."""
+
+    path: str
+    files: Mapping[str, str]
+    pictures: Mapping[str, str] = field(default_factory=dict)
+
+    def key(self, made_by: str) -> str:
+        """All that the bundle depends on."""
+        hashes = {name: digest(text.encode()) for name, text in sorted(self.files.items())}
+        return json.dumps([made_by, self.path, hashes, sorted(self.pictures.items())])
+
+
+@dataclass(frozen=True)
+class Bundle:
+    """A script or a style sheet, and its source map; both empty where something is wrong with it."""
+
+    code: str
+    source_map: str
+
+    def placed(self, lines: int) -> str:
+        """The source map of the code as it stands below so many other lines."""
+        data = json.loads(self.source_map)
+        return json.dumps({**data, "mappings": ";" * lines + data["mappings"]}, ensure_ascii=False)
+
+
+def read_files(root: Path, folder: str, pattern: str, problems: Problems) -> dict[str, str]:
+    """The files of a folder and those below it, by their names in the checkout."""
+    paths = sorted((root / folder).rglob(pattern))
+    names = {path.relative_to(root).as_posix(): path for path in paths}
+    return {name: read_text(path, name, problems) for name, path in names.items()}
+
+
+def bundled(
+    entries: Sequence[Entry], cache: Path, problems: Problems, progress: Progress = quiet
+) -> list[Bundle]:
+    """The bundle of each entry; what esbuild objects to goes to `problems`."""
+    store = Store(cache, "bundles")
+    made_by = f"{FORMAT} {fetch.read_manifest()['esbuild'].version} {SCRIPT.read_text('utf-8')}"
+    keys = {entry.path: entry.key(made_by) for entry in entries}
+    kept = {path: store.find(key) for path, key in keys.items()}
+    new = [entry for entry in entries if kept[entry.path] is None]
+    answers = dict(zip((entry.path for entry in new), _run(new, cache, progress), strict=True)) if new else {}
+    for entry in new:
+        answer = answers[entry.path]
+        for message in answer["messages"]:
+            problems.add(Place(message["path"] or entry.path, message["line"], message["column"]), message["text"])
+        if not answer["messages"]:
+            store.put(keys[entry.path], json.dumps([answer["code"], answer["map"]]).encode())
+    found = {path: json.loads(data) for path, data in kept.items() if data is not None}
+    for path, answer in answers.items():
+        found[path] = ["", ""] if answer["messages"] else [answer["code"], answer["map"]]
+    return [Bundle(*found[entry.path]) for entry in entries]
+
+
+def _run(entries: Sequence[Entry], cache: Path, progress: Progress) -> list[Any]:
+    paths = fetch.gather(["esbuild"], cache=cache, progress=progress)
+    bundles = [{"entry": each.path, "files": dict(each.files), "pictures": dict(each.pictures)} for each in entries]
+    request = {
+        "library": str(paths["esbuild/lib/browser.min.js"]),
+        "wasm": str(paths["esbuild/esbuild.wasm"]),
+        "bundles": bundles,
+    }
+    answer: list[Any] = run_node(SCRIPT, request, timeout=SECONDS)
+    return answer

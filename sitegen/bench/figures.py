@@ -1,0 +1,123 @@
+"""How every published figure follows a pointer: its handles dragged around, or its first slider drawn across."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+
+from playwright.sync_api import Locator, Page
+
+from sitegen.bench.model import Bench, Row
+from sitegen.bench.pages import (
+    IDLE,
+    MARKS,
+    answered,
+    browser_of,
+    centile,
+    drag_once,
+    live,
+    number_ms,
+    pages_with,
+    until,
+    visit,
+)
+from sitegen.serve.static_files import serving
+
+MOVES = 75  # a handle
+HANDLES = 2  # of a figure: the cloud and its turn; the others of a figure are theirs again, in other panels
+NEAR = ("0", "1", "2", "3", "3½")  # the rungs whose figures answer within half a frame
+NEAR_MS = 8.0
+NINE = "race"
+NINE_MS = 25.0
+FRAME_MS = 16.0
+
+_CENTRED = "element => element.scrollIntoView({block: 'center', behavior: 'instant'})"
+# The values of a slider from end to end, at most so many, one an event as a drawn thumb gives them.
+_DRAWN = """async (slider, moves) => {
+  const low = +slider.min, step = +slider.step, count = Math.round((+slider.max - low) / step);
+  for (let i = 0; i <= moves; i++) {
+    slider.value = low + step * Math.round(count * i / moves);
+    await new Promise(requestAnimationFrame);
+    slider.dispatchEvent(new Event('input', {bubbles: true}));
+  }
+}"""
+
+
+@dataclass(frozen=True)
+class Followed:
+    """One figure: the widget, where it stands, what was moved, the delay of each input in ms, frames missed of all."""
+
+    widget: str
+    where: str
+    rung: str
+    moved: str
+    delays: list[float]
+    missed: int
+    frames: int
+
+
+def drag(bench: Bench) -> list[Row]:
+    """Every figure of the built site moved: the delay of each input, and the frames that were missed."""
+    found: list[Followed] = []
+    with ExitStack() as stack:
+        server, browser = stack.enter_context(serving(bench.site)), stack.enter_context(browser_of(bench))
+        for name in with_figures(bench.site):
+            with visit(browser, f"{server.origin}/{name}") as page:
+                live(page)
+                until(page, IDLE)
+                rung = page.locator(".chapter-rung").inner_text().removeprefix("Rung").strip()
+                figures = page.locator("figure.figure[data-widget]")
+                found += [one for figure in figures.all() if (one := followed(page, figure, name, rung))]
+    return rows(found)
+
+
+def with_figures(site: Path) -> list[str]:
+    """The rungs that have a figure to move, by name: other pages' figures are theirs, or wait for a reader's files."""
+    rungs = pages_with(site, 'class="chapter-rung"')
+    return [name for name in pages_with(site, 'class="figure" id="') if name in rungs]
+
+
+def followed(page: Page, figure: Locator, page_name: str, rung: str) -> Followed | None:
+    """The figure's handles dragged, or without any its first slider drawn; None where there is neither.
+
+    A hand comes after the figure has come into sight and Python has drawn it once, unseen.
+    """
+    widget, where = figure.get_attribute("data-widget") or "", f"{page_name}#{figure.get_attribute('id')}"
+    figure.evaluate(_CENTRED)
+    until(page, f"Ladder.figures.get({figure.get_attribute('id')!r}).ready && {IDLE}")
+    named = dict.fromkeys(handle.get_attribute("data-handle") or "" for handle in figure.locator(".handle").all())
+    handles = list(named)[:HANDLES]
+    slider = figure.locator("input[type=range]").first
+    delays, missed, frames, moved = list[float](), 0, 0, handles
+    for handle in (figure.locator(f'.handle[data-handle="{name}"]').first for name in handles):
+        handle.evaluate(_CENTRED)
+        late, some = drag_once(page, handle.bounding_box(), MOVES)
+        missed, frames = missed + late, frames + some
+        delays += answered(page.evaluate(MARKS))
+    if not handles:
+        if not slider.count():
+            return None
+        page.evaluate("performance.clearMarks()")
+        slider.evaluate(_DRAWN, MOVES)
+        until(page, IDLE)
+        delays = answered(page.evaluate(MARKS))
+        moved = [f"slider {slider.get_attribute('name')}"]
+    return Followed(widget, where, rung, " and ".join(moved), delays, missed, frames)
+
+
+def rows(found: list[Followed]) -> list[Row]:
+    """A line a figure; the aims of the rungs, and for the others a frame to read their times by."""
+    out = []
+    for one in found:
+        aim = NEAR_MS if one.rung in NEAR else NINE_MS if one.widget == NINE else None
+        note = f"{one.moved}: {len(one.delays)} inputs, median {number_ms(median(one.delays))}"
+        reading = "" if aim is not None else f"; a frame is {FRAME_MS:.0f} ms"
+        which = "nine panels, " if one.widget == NINE else "near rungs, " if one.rung in NEAR else ""
+        what = f"{which}input to swapped SVG, 95th percentile, {one.where}"
+        out.append(Row(what, centile(one.delays, 95), "ms", aim, note + reading))
+    missed, frames = sum(one.missed for one in found), sum(one.frames for one in found)
+    worst = max(found, key=lambda one: one.missed / max(one.frames, 1))
+    note = f"{missed} of {frames} in all figures with handles; most in {worst.where}, {worst.missed} of {worst.frames}"
+    return [*out, Row("frames missed in a drag", 100 * missed / max(frames, 1), "%", 2, note)]

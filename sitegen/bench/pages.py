@@ -1,0 +1,306 @@
+"""What a reader sees of speed: first paint, the first answer from a figure's tape, heat maps, the race."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from itertools import pairwise
+from math import cos, pi, sin
+from pathlib import Path
+from statistics import median, quantiles
+from threading import Event
+from typing import Any
+
+from playwright.sync_api import Browser, Page, sync_playwright
+
+from sitegen.bench.model import Bench, Row
+from sitegen.check.browsers import FLAGS
+from sitegen.serve.static_files import StaticHandler, serving
+
+LOADS = 5
+MOVES = 300
+TURNS = 20
+RACES, STEPS, STOPS = 3, 40, 5
+PATIENCE_MS = 60_000
+CHAPTERS = ("index.html", "kabsch.html", "race.html", "four.html")
+
+WATCH = """() => {
+  window.seen = {paint: 0, shift: 0, frames: []};
+  new PerformanceObserver(list => { for (const e of list.getEntries()) seen.paint = e.startTime; })
+    .observe({type: 'largest-contentful-paint', buffered: true});
+  new PerformanceObserver(list => { for (const e of list.getEntries()) if (!e.hadRecentInput) seen.shift += e.value; })
+    .observe({type: 'layout-shift', buffered: true});
+}"""
+# An input's mark stands at the event's own time, which is when the browser got it.
+MARKS = """() => performance.getEntriesByType('mark').filter(m => m.name.startsWith('ladder:'))
+  .map(m => [m.name, m.startTime]).sort((a, b) => a[1] - b[1])"""
+IDLE = "[...Ladder.figures.values()].every(figure => !figure.busy)"
+COUNT_FRAMES = """() => { const tick = t => { seen.frames.push(t); seen.next = requestAnimationFrame(tick); };
+  seen.frames = []; seen.next = requestAnimationFrame(tick); }"""
+
+
+@contextmanager
+def browser_of(bench: Bench) -> Iterator[Browser]:
+    """The bench's Chromium."""
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=bench.chromium, args=FLAGS)
+        try:
+            yield browser
+        finally:
+            browser.close()
+
+
+@contextmanager
+def visit(browser: Browser, url: str, foreign: list[str] | None = None) -> Iterator[Page]:
+    """A page in a browser context of its own, where nothing is cached. Foreign requests are added to `foreign`."""
+    context = browser.new_context(viewport={"width": 1280, "height": 900})
+    context.add_init_script(f"({WATCH})()")
+    context.set_default_timeout(PATIENCE_MS)
+    page = context.new_page()
+    origin = "/".join(url.split("/")[:3])
+    if foreign is not None:
+        context.on("request", lambda r: None if r.url.startswith((origin, "data:", "blob:")) else foreign.append(r.url))
+    page.goto(url, wait_until="load")
+    try:
+        yield page
+    finally:
+        context.close()
+
+
+def until(page: Page, condition: str) -> None:
+    """Wait for a condition, looked at once a frame (Playwright's own wait evaluates text, which the policy forbids).
+    Raises TimeoutError where it does not come true within a minute."""
+    late = f"performance.now() > began + {PATIENCE_MS}"
+    look = f"const look = () => {condition} ? done(true) : {late} ? done(false) : requestAnimationFrame(look); look();"
+    if not page.evaluate(f"new Promise(done => {{ const began = performance.now(); {look} }})"):
+        raise TimeoutError(f"{page.url}: {condition} did not come true")
+
+
+def live(page: Page) -> None:
+    """Bring the first figure into sight and wait until Python is up."""
+    page.locator("figure.figure").first.scroll_into_view_if_needed()
+    page.wait_for_selector("html[data-runtime=live]")
+
+
+def paint(bench: Bench) -> list[Row]:
+    """Largest contentful paint and layout shift of some pages, and whether anything foreign was asked for."""
+    rows, foreign, shifts = [], list[str](), list[float]()
+    with serving(bench.site) as server, browser_of(bench) as browser:
+        for name in CHAPTERS:
+            paints = []
+            for _ in range(LOADS):
+                with visit(browser, f"{server.origin}/{name}", foreign) as page:
+                    until(page, "seen.paint > 0")
+                    paints.append(page.evaluate("seen.paint"))
+                    live(page)
+                    shifts.append(page.evaluate("seen.shift"))
+            note = f"median of {LOADS} cold loads"
+            rows.append(Row(f"largest contentful paint, {name}", median(paints), "ms", 500, note))
+    rows.append(Row("layout shift, until Python is up", max(shifts), "", 0, "worst of all loads"))
+    rows.append(Row("requests to another origin", len(foreign), "", 0))
+    return rows
+
+
+class Holding(StaticHandler):
+    """Keeps every request for the runtime waiting until the bench lets go, as a very slow line would."""
+
+    let_go: Event
+
+    def do_GET(self) -> None:
+        if self.path.startswith("/runtime/"):
+            self.let_go.wait()
+        super().do_GET()
+
+
+def tape(bench: Bench) -> list[Row]:
+    """From the click on a figure's main button to the swapped picture, with Python not up and the figure in sight: once
+    on every page."""
+    Holding.let_go = Event()
+    delays: dict[str, float] = {}
+    kept: list[str] = []
+    with serving(bench.site, Holding) as server, browser_of(bench) as browser:
+        try:
+            for name in pages_with(bench.site, 'class="primary"'):
+                with visit(browser, f"{server.origin}/{name}") as page:
+                    main = page.locator(_MAIN)
+                    if not main.count():  # nothing to press before a choice is made
+                        continue
+                    main.first.scroll_into_view_if_needed()
+                    until(page, _TAPED)
+                    main.first.click()
+                    until(page, _HEARD)
+                    found = answered(page.evaluate(MARKS))
+                    if found:
+                        delays[name] = found[0]
+                    else:
+                        kept.append(name)
+        finally:
+            Holding.let_go.set()
+    worst = max(delays, key=delays.__getitem__)
+    note = f"first click of a page, runtime held back; worst of {len(delays)} pages, {worst}"
+    note += f"; median {number_ms(median(delays.values()))}"
+    note += f"; kept until Python is up: {', '.join(kept)}" if kept else ""
+    return [Row("first answer from the tape", delays[worst], "ms", 50, note)]
+
+
+_MAIN = 'figure.figure button.primary[data-button]:not([aria-disabled="true"])'
+# The figure has come into sight, and its tape with it.
+_TAPED = f"""(url => !url || performance.getEntriesByName(new URL(url, document.baseURI).href).length)(
+  document.querySelector({_MAIN!r}).closest('figure').dataset.tape)"""
+# Answered from the tape, or kept because what was asked for is not on it.
+_HEARD = """(performance.getEntriesByName('ladder:swap').length
+  || document.querySelector('figure.figure[data-state=waiting]'))"""
+
+
+def pages_with(site: Path, mark: str) -> list[str]:
+    """The pages whose HTML holds a mark, by name; without the decks, whose figures are those of the chapters."""
+    pages = [page for page in site.glob("*.html") if not page.name.startswith("slides-")]
+    return sorted(page.name for page in pages if mark in page.read_text("utf-8"))
+
+
+def number_ms(value: float) -> str:
+    """Milliseconds for a note."""
+    return f"{value:.1f} ms"
+
+
+def answered(marks: Sequence[Sequence[Any]]) -> list[float]:
+    """How long each input waited for a picture that shows it or something newer, in ms.
+
+    `marks` are [name, time] in order of time. One question is under way at a time; inputs that
+    come meanwhile are merged into the next.
+    """
+    asked: list[float] = []
+    waiting: list[float] = []
+    delays = []
+    for name, at in marks:
+        if name == "ladder:input":
+            (waiting if asked else asked).append(at)
+        elif name == "ladder:swap":
+            delays += [at - since for since in asked]
+            asked, waiting = waiting, []
+    return delays
+
+
+def heat(bench: Bench) -> list[Row]:
+    """A control of the score map moved again and again: how long to the coarse map, and to the full one."""
+    coarse: list[float] = []
+    full: list[float] = []
+    with ExitStack() as stack:
+        server, browser = stack.enter_context(serving(bench.site)), stack.enter_context(browser_of(bench))
+        page = stack.enter_context(visit(browser, f"{server.origin}/ndt-score.html"))
+        live(page)
+        for grids in ("one", "four"):
+            page.locator(f'#fig-score [name="grids"][value="{grids}"]').check(force=True)
+            for turn in range(TURNS + 1):
+                until(page, IDLE)
+                page.evaluate("performance.clearMarks()")
+                page.locator('#fig-score [name="rotation"]').fill(str(turn))
+                until(page, IDLE)
+                marks = page.evaluate(MARKS)
+                if turn:  # the first answer of all pays for what Python does once
+                    coarse += answered(marks)
+                    full.append(marks[-1][1] - marks[0][1])
+    note = f"{len(coarse)} turns of the NDT score map, from the input to the swapped picture; median "
+    return [
+        Row("heat map, coarse, 95th percentile", centile(coarse, 95), "ms", 33, note + number_ms(median(coarse))),
+        Row("heat map, full, 63 × 63, 95th percentile", centile(full, 95), "ms", 1000, note + number_ms(median(full))),
+    ]
+
+
+def nine(bench: Bench) -> list[Row]:
+    """The race: a step of all nine again and again, a drag of their start, and the 25-seed benchmark in slices."""
+    with ExitStack() as stack:
+        server, browser = stack.enter_context(serving(bench.site)), stack.enter_context(browser_of(bench))
+        page = stack.enter_context(visit(browser, f"{server.origin}/race.html"))
+        live(page)
+        steps: list[float] = []
+        for seed in range(RACES):
+            page.locator('#fig-race [data-button="new"]').click()
+            until(page, IDLE)
+            page.evaluate("performance.clearMarks()")
+            for _ in range(STEPS):
+                page.locator('#fig-race [data-button="step"]').click()
+                until(page, IDLE)
+            steps += answered(page.evaluate(MARKS))[int(seed == 0) :]
+        figure = page.locator("#fig-race")
+        figure.scroll_into_view_if_needed()
+        late, frames = drag_once(page, figure.locator('.handle[data-handle="source"]').first.bounding_box())
+        drags = answered(page.evaluate(MARKS))
+        slices, total, inside = page.evaluate(_JOB)
+        stops = [page.evaluate(_STOP) for _ in range(STOPS)]
+    note = f"{len(steps)} steps on {RACES} seeds, median {number_ms(median(steps))}"
+    return [
+        Row("nine panels, a step of all nine, 95th percentile", centile(steps, 95), "ms", 25, note),
+        Row(
+            "nine panels, a drag of the start, 95th percentile", centile(drags, 95), "ms", 25,
+            f"{len(drags)} inputs, median {number_ms(median(drags))}; {late} of {frames} frames missed",
+        ),
+        Row(
+            "25-seed benchmark in slices on the page", total, "ms", 2500,
+            f"{len(slices)} slices, longest {number_ms(max(slices))}; {number_ms(total - inside)} beside the solvers",
+        ),
+        Row("Stop of the benchmark, until Python is free", max(stops), "ms", 100, f"worst of {STOPS}, in mid run"),
+    ]  # fmt: skip
+
+
+# The page's own job, as its button runs it, once to warm up: its slices, how long it took, and the solvers' part.
+_JOB = """async () => {
+  const { record } = Ladder.figures.get('fig-race');
+  const ask = { figure: 'fig-race', record, name: 'benchmark' };
+  let slices, began, result;
+  for (const round of [0, 1]) {
+    slices = [], began = performance.now();
+    for (let does = 'begin', done = false; !done; does = 'go on') {
+      const at = performance.now();
+      const slice = await Ladder.runtime.job({ ...ask, does });
+      slices.push(performance.now() - at);
+      result = slice.result ?? result;
+      done = slice.done;
+    }
+  }
+  const inside = result.rows.reduce((sum, row) => sum + row.values.at(-1), 0);
+  return [slices, performance.now() - began, inside];
+}"""
+
+
+# The benchmark begun by its button and, with some of it done, stopped by the other: from that click until the page has
+# it at rest and Python, whose slice was under way, answers something else.
+_STOP = """() => new Promise(done => {
+  const box = document.querySelector('#fig-race section.job[data-job=benchmark]');
+  const part = box.querySelector('progress');
+  const seen = new MutationObserver(async () => {
+    if (part.value < 0.1) return;
+    seen.disconnect();
+    const clicked = performance.now();
+    box.querySelector('[data-do=stop]').click();
+    await Ladder.runtime.heap();
+    if (box.dataset.state === '') done(performance.now() - clicked);
+  });
+  box.querySelector('[data-do=begin]').click();
+  seen.observe(part, { attributes: true });
+})"""
+
+
+def centile(values: Sequence[float], percent: int) -> float:
+    """The value that so many percent of the values do not exceed."""
+    return quantiles(values, n=100)[percent - 1]
+
+
+def drag_once(page: Page, box: Any, moves: int = MOVES) -> tuple[int, int]:
+    """Drag what is in the box once around; frames missed, frames in all."""
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    until(page, IDLE)
+    page.evaluate("performance.clearMarks()")
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.evaluate(COUNT_FRAMES)
+    for i in range(1, moves + 1):
+        angle = 2 * pi * i / moves
+        page.mouse.move(x - 60 * (1 - cos(angle)), y + 60 * sin(angle))
+    frames = page.evaluate("(cancelAnimationFrame(seen.next), seen.frames)")
+    page.mouse.up()
+    until(page, IDLE)
+    steps = [after - before for before, after in pairwise(frames)]
+    usual = median(steps)
+    late = sum(max(0, round(step / usual) - 1) for step in steps)
+    return late, len(steps) + late

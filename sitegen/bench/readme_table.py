@@ -1,0 +1,187 @@
+"""The bench's table in the docs: every line that the project is held to, with its aim, and what was measured last.
+
+Sizes, counts and equalities are tests: such a line names the test that holds it. `bench --keep` writes the table, and
+its headlines into the README.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from sitegen.bench.model import Row, number
+from sitegen.cache.files import write
+
+PAGE = "content/docs/performance.md"
+README = "README.md"
+# A link's definition that nothing uses: of Markdown's ways to say something unseen, the one that needs no HTML.
+MARKS = ("[//]: # (what `build.py bench --keep` writes begins)", "[//]: # (and ends)")
+COLD = "runtime start, cold"  # it tells, with the stock one's, how quick the machine is
+HELD = "Held at every run of the tests:"
+SHOWN = ("what", "aim", "measured", "result")
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of the table. rows: how the names of the bench's rows begin that it is measured by; of several the one
+    that is farthest from its aim is shown. tests: what holds it at every run of the tests. headline: it stands in the
+    README too."""
+
+    what: str
+    aim: str
+    rows: tuple[str, ...] = ()
+    tests: tuple[str, ...] = ()
+    headline: bool = False
+
+
+LINES = (
+    Line(
+        "a page before any script runs", "text, mathematics and every figure are there",
+        tests=("tests/browser/pages/test_static.py::test_every_page_is_complete_without_scripts",),
+    ),
+    Line("the heaviest page, compressed, without tapes", "≤ 300 kB", ("heaviest page",)),
+    Line("largest contentful paint, loopback", "≤ 500 ms", ("largest contentful paint",)),
+    Line("layout shift until Python is up", "0", ("layout shift",)),
+    Line("a figure's first answer after a click, cold, from its tape", "≤ 50 ms", ("first answer",), headline=True),
+    Line("start of the runtime against stock Pyodide with numpy", "≤ 0.35", ("runtime start against",), headline=True),
+    Line("start of the runtime on a later visit", "shorter than the first", ("runtime start, on a later",)),
+    Line("the runtime's files, gzip", "≤ 7.5 MB", ("runtime, compressed",)),
+    Line("input to swapped picture, 95th percentile, rungs 1 to 3½", "≤ 8 ms", ("near rungs, input",), headline=True),
+    Line("the same, the race's nine panels", "≤ 25 ms", ("nine panels",)),
+    Line("frames missed in a drag", "≤ 2 %", ("frames missed",)),
+    Line("heat map after a control moves: coarse", "≤ 33 ms", ("heat map, coarse",)),
+    Line("the same: full, refined, interruptible", "≤ 1000 ms", ("heat map, full",)),
+    Line("benchmark of 25 seeds and nine solvers in the tab", "≤ 2500 ms", ("25-seed benchmark",), headline=True),
+    Line("its *Stop*", "≤ 100 ms", ("Stop of the benchmark",)),
+    Line("the same benchmark, natively", "≤ 1200 ms", ("the same, natively",)),
+    Line("rigid CPD, 100 × 100, of pycpd's time", "≤ 0.25", ("rigid CPD, 100 × 100",), headline=True),
+    Line("rigid CPD, 1000 × 1000, of pycpd's time", "≤ 0.25", ("rigid CPD, 1000 × 1000, 30",)),
+    Line(
+        "memory of rigid CPD, 1000 × 1000", "blocks, not the matrix of 8 MB", ("rigid CPD, 1000 × 1000, memory",),
+        ("tests/solvers/numerics/test_gaussians.py::test_memory_is_that_of_a_block",),
+    ),
+    Line("nearest-neighbour ICP, 10⁵ points in space, against small_gicp on one thread", "≤ 3 times", ("ICP, 10⁵",)),
+    Line("clean build, runtime cached", "≤ 60 s", ("clean build",)),
+    Line("a chapter saved to the page that shows it", "≤ 1 s", ("a chapter saved",)),
+    Line(
+        "native against browser", "the same steps, ends and bytes of every frame",
+        tests=(
+            "tests/pyodide/test_equality.py::test_one_step_is_the_same_in_the_page",
+            "tests/pyodide/test_equality.py::test_the_race_ends_the_same_in_the_page",
+            "tests/browser/figures/test_live.py::test_live_frames_are_the_build_s_byte_for_byte",
+        ),
+    ),
+    Line(
+        "two builds of one commit on one machine", "identical",
+        tests=("tests/sitegen/pipeline/test_real_site.py::test_two_builds_of_the_site_are_the_same_bytes",),
+    ),
+    Line("requests to another origin", "0", ("requests to another",)),
+    Line(
+        "offline, the server gone after the first visit", "every page and every figure works",
+        tests=(
+            "tests/browser/runtime/test_offline.py::test_every_page_of_the_site_is_kept",
+            "tests/browser/runtime/test_offline.py::test_a_figure_of_a_page_never_visited_answers_without_the_server",
+        ),
+    ),
+    Line(
+        "axe-core, both themes, 1280 and 390 px", "0 violations",
+        tests=("tests/browser/accessibility/test_axe.py::test_axe_finds_nothing_on_any_page",),
+    ),
+    Line(
+        "what a pointer does", "also by keyboard, also by touch",
+        tests=(
+            "tests/browser/figures/test_live.py::test_everything_by_keyboard_alone",
+            "tests/browser/figures/test_live.py::test_touch_drags_a_handle_and_scrolls_past_a_figure",
+        ),
+    ),
+    Line(
+        "hostile input", "a clear error or `degenerate`; no NaN, no hang",
+        tests=(
+            "tests/solvers/test_hostile.py::test_every_method_survives_any_finite_pairs",
+            "tests/solvers/test_hostile.py::test_what_is_no_input_is_refused_by_name",
+        ),
+    ),
+    Line(
+        "1,000 drags and picks", "no growth of the worker's heap",
+        tests=("tests/browser/figures/test_growth.py::test_a_thousand_actions_leave_the_worker_s_heap_alone",),
+    ),
+    Line(
+        "Chromium, Firefox and WebKit", "static, tape, live, drag, offline",
+        tests=tuple(
+            f"tests/browser/engines/test_engines.py::{name}"
+            for name in (
+                "test_every_page_is_complete_without_scripts",
+                "test_the_tape_answers_before_python_is_up",
+                "test_python_answers_with_the_build_s_bytes",
+                "test_pointer_and_keys_drag_a_handle",
+                "test_everything_works_with_the_server_gone",
+            )
+        ),
+    ),
+)  # fmt: skip
+
+
+def keep(root: Path, rows: Sequence[Row], machine: Mapping[str, Any]) -> None:
+    """Put the table into the docs and its headlines into the README, between their marks. Raises ValueError where a
+    file has none, or a line no row; then neither file changes."""
+    written = {PAGE: markdown(rows, machine), README: headlines(rows)}
+    texts = {root / name: _between_marks(root / name, text) for name, text in written.items()}
+    for path, text in texts.items():
+        write(path, text.encode())
+
+
+def _between_marks(path: Path, text: str) -> str:
+    before, begins, rest = path.read_text("utf-8").partition(MARKS[0])
+    _, ends, after = rest.partition(MARKS[1])
+    if not begins or not ends:
+        raise ValueError(f"{path.name}: the marks of the bench's table are not there: {' … '.join(MARKS)}")
+    return f"{before}{begins}\n\n{text}\n\n{ends}{after}"
+
+
+def headlines(rows: Sequence[Row]) -> str:
+    """A few lines of the table, and how many of all that have an aim miss it."""
+    results = [_cells(line, rows)[-1] for line in LINES if line.rows]
+    missed, measured = results.count("missed"), results.count("missed") + results.count("met")
+    table = _table([_cells(line, rows) for line in LINES if line.headline])
+    return f"{table}\n\nOf {measured} measured aims {missed} are missed: [all of them]({PAGE})."
+
+
+def markdown(rows: Sequence[Row], machine: Mapping[str, Any]) -> str:
+    """The table, where and when it was measured, and what tests hold. Raises ValueError for a line without its row."""
+    table = _table([_cells(line, rows) for line in LINES if line.rows])
+    where = f"{machine['cores']} cores, {machine['system']}, Python {machine['python']}, {machine['browser']}"
+    colds = (row for row in rows if row.what == COLD)
+    speed = "".join(f" A cold start of the runtime took {_shown(row)} there; {row.note}." for row in colds)
+    when = f"{str(machine['time']).split()[0]} at {str(machine['commit'])[:10]}"
+    held = "\n".join(map(_held, (line for line in LINES if line.tests)))
+    return f"{table}\n\nMeasured on {when}: {where}.{speed}\n\n{HELD}\n\n{held}"
+
+
+def _table(rows: Sequence[tuple[str, ...]]) -> str:
+    return "\n".join(f"| {' | '.join(row)} |" for row in [SHOWN, tuple("---" for _ in SHOWN), *rows])
+
+
+def _held(line: Line) -> str:
+    """A line of the list under the table: its tests' names would make any column a wide one."""
+    names = ", ".join(f"`{test.rpartition('::')[2]}`" for test in line.tests)
+    return f"- {line.what}: {line.aim}. {names}"
+
+
+def _cells(line: Line, rows: Sequence[Row]) -> tuple[str, str, str, str]:
+    found = [row for row in rows if row.what.startswith(line.rows)]
+    if not found:
+        raise ValueError(f"nothing was measured for {line.what!r}: no row begins with {' or '.join(line.rows)}")
+    worst = max(found, key=_strain)
+    met = {True: "met", False: "missed", None: "held" if line.tests else ""}[worst.met]
+    return line.what, line.aim, _shown(worst), met
+
+
+def _shown(row: Row) -> str:
+    return f"{number(row.value)} {row.unit}".strip()
+
+
+def _strain(row: Row) -> float:
+    """How far a value stands from its aim: in units of the aim where that is not zero."""
+    return row.value / row.aim if row.aim else row.value

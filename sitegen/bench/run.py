@@ -1,0 +1,116 @@
+"""`bench`: measures what the project is held to and prints it beside the aim; never fails for being slow.
+
+A group is a function from a Bench to rows; another one is added to GROUPS. Absolute times are for reading, on this
+machine; ratios are measured side by side in one run.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import subprocess
+import sys
+import time
+import traceback
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+from sitegen.bench.model import Bench, Row, number
+from sitegen.check.browsers import BrowserMissing, chromium
+from sitegen.pipeline.attempt import attempt, tell
+from sitegen.progress import shown
+
+
+def groups() -> dict[str, Callable[[Bench], list[Row]]]:
+    """The groups by name, in the order of the table."""
+    from sitegen.bench import builds, figures, pages, solvers
+
+    return {
+        "paint": pages.paint,
+        "tape": pages.tape,
+        "start": builds.start,
+        "drag": figures.drag,
+        "heat": pages.heat,
+        "nine": pages.nine,
+        "sizes": builds.sizes,
+        "build": builds.build_times,
+        "race": solvers.race,
+        "peers": solvers.peers,
+    }
+
+
+def bench(root: Path, out: Path, given: Path | None, only: Sequence[str], keeps: bool = False) -> int:
+    """Build, measure, print, write; with `keeps` also the docs' table, for which every group is needed.
+
+    The exit code is 1 when something cannot be measured, 2 for an unknown group and for --keep with a few.
+    """
+    known = groups()
+    if keeps and only:
+        print("bench: --keep writes the whole table; it goes without --only", file=sys.stderr)
+        return 2
+    unknown = [name for name in only if name not in known]
+    if unknown:
+        print(f"bench: no group {', '.join(unknown)}; there are {', '.join(known)}", file=sys.stderr)
+        return 2
+    with shown() as progress:
+        outcome = attempt(root, root / "site", progress=progress)
+    tell(outcome)
+    if not outcome.good:
+        return 1
+    try:
+        subject = Bench(root, root / "site", chromium(given))
+    except BrowserMissing as error:
+        print(error, file=sys.stderr)
+        return 1
+    measured: dict[str, list[Row]] = {}
+    failed: dict[str, str] = {}
+    for name in only or known:
+        print(f"measuring {name}", file=sys.stderr, flush=True)
+        try:
+            measured[name] = known[name](subject)
+        except Exception as error:  # one group that cannot be measured does not take the others away
+            traceback.print_exc()
+            failed[name] = f"{type(error).__name__}: {error}"
+    rows = [row for some in measured.values() for row in some]
+    print(table(rows))
+    for name, why in failed.items():
+        print(f"{name} could not be measured: {why.splitlines()[0]}")
+    where = machine(root, subject)
+    data = {"machine": where, "groups": {n: list(map(asdict, r)) for n, r in measured.items()}}
+    out.write_text(json.dumps({**data, "failed": failed}, indent=1, ensure_ascii=False) + "\n", "utf-8")
+    if keeps and not failed:
+        from sitegen.bench.readme_table import keep
+
+        keep(root, rows, where)
+    return 1 if failed else 0
+
+
+def table(rows: Sequence[Row]) -> str:
+    """The rows as text: what, measured, aim, whether it is met."""
+    lines = [("what", "measured", "aim", "")]
+    for row in rows:
+        aim = "" if row.aim is None else f"≤ {number(row.aim)} {row.unit}"
+        met = "" if row.met is None else "met" if row.met else "missed"
+        lines.append((row.what, f"{number(row.value)} {row.unit}", aim, met))
+    widths = [max(len(line[i]) for line in lines) for i in range(3)]
+    notes = ["", *(row.note for row in rows)]
+    return "\n".join(
+        "  ".join([what.ljust(widths[0]), value.rjust(widths[1]), aim.rjust(widths[2]), met.ljust(6), note]).rstrip()
+        for (what, value, aim, met), note in zip(lines, notes, strict=True)
+    )
+
+
+def machine(root: Path, subject: Bench) -> dict[str, str | int]:
+    """Where and on what this was measured."""
+    commit = subprocess.run(["git", "rev-parse", "HEAD"], cwd=root, capture_output=True, text=True, check=False)
+    version = subprocess.run([str(subject.chromium), "--version"], capture_output=True, text=True, check=False)
+    return {
+        "time": time.strftime("%Y-%m-%d %H:%M:%S %z"),
+        "commit": commit.stdout.strip(),
+        "system": platform.platform(),
+        "cores": os.cpu_count() or 0,
+        "python": platform.python_version(),
+        "browser": version.stdout.strip(),
+    }

@@ -1,0 +1,204 @@
+"""The solvers' speed: the race's benchmark natively and in a tab, and two of our methods beside other people's.
+
+The peers are optional (`pip install --group peers`, from pyproject.toml): without them there is no comparison.
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import shutil
+import sys
+import tempfile
+import time
+import tracemalloc
+from collections.abc import Callable
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+import numpy as np
+
+from sitegen.bench.model import Bench, Row
+from sitegen.bench.pages import browser_of
+from sitegen.cache.files import cache_dir
+from sitegen.external.fetch import gather
+from sitegen.serve.static_files import serving
+
+ROUNDS = 3
+RACE = """
+import json
+from solvers.benchmark import benchmark
+from solvers.race import Controls
+
+def race():
+    return {line.contestant.label: line.seconds for line in benchmark(Controls())}
+
+race()
+json.dumps([race() for _ in range(3)])
+"""
+TIMEOUT = 300_000
+_RUN = """([message, timeout]) => new Promise((resolve, reject) => {
+  const worker = new Worker('race.mjs', { type: 'module' });
+  setTimeout(() => reject(new Error('no answer')), timeout);
+  worker.onerror = (event) => reject(new Error(event.message));
+  worker.onmessage = ({ data }) => data.type === 'done' ? resolve(data.answer) : reject(new Error(data.message));
+  worker.postMessage(message);
+})"""
+
+
+def race(bench: Bench) -> list[Row]:
+    """25 seeds, nine contestants, 'combo' at 45° and 1.43 u: here and in a tab, each contestant by itself."""
+    here, there = native_race(), tab_race(bench)
+    notes = "warm, median of 3; combo at 45° and 1.43 u"
+    return [
+        Row("25-seed benchmark in the tab", 1e3 * total(there), "ms", 2500, notes),
+        Row("the same, natively", 1e3 * total(here), "ms", 1200, notes),
+        *(
+            Row(f"  {name}, in the tab", 1e3 * middle(there, name), "ms", None, f"natively {1e3 * of_it:.0f} ms")
+            for name, of_it in ((name, middle(here, name)) for name in here[0])
+        ),
+    ]
+
+
+Rounds = list[dict[str, float]]
+
+
+def total(rounds: Rounds) -> float:
+    """The median over the rounds of the time of all contestants."""
+    return median(sum(one.values()) for one in rounds)
+
+
+def middle(rounds: Rounds, name: str) -> float:
+    """The median over the rounds of one contestant's time."""
+    return median(one[name] for one in rounds)
+
+
+def native_race() -> Rounds:
+    """Seconds of each contestant in this process."""
+    *before, last = RACE.strip().split("\n")
+    scope: dict[str, Any] = {}
+    exec("\n".join([*before, f"rounds = {last}"]), scope)
+    return json.loads(scope["rounds"])  # type: ignore[no-any-return]
+
+
+def tab_race(bench: Bench) -> Rounds:
+    """Seconds of each contestant in a module worker of the bench's browser."""
+    with tempfile.TemporaryDirectory(prefix="ladder-bench-") as temporary:
+        root = Path(temporary)
+        for path in gather(["numpy", "pyodide"], cache=cache_dir()).values():
+            shutil.copyfile(path, root / path.name)
+        (wheel,) = bench.site.glob("runtime/*/*.whl")
+        shutil.copyfile(wheel, root / wheel.name)
+        shutil.copyfile(Path(__file__).with_name("race.mjs"), root / "race.mjs")
+        (root / "index.html").write_text("<!doctype html><title>race</title><link rel=icon href=data:,>", "utf-8")
+        with serving(root) as server, browser_of(bench) as browser:
+            page = browser.new_page()
+            page.goto(server.origin + "/index.html")
+            message = {"folder": server.origin + "/", "wheel": f"{server.origin}/{wheel.name}", "code": RACE}
+            return json.loads(page.evaluate(_RUN, [message, TIMEOUT]))  # type: ignore[no-any-return]
+
+
+def peers(bench: Bench) -> list[Row]:
+    """Rigid CPD beside pycpd at equal iterations, and its memory; 10⁵-point ICP beside small_gicp on one thread."""
+    return [*cpd_rows(), cpd_memory(), *icp_rows()]
+
+
+def cpd_rows() -> list[Row]:
+    """Our rigid CPD's share of pycpd's time for 30 iterations, two sizes."""
+    from solvers import register
+
+    pycpd = optional("pycpd")
+    rows = []
+    for n in (100, 1000):
+        target = np.random.default_rng(40).normal(size=(n, 2))
+        source = target @ _turn(0.3).T + 0.1
+        ours = fastest(lambda s=source, t=target: register(s, t, method="cpd-rigid", max_steps=30, tolerance=0.0))  # type: ignore[misc]
+        what, note = f"rigid CPD, {n} × {n}, 30 iterations", f"ours {1e3 * ours:.1f} ms"
+        if pycpd is None:
+            rows.append(Row(what, 1e3 * ours, "ms", None, "pycpd is not installed: no comparison"))
+            continue
+
+        def theirs(s: Any = source, t: Any = target) -> Any:
+            return pycpd.RigidRegistration(X=t, Y=s, max_iterations=30, tolerance=0.0, w=0.1, scale=False).register()
+
+        rows.append(Row(f"{what}, share of pycpd's time", ours / fastest(theirs), "", 0.25, note))
+    return rows
+
+
+def cpd_memory(n: int = 1000) -> Row:
+    """The most that a run of rigid CPD holds at a time beside its clouds."""
+    from solvers import register
+
+    target = np.random.default_rng(40).normal(size=(n, 2))
+    source = target @ _turn(0.3).T + 0.1
+    tracemalloc.start()
+    try:
+        register(source, target, method="cpd-rigid", max_steps=3, tolerance=0.0)
+        most = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    note = f"the matrix of shares alone would be {8 * n * n / 1e6:.0f} MB"
+    return Row(f"rigid CPD, {n} × {n}, memory", most / 1e6, "MB", None, note)
+
+
+def icp_rows() -> list[Row]:
+    """ICP on 10⁵ points in space, from the same start to each one's own stop, in multiples of small_gicp's time."""
+    from solvers import Pose, register
+
+    small = optional("small_gicp")
+    rng = np.random.default_rng(40)
+    plane = rng.uniform(-5.0, 5.0, (100_000, 2))
+    height = 0.6 * np.sin(plane[:, 0]) * np.cos(0.8 * plane[:, 1])
+    target = np.column_stack([plane, height])
+    turn = np.eye(3)
+    turn[:2, :2] = _turn(0.03)
+    source = target[rng.permutation(len(target))] @ turn.T + [0.05, -0.04, 0.03] + 0.005 * rng.normal(size=target.shape)
+    steps: list[int] = []
+
+    def ours() -> None:
+        start = Pose.identity(3)
+        result = register(source, target, method="icp", start=start, gate=1.0, tolerance=1e-4, rms_tolerance=0.0)
+        steps.append(int(result.steps))
+
+    mine = fastest(ours, 1)
+    what, note = "ICP, 10⁵ points, nearest neighbours", f"ours {mine:.2f} s, {steps[-1]} steps"
+    if small is None:
+        return [Row(what, mine, "s", None, f"{note}; small_gicp is not installed: no comparison")]
+    iterations: list[int] = []
+
+    def theirs() -> None:
+        cloud, moving = small.PointCloud(target), small.PointCloud(source)
+        tree = small.KdTree(cloud, num_threads=1)
+        found = small.align(
+            cloud, moving, tree, registration_type="ICP", max_correspondence_distance=1.0, num_threads=1,
+            max_iterations=steps[-1],
+        )  # fmt: skip
+        iterations.append(int(found.iterations))
+
+    other = fastest(theirs, 1)
+    note += f"; small_gicp {other:.2f} s, {iterations[-1]} iterations; both with their trees"
+    return [Row(f"{what}, times small_gicp's", mine / other, "", 3, note)]
+
+
+def _turn(angle: float) -> Any:
+    return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+
+
+def optional(name: str) -> Any | None:
+    """The module, or None with a word on it where it is not installed."""
+    try:
+        return importlib.import_module(name)
+    except ImportError:
+        print(f"bench: {name} is not installed; `pip install --group peers` brings it", file=sys.stderr)
+        return None
+
+
+def fastest(work: Callable[[], Any], rounds: int = ROUNDS) -> float:
+    """Seconds of the fastest of several runs, after one to warm up."""
+    times = []
+    for _ in range(rounds + 1):
+        began = time.perf_counter()
+        work()
+        times.append(time.perf_counter() - began)
+    return min(times[1:])

@@ -1,0 +1,101 @@
+"""The start of the runtime, side by side with stock Pyodide and numpy in one browser: same server, same policy.
+
+Cold, both run in a module worker of a fresh browser context, so that nothing is in any cache; ours ends when solvers
+and widgets are imported as well, the stock one at the end of `import numpy`. They take turns, since load comes and
+goes. Later visits are ours alone, in a profile that a browser keeps.
+"""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from playwright.sync_api import BrowserContext, Playwright, sync_playwright
+
+from sitegen.assets.hosting import POLICY
+from sitegen.cache.files import cache_dir
+from sitegen.check.browsers import FLAGS
+from sitegen.external.fetch import gather
+from sitegen.runtime.assemble import RuntimeInfo
+from sitegen.serve.static_files import serving
+
+HERE = Path(__file__).parent
+WORKER = HERE.parents[1] / "templates" / "assets" / "worker.mjs"
+TIMEOUT = 120_000
+STAY = 2_000.0  # ms for which a later visit's Python stays: browsers write down what they compiled a while after
+
+_RUN = """([worker, message, timeout, stay]) => new Promise((resolve, reject) => {
+  const began = performance.now();
+  const running = new Worker(worker, { type: "module" });
+  const late = setTimeout(() => reject(new Error("no answer")), timeout);
+  running.onerror = (event) => reject(new Error(event.message));
+  running.onmessage = ({ data }) => {
+    if (data.type === "failed") reject(new Error(data.message));
+    if (data.type !== "ready") return;
+    clearTimeout(late);
+    const took = performance.now() - began;
+    setTimeout(() => (running.terminate(), resolve(took)), stay);
+  };
+  running.postMessage(message);
+})"""
+
+
+@contextmanager
+def _served(info: RuntimeInfo) -> Iterator[tuple[Playwright, str, dict[str, Any], dict[str, Any]]]:
+    """Playwright, the address of a folder with both, and what their workers are told: the stock one's, ours."""
+    with tempfile.TemporaryDirectory(prefix="ladder-bench-") as temporary, sync_playwright() as playwright:
+        root = Path(temporary)
+        info.write(root / "runtime")
+        shutil.copyfile(WORKER, root / "worker.mjs")
+        shutil.copyfile(HERE / "stock.mjs", root / "stock.mjs")
+        (root / "stock").mkdir()
+        for path in gather(["numpy", "pyodide"], cache=cache_dir()).values():
+            shutil.copyfile(path, root / "stock" / path.name)
+        (root / "index.html").write_text("<!doctype html><title>bench</title><link rel=icon href=data:,>", "utf-8")
+        # Named by their content, these are kept by the browser as those of the site are.
+        kept = "/runtime/*\n  Cache-Control: public, max-age=31536000, immutable\n"
+        (root / "_headers").write_text(f"/*\n  Content-Security-Policy: {POLICY}\n{kept}", "utf-8")
+        with serving(root) as server:
+            here = server.origin + "/"
+            stock = {"folder": here + "stock/"}
+            ours = {"type": "start", "runtime": here + "runtime/", "files": info.start_files()}
+            yield playwright, here, stock, ours
+
+
+def measure_start(info: RuntimeInfo, chromium: Path, rounds: int = 5) -> list[tuple[float, float]]:
+    """Cold starts in milliseconds, (stock, ours) side by side, `rounds` of them; a first pair is thrown away."""
+    with _served(info) as (playwright, here, stock, ours):
+        browser = playwright.chromium.launch(executable_path=chromium, args=FLAGS)
+
+        def cold(worker: str, message: dict[str, Any]) -> float:
+            context = browser.new_context()
+            try:
+                return _start(context, here, worker, message)
+            finally:
+                context.close()
+
+        pairs = [(cold("stock.mjs", stock), cold("worker.mjs", ours)) for _ in range(rounds + 1)][1:]
+        browser.close()
+    return pairs
+
+
+def measure_later(info: RuntimeInfo, chromium: Path, visits: int = 5) -> list[float]:
+    """Starts in milliseconds of a reader who has been here: a first visit and two on which the browser keeps what it
+    has compiled are thrown away."""
+    with _served(info) as (playwright, here, _, ours), tempfile.TemporaryDirectory(prefix="ladder-bench-") as profile:
+        context = playwright.chromium.launch_persistent_context(profile, executable_path=chromium, args=FLAGS)
+        times = [_start(context, here, "worker.mjs", {**ours, "known": k > 0}, STAY) for k in range(visits + 3)]
+        context.close()
+    return times[3:]
+
+
+def _start(context: BrowserContext, here: str, worker: str, message: dict[str, Any], stay: float = 0.0) -> float:
+    page = context.new_page()
+    page.goto(here)
+    milliseconds = float(page.evaluate(_RUN, [worker, message, TIMEOUT, stay]))
+    page.close()
+    return milliseconds

@@ -1,0 +1,130 @@
+"""What a piece of code runs, as text to be hashed: the modules that it imports, or the names that it reaches.
+
+Comments, docstrings and blank lines do not count: an edit of words makes nothing stale.
+"""
+
+from __future__ import annotations
+
+import ast
+import io
+import re
+import tokenize
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+from solvers.core.registry import METHODS
+
+IMPORT = re.compile(r"^\s*(?:from\s+([\w.]+)\s+import\s+(\([^)]*\)|[^\n(]+)|import\s+([\w., ]+))", re.MULTILINE)
+
+
+def code_text(source: str) -> str:
+    """The source without comments, docstrings, blank lines and spaces at the ends of lines."""
+    lines = source.split("\n")
+    for token in tokenize.generate_tokens(io.StringIO(source).readline):
+        if token.type == tokenize.COMMENT:
+            row, column = token.start
+            lines[row - 1] = lines[row - 1][:column]
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)):
+            first = node.body[0] if node.body else None
+            said = isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant)
+            if first is not None and said and isinstance(first.value.value, str):  # type: ignore[attr-defined]
+                for row in range(first.lineno - 1, first.end_lineno or first.lineno):
+                    lines[row] = ""
+    return "\n".join(line.rstrip() for line in lines if line.strip())
+
+
+def closure(modules: Iterable[str], root: Path, skip: Iterable[str] = ()) -> dict[str, Path]:
+    """The modules of these names, all that they import of the same packages, and so on: module → file.
+
+    Imports inside functions count; `skip` names modules that are not entered. Other packages are left out. Raises
+    LookupError for a module of these packages that is not there: what it runs would not be hashed.
+    """
+    waiting, skipped = list(modules), set(skip)
+    packages = {name.partition(".")[0] for name in waiting}
+    found: dict[str, Path] = {}
+    while waiting:
+        name = waiting.pop()
+        path = _file(name, root)
+        if name in found or name in skipped or name.partition(".")[0] not in packages:
+            continue
+        if path is None:
+            raise LookupError(f"no module {name} under {root}")
+        found[name] = path
+        waiting += imports(path.read_text("utf-8"), root)
+    return dict(sorted(found.items()))
+
+
+def imports(source: str, root: Path) -> list[str]:
+    """The modules that a source imports, by their full names; one that gives a name of its own stands for that."""
+    found: list[str] = []
+    for module, names, plain in IMPORT.findall(source):
+        if plain:
+            found += [name.split()[0] for name in plain.split(",")]
+            continue
+        inner = [f"{module}.{name}" for name in re.findall(r"(\w+)(?: as \w+)?", re.sub(r"#.*", "", names))]
+        inside = [name for name in inner if _file(name, root) is not None]
+        found += inside if len(inside) == len(inner) else [*inside, module]
+    return found
+
+
+def method_modules(name: str) -> set[str]:
+    """The modules that a method's own parts stand in."""
+    method = METHODS[name]
+    return {part.__module__ for part in (method.options, method.start, method.step)}
+
+
+def _file(name: str, root: Path) -> Path | None:
+    base = root.joinpath(*name.split("."))
+    for path in (base.with_suffix(".py"), base / "__init__.py"):
+        if path.is_file():
+            return path
+    return None
+
+
+def reached(source: str, first: Iterable[str], imported: Callable[[str], str] = lambda module: "") -> dict[str, str]:
+    """The definitions at a module's top that these names name, and those that they name in turn: name → code.
+
+    `imported(module)` may give the text of a module that a name is imported from, to stand with it.
+    """
+    named: dict[str, ast.stmt] = {}
+    for node in ast.parse(source).body:
+        for name in _defines(node):
+            named[name] = node
+    found: dict[str, str] = {}
+    waiting, lines = list(first), source.split("\n")
+    while waiting:
+        name = waiting.pop()
+        if name in found or name not in named:
+            continue
+        node = named[name]
+        decorators = [_segment(lines, each) for each in getattr(node, "decorator_list", [])]
+        found[name] = "\n".join([*decorators, code_text(_segment(lines, node))])
+        if isinstance(node, ast.ImportFrom):
+            found[name] += imported(node.module or "")
+        waiting += sorted({each.id for each in ast.walk(node) if isinstance(each, ast.Name)})
+    return found
+
+
+def _segment(lines: list[str], node: ast.stmt | ast.expr) -> str:
+    """The text of a node; ast's own function splits the source anew for each. Columns count bytes."""
+    last = (node.end_lineno or node.lineno) - 1
+    end = lines[last].encode()[: node.end_col_offset].decode()
+    if last == node.lineno - 1:
+        return end.encode()[node.col_offset :].decode()
+    begin = lines[node.lineno - 1].encode()[node.col_offset :].decode()
+    return "\n".join([begin, *lines[node.lineno : last], end])
+
+
+def _defines(node: ast.stmt) -> list[str]:
+    """The names that a statement at a module's top gives a meaning."""
+    match node:
+        case ast.FunctionDef() | ast.ClassDef():
+            return [node.name]
+        case ast.Import() | ast.ImportFrom():
+            return [(alias.asname or alias.name).partition(".")[0] for alias in node.names]
+        case ast.Assign():
+            return [each.id for target in node.targets for each in ast.walk(target) if isinstance(each, ast.Name)]
+        case ast.AnnAssign(target=ast.Name() as target):
+            return [target.id]
+    return []

@@ -1,0 +1,71 @@
+"""Files as the build writes them: atomically, and named by their content."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+from collections.abc import Iterable
+from functools import lru_cache
+from pathlib import Path, PurePosixPath
+
+import platformdirs
+
+from sitegen.stopping import held
+
+
+@held()
+def write(path: Path, data: bytes) -> None:
+    """Write beside, then rename: nobody meets half a file, and a full disk leaves none behind."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    descriptor, beside = tempfile.mkstemp(dir=path.parent, prefix=".")
+    try:
+        with os.fdopen(descriptor, "wb") as file:
+            file.write(data)
+        os.chmod(beside, 0o644)
+        os.replace(beside, path)
+    except BaseException:
+        Path(beside).unlink(missing_ok=True)
+        raise
+
+
+def content(path: Path) -> bytes:
+    """A file's bytes; of one that has neither another date nor another size than before, from memory."""
+    facts = path.stat()
+    return _content(path, facts.st_mtime_ns, facts.st_size)
+
+
+@lru_cache(maxsize=1024)
+def _content(path: Path, changed: int, size: int) -> bytes:
+    return path.read_bytes()
+
+
+@lru_cache(maxsize=512)
+def digest(data: bytes) -> str:
+    """The sha256 in hex; of what was asked for a short while ago, from memory."""
+    return hashlib.sha256(data).hexdigest()
+
+
+def short_hash(data: bytes) -> str:
+    """Ten hex digits of the content's sha256."""
+    return digest(data)[:10]
+
+
+def hashed_name(name: str, data: bytes) -> str:
+    """The name with its content's hash before the ending: 'a/site.css' → 'a/site.0123456789.css'."""
+    path = PurePosixPath(name)
+    return str(path.with_name(f"{path.stem}.{short_hash(data)}{path.suffix}"))
+
+
+def fingerprint(files: Iterable[tuple[str, bytes]]) -> str:
+    """A hash of names and contents together, whatever their order."""
+    found = hashlib.sha256()
+    for name, data in sorted(files):
+        found.update(f"{name}\0{len(data)}\0".encode() + data)
+    return found.hexdigest()
+
+
+
+def cache_dir() -> Path:
+    """The folder for downloads and compiled files: LADDER_CACHE, or the user's cache folder."""
+    return Path(os.environ.get("LADDER_CACHE") or platformdirs.user_cache_dir("registration-ladder"))

@@ -1,0 +1,148 @@
+"""Processes for what takes long: one for each core, with one thread each, so that together they keep every core busy.
+
+A build first asks what the cache does not have, has all of it made here at once, and then goes on as if nothing had
+been missing. Whoever makes a piece leaves it in the cache; what fails is left to the build, which tries again where it
+can say whose mistake it is.
+
+Each process has a pipe of its own and nothing is shared: so there is no lock that one which is ended could hold, and
+one whose starter is gone ends.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import time
+import traceback
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager, suppress
+from multiprocessing import get_context, resource_tracker
+from multiprocessing.connection import Connection, wait
+from multiprocessing.context import SpawnProcess
+from typing import Any, cast
+
+from sitegen.progress import Progress
+from sitegen.stopping import held, unheard
+
+ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+CLEAR_UP_SECONDS = 0.4  # what a process has for that when it is ended in the middle of a piece
+
+Piece = tuple[Callable[..., object], tuple[Any, ...]]
+"""A function of a module and what it is called with."""
+
+
+class PieceFailed(RuntimeError):
+    """A piece could not be made; the message is its traceback."""
+
+
+@contextmanager
+def working(pieces: Sequence[Piece], count: int = 0) -> Iterator[Iterator[tuple[int, Any]]]:
+    """The pieces' places in the list and their results, as they are finished by `count` fresh processes, 0 for one a
+    core. The result of one that fails is PieceFailed. On leaving, what is under way is ended."""
+    crew: dict[Connection, SpawnProcess] = {}
+    try:
+        yield _finished(pieces, min(count or os.cpu_count() or 1, len(pieces)), crew)
+    finally:
+        with held():
+            _end(crew)
+
+
+def make(what: str, pieces: Sequence[Piece], progress: Progress) -> None:
+    """Make all pieces, begun in their order: the longest first keeps the cores busy to the end. A single one is left to
+    whoever needs it, since a process takes a second to start."""
+    if len(pieces) < 2:
+        return
+    with working(pieces) as finished:
+        for done, _ in enumerate(finished):
+            progress(what, done, len(pieces))
+        progress(what, len(pieces), len(pieces))
+
+
+@contextmanager
+def threads() -> Iterator[ThreadPoolExecutor]:
+    """Threads, one a core, for what lets others run meanwhile. Who leaves by an exception waits for none of them."""
+    pool = ThreadPoolExecutor(os.cpu_count())
+    try:
+        yield pool
+    except BaseException:
+        pool.shutdown(wait=False, cancel_futures=True)
+        raise
+    pool.shutdown()
+
+
+def _finished(
+    pieces: Sequence[Piece], count: int, crew: dict[Connection, SpawnProcess]
+) -> Iterator[tuple[int, Any]]:
+    todo = list(enumerate(pieces))[::-1]
+    busy: dict[Connection, int] = {}
+
+    def hand_on(to: Connection) -> None:
+        if todo:
+            busy[to], piece = todo.pop()
+            with suppress(OSError):  # where it has died, the missing answer tells
+                to.send(piece)
+
+    for each in [_started(crew) for _ in range(count)]:
+        hand_on(each)
+    while busy:
+        for ready in cast(list[Connection], wait(list(busy))):
+            i = busy.pop(ready)
+            try:
+                found = ready.recv()
+            except (EOFError, OSError):
+                found = PieceFailed("its process died")
+                crew.pop(ready).join()
+                if todo:
+                    hand_on(_started(crew))
+            else:
+                hand_on(ready)
+            yield i, found
+
+
+def _started(crew: dict[Connection, SpawnProcess]) -> Connection:
+    """The pipe to a fresh process."""
+    resource_tracker.ensure_running()  # else the first start would, and lets signals through in the middle of it
+    before = {name: os.environ.get(name) for name in ONE_THREAD}
+    with held(), unheard():
+        os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
+        context = get_context("spawn")
+        ours, theirs = context.Pipe()
+        process = context.Process(target=_work, args=(theirs,), daemon=True)
+        process.start()
+        theirs.close()
+        crew[ours] = process
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+    return ours
+
+
+def _end(crew: dict[Connection, SpawnProcess]) -> None:
+    """End all, in the middle of a piece too."""
+    deadline = time.monotonic() + CLEAR_UP_SECONDS
+    for pipe, process in crew.items():
+        process.terminate()
+        pipe.close()
+    for process in crew.values():
+        process.join(max(0.0, deadline - time.monotonic()))
+    for process in crew.values():
+        process.kill()
+        process.join()
+
+
+def _work(pipe: Connection) -> None:
+    """Make what comes through the pipe, until it is closed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # where it could not be kept out: see unheard()
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # as an exception, so that no half of a file is left
+    with suppress(EOFError, OSError):
+        while True:
+            function, given = pipe.recv()
+            try:
+                found = function(*given)
+            except Exception:
+                found = PieceFailed(traceback.format_exc())
+            pipe.send(found)

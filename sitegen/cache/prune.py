@@ -1,0 +1,40 @@
+"""The cache of outside files and of what builds have made: what nobody has used for two months goes.
+
+Whoever takes a file from the cache notes the use by its date (store.used). Another build may be at work meanwhile: it
+has noted its use before it reads, and what it is just writing is new; so neither is taken away.
+"""
+
+from __future__ import annotations
+
+import time
+from contextlib import suppress
+from pathlib import Path
+from typing import get_args
+
+from sitegen.cache.store import DAY, Kind, put_file
+
+UNUSED = 60 * DAY
+BEFORE = ("maths", "unpacked", "values")  # where earlier versions kept things
+FOLDERS = (*get_args(Kind), "outside", *BEFORE)
+STAMP = "pruned"
+
+
+def prune(cache: Path, now: float | None = None) -> list[Path]:
+    """Remove what has not been used for `UNUSED` seconds, and folders left empty; looks once a day. What is gone."""
+    now = time.time() if now is None else now
+    stamp = cache / STAMP
+    if stamp.is_file() and now - stamp.stat().st_mtime < DAY:
+        return []
+    with suppress(OSError):  # a cache that we may only read
+        put_file(stamp, b"", cache)
+    gone = []
+    for name in FOLDERS:
+        for path in sorted((cache / name).rglob("*"), reverse=True):  # what a folder holds comes before it
+            with suppress(OSError):  # gone already, in use on Windows, or a folder that holds something
+                if path.is_dir():
+                    if now - path.stat().st_mtime > DAY:  # another build may just have made it
+                        path.rmdir()
+                elif now - path.stat().st_mtime > UNUSED:
+                    path.unlink()
+                    gone.append(path)
+    return gone

@@ -1,0 +1,151 @@
+"""Citations: one file of references, links in author-year form, the text of a card and of the bibliography."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+from markupsafe import Markup
+
+from sitegen.cache.memory import Memory
+from sitegen.chapters import yaml_schema
+from sitegen.problems import Place, Problems, read_text
+
+NAME = "content/references.yaml"
+KEY = re.compile(r"[a-z][a-z0-9-]*")
+FIELDS = {
+    "authors": yaml_schema.Field(
+        "a list of names",
+        lambda v: isinstance(v, list) and bool(v) and all(isinstance(n, str) and n for n in v),
+        required=True,
+    ),
+    "title": yaml_schema.text(required=True),
+    "year": yaml_schema.year(required=True),
+    "venue": yaml_schema.text(),
+    "doi": yaml_schema.Field(
+        "a DOI like 10.1109/34.88573",
+        lambda v: isinstance(v, str) and bool(re.match(r"10\.\d{4,}/\S+$", v)),
+        default="",
+    ),
+    "url": yaml_schema.Field(
+        "an address", lambda v: isinstance(v, str) and bool(re.match(r"https?://\S+$", v)), default=""
+    ),
+    "note": yaml_schema.text(),
+}
+PARTICLES = {"van", "von", "der", "den", "de", "del", "della", "di", "da", "la", "le", "ter", "ten"}
+SUFFIXES = {"Jr.", "Sr.", "Jr", "Sr", "II", "III"}
+
+
+@dataclass(frozen=True)
+class Reference:
+    """One work. `letter` tells works of the same authors and year apart."""
+
+    key: str
+    authors: tuple[str, ...]
+    title: str
+    year: int
+    venue: str
+    doi: str
+    url: str
+    note: str
+    place: Place
+    letter: str = ""
+
+    @property
+    def link(self) -> str:
+        """Where the work is to be had."""
+        return f"https://doi.org/{self.doi}" if self.doi else self.url
+
+    @property
+    def label(self) -> str:
+        """Author and year as a citation shows them."""
+        names = [family_name(name) for name in self.authors]
+        who = f"{names[0]} et al." if len(names) > 2 else " and ".join(names)
+        return f"{who} {self.year}{self.letter}"
+
+    @property
+    def html(self) -> Markup:
+        """The whole entry: authors, year, title, venue, link."""
+        title = Markup("<cite>{}</cite>").format(self.title)
+        if self.link:
+            title = Markup('<a href="{}">{}</a>').format(self.link, title)
+        end = "" if self.title[-1] in ".?!" else "."
+        venue = Markup(" {}.").format(self.venue.rstrip(".")) if self.venue else Markup("")
+        return Markup('<span class="authors">{}</span> ({}{}). {}{}{}').format(
+            people(self.authors), self.year, self.letter, title, end, venue
+        )
+
+
+def family_name(name: str) -> str:
+    """The family name with its particles: 'Hans van der Berg' → 'van der Berg'."""
+    words = name.split()
+    while len(words) > 1 and words[-1] in SUFFIXES:
+        words.pop()
+    first = len(words) - 1
+    while first > 1 and words[first - 1].lower() in PARTICLES:
+        first -= 1
+    return " ".join(words[first:])
+
+
+def people(names: Iterable[str]) -> str:
+    """Names in a row: 'A, B and C'."""
+    every = list(names)
+    return every[0] if len(every) == 1 else f"{', '.join(every[:-1])} and {every[-1]}"
+
+
+def read_references(root: Path, problems: Problems, kept: Memory | None = None) -> dict[str, Reference]:
+    """The references by key, sorted as a bibliography is; faulty ones go to `problems`."""
+    path = root / "content" / "references.yaml"
+    if not path.is_file():
+        return {}
+    text = read_text(path, NAME, problems)
+    return (kept or Memory()).told("references", text, problems, partial(_references, text))
+
+
+def _references(text: str, problems: Problems) -> dict[str, Reference]:
+    document = yaml_schema.read(text, NAME, problems)
+    if document is None or document.data is None:
+        return {}
+    if not isinstance(document.data, dict):
+        problems.add(document.at(), "a mapping of keys to references is expected")
+        return {}
+    found = []
+    for key in document.data:
+        if not KEY.fullmatch(str(key)):
+            problems.add(
+                document.at(key), f"{key!r} is no key: small ASCII letters, digits and hyphens, a letter first"
+            )
+        before = len(problems.found)
+        values = yaml_schema.validated(document, FIELDS, problems, key)
+        if not values["doi"] and not values["url"] and len(problems.found) == before:
+            problems.warn(document.at(key), f"{key} has neither a DOI nor an address")
+        if len(problems.found) > before and (not values["authors"] or not values["year"]):
+            values |= {"authors": values["authors"] or ["?"], "year": values["year"] or 0}
+        values["authors"] = tuple(values["authors"])
+        found.append(Reference(key=str(key), place=document.at(key), **values))
+    return {reference.key: reference for reference in _lettered(found)}
+
+
+def _lettered(references: list[Reference]) -> list[Reference]:
+    """Sorted by authors, year and title, with letters where labels would be equal."""
+    order = sorted(references, key=lambda r: ([family_name(a).lower() for a in r.authors], r.year, r.title))
+    counts: dict[str, int] = {}
+    for reference in order:
+        counts[reference.label] = counts.get(reference.label, 0) + 1
+    seen: dict[str, int] = {}
+    result = []
+    for reference in order:
+        label = reference.label
+        seen[label] = seen.get(label, 0) + 1
+        letter = chr(ord("a") + seen[label] - 1) if counts[label] > 1 else ""
+        result.append(replace(reference, letter=letter))
+    return result
+
+
+def unused(references: Mapping[str, Reference], used: Iterable[str]) -> list[Reference]:
+    """The references that no chapter cites."""
+    cited = set(used)
+    return [reference for key, reference in references.items() if key not in cited]

@@ -1,0 +1,180 @@
+"""Claims: statements in chapters that name the test which checks them, and what that test last said.
+
+The build reads tests as text and never runs them. `write_results` is for the test run: it keeps, in a small file that
+is committed, the outcome of every claimed test with the hash of the code that it ran on.
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import inspect
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any, Literal
+
+from sitegen.cache.files import content, digest, fingerprint, write
+from sitegen.cache.memo import Remembered
+from sitegen.cache.memory import Memory
+from sitegen.chapters.content import Chapter, read_chapters, read_docs, read_site
+from sitegen.problems import Problems
+
+FORMAT = "1"  # of what is remembered of test files; raised when the reading changes
+RESULTS = Path("tests/results.json")
+TESTED = ("solvers", "widgets")
+Outcome = Literal["passed", "failed"]
+
+
+@dataclass(frozen=True)
+class Test:
+    """A test function: id (file::function or file::Class::function), docstring, source, line in its file."""
+
+    id: str
+    doc: str
+    source: str
+    line: int
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a test last said. `current`: on the code as it is now."""
+
+    outcome: Outcome
+    current: bool
+
+
+def standing(result: Result | None) -> str:
+    """What readers are told of a test: its outcome, or "unknown" where it did not yet run on this code."""
+    return result.outcome if result is not None and result.current else "unknown"
+
+
+def read_tests(root: Path, files: Iterable[str], cache: Path, kept: Memory | None = None) -> dict[str, Test]:
+    """The tests of the named files (relative to the root; what is no file has none) by id."""
+    paths = {name: root / name for name in sorted(set(files)) if name.endswith(".py")}
+    sources = {name: content(path) for name, path in paths.items() if path.is_file()}
+    return (kept or Memory()).answer("tests", sources, partial(_tests_of, sources, cache))
+
+
+def _tests_of(sources: Mapping[str, bytes], cache: Path) -> dict[str, Test]:
+    known = Remembered(cache, f"tests-{FORMAT}")
+    found: list[Test] = []
+    for name, data in sources.items():
+        source = data.decode().replace("\r\n", "\n").replace("\r", "\n")
+        found += [Test(*one) for one in known.answer(f"{name}\0{source}", partial(_tests_in, name, source))]
+    known.keep()
+    return {test.id: test for test in found}
+
+
+def _tests_in(name: str, source: str) -> list[list[Any]]:
+    """The tests of one file, each as what a Test is made of; none where the file is no Python."""
+    try:
+        tree = ast.parse(source)
+    except SyntaxError:
+        return []
+    found: list[list[Any]] = []
+    lines = source.splitlines()
+    for node in tree.body:
+        members = node.body if isinstance(node, ast.ClassDef) and node.name.startswith("Test") else [node]
+        owner = f"{node.name}::" if isinstance(node, ast.ClassDef) else ""
+        for member in members:
+            if isinstance(member, (ast.FunctionDef, ast.AsyncFunctionDef)) and member.name.startswith("test"):
+                first = min([member.lineno, *(d.lineno for d in member.decorator_list)])
+                text = inspect.cleandoc("\n" + "\n".join(lines[first - 1 : member.end_lineno]))
+                found.append([f"{name}::{owner}{member.name}", ast.get_docstring(member) or "", text, first])
+    return found
+
+
+def test_files(root: Path) -> list[str]:
+    """Every test file of the project, relative to the root."""
+    return sorted(path.relative_to(root).as_posix() for path in (root / "tests").rglob("test_*.py"))
+
+
+def anchor(test_id: str) -> str:
+    """The id of a test's entry on the page of checks."""
+    return "check-" + hashlib.sha256(test_id.encode()).hexdigest()[:10]
+
+
+def tested_code(root: Path) -> dict[str, str]:
+    """The hash of each tested package's sources."""
+    paths = {name: (root / name).rglob("*.py") for name in TESTED}
+    return {name: fingerprint((p.relative_to(root).as_posix(), content(p)) for p in paths[name]) for name in TESTED}
+
+
+def code_hash(root: Path, test_id: str, packages: Mapping[str, str]) -> str:
+    """The hash of what a test depends on: its file, the solvers, and the widgets where it tests those."""
+    file = test_id.partition("::")[0]
+    return _code_hash(test_id, {file: _file_hash(root / file)}, packages)
+
+
+def _file_hash(path: Path) -> str:
+    return digest(content(path) if path.is_file() else b"")
+
+
+def _code_hash(test_id: str, files: Mapping[str, str], packages: Mapping[str, str]) -> str:
+    names = TESTED if test_id.startswith(("tests/widgets/", "tests/browser/")) else TESTED[:1]
+    own = files[test_id.partition("::")[0]]
+    return hashlib.sha256("".join([own, *(packages[name] for name in names)]).encode()).hexdigest()[:16]
+
+
+def claimed(root: Path) -> list[str]:
+    """The ids of all tests that chapters, drafts too, and docs name."""
+    problems = Problems()
+    chapters, _ = read_chapters(root, read_site(root, problems), problems, drafts=True)
+    return claimed_by([*chapters, *read_docs(root, problems)])
+
+
+def claimed_by(chapters: Iterable[Chapter]) -> list[str]:
+    """The ids of the tests that chapters name."""
+    ids = set()
+    for chapter in chapters:
+        flows = [chapter.document.tokens, *chapter.document.footnotes.values()]
+        for child in (child for flow in flows for token in flow for child in token.children or []):
+            if child.type == "claim_open":
+                ids.add(child.meta["directive"].attributes.strip())
+    return sorted(ids)
+
+
+def tests_for(root: Path, chapters: Iterable[Chapter], cache: Path, kept: Memory) -> dict[str, Test]:
+    """The tests in the files that chapters name; all tests where one of theirs is not there, to name the nearest."""
+    wanted = claimed_by(chapters)
+    found = read_tests(root, (test_id.partition("::")[0] for test_id in wanted), cache, kept)
+    return found if set(wanted) <= set(found) else read_tests(root, test_files(root), cache)
+
+
+def read_results(root: Path, kept: Memory | None = None) -> dict[str, Result]:
+    """The last results of the claimed tests."""
+    path = root / RESULTS
+    if not path.is_file():
+        return {}
+    packages = (kept or Memory()).answer("tested code", (), partial(tested_code, root))
+    results = json.loads(path.read_text("utf-8"))
+    files = {name: _file_hash(root / name) for name in {test_id.partition("::")[0] for test_id in results}}
+    return {
+        test_id: Result(entry["outcome"], entry["code"] == _code_hash(test_id, files, packages))
+        for test_id, entry in sorted(results.items())
+    }
+
+
+def write_results(root: Path, outcomes: Mapping[str, Outcome]) -> None:
+    """Keep the outcomes of the claimed tests that ran; those that did not run keep what they had."""
+    path = root / RESULTS
+    kept = json.loads(path.read_text("utf-8")) if path.is_file() else {}
+    wanted = claimed(root)
+    packages = tested_code(root)
+    new = {i: {"outcome": outcomes[i], "code": code_hash(root, i, packages)} for i in wanted if i in outcomes}
+    result = {i: new.get(i) or kept[i] for i in wanted if i in new or i in kept}
+    text = json.dumps(result, indent=1, sort_keys=True) + "\n"
+    if not path.is_file() or path.read_text("utf-8") != text:
+        write(path, text.encode())
+
+
+def merged(reports: Iterable[tuple[str, Outcome]]) -> dict[str, Outcome]:
+    """Outcomes by test function from reports of parametrised cases: failed where any case failed."""
+    result: dict[str, Outcome] = {}
+    for node_id, outcome in reports:
+        test_id = node_id.partition("[")[0]
+        result[test_id] = "failed" if "failed" in (outcome, result.get(test_id)) else "passed"
+    return result

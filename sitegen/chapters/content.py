@@ -1,0 +1,357 @@
+"""What authors write: the site's settings and the chapters with their front matter, read and checked."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import pairwise, takewhile
+from pathlib import Path
+from typing import Any
+
+from sitegen.cache.memory import Memory
+from sitegen.chapters import yaml_schema
+from sitegen.chapters.slides import Slide, read_slides
+from sitegen.markup.parser import Document, Source, parse
+from sitegen.problems import Place, Problems, hint, read_text
+
+FILE_NAME = re.compile(r"(?P<number>\d+(?:\.\d+)?)(?P<letter>[a-z]?)-(?P<slug>[a-z0-9-]+)\.md")
+SLUG = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
+PLAIN = re.compile(r"^\s*(title|slug|rung): *[\"']?([^\"'\n]+?)[\"']?$", re.MULTILINE)
+FRONT_LINE = re.compile(r"[a-z]+:|\s+\S|- |#")
+DOCS = "content/docs"  # for authors and successors: pages written like chapters, on no ladder
+DOCS_INDEX = "index.md"  # the page that leads to the others
+
+SETTINGS = "content/site.yaml"
+SITE = {
+    "title": yaml_schema.text(required=True),
+    "description": yaml_schema.text(required=True),
+    "author": yaml_schema.text(required=True),
+    "year": yaml_schema.year(required=True),
+    "language": yaml_schema.text(default="en"),
+    "url": yaml_schema.text(),
+    "report": yaml_schema.text(),
+    "licence": yaml_schema.Field("a mapping of name and url", lambda v: isinstance(v, dict), required=True, default={}),
+    "ladder": yaml_schema.Field("a list of rungs", lambda v: isinstance(v, list), default=[]),
+    "macros": yaml_schema.Field("a mapping of macros to LaTeX", lambda v: isinstance(v, dict), default={}),
+}
+DOC_FRONT = {
+    "title": yaml_schema.text(required=True),
+    "question": yaml_schema.text(required=True),
+    "summary": yaml_schema.text(),
+    "redirects": yaml_schema.texts(),
+    "hidden": yaml_schema.flag(),
+}
+LICENCE = {"name": yaml_schema.text(required=True), "url": yaml_schema.text(required=True)}
+RUNG = {"rung": yaml_schema.text(required=True), "title": yaml_schema.text(required=True)}
+FRONT = {
+    "title": yaml_schema.text(required=True),
+    "slug": yaml_schema.text(),
+    "rung": yaml_schema.text(),
+    "question": yaml_schema.text(),
+    "summary": yaml_schema.text(),
+    "redirects": yaml_schema.texts(),
+    "draft": yaml_schema.flag(),
+    "slides": yaml_schema.Field("a list of slides", lambda v: isinstance(v, list), default=[]),
+}
+
+
+@dataclass(frozen=True)
+class FixedPage:
+    """A page that every site has, whatever its chapters are. searched: by readers; public: in the site map."""
+
+    name: str
+    searched: bool = True
+    public: bool = True
+
+    @property
+    def page(self) -> str:
+        """Its file name on the site."""
+        return f"{self.name}.html"
+
+
+FIXED_PAGES = (
+    FixedPage("about"),
+    FixedPage("references"),
+    FixedPage("glossary"),
+    FixedPage("reference"),
+    FixedPage("checks", searched=False),
+    FixedPage("licences", searched=False, public=False),
+    FixedPage("slides", searched=False, public=False),  # only there, and then public, with the first deck
+    FixedPage("404", searched=False, public=False),
+)
+OWN_PAGES = tuple(fixed.name for fixed in FIXED_PAGES)
+
+
+@dataclass(frozen=True)
+class Rung:
+    """One step of the ladder as the navigation shows it, published or not."""
+
+    rung: str
+    title: str
+
+
+@dataclass(frozen=True)
+class Site:
+    """The settings of content/site.yaml. `url` is "" or ends with a slash; `report` may hold {title} and {page}."""
+
+    title: str
+    description: str
+    author: str
+    year: int
+    language: str
+    url: str
+    report: str
+    licence: str
+    licence_url: str
+    ladder: tuple[Rung, ...]
+    macros: dict[str, str]
+
+
+@dataclass(frozen=True)
+class Chapter:
+    """One chapter, or a page of the docs, parsed. `name` is its page without .html; `front` its front matter, for
+    places; `hidden` keeps a page of the docs from searches and the site map."""
+
+    source: Source
+    document: Document
+    name: str
+    slug: str
+    title: str
+    rung: str
+    question: str
+    summary: str
+    redirects: tuple[str, ...]
+    draft: bool
+    front: yaml_schema.Yaml | None = None
+    slides: tuple[Slide, ...] = ()
+    hidden: bool = False
+
+    def at(self, *path: str | int) -> Place:
+        """The place of a thing in the front matter."""
+        return self.front.at(*path) if self.front else Place(self.source.path, 1, 1)
+
+    @property
+    def page(self) -> str:
+        """The chapter's file name on the site."""
+        return f"{self.name}.html"
+
+    @property
+    def is_doc(self) -> bool:
+        """Whether it is a page of the docs."""
+        return _is_doc(self.source.path)
+
+    @property
+    def deck(self) -> str:
+        """The file name of its slides; "" where it has none."""
+        return f"slides-{self.slug}.html" if self.slides else ""
+
+    def numbered(self, count: int) -> str:
+        """The number of its figure or equation: 1.2 on rung 1, 2 where there is no rung."""
+        return f"{self.rung}.{count}" if self.rung else str(count)
+
+
+def read_site(root: Path, problems: Problems) -> Site:
+    """The settings; defaults where they are faulty."""
+    path, name = root / SETTINGS, SETTINGS
+    document = None
+    if path.is_file():
+        document = yaml_schema.read(read_text(path, name, problems), name, problems)
+    else:
+        problems.add(Place(name), "the site's settings are missing")
+    document = document or yaml_schema.Yaml({}, {}, Place(name, 1, 1))
+    had = len(problems.found)
+    values = yaml_schema.validated(document, SITE, problems) if path.is_file() and document.places else _defaults(SITE)
+    licence = yaml_schema.validated(document, LICENCE, problems, "licence") if values["licence"] else _defaults(LICENCE)
+    rungs = []
+    for i in range(len(values["ladder"])):
+        rung = yaml_schema.validated(document, RUNG, problems, "ladder", i)
+        rungs.append(Rung(rung["rung"], rung["title"]))
+    for macro, meaning in values["macros"].items():
+        if not re.fullmatch(r"\\[A-Za-z]+", str(macro)) or not isinstance(meaning, str):
+            problems.add(document.at("macros", macro), "a macro is written '\\name': LaTeX")
+    url = values["url"]
+    if url and not re.fullmatch(r"https?://[^\s]+", url):
+        problems.add(document.at("url"), f"url: an address that begins with https:// is expected, not {url!r}")
+    if not document.places and len(problems.found) == had and name not in problems.unread:
+        problems.add(Place(name, 1, 1), "the site's settings are empty")
+    return Site(
+        values["title"],
+        values["description"],
+        values["author"],
+        values["year"] or 0,
+        values["language"],
+        url.rstrip("/") + "/" if url else "",
+        values["report"],
+        licence["name"],
+        licence["url"],
+        tuple(rungs),
+        values["macros"],
+    )
+
+
+def _defaults(fields: dict[str, yaml_schema.Field]) -> dict[str, Any]:
+    return {name: field.default for name, field in fields.items()}
+
+
+def read_chapters(
+    root: Path, site: Site, problems: Problems, drafts: bool = False, kept: Memory | None = None
+) -> tuple[list[Chapter], list[Chapter]]:
+    """The chapters in reading order, which is that of the numbers their file names begin with; and the drafts left out,
+    whose mistakes stop nothing. With `kept`, only what was edited is parsed."""
+    kept = kept or Memory()
+    found: list[tuple[tuple[float, str], Path]] = []
+    for path in sorted((root / "content").glob("*.md")):
+        match = FILE_NAME.fullmatch(path.name)
+        if match is None:
+            problems.add(
+                Place(f"content/{path.name}"), "a chapter's file is called like 01-kabsch.md: number, hyphen, name"
+            )
+        # Without a number it stands last, so that what refers to it is no mistake as well.
+        found.append(((float(match["number"]), match["letter"]) if match else (math.inf, path.name), path))
+    found.sort()
+    if not found and not problems.found:
+        problems.add(Place("content"), "no chapter found")
+    for (one, first), (other, second) in pairwise(found):
+        if one == other and math.isfinite(one[0]):
+            problems.add(Place(f"content/{second.name}"), f"has the same number as {first.name}")
+    chapters: list[Chapter] = []
+    left_out: list[Chapter] = []
+    for _, path in found:
+        own = Problems()
+        chapter = _chapter(root, path, own, kept, first=not chapters)
+        if chapter.draft and not drafts:
+            left_out.append(chapter)
+        else:
+            chapters.append(chapter)
+            problems.take(own)
+    _check_rungs(chapters, site, problems)
+    return chapters, left_out
+
+
+def is_draft(what: str, file: str) -> str:
+    """What to say of a name that leads to a draft which is left out: this file."""
+    return f"{what} is a draft: {file} is published once its line 'draft: true' is gone"
+
+
+def read_docs(root: Path, problems: Problems, kept: Memory | None = None) -> list[Chapter]:
+    """The pages of the docs, by name; each is linked from their index, which must be there where any other is."""
+    docs, kept = [], kept or Memory()
+    for path in sorted((root / DOCS).glob("*.md")):
+        if not SLUG.fullmatch(path.stem):
+            says = "a page of the docs is called like authoring.md: small ASCII letters, digits and hyphens"
+            problems.add(Place(f"{DOCS}/{path.name}"), says)
+        docs.append(_chapter(root, path, problems, kept, first=False))
+    index = next((doc for doc in docs if doc.source.path == f"{DOCS}/{DOCS_INDEX}"), None)
+    if docs and index is None:
+        problems.add(Place(f"{DOCS}/{DOCS_INDEX}"), "is missing: it leads to the other pages of the docs")
+    elif index is not None:
+        inline = [child for token in index.document.tokens for child in token.children or []]
+        linked = {str(child.attrs["href"]).partition("#")[0] for child in inline if child.type == "link_open"}
+        for doc in docs:
+            if doc is not index and not linked & {doc.page, Path(doc.source.path).name}:
+                problems.add(index.at(), f"no link leads to {doc.source.path}")
+    return docs
+
+
+def _is_doc(name: str) -> bool:
+    return name.startswith(f"{DOCS}/")
+
+
+def _chapter(root: Path, path: Path, problems: Problems, kept: Memory, first: bool) -> Chapter:
+    name = path.relative_to(root).as_posix()
+    text = read_text(path, name, problems)
+    return kept.told(("parsed", name), (text, first), problems, partial(_parsed, name, text, first))
+
+
+def _parsed(name: str, text: str, first: bool, problems: Problems) -> Chapter:
+    """The chapter that a text is; what is wrong in it goes to `problems`."""
+    front, body = _split(text, name, problems)
+    source = Source(name, body, problems)
+    fields = DOC_FRONT if _is_doc(name) else FRONT
+    values = _defaults({**FRONT, **DOC_FRONT})
+    document = yaml_schema.read(front, name, problems, first_line=2) if front else None
+    if front and document is None:
+        values |= {m[1]: m[2] for m in PLAIN.finditer(front)}  # others refer to it by these
+    elif document is not None:
+        values |= yaml_schema.validated(document, fields, problems)
+        for where, slug in [
+            (("slug",), values["slug"]),
+            *((("redirects", i), s) for i, s in enumerate(values["redirects"])),
+        ]:
+            if slug and not SLUG.fullmatch(slug):
+                problems.add(document.at(*where), f"{slug!r} is no page name: small ASCII letters, digits and hyphens")
+        if not values["summary"]:
+            problems.warn(document.at(), "summary is missing: it describes the page to search engines and shared links")
+    file = Path(name)
+    match = FILE_NAME.fullmatch(file.name)
+    slug = values["slug"] or (match["slug"] if match else file.stem)
+    if _is_doc(name):
+        slug = "docs" if file.name == DOCS_INDEX else f"docs-{file.stem}"
+    return Chapter(
+        source,
+        parse(source),
+        "index" if first else slug,
+        slug,
+        values["title"] or slug,
+        values["rung"],
+        values["question"],
+        values["summary"],
+        tuple(values["redirects"]),
+        values["draft"],
+        document,
+        read_slides(document, source, problems) if document is not None and fields is FRONT else (),
+        values["hidden"],
+    )
+
+
+def _split(text: str, name: str, problems: Problems) -> tuple[str, str]:
+    """Front matter and the rest, with blank lines in the front matter's place so that line numbers hold."""
+    if not text.startswith("---\n"):
+        here = "the file is empty" if not text.strip() else "front matter is missing"
+        problems.add(Place(name, 1, 1), f"{here}: it begins with lines between --- and --- with at least a title")
+        return "", text
+    closed = re.compile(r"^---[ \t]*(?:\n|\Z)", re.MULTILINE).search(text, 4)
+    if closed is not None:
+        front = text[4 : closed.start()]
+        return front or "\n", "\n" * (front.count("\n") + 2) + text[closed.end() :]
+    problems.add(Place(name, 1, 1), "the front matter that begins here is never closed by a line ---")
+    lines = list(takewhile(FRONT_LINE.match, text.split("\n")[1:]))
+    return "\n".join([*lines, ""]), "\n" * (len(lines) + 1) + "\n".join(text.split("\n")[len(lines) + 1 :])
+
+
+def check_names(chapters: Sequence[Chapter], problems: Problems) -> None:
+    """No two pages of one name, and no redirect from a page that is there."""
+    taken = dict.fromkeys(OWN_PAGES, "the site's own page")
+    for chapter in chapters:
+        for name in sorted({chapter.name, chapter.slug}):
+            if name in taken:
+                problems.add(chapter.at("slug"), f"the page name {name!r} is taken by {taken[name]}")
+            taken[name] = chapter.source.path
+    decks = {chapter.deck.removesuffix(".html"): f"the slides of {chapter.source.path}" for chapter in chapters}
+    for chapter in chapters:
+        if chapter.name in decks:
+            problems.add(chapter.at("slug"), f"the page name {chapter.name!r} is taken by {decks[chapter.name]}")
+    taken |= decks
+    for chapter in chapters:
+        for i, name in enumerate(chapter.redirects):
+            if name in taken:
+                problems.add(chapter.at("redirects", i), f"redirect from {name!r}: that name is taken by {taken[name]}")
+            taken[name] = chapter.source.path
+
+
+def _check_rungs(chapters: list[Chapter], site: Site, problems: Problems) -> None:
+    """Every chapter's rung is one of the ladder's, and no two chapters stand on one."""
+    known = [rung.rung for rung in site.ladder if rung.rung]
+    taken: dict[str, str] = {}
+    for chapter in chapters:
+        if chapter.rung and known and chapter.rung not in known:
+            problems.add(
+                chapter.at("rung"), f"no rung {chapter.rung!r} in content/site.yaml{hint(chapter.rung, known)}"
+            )
+        if chapter.rung in taken:
+            problems.add(chapter.at("rung"), f"{taken[chapter.rung]} stands on rung {chapter.rung!r} already")
+        if chapter.rung:
+            taken[chapter.rung] = chapter.source.path

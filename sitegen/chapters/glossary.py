@@ -1,0 +1,91 @@
+"""The glossary: one file of terms, each with what it says and the chapter that explains it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from sitegen.cache.memory import Memory
+from sitegen.chapters import yaml_schema
+from sitegen.chapters.citations import KEY
+from sitegen.chapters.content import Chapter, is_draft
+from sitegen.markup.parser import ascii_slug
+from sitegen.problems import Place, Problems, hint, read_text
+
+NAME = "content/glossary.yaml"
+FIELDS = {
+    "term": yaml_schema.text(required=True),
+    "says": yaml_schema.text(required=True),
+    "chapter": yaml_schema.text(required=True),
+    "also": yaml_schema.texts(),
+}
+
+
+@dataclass(frozen=True)
+class Term:
+    """One term. `page` and `title`: the chapter that explains it."""
+
+    key: str
+    term: str
+    says: str
+    also: tuple[str, ...]
+    page: str
+    title: str
+    place: Place
+
+    @property
+    def anchor(self) -> str:
+        """The id of its entry, and with `card-` before it that of its card."""
+        return f"term-{self.key}"
+
+
+def read_glossary(
+    root: Path,
+    chapters: Sequence[Chapter],
+    drafts: Sequence[Chapter],
+    problems: Problems,
+    kept: Memory | None = None,
+) -> dict[str, Term]:
+    """The terms by key, in the order of the alphabet; faulty ones go to `problems`. drafts: those that are left out."""
+    path = root / "content" / "glossary.yaml"
+    if not path.is_file():
+        return {}
+    text = read_text(path, NAME, problems)
+    named = {chapter.slug: (chapter.page, chapter.title) for chapter in chapters}
+    left_out = {draft.slug: draft.source.path for draft in drafts}
+    make = partial(_terms, text, named, left_out)
+    return (kept or Memory()).told("glossary", (text, named, left_out), problems, make)
+
+
+def _terms(
+    text: str, chapters: Mapping[str, tuple[str, str]], drafts: Mapping[str, str], problems: Problems
+) -> dict[str, Term]:
+    document = yaml_schema.read(text, NAME, problems)
+    if document is None or document.data is None:
+        return {}
+    if not isinstance(document.data, dict):
+        problems.add(document.at(), "a mapping of keys to terms is expected")
+        return {}
+    found = []
+    for key in document.data:
+        if not KEY.fullmatch(str(key)):
+            problems.add(
+                document.at(key), f"{key!r} is no key: small ASCII letters, digits and hyphens, a letter first"
+            )
+        values = yaml_schema.validated(document, FIELDS, problems, key)
+        name = values["chapter"]
+        if name and name not in chapters:
+            draft = drafts.get(name)
+            says = is_draft(repr(name), draft) if draft else f"no chapter {name!r}{hint(name, chapters)}"
+            problems.add(document.at(key, "chapter"), says)
+        page, title = chapters.get(name, ("", ""))  # what is faulty has its name still
+        words = values["term"], values["says"], tuple(values["also"])
+        found.append(Term(str(key), *words, page, title, document.at(key)))
+    return {term.key: term for term in sorted(found, key=lambda term: ascii_slug(term.term))}
+
+
+def named(words: str, key: str, terms: Mapping[str, Term]) -> Term | None:
+    """The term that `:term[words]{key}` means: by its key, or by the words alone where they are a term's own."""
+    return terms.get(key or ascii_slug(words))

@@ -1,0 +1,121 @@
+"""Where references and links lead: figures, equations, chapters, anchors; checked, and written relative to a page."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from markupsafe import Markup
+
+from sitegen.chapters.content import is_draft
+from sitegen.chapters.survey import Outline
+from sitegen.problems import Place, Problems, hint
+
+
+@dataclass(frozen=True)
+class Links:
+    """The links of one page. `pages`: page name → its anchors, None where they are not known here.
+
+    chapter: the page of the chapter whose figures and equations are meant first; its own, or that of a deck's chapter.
+    drafts: the chapters that are left out, so that a link to one is told as such.
+    """
+
+    page: str
+    chapter: str
+    chapters: Sequence[Outline]
+    drafts: Sequence[Outline]
+    pages: Mapping[str, Collection[str] | None]
+    problems: Problems
+
+    def target(self, href: str, place: Place) -> str:
+        """A link's address, checked where it leads into the site."""
+        if href.startswith(("https://", "http://", "mailto:")):
+            return href
+        page, _, fragment = href.partition("#")
+        name = self._page_named(page) if page else self.page
+        if name is None:
+            draft = next((one for one in self.drafts if page == one.deck or _is_named(page, one)), None)
+            self._lacks(place, repr(page), draft, f"no page {page!r}{hint(page, self.pages)}")
+            return href
+        return self._address(name, fragment, place)
+
+    def reference(self, text: str, place: Place) -> Markup:
+        """The link that `:ref[text]` means; empty, and a problem, where it means none."""
+        kind, _, name = text.partition(":")
+        if kind == "fig" and name:
+            found = {each.page: each.numbered[name] for each in self.chapters if name in each.numbered}
+            names = [figure for each in self.chapters for figure in each.numbered]
+            draft = next((each for each in self.drafts if name in each.numbered), None)
+            return self._numbered("figure", name, found, names, draft, place, f"fig:{name}")
+        if kind == "eq" and name:
+            found = {each.page: each.equations[name] for each in self.chapters if name in each.equations}
+            names = [equation for each in self.chapters for equation in each.equations]
+            draft = next((each for each in self.drafts if name in each.equations), None)
+            return self._numbered("equation", name, found, names, draft, place, f"eq:{name}")
+        slug, _, fragment = text.partition("#")
+        for each in self.chapters:
+            if slug in (each.slug, each.name):
+                return self._chapter(each, fragment, place)
+        kinds = [(f"fig:{slug}", each.numbered) for each in self.chapters]
+        kinds += [(f"eq:{slug}", each.equations) for each in self.chapters]
+        whole = next((kind for kind, there in kinds if slug in there), "")
+        near = hint(slug, [each.slug for each in self.chapters])
+        more = f"; did you mean {whole!r}?" if whole else f"{near} (figures are fig:id, equations eq:label)"
+        draft = next((each for each in self.drafts if slug == each.slug), None)
+        self._lacks(place, repr(slug), draft, f"no chapter {slug!r}{more}")
+        return Markup("")
+
+    def _lacks(self, place: Place, what: str, draft: Outline | None, says: str) -> None:
+        """Note what is named and not there, or only in a draft."""
+        self.problems.add(place, is_draft(what, draft.file) if draft else says)
+
+    def _chapter(self, chapter: Outline, fragment: str, place: Place) -> Markup:
+        href = self._address(chapter.page, fragment, place)
+        text = chapter.headings.get(fragment, chapter.title)
+        return Markup('<a class="ref" href="{}">{}</a>').format(href, text)
+
+    def _numbered(
+        self,
+        what: str,
+        name: str,
+        found: Mapping[str, tuple[str, str]],
+        names: Sequence[str],
+        draft: Outline | None,
+        place: Place,
+        key: str,
+    ) -> Markup:
+        """A link to a numbered thing: this chapter's own, or the only one elsewhere. draft: one that has it too."""
+        page = self.chapter if self.chapter in found else next(iter(found), None)
+        if page is None:
+            if not any(key in each.lost for each in self.chapters):
+                self._lacks(place, f"the chapter of {what} {name!r}", draft, f"no {what} {name!r}{hint(name, names)}")
+            return Markup("")
+        if page != self.chapter and len(found) > 1:
+            where = " and ".join(sorted(found))
+            self.problems.add(place, f"{what} {name!r} stands on {where}: a plain link tells which is meant")
+        fragment, text = found[page]
+        href = f"{'' if page == self.page else page}#{fragment}"
+        return Markup('<a class="ref" href="{}">{}</a>').format(href, text)
+
+    def _page_named(self, page: str) -> str | None:
+        """The page that a link means by its name, its chapter's slug or its chapter's file."""
+        if page in self.pages:
+            return page
+        for each in self.chapters:
+            if _is_named(page, each):
+                return each.page
+        return None
+
+    def _address(self, page: str, fragment: str, place: Place) -> str:
+        anchors = self.pages[page]
+        name = fragment.partition("?")[0]  # what follows is a figure's state
+        if fragment and anchors is not None and name not in anchors:
+            self.problems.add(place, f"no anchor {name!r} on {page}{hint(name, anchors)}")
+        path = "" if page == self.page else page
+        return (path + (f"#{fragment}" if fragment else "")) or page
+
+
+def _is_named(page: str, chapter: Outline) -> bool:
+    """Whether a link to `page` means the chapter, by its slug or by its file."""
+    return page in (f"{chapter.slug}.html", Path(chapter.file).name)

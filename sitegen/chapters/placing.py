@@ -1,0 +1,141 @@
+"""A `::figure` line: which widget in which state it places, and what is wrong with it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+from sitegen.figures.model import Figure
+from sitegen.figures.widget_faults import module_file
+from sitegen.markup.directives import Attribute, Directive, DirectiveError, attributes
+from sitegen.problems import Place, Problems, hint
+from widgets.engine.contract import MAX_LOG, Record, Widget, parsed, preset
+from widgets.engine.controls import specs, validated, values
+
+
+def listed(directive: Directive, at: Callable[[int], Place], problems: Problems) -> list[Attribute] | None:
+    """The directive's attributes; None where they cannot be read. That, and one that stands twice, is a problem."""
+    try:
+        found = attributes(directive)
+    except DirectiveError as error:
+        problems.add(at(error.offset), str(error))
+        return None
+    seen: set[str] = set()
+    for attribute in found:
+        if attribute.name and attribute.name in seen:
+            problems.add(at(attribute.start), f"{attribute.name!r} stands twice")
+        seen.add(attribute.name)
+    return found
+
+
+def placed(
+    directive: Directive, at: Callable[[int], Place], number: str, widgets: Mapping[str, Widget], problems: Problems
+) -> Figure | None:
+    """The figure that a `::figure` line places, its tape as its widget wants it; None where it names no widget."""
+    given = listed(directive, at, problems)
+    if given is None:
+        return None
+    bare = [a for a in given if not a.name]
+    if not bare:
+        problems.add(
+            at(directive.attributes_start), "a figure names its widget first: {kabsch preset=default id=solve}"
+        )
+        return None
+    if bare[0].value not in widgets:
+        near = hint(bare[0].value, widgets)
+        problems.lacks(module_file(bare[0].value), at(bare[0].start), f"no widget {bare[0].value!r}{near}")
+        return None
+    for extra in bare[1:]:
+        problems.add(at(extra.start), f"name=value is expected, not {extra.value!r}")
+    widget = widgets[bare[0].value]
+    named = {a.name: a for a in given if a.name}
+    chosen = named.pop("preset", None)
+    name = chosen.value if chosen else "default"
+    if name not in widget.presets:
+        problems.add(
+            at(chosen.value_start if chosen else bare[0].start),
+            f"{widget.name} has no preset {name!r}{hint(name, widget.presets)}",
+        )
+        return None
+    figure_id = named.pop("id", None)
+    if (figure_id and not figure_id.value.replace("-", "").isalnum()) or (figure_id and not figure_id.value.isascii()):
+        problems.add(at(figure_id.value_start), f"{figure_id.value!r} is no id: ASCII letters, digits and hyphens")
+    base = preset(widget, name)
+    record = changed(widget, base, named.values(), at, problems, ("preset", "id"))
+    figure = Figure(figure_id.value if figure_id else widget.name, number, widget, record, at(directive.start))
+    figure.records.append(record.plain())  # its own comes first, also where presses lead to it
+    figure.remember(record)
+    for changes, presses in widget.tape:
+        log = [["press", press] for press in presses]
+        figure.remember(parsed(widget, {**record.plain(), "controls": merged(widget, record, changes), "log": log}))
+    return figure
+
+
+def id_of(directive: Directive) -> str:
+    """The id that a `::figure` or `::plot` line gives, also where it cannot be read: that named, or its first word."""
+    named = re.search(r"\bid\s*=\s*([\w-]+)", directive.attributes) or re.match(r"\s*([\w-]+)", directive.attributes)
+    return named[1] if named else ""
+
+
+def merged(widget: Widget, base: Record, changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Control values with `changes` in place and, where they do not say, what their chosen options bring along."""
+    known = specs(widget.controls)
+    brought = {k: v for name, value in changes.items() for k, v in known[name].sets.get(str(value), {}).items()}
+    return {**values(base.controls), **brought, **changes}
+
+
+def changed(
+    widget: Widget,
+    base: Record,
+    given: Iterable[Attribute],
+    at: Callable[[int], Place],
+    problems: Problems,
+    more: Sequence[str] = (),
+) -> Record:
+    """A record with other control values, `seed=`, and `press=a,b*3` for a log; what is wrong goes to `problems`.
+
+    more: what else may be named where this is written.
+    """
+    known = specs(widget.controls)
+    presses = {b.name for b in widget.buttons if b.does == "press"}
+    controls: dict[str, Any] = {}
+    seed, log = base.seed, []
+    for attribute in given:
+        where = at(attribute.value_start)
+        if attribute.name == "seed":
+            if (
+                isinstance(attribute.plain, bool)
+                or not isinstance(attribute.plain, int)
+                or not 0 <= attribute.plain < 2**31
+            ):
+                problems.add(where, f"seed: a whole number is expected, not {attribute.value!r}")
+            else:
+                seed = attribute.plain
+        elif attribute.name == "press":
+            offset = attribute.value_start
+            for written in attribute.value.split(","):
+                name, star, times = written.partition("*")
+                if name not in presses:
+                    problems.add(at(offset), f"{widget.name} has no button {name!r} to press{hint(name, presses)}")
+                elif star and not (times.isascii() and times.isdigit() and 0 < int(times[:9]) <= MAX_LOG):
+                    problems.add(at(offset), f"{written!r}: how often is a whole number from 1 to {MAX_LOG}")
+                else:
+                    log += [["press", name]] * (int(times) if star else 1)
+                offset += len(written) + 1
+        elif attribute.name not in known:
+            near = hint(attribute.name, [*known, "seed", "press", *more])
+            if attribute.name in ("preset", "id"):
+                near = ": that is the ::figure line's; controls, seed and press are set here"
+            problems.add(at(attribute.start), f"{widget.name} has no control {attribute.name!r}{near}")
+        else:
+            value = attribute.value if known[attribute.name].kind == "choice" else attribute.plain
+            try:
+                validated(widget.controls, {attribute.name: value})
+                controls[attribute.name] = value
+            except ValueError as error:
+                problems.add(where, str(error))
+    if len(log) > MAX_LOG:
+        problems.add(at(0), f"a log holds at most {MAX_LOG} actions")
+        log = []
+    return parsed(widget, {**base.plain(), "controls": merged(widget, base, controls), "seed": seed, "log": log})

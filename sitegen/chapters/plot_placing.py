@@ -1,0 +1,41 @@
+"""A `::plot` line: which plot it places, and what is wrong with it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+
+from sitegen.chapters.placing import listed
+from sitegen.figures.gallery import Placed, Plot
+from sitegen.markup.directives import Directive
+from sitegen.problems import Place, Problems, hint
+
+
+def placed(
+    directive: Directive, at: Callable[[int], Place], number: str, plots: Mapping[str, Plot], problems: Problems
+) -> Placed | None:
+    """The plot that a `::plot` line places; None where it names none."""
+    given = listed(directive, at, problems)
+    if given is None:
+        return None
+    bare = [a for a in given if not a.name]
+    if not bare:
+        problems.add(at(directive.attributes_start), "a plot's name is expected first: {trial-budget id=budget}")
+        return None
+    for extra in bare[1:]:
+        problems.add(at(extra.start), f"name=value is expected, not {extra.value!r}")
+    plot = plots.get(bare[0].value)
+    if plot is None:
+        problems.add(at(bare[0].start), f"no plot {bare[0].value!r}{hint(bare[0].value, plots)}")
+        return None
+    plot_id = plot.name
+    for attribute in (a for a in given if a.name):
+        if attribute.name != "id":
+            problems.add(
+                at(attribute.start), f"a plot has no {attribute.name!r}, only an id{hint(attribute.name, ['id'])}"
+            )
+        elif not re.fullmatch(r"[A-Za-z0-9-]+", attribute.value):
+            problems.add(at(attribute.value_start), f"{attribute.value!r} is no id: ASCII letters, digits and hyphens")
+        else:
+            plot_id = attribute.value
+    return Placed(plot_id, number, plot, at(directive.start))

@@ -1,0 +1,388 @@
+"""Tokens → the HTML of a chapter, with everything that other chapters, references, tests and figures bring to it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from itertools import groupby, takewhile
+from pathlib import Path
+from urllib.parse import unquote
+
+from markdown_it.common.utils import escapeHtml
+from markdown_it.renderer import RendererHTML
+from markdown_it.token import Token
+from markupsafe import Markup, escape
+
+from sitegen.chapters.citations import NAME as REFERENCES
+from sitegen.chapters.claims import anchor, standing
+from sitegen.chapters.glossary import NAME as GLOSSARY
+from sitegen.chapters.glossary import named
+from sitegen.chapters.known import Known
+from sitegen.chapters.links import Links
+from sitegen.chapters.placing import changed, listed
+from sitegen.chapters.survey import LINKS, Heading, Survey
+from sitegen.chapters.values import CallError, printed, read_call
+from sitegen.figures.wire import dumps
+from sitegen.markup.code import highlighted
+from sitegen.markup.images import Image, read_image
+from sitegen.markup.parser import parser, text_of
+from sitegen.problems import hint
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A claim in a chapter: its sentence and the test that checks it."""
+
+    html: Markup
+    test_id: str
+    anchor: str
+
+
+@dataclass
+class Body:
+    """A rendered chapter: its text, its contents (level, id, HTML), cited keys, marked terms, claims, images."""
+
+    html: Markup = field(default_factory=Markup)
+    contents: list[tuple[int, str, Markup]] = field(default_factory=list)
+    cited: list[str] = field(default_factory=list)
+    terms: list[str] = field(default_factory=list)
+    claims: list[Claim] = field(default_factory=list)
+    images: list[Image] = field(default_factory=list)
+
+
+def render(survey: Survey, known: Known) -> Body:
+    """The chapter's body; what is wrong goes to known.problems."""
+    return _Renderer(survey, known).body()
+
+
+def headings(survey: Survey, known: Known) -> dict[str, Markup]:
+    """What links to the chapter's headings say, by anchor. They hold no links, so no other chapter is looked at."""
+    renderer = _Renderer(survey, known)
+    return {heading.id: renderer.heading(heading) for heading in reversed(survey.headings)}  # of two, the first
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """Renders pieces of a chapter apart from its body. found: what was cited, marked and shown on the way."""
+
+    found: Body
+    flow: Callable[[Sequence[Token]], Markup]
+    inline: Callable[[Sequence[Token]], Markup]
+
+
+def pieces(survey: Survey, known: Known, page: str = "") -> Pieces:
+    """What renders them, for the chapter's page or another one; what is wrong goes to known.problems."""
+    renderer = _Renderer(survey, known, page)
+    return Pieces(renderer._body, renderer.flow, lambda tokens: Markup(renderer._inline(tokens)))
+
+
+UNIT = re.compile(r"(?:(?<=\d)|^) (?=(?:%|u²?|rad)(?!\w))")  # a text that begins with a unit follows a computed number
+
+
+def unbroken(text: str) -> str:
+    """The text with each unit held to its number, so that no line begins with one."""
+    return UNIT.sub("\u00a0", text)
+
+
+class _Renderer:
+    """Renders what belongs to a chapter for one page: the chapter's, or its deck's where `page` names that."""
+
+    def __init__(self, survey: Survey, known: Known, page: str = "") -> None:
+        self._survey, self._known = survey, known
+        self._chapter = survey.chapter
+        self._problems = known.problems
+        self._body = Body()
+        self._links = Links(
+            page or survey.chapter.page,
+            survey.chapter.page,
+            known.chapters,
+            known.drafts,
+            known.pages,
+            known.problems,
+        )
+        self._html = RendererHTML(parser())
+        self._options = parser().options
+        rules = {
+            "text": lambda token: escapeHtml(unbroken(token.content)),
+            "heading_open": self._heading_open,
+            "heading_close": self._heading_close,
+            "fence": self._fence,
+            "code_block": self._fence,
+            "table_open": lambda token: '<div class="table" tabindex="0">\n<table>\n',
+            "table_close": lambda token: "</table>\n</div>\n",
+            "math_inline": lambda token: self._known.mathematics.mathml[token.meta["formula"]],
+            "math_block": self._equation,
+            "math_block_label": self._equation,
+            "image": self._image,
+            "link_open": self._link_open,
+            "footnote_ref": self._note_reference,
+            "figure": self._figure,
+            "plot": self._plot,
+            "try": self._try,
+            "aside": lambda token: f'<div class="aside" role="note"><p>{self._inline(token.children)}</p></div>\n',
+            "value": self._value,
+            "readout": self._readout,
+            "claim_close": self._claim_close,
+            "ref": self._ref,
+            "cite": self._cite,
+            "term": self._term,
+        }
+        for name, rule in rules.items():
+            self._html.rules[name] = _simple(rule)  # type: ignore[assignment]
+        self._html.rules["claim_open"] = self._claim_open  # type: ignore[assignment]
+
+    def body(self) -> Body:
+        self._body.html = self.flow(self._chapter.document.tokens)
+        for heading in self._survey.headings:
+            if heading.level in (2, 3):
+                self._body.contents.append((heading.level, heading.id, self.heading(heading)))
+        return self._body
+
+    def heading(self, heading: Heading) -> Markup:
+        """A heading's text without links."""
+        return Markup(self._inline(_unlinked(heading.tokens)))
+
+    def flow(self, tokens: Sequence[Token]) -> Markup:
+        """Top-level blocks, with buttons that stand together as a list."""
+        parts: list[str] = []
+        for tries, run in groupby(blocks(tokens), lambda block: block[0].type == "try"):
+            if tries:
+                items = "".join(f"<li>{self._blocks(block)}</li>\n" for block in run)
+                parts.append(f'<ul class="tries">\n{items}</ul>\n')
+            else:
+                parts += [self._contained(b) if b[0].type.startswith("container_") else self._noted(b) for b in run]
+        return Markup("".join(parts))
+
+    def _contained(self, block: Sequence[Token]) -> str:
+        """What stands between `:::name` and `:::`; of an example its source as well."""
+        (first, last), name = block[0].map or (0, 0), block[0].info.strip()
+        inside = self.flow(block[1:-1])
+        if name == "example":
+            source = escape("\n".join(self._chapter.source.lines[first + 1 : last]))
+            code = f'<pre class="code" tabindex="0"><code>{source}</code></pre>'
+            inside = Markup(f'{code}\n<div class="example-result">\n{inside}</div>\n')
+        return f'<div class="{name}">\n{inside}</div>\n'
+
+    def _noted(self, block: Sequence[Token]) -> str:
+        """A block with the notes beside it that it is the first to refer to."""
+        html = self._blocks(block)
+        labels = [child.meta["label"] for token in block for child in token.children or [] if child.meta.get("first")]
+        notes = "".join(map(self._note, labels))
+        return f'<div class="noted">\n{html}<div class="notes">\n{notes}</div>\n</div>\n' if notes else html
+
+    def _blocks(self, tokens: Sequence[Token]) -> str:
+        return str(self._html.render(tokens, self._options, {}))
+
+    def _inline(self, tokens: Sequence[Token] | None) -> str:
+        return str(self._html.renderInline(tokens or [], self._options, {}))
+
+    def _heading_open(self, token: Token) -> str:
+        return f'<{token.tag} id="{escape(token.meta["id"])}">'
+
+    def _heading_close(self, token: Token) -> str:
+        return f"</{token.tag}>\n"
+
+    def _fence(self, token: Token) -> str:
+        language = token.info.split()[0] if token.info.strip() else ""
+        try:
+            code = highlighted(token.content, language)
+        except ValueError as error:
+            self._problems.add(token.meta["place"], str(error))
+            return ""
+        return f'<pre class="code" tabindex="0"><code>{code}</code></pre>\n'
+
+    def _equation(self, token: Token) -> str:
+        mathml = self._known.mathematics.mathml[token.meta["formula"]]
+        number = token.meta.get("number")
+        if number is None:
+            return f'<div class="equation"><div class="formula">{mathml}</div></div>\n'
+        name = f"eq-{token.info}"
+        return (
+            f'<div class="equation numbered" id="{escape(name)}"><div class="formula">{mathml}</div>'
+            f'<a class="equation-number" href="#{escape(name)}">({escape(number)})</a></div>\n'
+        )
+
+    def _image(self, token: Token) -> str:
+        place, source = token.meta["place"], unquote(str(token.attrs["src"]))
+        alt = text_of(token.children or []).strip()
+        if not alt:
+            self._problems.add(place, f"the image {source} needs a text in its place: ![what it shows]({source})")
+        path = Path(self._known.root, "content", source)
+        folder = (self._known.root / "content").resolve()
+        if "://" in source or folder not in path.resolve().parents or not path.is_file():
+            home = self._known.root / "content"
+            files = [p.relative_to(home).as_posix() for p in home.rglob("*")]
+            self._problems.add(
+                place, f"no image content/{source}{hint(source, [f for f in files if not f.endswith('.md')])}"
+            )
+            return ""
+        try:
+            image = read_image(path)
+        except ValueError as error:
+            self._problems.add(place, str(error))
+            return ""
+        self._body.images.append(image)
+        title = f' title="{escape(token.attrs["title"])}"' if "title" in token.attrs else ""
+        size = f'width="{image.width}" height="{image.height}"'
+        return f'<img src="{escape(image.name)}" alt="{escape(alt)}"{title} {size} loading="lazy" decoding="async">'
+
+    def _link_open(self, token: Token) -> str:
+        href = self._links.target(str(token.attrs["href"]), token.meta["place"])
+        title = f' title="{escape(token.attrs["title"])}"' if "title" in token.attrs else ""
+        return f'<a href="{escape(href)}"{title}>'
+
+    def _note_reference(self, token: Token) -> str:
+        number = self._survey.notes.get(token.meta["label"], 0)
+        name = f' id="noteref-{number}"' if token.meta.get("first") else ""
+        return f'<sup class="note-mark"><a href="#note-{number}"{name} aria-label="Note {number}">{number}</a></sup>'
+
+    def _note(self, label: str) -> str:
+        number = self._survey.notes[label]
+        says = f"Back to the text from note {number}"
+        back = f'<a class="note-number" href="#noteref-{number}" aria-label="{says}">{number}</a>'
+        tokens = self._chapter.document.footnotes[label]
+        return f'<div class="note" role="note" id="note-{number}">{back}\n{self._blocks(tokens)}</div>\n'
+
+    def _figure(self, token: Token) -> str:
+        figure = token.meta["figure"]
+        return "" if figure is None else str(self._known.figure_html(figure, Markup(self._inline(token.children))))
+
+    def _plot(self, token: Token) -> str:
+        plot = token.meta["plot"]
+        return "" if plot is None else str(self._known.plot_html(plot, Markup(self._inline(token.children))))
+
+    def _try(self, token: Token) -> str:
+        text = self._inline(token.children)
+        if "record" not in token.meta:
+            return ""
+        dom_id = escape(token.meta["figure"].dom_id)
+        record = escape(dumps(token.meta["record"].plain()))
+        return f'<button type="button" class="try" data-figure="{dom_id}" data-record="{record}">{text}</button>'
+
+    def _value(self, token: Token) -> str:
+        directive, at = token.meta["directive"], token.meta["at"]
+        try:
+            call = read_call(directive.text)
+            number = self._known.values.value(call)
+        except CallError as error:
+            self._problems.add(at(directive.text_start + error.offset), str(error))
+            return ""
+        try:
+            text = printed(number, directive.attributes.strip())
+        except ValueError as error:
+            self._problems.add(at(directive.attributes_start), f"no format {directive.attributes!r}: {error}")
+            return ""
+        return f'<span class="computed">{escape(text)}</span>'
+
+    def _readout(self, token: Token) -> str:
+        directive, at = token.meta["directive"], token.meta["at"]
+        words = [(word, directive.text.index(word)) for word in directive.text.split()]
+        if len(words) != 2:
+            self._problems.add(at(directive.text_start), "a readout is named :readout[figure readout]{changes}")
+            return ""
+        (figure_id, figure_at), (name, _) = words
+        name_at = directive.text.rindex(name)
+        figure = self._survey.figures.get(figure_id)
+        if figure is None and f"fig:{figure_id}" not in self._survey.lost:
+            where = at(directive.text_start + figure_at)
+            self._problems.add(where, f"no figure {figure_id!r} in this chapter{hint(figure_id, self._survey.figures)}")
+            return ""
+        given = listed(directive, at, self._problems)
+        if figure is None or given is None:
+            return ""
+        for extra in (a for a in given if not a.name):
+            self._problems.add(at(extra.start), f"name=value is expected, not {extra.value!r}")
+        record = changed(figure.widget, figure.record, [a for a in given if a.name], at, self._problems)
+        for frame in self._known.frames(figure, [record.plain()]):
+            readouts = {r["name"]: r["value"] for r in frame["readouts"]}
+            if name in readouts:
+                return f'<span class="computed">{escape(readouts[name])}</span>'
+            self._problems.add(at(directive.text_start + name_at), f"no readout {name!r}{hint(name, readouts)}")
+        return ""
+
+    def _claim_open(self, tokens: Sequence[Token], idx: int, options: object, env: object) -> str:
+        token = tokens[idx]
+        directive, at = token.meta["directive"], token.meta["at"]
+        test_id = directive.attributes.strip()
+        lead = len(directive.attributes) - len(directive.attributes.lstrip())
+        if test_id not in self._known.tests:
+            where = at(directive.attributes_start + lead)
+            near = hint(test_id, self._known.tests) if test_id else ""
+            says = f"no test {test_id!r}{near}" if test_id else "a claim names its test: {tests/file.py::test_name}"
+            self._problems.add(where, says)
+        elif not self._known.tests[test_id].doc:
+            self._problems.warn(
+                at(directive.attributes_start + lead), f"{test_id} has no docstring that tells readers what it checks"
+            )
+        number = len(self._body.claims) + 1
+        inner = list(takewhile(lambda t: t.type != "claim_close", tokens[idx + 1 :]))
+        claim = Claim(Markup(self._inline(_unlinked(inner))), test_id, f"claim-{number}")
+        self._body.claims.append(claim)
+        return f'<span class="claim" id="claim-{number}">'
+
+    def _claim_close(self, token: Token) -> str:
+        number = len(self._body.claims)
+        test_id = token.meta["directive"].attributes.strip()
+        state = standing(self._known.results.get(test_id))
+        said = {"passed": "checked", "failed": "check failed", "unknown": "check not yet run on this code"}[state]
+        return (
+            f'<a class="claim-mark" data-outcome="{state}" href="checks.html#{anchor(test_id)}" '
+            f'title="{said}: see how" aria-label="Claim {number}, {said}: see how"></a></span>'
+        )
+
+    def _ref(self, token: Token) -> str:
+        directive = token.meta["directive"]
+        return str(self._links.reference(directive.text.strip(), token.meta["at"](directive.text_start)))
+
+    def _cite(self, token: Token) -> str:
+        parts = []
+        for key, locator, offset in token.meta["cited"]:
+            reference = self._known.references.get(key)
+            if reference is None:
+                near = hint(key, self._known.references)
+                self._problems.lacks(REFERENCES, token.meta["at"](offset), f"no reference {key!r}{near}")
+                continue
+            if key not in self._body.cited:
+                self._body.cited.append(key)
+            more = f", {escape(locator)}" if locator else ""
+            attributes = f'class="cite" href="references.html#ref-{key}" data-card="card-{key}"'
+            parts.append(f"<a {attributes}>{escape(reference.label)}</a>{more}")
+        return f'<span class="cites">({"; ".join(parts)})</span>'
+
+    def _term(self, token: Token) -> str:
+        directive, at = token.meta["directive"], token.meta["at"]
+        key = directive.attributes.strip()
+        term = named(directive.text, key, self._known.terms)
+        if term is None:
+            where = at(directive.attributes_start if key else directive.text_start)
+            name = key or directive.text
+            says = f"no term {name!r} in the glossary{hint(name, self._known.terms)}"
+            self._problems.lacks(GLOSSARY, where, says)
+            return escapeHtml(directive.text)
+        if term.key not in self._body.terms:
+            self._body.terms.append(term.key)
+        attributes = f'class="term" href="glossary.html#{term.anchor}" data-card="card-{term.anchor}"'
+        return f"<a {attributes}>{escape(unbroken(directive.text))}</a>"
+
+
+def _simple(rule: Callable[[Token], str]) -> Callable[..., str]:
+    return lambda tokens, idx, options, env: rule(tokens[idx])
+
+
+def blocks(tokens: Sequence[Token]) -> list[list[Token]]:
+    """Top-level blocks, each with all the tokens inside it."""
+    blocks: list[list[Token]] = []
+    depth = 0
+    for token in tokens:
+        if depth == 0:
+            blocks.append([])
+        blocks[-1].append(token)
+        depth += token.nesting
+    return blocks
+
+
+def _unlinked(tokens: Sequence[Token]) -> list[Token]:
+    """Inline tokens without what becomes a link, an anchor or a target of its own, for use a second time."""
+    dropped = {*LINKS, "link_close", "claim_close"}
+    return [token for token in tokens if token.type not in dropped]

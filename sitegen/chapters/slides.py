@@ -1,0 +1,109 @@
+"""The slides that a chapter's front matter asks for, as written: one mapping a slide, its texts parsed as Markdown."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from markdown_it.token import Token
+
+from sitegen.chapters import yaml_schema
+from sitegen.markup.parser import Source, parse
+from sitegen.problems import Place, Problems
+
+SLIDE = {
+    "title": yaml_schema.text(required=True),
+    "text": yaml_schema.text(),
+    "equation": yaml_schema.text(),
+    "figure": yaml_schema.text(),
+    "set": yaml_schema.text(),
+    "panels": yaml_schema.texts(),
+    "controls": yaml_schema.texts(),
+    "readouts": yaml_schema.texts(),
+    "plot": yaml_schema.text(),
+    "notes": yaml_schema.text(),
+}
+OF_A_FIGURE = ("set", "panels", "controls", "readouts")
+# What a slide's text cannot hold, and where it belongs.
+ELSEWHERE = {
+    "heading_open": "a slide has one heading, its title",
+    "figure": "a slide names a figure of its chapter: figure: id",
+    "plot": "a slide names a plot of its chapter: plot: id",
+    "aside": "what is said beside the slide are its notes",
+    "math_block_label": "a numbered equation stands in the chapter; a slide shows it by equation: label",
+    "footnote_ref": "side notes stand in the chapter",
+    "claim_open": "claims stand in the chapter, with their tests",
+}
+
+
+@dataclass(frozen=True)
+class Slide:
+    """One slide as written. title, text and notes: tokens; the rest names what the chapter has, "" or () for nothing.
+
+    at: the front matter, and the path of the slide in it, for places.
+    """
+
+    title: list[Token]
+    text: list[Token]
+    notes: list[Token]
+    equation: str
+    figure: str
+    set: str
+    panels: tuple[str, ...]
+    controls: tuple[str, ...]
+    readouts: tuple[str, ...]
+    plot: str
+    front: yaml_schema.Yaml
+    index: int
+
+    def at(self, *path: str | int) -> Place:
+        """The place of a thing of the slide in the front matter."""
+        return self.front.at("slides", self.index, *path)
+
+    def text_at(self, name: str, offset: int = 0) -> Place:
+        """The place of an offset in one of its texts of a single line."""
+        start = self.front.text_at("slides", self.index, name)
+        return Place(start.path, start.line, start.column + offset)
+
+
+def read_slides(front: yaml_schema.Yaml, chapter: Source, problems: Problems) -> tuple[Slide, ...]:
+    """The slides of a chapter's front matter, in order; what is wrong in themselves goes to `problems`."""
+    given = front.data.get("slides") if isinstance(front.data, dict) else None
+    return tuple(_read(front, i, chapter, problems) for i in range(len(given) if isinstance(given, list) else 0))
+
+
+def _read(front: yaml_schema.Yaml, i: int, chapter: Source, problems: Problems) -> Slide:
+    values = yaml_schema.validated(front, SLIDE, problems, "slides", i)
+
+    def parsed(name: str) -> list[Token]:
+        start = front.text_at("slides", i, name)
+        source = Source(chapter.path, "\n" * (start.line - 1) + values[name], problems, start.column - 1)
+        tokens = parse(source).tokens
+        every = [each for token in tokens for each in (token, *(token.children or []))]
+        wrong = [each for each in every if each.type in ELSEWHERE or (each.type == "try" and name != "text")]
+        for each in wrong:
+            why = ELSEWHERE.get(each.type, "a button stands in the slide's text")
+            problems.add((each.meta or {}).get("place") or front.at("slides", i, name), why)
+        return [] if wrong else tokens
+
+    slide = Slide(
+        parsed("title"),
+        parsed("text"),
+        parsed("notes"),
+        values["equation"],
+        values["figure"],
+        values["set"],
+        tuple(values["panels"]),
+        tuple(values["controls"]),
+        tuple(values["readouts"]),
+        values["plot"],
+        front,
+        i,
+    )
+    if slide.figure and slide.plot:
+        problems.add(slide.at("plot"), "a slide shows a figure or a plot, not both")
+    for name in OF_A_FIGURE:
+        if values[name] and not slide.figure:
+            problems.add(slide.at(name), f"{name}: the slide names no figure")
+    if values["title"] and not (values["text"] or slide.equation or slide.figure or slide.plot):
+        problems.add(slide.at(), "a slide shows something: text, an equation, a figure or a plot")
+    return slide

@@ -1,0 +1,182 @@
+"""Numbers in the text given by a call, like `solvers.ransac.trials(0.5, 0.99, 2)`: evaluated by the build, and kept.
+
+`plots.trial_budget.needed(0.5)` is a function of a plot's module, over what that computed; it stands first among the
+arguments, unwritten.
+"""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import math
+import re
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from sitegen.cache.memo import Remembered
+from sitegen.figures.gallery import Gallery
+from sitegen.problems import hint
+from widgets.drawing.picture import SUPERSCRIPT
+
+OURS = ("solvers", "widgets")
+SPARE = 2000  # numbers of one code that are kept: a build may ask for none but those of an edited chapter
+NAMESPACES = (*OURS, "plots")
+
+
+class CallError(ValueError):
+    """A call that cannot be made; `offset` is where in its text the fault lies."""
+
+    def __init__(self, message: str, offset: int) -> None:
+        super().__init__(message)
+        self.offset = offset
+
+
+@dataclass(frozen=True)
+class Call:
+    """A call as written: dotted names with their offsets, and literal arguments."""
+
+    text: str
+    names: tuple[tuple[str, int], ...]
+    positional: tuple[Any, ...]
+    named: dict[str, Any]
+
+
+def read_call(text: str) -> Call:
+    """The call that a text is. Raises CallError where it is none, or has an argument that is not a literal."""
+    try:
+        tree = ast.parse(text, mode="eval").body
+    except SyntaxError as error:
+        raise CallError(f"not a call: {error.msg}", max((error.offset or 1) - 1, 0)) from None
+    if not isinstance(tree, ast.Call):
+        raise CallError("a call is expected, like solvers.ransac.trials(0.5, 0.99, 2)", 0)
+    names: list[tuple[str, int]] = []
+    node: ast.expr = tree.func
+    while isinstance(node, ast.Attribute):
+        names.append((node.attr, _offset(text, node.end_col_offset or 0) - len(node.attr)))
+        node = node.value
+    if not isinstance(node, ast.Name) or node.id not in NAMESPACES or not names:
+        root = node.id if isinstance(node, ast.Name) else ast.unparse(node)
+        raise CallError(f"calls begin with solvers., widgets. or plots., not {root!r}{hint(root, NAMESPACES)}", 0)
+    names.append((node.id, 0))
+    positional = tuple(_literal(text, argument) for argument in tree.args)
+    named: dict[str, Any] = {}
+    for keyword in tree.keywords:
+        if keyword.arg is None:
+            raise CallError("arguments are literals, not **", _offset(text, keyword.col_offset))
+        named[keyword.arg] = _literal(text, keyword.value)
+    return Call(text, tuple(reversed(names)), positional, named)
+
+
+def _offset(text: str, column: int) -> int:
+    """ast counts bytes of UTF-8, we count characters."""
+    return len(text.encode()[:column].decode(errors="ignore"))
+
+
+def _literal(text: str, node: ast.expr) -> Any:
+    try:
+        return ast.literal_eval(node)
+    except ValueError:
+        said = ast.get_source_segment(text, node)
+        raise CallError(f"arguments are literals, {said!r} is none", _offset(text, node.col_offset)) from None
+
+
+def resolve(call: Call) -> Any:
+    """The function that a call names. Raises CallError at the first name that is not there, with the nearest."""
+    here: Any = importlib.import_module(call.names[0][0])
+    dotted = call.names[0][0]
+    for name, offset in call.names[1:]:
+        if isinstance(here, ModuleType) and not hasattr(here, name) and hasattr(here, "__path__"):
+            with suppress(ModuleNotFoundError):
+                importlib.import_module(f"{dotted}.{name}")
+        if name.startswith("_") or not hasattr(here, name):
+            raise CallError(f"{dotted} has no {name!r}{hint(name, _names(here))}", offset)
+        here, dotted = getattr(here, name), f"{dotted}.{name}"
+    if not callable(here):
+        raise CallError(f"{dotted} is nothing to call", call.names[-1][1])
+    return here
+
+
+def _names(thing: Any) -> list[str]:
+    """Ours among the public names of a module or a class."""
+    names = [name for name in dir(thing) if not name.startswith("_") and _is_ours(getattr(thing, name))]
+    if isinstance(thing, ModuleType):
+        folders = [Path(p) for p in getattr(thing, "__path__", [])]
+        names += [p.stem for folder in folders for p in folder.glob("*.py") if not p.stem.startswith("_")]
+    return names
+
+
+def _is_ours(thing: Any) -> bool:
+    home = thing.__name__ if isinstance(thing, ModuleType) else getattr(thing, "__module__", "")
+    return (callable(thing) or isinstance(thing, ModuleType)) and str(home).partition(".")[0] in OURS
+
+
+def evaluate(call: Call) -> int | float:
+    """The number that the call gives. Raises CallError where it gives none, or fails."""
+    return _number(resolve(call), call)
+
+
+def _number(function: Any, call: Call, *before: Any) -> int | float:
+    try:
+        result = function(*before, *call.positional, **call.named)
+    except Exception as error:  # whatever the solver objects to is the author's to see
+        raise CallError(f"{type(error).__name__}: {error}", 0) from error
+    value = result.item() if hasattr(result, "item") and getattr(result, "ndim", 1) == 0 else result
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise CallError(f"a finite number is expected, not {type(result).__name__}", 0)
+    return value
+
+
+def of_plot(call: Call, gallery: Gallery) -> int | float:
+    """The number that a call of a plot's function gives. Raises CallError."""
+    (_, _), (module, module_at), *rest = call.names
+    plots = {name.replace("-", "_"): plot for name, plot in gallery.plots.items()}
+    if module not in plots:
+        raise CallError(f"no plot {module!r}{hint(module, plots)}", module_at)
+    plot = plots[module]
+    name, name_at = rest[0] if rest else ("", module_at)
+    if name not in plot.numbers or len(rest) != 1:
+        raise CallError(f"plots.{module} gives no {name!r}{hint(name, plot.numbers)}", name_at)
+    try:
+        result = gallery.result(plot)
+    except Exception as error:  # a plot's own mistake
+        raise CallError(f"the plot cannot be computed: {type(error).__name__}: {error}", 0) from error
+    return _number(plot.numbers[name], call, result)
+
+
+class Values:
+    """Evaluated calls, those of each package remembered for one state of its code; a plot keeps its own."""
+
+    def __init__(self, cache: Path, codes: Mapping[str, str], gallery: Gallery) -> None:
+        self._known = {name: Remembered(cache, f"values {name} {code}", SPARE) for name, code in codes.items()}
+        self._gallery = gallery
+
+    def value(self, call: Call) -> int | float:
+        """The call's number. Raises CallError."""
+        package = call.names[0][0]
+        if package == "plots":
+            return of_plot(call, self._gallery)
+        found: int | float = self._known[package].answer(call.text, partial(evaluate, call))
+        return found
+
+    def keep(self) -> None:
+        """Write down what is new."""
+        for known in self._known.values():
+            known.keep()
+
+
+def printed(value: int | float, spec: str = "") -> str:
+    """A number as the site prints it: true minus sign, no negative zero, powers of ten written out.
+
+    Raises ValueError for a format that is none.
+    """
+    text = format(value, spec or ("d" if isinstance(value, int) else ".6g"))
+    mantissa, e, exponent = text.partition("e")
+    if re.fullmatch(r"-[0.,]*%?", mantissa):
+        mantissa = mantissa[1:]
+    power = f"·10{str(int(exponent)).translate(SUPERSCRIPT)}" if e else ""
+    return mantissa.replace("-", "−") + power

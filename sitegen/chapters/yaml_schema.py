@@ -1,0 +1,153 @@
+"""YAML that authors write, read against a small schema, every fault with the line and column of the thing itself."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from datetime import date
+from typing import Any
+
+import yaml
+
+from sitegen.chapters.yaml_faults import Loader, cause
+from sitegen.problems import Place, Problems, hint
+
+Path = tuple[str | int, ...]
+
+
+@dataclass(frozen=True)
+class Field:
+    """What one key may hold: `expects` says it in words, `accepts` knows a good value, `default` is for none."""
+
+    expects: str
+    accepts: Callable[[Any], bool]
+    required: bool = False
+    default: Any = None
+
+
+def text(required: bool = False, default: str = "") -> Field:
+    """A text."""
+    return Field("a text", lambda v: isinstance(v, str) and bool(v.strip()), required, default)
+
+
+def texts() -> Field:
+    """A list of texts."""
+    return Field(
+        "a list of texts", lambda v: isinstance(v, list) and all(isinstance(t, str) and t for t in v), False, []
+    )
+
+
+def flag() -> Field:
+    """true or false."""
+    return Field("true or false", lambda v: isinstance(v, bool), False, False)
+
+
+def year(required: bool = False) -> Field:
+    """A year."""
+    return Field("a year", lambda v: isinstance(v, int) and not isinstance(v, bool) and 1000 <= v <= 2999, required)
+
+
+@dataclass(frozen=True)
+class Yaml:
+    """Read data with the place of every key and list item, by its path; `texts`: where each text's first letter is."""
+
+    data: Any
+    places: Mapping[Path, Place]
+    root: Place
+    texts: Mapping[Path, Place] = dataclasses.field(default_factory=dict)
+
+    def at(self, *path: str | int) -> Place:
+        """The place of a key or item, or of the nearest thing around it."""
+        while path:
+            if path in self.places:
+                return self.places[path]
+            path = path[:-1]
+        return self.root
+
+    def text_at(self, *path: str | int) -> Place:
+        """The place of a text's first letter. Lines of a text after `|` lie below each other from there."""
+        return self.texts.get(path) or self.at(*path)
+
+
+def read(source: str, path: str, problems: Problems, first_line: int = 1) -> Yaml | None:
+    """Parsed YAML; None, and a problem, where it is none."""
+    places: dict[Path, Place] = {}
+    texts: dict[Path, Place] = {}
+    try:
+        loader = Loader(source)
+        try:
+            node = loader.get_single_node()
+            if node is not None:
+                _collect(node, (), places, path, first_line, problems)
+                _find_texts(node, (), texts, source.split("\n"), Place(path, first_line, 1))
+            data = None if node is None else loader.construct_document(node)
+            return Yaml(data, places, Place(path, first_line, 1), texts)
+        finally:
+            loader.dispose()
+    except yaml.MarkedYAMLError as error:
+        place = Place(path, first_line, 1)
+        line, column, said = cause(source, error)
+        problems.add(Place(path, place.line + line, place.column + column), f"not YAML: {said}")
+    # Without a mark come a control character, a 31st of February, a list that holds itself.
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        problems.add(Place(path, first_line, 1), f"not YAML: {str(error).splitlines()[0]}")
+    problems.unread.add(path)
+    return None
+
+
+def _collect(node: Any, at: Path, places: dict[Path, Place], path: str, first: int, problems: Problems) -> None:
+    if isinstance(node, yaml.MappingNode):
+        for key, value in node.value:
+            if not isinstance(key, yaml.ScalarNode):
+                continue  # no key of ours; the loader says so, or it is unknown
+            here = Place(path, first + key.start_mark.line, key.start_mark.column + 1)
+            if (*at, key.value) in places:
+                problems.add(here, f"{key.value!r} stands twice")
+            places[(*at, key.value)] = here
+            _collect(value, (*at, key.value), places, path, first, problems)
+    elif isinstance(node, yaml.SequenceNode):
+        for i, item in enumerate(node.value):
+            places[(*at, i)] = Place(path, first + item.start_mark.line, item.start_mark.column + 1)
+            _collect(item, (*at, i), places, path, first, problems)
+
+
+def _find_texts(node: Any, at: Path, texts: dict[Path, Place], lines: list[str], root: Place) -> None:
+    """Where texts begin: after a quote, or below the sign of a text of several lines, behind its indentation."""
+    if isinstance(node, yaml.MappingNode):
+        for key, value in node.value:
+            _find_texts(value, (*at, key.value) if isinstance(key, yaml.ScalarNode) else at, texts, lines, root)
+    elif isinstance(node, yaml.SequenceNode):
+        for i, item in enumerate(node.value):
+            _find_texts(item, (*at, i), texts, lines, root)
+    else:
+        line, column = node.start_mark.line, node.start_mark.column + (node.style in ("'", '"'))
+        if node.style in ("|", ">"):
+            line += 1
+            written = next((each for each in lines[line:] if each.strip()), "")
+            column = len(written) - len(written.lstrip())
+        texts[at] = Place(root.path, root.line + line, column + 1)
+
+
+def validated(document: Yaml, fields: Mapping[str, Field], problems: Problems, *at: str | int) -> dict[str, Any]:
+    """The mapping at a path with defaults filled in; unknown, missing and wrong keys go to `problems`."""
+    given = document.data
+    for step in at:
+        given = given[step]
+    result = {name: field.default for name, field in fields.items()}
+    if not isinstance(given, dict):
+        problems.add(document.at(*at), "a mapping of names to values is expected")
+        return result
+    for name, value in given.items():
+        if name not in fields:
+            problems.add(document.at(*at, name), f"no key {str(name)!r}{hint(str(name), fields)}")
+        elif not fields[name].accepts(value):
+            quoted = isinstance(value, (int, float, date)) and fields[name].accepts(str(value))
+            more = f"; in quotes it is one: {name}: \"{value}\"" if quoted else ""
+            problems.add(document.at(*at, name), f"{name}: {fields[name].expects} is expected, not {value!r}{more}")
+        else:
+            result[name] = value
+    for name, field in fields.items():
+        if field.required and name not in given:
+            problems.add(document.at(*at), f"{name} is missing: {field.expects}")
+    return result

@@ -1,0 +1,1 @@
+"""What a built site is held to, and the browsers that it is read with."""

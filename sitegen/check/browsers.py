@@ -1,0 +1,195 @@
+"""Browsers to drive: the one that is named, one that the machine has, or one that is installed for it."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from playwright.sync_api import Error, sync_playwright
+
+from sitegen.check import webkit
+
+# Headless in a container, and no requests of the browser's own.
+FLAGS = (
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+)
+INSTALL_SECONDS = 900.0
+
+
+class BrowserMissing(RuntimeError):
+    """No browser could be found or installed; the message says what was tried."""
+
+
+def run_fault(command: list[str]) -> str:
+    """Run an installer, or a program to see that it starts; what went wrong, or nothing."""
+    env = {**os.environ, "DEBIAN_FRONTEND": "noninteractive"}
+    try:
+        done = subprocess.run(
+            command,
+            env=env,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            errors="replace",
+            timeout=INSTALL_SECONDS,
+            check=False,
+        )
+    except (OSError, subprocess.TimeoutExpired) as error:
+        return str(error)
+    said = (done.stdout + done.stderr).strip().splitlines()
+    return "" if done.returncode == 0 else f"ended with code {done.returncode}: {' | '.join(said[-3:])}"
+
+
+def chromium_fault(path: Path) -> str:
+    """Why this Chromium does not start; nothing when it does."""
+    try:
+        with sync_playwright() as playwright:
+            browser = playwright.chromium.launch(executable_path=path, args=FLAGS)
+            browser.new_page().goto("about:blank")
+            browser.close()
+    except Error as error:
+        return str(error).strip().splitlines()[0]
+    return ""
+
+
+def firefox_fault(path: Path) -> str:
+    """Why this Firefox does not start; nothing when it does."""
+    return run_fault([str(path), "--version"])
+
+
+@dataclass(frozen=True)
+class Engine:
+    """How one of the engines is come by.
+
+    named: variables that may hold its path. programs: what it is called on the PATH. places: where else it may be, with
+    variables in braces. packages: Debian's. fault: why a program is none that starts.
+    """
+
+    title: str
+    named: tuple[str, ...]
+    programs: tuple[str, ...]
+    places: tuple[str, ...]
+    packages: tuple[str, ...]
+    fault: Callable[[Path], str]
+
+
+ENGINES = {
+    "chromium": Engine(
+        "Chromium",
+        ("CHROMIUM", "LADDER_CHROMIUM"),
+        ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "microsoft-edge", "msedge"),
+        (
+            "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
+            "/Applications/Chromium.app/Contents/MacOS/Chromium",
+            "/Applications/Microsoft Edge.app/Contents/MacOS/Microsoft Edge",
+            "{ProgramFiles}/Google/Chrome/Application/chrome.exe",
+            "{ProgramFiles(x86)}/Google/Chrome/Application/chrome.exe",
+            "{LOCALAPPDATA}/Google/Chrome/Application/chrome.exe",
+            "{ProgramFiles(x86)}/Microsoft/Edge/Application/msedge.exe",
+        ),
+        ("chromium",),
+        chromium_fault,
+    ),
+    "firefox": Engine(
+        "Firefox",
+        ("FIREFOX", "LADDER_FIREFOX"),
+        ("firefox-esr", "firefox"),
+        ("/Applications/Firefox.app/Contents/MacOS/firefox", "{ProgramFiles}/Mozilla Firefox/firefox.exe"),
+        ("firefox-esr",),
+        firefox_fault,
+    ),
+    "webkit": Engine(
+        "WebKitGTK driver",
+        ("WEBKIT_DRIVER", "LADDER_WEBKIT"),
+        ("WebKitWebDriver",),
+        (),
+        ("webkit2gtk-driver", "xvfb"),
+        webkit.fault,
+    ),
+}
+
+
+def chromium(given: Path | None = None) -> Path:
+    """A Chromium that starts; as `found`."""
+    return found("chromium", given)
+
+
+def found(name: str, given: Path | None = None) -> Path:
+    """The program of an engine. What is given, or named by a variable, must do; else the first of the others that does.
+
+    Raises BrowserMissing with everything that was tried.
+    """
+    engine = ENGINES.get(name)
+    if not engine:
+        raise BrowserMissing(f"no engine {name!r}; there are {', '.join(ENGINES)}")
+    named = [(f"{each}={os.environ[each]}", Path(os.environ[each])) for each in engine.named if os.environ.get(each)]
+    insisted = [(f"--browser-path {given}", given)] if given else named[:1]
+    tried: list[str] = []
+    for how, path in insisted or found_or_installed(engine, tried):
+        fault = engine.fault(path)
+        if not fault:
+            return path
+        tried.append(f"{how}: {fault}")
+    raise BrowserMissing(
+        f"no {engine.title} to test with. Tried:\n"
+        + "".join(f"  {line}\n" for line in tried)
+        + f"Name one with {'--browser-path or ' if name == 'chromium' else ''}the variable {engine.named[0]}."
+    )
+
+
+def found_or_installed(engine: Engine, tried: list[str]) -> Iterator[tuple[str, Path]]:
+    """Candidates and how they were come by; installs only when asked for more. What led to none is added to `tried`."""
+    programs = [path for name in engine.programs if (path := shutil.which(name))]
+    places = [path for place in engine.places if (path := _filled(place)) and Path(path).is_file()]
+    if not programs and not places:
+        tried.append(f"the PATH: none of {', '.join(engine.programs)}")
+    yield from ((path, Path(path)) for path in [*programs, *places])
+    own = playwrights_own()
+    if engine is ENGINES["chromium"] and own.is_file():
+        yield "Playwright's own", own
+    for how, command in installers(engine):
+        print(f"no {engine.title} yet: {how}", file=sys.stderr, flush=True)
+        fault = run_fault(command)
+        if fault:
+            tried.append(f"{how}: {fault}")
+            continue
+        program = shutil.which(engine.programs[0]) if command[0] == "apt-get" else str(own)
+        if program:
+            yield how, Path(program)
+
+
+def _filled(place: str) -> str:
+    try:
+        return place.format_map(os.environ)
+    except KeyError:
+        return ""
+
+
+def playwrights_own() -> Path:
+    """Where Playwright keeps the Chromium that it installs, whether it is there or not."""
+    with sync_playwright() as playwright:
+        return Path(playwright.chromium.executable_path)
+
+
+def installers(engine: Engine) -> Iterator[tuple[str, list[str]]]:
+    """What may bring an engine, in the order to try."""
+    if engine is ENGINES["chromium"]:
+        yield "playwright install chromium", [sys.executable, "-P", "-m", "playwright", "install", "chromium"]
+    if hasattr(os, "geteuid") and os.geteuid() == 0 and shutil.which("apt-get"):
+        yield "apt-get update", ["apt-get", "update"]
+        packages = engine.packages
+        yield (
+            f"apt-get install {' '.join(packages)}",
+            ["apt-get", "install", "--yes", "--no-install-recommends", *packages],
+        )

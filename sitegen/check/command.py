@@ -1,0 +1,65 @@
+"""`check` and `build --strict`: build, check, and say what came of it."""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from sitegen.cache.files import cache_dir
+from sitegen.check.html import Page, read_pages
+from sitegen.check.rules import check_pages
+from sitegen.check.sizes import page_weight, runtime_weight
+from sitegen.pipeline.attempt import attempt, tell
+from sitegen.progress import shown
+
+
+def summary(pages: dict[str, Page]) -> str:
+    """The sizes, for reading."""
+    heaviest = max(map(page_weight, pages.values()), key=lambda weight: weight.total)
+    runtime = max(map(runtime_weight, pages.values()), key=lambda weight: weight.total)
+    return (
+        f"{len(pages)} pages; the heaviest, {heaviest.page}, has {heaviest.total / 1000:.0f} kB compressed, "
+        f"the runtime {runtime.total / 1e6:.2f} MB"
+    )
+
+
+def publish_and_check(root: Path, dest: Path) -> int:
+    """A strict build into `dest`, then every check of it. The exit code is 1 when there is something to mend."""
+    with shown() as progress:
+        outcome = attempt(root, dest, strict=True, progress=progress)
+    tell(outcome)
+    if not outcome.good:
+        return 1
+    pages = read_pages(dest)
+    problems = check_pages(dest, pages, cache_dir())
+    for problem in problems:
+        print(problem, file=sys.stderr)
+    print(f"{len(problems)} problems" if problems else f"no problems; {summary(pages)}", flush=True)
+    return 1 if problems else 0
+
+
+def prove_sweep(root: Path, *, anew: bool = False) -> int:
+    """Say which results of the sweep are stale, and run a sample of the others again, also one that has been proved
+    before where `anew` says so. The exit code is 1 for wrong."""
+    from sitegen.experiments.sweep_verify import standing
+
+    found = standing(root, cache=None if anew else cache_dir())
+    for problem in found.stale:
+        print(f"{problem} (note)", file=sys.stderr)
+    for problem in found.wrong:
+        print(problem, file=sys.stderr)
+    again = "made again" if found.ran else "made again on this machine with the same code"
+    print(f"the sweep: {found.proved} runs {again} end as its files say", flush=True)
+    return 1 if found.wrong else 0
+
+
+def check_command(root: Path) -> int:
+    """Build strictly into a temporary folder and check that; site/ stays as it is. Then prove the sweep's files."""
+    began = time.monotonic()
+    with tempfile.TemporaryDirectory(prefix="ladder-check-") as folder:
+        code = publish_and_check(root, Path(folder) / "site")
+    code = max(code, prove_sweep(root))
+    print(f"checked in {time.monotonic() - began:.1f} s", flush=True)
+    return code

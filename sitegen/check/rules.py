@@ -1,0 +1,234 @@
+"""`check`: what can be wrong with a built site, however it was built: rules that yield problems, told all at once."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+
+import html5lib
+from html5lib.constants import E as HTML_ERRORS
+
+from sitegen.assets.hosting import source_of
+from sitegen.cache.files import cache_dir
+from sitegen.cache.memo import Remembered
+from sitegen.check.html import Element, Page, css_addresses, inside, is_foreign, read_pages
+from sitegen.check.sizes import PAGE_LIMIT, RUNTIME_LIMIT, page_weight, runtime_weight
+from sitegen.problems import Problem, hint
+
+FORMAT = "1"  # of what is remembered of pages; raised when the reading changes
+SHOWN = "site"  # how problems name the site, wherever it was built
+POINTING = ("aria-controls", "aria-describedby", "aria-details", "aria-labelledby", "aria-owns", "for", "list")
+DATA_SCRIPTS = ("application/json", "application/ld+json")
+UNSAFE = re.compile(r"'unsafe-[\w-]+'")
+BY_CONTENT = ("assets/", "images/", "runtime/", "tapes/")  # as the service worker and the hosts' headers have it
+# An address in a script's string; a namespace is a name and never asked for.
+SCRIPT_ADDRESS = re.compile(r"""["'`](?:(?:https?|wss?):)?//(?!www\.w3\.org/)[\w.-]+\.\w+""")
+
+
+def check_site(site: Path, cache: Path | None = None) -> list[Problem]:
+    """All problems of a built site, in order."""
+    return check_pages(site, read_pages(site), cache or cache_dir())
+
+
+def check_pages(site: Path, pages: dict[str, Page], cache: Path) -> list[Problem]:
+    """All problems of a built site whose pages are read, in order."""
+    found = html_faults(pages, cache)
+    for page in pages.values():
+        for rule in RULES:
+            found += rule(page, pages)
+    found += [*styles_and_scripts_stay_home(site), *names_are_ascii(site, pages), *is_light(pages)]
+    return sorted(set(found))
+
+
+def at(page: Page, element: Element, message: str) -> Problem:
+    """A problem at an element."""
+    return Problem(f"{SHOWN}/{page.name}", element.line, element.column, message)
+
+
+def html_faults(pages: dict[str, Page], cache: Path) -> list[Problem]:
+    """The pages parse without an error by the HTML standard's own algorithm; what was found of a page is remembered."""
+    known = Remembered(cache, f"html-{FORMAT}-{html5lib.__version__}")
+    found = {name: known.answer(page.source, partial(html_errors, page.source)) for name, page in pages.items()}
+    known.keep()
+    return [Problem(f"{SHOWN}/{name}", *fault) for name, faults in found.items() for fault in faults]
+
+
+def html_errors(source: str) -> list[tuple[int, int, str]]:
+    """Line, column and words of every error in a page."""
+    parser = html5lib.HTMLParser(strict=False)
+    parser.parse(source)
+    errors = [(place, HTML_ERRORS.get(code, code), values) for place, code, values in parser.errors]
+    return [(line, column, f"HTML: {said % values if values else said}") for (line, column), said, values in errors]
+
+
+def ids_are_unique(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
+    """No id stands twice, and what points at an id of the page finds it."""
+    for name, elements in page.ids.items():
+        for element in elements[1:]:
+            yield at(page, element, f"the id {name!r} stands here again; first in line {elements[0].line}")
+    for element in page.elements:
+        for attribute in POINTING:
+            for name in element.get(attribute).split():
+                if name not in page.ids:
+                    yield at(page, element, f"{attribute}: no id {name!r} on this page{hint(name, page.ids)}")
+
+
+def links_lead_somewhere(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
+    """Every file and anchor of the site that is linked, loaded or redirected to is there; nothing foreign is loaded."""
+    for element in page.elements:
+        for address in element.loads:
+            if is_foreign(address):
+                yield at(page, element, f"{address}: a page loads nothing from another origin")
+        here = [*element.loads, *element.links]
+        here += [element.get("data-tape")] if element.get("data-tape") else []
+        if element.tag == "body" and element.get("data-runtime"):
+            files = json.loads(element.get("data-runtime-files") or "[]")
+            here += [element.get("data-runtime") + file["name"] for file in files]
+        for address in here:
+            if fault := address_fault(address, page, pages):
+                yield at(page, element, f"{address}: {fault}")
+
+
+def address_fault(address: str, page: Page, pages: dict[str, Page]) -> str:
+    """What is wrong with an address on a page; "" for a good or a foreign one."""
+    if address.lower().startswith("javascript:"):
+        return "the policy blocks it"
+    target = inside(address, page.name)
+    if target is None:
+        return ""
+    file, fragment = target
+    if not address:
+        return "an empty address"
+    if file.startswith(("/", "..")):
+        return "leads out of the site: addresses are relative, since the site may lie in any folder"
+    if not (page.site / file).is_file():
+        return f"there is no {file}{hint(file, pages)}"
+    anchor = fragment.partition("?")[0]  # behind the question mark stands a figure's state
+    if anchor and anchor != "top" and file in pages and anchor not in pages[file].ids:
+        return f"{file} has no anchor {anchor!r}{hint(anchor, pages[file].ids)}"
+    return ""
+
+
+def policy_holds(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
+    """The page states its Content-Security-Policy and holds nothing that the policy would block."""
+    policies = [e for e in page.elements if e.get("http-equiv").lower() == "content-security-policy"]
+    if not policies:
+        yield Problem(f"{SHOWN}/{page.name}", 1, 1, "no Content-Security-Policy")
+    for policy in policies:
+        for word in UNSAFE.findall(policy.get("content")):
+            yield at(page, policy, f"the policy allows {word}")
+    for element, text in page.inline:
+        allowed = all(source_of(text) in policy.get("content") for policy in policies)
+        if not allowed and (element.tag == "style" or element.get("type") not in DATA_SCRIPTS):
+            yield at(page, element, f"an inline <{element.tag}>: the policy blocks it")
+    for element in page.elements:
+        for name in element.attributes:
+            if name == "style" or name.startswith("on"):
+                yield at(page, element, f"the attribute {name!r} on <{element.tag}>: the policy blocks it")
+
+
+def images_have_words(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
+    """Images say what they show, or that they show nothing (alt="")."""
+    for element in page.elements:
+        if element.tag == "img" and "alt" not in element.attributes:
+            yield at(page, element, f"{element.get('src')}: an image without alt")
+        if element.get("role") == "img" and not (element.get("aria-label") or element.get("aria-labelledby")):
+            yield at(page, element, f"<{element.tag} role=img> without aria-label or aria-labelledby")
+
+
+def things_have_names(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
+    """Links, buttons, labels and headings hold words, or are named by an attribute."""
+    for element, text in page.texts:
+        named = text or any(element.get(name) for name in ("aria-label", "aria-labelledby", "title"))
+        hidden = element.get("aria-hidden") == "true" or (element.tag == "a" and "href" not in element.attributes)
+        if not named and not hidden:
+            yield at(page, element, f"an empty <{element.tag}>")
+
+
+def headings_go_down_by_one(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
+    """One first-level heading, before all others; below it no level is left out."""
+    headings = [element for element in page.elements if re.fullmatch("h[1-6]", element.tag)]
+    before = 0
+    for element in headings:
+        level = int(element.tag[1])
+        if level == 1 and before:
+            yield at(page, element, "a second <h1>")
+        elif level > before + 1:
+            yield at(page, element, f"<h{level}> where <h{before + 1}> is the next level")
+        before = level
+
+
+def loaded_files_are_named_by_content(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
+    """What a page loads lies where names hold a hash: it gets the files of its own build, or none."""
+    for element in page.elements:
+        for address in [*element.loads, *([element.get("data-tape")] if element.get("data-tape") else [])]:
+            target = inside(address, page.name)
+            if target and target[0] != page.name and not target[0].startswith(BY_CONTENT):
+                yield at(page, element, f"{address}: loaded from outside of {', '.join(BY_CONTENT)}")
+
+
+RULES = (
+    ids_are_unique,
+    links_lead_somewhere,
+    policy_holds,
+    images_have_words,
+    things_have_names,
+    headings_go_down_by_one,
+    loaded_files_are_named_by_content,
+)
+
+
+def styles_and_scripts_stay_home(site: Path) -> Iterator[Problem]:
+    """Style sheets load what is there, scripts name no other origin; the runtime, others' code, is not read."""
+    for path in sorted(site.rglob("*")):
+        name = path.relative_to(site).as_posix()
+        if name.startswith("runtime/") or path.suffix not in (".css", ".js", ".mjs"):
+            continue
+        text = path.read_text("utf-8")
+        if path.suffix == ".css":
+            for address, offset in css_addresses(text):
+                target = None if is_foreign(address) else inside(address, name)
+                if is_foreign(address):
+                    yield _in_text(name, text, offset, f"{address}: a page loads nothing from another origin")
+                elif target and not (site / target[0]).is_file():
+                    yield _in_text(name, text, offset, f"{address}: there is no {target[0]}")
+        else:
+            for match in SCRIPT_ADDRESS.finditer(text):
+                message = f"{match.group()[1:]}: a script names another origin"
+                yield _in_text(name, text, match.start(), message)
+
+
+def _in_text(name: str, text: str, offset: int, message: str) -> Problem:
+    before = text[:offset]
+    return Problem(f"{SHOWN}/{name}", before.count("\n") + 1, offset - before.rfind("\n"), message)
+
+
+def names_are_ascii(site: Path, pages: dict[str, Page]) -> Iterator[Problem]:
+    """File names and ids are plain ASCII, so that addresses read the same everywhere."""
+    for path in sorted(site.rglob("*")):
+        name = path.relative_to(site).as_posix()
+        if not re.fullmatch(r"[A-Za-z0-9._/+-]+", name):
+            yield Problem(f"{SHOWN}/{name}", 0, 0, "a file name beyond ASCII letters, digits and .-_+")
+    for page in pages.values():
+        for name, elements in page.ids.items():
+            if not name.isascii() or not name or " " in name:
+                yield at(page, elements[0], f"the id {name!r} is not plain ASCII")
+
+
+def is_light(pages: dict[str, Page]) -> Iterator[Problem]:
+    """The heaviest page and the runtime stay within their limits (gzip -9)."""
+    for page in pages.values():
+        weight = page_weight(page)
+        if weight.total > PAGE_LIMIT:
+            most = ", ".join(f"{n} {s // 1000}" for n, s in sorted(weight.parts.items(), key=lambda p: -p[1])[:4])
+            message = f"{weight.total / 1000:.0f} kB compressed, more than {PAGE_LIMIT / 1000:.0f} kB"
+            yield Problem(f"{SHOWN}/{page.name}", 0, 0, f"{message} (most, in kB: {most})")
+    runtimes = {tuple(sorted(weight.parts.items())): weight for weight in map(runtime_weight, pages.values())}
+    for weight in runtimes.values():
+        if weight.total > RUNTIME_LIMIT:
+            message = f"its runtime has {weight.total / 1e6:.2f} MB compressed, more than {RUNTIME_LIMIT / 1e6:.1f} MB"
+            yield Problem(f"{SHOWN}/{weight.page}", 0, 0, message)
+

@@ -1,0 +1,45 @@
+"""The pages' scripts as `test` checks them: by TypeScript's compiler, which reads their JSDoc types, and by ESLint."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+from sitegen.assets.bundle import read_files
+from sitegen.external import fetch
+from sitegen.external.node import environment, node_command, run_node
+from sitegen.problems import Problem, Problems
+
+LINT = Path(__file__).with_name("lint.mjs")
+PROJECTS = ("templates/assets/js", "templates/assets")  # the page's own, and those of its workers
+
+
+def script_types(root: Path) -> int:
+    """Check the types of the page's scripts and of its workers. The exit code is 1 where tsc has something to say."""
+    compiler = fetch.gather(["typescript"])["typescript/lib/_tsc.js"]
+    codes = []
+    for project in PROJECTS:
+        command = node_command(compiler, "--project", root / project, "--pretty", "false")
+        codes.append(subprocess.run(command, cwd=root, env=environment(), check=False).returncode)
+    return 1 if any(codes) else 0
+
+
+def script_lint(root: Path) -> int:
+    """Lint all scripts that a page or a preview gets. The exit code is 1 where there is something to mend."""
+    found = lint_problems(root)
+    for problem in found:
+        print(problem, file=sys.stderr)
+    return 1 if found else 0
+
+
+def lint_problems(root: Path) -> list[Problem]:
+    """What ESLint has to say, in order."""
+    problems = Problems()
+    files: dict[str, str] = {}
+    for folder, pattern in (("templates", "*.js"), ("templates", "*.mjs"), ("sitegen", "*.js"), ("sitegen", "*.mjs")):
+        files |= read_files(root, folder, pattern, problems)
+    library = fetch.gather(["eslint"])["eslint/linter.mjs"]
+    answer = run_node(LINT, {"library": str(library), "files": files}, timeout=120)
+    found = [Problem(each["path"], each["line"], each["column"], each["message"]) for each in answer]
+    return sorted([*problems.found, *found])

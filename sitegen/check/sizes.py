@@ -1,0 +1,70 @@
+"""What a reader loads, in bytes by gzip -9."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+from sitegen.cache.files import cache_dir
+from sitegen.cache.packing import gzipped as packed
+from sitegen.check.html import Page, css_addresses, inside, is_foreign
+
+PAGE_LIMIT = 300_000  # the heaviest page, with its fonts; tapes and the runtime load beside it
+RUNTIME_LIMIT = 7_500_000
+
+
+@dataclass(frozen=True)
+class Weight:
+    """A page's files and their compressed sizes in bytes, the page itself among them."""
+
+    page: str
+    parts: Mapping[str, int]
+
+    @property
+    def total(self) -> int:
+        """All of them."""
+        return sum(self.parts.values())
+
+
+@lru_cache(maxsize=4096)
+def _gzipped(path: Path, changed: int) -> int:
+    return len(packed(path.read_bytes(), cache_dir()))
+
+
+def gzipped(path: Path) -> int:
+    """A file's size by gzip -9; what is gzip already stays as it is."""
+    return _gzipped(path, path.stat().st_mtime_ns)
+
+
+def page_weight(page: Page) -> Weight:
+    """The page and all that its elements and their style sheets load."""
+    wanted = [page.name]
+    for element in page.elements:
+        wanted += [target[0] for address in element.loads if (target := inside(address, page.name))]
+    parts: dict[str, int] = {}
+    while wanted:
+        name = wanted.pop()
+        path = page.site / name
+        if name in parts or not path.is_file():
+            continue
+        parts[name] = gzipped(path)
+        if path.suffix == ".css":
+            addresses = [address for address, _ in css_addresses(path.read_text("utf-8"))]
+            wanted += [target[0] for a in addresses if not is_foreign(a) and (target := inside(a, name))]
+    return Weight(page.name, parts)
+
+
+def runtime_weight(page: Page) -> Weight:
+    """What the page's worker loads to bring Python up, as its body says; nothing where it says nothing."""
+    parts: dict[str, int] = {}
+    for element in page.elements:
+        if element.tag == "body" and element.get("data-runtime"):
+            folder = element.get("data-runtime")
+            for file in json.loads(element.get("data-runtime-files") or "[]"):
+                target = inside(folder + file["name"], page.name)
+                if target and (page.site / target[0]).is_file():
+                    parts[target[0]] = gzipped(page.site / target[0])
+    return Weight(page.name, parts)

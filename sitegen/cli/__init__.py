@@ -1,0 +1,1 @@
+"""The commands of build.py, and the environment that they run in."""

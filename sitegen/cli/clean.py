@@ -1,0 +1,63 @@
+"""Removes what the other commands made. Standard library only, and outside .venv, which may be among it."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+from sitegen.cli import environment
+
+CACHES = (".mypy_cache", ".pytest_cache", ".ruff_cache", ".hypothesis", "build")
+SOURCES = ("sitegen", "solvers", "widgets", "tests")
+
+
+def clean(root: Path, *, everything: bool = False) -> int:
+    """Empty site/ (but for its .gitignore) and remove the caches; `everything`: also .venv and the user's cache. The
+    exit code is 1 where something cannot be removed, which is told; the rest is."""
+    gone = [path for path in sorted((root / "site").glob("*")) if path.name != ".gitignore"]
+    gone += [root / name for name in CACHES]
+    gone += [root / "__pycache__", *root.glob("*.egg-info"), *root.glob(".site-*")]  # the last: builds cut off
+    gone += [path for name in SOURCES for path in (root / name).rglob("__pycache__")]
+    code = 0
+    if everything:
+        if environment.is_inside(root):
+            print("clean --all cannot remove the .venv that it runs in: use the machine's own python3", file=sys.stderr)
+            return 2
+        named = os.environ.get("LADDER_CACHE")
+        cache = None if named else user_cache(root)
+        if named:  # whoever named it may keep other things there
+            print(f"{named} is a folder that LADDER_CACHE names; it stays", file=sys.stderr)
+        elif cache is None:
+            print("without a working .venv it is not known where the user's cache lies; it stays", file=sys.stderr)
+            code = 1
+        else:
+            gone.append(cache)
+        gone.append(environment.folder(root))
+    for path in gone:
+        shown = path.relative_to(root) if path.is_relative_to(root) else path
+        try:
+            if path.is_dir() and not path.is_symlink():
+                shutil.rmtree(path)
+            elif path.exists() or path.is_symlink():
+                path.unlink()
+            else:
+                continue
+        except OSError as error:
+            print(f"clean: {shown} cannot be removed: {error.strerror or error}", file=sys.stderr)
+            code = 1
+            continue
+        print(f"removed {shown}")
+    return code
+
+
+def user_cache(root: Path) -> Path | None:
+    """The folder that builds cache in, asked of the environment; None where that cannot say."""
+    if not environment.python(root).is_file():
+        return None
+    asks = "from sitegen.cache.files import cache_dir; print(cache_dir())"
+    command = [str(environment.python(root)), "-c", asks]
+    done = subprocess.run(command, cwd=root, capture_output=True, text=True, encoding="utf-8", check=False)
+    return Path(done.stdout.strip()) if done.returncode == 0 and done.stdout.strip() else None

@@ -1,0 +1,212 @@
+"""The commands: what they are called, what they accept, and where each one's work is done.
+
+Standard library only at module level: `--help` and mistakes are answered before .venv stands.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+Arguments = argparse.Namespace
+TO_PYTEST = "pytest: files, or -k NAME for what is called so, run these tests alone, after what they need"
+
+
+@dataclass(frozen=True)
+class Command:
+    """One command: a line for the help, its options, its work (root and arguments in, exit code out)."""
+
+    help: str
+    options: Callable[[argparse.ArgumentParser], None]
+    run: Callable[[Path, Arguments], int]
+    needs_venv: bool = True
+    passes_on: str = ""  # where further arguments go; empty where there may be none
+
+
+def _none(parser: argparse.ArgumentParser) -> None:
+    """No options."""
+
+
+def _serve_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--host", default="127.0.0.1", help="address to listen on (default: this machine only)")
+    parser.add_argument("--port", type=int, default=8000, help="the port, or the next free one (default: %(default)s)")
+    parser.add_argument("--no-open", action="store_true", help="do not open the browser")
+    parser.add_argument(
+        "--offline-check", action="store_true", help="visit, stop the server, try every page and figure; then end"
+    )
+
+
+def _test_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--browser-path", type=Path, help="the Chromium to use (otherwise found, or installed)")
+    parser.add_argument(
+        "--engines",
+        nargs="?",
+        default="",
+        const="chromium,firefox,webkit",
+        metavar="NAMES",
+        help="only what is tested on every engine, on these (with commas; without names: %(const)s)",
+    )
+    parser.add_argument(
+        "--pythons",
+        action="store_true",
+        help="only the build and the solvers' tests, with every other Python of this machine that is new enough",
+    )
+    parser.add_argument(
+        "--hostile", action="store_true", help="only thousands of hostile calls, in minutes; --hostile-calls N of each"
+    )
+
+
+def _bench_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--browser-path", type=Path, help="the Chromium to use (otherwise found, or installed)")
+    parser.add_argument("--only", default="", help="groups to measure, with commas (default: all)")
+    parser.add_argument("--out", type=Path, default=Path("bench.json"), help="where numbers go (default: bench.json)")
+    parser.add_argument("--keep", action="store_true", help="put the table into the docs, headlines into the README")
+
+
+def _sweep_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--processes", type=int, default=0, help="how many at once (default: one for each core)")
+    parser.add_argument("--scheduler", default="", metavar="ADDRESS", help="a Dask cluster to run on instead")
+    parser.add_argument("--only", default="", help="sweeps to run, with commas: table,basins,curves (default: all)")
+    parser.add_argument("--methods", default="", help="contestants to run, with commas (default: all)")
+
+
+def _train_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--check", action="store_true", help="train anew from another seed, note its study in the log, and compare"
+    )
+
+
+def _new_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("kind", choices=("chapter", "figure"))
+    parser.add_argument("name", help="small letters, digits and hyphens: the chapter's page, the figure's widget")
+    parser.add_argument("--title", default="", help="its title (default: the name in words)")
+
+
+def _publish_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("where", metavar="DEST", help="a folder, or git+REPOSITORY#BRANCH (branch: gh-pages)")
+    parser.add_argument("--force", action="store_true", help="also among, and over, files that no publish put there")
+
+
+def _clean_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--all", action="store_true", help="also .venv and the user's cache of outside files")
+
+
+def _build(root: Path, asked: Arguments) -> int:
+    from sitegen.pipeline.attempt import build_command
+
+    return build_command(root)
+
+
+def _serve(root: Path, asked: Arguments) -> int:
+    if asked.offline_check:
+        from sitegen.check.offline import offline_check
+
+        return offline_check(root)
+    from sitegen.serve.live import serve
+
+    return serve(root, asked.host, asked.port, opens=not asked.no_open)
+
+
+def _check(root: Path, asked: Arguments) -> int:
+    from sitegen.check.command import check_command
+
+    return check_command(root)
+
+
+def _test(root: Path, asked: Arguments) -> int:
+    if asked.pythons:
+        from sitegen.cli.pythons import test_pythons
+
+        return test_pythons(root)
+    from sitegen.cli.run_tests import hostile, test
+
+    if asked.hostile:
+        return hostile(root, asked.further)
+    return test(root, [name for name in asked.engines.split(",") if name], asked.browser_path, asked.further)
+
+
+def _bench(root: Path, asked: Arguments) -> int:
+    from sitegen.bench.run import bench
+
+    return bench(root, asked.out, asked.browser_path, [name for name in asked.only.split(",") if name], asked.keep)
+
+
+def _sweep(root: Path, asked: Arguments) -> int:
+    from sitegen.experiments.sweep import sweep_command
+
+    only, methods = ([name for name in text.split(",") if name] for text in (asked.only, asked.methods))
+    return sweep_command(root, asked.processes, asked.scheduler, only, methods)
+
+
+def _train(root: Path, asked: Arguments) -> int:
+    from sitegen.experiments.training import check_command, train_command
+
+    return check_command() if asked.check else train_command()
+
+
+def _new(root: Path, asked: Arguments) -> int:
+    from sitegen.cli.new import new_command
+
+    return new_command(root, asked.kind, asked.name, asked.title)
+
+
+def _publish(root: Path, asked: Arguments) -> int:
+    from sitegen.cli.publish import publish_command
+
+    return publish_command(root, asked.where, force=asked.force)
+
+
+def _clean(root: Path, asked: Arguments) -> int:
+    from sitegen.cli.clean import clean
+
+    return clean(root, everything=asked.all)
+
+
+COMMANDS: dict[str, Command] = {
+    "build": Command("build site/ (the same as no command)", _none, _build),
+    "serve": Command("build, show the site, and reload the page on every edit", _serve_options, _serve),
+    "check": Command("a strict build: links, anchors, references, claims, HTML, sizes", _none, _check),
+    "test": Command("every check and test; finds or installs a browser", _test_options, _test, passes_on=TO_PYTEST),
+    "bench": Command("measure what the project is held to; prints a table, writes bench.json", _bench_options, _bench),
+    "sweep": Command("run the race on 1,000 seeds, and its maps; goes on where it was", _sweep_options, _sweep),
+    "train": Command("train the learned flows' networks anew, with PyTorch; most of an hour", _train_options, _train),
+    "new": Command("write a working chapter or figure under a name, to start from", _new_options, _new),
+    "publish": Command("build strictly, then put site/ into a folder or on a git branch", _publish_options, _publish),
+    "clean": Command("remove what the other commands made in this folder", _clean_options, _clean, needs_venv=False),
+}
+
+
+def parse(words: Sequence[str]) -> Arguments:
+    """The arguments of one command. Ends the process with code 0 for help and 2 for what is no command."""
+    parser = argparse.ArgumentParser(
+        prog="build.py", description="The Registration Ladder: builds, shows and tests the site.", allow_abbrev=False
+    )
+    subparsers = parser.add_subparsers(dest="command", metavar="command", title="commands")
+    for name, command in COMMANDS.items():
+        more = f" Further arguments go to {command.passes_on}." if command.passes_on else ""
+        described = f"{command.help[0].upper()}{command.help[1:]}.{more}"
+        command.options(subparsers.add_parser(name, help=command.help, description=described, allow_abbrev=False))
+    first = next(iter(words), "")
+    if first and not first.startswith("-") and first not in COMMANDS:
+        from difflib import get_close_matches
+
+        close = get_close_matches(first, COMMANDS, n=1)
+        known = f"did you mean {close[0]!r}?" if close else f"there are {', '.join(COMMANDS)}"
+        parser.exit(2, f"build.py: no command {first!r}; {known}\n")
+    asked, further = parser.parse_known_args(words)
+    asked.command = asked.command or "build"
+    asked.further = [word for word in further if word != "--"]
+    if further and not COMMANDS[asked.command].passes_on:
+        parser.error(f"{asked.command} does not know {' '.join(further)}")
+    return asked
+
+
+def run(root: Path, asked: Arguments) -> int:
+    """Do the command's work; the exit code is 0 for done, 1 for problems found, 2 for a use that makes no sense."""
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):  # a Windows console's code page knows neither ½ nor →
+            stream.reconfigure(encoding="utf-8", errors="replace")
+    return COMMANDS[asked.command].run(root, asked)

@@ -1,0 +1,113 @@
+"""`new chapter` and `new figure`: a working piece under a name, to be changed into one's own.
+
+The skeletons lie in sitegen/cli/skeletons as they are written, with $name, $module and more to be filled in.
+"""
+
+from __future__ import annotations
+
+import json
+import keyword
+import re
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from string import Template
+
+import yaml
+
+from sitegen.cache.files import write
+from sitegen.chapters.content import OWN_PAGES, SLUG
+
+SKELETONS = Path(__file__).with_name("skeletons")
+NUMBERED = re.compile(r"(\d+)(?:\.\d+)?[a-z]?-(.+)\.md")
+DEVICES = re.compile(r"aux|con|nul|prn|(?:com|lpt)\d")  # no file of Windows has such a name, whatever its ending
+LONGER = "choose another name, such as one of two words: known-pairs"
+EVERY_TEST = ("test_.py", "tests", "widgets", "figures")  # what the path of every figure's tests is made of
+
+
+class NameTaken(ValueError):
+    """The name will not do, or stands for something already; the message says what to do."""
+
+
+def new_command(root: Path, kind: str, name: str, title: str) -> int:
+    """Write the piece and say what to do next. The exit code is 2 where the name will not do, 1 where a file cannot be
+    written."""
+    try:
+        made = new_chapter(root, name, title) if kind == "chapter" else new_figure(root, name, title)
+    except NameTaken as error:
+        print(f"new {kind}: {error}", file=sys.stderr)
+        return 2
+    except OSError as error:
+        print(f"new {kind}: {error.filename}: {error.strerror}; nothing was made", file=sys.stderr)
+        return 1
+    for path in made:
+        print(f"made {path.relative_to(root).as_posix()}")
+    if kind == "chapter":
+        print("It is a draft: `python3 build.py serve` shows it; take `draft: true` away to publish it.")
+    else:
+        print(f"A chapter places it by ::figure[caption]{{{name}}}.")
+        print(f"Its own tests and what holds for every figure: `python3 build.py test -k {chosen(name)}`")
+    return 0
+
+
+def chosen(name: str) -> str:
+    """What pytest's -k takes to choose a figure's own file of tests, and the cases of others that are named by it."""
+    module = name.replace("-", "_")
+    return name if name == module else f'"{name} or {module}"'
+
+
+def new_chapter(root: Path, name: str, title: str = "") -> list[Path]:
+    """A chapter after the last one. Raises NameTaken."""
+    _sound(name)
+    there = {match[2]: match for path in (root / "content").glob("*.md") if (match := NUMBERED.fullmatch(path.name))}
+    if name in there:
+        raise NameTaken(f"there is content/{there[name][0]}; choose another name")
+    if name in OWN_PAGES or name == "index":
+        raise NameTaken(f"{name}.html is a page of the site's own; choose another name")
+    number = 1 + max((int(match[1]) for match in there.values()), default=-1)
+    return _fill(root, name, title, {"chapter.md": f"content/{number:02d}-{name}.md"})
+
+
+def new_figure(root: Path, name: str, title: str = "") -> list[Path]:
+    """A figure's module and its test. Raises NameTaken."""
+    _sound(name)
+    module = name.replace("-", "_")
+    if keyword.iskeyword(module):
+        raise NameTaken(f"{name!r} is a word of Python's own, and no module can be imported by it; {LONGER}")
+    if any(module in part for part in EVERY_TEST):
+        raise NameTaken(f"{name!r} is in every test's name, and `test -k {name}` would run them all; {LONGER}")
+    pieces = {
+        "figure.py.txt": f"widgets/figures/{module}.py",
+        "test_figure.py.txt": f"tests/widgets/figures/test_{module}.py",
+    }
+    for path in (*pieces.values(), f"widgets/figures/{module}"):
+        if (root / path).exists():
+            raise NameTaken(f"there is {path}; choose another name")
+    return _fill(root, name, title, pieces)
+
+
+def _sound(name: str) -> None:
+    if not SLUG.fullmatch(name) or name[0].isdigit():
+        raise NameTaken(f"{name!r} cannot be a name: small ASCII letters, digits and hyphens, a letter first")
+    if yaml.safe_load(name) != name:
+        raise NameTaken(f"{name!r} means {yaml.safe_load(name)} in a chapter's front matter; {LONGER}")
+    if DEVICES.fullmatch(name):
+        raise NameTaken(f"{name!r} is a device's name on Windows, where no file can have it; {LONGER}")
+
+
+def _fill(root: Path, name: str, title: str, pieces: Mapping[str, str]) -> list[Path]:
+    """Write the pieces, all or none. Raises OSError that names the one that cannot be written."""
+    plain = name.replace("-", " ").capitalize()
+    quoted = json.dumps(title or plain, ensure_ascii=False)  # a string of Python and of YAML alike
+    words = {"name": name, "module": name.replace("-", "_"), "words": plain, "quoted": quoted}
+    texts = {root / path: Template((SKELETONS / piece).read_text("utf-8")) for piece, path in pieces.items()}
+    made: list[Path] = []
+    for path, text in texts.items():
+        try:
+            write(path, text.safe_substitute(words).encode())
+        except OSError as error:
+            for other in made:
+                other.unlink()
+            raise OSError(error.errno, error.strerror, path.relative_to(root).as_posix()) from error
+        made.append(path)
+    return made

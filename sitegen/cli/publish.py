@@ -1,0 +1,239 @@
+"""`publish`: the built site → a folder that a host serves, or a branch of a git repository.
+
+Readers may come at any moment: files that no page names yet go first, then the pages, and what is no longer named goes
+last. Only what an earlier publish put somewhere is ever replaced or removed there; whatever links lie in it, nothing is
+written or removed outside of it.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Set
+from dataclasses import dataclass
+from pathlib import Path
+
+from sitegen.cache.files import write
+from sitegen.pipeline.attempt import attempt, tell
+from sitegen.progress import shown
+
+LIST = "published.txt"  # in the folder: what this command put there
+LAST = (".html", ".html.gz", ".html.br", "sw.js", "sw.js.gz", "sw.js.br")
+BRANCH = "gh-pages"
+URL = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*://|[\w.-]+@[\w.-]+:")  # the second is how git writes SSH
+HELPER = re.compile(r"[A-Za-z0-9]+::")  # a program of git's own choice speaks for such a remote: ext:: runs any command
+PROTOCOLS = "file:git:http:https:ssh"
+# Set where git runs a hook; git would then work on that repository and not on the one it is run in.
+ELSEWHERE = ("GIT_DIR", "GIT_WORK_TREE", "GIT_INDEX_FILE", "GIT_OBJECT_DIRECTORY", "GIT_COMMON_DIR", "GIT_NAMESPACE")
+
+
+class PublishError(RuntimeError):
+    """The site cannot be put there; the message says why."""
+
+
+@dataclass(frozen=True)
+class Branch:
+    """A branch of a git repository: its URL or path, and its name."""
+
+    remote: str
+    name: str
+
+    def __str__(self) -> str:
+        return f"{self.remote}, branch {self.name}"
+
+
+def publish_command(root: Path, where: str, *, force: bool = False) -> int:
+    """Build strictly, then put the site where the author says. The exit code is 1 when either fails, 2 where no site
+    can be put at all."""
+    site = root / "site"
+    try:
+        place = destination(where)
+        if isinstance(place, Path):
+            fit(site, place, force=force)
+    except (PublishError, OSError) as error:
+        print(f"publish: {error}", file=sys.stderr)
+        return 2
+    with shown() as progress:
+        outcome = attempt(root, site, strict=True, progress=progress)
+    tell(outcome)
+    if not outcome.good:
+        return 1
+    try:
+        done = to_folder(site, place, force=force) if isinstance(place, Path) else to_branch(site, place, force=force)
+    except (PublishError, OSError) as error:
+        print(f"publish: {error}", file=sys.stderr)
+        return 1
+    print(done)
+    return 0
+
+
+def destination(where: str) -> Path | Branch:
+    """The folder or the branch that an author names.
+
+    Raises PublishError where it is neither, with what to write.
+    """
+    if not where.startswith("git+"):
+        if URL.match(where):
+            raise PublishError(
+                f"{where} is a URL, not a folder; to publish on a git branch, write git+{where}#{BRANCH}"
+            )
+        if not where:
+            raise PublishError("no folder is named; write one, or git+REPOSITORY#BRANCH")
+        return Path(where).resolve()
+    remote, hash_, name = where.removeprefix("git+").rpartition("#")
+    if not hash_:
+        remote, name = name, BRANCH
+    if not remote:
+        raise PublishError(f"{where} names no repository; write git+REPOSITORY#BRANCH, with a URL or a path")
+    if remote.startswith("-") or HELPER.match(remote):
+        raise PublishError(f"{remote} is not a repository's URL or path (a URL begins with https:// or ssh://)")
+    if name.startswith("-") or not name or git(Path.cwd(), "check-ref-format", "--branch", name, fails=True) != name:
+        raise PublishError(f"{name!r} cannot be a branch's name; write git+{remote}#{BRANCH}")
+    return Branch(str(Path(remote).resolve()) if Path(remote).exists() else remote, name)
+
+
+def files_of(site: Path) -> list[str]:
+    """The names of a site's files in the order in which they are put: pages and the service worker last."""
+    names = [path.relative_to(site).as_posix() for path in site.rglob("*") if path.is_file()]
+    return sorted((name for name in names if name != ".gitignore"), key=lambda name: (name.endswith(LAST), name))
+
+
+def fit(site: Path, folder: Path, *, force: bool = False) -> None:
+    """See that the site may be put into a folder.
+
+    Raises PublishError where the folder is the site, lies in it or around it, is a file, or has files that no publish
+    put there and `force` does not say to go on.
+    """
+    if folder == site or site in folder.parents or folder in site.parents:
+        raise PublishError(f"{folder} is the built site, or lies in or around it: name another folder")
+    if folder.exists() and not folder.is_dir():
+        raise PublishError(f"{folder} is not a folder")
+    _own(folder, str(folder), force)
+
+
+def to_folder(site: Path, folder: Path, *, force: bool = False) -> str:
+    """Put the site into a folder; what was done, in words. Raises PublishError as `fit` and `_fill` do."""
+    fit(site, folder, force=force)
+    return f"{folder}: {_fill(site, folder, str(folder), force)}"
+
+
+def _own(folder: Path, called: str, force: bool) -> None:
+    """Raises PublishError where a folder has files and none is known to be ours."""
+    there = sorted(path.name for path in folder.iterdir() if path.name != ".git") if folder.is_dir() else []
+    if there and not force and not _is_list(folder / LIST):
+        some = ", ".join(there[:3]) + (" …" if len(there) > 3 else "")
+        raise PublishError(
+            f"{called} has files that no publish put there ({some}); name an empty folder or a new branch, "
+            "or add --force to put the site among them: what has the name of one of its files is replaced"
+        )
+
+
+def _fill(site: Path, folder: Path, called: str, force: bool) -> str:
+    """Put the site's files into a folder and remove what an earlier publish put; what was done, in words.
+
+    Raises PublishError, before anything is written, where a link in the folder leads out of it or where the site would
+    replace a file that no publish put there.
+    """
+    before, names = _listed(folder), files_of(site)
+    for name in names:
+        if not _inside(folder, name):
+            raise PublishError(f"{called}: {Path(name).parent} leads out of it by a link; remove the link first")
+        if not force and name not in before and os.path.lexists(folder / name) and not _same(site, folder, name):
+            raise PublishError(
+                f"{called}: no publish put {name} there, and the site has a file of that name; "
+                "move it away, or add --force to replace it"
+            )
+    listed = folder / LIST
+    write(listed, "\n".join(sorted({*before, *names})).encode())  # what a publish cut short leaves is known
+    changed = [name for name in names if not _same(site, folder, name)]
+    for name in changed:
+        write(folder / name, (site / name).read_bytes())
+    gone = [name for name in sorted(before - set(names)) if _removed(folder, name)]
+    write(listed, "\n".join(sorted(names)).encode())
+    return f"{len(changed)} files written, {len(names) - len(changed)} as they were, {len(gone)} old ones removed"
+
+
+def _is_list(path: Path) -> bool:
+    return path.is_file() and not path.is_symlink()
+
+
+def _listed(folder: Path) -> Set[str]:
+    """The names of what earlier publishes put into a folder."""
+    if not _is_list(folder / LIST):
+        return frozenset()
+    lines = (folder / LIST).read_text("utf-8", "replace").split("\n")
+    return frozenset(name for name in lines if name and "\0" not in name)
+
+
+def _inside(folder: Path, name: str) -> bool:
+    """Whether a file of this name would lie in the folder, and not by way of a link elsewhere."""
+    return Path(os.path.realpath((folder / name).parent)).is_relative_to(os.path.realpath(folder))
+
+
+def _same(site: Path, folder: Path, name: str) -> bool:
+    """Whether the folder has this file of the site already: a file, and no link to one."""
+    source, dest = site / name, folder / name
+    if dest.is_symlink() or not dest.is_file() or dest.stat().st_size != source.stat().st_size:
+        return False
+    return dest.read_bytes() == source.read_bytes()
+
+
+def _removed(folder: Path, name: str) -> bool:
+    """Remove a file that an earlier publish put, and the folders that it leaves empty; whether it was there."""
+    path = folder / name
+    if not _inside(folder, name) or path.is_symlink() or not path.is_file():
+        return False
+    path.unlink()
+    for parent in path.parents:
+        if parent == folder or parent.is_symlink() or any(parent.iterdir()):
+            break
+        parent.rmdir()
+    return True
+
+
+def to_branch(site: Path, branch: Branch, *, force: bool = False) -> str:
+    """Put the site on a branch as one commit on top of what is there; what was done, in words.
+
+    Raises PublishError with what git said, or as `_own` and `_fill` do.
+    """
+    full = f"refs/heads/{branch.name}"
+    with tempfile.TemporaryDirectory(prefix="ladder-publish-") as temporary:
+        clone = Path(temporary, "clone")
+        git(Path(temporary), "init", "--quiet", "--initial-branch", branch.name, str(clone))
+        git(clone, "config", "core.autocrlf", "false")
+        if git(clone, "ls-remote", "--heads", "--", branch.remote, full):
+            git(clone, "fetch", "--quiet", "--depth", "1", "--", branch.remote, full)
+            git(clone, "reset", "--quiet", "--hard", "FETCH_HEAD")
+        _own(clone, str(branch), force)
+        _fill(site, clone, str(branch), force)
+        write(clone / ".nojekyll", b"")  # GitHub Pages else leaves out what begins with an underscore
+        git(clone, "add", "--all", "--force", ".")
+        if not git(clone, "status", "--porcelain"):
+            return f"{branch}: nothing has changed"
+        who = git(site.parent, "log", "-1", "--format=%h") if (site.parent / ".git").exists() else ""
+        message = f"The site as of {who}" if who else "The site"
+        known = git(clone, "config", "user.email", fails=True)
+        author = [] if known else ["-c", "user.name=publish", "-c", "user.email=publish@localhost"]
+        git(clone, *author, "commit", "--quiet", "--message", message)
+        git(clone, "push", "--quiet", "--", branch.remote, f"HEAD:{full}")
+        count = git(clone, "ls-files").count("\n") + 1
+        return f"{branch}: {count} files in a new commit"
+
+
+def git(folder: Path, *words: str, fails: bool = False) -> str:
+    """What git says, run in a folder; nothing where it `fails` and may.
+
+    Raises PublishError with what git said, or that there is none.
+    """
+    env = {name: value for name, value in os.environ.items() if name not in ELSEWHERE}
+    env |= {"GIT_ALLOW_PROTOCOL": PROTOCOLS}
+    if not shutil.which("git"):
+        raise PublishError("git is not installed")
+    done = subprocess.run(["git", *words], cwd=folder, env=env, capture_output=True, text=True, check=False)
+    if done.returncode != 0 and not fails:
+        raise PublishError(f"git {words[0]}: {(done.stderr or done.stdout).strip() or 'failed'}")
+    return done.stdout.strip() if done.returncode == 0 else ""

@@ -1,0 +1,130 @@
+"""`test --pythons`: the build and the solvers' tests with every other Python of this machine that is new enough.
+
+Each works as on a fresh machine: in a copy of the checkout, with a .venv of its own, and with a cache that holds the
+files from outside and the plots' results alone, so that what a build makes is made by that Python. (The results would
+take two minutes a Python; the solvers that give them are tested beside.)
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+LEAST = (3, 11)
+ASKS = "import sys, importlib.util as u; print(*sys.version_info[:4], u.find_spec('ensurepip') is not None)"
+TESTS = "tests/solvers"
+KEPT = ("outside", "plots")  # of the cache
+MADE = (".git", ".venv", "__pycache__", ".*_cache", ".hypothesis", ".site-*", "*.egg-info", "bench.json")
+
+
+@dataclass(frozen=True, order=True)
+class Interpreter:
+    """A Python of this machine. `can_set_up`: whether it comes with what makes environments."""
+
+    version: tuple[int, int, int]
+    can_set_up: bool
+    path: Path
+
+    @property
+    def name(self) -> str:
+        """Its version as people write it."""
+        return ".".join(map(str, self.version))
+
+
+def candidates(environ: Mapping[str, str]) -> list[Path]:
+    """What may be a Python: python3 and python3.N on the PATH, and all that pyenv has."""
+    found = []
+    for folder in map(Path, environ.get("PATH", "").split(os.pathsep)):
+        if folder.is_dir():
+            found += [path for path in sorted(folder.iterdir()) if re.fullmatch(r"python3(\.\d+)?(\.exe)?", path.name)]
+    pyenv = Path(environ.get("PYENV_ROOT") or Path.home() / ".pyenv")
+    return [*found, *sorted(pyenv.glob("versions/*/bin/python3"))]
+
+
+def interpreters(paths: Iterable[Path]) -> list[Interpreter]:
+    """The released Pythons among `paths` that are new enough, the newest of each minor version; what answers not at all
+    (a shim of a version that is not chosen) or is a release candidate does not count."""
+    newest: dict[tuple[int, int], Interpreter] = {}
+    for path in paths:
+        try:
+            asked = [str(path), "-I", "-c", ASKS]
+            done = subprocess.run(asked, capture_output=True, text=True, timeout=60, check=False)
+        except (OSError, subprocess.TimeoutExpired):
+            continue
+        match = re.fullmatch(r"(\d+) (\d+) (\d+) final (True|False)", done.stdout.strip())
+        if done.returncode != 0 or match is None:
+            continue
+        one = Interpreter((int(match[1]), int(match[2]), int(match[3])), match[4] == "True", path)
+        minor = one.version[:2]
+        if minor >= LEAST and (minor not in newest or (one.can_set_up, one.version) > _rank(newest[minor])):
+            newest[minor] = one
+    return sorted(newest.values())
+
+
+def _rank(one: Interpreter) -> tuple[bool, tuple[int, int, int]]:
+    return one.can_set_up, one.version
+
+
+def test_pythons(root: Path) -> int:
+    """Tell which Pythons there are, and try each but this one's own version; the exit code is 1 when one fails."""
+    own = tuple(sys.version_info[:2])
+    found = interpreters(candidates(os.environ))
+    others = [one for one in found if one.version[:2] != own and one.can_set_up]
+    print(f"this Python is {'.'.join(map(str, sys.version_info[:3]))}, which `build.py test` has tried")
+    for one in found:
+        if one.version[:2] != own and not one.can_set_up:
+            print(f"{one.path} is Python {one.name} and comes without ensurepip: it can make no .venv, and is left out")
+    print(f"to try: {', '.join(f'{one.name} ({one.path})' for one in others) or 'no other'}", flush=True)
+    failed = [one for one in others if not works(root, one)]
+    for one in others:
+        print(f"Python {one.name}: {'FAILED (see above)' if one in failed else 'builds the site, solver tests pass'}")
+    return 1 if failed else 0
+
+
+def works(root: Path, one: Interpreter) -> bool:
+    """Whether a copy of the checkout sets itself up, builds and passes the solvers' tests with this Python."""
+    from sitegen.cache.files import cache_dir
+
+    with tempfile.TemporaryDirectory(prefix="ladder-python-") as temporary:
+        copy, cache = Path(temporary, "checkout"), Path(temporary, "cache")
+        copied(root, copy)
+        for kind in KEPT:
+            if (cache_dir() / kind).is_dir():
+                shutil.copytree(cache_dir() / kind, cache / kind)
+        env = {name: value for name, value in os.environ.items() if name not in ("VIRTUAL_ENV", "PYTHONPATH")}
+        env["LADDER_CACHE"] = str(cache)
+        return all(_run([str(one.path), *words], copy, env, one) for words in steps())
+
+
+def copied(root: Path, copy: Path) -> None:
+    """Copy the checkout as it stands, edits and all, without what its commands made."""
+
+    def left_out(folder: str, names: list[str]) -> set[str]:
+        site = {"site"} if Path(folder) == root else set()
+        return site | set(shutil.ignore_patterns(*MADE)(folder, names))
+
+    shutil.copytree(root, copy, ignore=left_out, symlinks=True)
+    (copy / "site").mkdir()
+    shutil.copy(root / "site" / ".gitignore", copy / "site")
+
+
+def steps() -> list[list[str]]:
+    """What each Python has to do: the README's first command, then the solvers' tests."""
+    return [["build.py"], ["build.py", "test", f"-n{min(4, os.cpu_count() or 1)}", "--dist=loadfile", TESTS]]
+
+
+def _run(command: Sequence[str], folder: Path, env: Mapping[str, str], one: Interpreter) -> bool:
+    words = " ".join(command[1:])
+    print(f"== Python {one.name}: {words}", flush=True)
+    began = time.monotonic()
+    code = subprocess.run(command, cwd=folder, env=env, stdin=subprocess.DEVNULL, check=False).returncode
+    print(f"== Python {one.name}: {words} ended with code {code} after {time.monotonic() - began:.0f} s", flush=True)
+    return code == 0

@@ -1,0 +1,216 @@
+"""`sweep`: a thousand seeds of the race, its basins and its curves: over processes, or over a Dask cluster.
+
+Every unit of work is kept in the cache by the code that it ran, so a sweep that was stopped goes on where it was, and
+one after a change of a method runs that method alone. What is measured, and the files: sweep_plan.py.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import io
+import json
+import sys
+import zipfile
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict
+from functools import cache as once
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sitegen.cache import pool
+from sitegen.cache.code_hash import code_text
+from sitegen.cache.files import cache_dir, fingerprint, write
+from sitegen.cache.store import Store
+from sitegen.experiments import sweep_unit
+from sitegen.experiments.sweep_plan import FOLDER, SWEEPS, Sweep, code_of, racing, split, units
+from sitegen.experiments.sweep_unit import Unit, run_unit
+from sitegen.progress import Progress, shown
+
+Work = Iterator[tuple[Unit, dict[str, list[float]]]]
+
+
+def sweep_command(root: Path, processes: int, scheduler: str, only: Sequence[str], methods: Sequence[str]) -> int:
+    """Run what is missing and write the files. The exit code is 2 for names that are none."""
+    known = [sweep.name for sweep in SWEEPS]
+    wrong = [*(set(only) - set(known)), *(set(methods) - {c.method for c in racing()})]
+    if wrong:
+        ours = ", ".join([*known, *(c.method for c in racing())])
+        print(f"sweep: no {', '.join(sorted(wrong))}; there are {ours}", file=sys.stderr)
+        return 2
+    if scheduler and importlib.util.find_spec("distributed") is None:
+        print("sweep: --scheduler needs dask: `pip install 'dask[distributed]'`", file=sys.stderr)
+        return 2
+    chosen = [sweep for sweep in SWEEPS if not only or sweep.name in only]
+    with shown() as progress:
+        for sweep in chosen:
+            run(root, sweep, methods, cache_dir(), progress, processes, scheduler)
+            path = root / FOLDER / f"{sweep.name}.json"
+            print(f"{path.relative_to(root)}: {path.stat().st_size / 1000:.0f} kB", flush=True)
+    return 0
+
+
+def run(
+    root: Path, sweep: Sweep, methods: Sequence[str], cache: Path, progress: Progress, processes: int, scheduler: str
+) -> None:
+    """Run one sweep for the contestants of `methods` (all for none) and put their results into its file."""
+    asked: dict[str, list[tuple[tuple[str, ...], Unit]]] = {}
+    store, keys = Store(cache, "sweep"), dict[str, str]()
+    codes = {c.method: code_of(c, root) for c in racing(methods)}
+    for contestant in racing(methods):
+        asked[contestant.method] = list(units(sweep, contestant))
+        for _, unit in asked[contestant.method]:
+            keys[_key(unit)] = kept_by(unit, codes[contestant.method])
+    every = [unit for listed in asked.values() for _, unit in listed]
+    found = {key: json.loads(kept) for key, name in keys.items() if (kept := store.find(name)) is not None}
+    missing = [unit for unit in every if _key(unit) not in found]
+    done = len(every) - len(missing)
+    progress(f"sweeping {sweep.name}", done, len(every))
+    with workers(root, missing, processes, scheduler) as finished:
+        for unit, runs in finished:
+            kept = json.dumps(runs, separators=(",", ":")).encode()
+            store.put(keys[_key(unit)], kept)
+            found[_key(unit)] = json.loads(kept)
+            done += 1
+            progress(f"sweeping {sweep.name}", done, len(every))
+    entries = {}
+    for method, listed in asked.items():
+        if code_of(next(c for c in racing() if c.method == method), root) != codes[method]:
+            print(f"sweep: {method} was edited while it ran; run it again", file=sys.stderr)
+            continue
+        entries[method] = {"code": codes[method], "cells": _cells(sweep, listed, found)}
+    _put(root, sweep, entries)
+
+
+def _key(unit: Unit) -> str:
+    return json.dumps(asdict(unit), sort_keys=True)
+
+
+def kept_by(unit: Unit, code: str) -> str:
+    """What a unit's runs depend on: the code that they ran and that ran them, numpy's version and what was asked."""
+    facts = {"code": code, "runner": _runner(), "numpy": np.__version__, "unit": _key(unit)}
+    return fingerprint((name, text.encode()) for name, text in facts.items())
+
+
+@once
+def _runner() -> str:
+    """The code that runs a unit."""
+    return code_text(Path(sweep_unit.__file__).read_text("utf-8"))
+
+
+def _cells(sweep: Sweep, listed: Sequence[tuple[tuple[str, ...], Unit]], ran: dict[str, Any]) -> dict[str, Any]:
+    """Every cell's result, from the runs of its units in the order of their seeds."""
+    runs: dict[str, dict[str, list[float]]] = {}
+    for names, unit in listed:
+        for name, part in zip(names, split(ran[_key(unit)], len(names)), strict=True):
+            whole = runs.setdefault(name, {})
+            for key, values in part.items():
+                whole.setdefault(key, []).extend(values)
+    return {name: sweep.keep(found) for name, found in runs.items()}
+
+
+def _put(root: Path, sweep: Sweep, entries: dict[str, Any]) -> None:
+    """Write the sweep's file: new entries in the place of old ones, in the race's order."""
+    path = root / FOLDER / f"{sweep.name}.json"
+    before = json.loads(path.read_text("utf-8"))["contestants"] if path.is_file() else {}
+    whole = {**before, **entries}
+    data = {
+        "numpy": np.__version__,
+        "seeds": len(sweep.seeds),
+        "axes": {name: list(values) for name, values in sweep.axes.items()},
+        "contestants": {c.method: whole[c.method] for c in racing() if c.method in whole},
+    }
+    write(path, (_lines(data) + "\n").encode())
+
+
+def _lines(data: dict[str, Any]) -> str:
+    """Compact JSON, a line for each contestant and each of its cells, so that a change shows where it is."""
+    head = {name: value for name, value in data.items() if name != "contestants"}
+    parts = []
+    for method, entry in data["contestants"].items():
+        cells = ",\n".join(f"{json.dumps(name)}:{_short(cell)}" for name, cell in entry["cells"].items())
+        parts.append(f'{json.dumps(method)}:{{"code":{json.dumps(entry["code"])},"cells":{{\n{cells}}}}}')
+    return f'{_short(head)[:-1]},"contestants":{{\n' + ",\n".join(parts) + "}}"
+
+
+def _short(value: Any) -> str:
+    return json.dumps(value, ensure_ascii=False, separators=(",", ":"))
+
+
+@contextmanager
+def workers(root: Path, asked: Sequence[Unit], processes: int, scheduler: str) -> Iterator[Work]:
+    """The units run, in whatever order they finish; what is not yet run when this is left is not run."""
+    if scheduler:
+        with _cluster(root, asked, scheduler) as finished:
+            yield finished
+    elif processes == 1 or len(asked) < 2:
+        yield ((unit, run_unit(unit)) for unit in asked)
+    else:
+        with _processes(asked, processes) as finished:
+            yield finished
+
+
+@contextmanager
+def _processes(asked: Sequence[Unit], count: int) -> Iterator[Work]:
+    with pool.working([(run_unit, (unit,)) for unit in asked], count) as finished:
+        yield ((asked[i], _sound(found)) for i, found in finished)
+
+
+def _sound(found: Any) -> dict[str, list[float]]:
+    """What a unit found; what went wrong in it is raised."""
+    if isinstance(found, pool.PieceFailed):
+        raise found
+    return dict(found)
+
+
+@contextmanager
+def _cluster(root: Path, asked: Sequence[Unit], scheduler: str) -> Iterator[Work]:
+    """The workers of a Dask cluster, given our sources; they must have this numpy."""
+    distributed: Any = importlib.import_module("distributed")
+    with distributed.Client(scheduler, timeout=20) as client:
+        theirs = set(client.run(_installer(_packed(root))).values())
+        if theirs - {np.__version__}:
+            raise RuntimeError(f"the cluster's workers have numpy {', '.join(sorted(theirs))}, we {np.__version__}")
+        futures = client.map(run_unit, asked, pure=False)
+        by_key = {future.key: unit for future, unit in zip(futures, asked, strict=True)}
+        yield ((by_key[future.key], found) for future, found in distributed.as_completed(futures, with_results=True))
+
+
+def _packed(root: Path) -> bytes:
+    """What a unit runs, as a zip that Python imports from."""
+    ours = [root / "sitegen" / name for name in ("__init__.py", "experiments/__init__.py", "experiments/sweep_unit.py")]
+    files = [*sorted((root / "solvers").rglob("*.py")), *ours]
+    whole = io.BytesIO()
+    with zipfile.ZipFile(whole, "w") as packed:
+        for file in files:
+            packed.write(file, file.relative_to(root).as_posix())
+    return whole.getvalue()
+
+
+def _installer(packed: bytes) -> Callable[[], str]:
+    """What makes a worker run these sources; it answers with its numpy's version.
+
+    A function inside a function travels as code: the worker need not have our package to receive it.
+    """
+
+    def install() -> str:
+        import importlib
+        import sys
+        import tempfile
+        from pathlib import Path
+
+        import numpy
+
+        if "sitegen.experiments.sweep" not in sys.modules:  # a worker in this very process has them
+            for name in [name for name in sys.modules if name.partition(".")[0] in ("solvers", "sitegen")]:
+                del sys.modules[name]  # those of an earlier sweep
+            path = Path(tempfile.mkdtemp(prefix="ladder-sweep-")) / "sources.zip"
+            path.write_bytes(packed)
+            sys.path.insert(0, str(path))
+            importlib.invalidate_caches()
+        return numpy.__version__
+
+    return install

@@ -1,0 +1,104 @@
+"""One piece of the sweep: a contestant on some scenes and starts. Runs anywhere that has `solvers` and numpy."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from solvers.core.pose import Pose
+from solvers.core.stepper import Problem, advance
+from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE, line
+from solvers.studies.race import Contestant, Controls, contestants, race_problem
+
+BATCH = 25  # problems run together, as in the race's benchmark: so the first 25 seeds of the table are that benchmark
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A contestant on every one of `points` (the race's controls) with every one of `seeds`."""
+
+    method: str
+    points: tuple[Mapping[str, Any], ...]
+    seeds: tuple[int, ...]
+
+
+def run_unit(unit: Unit) -> dict[str, list[float]]:
+    """Rotation errors (degrees), translation errors (u), steps and stops (status), by point and then by seed."""
+    (contestant,) = contestants([unit.method])
+    found: dict[str, list[float]] = {"rre": [], "rte": [], "steps": [], "status": []}
+    for problem, truth in _batches([race_problem(Controls(**point), unit.seeds) for point in unit.points]):
+        done = _run(contestant, problem, truth)
+        for name, values in done.items():
+            found[name] += values
+    return found
+
+
+def close(found: Mapping[str, Sequence[float]]) -> list[bool]:
+    """Which runs ended near the truth: below 5° and 0.2 u."""
+    near = (np.asarray(found["rre"]) < CLOSE_DEGREES) & (np.asarray(found["rte"]) < CLOSE_DISTANCE)
+    return [bool(each) for each in near]
+
+
+def turned(found: Mapping[str, Sequence[float]]) -> list[bool]:
+    """Which runs ended with a rotation error below 5°."""
+    return [bool(error < CLOSE_DEGREES) for error in found["rre"]]
+
+
+def _run(contestant: Contestant, problem: Problem, truth: Pose) -> dict[str, list[float]]:
+    batch = contestant.begin(problem)
+    while not batch.done:
+        batch = advance(batch)
+    row = line(contestant, batch, truth, 0.0)
+    return {
+        "rre": [float(each) for each in np.round(row.rre, 4)],
+        "rte": [float(each) for each in np.round(row.rte, 4)],
+        "steps": [int(each) for each in row.steps],
+        "status": [int(each) for each in row.status],
+    }
+
+
+def _batches(made: Sequence[tuple[Problem, Pose]]) -> list[tuple[Problem, Pose]]:
+    """The same problems in batches of `BATCH`, across points where their clouds have one size."""
+    cut: list[tuple[Problem, Pose]] = []
+    group: list[tuple[Problem, Pose]] = []
+    for each in [*made, None]:
+        if group and (each is None or each[0].source.shape[1:] != group[0][0].source.shape[1:]):
+            cut += _cut(*_joined(group))
+            group = []
+        if each is not None:
+            group.append(each)
+    return cut
+
+
+def _joined(group: Sequence[tuple[Problem, Pose]]) -> tuple[Problem, Pose]:
+    problems, truths = [p for p, _ in group], [t for _, t in group]
+    whole = Problem(
+        np.concatenate([p.source for p in problems]),
+        np.concatenate([p.target for p in problems]),
+        np.concatenate([p.weights for p in problems]),
+        _poses([_spread(p.start, p.size) for p in problems]),
+        np.concatenate([p.seed for p in problems]),
+    )
+    return whole, _poses(truths)
+
+
+def _spread(pose: Pose, count: int) -> Pose:
+    """One pose for each of `count` problems, where one stands for all."""
+    return Pose(np.broadcast_to(pose.R, (count, 2, 2)), np.broadcast_to(pose.t, (count, 2)))
+
+
+def _poses(poses: Sequence[Pose]) -> Pose:
+    return Pose(np.concatenate([p.R for p in poses]), np.concatenate([p.t for p in poses]))
+
+
+def _cut(problem: Problem, truth: Pose) -> list[tuple[Problem, Pose]]:
+    parts = []
+    for first in range(0, problem.size, BATCH):
+        rows = slice(first, first + BATCH)
+        start = Pose(problem.start.R[rows], problem.start.t[rows])
+        part = Problem(problem.source[rows], problem.target[rows], problem.weights[rows], start, problem.seed[rows])
+        parts.append((part, Pose(truth.R[rows], truth.t[rows])))
+    return parts

@@ -1,0 +1,101 @@
+"""Whether the sweep's files still say what the solvers do: of the code that there is now, and right where run again."""
+
+from __future__ import annotations
+
+import json
+import platform
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sitegen.cache.memo import Remembered
+from sitegen.experiments import sweep_plan, sweep_unit
+from sitegen.experiments.sweep_plan import FOLDER, SWEEPS, Sweep, code_of, flags, racing
+from sitegen.experiments.sweep_unit import BATCH, Unit, close, run_unit
+from sitegen.problems import Problem
+from solvers.studies.race import Contestant
+
+OFF = 1
+"""Runs of a sample that may end otherwise: on another processor, a close branch may be taken the other way."""
+
+
+@dataclass(frozen=True)
+class Standing:
+    """What was found. wrong: results that are not what the code gives. stale: results of other code, or none at all.
+    proved: how many runs were made again and agreed; ran: how many samples were made now."""
+
+    wrong: tuple[Problem, ...]
+    stale: tuple[Problem, ...]
+    proved: int
+    ran: int = 0
+
+
+def standing(root: Path, sweeps: Sequence[Sweep] = SWEEPS, cache: Path | None = None) -> Standing:
+    """Read every file of the sweep, and run a sample of each contestant's part again where the code is the same.
+
+    cache: where it is remembered what a sample gave, on this machine, of these results by this code; None for nowhere.
+    """
+    known = Remembered(cache, "sweep") if cache else None
+    ran: list[str] = []
+    wrong: list[Problem] = []
+    stale: list[Problem] = []
+    proved = 0
+    codes = {contestant.method: code_of(contestant, root) for contestant in racing()}
+    for sweep in sweeps:
+        name = f"{FOLDER}/{sweep.name}.json"
+        again = f"`python3 build.py sweep --only {sweep.name}` brings it up to date"
+        path = root / name
+        data: Any = json.loads(path.read_text("utf-8")) if path.is_file() else {"numpy": "", "contestants": {}}
+        old = []
+        for contestant in racing():
+            entry = data["contestants"].get(contestant.method, {})
+            if entry.get("code") != codes[contestant.method] or list(entry["cells"]) != list(sweep.cells):
+                old.append(contestant.label)
+            elif data["numpy"] == np.__version__:
+                make = partial(_sampled, sweep, contestant, entry["cells"], ran)
+                of, off = known.answer(_given(sweep, contestant, entry), make) if known else make()
+                if off > OFF:
+                    message = f"{contestant.label}: {off} of {of} runs made again end otherwise, by the same code"
+                    wrong.append(Problem(name, 0, 0, message))
+                else:
+                    proved += of - off
+        if old:
+            message = f"stale: of other code or settings than now ({', '.join(old)}); {again}"
+            stale.append(Problem(name, 0, 0, message))
+        elif data["numpy"] != np.__version__:
+            message = f"stale: numpy was {data['numpy']} and is {np.__version__}; {again}"
+            stale.append(Problem(name, 0, 0, message))
+    if known:
+        known.keep()
+    return Standing(tuple(wrong), tuple(stale), proved, len(ran))
+
+
+def _sampled(
+    sweep: Sweep, contestant: Contestant, cells: Mapping[str, Any], ran: list[str]
+) -> tuple[int, int]:
+    ran.append(contestant.method)
+    return sample(sweep, contestant, cells)
+
+
+def _given(sweep: Sweep, contestant: Contestant, entry: Mapping[str, Any]) -> str:
+    """All that the outcome of a sample depends on; the entry holds the hash of the solver's code."""
+    machine = [platform.platform(), platform.processor(), np.__version__]
+    runner = [Path(str(module.__file__)).read_text("utf-8") for module in (sweep_plan, sweep_unit)]
+    plan = [contestant.method, sweep.name, sweep.cells, sweep.seeds, sweep.block]
+    return json.dumps([machine, runner, plan, entry], sort_keys=True, default=str)
+
+
+def sample(sweep: Sweep, contestant: Contestant, cells: Mapping[str, Any]) -> tuple[int, int]:
+    """Run a batch of one cell again, which the results themselves choose: how many runs, how many end otherwise."""
+    digest = int(sha256(json.dumps(cells, sort_keys=True).encode()).hexdigest(), 16)
+    name = sorted(sweep.cells)[digest % len(sweep.cells)]
+    count = len(sweep.seeds)
+    first = BATCH * (digest // len(sweep.cells) % -(-count // BATCH))
+    kept = flags(cells[name]["bits"], count)[first : first + BATCH]
+    found = close(run_unit(Unit(contestant.method, (sweep.cells[name],), sweep.seeds[first : first + BATCH])))
+    return len(kept), sum(a != b for a, b in zip(kept, found, strict=True))

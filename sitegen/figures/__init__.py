@@ -1,0 +1,1 @@
+"""Figures drawn ahead: frames, tapes, plots, and what is wrong with them."""

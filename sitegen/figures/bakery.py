@@ -1,0 +1,184 @@
+"""Figures as chapters place them: which widget in which state, what the page needs of it, its frames, baked and kept.
+
+Nothing is drawn here: frames come from widgets.engine.host, which the browser runs too.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+import solvers
+import widgets
+import widgets.figures
+from sitegen.cache.files import content, fingerprint, short_hash
+from sitegen.cache.store import Store
+from sitegen.figures.model import Figure
+from sitegen.figures.picture_faults import FigureFault, Watched, watched_job
+from sitegen.figures.wire import Plain, dumps
+from sitegen.problems import Problems
+from widgets.engine.contract import Widget, parsed
+from widgets.engine.host import Host
+from widgets.engine.jobs import finished
+from widgets.engine.registry import WIDGETS
+
+FIGURES = Path(widgets.figures.__path__[0])
+TAPE = short_hash(content(Path(__file__).with_name("tape.py")))  # of what makes the tapes that are kept
+SOUND = short_hash(content(Path(__file__).with_name("picture_faults.py")))  # of what looks at the pictures before
+
+
+def code_hash(
+    packages: Sequence[ModuleType] = (solvers, widgets), skip: Callable[[Path], bool] = lambda path: False
+) -> str:
+    """The hash of what frames and values are made by: the packages' sources as imported, and numpy's version."""
+    files = [("numpy", np.__version__.encode())]
+    for package in packages:
+        root = Path(package.__path__[0]).parent
+        paths = [path for path in (root / package.__name__).rglob("*.py") if not skip(path)]
+        files += [(path.relative_to(root).as_posix(), content(path)) for path in paths]
+    return fingerprint(files)
+
+
+def code_of(name: str, widgets: Mapping[str, Widget]) -> str:
+    """The hash of what the frames of one figure are made by: all but the modules of the other figures, which it cannot
+    import."""
+    own = Path(str(sys.modules[widgets[name].start.__module__].__file__))
+    return _code_beside(own)
+
+
+@lru_cache
+def _code_beside(own: Path) -> str:
+    mine = ("__init__.py", _figure_of(own))
+    return code_hash(skip=lambda path: path.is_relative_to(FIGURES) and _figure_of(path) not in mine)
+
+
+def _figure_of(path: Path) -> str:
+    """The module or folder in widgets/figures that a file is, or lies in; "" for one that lies elsewhere."""
+    return path.relative_to(FIGURES).parts[0] if path.is_relative_to(FIGURES) else ""
+
+
+@lru_cache(maxsize=512)
+def _frames(kept: bytes) -> list[Plain]:
+    """Frames as they are kept; nobody changes them."""
+    return json.loads(kept)  # type: ignore[no-any-return]
+
+
+@lru_cache(maxsize=128)
+def _tape(kept: bytes) -> tuple[bytes, Plain]:
+    """A tape as it is kept."""
+    script, first = json.loads(kept)
+    return script.encode(), first
+
+
+class Bakery:
+    """Frames for records, kept by the hash of the code, the figure and the records."""
+
+    def __init__(self, widgets: Mapping[str, Widget], cache: Path) -> None:
+        self._widgets = widgets
+        self._host = Host(Watched(widgets))
+        self._store = Store(cache, "frames")
+        self._codes: dict[str, str] = {}
+
+    def frames(self, dom_id: str, records: Sequence[Plain]) -> list[Plain]:
+        """One frame for each record of one widget, in order.
+
+        Raises FigureFault for what a widget does wrong.
+        """
+
+        def made() -> bytes:
+            return _plain([self._frame(dom_id, record) for record in records])
+
+        return _frames(self._store.get(self._frames_key(dom_id, records), made))
+
+    def _frame(self, dom_id: str, record: Plain) -> Plain:
+        widget = self._widgets[record["widget"]]
+        try:
+            frame: Plain = json.loads(self._host.frame(json.dumps({"figure": dom_id, "record": record})))
+            return frame
+        except Exception as error:
+            raise FigureFault.of(widget, "draw", error, record) from error
+
+    def tape(
+        self,
+        dom_id: str,
+        records: Sequence[Plain],
+        script: Callable[[str, Sequence[Plain], Sequence[Plain]], str],
+    ) -> tuple[bytes, Plain]:
+        """What `script` makes of a figure's records and their frames, and the first of these, kept likewise."""
+
+        def made() -> bytes:
+            frames = self.frames(dom_id, records)
+            return _plain([script(dom_id, records, frames), frames[0]])
+
+        return _tape(self._store.get(f"{self._frames_key(dom_id, records)} {TAPE}", made))
+
+    def results(self, dom_id: str, record: Plain) -> tuple[Plain, ...]:
+        """What each job of the record's widget finds, without what depends on the machine, kept likewise."""
+        widget = self._widgets[record["widget"]]
+        if not widget.jobs:
+            return ()
+        asked = parsed(widget, record)
+
+        def made() -> bytes:
+            try:
+                jobs = [watched_job(widget, job) for job in widget.jobs]
+                return _plain([dict(finished(job, asked.controls, asked.seed, f"{dom_id}-{job.name}")) for job in jobs])
+            except Exception as error:
+                raise FigureFault.of(widget, "jobs", error, record) from error
+
+        return tuple(json.loads(self._store.get(self._results_key(dom_id, record), made)))
+
+    def lacks(self, dom_id: str, records: Sequence[Plain]) -> bool:
+        """Whether any of a figure's frames, or what its jobs find, has to be made."""
+        jobs = self._widgets[records[0]["widget"]].jobs
+        lacks_results = jobs and not self._store.has(self._results_key(dom_id, records[0]))
+        return self.lacks_frames(dom_id, records) or bool(lacks_results)
+
+    def lacks_frames(self, dom_id: str, records: Sequence[Plain]) -> bool:
+        """Whether any of these frames has to be made."""
+        return not self._store.has(self._frames_key(dom_id, records))
+
+    def _frames_key(self, dom_id: str, records: Sequence[Plain]) -> str:
+        return self._key(records[0]["widget"], [dom_id, records])
+
+    def _results_key(self, dom_id: str, record: Plain) -> str:
+        return self._key(record["widget"], ["jobs", dom_id, record])
+
+    def _key(self, name: str, asked: list[Any]) -> str:
+        """What is kept depends on the figure's code and on what is asked of it."""
+        if name not in self._codes:
+            self._codes[name] = code_of(name, self._widgets)
+        return json.dumps([self._codes[name], SOUND, *asked])
+
+
+def frames_of(bakery: Bakery, problems: Problems, figure: Figure, records: Sequence[Plain]) -> list[Plain]:
+    """Frames of a figure in other states; none, and a problem, where it cannot be drawn."""
+    try:
+        return bakery.frames(figure.dom_id, records)
+    except FigureFault as fault:
+        fault.tell(problems, figure.place)
+        return []
+
+
+def make_ahead(dom_id: str, records: Sequence[Plain], cache: Path) -> None:
+    """Draw a tape of one of the site's figures, in a process of its own: the cache has it then."""
+    bakery = Bakery(WIDGETS, cache)
+    bakery.frames(dom_id, records)
+    bakery.results(dom_id, records[0])
+
+
+def draw_ahead(dom_id: str, records: Sequence[Plain], cache: Path) -> None:
+    """Draw records of one of the site's figures, in a process of its own: the cache has them then."""
+    Bakery(WIDGETS, cache).frames(dom_id, records)
+
+
+def _plain(made: list[Any]) -> bytes:
+    return dumps(made).encode()
+

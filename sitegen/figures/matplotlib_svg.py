@@ -1,0 +1,197 @@
+"""A matplotlib figure → SVG that stands in a page: roles for colours, attributes for styles, the page's own type.
+
+A page's policy blocks style attributes, so what matplotlib writes there becomes presentation attributes, and colours
+become classes: `f-source` fills, `s-source` strokes with the role's colour (figure/matplotlib.css). Only the site's
+own colours can be drawn with; another is an error. Figures are made at the size at which they are shown, so that a
+px of theirs is one of the screen.
+
+matplotlib is imported where something is drawn: most builds find all drawings in the cache.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Callable
+from html import escape
+from typing import Any
+from xml.etree import ElementTree
+
+from sitegen.assets.tokens import TOKENS, colours
+
+SVG, LINK = "{http://www.w3.org/2000/svg}", "{http://www.w3.org/1999/xlink}"
+ROLES = (
+    *("ink", "soft", "rule", "edge", "grid", "paper", "panel", "accent"),
+    *("source", "target", "truth", "inlier", "outlier", "ghost", "pair", "normal", "weak", "guide"),
+    *(f"h{i}" for i in range(24)),
+)
+COLOURS = {role: colours()[role][0] for role in ROLES}
+_ROLE = {colour: role for role, colour in COLOURS.items()}
+NUMBER = re.compile(r"-?\d+\.?\d*(?:e-?\d+)?")
+DRAWN = ("path", "use", "text", "tspan")
+PLAIN = (
+    *("opacity", "fill-opacity", "stroke-opacity", "stroke-width", "stroke-dasharray", "stroke-dashoffset"),
+    *("stroke-linecap", "stroke-linejoin", "text-anchor", "font-size", "font-weight", "font-style"),
+)
+LEFT_OUT = ("stroke-miterlimit", "font-family", "font")
+
+SETTINGS: Any = {
+    "svg.fonttype": "none",  # text stays text
+    "svg.hashsalt": "ladder",
+    "font.size": 13.0,
+    "axes.labelsize": 13.0,
+    "axes.titlesize": 13.0,
+    "xtick.labelsize": 12.0,
+    "ytick.labelsize": 12.0,
+    "axes.edgecolor": COLOURS["edge"],
+    "axes.labelcolor": COLOURS["soft"],
+    "axes.titlecolor": COLOURS["ink"],
+    "axes.titlelocation": "left",
+    "axes.titlepad": 8.0,
+    "axes.linewidth": 1.0,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.facecolor": "none",
+    "axes.axisbelow": True,
+    "axes.unicode_minus": True,
+    "figure.facecolor": "none",
+    "savefig.facecolor": "none",
+    "grid.color": COLOURS["grid"],
+    "grid.linewidth": 1.0,
+    "lines.linewidth": 1.75,
+    "lines.solid_capstyle": "round",
+    "lines.dash_capstyle": "butt",
+    "lines.solid_joinstyle": "round",
+    "text.color": COLOURS["ink"],
+    "xtick.color": COLOURS["edge"],
+    "ytick.color": COLOURS["edge"],
+    "xtick.labelcolor": COLOURS["soft"],
+    "ytick.labelcolor": COLOURS["soft"],
+    "xtick.major.size": 4.0,
+    "ytick.major.size": 0.0,
+    "xtick.minor.size": 0.0,
+    "ytick.minor.size": 0.0,
+    "xtick.major.width": 1.0,
+    "patch.linewidth": 1.0,
+    "path.simplify": False,
+}
+
+
+def draw(fill: Callable[[Any], None], size: tuple[int, int], prefix: str) -> str:
+    """The SVG of a figure of this size in px that `fill` draws into; its ids begin with `prefix`.
+
+    Raises ValueError for a colour that is none of the site's, and for what cannot stand in a page.
+    """
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    written = io.StringIO()
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update(SETTINGS)
+        figure = Figure(figsize=(size[0] / 72, size[1] / 72), dpi=72)
+        fill(figure)
+        figure.savefig(written, format="svg", metadata=dict.fromkeys(("Date", "Creator", "Format", "Type")))
+    return clean(written.getvalue(), size, prefix)
+
+
+def clean(source: str, size: tuple[int, int], prefix: str) -> str:
+    """What matplotlib wrote, fit for a page."""
+    root = ElementTree.fromstring(source)
+    used = {each.get(f"{LINK}href", "")[1:] for each in root.iter(f"{SVG}use")}
+    for each in root.iter():
+        used.update(re.findall(r"url\(#([^)]+)\)", each.get("clip-path", "")))
+    names = {name: f"{prefix}-{i}" for i, name in enumerate(n for n in _ids(root) if n in used)}
+    out: list[str] = []
+    _write(root, names, out)
+    width, height = size
+    head = f'<svg class="graph-svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}">'
+    return f"{head}{''.join(out)}</svg>"
+
+
+def _ids(root: ElementTree.Element) -> list[str]:
+    return [each.get("id", "") for each in root.iter() if each.get("id")]
+
+
+def _write(parent: ElementTree.Element, names: dict[str, str], out: list[str]) -> None:
+    """The marks below an element; groups are kept where they cut or hold what is used again."""
+    for each in parent:
+        kind = each.tag.removeprefix(SVG)
+        if kind == "style" or kind == "metadata":
+            continue
+        if kind in ("image", "linearGradient", "pattern"):
+            raise ValueError(f"a plot holds no {kind}: draw areas and lines")
+        attributes = _attributes(each, kind, names)
+        if kind in DRAWN:
+            if "d" in attributes and not attributes["d"]:
+                continue
+            _element(kind, attributes, each, names, out)
+        elif kind in ("clipPath", "rect", "defs") or "clip-path" in attributes:
+            _element(kind, attributes, each, names, out)
+        else:
+            _write(each, names, out)
+
+
+def _element(
+    kind: str, attributes: dict[str, str], each: ElementTree.Element, names: dict[str, str], out: list[str]
+) -> None:
+    inside: list[str] = []
+    _write(each, names, inside)
+    if kind == "defs" and not inside:
+        return
+    text = escape(each.text or "") if kind in ("text", "tspan") else ""
+    written = "".join(f' {name}="{escape(value)}"' for name, value in attributes.items())
+    out.append(f"<{kind}{written}>{text}{''.join(inside)}</{kind}>")
+
+
+def _attributes(each: ElementTree.Element, kind: str, names: dict[str, str]) -> dict[str, str]:
+    found: dict[str, str] = {}
+    classes: list[str] = []
+    for raw, value in each.items():
+        name = raw.removeprefix(LINK)
+        if name == "style":
+            for declaration in filter(None, map(str.strip, value.split(";"))):
+                key, _, said = declaration.partition(":")
+                _declared(key.strip(), said.strip(), found, classes)
+        elif name == "id":
+            if value in names:
+                found["id"] = names[value]
+        elif name == "href":
+            found["href"] = f"#{names[value[1:]]}"
+        elif name == "clip-path":
+            found["clip-path"] = re.sub(r"#([^)]+)", lambda match: f"#{names[match[1]]}", value)
+        elif name == "d":
+            found["d"] = _path(value)
+        elif name == "transform":
+            if not value.startswith("rotate(-0 "):
+                found["transform"] = NUMBER.sub(lambda match: _short(match[0]), value)
+        elif name in ("x", "y", "width", "height"):
+            found[name] = _short(value)
+    return ({"class": " ".join(classes)} if classes else {}) | found
+
+
+def _declared(name: str, value: str, found: dict[str, str], classes: list[str]) -> None:
+    if name in ("fill", "stroke"):
+        if value == "none":
+            found[name] = "none"
+        elif value in _ROLE:
+            classes.append(f"{name[0]}-{_ROLE[value]}")
+        else:
+            raise ValueError(f"the colour {value} is none of the site's: take one of matplotlib_svg.COLOURS")
+    elif name in PLAIN:
+        found[name] = NUMBER.sub(lambda match: _short(match[0]), value.removesuffix("px"))
+    elif name not in LEFT_OUT:
+        raise ValueError(f"what becomes of the style {name!r} in a page?")
+
+
+def _path(value: str) -> str:
+    short = NUMBER.sub(lambda match: _short(match[0]), " ".join(value.split()))
+    return re.sub(r" ?([MLCQZz]) ?", r"\1", short)
+
+
+def _short(number: str) -> str:
+    """A number to a hundredth of a px."""
+    return f"{round(float(number), 2) + 0.0:.10g}"
+
+
+__all__ = ["COLOURS", "TOKENS", "clean", "draw"]

@@ -1,0 +1,34 @@
+"""A figure in a chapter: its widget, its record, and the states of its tape."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from sitegen.figures.wire import Plain
+from sitegen.problems import Place
+from widgets.engine.contract import Record, Widget
+
+
+@dataclass
+class Figure:
+    """A figure in a chapter. `records` are the states of its tape, the first of them its own."""
+
+    id: str
+    number: str
+    widget: Widget
+    record: Record
+    place: Place
+    records: list[Plain] = field(default_factory=list)
+
+    @property
+    def dom_id(self) -> str:
+        """The id of its element, and what its SVG's ids begin with."""
+        return f"fig-{self.id}"
+
+    def remember(self, record: Record) -> None:
+        """Put a state, and all that lead to it, on the tape."""
+        plain = record.plain()
+        for length in range(len(plain["log"]) + 1):
+            state = {**plain, "log": plain["log"][:length]}
+            if state not in self.records:
+                self.records.append(state)

@@ -1,0 +1,235 @@
+"""Mistakes in what a figure draws: its functions are watched, and its pictures looked at before they become markup.
+
+Only the build looks: a live figure draws with what has been found sound here.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import Any, get_args
+
+import numpy as np
+
+from sitegen.figures.widget_faults import def_line, line_of
+from sitegen.problems import Place, Problems, hint
+from widgets.drawing.picture import ROLES, Anchor, Group, Handle, Mark, Panel, Picture, Readout, Shape
+from widgets.engine.contract import Motion, Widget
+from widgets.engine.jobs import Job, Progress, Result
+
+PAIRS = ("xy", "a", "b", "centre", "direction")
+NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e[+-]?\d+)?")
+SHAPES, ANCHORS = get_args(Shape), get_args(Anchor)
+
+
+class FigureFault(Exception):
+    """What is wrong with a figure that was asked to draw. place: in its module, where that is known."""
+
+    def __init__(self, widget: str, place: Place | None, says: tuple[str, ...]) -> None:
+        super().__init__(f"figure {widget}, {'; '.join(says)}")
+        self.widget, self.place, self.says = widget, place, says
+        self.record: Mapping[str, Any] = {}
+
+    @classmethod
+    def of(cls, widget: Widget, field: str, error: Exception, record: Mapping[str, Any] | None = None) -> FigureFault:
+        """What a function of a widget raised, with the line of the figure's own code that it came through."""
+        fault = error
+        if not isinstance(fault, cls):
+            place = line_of(error.__traceback__) or def_line(getattr(widget, field, None))
+            fault = cls(widget.name, place, (f"{field}: {type(error).__name__}: {error}",))
+        fault.record = record or fault.record
+        return fault
+
+    def tell(self, problems: Problems, placed: Place | None) -> None:
+        """Put it among the problems, once; placed: where a chapter places the figure, if any does."""
+        place = self.place or placed or Place("widgets/figures")
+        pressed = ",".join(entry[1] for entry in self.record.get("log", ()))
+        state = f"preset {self.record.get('preset')}" + (f" press={pressed}" if pressed else "")
+        by = "no chapter places it" if placed is None else f"{placed.path}:{placed.line} places it"
+        # What differs by numbers alone was told of another state.
+        here = [each for each in problems.found if (each.path, each.line) == (place.path, place.line)]
+        told = [NUMBER.sub("0", each.message) for each in here]
+        for says in (f"figure {self.widget}, {each}" for each in self.says):
+            if not any(each.startswith(NUMBER.sub("0", says)) for each in told):
+                problems.add(place, f"{says} ({state}; {by})")
+
+
+class Watched(Mapping[str, Widget]):
+    """Widgets that say which of their functions failed and where, and what is wrong with a picture."""
+
+    def __init__(self, widgets: Mapping[str, Widget]) -> None:
+        self._widgets = widgets
+        self._made: dict[str, Widget] = {}
+
+    def __getitem__(self, name: str) -> Widget:
+        if name not in self._made:
+            self._made[name] = _watched(self._widgets[name])
+        return self._made[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._widgets)
+
+    def __len__(self) -> int:
+        return len(self._widgets)
+
+
+def _watched(widget: Widget) -> Widget:
+    panels: dict[str, Panel] = {}
+
+    def ran(name: str, *given: Any) -> Any:
+        try:
+            return getattr(widget, name)(*given)
+        except Exception as error:
+            raise FigureFault.of(widget, name, error) from error
+
+    def held(name: str, says: tuple[str, ...]) -> None:
+        if says:
+            raise FigureFault(widget.name, def_line(getattr(widget, name)), tuple(f"{name}: {each}" for each in says))
+
+    def draw(*given: Any) -> Picture:
+        picture: Picture = ran("draw", *given)
+        held("draw", tuple(picture_faults(widget, picture)))
+        panels.clear()
+        panels.update({panel.name: panel for panel in picture.panels})
+        return picture
+
+    def motion(before: Any, after: Any) -> Motion | None:
+        moved: Motion | None = ran("motion", before, after)
+        if moved is not None and moved.panel not in panels:
+            held("motion", (f"no panel {moved.panel!r}{hint(moved.panel, panels)}",))
+        return moved
+
+    def python(state: Any) -> str:
+        text = ran("python", state)
+        held("python", () if isinstance(text, str) else (f"text is expected, not {text!r:.60}",))
+        return str(text)
+
+    return replace(
+        widget,
+        start=lambda *given: ran("start", *given),
+        act=lambda *given: ran("act", *given),
+        known=lambda state: ran("known", state),
+        files=lambda state: ran("files", state),
+        draw=draw,
+        motion=motion,
+        python=python,
+    )
+
+
+def watched_job(widget: Widget, job: Job) -> Job:
+    """The job, whose failures and results are looked at."""
+
+    def work(controls: Any, seed: int) -> Iterator[Progress]:
+        try:
+            for progress in job.work(controls, seed):
+                says = tuple(f"job {job.name}: {each}" for each in _result(progress.result))
+                if says:
+                    raise FigureFault(widget.name, def_line(job.work), says)
+                yield progress
+        except Exception as error:
+            raise FigureFault.of(widget, f"job {job.name}", error) from error
+
+    return replace(job, work=work)
+
+
+def _result(result: Result | None) -> Iterator[str]:
+    for row in result.rows if result else ():
+        if row.role not in ROLES:
+            yield f"row {row.name!r}: no role {row.role!r}{hint(row.role, ROLES)}"
+    for panel in result.panels if result else ():
+        yield from _marks(panel.marks, f"panel {panel.name!r}")
+
+
+def picture_faults(widget: Widget, picture: Picture) -> Iterator[str]:
+    """What is wrong with a picture: the field of it, and what was expected."""
+    if not isinstance(picture, Picture):
+        yield f"a Picture is expected, not {picture!r:.60}"
+        return
+    yield from _texts(picture, "picture", "description", "note")
+    names = [panel.name for panel in picture.panels]
+    for panel in picture.panels:
+        where = f"panel {panel.name!r}"
+        yield from _texts(panel, where, "name", "label", "caption")
+        if names.count(panel.name) > 1:
+            yield f"{where}: several panels are called so"
+        if not np.isfinite([panel.view.x0, panel.view.x1, panel.view.y0, panel.view.y1]).all():
+            yield f"{where}: its view is not a window of finite numbers, but {panel.view!r:.80}"
+        yield from _marks(panel.marks, where)
+    for readout in picture.readouts:
+        yield from _readout(readout)
+    for handle in picture.handles:
+        yield from _handle(widget, handle, names)
+    buttons = [button.name for button in widget.buttons]
+    for name in sorted(set(picture.disabled) - set(buttons)):
+        yield f"disabled: no button {name!r}{hint(str(name), buttons)}"
+    for what in ("clicks", "hovers"):
+        for name in getattr(widget, what):
+            if name not in names:
+                yield f"{what}: no panel {name!r}{hint(name, names)}"
+
+
+def _marks(marks: tuple[Mark, ...], where: str) -> Iterator[str]:
+    for i, mark in enumerate(marks, 1):
+        here = f"{where}, mark {i}"
+        if isinstance(mark, Group):
+            yield from _marks(mark.marks, f"{here} (Group {mark.name!r})")
+            continue
+        if not isinstance(mark, get_args(Mark)):
+            yield f"{here}: a mark of widgets.drawing.picture is expected, not {mark!r:.60}"
+            continue
+        here = f"{here} ({type(mark).__name__})"
+        role = getattr(mark, "role", "ink")
+        if role not in ROLES:
+            yield f"{here}: no role {role!r}{hint(str(role), ROLES)}"
+        for name, known in (("shape", SHAPES), ("anchor", ANCHORS)):
+            if getattr(mark, name, known[0]) not in known:
+                yield f"{here}: no {name} {getattr(mark, name)!r}{hint(str(getattr(mark, name)), known)}"
+        if hasattr(mark, "text"):
+            yield from _texts(mark, here, "text")
+        for name in (name for name in PAIRS if hasattr(mark, name)):
+            yield from _places(getattr(mark, name), f"{here}: {name}")
+
+
+def _places(values: Any, where: str) -> Iterator[str]:
+    """Rows of two numbers. Infinity is a place far out."""
+    try:
+        rows = np.asarray(values, dtype=float).reshape(-1, 2)
+    except (TypeError, ValueError):
+        yield f"{where}: rows of two numbers are expected, not {values!r:.60}"
+        return
+    missing = np.flatnonzero(np.isnan(rows).any(axis=1))
+    if len(missing):
+        x, y = rows[missing[0]]
+        more = f" (and {len(missing) - 1} more)" if len(missing) > 1 else ""
+        yield f"{where}: row {missing[0]} is ({x:g}, {y:g}){more}; numbers are expected: leave out what is nowhere"
+
+
+def _texts(thing: Any, where: str, *names: str) -> Iterator[str]:
+    for name in names:
+        value = getattr(thing, name)
+        if not isinstance(value, str):
+            yield f"{where}: its {name} is {value!r:.40}; text is expected"
+
+
+def _readout(readout: Readout) -> Iterator[str]:
+    where = f"readout {readout.name!r}"
+    yield from _texts(readout, where, "name", "label", "unit")
+    if not isinstance(readout.value, str):
+        as_text = "number(value)" if isinstance(readout.value, (int, float)) else "str(value)"
+        yield f"{where}: its value is {readout.value!r:.40}; text is expected, as {as_text} makes it"
+    if readout.role is not None and readout.role not in ROLES:
+        yield f"{where}: no role {readout.role!r}{hint(str(readout.role), ROLES)}"
+
+
+def _handle(widget: Widget, handle: Handle, panels: list[str]) -> Iterator[str]:
+    where = f"handle {handle.name!r}"
+    yield from _texts(handle, where, "label", "value")
+    if handle.name not in widget.handles:
+        yield f"{where}: not among the WIDGET's handles{hint(handle.name, widget.handles)}"
+    for name in (handle.panel, *handle.also):
+        if name not in panels:
+            yield f"{where}: no panel {name!r}{hint(name, panels)}"
+    yield from _places(handle.xy, f"{where}: xy")
+    for key, xy in handle.keys.items():
+        yield from _places(xy, f"{where}: keys {key!r}")

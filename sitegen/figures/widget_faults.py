@@ -1,0 +1,189 @@
+"""Mistakes in a figure's module, found without drawing: it is imported, and its WIDGET is held to what it promises."""
+
+from __future__ import annotations
+
+import ast
+import dataclasses
+import sys
+import traceback
+from collections.abc import Iterator, Mapping
+from inspect import getsource
+from pathlib import Path, PurePath
+from types import TracebackType
+from typing import Any
+
+import widgets.figures
+from sitegen.problems import Place, Problems, hint
+from widgets.drawing.picture import ROLES
+from widgets.engine.contract import Widget, parsed, preset
+from widgets.engine.controls import Spec, validated
+
+MACHINERY = ("widgets.engine.", "widgets.drawing.picture", "widgets.drawing.svg")
+FIGURES = Path(widgets.figures.__path__[0])
+
+
+def module_file(name: str) -> str:
+    """The file of the figure of this name, as problems name it."""
+    module = name.replace("-", "_")
+    return f"widgets/figures/{module}/figure.py" if (FIGURES / module).is_dir() else f"widgets/figures/{module}.py"
+
+
+def sound(widgets: Mapping[str, Widget], problems: Problems) -> dict[str, Widget]:
+    """The figures that can be placed. Of the others it is told what is wrong; to place them is no mistake."""
+    good = {}
+    for name in widgets:
+        widget = _imported(widgets, name, problems)
+        if widget is None:
+            problems.unread.add(module_file(name))
+            continue
+        if widget.name != name:
+            says = f"{widget.name!r} is given, and {name!r} is expected, as its module is called"
+            problems.add(place_of(widget, name, "name"), f"figure {name}, name: {says}")
+            widget = dataclasses.replace(widget, name=name)
+        faults = list(widget_faults(widget))
+        for field, item, says in faults:
+            words = f"{field} {item!r}" if item else field
+            problems.add(place_of(widget, name, field, item), f"figure {name}, {words}: {says}")
+        if faults:
+            problems.unread.add(module_file(name))
+        else:
+            good[name] = widget
+    return good
+
+
+def _imported(widgets: Mapping[str, Widget], name: str, problems: Problems) -> Widget | None:
+    try:
+        widget = widgets[name]
+    except SyntaxError as error:
+        place = Place(_under_widgets(error.filename or "") or module_file(name), error.lineno or 0, error.offset or 0)
+        problems.add(place, f"figure {name} cannot be imported: {error.msg}")
+    except Exception as error:
+        place = line_of(error.__traceback__) or Place(module_file(name))
+        said = str(error)
+        if isinstance(error, AttributeError) and error.name == "WIDGET":
+            place, said = Place(module_file(name), 1, 1), "it has no WIDGET = Widget(…)"
+        problems.add(place, f"figure {name} cannot be imported: {type(error).__name__}: {said}")
+    else:
+        if isinstance(widget, Widget):
+            return widget
+        problems.add(Place(module_file(name), 1, 1), f"figure {name}: its WIDGET is no Widget, but {widget!r:.60}")
+    return None
+
+
+def widget_faults(widget: Widget) -> Iterator[tuple[str, str, str]]:
+    """Field, what is meant of it or "", and what is wrong: of a widget's controls, presets, buttons, legend and tape.
+
+    What stands on faulty controls is not looked at.
+    """
+    faulty = list(_control_faults(widget.controls))
+    yield from faulty
+    if faulty:
+        return
+    if "default" not in widget.presets:
+        yield "presets", "", f"there is no 'default'{hint('default', widget.presets)}"
+    for name in widget.presets:
+        if said := _refusal(lambda name=name: preset(widget, name)):
+            yield "presets", name, said
+    presses = [button.name for button in widget.buttons if button.does == "press"]
+    for button in widget.buttons:
+        if button.does == "run" and button.repeats not in presses:
+            says = f"it repeats {button.repeats!r}, which is no button to press{hint(button.repeats, presses)}"
+            yield "buttons", button.name, says
+    for key in widget.legend:
+        if key.role not in ROLES:
+            yield "legend", key.label, f"no role {key.role!r}{hint(key.role, ROLES)}"
+    for i, (changes, pressed) in enumerate(widget.tape):
+        log = [["press", press] for press in pressed]
+        plain = {"preset": next(iter(widget.presets), "default"), "controls": dict(changes), "log": log}
+        if said := _refusal(lambda plain=plain: parsed(widget, plain)):
+            yield "tape", "", f"entry {i + 1}: {said}"
+
+
+def _control_faults(controls: Any) -> Iterator[tuple[str, str, str]]:
+    if not dataclasses.is_dataclass(controls) or not isinstance(controls, type):
+        yield "controls", "", f"a frozen dataclass is expected, not {controls!r:.60}"
+        return
+    known = {field.name: field for field in dataclasses.fields(controls)}
+    without = [name for name, field in known.items() if not isinstance(field.metadata.get("spec"), Spec)]
+    for name in without:
+        yield "controls", name, "slider(…), choice(…) or toggle(…) is expected"
+    if without:
+        return
+    for name, field in known.items():
+        if said := _refusal(lambda name=name, field=field: validated(controls, {name: field.default})):
+            yield "controls", name, f"its default is refused: {said.removeprefix(f'{name}: ')}"
+        for option, brought in field.metadata["spec"].sets.items():
+            if option not in field.metadata["spec"].options:
+                yield "controls", name, f"sets: no option {option!r}{hint(option, field.metadata['spec'].options)}"
+            if said := _refusal(lambda brought=brought: validated(controls, brought)):
+                yield "controls", name, f"option {option!r} sets {said}"
+
+
+def _refusal(attempt: Any) -> str:
+    """What a ValueError says; "" where there is none."""
+    try:
+        attempt()
+    except ValueError as error:
+        return str(error)
+    return ""
+
+
+def place_of(widget: Widget, name: str, field: str, item: str = "") -> Place:
+    """Where a field of a widget is written, or an item of it; the module itself where that is not found."""
+    file = Place(module_file(name))
+    if field == "controls" and isinstance(widget.controls, type):
+        return _place_in(widget.controls.__module__, _control_line, (widget.controls.__name__, item)) or file
+    return _place_in(getattr(widget.draw, "__module__", ""), _field_line, (field, item)) or file
+
+
+def _place_in(module: str, find: Any, given: tuple[str, str]) -> Place | None:
+    if not module.startswith("widgets.") or module not in sys.modules:
+        return None
+    try:
+        node = find(ast.parse(getsource(sys.modules[module])), *given)
+    except (OSError, SyntaxError):  # edited since it was imported
+        return None
+    return Place(_file_of(module), node.lineno, node.col_offset + 1) if node else Place(_file_of(module), 1, 1)
+
+
+def _field_line(tree: ast.Module, field: str, item: str) -> ast.expr | None:
+    calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call)]
+    made = [call for call in calls if isinstance(call.func, ast.Name) and call.func.id == "Widget"]
+    for value in (word.value for call in made for word in call.keywords if word.arg == field):
+        texts = (node for node in ast.walk(value) if isinstance(node, ast.Constant))
+        return next((node for node in texts if item and node.value == item), value)
+    return None
+
+
+def _control_line(tree: ast.Module, name: str, field: str) -> ast.stmt | None:
+    for each in (node for node in ast.walk(tree) if isinstance(node, ast.ClassDef) and node.name == name):
+        lines = (line for line in each.body if isinstance(line, ast.AnnAssign) and isinstance(line.target, ast.Name))
+        return next((line for line in lines if ast.unparse(line.target) == field), each)
+    return None
+
+
+def line_of(trace: TracebackType | None) -> Place | None:
+    """The last line of a figure's own code, or of what figures share, that a failure went through."""
+    found = None
+    for (frame, line), told in zip(traceback.walk_tb(trace), traceback.extract_tb(trace), strict=True):
+        module = frame.f_globals.get("__name__", "")
+        if module.startswith("widgets.") and not module.startswith(MACHINERY):
+            found = Place(_file_of(module), line, (told.colno or 0) + 1)
+    return found
+
+
+def def_line(function: Any) -> Place | None:
+    """Where a figure's function is written."""
+    module, code = getattr(function, "__module__", None) or "", getattr(function, "__code__", None)
+    return Place(_file_of(module), code.co_firstlineno, 1) if code and module.startswith("widgets.") else None
+
+
+def _file_of(module: str) -> str:
+    return f"{module.replace('.', '/')}.py"
+
+
+def _under_widgets(path: str) -> str:
+    """A file's path from widgets/ on; "" for one that lies elsewhere."""
+    parts = PurePath(path).parts
+    start = max((i for i, part in enumerate(parts) if part == "widgets"), default=-1)
+    return "/".join(parts[start:]) if start >= 0 else ""

@@ -1,0 +1,50 @@
+"""What a page holds of a figure, as plain data and as text."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from widgets.engine.contract import Widget
+from widgets.engine.controls import Spec, specs
+
+Plain = dict[str, Any]
+
+
+def dumps(data: Any) -> str:
+    """JSON as pages carry it: short, and unable to end a script element."""
+    text = json.dumps(data, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+    return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
+
+
+def spec(widget: Widget) -> Plain:
+    """What the page's script needs to know of a widget."""
+    return {
+        "buttons": [
+            {"name": b.name, "label": b.label, "does": b.does, "primary": b.primary, "repeats": b.repeats}
+            for b in widget.buttons
+        ],
+        "controls": {name: _control(control) for name, control in specs(widget.controls).items()},
+        "handles": list(widget.handles),
+        "clicks": list(widget.clicks),
+        "hovers": list(widget.hovers),
+        "takes": list(widget.takes),
+        "details": widget.details,
+    }
+
+
+def _control(control: Spec) -> Plain:
+    shared: Plain = {"kind": control.kind, "label": control.label, "keeps": control.keeps}
+    if control.kind == "slider":
+        numbers = {"low": control.low, "high": control.high, "step": control.step}
+        return {**shared, **numbers, "unit": control.unit, "decimals": control.decimals}
+    return (
+        {**shared, "options": dict(control.options), "sets": {k: dict(v) for k, v in control.sets.items()}}
+        if control.kind == "choice"
+        else shared
+    )
+
+
+def first_frame(frame: Plain) -> Plain:
+    """A frame without its drawings, which stand in the page already."""
+    return {**frame, "panels": [{k: v for k, v in panel.items() if k != "svg"} for panel in frame["panels"]]}

@@ -1,0 +1,1 @@
+"""Markdown and what is added to it: directives, formulas, code, images."""

@@ -1,0 +1,56 @@
+"""Images of the content: found, measured so that the page does not move when they arrive, named by their content."""
+
+from __future__ import annotations
+
+import re
+import xml.etree.ElementTree as ElementTree
+from dataclasses import dataclass
+from pathlib import Path
+
+from sitegen.cache.files import hashed_name
+from sitegen.markup.parser import ascii_slug
+
+KINDS = (".png", ".jpg", ".jpeg", ".webp", ".gif", ".svg")
+
+
+@dataclass(frozen=True)
+class Image:
+    """An image on the site: where it lies, its bytes, its size in px."""
+
+    name: str
+    data: bytes
+    width: int
+    height: int
+
+
+def read_image(path: Path) -> Image:
+    """The image in a file. Raises ValueError where it is none that a page shows."""
+    if path.suffix.lower() not in KINDS:
+        raise ValueError(f"{path.name} is no image that pages show ({', '.join(kind[1:] for kind in KINDS)})")
+    data = path.read_bytes()
+    width, height = _svg_size(data) if path.suffix.lower() == ".svg" else _raster_size(path)
+    return Image(hashed_name(f"images/{ascii_slug(path.stem)}{path.suffix.lower()}", data), data, width, height)
+
+
+def _raster_size(path: Path) -> tuple[int, int]:
+    import PIL.Image  # a tenth of a second that pages without images need not spend
+
+    try:
+        with PIL.Image.open(path) as image:
+            return image.width, image.height
+    except OSError as error:
+        raise ValueError(f"{path.name} cannot be read as an image") from error
+
+
+def _svg_size(data: bytes) -> tuple[int, int]:
+    try:
+        root = ElementTree.fromstring(data)
+    except ElementTree.ParseError as error:
+        raise ValueError(f"not SVG: {error}") from error
+    box = re.split(r"[\s,]+", root.get("viewBox", "").strip())
+    given = [root.get("width", ""), root.get("height", "")] if len(box) != 4 else box[2:]
+    try:
+        width, height = (round(float(re.sub(r"px$", "", side))) for side in given)
+    except ValueError as error:
+        raise ValueError("an SVG image needs a viewBox") from error
+    return width, height

@@ -1,0 +1,125 @@
+"""What stands in a line of Markdown: directives, what was meant as one, citations; tokens with their offset."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+from markdown_it.rules_inline import StateInline
+
+from sitegen.markup.directives import Directive, DirectiveError, read
+from sitegen.markup.unclosed import fault, lose
+from sitegen.problems import hint
+
+BLOCK = ("figure", "plot", "try", "aside")
+INLINE = ("value", "readout", "claim", "ref", "term")
+CITATION = re.compile(r"\[(@[^\]]*)\]")
+CITED = re.compile(r"\s*@(?P<key>[^\s,;\]]*)(?:,\s*(?P<locator>[^;\]]*?))?\s*(?:;|$)")
+MISPLACED = re.compile(r"(:+)([a-z][a-z-]*) ?[\[{]")
+
+
+def directive_in_line(state: StateInline, silent: bool) -> bool:
+    start = state.pos
+    if state.src[start] != ":" or (start and (state.src[start - 1].isalnum() or state.src[start - 1] == ":")):
+        return False
+    try:
+        directive = read(state.src, start, state.posMax, ":")
+    except DirectiveError as error:
+        if not silent:
+            fault(state, error.offset, str(error))
+        state.pos += 1
+        return True
+    if directive is None:
+        return False
+    if not silent:
+        if directive.name not in INLINE:
+            why = (
+                "; as a line of its own it has two colons" if directive.name in BLOCK else hint(directive.name, INLINE)
+            )
+            fault(state, start, f"no directive :{directive.name}{why}")
+            lose(state.env, directive.attributes)
+        elif directive.name == "claim":
+            _claim(state, directive)
+        else:
+            token = state.push(directive.name, "", 0)
+            token.meta = {"offset": start, "directive": directive}
+    state.pos = directive.end
+    return True
+
+
+def misplaced(state: StateInline, silent: bool) -> bool:
+    """What was meant as a directive and is none: two colons within a line, no brackets, or a word held to it."""
+    start = state.pos
+    match = MISPLACED.match(state.src, start, state.posMax)
+    if match is None or (start and state.src[start - 1] == ":"):
+        return False
+    colons, name = match.groups()
+    word, bare = start > 0 and state.src[start - 1].isalnum(), not match[0].endswith(f"{name}[")
+    if (word and bare) or (name not in (*BLOCK, *INLINE) and (word or bare or colons == ":")):
+        return False  # C++, a time, an emoji
+    if name in BLOCK:
+        why = f"::{name} stands on a line of its own, and begins it"
+    elif colons != ":":
+        near = "; in a line it has one colon" if name in INLINE else hint(name, (*BLOCK, *INLINE))
+        why = f"no directive {colons}{name}{near}"
+    else:
+        why = f"no letter or digit stands right before :{name}"
+    if bare and colons == ":" and name in INLINE:
+        why = f"a directive is written :{name}[text]{{…}}"
+    try:
+        directive = None if bare else read(state.src, start, state.posMax, colons)
+    except DirectiveError:
+        directive = None
+    if not silent:
+        fault(state, start, why)
+        lose(state.env, directive.attributes if directive else state.src[start : state.posMax])
+    state.pos = directive.end if directive else match.end()
+    return True
+
+
+def _claim(state: StateInline, directive: Directive) -> None:
+    token = state.push("claim_open", "", 1)
+    token.meta = {"offset": directive.start, "directive": directive}
+    stop = state.posMax
+    state.pos, state.posMax = directive.text_start, directive.text_start + len(directive.text)
+    state.md.inline.tokenize(state)
+    state.posMax = stop
+    state.push("claim_close", "", -1).meta = {"directive": directive}
+
+
+def citation(state: StateInline, silent: bool) -> bool:
+    match = CITATION.match(state.src, state.pos, state.posMax)
+    if match is None:
+        if not state.src.startswith("[@", state.pos):
+            return False
+        if not silent:
+            fault(state, state.pos, "the citation that begins here is never closed by ']'")
+        state.pos += 2
+        return True
+    if not silent:
+        token = state.push("cite", "", 0)
+        base = match.start(1)
+        found = [
+            (m["key"], (m["locator"] or "").strip(), base + m.start("key"))
+            for m in CITED.finditer(match[1])
+            if m.group()
+        ]
+        token.meta = {"offset": state.pos, "cited": found}
+        if "".join(m.group() for m in CITED.finditer(match[1])) != match[1] or not all(key for key, _, _ in found):
+            fault(state, state.pos, "a citation is written [@key], [@key, p. 3] or [@one; @other]")
+            token.meta["cited"] = []
+    state.pos = match.end()
+    return True
+
+
+def placed(rule: Callable[[StateInline, bool], bool], state: StateInline, silent: bool) -> bool:
+    """Run an inline rule and note on its token where it stands: for links and images, where their target stands."""
+    start, before = state.pos, len(state.tokens)
+    if not rule(state, silent):
+        return False
+    if not silent:
+        token = next((t for t in state.tokens[before:] if t.type != "text"), None)
+        if token is not None:
+            target = state.src.rfind("](", start, state.pos) if token.type in ("link_open", "image") else -1
+            token.meta = {**(token.meta or {}), "offset": target + 2 if target >= 0 else start}
+    return True

@@ -1,0 +1,130 @@
+"""LaTeX → MathML by Temml: all formulas of a build in one call of Node, each kept by the hash of what it was made from.
+
+A strict Content-Security-Policy blocks style attributes, so each distinct one becomes a class.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from collections.abc import Callable, Iterable, Mapping, Set
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from sitegen.cache.memo import Remembered
+from sitegen.cache.memory import Memory
+from sitegen.external import fetch
+from sitegen.external.node import run_node
+from sitegen.problems import Place, Problems
+from sitegen.progress import Progress, quiet
+
+SCRIPT = Path(__file__).with_name("temml.mjs")
+FORMAT = "1"  # of what is kept; raised when the making changes in a way that its inputs do not tell
+SPARE = 2000  # formulas of earlier builds that are kept: those of drafts come and go together
+STYLE = re.compile(r'<(?P<tag>\w+)(?P<before>[^<>]*?) style="(?P<style>[^"]*)"(?P<after>[^<>]*)>')
+COMBINING = "\u0332"  # Temml underlines what it objects to with these
+SEEN_BY_CLASS = {"display:block math;"}  # said by the class tml-display
+
+
+@dataclass(frozen=True)
+class Formula:
+    """A formula as an author wrote it."""
+
+    source: str
+    display: bool
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A formula and where its characters stand: `at` takes an offset in the source to a place."""
+
+    formula: Formula
+    at: Callable[[int], Place]
+
+
+@dataclass(frozen=True)
+class Mathematics:
+    """MathML for each formula, and the rules for the classes that stand for style attributes."""
+
+    mathml: Mapping[Formula, str]
+    css: str
+
+
+def render(
+    asked: Iterable[Asked],
+    macros: Mapping[str, str],
+    cache: Path,
+    problems: Problems,
+    progress: Progress = quiet,
+    kept: Memory | None = None,
+) -> Mathematics:
+    """All formulas as MathML; those that are no LaTeX go to `problems` and become empty, and so do
+    those that a browser would show with a part missing."""
+    wanted = list(asked)
+    formulas = {one.formula for one in wanted}
+    make = partial(_made, formulas, macros, cache, progress)
+    mathematics, faults = (kept or Memory()).answer("formulas", (formulas, macros), make)
+    for one in wanted:
+        if "<menclose" in mathematics.mathml[one.formula]:
+            problems.add(one.at(0), "formula: no browser draws <menclose>, made of \\overline, \\boxed, \\cancel …")
+        if fault := faults.get(one.formula):
+            position = fault["position"]
+            place = one.at(min(position, len(one.formula.source)) if isinstance(position, int) else 0)
+            problems.add(place, f"formula: {_said(str(fault['message']))}")
+    return mathematics
+
+
+def _made(
+    formulas: Set[Formula], macros: Mapping[str, str], cache: Path, progress: Progress
+) -> tuple[Mathematics, dict[Formula, Any]]:
+    """All formulas, and what Temml says of those that it cannot read."""
+    version = fetch.read_manifest()["temml"].version
+    made_by = _hash([FORMAT, version, SCRIPT.read_text("utf-8"), sorted(macros.items())])
+    known = Remembered(cache, f"maths {made_by}", SPARE)
+    new = sorted((formula for formula in formulas if not known.knows(_key(formula))), key=_key)
+    made: dict[Formula, Any] = {}
+    if new:
+        module = fetch.gather(["temml"], cache=cache, progress=progress)["temml/dist/temml.mjs"]
+        asked = [{"source": f.source, "display": f.display} for f in new]
+        answers = run_node(SCRIPT, {"module": str(module), "macros": dict(macros), "formulas": asked}, timeout=120)
+        made = dict(zip(new, answers, strict=True))
+    order = sorted(formulas, key=_key)
+    found = {formula: known.answer(_key(formula), partial(made.get, formula)) for formula in order}
+    known.keep()
+    styles: dict[str, str] = {}
+    mathml = {formula: _classed(str(answer.get("mathml", "")), styles) for formula, answer in found.items()}
+    css = "".join(f".{name}{{{style}}}\n" for style, name in sorted(styles.items()))
+    return Mathematics(mathml, css), {formula: said for formula, said in found.items() if "mathml" not in said}
+
+
+def _key(formula: Formula) -> str:
+    return ("display " if formula.display else "inline ") + formula.source
+
+
+def _hash(data: object) -> str:
+    return hashlib.sha256(json.dumps(data).encode()).hexdigest()[:24]
+
+
+def _said(message: str) -> str:
+    """Temml's message without the excerpt that it appends: the place says it better."""
+    first = message.strip().split("\n")[0].replace(COMBINING, "")
+    return re.sub(r",?\s*at (position \d+|end of input).*$", "", first).strip(" :")
+
+
+def _classed(mathml: str, styles: dict[str, str]) -> str:
+    """The MathML with classes in place of style attributes; `styles` gathers style → class."""
+
+    def swap(match: re.Match[str]) -> str:
+        style, rest = match["style"], match["before"] + match["after"]
+        if style in SEEN_BY_CLASS:
+            return f"<{match['tag']}{rest}>"
+        name = styles.setdefault(style, f"m{hashlib.sha256(style.encode()).hexdigest()[:6]}")
+        if ' class="' in rest:
+            joined = rest.replace(' class="', f' class="{name} ', 1)
+            return f"<{match['tag']}{joined}>"
+        return f'<{match["tag"]} class="{name}"{rest}>'
+
+    return STYLE.sub(swap, mathml)

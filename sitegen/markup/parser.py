@@ -1,0 +1,291 @@
+"""Markdown → tokens: markdown-it with formulas, footnotes and directives, every token that can be wrong with its place.
+
+After parsing, directives are single tokens ("figure", "plot", "try", "aside", "value", "readout", "ref", "term",
+"cite") or pairs ("claim_open", "claim_close"), and footnote definitions are taken out of the flow.
+"""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from bisect import bisect_right
+from dataclasses import dataclass, field
+from functools import lru_cache, partial
+from typing import Any
+
+from markdown_it import MarkdownIt
+from markdown_it.rules_block import StateBlock
+from markdown_it.rules_core import StateCore
+from markdown_it.token import Token
+from mdit_py_plugins.container import container_plugin
+from mdit_py_plugins.dollarmath import dollarmath_plugin
+from mdit_py_plugins.footnote import footnote_plugin
+
+from sitegen.markup.directives import DirectiveError, read
+from sitegen.markup.fences import open_fence
+from sitegen.markup.inline import BLOCK, INLINE, citation, directive_in_line, misplaced, placed
+from sitegen.markup.unclosed import dollar, lose
+from sitegen.problems import Place, Problems, hint
+
+CONTAINERS = ("example", "anatomy")
+PLACED = ("link", "image", "math_inline", "footnote_ref", "autolink")
+HEADING_ID = re.compile(r"\s*\{#([^}]*)\}\s*$")
+ANCHOR = re.compile(r"[a-z][a-z0-9-]*")
+NO_HEADING = re.compile(r"^#{2,6}(?=\w)", re.MULTILINE)
+INDENTED = re.compile(r"^\s*::[a-z]+\[", re.MULTILINE)
+CONTAINER = re.compile(r"^:::\s*(\w*)", re.MULTILINE)
+
+
+@dataclass
+class Source:
+    """A Markdown file as it is parsed: its path as problems name it, and its text with the front matter blanked out.
+
+    shift: columns that stand before each line of the text in its file.
+    """
+
+    path: str
+    text: str
+    problems: Problems
+    shift: int = 0
+    lines: list[str] = field(init=False)
+    starts: list[int] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.lines = self.text.split("\n")
+        self.starts = [0]
+        for line in self.lines[:-1]:
+            self.starts.append(self.starts[-1] + len(line) + 1)
+
+    def at(self, offset: int) -> Place:
+        """The place of an offset in the text."""
+        line = bisect_right(self.starts, offset) - 1
+        return Place(self.path, line + 1, self.shift + offset - self.starts[line] + 1)
+
+
+@dataclass
+class Document:
+    """A parsed file: the flow, and each footnote's tokens by label.
+
+    lost: figures and equations ("fig:id", "eq:label") in what could not be read; to refer to them is no mistake.
+    """
+
+    tokens: list[Token]
+    footnotes: dict[str, list[Token]]
+    lost: set[str]
+
+
+def parse(source: Source) -> Document:
+    """The file's tokens; what is not well-formed goes to source.problems."""
+    text = source.text
+    while True:
+        env: dict[str, Any] = {"source": source, "footnote_tokens": {}, "lost": set()}
+        tokens = parser().parse(text, env)
+        fence = open_fence(tokens, source.lines)
+        if fence is None:
+            return Document(tokens, env["footnote_tokens"], env["lost"])
+        # It took what follows for code: without its line that is read, but for what may be code indeed.
+        line = source.lines[fence.first]
+        column = source.shift + len(line) - len(line.lstrip(" >")) + 1
+        source.problems.add(Place(source.path, fence.first + 1, column), fence.says)
+        source.problems.unclear |= {(source.path, n + 1) for n in range(fence.first, fence.unclear + 1)}
+        lines = [" " * len(each) if fence.hides(n, each) else each for n, each in enumerate(text.split("\n"))]
+        text = "\n".join(lines)
+
+
+@lru_cache(maxsize=1)
+def parser() -> MarkdownIt:
+    """The one parser; it keeps nothing between files."""
+    md = MarkdownIt("commonmark", {"typographer": True, "html": False})
+    md.enable(["table", "smartquotes", "strikethrough"])
+    dollarmath_plugin(md, allow_digits=False, allow_blank_lines=False)
+    footnote_plugin(md, inline=False, move_to_end=False, always_match_refs=True)
+    for name in CONTAINERS:
+        container_plugin(md, name)
+    md.inline.add_terminator_char(":")
+    md.block.ruler.before(
+        "paragraph", "directive", _block_directive, {"alt": ["paragraph", "reference", "blockquote", "list"]}
+    )
+    md.inline.ruler.before("link", "directive", directive_in_line)
+    md.inline.ruler.after("directive", "misplaced", misplaced)
+    md.inline.ruler.before("link", "citation", citation)
+    md.inline.ruler.after("math_inline", "dollar", dollar)
+    rules = {rule.name: rule.fn for rule in md.inline.ruler.__rules__}
+    for name in PLACED:
+        md.inline.ruler.at(name, partial(placed, rules[name]))
+    md.core.ruler.before("inline", "heading_ids", _heading_ids)
+    md.core.ruler.after("inline", "places", _places)
+    md.core.ruler.push("fold", _fold)
+    return md
+
+
+def text_of(tokens: list[Token]) -> str:
+    """What inline tokens say, without markup."""
+    return "".join(" " if t.type in ("softbreak", "hardbreak") else t.content for t in tokens)
+
+
+def ascii_slug(text: str) -> str:
+    """A flat ASCII anchor for a heading's text."""
+    plain = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode().lower()
+    return re.sub(r"[^a-z0-9]+", "-", plain).strip("-") or "section"
+
+
+def _block_directive(state: StateBlock, start_line: int, end_line: int, silent: bool) -> bool:
+    if state.is_code_block(start_line):
+        return False
+    start = state.bMarks[start_line] + state.tShift[start_line]
+    source: Source = state.env["source"]
+    if not state.src.startswith("::", start) or state.src.startswith(":::", start):
+        return False
+    stop_line = start_line + 1  # a caption may be wrapped: the directive may run to the next blank line
+    while stop_line < end_line and not state.isEmpty(stop_line):
+        stop_line += 1
+    try:
+        directive = read(state.src, start, state.eMarks[stop_line - 1], "::")
+    except DirectiveError as error:
+        if not silent:
+            source.problems.add(source.at(error.offset), str(error))
+            lose(state.env, state.src[start : state.eMarks[stop_line - 1]])
+            state.line = stop_line
+        return True
+    if directive is None:
+        if not re.match(r"::[a-z]+(\s|\{|$)", state.src[start : state.eMarks[start_line]]):
+            return False
+        if not silent:
+            source.problems.add(source.at(start), "a directive is written ::name[text]{attributes}")
+            lose(state.env, state.src[start : state.eMarks[start_line]])
+            state.line = start_line + 1
+        return True
+    if silent:
+        return True
+    last = source.at(directive.end).line - 1
+    rest = state.src[directive.end : state.eMarks[last]]
+    if rest.strip():
+        source.problems.add(
+            source.at(directive.end), f"nothing may follow a directive on its line, but {rest.strip()!r} does"
+        )
+    if directive.name not in BLOCK:
+        why = "; in a line it has one colon" if directive.name in INLINE else hint(directive.name, BLOCK)
+        source.problems.add(source.at(start), f"no directive ::{directive.name}{why}")
+        lose(state.env, directive.attributes)
+    state.line = last + 1
+    token = state.push("directive_open", "", 1)
+    token.map, token.info, token.meta = (
+        [start_line, state.line],
+        directive.name,
+        {"directive": directive, "at": source.at},
+    )
+    token.meta["place"] = source.at(start)
+    inline = state.push("inline", "", 0)
+    inline.map, inline.content, inline.children = [start_line, state.line], directive.text, []
+    inline.meta = {"start": directive.text_start}
+    state.push("directive_close", "", -1)
+    return True
+
+
+def _heading_ids(state: StateCore) -> None:
+    """Take `{#id}` off the end of headings."""
+    source: Source = state.env["source"]
+    for heading, inline in zip(state.tokens, state.tokens[1:], strict=False):
+        if heading.type != "heading_open":
+            continue
+        if (match := HEADING_ID.search(inline.content)) is not None:
+            line = (inline.map or [0])[0]
+            place = source.at(source.starts[line] + source.lines[line].rfind("{#") + 2)
+            if ANCHOR.fullmatch(match[1]):
+                heading.meta = {"id": match[1]}
+            else:
+                source.problems.add(
+                    place, f"{match[1]!r} is no anchor: small letters, digits and hyphens, a letter first"
+                )
+            inline.content = inline.content[: match.start()]
+        heading.meta = {**heading.meta, "place": Place(source.path, (heading.map or [0])[0] + 1, 1)}
+
+
+def _places(state: StateCore) -> None:
+    """Give every child with an offset its place in the file."""
+    source: Source = state.env["source"]
+    cell = 0
+    for token in state.tokens:
+        cell = 0 if token.type in ("tr_open", "table_close") else cell + (token.type in ("th_close", "td_close"))
+        if token.type in ("math_block", "math_block_label") and token.map:
+            first = source.starts[token.map[0]]
+            dollars = source.text.index("$$", first)
+            token.meta = {"place": source.at(dollars), "at": partial(_offset_in, source, dollars + 2)}
+            if token.type == "math_block_label":
+                label = source.text.rindex("(", 0, _line_end(source, token.map[1] - 1)) + 1
+                token.meta["label_place"] = source.at(label)
+        elif token.type.startswith("container_") and token.map and source.lines[token.map[1] :][:1] != [":::"]:
+            where = Place(source.path, token.map[0] + 1, 1)
+            source.problems.add(where, f"{token.markup}{token.info} is never closed by :::")
+        elif token.type == "fence" and token.map:
+            token.meta = {"place": Place(source.path, token.map[0] + 1, 1)}
+        elif token.type == "code_block" and token.map and INDENTED.match(token.content):
+            line = source.lines[token.map[0]]
+            where = Place(source.path, token.map[0] + 1, line.find("::") + 1)
+            source.problems.add(where, "indented by a tab or four blanks this is code: a directive begins its line")
+            lose(state.env, token.content)
+        if token.type != "inline":
+            continue
+        at = partial(_inline_place, source, token, cell)
+        for match in CONTAINER.finditer(token.content):
+            near = hint(match[1], CONTAINERS) if match[1] else ", and this one closes none"
+            source.problems.add(at(match.start()), f"no block :::{match[1]}{near}")
+        for match in NO_HEADING.finditer(token.content):
+            source.problems.add(at(match.start()), f"a heading has a blank after its {match[0]}")
+        for child in token.children or []:
+            if "offset" in (child.meta or {}):
+                child.meta["place"] = at(child.meta["offset"])
+                child.meta["at"] = at
+            if child.type == "fault":
+                source.problems.add(child.meta["place"], child.meta["message"])
+        token.children = [child for child in token.children or [] if child.type != "fault"]
+
+
+def _line_end(source: Source, line: int) -> int:
+    return source.starts[line] + len(source.lines[line])
+
+
+def _offset_in(source: Source, base: int, offset: int) -> Place:
+    return source.at(base + offset)
+
+
+def _inline_place(source: Source, inline: Token, cell: int, offset: int) -> Place:
+    """The place of an offset in an inline token's content, whose lines lost their indentation and container marks."""
+    if "start" in (inline.meta or {}):
+        return source.at(inline.meta["start"] + offset)
+    before = inline.content[:offset]
+    row = (inline.map or [0])[0] + before.count("\n")
+    content = inline.content.split("\n")[before.count("\n")]
+    raw = source.lines[row]
+    bars = [m.end() for m in re.finditer(r"(?<!\\)\|", raw)] if cell else []
+    first = bars[cell - (not raw.lstrip().startswith("|"))] if cell < len(bars) + 1 and bars else 0
+    column = raw.find(content.rstrip(), first)
+    return Place(source.path, row + 1, source.shift + max(column, 0) + len(before.rpartition("\n")[2]) + 1)
+
+
+def _fold(state: StateCore) -> None:
+    """Make each block directive one token with its text as children, and take footnotes out of the flow."""
+    source: Source = state.env["source"]
+    flow: list[Token] = []
+    notes: dict[str, list[Token]] = state.env["footnote_tokens"]
+    into = flow
+    for token in state.tokens:
+        match token.type:
+            case "footnote_reference_open":
+                label = token.meta["label"]
+                if label in notes:
+                    source.problems.add(
+                        Place(source.path, (token.map or [0])[0] + 1, 1), f"footnote [^{label}] is defined twice"
+                    )
+                into = notes[label] = []
+            case "footnote_reference_close":
+                into = flow
+            case "directive_open":
+                into.append(Token(token.info, "", 0, meta=token.meta, map=token.map, block=True, children=[]))
+            case "inline" if "start" in (token.meta or {}):
+                into[-1].children = token.children
+            case "directive_close":
+                pass
+            case _:
+                into.append(token)
+    state.tokens[:] = flow

@@ -1,0 +1,1 @@
+"""Pages written from chapters: chapters, slides, notebooks, the reference, the search."""

@@ -1,0 +1,70 @@
+"""What a build was made of, for the page that says so: the same for every build of one commit."""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+import solvers
+from sitegen.chapters.render import Body
+from sitegen.chapters.survey import Survey
+from sitegen.external.fetch import read_manifest
+
+
+@dataclass(frozen=True)
+class Made:
+    """The build in numbers. `commit`: empty where the checkout's history cannot be asked; `changed`: edited since."""
+
+    version: str
+    commit: str
+    changed: bool
+    numpy: str
+    pyodide: str
+    chapters: int
+    figures: int
+    plots: int
+    claims: int
+    tests: int
+    runtime_bytes: int
+
+
+def made(root: Path, surveys: Sequence[Survey], bodies: Sequence[Body], runtime_bytes: int) -> Made:
+    """The numbers of the build of a checkout."""
+    claims = [claim for body in bodies for claim in body.claims]
+    commit = _git(root, "rev-parse", "--short=12", "HEAD")
+    return Made(
+        solvers.__version__,
+        commit,
+        bool(commit and _git(root, "status", "--porcelain")),
+        np.__version__,
+        read_manifest()["pyodide"].version,
+        len(surveys),
+        sum(len(one.figures) for one in surveys),
+        sum(len(one.plots) for one in surveys),
+        len(claims),
+        len({claim.test_id for claim in claims}),
+        runtime_bytes,
+    )
+
+
+def _git(root: Path, *words: str) -> str:
+    """What git says of the checkout; nothing where there is no git, or no history of its own."""
+    if not (root / ".git").exists():
+        return ""
+    command = ["git", "--no-optional-locks", *words]
+    try:
+        done = subprocess.run(command, cwd=root, capture_output=True, text=True, timeout=20, check=False)
+    except (OSError, subprocess.TimeoutExpired):
+        return ""
+    return done.stdout.strip() if done.returncode == 0 else ""
+
+
+def bibtex(title: str, author: str, year: int, url: str) -> str:
+    """An entry that cites the site."""
+    lines: Mapping[str, str] = {"title": f"{{{title}}}", "author": f"{{{author}}}", "year": str(year), "url": url}
+    fields = "".join(f"  {name} = {{{value}}},\n" for name, value in lines.items() if value)
+    return f"@misc{{registration-ladder,\n{fields}}}\n"

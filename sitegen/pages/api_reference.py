@@ -1,0 +1,211 @@
+"""The reference of `solvers`: what is public, in order, with its docstrings and signatures as griffe reads them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any, cast
+
+import griffe
+from markupsafe import Markup
+
+from sitegen.markup.code import highlighted
+from sitegen.pages.docstrings import parameters, prose, rendered, said, sections
+from solvers.core.registry import METHODS
+from solvers.core.stepper import Method
+
+ROOT = Path(__file__).resolve().parents[2]
+
+# Heading, what is said of it, and the things under it by their full names.
+GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
+    ("Register", "The front door.", ("solvers.register",)),
+    (
+        "What comes back",
+        "",
+        ("solvers.Result", "solvers.Pose", "solvers.Status", "solvers.stepper.History"),
+    ),
+    ("Known pairs", "The closed forms beneath.", ("solvers.fit_rigid", "solvers.fit_planar", "solvers.Fit")),
+    (
+        "Judging a pose",
+        "Against a known truth, and by the clouds alone.",
+        (
+            *(f"solvers.metrics.{name}" for name in ("rre", "rte", "scale_error", "point_error", "residuals", "rms")),
+            *("solvers.verify.evidence", "solvers.verify.Evidence", "solvers.verify.halves"),
+        ),
+    ),
+    (
+        "Step by step",
+        "What `register` runs, for those who want to stop, look, and go on.",
+        (
+            *("solvers.stepper.Problem", "solvers.stepper.begin", "solvers.stepper.advance", "solvers.stepper.run"),
+            *("solvers.stepper.Batch", "solvers.stepper.Method"),
+        ),
+    ),
+    (
+        "Scenes",
+        "The figures' clouds, from a seed.",
+        (
+            *("solvers.scenes.Scene", "solvers.scenes.room", "solvers.scenes.room_start"),
+            *("solvers.scenes.kabsch_scene", "solvers.bird_scene.bird", "solvers.bird_scene.bird_start"),
+            *(f"solvers.wall_scenes.{name}" for name in ("single_wall", "corridor", "hall", "ndt_room")),
+            *("solvers.match_scenes.facade_scene", "solvers.walk_scenes.fish", "solvers.walk_scenes.fish_start"),
+            *("solvers.scans.two_scans", "solvers.scans.Scans"),
+        ),
+    ),
+    (
+        "The race and its benchmark",
+        "",
+        (
+            *("solvers.race.Controls", "solvers.race.Contestant", "solvers.race.contestants"),
+            *("solvers.race.race_problem", "solvers.benchmark.benchmark", "solvers.benchmark.Line"),
+            *("solvers.benchmark.table", "solvers.benchmark.entry"),
+        ),
+    ),
+    (
+        "Clouds from files",
+        "",
+        (
+            *("solvers.cloud_text.read", "solvers.cloud_text.CloudText", "solvers.thinning.thinned"),
+            *("solvers.thinning.slab", "solvers.thinning.spacing"),
+        ),
+    ),
+)
+
+
+@dataclass(frozen=True)
+class Option:
+    """One option of a method, or one member of an enumeration."""
+
+    name: str
+    type: str
+    default: str
+    says: Markup
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A thing of the reference: its anchor, its name, its signature as code, its words, and what belongs to it."""
+
+    anchor: str
+    name: str
+    signature: Markup
+    words: Markup
+    members: tuple[Entry, ...] = ()
+    values: tuple[Option, ...] = ()
+
+
+@dataclass(frozen=True)
+class MethodEntry:
+    """A method of `solvers.METHODS`: what it is, and its options."""
+
+    anchor: str
+    name: str
+    method: Method[Any]
+    dims: str
+    options: tuple[Option, ...]
+    words: Markup
+
+
+@dataclass(frozen=True)
+class Group:
+    """A heading and what stands under it."""
+
+    anchor: str
+    title: str
+    says: Markup
+    entries: tuple[Entry, ...]
+
+
+@cache
+def groups() -> tuple[Group, ...]:
+    """What is public, in order. Raises LookupError for a name of the list that is not there."""
+    return tuple(
+        Group(re.sub(r"\W+", "-", title.lower()), title, said(says), tuple(map(_entry, names)))
+        for title, says, names in GROUPS
+    )
+
+
+@cache
+def methods() -> tuple[MethodEntry, ...]:
+    """Every method with its options."""
+    return tuple(_method(name, method) for name, method in METHODS.items())
+
+
+@cache
+def package() -> griffe.Module:
+    """`solvers` as griffe reads it, without running it."""
+    module = griffe.load("solvers", search_paths=[ROOT], docstring_parser="numpy", allow_inspection=False)
+    assert isinstance(module, griffe.Module)
+    return module
+
+
+def named(name: str) -> griffe.Object:
+    """What a full name, such as `solvers.scenes.room`, names. Raises LookupError where that is nothing."""
+    try:
+        found = package()[name.removeprefix("solvers.")]
+    except KeyError:
+        raise LookupError(f"the reference lists {name}, which is not there") from None
+    return found.final_target if isinstance(found, griffe.Alias) else found
+
+
+def members(thing: griffe.Object) -> Iterator[griffe.Function | griffe.Attribute]:
+    """The methods and properties that a class of ours defines itself."""
+    for name, member in thing.members.items():
+        is_property = isinstance(member, griffe.Attribute) and "property" in member.labels
+        if not name.startswith("_") and (is_property or isinstance(member, griffe.Function)):
+            yield cast(griffe.Function | griffe.Attribute, member)
+
+
+def _entry(name: str) -> Entry:
+    thing = named(name)
+    anchor = re.sub(r"\W+", "-", name)
+    if not isinstance(thing, griffe.Class):
+        return Entry(anchor, name, _signature(thing, name), rendered(thing))
+    own = tuple(
+        Entry(f"{anchor}-{each.name.replace('_', '-')}", code, _signature(each, code), rendered(each))
+        for each in members(thing)
+        for code in (f"{thing.name}.{each.name}",)
+    )
+    values = tuple(
+        Option(key, "", str(value.value), said(value.docstring.value if value.docstring else ""))
+        for key, value in thing.attributes.items()
+        if is_enum(thing) and "property" not in value.labels
+    )
+    return Entry(anchor, name, _signature(thing, name), rendered(thing), own, values)
+
+
+def _signature(thing: griffe.Object, name: str) -> Markup:
+    """As Python would write it, a line a parameter where one line is too long."""
+    if isinstance(thing, griffe.Attribute):
+        return highlighted(f"{name}: {thing.annotation}", "python")
+    if isinstance(thing, griffe.Class):
+        line = f"class {name}" if is_enum(thing) else f"class {thing.signature(name=name)}"
+    else:
+        assert isinstance(thing, griffe.Function)
+        line = thing.signature(name=name)
+    if len(line) > 88:
+        head, inner, tail = re.fullmatch(r"(.*?\()(.*)(\).*?)", line).groups()  # type: ignore[union-attr]
+        parts = re.split(r", (?=\*{0,2}\w+: |\*, )", inner)
+        line = "\n".join([head, *(f"    {part}," for part in parts), tail])
+    return highlighted(line, "python")
+
+
+def is_enum(thing: griffe.Class) -> bool:
+    """Whether its members are values, and not what an object of it has."""
+    return any(str(base).endswith("Enum") for base in thing.bases)
+
+
+def _method(name: str, method: Method[Any]) -> MethodEntry:
+    own = named(f"{method.options.__module__}.{method.options.__qualname__}")
+    options = tuple(Option(p.name, str(p.annotation), str(p.default), said(p.description)) for p in parameters(own))
+    # Its own module first, then that of the step where it shares one: `gicp` steps as `point-to-plane` does.
+    modules = dict.fromkeys(getattr(part, "__wrapped__", part).__module__ for part in (method.start, method.step))
+    words = [rendered(named(module)) for module in modules]
+    # What an options' docstring says of the whole stands after its first line.
+    first = next((str(part.value) for part in sections(own) if part.kind is griffe.DocstringSectionKind.text), "")
+    words.append(prose(first.partition("\n")[2]))
+    dims = "any" if method.dims is None else " or ".join(map(str, method.dims))
+    return MethodEntry(f"method-{name}", name, method, dims, options, Markup("\n").join(words))

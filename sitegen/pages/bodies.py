@@ -1,0 +1,123 @@
+"""Surveyed chapters → their texts and slides, each made again only where anything that it looks up has changed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+from jinja2 import Environment
+from markupsafe import Markup
+
+from sitegen.cache.memory import Memory, T
+from sitegen.chapters.citations import Reference
+from sitegen.chapters.content import FIXED_PAGES, Chapter
+from sitegen.chapters.glossary import Term
+from sitegen.chapters.known import Known
+from sitegen.chapters.render import Body, headings, render
+from sitegen.chapters.survey import OWN_IDS, Outline, Survey, outline
+from sitegen.figures.bakery import Bakery, frames_of
+from sitegen.figures.gallery import Gallery, Placed
+from sitegen.figures.model import Figure
+from sitegen.figures.tape import Tape
+from sitegen.markup.math import Mathematics
+from sitegen.pages.decks import Deck, deck
+from sitegen.pages.views import figure_html, figure_view, plot_html
+from sitegen.problems import Problems
+
+Tapes = Mapping[tuple[str, str], Tape]
+
+
+@dataclass(frozen=True)
+class Written:
+    """A chapter's text, and its slides where it has some."""
+
+    chapter: Chapter
+    body: Body
+    deck: Deck | None
+
+
+@dataclass(frozen=True)
+class Pen:
+    """Writes chapters with their figures and plots in them."""
+
+    templates: Environment
+    tapes: Tapes
+    bakery: Bakery
+    gallery: Gallery
+
+    def known(self, known: Known, one: Survey, problems: Problems) -> Known:
+        """What one chapter's rendering may look at; what is wrong goes to `problems`."""
+        formulas = {asked.formula: known.mathematics.mathml[asked.formula] for asked in one.formulas}
+        return replace(
+            known,
+            mathematics=Mathematics(formulas, ""),
+            frames=partial(frames_of, self.bakery, problems),
+            figure_html=partial(self._figure, one.chapter),
+            plot_html=partial(self._plot, problems),
+            problems=problems,
+        )
+
+    def headings(self, one: Survey, known: Known, problems: Problems) -> dict[str, Markup]:
+        """What links to a chapter's headings say, by anchor."""
+        return headings(one, self.known(known, one, problems))
+
+    def written(self, one: Survey, known: Known, problems: Problems) -> Written:
+        """A chapter with its slides."""
+        own = self.known(known, one, problems)
+        slides = deck(one, self.tapes, own, figure_html(self.templates)) if one.slides else None
+        return Written(one.chapter, render(one, own), slides)
+
+    def _figure(self, chapter: Chapter, figure: Figure, caption: Markup) -> Markup:
+        tape = self.tapes.get((chapter.name, figure.id))
+        if tape is None:  # its widget fails, which is told
+            return Markup("")
+        return figure_html(self.templates)(figure_view(figure, tape.first, tape.name, caption, tape.results))
+
+    def _plot(self, problems: Problems, placed: Placed, caption: Markup) -> Markup:
+        try:
+            return plot_html(self.templates)(placed, self.gallery.drawn(placed), caption)
+        except Exception as error:  # a plot's own mistake: the author sees which and why
+            problems.add(placed.place, f"the plot cannot be drawn: {type(error).__name__}: {error}")
+            return Markup("")
+
+
+def write(surveys: Sequence[Survey], known: Known, pen: Pen, kept: Memory) -> tuple[Known, list[Written]]:
+    """All chapters written, and what is known of them then. known: all else that they look things up in."""
+
+    def made_of(one: Survey, now: Known) -> object:
+        tapes = [pen.tapes.get((one.chapter.name, name)) for name in one.figures]
+        return one, tapes, pen.known(now, one, known.problems)
+
+    def kept_of(what: str, make: Callable[[Survey, Known, Problems], T], now: Known) -> list[T]:
+        names = [(what, one.chapter.source.path) for one in surveys]
+        return [
+            kept.told(name, made_of(one, now), known.problems, partial(make, one, now))
+            for name, one in zip(names, surveys, strict=True)
+        ]
+
+    outlines = list(map(outline, surveys, kept_of("headings", pen.headings, known)))
+    known = replace(known, chapters=outlines, pages=_pages(surveys, known.references, known.terms))
+    return known, kept_of("text", pen.written, known)
+
+
+def outlines_of_drafts(surveys: Iterable[Survey]) -> list[Outline]:
+    """What is said of chapters that are left out: no more than that they are."""
+    return [outline(one, {}) for one in surveys]
+
+
+def _pages(
+    surveys: Sequence[Survey], references: Mapping[str, Reference], terms: Mapping[str, Term]
+) -> dict[str, Collection[str] | None]:
+    """Every page that a link may lead to, with its anchors."""
+    pages: dict[str, Collection[str] | None] = {fixed.page: None for fixed in FIXED_PAGES if fixed.name != "404"}
+    pages["references.html"] = [f"ref-{key}" for key in references]
+    pages["glossary.html"] = [term.anchor for term in terms.values()]
+    pages |= {one.chapter.deck: None for one in surveys if one.slides}
+
+    def anchors(one: Survey) -> list[str]:
+        own = ["main"] if one.chapter.is_doc else [name for name in OWN_IDS if name != "slides" or one.slides]
+        return [*own, *one.anchors]
+
+    # Of two chapters of one name, which is a problem, the first is meant.
+    return pages | {one.chapter.page: anchors(one) for one in reversed(surveys)}

@@ -1,0 +1,106 @@
+"""Slides → the deck of a chapter: its texts rendered, the chapter's figures and plots with the same markup, tapes."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+from markupsafe import Markup
+
+from sitegen.chapters.content import Chapter
+from sitegen.chapters.known import Known
+from sitegen.chapters.render import Body, Pieces, pieces
+from sitegen.chapters.survey import Staged, Survey
+from sitegen.figures.model import Figure
+from sitegen.figures.tape import Tape
+from sitegen.pages.title_slide import check_title
+from sitegen.pages.views import Chosen, FigureView, figure_view
+from sitegen.problems import hint
+
+WIDE = 1.75  # as wide as a plot is that the words stand above
+IDS = re.compile(r' id="[^"]*"')
+
+
+@dataclass(frozen=True)
+class SlideView:
+    """What the template shows of a slide. tall: its plot leaves room beside it."""
+
+    title: Markup
+    text: Markup
+    notes: Markup
+    equation: Markup
+    figure: Markup
+    plot: Markup
+    tall: bool
+
+
+@dataclass(frozen=True)
+class Deck:
+    """The slides of a chapter. still: a panel of their first figure, without ids; found: what the texts cite."""
+
+    chapter: Chapter
+    slides: tuple[SlideView, ...]
+    still: Markup
+    found: Body
+
+    @property
+    def count(self) -> int:
+        """How many slides there are, the title's among them."""
+        return len(self.slides) + 1
+
+    @property
+    def mathematics(self) -> bool:
+        """Whether a formula is seen on any of them."""
+        return any("<math" in slide.title + slide.text + slide.equation for slide in self.slides)
+
+
+def deck(
+    survey: Survey, tapes: Mapping[tuple[str, str], Tape], known: Known, draw: Callable[[FigureView], Markup]
+) -> Deck:
+    """The deck of a chapter that has slides; what is wrong in them goes to known.problems."""
+    check_title(survey.chapter, known.problems)
+    write = pieces(survey, known, survey.chapter.deck)
+    views, stills = [], []
+    for one in survey.slides:
+        tape = tapes.get((survey.chapter.name, one.figure.id)) if one.figure else None
+        shown = _figure(one, one.figure, tape, known) if one.figure and tape else None
+        if shown:
+            stills.append(Markup(IDS.sub("", shown.frame["panels"][0]["svg"])))
+        views.append(_slide(one, write, draw(shown) if shown else Markup(), known))
+    return Deck(survey.chapter, tuple(views), next(iter(stills), Markup()), write.found)
+
+
+def _slide(one: Staged, write: Pieces, figure: Markup, known: Known) -> SlideView:
+    slide = one.slide
+    title = [child for token in slide.title for child in token.children or []]
+    width, height = one.plot.plot.sizes["wide"] if one.plot else (1, 1)
+    equation = known.mathematics.mathml.get(one.equation, "") if one.equation else ""
+    return SlideView(
+        write.inline(title),
+        write.flow(slide.text),
+        write.flow(slide.notes),
+        Markup(equation),
+        figure,
+        known.plot_html(one.plot, Markup()) if one.plot else Markup(),
+        one.plot is not None and width < WIDE * height,
+    )
+
+
+def _figure(one: Staged, figure: Figure, tape: Tape, known: Known) -> FigureView | None:
+    """The chapter's figure in the slide's state, with the controls and readouts that the slide chooses."""
+    assert one.record is not None
+    plain = one.record.plain()
+    frames = [tape.first] if plain == figure.records[0] else known.frames(figure, [plain])
+    if not frames:
+        return None
+    (frame,) = frames
+    for what in ("panel", "readout"):
+        names = [each["name"] for each in frame[f"{what}s"]]
+        for i, name in enumerate(getattr(one.slide, f"{what}s")):
+            if name not in names:
+                known.problems.add(one.slide.at(f"{what}s", i), f"no {what} {name!r}{hint(name, names)}")
+    view = figure_view(replace(figure, records=[plain]), frame, tape.name, Markup(), tape.results)
+    controls = {name: spec for name, spec in view.controls.items() if name in one.slide.controls}
+    panels = one.slide.panels or tuple(panel["name"] for panel in frame["panels"])
+    return replace(view, controls=controls, jobs=(), chosen=Chosen(panels, one.slide.readouts))

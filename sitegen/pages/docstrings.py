@@ -1,0 +1,109 @@
+"""Docstrings in numpydoc's form as HTML: griffe takes them apart, here stands how their parts look."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+import griffe
+from griffe import DocstringSectionKind as Kind
+from markupsafe import Markup, escape
+
+from sitegen.markup.code import highlighted
+
+_LOW = dict(zip("ᵢⱼₖₘₙₓ", "ijkmnx", strict=True))
+_LISTED = {
+    Kind.parameters: "Parameters",
+    Kind.attributes: "Attributes",
+    Kind.returns: "Returns",
+    Kind.raises: "Raises",
+}
+_DOI = re.compile(r"doi:(10\.[^\s<]+)")
+
+
+def sections(thing: griffe.Object) -> list[griffe.DocstringSection]:
+    """The parts of a thing's docstring; none where it has no docstring."""
+    return thing.docstring.parsed if thing.docstring else []
+
+
+def parameters(thing: griffe.Object) -> list[griffe.DocstringParameter]:
+    """What its docstring lists as parameters."""
+    return [each for part in sections(thing) if part.kind is Kind.parameters for each in part.value]
+
+
+def rendered(thing: griffe.Object) -> Markup:
+    """A thing's docstring as HTML, its sections in their order."""
+    return Markup("\n").join(map(_section, sections(thing)))
+
+
+def prose(text: str) -> Markup:
+    """Paragraphs, lists, and what is indented as it stands."""
+    parts: list[Markup] = []
+    for one in re.split(r"\n\s*\n", text.strip("\n")):
+        if one.startswith("    "):
+            lines = re.sub(r"^    ", "", one, flags=re.MULTILINE)
+            parts.append(Markup('<pre tabindex="0"><code>{}</code></pre>').format(_lowered(lines)))
+        elif one.startswith("- "):
+            parts.append(_list("ul", re.split(r"(?:^|\n)- ", one)))
+        elif one.startswith("1. "):
+            parts.append(_list("ol", re.split(r"(?:^|\n)\d+\. ", one)))
+        elif one.strip():
+            parts.append(Markup("<p>{}</p>").format(said(one)))
+    return Markup("\n").join(parts)
+
+
+def said(text: str) -> Markup:
+    """A piece of prose as HTML: code in backticks and numbers of references, nothing else is markup."""
+    text = re.sub(r"\[(\d+)\]_", r"[\1]", text)
+    parts = [_lowered(part) for part in re.split(r"`([^`]+)`", " ".join(text.split()))]
+    inner = [part if i % 2 == 0 else Markup("<code>{}</code>").format(part) for i, part in enumerate(parts)]
+    return Markup("").join(inner)
+
+
+def _section(part: griffe.DocstringSection) -> Markup:
+    if part.kind is Kind.text:
+        return prose(part.value)
+    if part.kind is Kind.examples:
+        return _titled("Examples", Markup("\n").join(_example(kind, text) for kind, text in part.value))
+    if part.kind is Kind.admonition and part.title == "References":
+        works = re.split(r"(?:^|\n)\.\. \[\d+\] ", part.value.description)
+        return _titled("References", Markup(_DOI.sub(_doi, _list("ol", works))))
+    if part.kind is Kind.admonition:
+        return _titled(str(part.title), prose(part.value.description))
+    rows = [Markup("<dt>{}</dt><dd>{}</dd>").format(_term(each), prose(each.description)) for each in part.value]
+    return _titled(_LISTED[part.kind], Markup('<dl class="fields">{}</dl>').format(Markup("").join(rows)))
+
+
+def _term(each: griffe.DocstringElement) -> Markup:
+    """A parameter's name with its type and default, or the type of what is returned or raised."""
+    name, kind = getattr(each, "name", ""), str(each.annotation or "")
+    if not name or name.startswith("*"):
+        return Markup("<code>{}</code>").format(name or kind)
+    if isinstance(each, griffe.DocstringParameter) and each.default is not None:
+        kind += ", optional" if str(each.default) == "None" else f", default {each.default}"
+    return Markup("<code>{}</code> <span>{}</span>").format(name, kind)
+
+
+def _example(kind: Kind, text: str) -> Markup:
+    if kind is Kind.text:
+        return prose(text)
+    return Markup('<pre class="code" tabindex="0"><code>{}</code></pre>').format(highlighted(text, "pycon"))
+
+
+def _titled(title: str, inner: Markup) -> Markup:
+    return Markup("<h4>{}</h4>\n{}").format(title, inner)
+
+
+def _list(tag: str, items: Sequence[str]) -> Markup:
+    inner = Markup("").join(Markup("<li>{}</li>").format(said(item)) for item in items if item.strip())
+    return Markup("<{0}>{1}</{0}>").format(Markup(tag), inner)
+
+
+def _doi(match: re.Match[str]) -> str:
+    return f'<a href="https://doi.org/{match[1]}">doi:{match[1]}</a>'
+
+
+def _lowered(text: str) -> Markup:
+    """Text as HTML, the letters that stand below the line as subscripts: the site's typefaces have no such letters."""
+    runs = re.compile(f"[{''.join(_LOW)}]+")
+    return Markup(runs.sub(lambda run: f"<sub>{''.join(_LOW[c] for c in run[0])}</sub>", escape(text)))

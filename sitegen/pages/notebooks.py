@@ -1,0 +1,313 @@
+"""A chapter → a Jupyter notebook: its text as Markdown, its figures as pictures with the Python that computes them.
+
+The chapter's own Markdown is kept as its author wrote it, formulas as LaTeX; only what is ours is put into other words:
+directives, citations, references, side notes. Pictures are images in Markdown cells, since Jupyter shows neither an
+attached SVG nor, before a notebook is trusted, one that a cell put out.
+"""
+
+from __future__ import annotations
+
+import html
+import json
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache as once
+from functools import partial
+from pathlib import Path
+from textwrap import dedent
+from typing import Any
+
+from markdown_it.token import Token
+
+from sitegen.assets.tokens import TOKENS
+from sitegen.cache.files import fingerprint
+from sitegen.cache.memory import Memory
+from sitegen.cache.store import Store
+from sitegen.chapters.citations import Reference
+from sitegen.chapters.content import Chapter, Site
+from sitegen.chapters.known import Known
+from sitegen.chapters.render import Body, blocks, pieces
+from sitegen.chapters.survey import Survey
+from sitegen.figures.gallery import Drawn, Placed
+from sitegen.figures.model import Figure
+from sitegen.figures.wire import Plain
+from sitegen.markup.parser import HEADING_ID
+from sitegen.pages.portable_svg import SHEETS, data_address, standalone
+from sitegen.problems import Place
+from widgets.engine.script import WHEEL
+
+Cell = tuple[str, str]  # "markdown" or "code", and its text
+_ANCHOR = re.compile(r'<a [^>]*?href="([^"]*)"[^>]*>(.*?)</a>', re.DOTALL)
+_NOTE = re.compile(r"\[\^[^\]]*\]:\s*")
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What notebooks take from the build. frame: of a figure as its page shows it first; drawn: of a plot.
+
+    wheel: where our package stands on the site.
+    """
+
+    site: Site
+    known: Known
+    wheel: str
+    frame: Callable[[str, Figure], Plain]
+    drawn: Callable[[Placed], Drawn]
+
+
+def name_of(chapter: Chapter) -> str:
+    """Where a chapter's notebook stands on the site."""
+    return f"notebooks/{chapter.slug}.ipynb"
+
+
+def notebook(survey: Survey, cited: Sequence[str], shown: Shown) -> bytes:
+    """The chapter's notebook, the same bytes each time. cited: keys of the works that it cites, in order."""
+    writer = _Writer(survey, shown)
+    references = [shown.known.references[key] for key in cited]
+    cells = [*writer.head(), *writer.body(), *([("markdown", _bibliography(references))] if references else [])]
+    return written(_joined(cells))
+
+
+def written(cells: Sequence[Cell]) -> bytes:
+    """Cells in the notebook format 4.5."""
+    made: list[dict[str, Any]] = []
+    for i, (kind, text) in enumerate(cells):
+        cell: dict[str, Any] = {"cell_type": kind, "id": f"cell-{i}", "metadata": {}, "source": text.strip("\n")}
+        made.append({**cell, "execution_count": None, "outputs": []} if kind == "code" else cell)
+    metadata = {
+        "kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"},
+        "language_info": {"name": "python"},
+    }
+    whole = {"cells": made, "metadata": metadata, "nbformat": 4, "nbformat_minor": 5}
+    return (json.dumps(whole, ensure_ascii=False, indent=1, sort_keys=True) + "\n").encode()
+
+
+def _joined(cells: Sequence[Cell]) -> list[Cell]:
+    """Markdown that stands together in one cell, up to the next heading or code."""
+    joined: list[Cell] = []
+    for kind, text in cells:
+        follows = kind == "markdown" and joined and joined[-1][0] == kind and not text.startswith(("#", "<a id="))
+        if follows:
+            joined[-1] = (kind, f"{joined[-1][1]}\n\n{text}")
+        else:
+            joined.append((kind, text))
+    return joined
+
+
+class _Writer:
+    def __init__(self, survey: Survey, shown: Shown) -> None:
+        self._survey, self._shown = survey, shown
+        self._source = survey.chapter.source
+        self._html = pieces(survey, shown.known).inline
+        self._base = shown.site.url or "../"
+
+    def head(self) -> Iterator[Cell]:
+        """Title, where it comes from, and how to install what it imports."""
+        chapter, site = self._survey.chapter, self._shown.site
+        question = f"*{chapter.question}*\n\n" if chapter.question else ""
+        yield (
+            "markdown",
+            f"# {chapter.title}\n\n{question}"
+            f"A chapter of [{site.title}]({self._base}index.html), as a notebook: its text, its figures as first"
+            " shown, and the Python that computes their numbers. The figures can be moved by hand on"
+            f" [its page]({self._base}{chapter.page}).\n\n"
+            f"The cells import numpy and the site's own package, [{WHEEL}]({self._base}{self._shown.wheel}): save that"
+            " file beside this notebook and take the mark off the next line.\n\n"
+            f"By {site.author}, {site.year}. Text and figures: [{site.licence}]({site.licence_url}).",
+        )
+        yield "code", f"# %pip install {WHEEL}"
+
+    def body(self) -> Iterator[Cell]:
+        """The chapter's blocks in order, each with the side notes that it is the first to refer to."""
+        for block in blocks(self._survey.chapter.document.tokens):
+            yield from self._block(block)
+            for token in block:
+                for child in token.children or []:
+                    if child.type == "footnote_ref" and child.meta.get("first"):
+                        yield "markdown", self._note(child.meta["label"])
+
+    def _block(self, block: Sequence[Token]) -> Iterator[Cell]:
+        first = block[0]
+        match first.type:
+            case "figure" if first.meta["figure"] is not None:
+                yield from self._figure(first)
+            case "plot" if first.meta["plot"] is not None:
+                yield from self._plot(first)
+            case "fence" if first.info.split()[:1] == ["python"]:
+                yield "code", first.content
+            case "try":
+                figure = first.meta["figure"]
+                way = f"[Figure {figure.number}]({self._address('#' + figure.dom_id)})"
+                yield "markdown", f"- To try on the page, in {way}: {self._directive(first)}"
+            case "aside":
+                yield "markdown", f"> {self._directive(first)}"
+            case "math_block" | "math_block_label":
+                number = first.meta.get("number")
+                tag = f"\n\\tag{{{number}}}" if number else ""
+                yield "markdown", f"$$\n{self._expanded(first.content.strip())}{tag}\n$$"
+            case _ if first.map is not None:
+                text = self._lines(first.map[0], first.map[1], block)
+                yield "markdown", HEADING_ID.sub("", text) if first.type == "heading_open" else text
+            case _:
+                raise ValueError(f"{self._source.path}: a block {first.type!r} without its place")
+
+    def _figure(self, token: Token) -> Iterator[Cell]:
+        figure = token.meta["figure"]
+        frame = self._shown.frame(self._survey.chapter.name, figure)
+        pictures = [
+            _image(panel["svg"], panel["view"][4], panel["view"][5], _alternative(frame, panel), panel["caption"])
+            for panel in frame["panels"]
+        ]
+        readouts = "; ".join(f"{r['label']}: {_said(r)}" for r in frame["readouts"] if r["value"] != "–")
+        title = f"**[Figure {figure.number}]({self._address('#' + figure.dom_id)}).** {self._directive(token)}"
+        yield "markdown", f"{title}\n\n{' '.join(pictures)}\n\n{readouts}."
+        if frame["python"]:
+            yield "code", frame["python"]
+
+    def _plot(self, token: Token) -> Iterator[Cell]:
+        placed = token.meta["plot"]
+        drawn = self._shown.drawn(placed)
+        width, height = placed.plot.sizes["wide"]
+        picture = _image(drawn.svgs["wide"], width, height, placed.plot.title)
+        title = f"**[Figure {placed.number}]({self._address('#' + placed.dom_id)}).** {self._directive(token)}"
+        yield "markdown", f"{title}\n\n{picture}\n\n{drawn.words}"
+
+    def _note(self, label: str) -> str:
+        """A side note, which stands elsewhere in the file."""
+        tokens = self._survey.chapter.document.footnotes[label]
+        spans = [token.map for token in tokens if token.map]
+        text = self._lines(min(a for a, _ in spans), max(b for _, b in spans), tokens)
+        note = dedent(_NOTE.sub("    ", text, count=1) if text.startswith("[^") else text)
+        return "\n".join(f"> {line}".rstrip() for line in f"<sup>{self._survey.notes[label]}</sup> {note}".split("\n"))
+
+    def _directive(self, token: Token) -> str:
+        """The text of a block directive."""
+        directive = token.meta["directive"]
+        end = directive.text_start + len(directive.text)
+        return " ".join(self._spliced(directive.text_start, end, token.children or []).split("\n"))
+
+    def _lines(self, first: int, last: int, tokens: Sequence[Token]) -> str:
+        """Whole lines of the file."""
+        end = self._source.starts[last] if last < len(self._source.starts) else len(self._source.text)
+        inline = [child for token in tokens for child in token.children or []]
+        return self._spliced(self._source.starts[first], end, inline).strip("\n")
+
+    def _spliced(self, start: int, end: int, tokens: Sequence[Token]) -> str:
+        """A piece of the file with what is ours put into plain Markdown."""
+        edits = sorted(edit for token in tokens for edit in self._edits(token))
+        parts, at = [], start
+        for first, last, text in edits:
+            parts += [self._source.text[at:first], text]
+            at = last
+        return self._expanded("".join([*parts, self._source.text[at:end]]))
+
+    def _edits(self, token: Token) -> Iterator[tuple[int, int, str]]:
+        """What takes the place of which piece of the file."""
+        meta = token.meta or {}
+        match token.type:
+            case "value" | "readout" | "ref" | "term":
+                directive = meta["directive"]
+                yield self._offset(meta["place"]), self._offset(meta["at"](directive.end)), self._plain([token])
+            case "claim_open":
+                directive = meta["directive"]
+                text_end = directive.text_start + len(directive.text)
+                yield self._offset(meta["place"]), self._offset(meta["at"](directive.text_start)), ""
+                # The end is counted from the text's: it may be the end of a line, which is no place in the next.
+                after = self._offset(meta["at"](text_end))
+                yield after, after + directive.end - text_end, ""
+            case "cite":
+                first = self._offset(meta["place"])
+                yield first, self._source.text.index("]", first) + 1, self._plain([token])
+            case "footnote_ref":
+                first = self._offset(meta["place"])
+                number = self._survey.notes[meta["label"]]
+                yield first, self._source.text.index("]", first) + 1, f"<sup>{number}</sup>"
+            case "link_open" | "image" if "at" in meta:
+                first = self._offset(meta["at"](meta["offset"]))
+                written = re.compile(r"[^\s)]+").match(self._source.text, first)
+                address = re.search(r'(?:href|src)="([^"]*)"', self._html([token]))
+                if written is not None and address is not None and self._source.text[first - 2 : first] == "](":
+                    yield first, written.end(), self._address(html.unescape(address[1]))
+
+    def _plain(self, tokens: Sequence[Token]) -> str:
+        """What the page shows of tokens, as Markdown: links, and else text."""
+        linked = _ANCHOR.sub(lambda m: f"[{m[2]}]({self._address(html.unescape(m[1]))})", self._html(tokens))
+        return html.unescape(re.sub(r"<[^>]*>", "", linked))
+
+    def _offset(self, place: Place) -> int:
+        return self._source.starts[place.line - 1] + place.column - 1
+
+    def _address(self, href: str) -> str:
+        """An address of the page as the notebook needs it."""
+        if re.match(r"[a-z]+:", href):
+            return href
+        return self._base + (self._survey.chapter.page if href.startswith("#") else "") + href
+
+    def _expanded(self, text: str) -> str:
+        """The text with the site's macros written out: Jupyter knows none of them."""
+        for macro, meaning in self._shown.site.macros.items():
+            text = re.sub(re.escape(macro) + r"(?![A-Za-z])", meaning.replace("\\", r"\\"), text)
+        return text
+
+
+def _said(readout: Plain) -> str:
+    """A readout's value with its unit, ° close behind."""
+    return f"{readout['value']}{'' if readout['unit'] == '°' else ' '}{readout['unit']}".strip()
+
+
+def _alternative(frame: Plain, panel: Plain) -> str:
+    """The figure's words for its first panel; the others are told by their labels."""
+    label = re.search(r'aria-label="([^"]*)"', panel["svg"])
+    return str(frame["description"]) if panel is frame["panels"][0] or label is None else html.unescape(label[1])
+
+
+def _image(svg: str, width: float, height: float, words: str, caption: str = "") -> str:
+    address = data_address(standalone(svg, width, height, caption))
+    return f'<img alt="{html.escape(words)}" width="{width:g}" src="{address}">'
+
+
+def _bibliography(references: Sequence[Reference]) -> str:
+    lines = []
+    for one in references:
+        title = f"[{one.title}]({one.link})" if one.link else one.title
+        venue = f" {one.venue.rstrip('.')}." if one.venue else ""
+        end = "" if one.title[-1] in ".?!" else "."
+        lines.append(f"- {', '.join(one.authors)} ({one.year}{one.letter}). {title}{end}{venue}")
+    return "## References\n\n" + "\n".join(lines)
+
+
+def notebooks(
+    surveys: Sequence[Survey], bodies: Sequence[Body], shown: Shown, cache: Path, kept: Memory
+) -> dict[str, bytes]:
+    """Every chapter's notebook by its name on the site, kept by what it is made of. bodies: the chapters rendered."""
+    store = Store(cache, "notebooks")
+    made = {}
+    for survey, body in zip(surveys, bodies, strict=True):
+        make = partial(notebook, survey, body.cited, shown)
+        works = [shown.known.references[key] for key in body.cited]
+        key = kept.answer(
+            ("notebook", survey.chapter.source.path),
+            (survey, body, works, shown.site, shown.wheel),
+            partial(_made_of, survey, body, shown),
+        )
+        made[name_of(survey.chapter)] = store.get(key, make)
+    return made
+
+
+def _made_of(survey: Survey, body: Body, shown: Shown) -> str:
+    """The hash of a notebook's parts: the chapter as written and as rendered, where all that others bring to it stands
+    (numbers, references, drawings with their words and Python), the works that it cites, the site, and what writes."""
+    chapter = survey.chapter
+    works = [repr(shown.known.references[key]) for key in body.cited]
+    notes = [shown.site, shown.wheel, chapter.title, chapter.question, chapter.page, chapter.slug, survey.notes, works]
+    parts = [("source", chapter.source.text), ("html", body.html), ("notes", repr(notes)), ("code", _code())]
+    return fingerprint((name, text.encode()) for name, text in parts)
+
+
+@once
+def _code() -> str:
+    """The hash of what writes notebooks, and of the styles that it takes into pictures."""
+    here = Path(__file__).parent
+    files = [here / "notebooks.py", here / "portable_svg.py", TOKENS, *SHEETS]
+    return fingerprint((path.name, path.read_bytes()) for path in files)

@@ -1,0 +1,76 @@
+"""A drawing of a page → an SVG that needs no style sheet, in the site's light colours: for wherever a page is not."""
+
+from __future__ import annotations
+
+import re
+from base64 import b64encode
+from functools import cache
+from html import escape
+from textwrap import wrap
+
+from sitegen.assets.tokens import TOKENS, colours
+
+FOLDER = TOKENS.parents[1] / "figure"
+SHEETS = tuple(FOLDER / f"{name}.css" for name in ("legend", "matplotlib", "plot", "field", "labels"))
+LINE, LETTER = 16, 6.3  # px from line to line of a caption, and of a letter at most on the average
+FACE = "Arial, Helvetica, sans-serif"
+_COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
+_CONDITIONAL = re.compile(r"@[^{}]*\{(?:[^{}]*\{[^{}]*\})*[^{}]*\}")
+_RULE = re.compile(r"([^{}]+)\{([^{}]*)\}")
+_CHOICE = re.compile(r":\w+\([^)]*\)|\[[^]]*\]")  # what a selector says beside the classes that it asks for
+_CLASS = re.compile(r"\.([\w-]+)")
+
+
+def standalone(svg: str, width: float, height: float, caption: str = "") -> str:
+    """The drawing with the rules that its classes ask for, `width` × `height` px, its colours written out.
+
+    svg: one element `svg.plot` (widgets.drawing.svg) or `svg.graph-svg` (figures.matplotlib_svg). caption: lines to
+    stand under it.
+    """
+    classes = {name for each in re.findall(r'class="([^"]*)"', svg) for name in each.split()}
+    rules = "".join(text for needed, text in _rules() if needed <= classes)
+    ground = _light()["panel" if "plot" in classes else "paper"]
+    head, _, rest = svg.partition(">")
+    inner = re.sub(r' (?:xmlns|width|height|role|aria-\w+)="[^"]*"', "", head)
+    lines = [part for line in caption.splitlines() for part in wrap(line, int((width - 12) / LETTER))]
+    words = "".join(
+        f'<text x="6" y="{height + LINE * (k + 0.8):g}">{escape(line)}</text>' for k, line in enumerate(lines)
+    )
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:g}" height="{height + LINE * len(lines):g}">'
+        f"<style>:root{{background:{ground};font:12px {FACE};fill:{_light()['soft']}}}{rules}</style>"
+        f'{inner} width="{width:g}" height="{height:g}">{rest}{words}</svg>'
+    )
+
+
+def data_address(svg: str) -> str:
+    """The drawing as an address that an `<img>` shows without asking for anything."""
+    return "data:image/svg+xml;base64," + b64encode(svg.encode()).decode()
+
+
+@cache
+def _light() -> dict[str, str]:
+    return {name: light for name, (light, _) in colours().items()}
+
+
+@cache
+def _rules() -> tuple[tuple[frozenset[str], str], ...]:
+    """The rules for drawings: what classes each needs, and its text. Those that depend on the screen are left out."""
+    found = []
+    for path in SHEETS:
+        text = _COMMENT.sub("", path.read_text("utf-8"))
+        for selectors, body in _RULE.findall(_CONDITIONAL.sub("", text)):
+            for selector in re.split(r",(?![^(]*\))", " ".join(selectors.split())):
+                plain = selector.strip()
+                role = re.fullmatch(r"\.[\w-]+", plain) and "--colour" in body
+                if role or plain.startswith((".plot", ".graph-svg")):
+                    needed = frozenset(_CLASS.findall(_CHOICE.sub("", plain)))
+                    found.append((needed, f"{plain}{{{_written(body)}}}"))
+    return tuple(found)
+
+
+def _written(body: str) -> str:
+    """Declarations in one line, with the site's colours and face in place of its variables."""
+    known = {**_light(), "sans": FACE}
+    swapped = re.sub(r"var\(--([\w-]+)\)", lambda m: known.get(m[1], m[0]), body)
+    return re.sub(r"\s*([:;])\s*", r"\1", " ".join(swapped.split())).rstrip(";")

@@ -1,0 +1,149 @@
+"""Pages → what a reader can search: one entry a section, with its page, heading, anchor and text.
+
+The index itself is made in the page, by the library that searches it, when a reader first asks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from html.parser import HTMLParser
+from pathlib import Path
+
+from sitegen.cache.memo import Remembered
+from sitegen.cache.memory import Memory
+from sitegen.chapters.content import FIXED_PAGES
+from sitegen.external.fetch import gather
+from sitegen.figures.wire import dumps
+
+FORMAT = "1"  # of what is remembered; raised when the reading changes
+LEFT_OUT = tuple(fixed.page for fixed in FIXED_PAGES if not fixed.searched)
+HEADINGS = ("h1", "h2", "h3")
+# What is read elsewhere, or is no prose: cards, code that figures show, controls, drawings, formulas, data for scripts.
+SILENT = ("script", "style", "svg", "math", "form", "nav", "button", "select", "template", "dialog", "details")
+SILENT_CLASSES = ("card", "figure-stage", "buttons", "readouts", "legend", "job", "runs", "chapter-footer", "pager")
+ENTRY_IDS = ("term-", "ref-")  # entries of the glossary and of the references are sections of their own
+VOID = ("area", "base", "br", "col", "embed", "hr", "img", "input", "link", "meta", "source", "track", "wbr")
+BLOCKS = ("p", "li", "dt", "dd", "td", "th", "figcaption", "div", "section", "pre", "tr", "blockquote")
+
+
+def library(cache: Path) -> bytes:
+    """The script that searches, as it came but for the line that names its source map, which the site has not."""
+    script = gather(["minisearch"], cache=cache)["minisearch/dist/umd/index.js"].read_bytes()
+    return script.partition(b"//# sourceMappingURL")[0]
+
+
+@dataclass
+class Section:
+    """One entry of the search. `at` is the address relative to the site; `page` the title of its page."""
+
+    at: str
+    page: str
+    heading: str = ""
+    parts: list[str] = field(default_factory=list)
+
+    @property
+    def text(self) -> str:
+        """What it says, in one line."""
+        return " ".join("".join(self.parts).split())
+
+
+def search_data(pages: Mapping[str, str], cache: Path, kept: Memory | None = None) -> bytes:
+    """The script that hands the page every section: [address, page, heading, text] of each."""
+    known, kept = Remembered(cache, f"search-{FORMAT}"), kept or Memory()
+
+    def entries(name: str, html: str) -> str:
+        return dumps(known.answer(f"{name}\0{html}", partial(_entries, name, html)))[1:-1]
+
+    found = [kept.answer(("sections", name), html, partial(entries, name, html)) for name, html in pages.items()]
+    known.keep()
+    return f"Ladder.searchable([{','.join(filter(None, found))}]);\n".encode()
+
+
+def _entries(name: str, html: str) -> list[list[str]]:
+    found = sections(name, html) if _searched(name) else []
+    return [[one.at, one.page, one.heading, one.text] for one in found if one.heading or one.text]
+
+
+def _searched(name: str) -> bool:
+    """Slides say what their chapters say."""
+    return name not in LEFT_OUT and not name.startswith("slides-")
+
+
+def sections(name: str, html: str) -> list[Section]:
+    """The sections of a page, in order; none for a page that only leads to another one."""
+    reader = _Reader(name)
+    reader.feed(html)
+    reader.close()
+    for section in reader.sections:
+        section.heading = " ".join(section.heading.split())
+        section.page = reader.title or section.heading
+    return reader.sections
+
+
+class _Reader(HTMLParser):
+    """Reads <main>: a heading or an entry's id begins a section, and what is silent is passed over."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(convert_charrefs=True)
+        self.name = name
+        self.title = ""
+        self.sections: list[Section] = []
+        self._open: list[str] = []  # the elements around, of <main> and inside it
+        self._silent = 0  # how deep inside something silent
+        self._heading = ""  # the heading or the term that is being read
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        given = {key: value or "" for key, value in attrs}
+        if not self._open and tag != "main":
+            return
+        if tag in VOID:
+            if tag == "br" and not self._silent:
+                self._say(" ")
+            return
+        self._open.append(tag)
+        classes = given.get("class", "").split()
+        if self._silent or tag in SILENT or set(classes) & set(SILENT_CLASSES) or "hidden" in given:
+            self._silent += 1
+            return
+        anchor = given.get("id", "")
+        if tag in HEADINGS:
+            self._begin("" if tag == "h1" else anchor)
+            self._heading = tag
+        elif anchor.startswith(ENTRY_IDS):
+            self._begin(anchor)
+        elif tag == "dt" and self.sections and not self.sections[-1].heading:
+            self._heading = tag
+        elif tag in BLOCKS:
+            self._say(" ")
+
+    def handle_endtag(self, tag: str) -> None:
+        if tag not in self._open:
+            return
+        while self._open:
+            closed = self._open.pop()
+            self._silent = max(0, self._silent - 1)
+            if closed == self._heading:
+                self._heading = ""
+                if closed == "h1":
+                    self.title = " ".join(self.sections[-1].heading.split())
+            if closed == tag:
+                break
+        if tag in BLOCKS:
+            self._say(" ")
+
+    def handle_data(self, data: str) -> None:
+        if not self._open or self._silent:
+            return
+        if self._heading:
+            self.sections[-1].heading += data
+        else:
+            self._say(data)
+
+    def _begin(self, anchor: str) -> None:
+        self.sections.append(Section(self.name + (f"#{anchor}" if anchor else ""), ""))
+
+    def _say(self, text: str) -> None:
+        if self.sections and not self._heading:
+            self.sections[-1].parts.append(text)

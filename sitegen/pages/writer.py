@@ -1,0 +1,273 @@
+"""Everything known of the site → its HTML pages, through the templates."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING, Any
+from urllib.parse import quote
+from xml.sax.saxutils import escape as xml_escape
+
+from jinja2 import Environment
+from markupsafe import Markup
+
+from sitegen.assets import swatches
+from sitegen.assets.assets import Assets
+from sitegen.assets.hosting import POLICY
+from sitegen.cache.memory import Memory
+from sitegen.chapters.citations import Reference
+from sitegen.chapters.claims import Result, Test, anchor, standing
+from sitegen.chapters.content import Chapter, Site
+from sitegen.chapters.glossary import Term
+from sitegen.chapters.render import Body
+from sitegen.external.fetch import Licence
+from sitegen.pages import api_reference
+from sitegen.pages.about import Made, bibtex
+from sitegen.pages.lost import lost
+from sitegen.pages.notebooks import name_of
+from sitegen.pages.title_slide import in_part
+
+if TYPE_CHECKING:
+    from sitegen.pages.decks import Deck
+
+STYLE_GUIDE = "docs-style"
+SAID = {
+    "passed": "Passed on this code.",
+    "failed": "Failed on this code.",
+    "unknown": "Not yet run on this code.",
+}
+
+
+@dataclass(frozen=True)
+class Page:
+    """What base.html needs of a page. `hidden` keeps it from search engines."""
+
+    name: str
+    title: str
+    description: str
+    kind: str
+    canonical: str = ""
+    report: str = ""
+    home: bool = False
+    hidden: bool = False
+    previous: Chapter | None = None
+    next: Chapter | None = None
+
+
+@dataclass(frozen=True)
+class Writer:
+    """Fills the templates of one build. kept: insides of pages that were filled before, here or in an earlier build."""
+
+    templates: Environment
+    site: Site
+    chapters: Sequence[Chapter]
+    assets: Assets
+    kept: Memory
+    has_docs: bool = False
+
+    def _page(self, name: str, title: str, description: str, kind: str, **more: Any) -> Page:
+        url = self.site.url
+        canonical = (url if name == "index.html" else url + name) if url else ""
+        report = self.site.report.replace("{title}", quote(title)).replace("{page}", quote(name))
+        return Page(name, title, description, kind, canonical, report, **more)
+
+    def _fill(self, template: str, page: Page, **values: Any) -> str:
+        given = values | {
+            "site": self.site,
+            "page": page,
+            "policy": POLICY,
+            "ladder": self._ladder(page.name),
+            "has_slides": any(chapter.slides for chapter in self.chapters),
+            "has_docs": self.has_docs,
+        }
+        render = partial(self.templates.get_template(template).render, given, assets=self.assets)
+        assets, wheel = self.assets, self.templates.globals["wheel"]
+        # Of all that assets are, only these show below the head.
+        shown = bool(assets.search_data), assets.download and (assets.download.name, assets.download.size)
+        made_of = template, given, wheel, shown
+        way = page.name, bool(assets.css), assets.download is None  # a build fills each page in several ways
+
+        def whole() -> str:
+            return render(inside=self.kept.answer(("inside", *way), made_of, lambda: _inside(render(inside=""))))
+
+        return self.kept.answer(("page", *way), (made_of, replace(assets, files={})), whole)
+
+    def _ladder(self, current: str) -> list[dict[str, Any]]:
+        """Every rung in order: those published as links, the rest as text; chapters without a rung stand at the end."""
+        by_rung = {c.rung: c for c in self.chapters if c.rung}
+        planned = [(r.rung, r.title, by_rung.get(r.rung)) for r in self.site.ladder]
+        listed = {c.name for _, _, c in planned if c}
+        rest = [(c.rung, c.title, c) for c in self.chapters if c.name not in listed]
+        return [
+            {
+                "rung": rung,
+                "title": chapter.title if chapter else title,
+                "page": chapter.page if chapter else "",
+                "current": chapter is not None and chapter.page == current,
+            }
+            for rung, title, chapter in [*planned, *rest]
+        ]
+
+    def chapter(
+        self, chapter: Chapter, body: Body, references: Mapping[str, Reference], terms: Mapping[str, Term]
+    ) -> str:
+        """A chapter's page."""
+        i = self.chapters.index(chapter)
+        page = self._page(
+            chapter.page,
+            chapter.title,
+            chapter.summary or self.site.description,
+            "chapter-page",
+            home=i == 0,
+            previous=self.chapters[i - 1] if i else None,
+            next=self.chapters[i + 1] if i + 1 < len(self.chapters) else None,
+        )
+        if page.home:
+            page = replace(page, title=self.site.title)
+        return self._fill(
+            "chapter.html",
+            page,
+            notebook=name_of(chapter),
+            slides=len(chapter.slides) + 1 if chapter.slides else 0,
+            **_written(chapter, body, references, terms),
+        )
+
+    def deck(
+        self, deck: Deck, decks: Sequence[Deck], references: Mapping[str, Reference], terms: Mapping[str, Term]
+    ) -> str:
+        """The slides of a chapter. decks: all of them, in reading order."""
+        chapter, i = deck.chapter, decks.index(deck)
+        says = f"{chapter.title}, as {deck.count} slides with the chapter's live figures."
+        page = self._page(chapter.deck, f"{chapter.title}: slides", says, "deck-page")
+        of = {each.chapter.page: each.chapter.deck for each in decks}
+        rungs = [{**rung, "page": of.get(rung["page"], "")} for rung in self._ladder(chapter.page)]
+        return self._fill(
+            "deck.html",
+            page,
+            deck=deck,
+            chapter=chapter,
+            rungs=in_part(rungs),
+            after=decks[i + 1].chapter if i + 1 < len(decks) else None,
+            cards=[references[key] for key in deck.found.cited],
+            words=[terms[key] for key in deck.found.terms],
+        )
+
+    def slides(self, decks: Sequence[Deck]) -> str:
+        """All decks, each with its question and a still."""
+        says = f"{self.site.title} as slides: a deck for each chapter, with its live figures."
+        return self._fill("slides.html", self._page("slides.html", "Slides", says, "slides-page"), decks=decks)
+
+    def doc(self, doc: Chapter, body: Body, references: Mapping[str, Reference], terms: Mapping[str, Term]) -> str:
+        """A page of the docs; the style guide's template adds the colours as the style sheet has them, and the type."""
+        page = self._page(doc.page, doc.title, doc.summary or self.site.description, "docs-page", hidden=doc.hidden)
+        page = replace(page, canonical="" if doc.hidden else page.canonical)
+        filled = {**_written(doc, body, references, terms), "mathematics": "<math" in body.html}
+        if doc.name != STYLE_GUIDE:
+            return self._fill("docs.html", page, **filled)
+        own = [(2, name.lower(), Markup(name)) for name in ("Colours", "Type")]
+        filled["contents"] = _tree([*body.contents, *own])
+        return self._fill("style.html", page, swatches=swatches.swatches(), **filled)
+
+    def glossary(self, terms: Mapping[str, Term]) -> str:
+        """Every term, with the chapter that explains it."""
+        page = self._page("glossary.html", "Glossary", f"The words that {self.site.title} uses.", "glossary-page")
+        return self._fill("glossary.html", page, terms=list(terms.values()))
+
+    def reference(self) -> str:
+        """The solvers package: its functions, types and methods, from their docstrings."""
+        says = "What is in solvers, the numpy package behind the figures: functions, types, methods and their options."
+        page = self._page("reference.html", "solvers: reference", says, "reference-page")
+        return self._fill("reference.html", page, groups=api_reference.groups(), methods=api_reference.methods())
+
+    def references(self, references: Mapping[str, Reference], cited: Mapping[str, Sequence[Chapter]]) -> str:
+        """The bibliography, each work with the chapters that cite it."""
+        entries = [{"reference": r, "chapters": cited.get(r.key, [])} for r in references.values()]
+        page = self._page("references.html", "References", f"Works cited in {self.site.title}.", "references-page")
+        return self._fill("references.html", page, references=entries)
+
+    def checks(
+        self,
+        bodies: Sequence[tuple[Chapter, Body]],
+        tests: Mapping[str, Test],
+        results: Mapping[str, Result],
+        sources: Mapping[str, Markup],
+    ) -> str:
+        """Every claim with its test, that test's source as code, and what it last said."""
+        claimed: dict[str, list[dict[str, Any]]] = {}
+        for chapter, body in bodies:
+            for claim in body.claims:
+                entry = {"page": chapter.page, "chapter": chapter.title, "id": claim.anchor, "html": claim.html}
+                claimed.setdefault(claim.test_id, []).append(entry)
+        checks = []
+        for test_id, claims in claimed.items():
+            state = standing(results.get(test_id))
+            checks.append(
+                {
+                    "anchor": anchor(test_id),
+                    "claims": claims,
+                    "test": tests[test_id],
+                    "source": sources[test_id],
+                    "state": state,
+                    "said": SAID[state],
+                }
+            )
+        page = self._page(
+            "checks.html", "About the checks", "The tests behind the statements in the text.", "checks-page"
+        )
+        return self._fill("checks.html", page, checks=checks)
+
+    def about(self, made: Made) -> str:
+        """What the site is, and what this build of it was made of."""
+        site = self.site
+        page = self._page("about.html", "About this site", f"How {site.title} is made, kept and cited.", "about-page")
+        cited = bibtex(site.title, site.author, site.year, site.url)
+        return self._fill("about.html", page, made=made, bibtex=cited)
+
+    def licences(self, licences: Sequence[Licence]) -> str:
+        """The licences of what the site serves."""
+        page = self._page("licences.html", "Licences", f"Licences of what {self.site.title} serves.", "licences-page")
+        return self._fill("licences.html", page, licences=licences)
+
+    def lost(self) -> str:
+        """What hosts answer for an address that is none."""
+        return lost(self.templates, self.site, self.assets.css)
+
+    def redirect(self, chapter: Chapter) -> str:
+        """The page under a chapter's old name."""
+        return self.templates.get_template("redirect.html").render(site=self.site, chapter=chapter, policy=POLICY)
+
+    def sitemap(self, pages: Sequence[str]) -> str:
+        """sitemap.xml; only a site with an address has one."""
+        entries = (
+            f"<url><loc>{xml_escape(self.site.url + ('' if p == 'index.html' else p))}</loc></url>\n" for p in pages
+        )
+        head = '<?xml version="1.0" encoding="UTF-8"?>\n<urlset xmlns="http://www.sitemaps.org/schemas/sitemap/0.9">\n'
+        return head + "".join(entries) + "</urlset>\n"
+
+
+def _inside(html: str) -> Markup:
+    """What stands between a page's <body …>, whose line it ends, and its </body>."""
+    return Markup(html[html.index(">\n", html.index("<body ")) + 2 : html.rindex("</body>")])
+
+
+def _written(
+    chapter: Chapter, body: Body, references: Mapping[str, Reference], terms: Mapping[str, Term]
+) -> dict[str, Any]:
+    """What the template of a chapter shows of its text."""
+    return {
+        "chapter": chapter,
+        "body": body.html,
+        "contents": _tree(body.contents),
+        "cards": [references[key] for key in body.cited],
+        "words": [terms[key] for key in body.terms],
+    }
+
+
+def _tree(contents: Sequence[tuple[int, str, Markup]]) -> list[dict[str, Any]]:
+    """Second- and third-level headings as entries with children."""
+    entries: list[dict[str, Any]] = []
+    for level, name, html in contents:
+        entry: dict[str, Any] = {"id": name, "html": html, "children": []}
+        (entries[-1]["children"] if level == 3 and entries else entries).append(entry)
+    return entries

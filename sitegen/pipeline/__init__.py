@@ -1,0 +1,1 @@
+"""The build from beginning to end, and the site that it leaves."""

@@ -1,0 +1,97 @@
+"""Files → the published folder: written beside, packed, then put in the old one's place."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import stat
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+
+from sitegen.cache import pool
+from sitegen.cache.packing import packed
+from sitegen.problems import BuildFailed, Problem
+from sitegen.progress import Progress
+from sitegen.runtime.assemble import RuntimeInfo
+from sitegen.stopping import held
+
+
+def clear(dest: Path) -> None:
+    """Raises BuildFailed where what has the site's name is a file or a link, which a build would put away."""
+    what = "a link" if dest.is_symlink() else "a file" if dest.exists() and not dest.is_dir() else ""
+    if what:
+        message = f"this is {what}, not a folder; a build would put a folder in its place: move or rename it first"
+        raise BuildFailed([Problem(dest.name, 0, 0, message)])
+
+
+def publish(
+    files: Mapping[str, bytes],
+    started: RuntimeInfo | None,
+    dest: Path,
+    pack: bool,
+    cache: Path,
+    progress: Progress,
+) -> None:
+    """Write all files into a folder beside `dest`, then put that in its place. Raises BuildFailed as `clear` does."""
+    clear(dest)
+    dest.parent.mkdir(parents=True, exist_ok=True)
+    beside = Path(tempfile.mkdtemp(prefix=f".{dest.name}-", dir=dest.parent))
+    try:
+        beside.chmod(0o755)
+        _fill(beside, {**_runtime(started), **files}, dest, pack, cache, progress)
+        if (dest / ".gitignore").is_file():  # the folder's own, which is in git and not of the build
+            shutil.copyfile(dest / ".gitignore", beside / ".gitignore")
+        with held():
+            _exchange(beside, dest)
+    finally:
+        with held():
+            shutil.rmtree(beside, ignore_errors=True)
+
+
+def _runtime(started: RuntimeInfo | None) -> dict[str, bytes]:
+    return {f"runtime/{name}": data for name, data in started.contents.items()} if started else {}
+
+
+def _fill(
+    folder: Path, files: Mapping[str, bytes], old: Path, pack: bool, cache: Path, progress: Progress
+) -> None:
+    """Write the files, and take from `old` those that it has already. The threads only pack: so nothing is written any
+    more once this is left."""
+    for parent in {(folder / name).parent for name in files}:
+        parent.mkdir(parents=True, exist_ok=True)
+    with pool.threads() as threads:
+        packs = [threads.submit(packed, name, data, cache) for name, data in files.items()] if pack else []
+        for i, (name, data) in enumerate(files.items()):
+            progress("writing pages", i, len(files))
+            for each, bytes_ in {name: data, **(packs[i].result() if pack else {})}.items():
+                if not _linked(old / each, folder / each, bytes_):
+                    (folder / each).write_bytes(bytes_)
+    progress("writing pages", len(files), len(files))
+
+
+def _linked(old: Path, new: Path, data: bytes) -> bool:
+    """Give the old file, where it holds these bytes, the new name as well: it need not be written. Tells whether it
+    could."""
+    try:
+        facts = old.lstat()
+        if not stat.S_ISREG(facts.st_mode) or facts.st_size != len(data) or old.read_bytes() != data:
+            return False
+        os.link(old, new)
+    except OSError:  # it is not there, or the file system knows no second names
+        return False
+    return True
+
+
+def _exchange(beside: Path, dest: Path) -> None:
+    """Put the new folder in the old one's place; where that fails half way, the old one comes back."""
+    old = beside.with_name(beside.name + "-old")
+    try:
+        if dest.exists():
+            os.replace(dest, old)
+        os.replace(beside, dest)
+    except BaseException:
+        if old.exists() and not dest.exists():
+            os.replace(old, dest)
+        raise
+    shutil.rmtree(old, ignore_errors=True)

@@ -1,0 +1,43 @@
+"""Every preset of every figure, tried: what no chapter shows today is a mistake of tomorrow's."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from sitegen.cache import pool
+from sitegen.chapters.survey import Survey
+from sitegen.figures.bakery import Bakery, draw_ahead
+from sitegen.figures.picture_faults import FigureFault
+from sitegen.figures.wire import Plain
+from sitegen.problems import Problems
+from sitegen.progress import Progress
+from widgets.engine.contract import Widget, preset
+from widgets.engine.registry import WIDGETS
+
+
+def try_presets(
+    widgets: Mapping[str, Widget],
+    surveys: Sequence[Survey],
+    bakery: Bakery,
+    cache: Path,
+    problems: Problems,
+    progress: Progress,
+) -> None:
+    """Draw each of them, untouched and after each of its buttons; what the cache has is not drawn again."""
+    places = {figure.widget.name: figure.place for one in reversed(surveys) for figure in one.figures.values()}
+    asked = [(name, _states(widget, chosen)) for name, widget in widgets.items() for chosen in widget.presets]
+    ours = [(f"fig-{name}", records) for name, records in asked if WIDGETS.get(name) is widgets[name]]
+    lacking = [(draw_ahead, (*each, cache)) for each in ours if bakery.lacks_frames(*each)]
+    pool.make("trying presets", lacking, progress)
+    for name, records in asked:
+        try:
+            bakery.frames(f"fig-{name}", records)
+        except FigureFault as fault:
+            fault.tell(problems, places.get(name))
+
+
+def _states(widget: Widget, chosen: str) -> list[Plain]:
+    plain = preset(widget, chosen).plain()
+    presses = [button.name for button in widget.buttons if button.does == "press"]
+    return [plain, *({**plain, "log": [["press", press]]} for press in presses)]

@@ -1,0 +1,91 @@
+"""Which plots there are, and what each of them computes and draws."""
+
+from __future__ import annotations
+
+import inspect
+import pkgutil
+import re
+from collections.abc import Iterable
+from functools import cache as once
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+
+import sitegen.plots
+from sitegen.cache.code_hash import closure, imports, method_modules, reached
+from sitegen.cache.files import fingerprint
+from sitegen.figures.gallery import SIZES, Gallery, Placed, Plot
+from sitegen.problems import Place
+from solvers.core.registry import METHODS
+
+FOLDER = Path(sitegen.plots.__path__[0])
+ROOT = FOLDER.parents[1]
+OWN = ("compute", "draw", "words", "table")
+
+
+@once
+def known() -> dict[str, Plot]:
+    """Every plot by the name that chapters use."""
+    found = (module.name for module in pkgutil.iter_modules([str(FOLDER)]))
+    names = sorted(name for name in found if not name.startswith("_") and name != Path(__file__).stem)
+    return {name.replace("_", "-"): read(import_module(f"sitegen.plots.{name}")) for name in names}
+
+
+def read(module: ModuleType) -> Plot:
+    """The plot that a module is."""
+    name = module.__name__.rpartition(".")[2]
+    own = {
+        key: value
+        for key, value in vars(module).items()
+        if inspect.isfunction(value) and value.__module__ == module.__name__ and not key.startswith("_")
+    }
+    source = Path(str(module.__file__)).read_text("utf-8")
+    files = [(name, ROOT / name) for name in getattr(module, "READS", ())]
+    reads = [(name, path.read_bytes()) for name, path in files if path.is_file()]
+    helpers = [(path.name, path.read_bytes()) for path in FOLDER.glob("_*.py")]
+    return Plot(
+        name.replace("_", "-"),
+        module.TITLE,
+        module.Result,
+        own["compute"],
+        own["draw"],
+        own["words"],
+        own.get("table"),
+        {key: value for key, value in own.items() if key not in OWN},
+        {**SIZES, **getattr(module, "SIZES", {})},
+        fingerprint([("runs", runs(source).encode()), *reads]),
+        fingerprint([("module", source.encode()), *helpers]),
+        getattr(module, "SECONDS", 0.0),
+    )
+
+
+def runs(source: str, first: str = "compute") -> str:
+    """The hash of what a module's function runs: all that it names of it, what those name, and the solvers behind.
+
+    A helper of the folder counts as a whole. `solvers.METHODS` leads to every method; of these count the ones that a
+    text in the code names. So neither an edit of the drawing nor one of another method computes anything anew.
+    """
+
+    def helper(module: str) -> str:
+        inside = module.startswith("sitegen.plots.")
+        return (FOLDER / f"{module.rpartition('.')[2]}.py").read_text("utf-8") if inside else ""
+
+    found = reached(source, [first], helper)
+    whole = "\n".join(found.values())
+    modules = {name for name in imports(whole, ROOT) if name.partition(".")[0] == "solvers"}
+    named = {text for pair in re.findall(r"\"([\w-]+)\"|'([\w-]+)'", whole) for text in pair if text in METHODS}
+    modules.update(module for name in named for module in method_modules(name))
+    files = closure(modules, ROOT, skip=["solvers.core.registry"])
+    pieces = [(name, text.encode()) for name, text in found.items()]
+    return fingerprint([*pieces, *((name, path.read_bytes()) for name, path in files.items())])
+
+
+def longest_first(placed: Iterable[Placed]) -> list[Placed]:
+    """In the order that keeps every core busy to the end; what takes as long stays in the order of the site."""
+    return sorted(placed, key=lambda one: -one.plot.seconds)
+
+
+def make_ahead(name: str, plot_id: str, cache: Path) -> None:
+    """Compute and draw one of the known plots, in a process of its own: the cache has it then."""
+    plot = known()[name]
+    Gallery({name: plot}, cache).drawn(Placed(plot_id, "", plot, Place("")))

@@ -1,0 +1,1 @@
+"""Python for the page: Pyodide, numpy and our wheel, trimmed, compiled and packed."""

@@ -1,0 +1,271 @@
+"""The browser runtime: Pyodide, its library and numpy as bytecode without what is never imported, and our wheel.
+
+A `.pack` is a gzipped zip of stored members: compressed from any host, inflated by the browser and not by Python.
+Every file lies in a folder named by its content's hash, so that browsers may keep it for ever.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import tempfile
+import zipfile
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from sitegen.cache.files import cache_dir, fingerprint, short_hash, write
+from sitegen.cache.packing import gzipped
+from sitegen.cache.store import Store
+from sitegen.external.fetch import gather
+from sitegen.external.node import run_node
+from sitegen.progress import Progress, quiet
+from sitegen.runtime.patches import ADDED, CHANGED, PREPARED, REPLACED, SITE_PACKAGES, STDLIB
+from sitegen.runtime.wheel import Archive, build_wheel
+
+HERE = Path(__file__).parent
+RUNNER = HERE / "pyodide_node.mjs"
+COMPILER = HERE / "compile_in_pyodide.py"
+KEPT_MODULES = HERE / "kept_modules.txt"
+CORE = ("pyodide.mjs", "pyodide.asm.mjs", "pyodide.asm.wasm")
+ENVIRONMENT = {"PYTHONNODEBUGRANGES": "1"}  # tracebacks keep lines; columns are shown beside sources, and none are here
+PYC_HEADER = 16  # bytes before the code in a .pyc
+_DATE = (1980, 1, 1, 0, 0, 0)
+
+
+@dataclass(frozen=True)
+class RuntimeFile:
+    """A file the worker loads: name below the runtime's folder, bytes on disk, their sha256, bytes by gzip -9."""
+
+    name: str
+    size: int
+    sha256: str
+    gzipped: int
+
+
+@dataclass(frozen=True)
+class RuntimeInfo:
+    """An assembled runtime: what the worker loads, and the wheel that readers may install.
+
+    wheel: its name, in a folder of its own that is named by its content. contents: every file by its name.
+    """
+
+    files: tuple[RuntimeFile, ...]
+    wheel: str
+    version: str
+    contents: Mapping[str, bytes] = field(repr=False)
+
+    @property
+    def size(self) -> int:
+        """Bytes of all files as they lie."""
+        return sum(file.size for file in self.files)
+
+    @property
+    def gzipped(self) -> int:
+        """Bytes of all files by gzip -9: what a reader loads once."""
+        return sum(file.gzipped for file in self.files)
+
+    def start_files(self) -> list[dict[str, str | int]]:
+        """The `files` of the worker's start message."""
+        return [{"name": file.name, "size": file.size, "sha256": file.sha256} for file in self.files]
+
+    def kept_files(self) -> list[tuple[str, int, str]]:
+        """Name below the site, bytes and sha256 of everything that a reader may ask of the runtime."""
+        wheel = self.contents[self.wheel]
+        files = [(file.name, file.size, file.sha256) for file in self.files]
+        files.append((self.wheel, len(wheel), hashlib.sha256(wheel).hexdigest()))
+        return [(f"runtime/{name}", size, digest) for name, size, digest in files]
+
+
+    def write(self, folder: Path) -> Path:
+        """Put all files into a folder."""
+        for name, data in self.contents.items():
+            write(folder / name, data)
+        return folder
+
+
+def assemble(*, cache: Path | None = None, progress: Progress = quiet) -> RuntimeInfo:
+    """Put the runtime together. Raises OutsideError, NodeError or WheelError."""
+    cache = cache or cache_dir()
+    outside = gather(["numpy", "pyodide"], cache=cache, progress=progress)
+    numpy_given = numpy_wheel(outside)
+    kept = kept_modules()
+
+    stdlib, numpy = library_and_numpy(outside, cache, progress)
+    wheel = build_wheel(cache)
+    ladder = compiled(wheel, SITE_PACKAGES, 0, outside, cache, progress, ours=True)
+
+    library = bundled(pick(stdlib, lambda name: module_name(name) in kept), "library", before_bundles)
+    stdlib_zip = stored_zip(library)
+    numpy_zip = stored_zip(bundled(pick(numpy, lambda name: in_numpy(name, kept)), "numpy"))
+    ours = pick(ladder, lambda name: ".dist-info/" not in name or name.endswith("/METADATA"))
+    ladder_zip = stored_zip(bundled(ours, "ladder"))
+    lock = lock_text(outside["pyodide/pyodide-lock.json"], {numpy_given.name: numpy_zip, wheel.name: ladder_zip})
+
+    core = {name: outside[f"pyodide/{name}"].read_bytes() for name in CORE}
+    contents = {f"core-{fingerprint(core.items())[:10]}/{name}": data for name, data in core.items()}
+    packs = {"python_stdlib.pack": stdlib_zip, "numpy.pack": numpy_zip, "ladder.pack": ladder_zip}
+    for name, data in packs.items():
+        contents[f"{short_hash(data)}/{name}"] = gzipped(data, cache)
+    contents[f"{short_hash(lock)}/pyodide-lock.json"] = lock
+
+    files = tuple(
+        RuntimeFile(name, len(data), hashlib.sha256(data).hexdigest(), len(gzipped(data, cache)))
+        for name, data in contents.items()
+    )
+    given = f"{short_hash(wheel.data)}/{wheel.name}"
+    version = fingerprint((file.name, file.sha256.encode()) for file in files)[:12]
+    return RuntimeInfo(files, given, version, {**contents, given: wheel.data})
+
+
+def numpy_wheel(outside: Mapping[str, Path]) -> Path:
+    """numpy's wheel for Pyodide among gathered files."""
+    return next(path for key, path in outside.items() if key.startswith("numpy/"))
+
+
+def kept_modules(path: Path = KEPT_MODULES) -> frozenset[str]:
+    """The dotted names of the modules that are shipped (made by `python -m sitegen.runtime.trace_modules`)."""
+    lines = path.read_text("utf-8").splitlines()
+    return frozenset(line for line in lines if line and not line.startswith("#"))
+
+
+def module_name(member: str) -> str:
+    """The dotted name of an archive's member: "a/b/__init__.pyc" is a.b, "a/c.cpython-314-….so" is a.c."""
+    stem = member.removesuffix(".pyc") if member.endswith(".pyc") else member.partition(".")[0]
+    return stem.removesuffix("/__init__").replace("/", ".")
+
+
+def in_numpy(member: str, kept: Iterable[str]) -> bool:
+    """Whether a member of numpy's wheel is shipped: modules that are kept; of the rest only what names the version."""
+    if member.endswith((".pyc", ".so")):
+        return module_name(member) in kept
+    return member.endswith(".dist-info/METADATA")
+
+
+def library_and_numpy(outside: Mapping[str, Path], cache: Path, progress: Progress = quiet) -> tuple[bytes, bytes]:
+    """Pyodide's standard library and numpy's wheel, compiled. outside: the gathered files of both."""
+    given = ((outside["pyodide/python_stdlib.zip"], STDLIB), (numpy_wheel(outside), SITE_PACKAGES))
+    library, numpy = (
+        compiled(Archive(path.name, path.read_bytes()), prefix, 2, outside, cache, progress) for path, prefix in given
+    )
+    return library, numpy
+
+
+def compiled(
+    archive: Archive,
+    prefix: str,
+    optimize: int,
+    outside: Mapping[str, Path],
+    cache: Path,
+    progress: Progress = quiet,
+    *,
+    ours: bool = False,
+) -> bytes:
+    """The archive with its .py compiled by Pyodide's own Python; kept by the hash of all that goes into it.
+
+    outside: the gathered files of numpy and pyodide. Of our own wheel the methods of dataclasses are compiled too, for
+    which its modules are imported.
+    """
+    engine = outside["pyodide/pyodide.asm.wasm"]
+    job: dict[str, Any] = {"prefix": prefix, "optimize": optimize, "replaced": REPLACED, "changed": CHANGED}
+    job |= {"packages": ["solvers", "widgets"] if ours else [], "prepared": PREPARED}
+    job |= {"added": ADDED if prefix == STDLIB else ()}
+    inputs = {
+        "archive": archive.data,
+        "compiler": COMPILER.read_bytes(),
+        "engine": hashlib.sha256(engine.read_bytes()).digest(),
+        "job": json.dumps([job, ENVIRONMENT], sort_keys=True).encode(),
+    }
+
+    def make() -> bytes:
+        progress(f"compiling {archive.name}", 0, 1)
+        with tempfile.TemporaryDirectory(prefix="ladder-compile-") as temporary:
+            here = Path(temporary)
+            write(here / "given" / archive.name, archive.data)
+            request: dict[str, Any] = {
+                "folder": str(engine.parent),
+                "mounts": {"/in": str(here / "given"), "/out": temporary},
+                "env": ENVIRONMENT,
+                "python": COMPILER.read_text("utf-8"),
+                "input": [{"source": f"/in/{archive.name}", "target": "/out/out.zip", **job}],
+            }
+            if ours:
+                library, numpy = library_and_numpy(outside, cache, progress)
+                request |= mounted(library, [numpy], here)
+            run_node(RUNNER, request)
+            data = (here / "out.zip").read_bytes()
+        progress(f"compiling {archive.name}", 1, 1)
+        return data
+
+    return Store(cache, "compiled").get(f"{archive.name} {fingerprint(inputs.items())}", make)
+
+
+def mounted(library: bytes, packages: Iterable[bytes], folder: Path) -> dict[str, str]:
+    """What Node is asked for to run on this library and these packages, which are laid out in a folder."""
+    write(folder / "python_stdlib.zip", library)
+    for each in packages:
+        with zipfile.ZipFile(io.BytesIO(each)) as archive:
+            archive.extractall(folder / "site")
+    return {"stdlib": str(folder / "python_stdlib.zip"), "site": str(folder / "site")}
+
+
+def pick(archive: bytes, wanted: Callable[[str], bool]) -> dict[str, bytes]:
+    """The members of a zip whose names are wanted, sorted by name."""
+    with zipfile.ZipFile(io.BytesIO(archive)) as given:
+        return {name: given.read(name) for name in sorted(given.namelist()) if wanted(name)}
+
+
+def bundled(
+    members: Mapping[str, bytes], name: str, apart: Callable[[str], bool] = lambda member: False
+) -> dict[str, bytes]:
+    """The members with all bytecode but that `apart` in one, `name`.modules, for page-python/sitecustomize.py.
+
+    It is an index, a line "path size" a module, an empty line, and the modules' marshalled code in the same order.
+    """
+    modules = {member: data[PYC_HEADER:] for member, data in members.items() if member.endswith(".pyc")}
+    modules = {member: data for member, data in modules.items() if not apart(member)}
+    index = "\n".join(f"{member.removesuffix('.pyc')} {len(data)}" for member, data in modules.items())
+    bundle = index.encode() + b"\n\n" + b"".join(modules.values())
+    rest = {member: data for member, data in members.items() if member not in modules}
+    return dict(sorted({**rest, f"{name}.modules": bundle}.items()))
+
+
+def before_bundles(member: str) -> bool:
+    """Whether Python imports the library's member before it knows of bundles: text encodings, and what opens them."""
+    return member.startswith("encodings/") or member == "sitecustomize.pyc"
+
+
+def stored_zip(members: Mapping[str, bytes]) -> bytes:
+    """A zip of stored members with one fixed date: the same members give the same bytes."""
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_STORED) as made:
+        for name, data in members.items():
+            info = zipfile.ZipInfo(name, _DATE)
+            info.create_system = 3  # else the host's system is written down
+            made.writestr(info, data)
+    return out.getvalue()
+
+
+def lock_text(stock: Path, wheels: Mapping[str, bytes]) -> bytes:
+    """A pyodide-lock.json of our packages alone, with the sha256 of the wheels in the packs; platform as in `stock`."""
+    from pyodide_lock import PackageSpec  # its import takes long, and most builds make no runtime
+
+    packages: dict[str, Any] = {}
+    for file_name, data in wheels.items():
+        name, version = file_name.split("-")[:2]
+        name = name.replace("_", "-")
+        ours = name != "numpy"
+        spec = PackageSpec(
+            name=name,
+            version=version,
+            file_name=file_name,
+            install_dir="site",
+            sha256=hashlib.sha256(data).hexdigest(),
+            imports=["solvers", "widgets"] if ours else ["numpy"],
+            depends=["numpy"] if ours else [],
+        )
+        packages[name] = spec.model_dump()
+    info = json.loads(stock.read_text("utf-8"))["info"]
+    return json.dumps({"info": info, "packages": packages}, indent=1, sort_keys=True).encode()

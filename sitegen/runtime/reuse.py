@@ -1,0 +1,50 @@
+"""The browser runtime from build to build: put together anew only where it is made of something else, or is faulty."""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import asdict
+from functools import partial
+from pathlib import Path
+
+import sitegen
+from sitegen.cache.files import cache_dir, content, digest, fingerprint
+from sitegen.cache.store import Store
+from sitegen.progress import Progress, quiet
+from sitegen.runtime.assemble import RuntimeFile, RuntimeInfo, assemble
+from sitegen.runtime.wheel import backend, inputs
+
+CODE = (".py", ".mjs", ".toml", ".txt")
+
+
+def assembled(*, cache: Path | None = None, progress: Progress = quiet) -> RuntimeInfo:
+    """The runtime as it was put together last of the same; anew where there is none, or one that lacks a file.
+
+    Its files are kept each by its own hash: most are the same in every version. Raises OutsideError, NodeError or
+    WheelError.
+    """
+    cache = cache or cache_dir()
+    store, made_of = Store(cache, "runtime"), _made_of()
+    if kept := store.find(made_of):
+        plain = json.loads(kept)
+        contents = {name: data for name, key in plain["contents"].items() if (data := store.find(key)) is not None}
+        if contents.keys() == plain["contents"].keys():
+            files = tuple(RuntimeFile(**file) for file in plain["files"])
+            return RuntimeInfo(files, plain["wheel"], plain["version"], contents)
+    info = assemble(cache=cache, progress=progress)
+    keys = {name: digest(data) for name, data in info.contents.items()}
+    for name, key in keys.items():
+        store.get(key, partial(info.contents.__getitem__, name))
+    plain = {"files": [asdict(file) for file in info.files], "wheel": info.wheel, "version": info.version}
+    store.put(made_of, json.dumps({**plain, "contents": keys}).encode())
+    return info
+
+
+def _made_of() -> str:
+    """The hash of all that goes into a runtime: our packages, the outside files as they are pinned, what puts it
+    together, which may be any of the generator's code, and the Python that runs that."""
+    home = Path(sitegen.__path__[0])
+    code = [path for path in home.rglob("*") if path.suffix in CODE]
+    ours = [(f"sitegen/{path.relative_to(home).as_posix()}", content(path)) for path in code]
+    return fingerprint([*inputs().items(), *ours, ("python", sys.version.encode()), ("backend", backend().encode())])

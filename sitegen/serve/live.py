@@ -1,0 +1,259 @@
+"""`serve`: the site on loopback, built anew on every edit; pages reload themselves and show what a build found wrong.
+
+A build runs in a fresh process, so that edits of Python count. Pages learn of builds by server-sent events; the script
+that listens is put into HTML on its way out, never into what is built.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import time
+import webbrowser
+from collections.abc import Iterable, Iterator
+from functools import partial
+from http import HTTPStatus
+from pathlib import Path
+from threading import Condition, Event, Thread
+from typing import Any
+
+import watchfiles
+
+from sitegen.pipeline.attempt import Outcome, tell
+from sitegen.serve.rebuilder import Builder
+from sitegen.serve.static_files import StaticHandler, StaticServer, content_type
+
+WATCHED = ("content", "templates", "widgets", "solvers", "sitegen", "tests")
+SETTLE_MS = 20  # an editor's save is over when nothing has changed for so long
+SWAP_SECONDS = 30.0  # how long a request may wait for a build that has just moved its file away
+PORTS = 50
+PREVIEW = Path(__file__).with_name("preview")
+RELOAD = "/.ladder/reload.js"
+
+# A worker of an earlier visit would answer with what it keeps; this one takes its place and goes.
+NO_SERVICE_WORKER = b"""\
+addEventListener("install", () => skipWaiting());
+addEventListener("activate", (event) => event.waitUntil(registration.unregister()));
+"""
+
+
+class Live:
+    """What pages are told: which build is published, what the last one found wrong."""
+
+    def __init__(self) -> None:
+        self._changed = Condition()
+        self._started = time.time_ns()  # pages left open from an earlier server are not of build 1 of this one
+        self._good = 0
+        self._lines: list[str] = []
+        self._title = ""
+        self._edited: list[dict[str, str]] = []
+        self._count = 0
+        self._building = False
+        self._closed = False
+
+    @property
+    def build(self) -> str:
+        """The name of the published build."""
+        return f"{self._started:x}-{self._good}"
+
+    def begin(self) -> None:
+        """A build is under way: files may be missing for a moment."""
+        with self._changed:
+            self._building = True
+
+    def end(self, outcome: Outcome, edited: Iterable[str] = ()) -> None:
+        """The build is over: tell the pages, and which chapters were edited since the last one."""
+        with self._changed:
+            self._building = False
+            self._count += 1
+            self._good += outcome.good
+            self._lines = outcome.lines()
+            count = len(outcome.problems)
+            self._title = f"The build found {count} problem{'s' * (count != 1)}" if count else "The build failed"
+            files = sorted(set(edited) & outcome.sources.keys())
+            self._edited = [{"file": Path(file).name, "page": outcome.sources[file]} for file in files]
+            self._changed.notify_all()
+
+    def close(self) -> None:
+        """End all streams."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify_all()
+
+    def settled(self) -> None:
+        """Return when no build is under way."""
+        with self._changed:
+            self._changed.wait_for(lambda: not self._building or self._closed, SWAP_SECONDS)
+
+    def _is_past(self, count: int) -> bool:
+        return self._closed or self._count != count
+
+    def messages(self, beat: float = 15.0) -> Iterator[str]:
+        """The state as JSON, now and after every build; "" every `beat` seconds, so that a dead connection shows."""
+        told = -1
+        while True:
+            with self._changed:
+                news = self._changed.wait_for(partial(self._is_past, told), beat)
+                if self._closed:
+                    return
+                told = self._count
+                state = {"build": self.build, "title": self._title, "lines": self._lines, "edited": self._edited}
+                text = json.dumps(state)
+            yield text if news else ""
+
+
+class LiveServer(StaticServer):
+    """The site's folder together with what pages are told."""
+
+    def __init__(self, root: Path, address: tuple[str, int], live: Live) -> None:
+        self.live = live
+        # On Windows the option would let two servers share a port instead of only skipping a wait.
+        self.allow_reuse_address = os.name != "nt"
+        super().__init__(root, address, LiveHandler)
+
+
+class LiveHandler(StaticHandler):
+    """Static files, the reload script in every page, and the stream of events."""
+
+    server: LiveServer
+
+    def do_GET(self) -> None:
+        # Taken before the file is read: a page may be newer than the build it names, and then reloads once more.
+        self.build = self.server.live.build
+        path = self.path.partition("?")[0]
+        if self.headers.get("Service-Worker") == "script":
+            self.answer(HTTPStatus.OK, NO_SERVICE_WORKER, content_type(Path(RELOAD)), {})
+        elif path == RELOAD:
+            scripts = b"".join(script.read_bytes() for script in sorted(PREVIEW.glob("*.js")))
+            self.answer(HTTPStatus.OK, scripts, content_type(Path(RELOAD)), {})
+        elif path == "/.ladder/events":
+            self.stream()
+        else:
+            super().do_GET()
+
+    def read(self, file: Path) -> bytes | None:
+        data = super().read(file)
+        if data is None:
+            self.server.live.settled()
+            data = super().read(file)
+        return data
+
+    def answer(self, status: HTTPStatus, data: bytes, kind: str, headers: dict[str, str]) -> None:
+        if kind.startswith("text/html"):
+            # Nothing is painted before it has run: a page that comes anew stands where its author was.
+            tag = f'<script src="{RELOAD}" data-build="{self.build}" defer blocking="render"></script>'.encode()
+            before, head, after = data.partition(b"</head>")
+            data = before + tag + head + after
+            headers = {name: value for name, value in headers.items() if name.lower() != "cache-control"}
+        super().answer(status, data, kind, headers)
+
+    def stream(self) -> None:
+        """Events until the page or the server goes."""
+        self.close_connection = True
+        self.send_response(HTTPStatus.OK)
+        self.send_header("Content-Type", "text/event-stream")
+        self.send_header("Cache-Control", "no-store")
+        self.send_header("Connection", "close")
+        self.end_headers()
+        for text in self.server.live.messages():
+            self.wfile.write((f"data: {text}\n\n" if text else ":\n\n").encode())
+            self.wfile.flush()
+
+
+class LiveSite:
+    """Server, builder and watcher of one checkout."""
+
+    def __init__(self, root: Path, dest: Path, host: str = "127.0.0.1", port: int = 0) -> None:
+        self.root = root
+        self._stop = Event()
+        self._edits = self._watch()
+        next(self._edits)  # from here on no edit is missed
+        self.live = Live()
+        self.server = listening(dest, host, port, self.live)
+        self.builder = Builder(root, dest)
+        self.idle = Event()  # set while nothing is being built and the next build can begin at once
+        self._thread = Thread(target=self.server.serve_forever, kwargs={"poll_interval": 0.05}, daemon=True)
+        self._thread.start()
+
+    def rebuild(self, edited: Iterable[str] = ()) -> Outcome:
+        """Build after an edit of these files (relative to the root), and tell the pages and the terminal."""
+        self.idle.clear()
+        self.live.begin()
+        outcome = Outcome(trouble="the build was interrupted")
+        try:
+            outcome = self.builder.build()
+        finally:
+            self.live.end(outcome, edited)
+        tell(outcome)
+        self.builder.renew()
+        self.idle.set()
+        return outcome
+
+    def watch(self) -> None:
+        """Rebuild at every edit, until stop()."""
+        for changes in self._edits:
+            if changes:
+                names = sorted({Path(path).relative_to(self.root).as_posix() for _, path in changes})
+                print(f"\n{', '.join(names[:3])}{' …' * (len(names) > 3)} changed", flush=True)
+                self.rebuild(names)
+
+    def _watch(self) -> Iterator[set[tuple[watchfiles.Change, str]]]:
+        return watchfiles.watch(
+            *[self.root / name for name in WATCHED if (self.root / name).is_dir()],
+            stop_event=self._stop,
+            step=SETTLE_MS,
+            debounce=20 * SETTLE_MS,
+            rust_timeout=8 * SETTLE_MS,
+            yield_on_timeout=True,  # so that watching can be begun before the first build, which takes long
+        )
+
+    def stop(self) -> None:
+        """End watching, once the build that may be under way is done."""
+        self._stop.set()
+
+    def close(self) -> None:
+        """End everything, at once; where another thread watches, it has to have ended."""
+        self.stop()
+        self.live.close()
+        self.server.shutdown()
+        self.server.server_close()
+        self.builder.close()
+
+
+def listening(dest: Path, host: str, port: int, live: Live) -> LiveServer:
+    """A server on the port, or on the next free one. Raises OSError where there is none."""
+    last: Any = None
+    for candidate in range(port, port + PORTS) if port else [0]:
+        try:
+            return LiveServer(dest, (host, candidate), live)
+        except (OSError, OverflowError) as error:
+            last = error
+    raise OSError(f"nothing can be served on {host}, ports {port} to {port + PORTS - 1}: {last}")
+
+
+def can_open() -> bool:
+    """Whether there is a screen to open a browser on (else Python may find one for the terminal)."""
+    if sys.platform.startswith("linux"):
+        return any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"))
+    return True
+
+
+def serve(root: Path, host: str, port: int, *, opens: bool = True) -> int:
+    """Build and serve until Ctrl-C. The exit code is 1 when there is no port to serve on."""
+    try:
+        site = LiveSite(root, root / "site", host, port)
+    except OSError as error:
+        print(error, file=sys.stderr)
+        return 1
+    try:
+        site.rebuild()
+        print(f"{site.server.origin}/ shows the site and follows every edit; Ctrl-C ends it", flush=True)
+        if opens and can_open():
+            webbrowser.open(f"{site.server.origin}/")
+        site.watch()
+    except KeyboardInterrupt:
+        print("\nstopped", flush=True)
+    finally:
+        site.close()
+    return 0

@@ -1,0 +1,107 @@
+"""Builds in a process of their own, which builds again with what it has in memory for as long as no code has changed.
+
+So edits of Python count: then a fresh process takes its place, and that already waits with other people's modules.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+from sitegen.cache.memory import Stamp, sources
+from sitegen.pipeline.attempt import Outcome
+
+BUILD_PROCESS = Path(__file__).with_name("build_process.py")
+CLEAR_UP_SECONDS = 5.0
+
+
+class Process:
+    """One process that builds (see build_process.py)."""
+
+    def __init__(self, root: Path, dest: Path, modules: list[str]) -> None:
+        command = [sys.executable, "-P", str(BUILD_PROCESS), str(root), str(dest), json.dumps(modules)]
+        self._child = subprocess.Popen(
+            command,
+            cwd=root,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            encoding="utf-8",
+            process_group=0,  # Ctrl-C is for the process that started this one
+        )
+        assert self._child.stdin is not None
+        assert self._child.stdout is not None
+        self._to, self._from = self._child.stdin, self._child.stdout
+        try:
+            self._from.readline()  # it says so when it is ready
+        except BaseException:
+            self.close()
+            raise
+
+    def build(self) -> tuple[Outcome, list[str]]:
+        """Let it build; the outcome, and what it has imported of other people's."""
+        with contextlib.suppress(OSError):  # where it has died, the missing answer tells
+            self._to.write("\n")
+            self._to.flush()
+        try:
+            answer = json.loads(self._from.readline())
+        except ValueError:
+            why = f"the build ended with code {self._child.wait()}; the terminal says why"
+            return Outcome(trouble=why), []
+        return Outcome.parsed(answer), answer["modules"]
+
+    def close(self) -> None:
+        """End it; a build that is under way clears up."""
+        self._child.terminate()
+        try:
+            self._child.wait(CLEAR_UP_SECONDS)
+        except subprocess.TimeoutExpired:
+            self._child.kill()
+            self._child.wait()
+        for pipe in (self._to, self._from):
+            with contextlib.suppress(OSError):  # what was about to be written has no reader any more
+                pipe.close()
+
+
+class Builder:
+    """Builds the checkout `root` into `dest`, again and again."""
+
+    def __init__(self, root: Path, dest: Path) -> None:
+        self.root, self.dest = root, dest
+        self._modules: list[str] = []
+        self._code: frozenset[Stamp] = frozenset()  # what the process at work has imported
+        self._at_work: Process | None = None
+        self._next: Process | None = Process(root, dest, self._modules)
+
+    def build(self) -> Outcome:
+        """One build, of the sources as they are now; renew() before the next."""
+        code = sources(self.root)
+        if self._at_work is None or code != self._code:
+            self._end_work()
+            self._at_work, self._next, self._code = self._next or self._fresh(), None, code
+        outcome, modules = self._at_work.build()
+        self._modules = modules or self._modules
+        if outcome.trouble:  # whatever is half imported, or wrong in memory, goes with the process
+            self._end_work()
+        return outcome
+
+    def renew(self) -> None:
+        """Have the next process wait; returns when it is ready."""
+        self._next = self._next or self._fresh()
+
+    def close(self) -> None:
+        """End the processes that wait or build."""
+        self._end_work()
+        if self._next is not None:
+            self._next.close()
+
+    def _fresh(self) -> Process:
+        return Process(self.root, self.dest, self._modules)
+
+    def _end_work(self) -> None:
+        if self._at_work is not None:
+            self._at_work.close()
+            self._at_work = None

@@ -1,0 +1,44 @@
+"""Two clouds before and after a registration, seen from above, as one SVG file: what the command line draws."""
+
+from __future__ import annotations
+
+import io
+import re
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from solvers.core.pose import Pose
+from solvers.geometry.downsample import thinned
+
+MOST = 4000  # points drawn of a cloud: more would not be told apart
+SOURCE, TARGET = "#c45d14", "#2760bd"
+NO_XML = re.compile(r"[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+
+
+def before_after(source: ArrayLike, target: ArrayLike, start: Pose, end: Pose, title: str) -> str:
+    """The text of an SVG file: source (m, d) at both poses over target (n, d), d = 2 or 3, in one window.
+
+    Raises ValueError where matplotlib, an extra of the package, is not installed.
+    """
+    try:
+        from matplotlib import rc_context
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise ValueError("--out: drawing needs matplotlib: pip install 'registration-ladder[pictures]'") from None
+    p, q = (thinned(np.asarray(x, dtype=float), MOST) for x in (source, target))
+    figure = Figure(figsize=(10.0, 5.0), layout="constrained")
+    left, right = figure.subplots(1, 2, sharex=True, sharey=True)
+    halves = (("before", left, start, "Before: the source at its start"), ("after", right, end, "After: at the pose"))
+    for name, axes, pose, caption in halves:
+        axes.scatter(q[:, 0], q[:, 1], s=8, c=TARGET, marker="s", linewidths=0, label="target", gid=f"{name}-target")
+        moved = pose.apply(p)
+        axes.scatter(moved[:, 0], moved[:, 1], s=8, c=SOURCE, linewidths=0, label="source", gid=f"{name}-source")
+        axes.set_title(caption, loc="left", fontsize="medium")
+        axes.set_aspect("equal", adjustable="box")
+        axes.grid(alpha=0.25)
+        axes.legend(loc="best", fontsize="small")
+    out = io.StringIO()
+    with rc_context({"svg.hashsalt": "solvers", "svg.fonttype": "none"}):
+        figure.savefig(out, format="svg", metadata={"Date": None, "Title": NO_XML.sub("\ufffd", title)})
+    return out.getvalue()

@@ -1,0 +1,248 @@
+"""Poses: `T(p) = s R p + t`, one or a batch of them, in the plane or in space."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from solvers.core.arrays import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """A rigid motion or similarity `T(p) = s R p + t`.
+
+    It takes source to target coordinates. The leading axes of the three are broadcast
+    to one batch shape. The arrays are copied and cannot be written to.
+
+    Parameters
+    ----------
+    R : array_like of shape (..., d, d)
+        Orthogonal matrices. A pose has det R = +1, which is not checked here; the one
+        exception is the answer of `fit_rigid(..., proper=False)`, which may be a
+        reflection and is no rigid motion.
+    t : array_like of shape (..., d)
+        Translations, in world units.
+    scale : array_like of shape (...), default 1.0
+        Scales s, 1 for a rigid motion.
+
+    Raises
+    ------
+    ValueError
+        If the shapes do not fit together.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers import Pose
+    >>> pose = Pose.from_angle(np.radians(90.0), (2.0, 0.0))
+    >>> pose
+    Pose(angle=90°, t=(2, 0), scale=1)
+    >>> pose.apply([[1.0, 0.0]]).round(6)
+    array([[2., 1.]])
+    >>> np.degrees(pose.inverse().angle).round(6)
+    np.float64(-90.0)
+    """
+
+    R: FloatArray
+    t: FloatArray
+    scale: FloatArray | float = 1.0
+
+    def __post_init__(self) -> None:
+        R, t = np.asarray(self.R, dtype=np.float64), np.asarray(self.t, dtype=np.float64)
+        scale = np.asarray(self.scale, dtype=np.float64)
+        if R.ndim < 2 or R.shape[-1] != R.shape[-2]:
+            raise ValueError(f"R: expected shape (..., d, d), got {R.shape}")
+        d = R.shape[-1]
+        if t.ndim < 1 or t.shape[-1] != d:
+            raise ValueError(f"t: expected shape (..., {d}) to go with R, got {t.shape}")
+        batch = scale.shape
+        if not R.shape[:-2] == t.shape[:-1] == batch:  # seldom, and slow to work out
+            try:
+                batch = np.broadcast_shapes(R.shape[:-2], t.shape[:-1], scale.shape)
+            except ValueError:
+                raise ValueError(
+                    f"R, t, scale: leading axes {R.shape[:-2]}, {t.shape[:-1]} and {scale.shape} do not broadcast"
+                ) from None
+        object.__setattr__(self, "R", _frozen(R, (*batch, d, d)))
+        object.__setattr__(self, "t", _frozen(t, (*batch, d)))
+        object.__setattr__(self, "scale", _frozen(scale, batch))
+
+    @classmethod
+    def identity(cls, d: int = 2, batch: tuple[int, ...] = ()) -> Pose:
+        """The pose that moves nothing.
+
+        Parameters
+        ----------
+        d : int, default 2
+            The dimension of the points.
+        batch : tuple of int, default ()
+            The leading axes over which it is repeated.
+
+        Returns
+        -------
+        Pose
+            Identities of shape `batch`.
+        """
+        return cls(np.broadcast_to(np.eye(d), (*batch, d, d)), np.zeros(d))
+
+    @classmethod
+    def from_angle(cls, theta: ArrayLike, t: ArrayLike = (0.0, 0.0), scale: ArrayLike = 1.0) -> Pose:
+        """The planar pose that rotates about the origin, then moves.
+
+        Parameters
+        ----------
+        theta : array_like of shape (...)
+            The angle in radians, anticlockwise.
+        t : array_like of shape (..., 2), default (0.0, 0.0)
+            The translation, in world units.
+        scale : array_like of shape (...), default 1.0
+            The scale.
+
+        Returns
+        -------
+        Pose
+            The poses, of the batch shape that the three broadcast to.
+
+        Raises
+        ------
+        ValueError
+            If the shapes do not fit together.
+        """
+        c, s = np.cos(np.asarray(theta, dtype=np.float64)), np.sin(np.asarray(theta, dtype=np.float64))
+        R = np.stack([np.stack([c, -s], axis=-1), np.stack([s, c], axis=-1)], axis=-2)
+        return cls(R, np.asarray(t, dtype=np.float64), np.asarray(scale, dtype=np.float64))
+
+    @property
+    def dim(self) -> int:
+        """d, the dimension of the points it moves."""
+        return int(self.R.shape[-1])
+
+    @property
+    def batch(self) -> tuple[int, ...]:
+        """The leading axes: () for a single pose."""
+        return self.R.shape[:-2]
+
+    @property
+    def angle(self) -> FloatArray:
+        """The rotation angle in radians, shape (...).
+
+        Signed, in (−π, π], in the plane; in [0, π] in space. Both come from atan2 of
+        the sine (skew part) and the cosine (trace), which is accurate at 0 and at π
+        alike.
+
+        Raises
+        ------
+        ValueError
+            In other dimensions, where a rotation has more than one angle.
+        """
+        R = self.R
+        if self.dim == 2:
+            planar: FloatArray = np.arctan2(R[..., 1, 0] - R[..., 0, 1], R[..., 0, 0] + R[..., 1, 1])
+            return planar[()]
+        if self.dim == 3:
+            skew = np.stack(
+                [R[..., 2, 1] - R[..., 1, 2], R[..., 0, 2] - R[..., 2, 0], R[..., 1, 0] - R[..., 0, 1]], axis=-1
+            )
+            spatial: FloatArray = np.arctan2(np.linalg.norm(skew, axis=-1), np.trace(R, axis1=-2, axis2=-1) - 1.0)
+            return spatial[()]
+        raise ValueError(f"angle: defined in 2 and 3 dimensions, not in {self.dim}")
+
+    @property
+    def matrix(self) -> FloatArray:
+        """The homogeneous matrices [[s R, t], [0, 1]], shape (..., d + 1, d + 1)."""
+        d = self.dim
+        M = np.zeros((*self.batch, d + 1, d + 1))
+        M[..., :d, :d] = np.asarray(self.scale)[..., None, None] * self.R
+        M[..., :d, d] = self.t
+        M[..., d, d] = 1.0
+        return M
+
+    def apply(self, points: ArrayLike) -> FloatArray:
+        """Move points: `s R p + t`.
+
+        Parameters
+        ----------
+        points : array_like of shape (..., n, d)
+            The points; their leading axes broadcast against the pose's.
+
+        Returns
+        -------
+        ndarray of shape (..., n, d)
+            The moved points.
+
+        Raises
+        ------
+        ValueError
+            If the points are not rows of d numbers, or the leading axes do not
+            broadcast.
+        """
+        p = np.asarray(points, dtype=np.float64)
+        if p.ndim < 2 or p.shape[-1] != self.dim:
+            raise ValueError(f"points: expected shape (..., n, {self.dim}), got {p.shape}")
+        moved = p @ (np.asarray(self.scale)[..., None, None] * self.R).swapaxes(-1, -2)
+        return moved + self.t[..., None, :]
+
+    def compose(self, first: Pose) -> Pose:
+        """The pose `self ∘ first`: apply `first`, then this one.
+
+        Parameters
+        ----------
+        first : Pose
+            Of the same dimension, with leading axes that broadcast against this one's.
+
+        Returns
+        -------
+        Pose
+            The composition.
+
+        Raises
+        ------
+        ValueError
+            If the two do not fit together.
+        """
+        s = np.asarray(self.scale)
+        turned = (self.R @ first.t[..., None])[..., 0]
+        return Pose(self.R @ first.R, s[..., None] * turned + self.t, s * first.scale)
+
+    def inverse(self) -> Pose:
+        """The pose that undoes this one: `T⁻¹(q) = Rᵀ (q − t) / s`.
+
+        Returns
+        -------
+        Pose
+            The inverse.
+
+        Raises
+        ------
+        ValueError
+            If a scale is zero.
+        """
+        s = np.asarray(self.scale)
+        if np.any(s == 0.0):
+            raise ValueError("scale: a pose with scale 0 has no inverse")
+        Rt = self.R.swapaxes(-1, -2)
+        return Pose(Rt, -(Rt @ self.t[..., None])[..., 0] / s[..., None], 1.0 / s)
+
+    def __getitem__(self, rows: Any) -> Pose:
+        """The poses at `rows` of the batch: any numpy index of the leading axes."""
+        if not self.batch:
+            raise IndexError("a single pose has no rows")
+        return Pose(self.R[rows], self.t[rows], np.asarray(self.scale)[rows])
+
+    def __repr__(self) -> str:
+        if self.batch:
+            return f"Pose(batch={self.batch}, dim={self.dim})"
+        t = ", ".join(f"{x:.6g}" for x in self.t)
+        turn = f"angle={np.degrees(self.angle):.6g}°, " if self.dim in (2, 3) else ""
+        return f"Pose({turn}t=({t}), scale={float(self.scale):.6g})"
+
+
+def _frozen(values: FloatArray, shape: tuple[int, ...]) -> FloatArray:
+    # Broadcasting costs more than the copy, and is seldom needed.
+    out = np.array(values if values.shape == shape else np.broadcast_to(values, shape), dtype=np.float64)
+    out.flags.writeable = False
+    return out

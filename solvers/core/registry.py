@@ -1,0 +1,58 @@
+"""The list of methods: the one place that knows them all."""
+
+from collections.abc import Iterator, Mapping
+from importlib import import_module
+from typing import Any
+
+from solvers.core.stepper import Method
+
+# name → module in solvers.methods and constant, in the order of the ladder
+_LIST = {
+    "kabsch": "pairs.kabsch.KABSCH",
+    "similarity": "pairs.kabsch.SIMILARITY",
+    "ransac": "pairs.ransac.RANSAC",
+    "ransac-congruent": "pairs.congruent.CONGRUENT",
+    "icp": "icp.icp.ICP",
+    "trimmed-icp": "icp.icp.TRIMMED",
+    "capped-icp": "icp.icp.CAPPED",
+    "kiss-threshold-icp": "icp.kiss.KISS",
+    "fast-robust-icp": "icp.fast_robust.FAST_ROBUST",
+    "point-to-plane": "icp.point_to_plane.POINT_TO_PLANE",
+    "gicp": "icp.gicp.GICP",
+    "ndt": "ndt.ndt.NDT",
+    "ndt-d2d": "ndt.d2d.D2D",
+    "soft-annealed": "soft.annealed.SOFT",
+    "cpd-rigid": "soft.cpd.RIGID",
+    "cpd-similarity": "soft.cpd.SIMILARITY",
+    "filterreg": "soft.filterreg.FILTERREG",
+    "gmmreg": "soft.gmmreg.GMMREG",
+    "mmd": "mmd.mmd.MMD",
+    "flow": "flow.flow.FLOW",
+    "flow-from-source": "flow.flow.FLOW_FROM_SOURCE",
+    "association-bp": "soft.belief_propagation.ASSOCIATION_BP",
+    "hypothesis-mixture": "soft.hypotheses.HYPOTHESIS_MIXTURE",
+}
+
+
+class _Methods(Mapping[str, Method[Any]]):
+    """Read-only; a method's module is imported when the method is first asked for: a
+    page pays for what it shows.
+    """
+
+    def __getitem__(self, name: str) -> Method[Any]:
+        module, constant = _LIST[name].rsplit(".", 1)
+        method: Method[Any] = getattr(import_module(f"solvers.methods.{module}"), constant)
+        return method
+
+    def __contains__(self, name: object) -> bool:
+        return name in _LIST
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(_LIST)
+
+    def __len__(self) -> int:
+        return len(_LIST)
+
+
+METHODS: Mapping[str, Method[Any]] = _Methods()
+"""Every method by name, in the order of the ladder."""

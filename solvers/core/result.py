@@ -1,0 +1,204 @@
+"""What a registration hands back, for one problem, a batch or a list."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields, is_dataclass, replace
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from solvers.core import validate
+from solvers.core.arrays import AnyArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.pose import Pose
+from solvers.core.status import Status
+from solvers.core.stepper import Batch, History, State
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """What `register` found.
+
+    The leading axes `...` are those of the problem: none for a single one.
+
+    Attributes
+    ----------
+    method : str
+        The method's name.
+    pose : Pose
+        T with T(source) ≈ target.
+    status : ndarray of int8, shape (...), or Status
+        How each problem stopped; a `Status` for a single problem.
+    reason : ndarray of object, shape (...), or str
+        Words on how it stopped, possibly empty.
+    steps : ndarray of int, shape (...), or int
+        The steps taken.
+    objective : ndarray of shape (...)
+        What the method minimises, at `pose`; each method's own, in its own unit.
+    history : History
+        Poses and objective from the start to the last of k steps, (k + 1, ...).
+    states : tuple
+        The method's final states with all their details: one for a batch, one a cloud
+        for a list of clouds. Their arrays have one leading problem axis; `detail` reads
+        them in the shape of the problem.
+
+    Examples
+    --------
+    >>> from solvers import register
+    >>> from solvers.scenes import kabsch_scene
+    >>> scene = kabsch_scene("clean")
+    >>> result = register(scene.source, scene.target, "kabsch")
+    >>> result
+    Result(kabsch: converged, steps=1, pose=Pose(angle=50°, t=(2.6, 0.9), scale=1))
+    >>> result.detail("determinant")
+    np.int8(1)
+    """
+
+    method: str
+    pose: Pose
+    status: StatusArray | Status
+    reason: ReasonArray | str
+    steps: IntArray | int
+    objective: FloatArray
+    history: History
+    states: tuple[State, ...]
+
+    @property
+    def matrix(self) -> FloatArray:
+        """The pose as homogeneous matrices, (..., d + 1, d + 1)."""
+        return self.pose.matrix
+
+    def transform(self, points: ArrayLike) -> FloatArray:
+        """Move points by the pose.
+
+        Parameters
+        ----------
+        points : array_like of shape (..., n, d)
+            The points, in source coordinates.
+
+        Returns
+        -------
+        ndarray of shape (..., n, d)
+            The points in target coordinates.
+
+        Raises
+        ------
+        ValueError
+            If the points are not of the pose's dimension or do not broadcast with it.
+        """
+        return self.pose.apply(points)
+
+    def inverse(self) -> Pose:
+        """The pose that takes target to source coordinates.
+
+        Returns
+        -------
+        Pose
+            The inverse of `pose`.
+
+        Raises
+        ------
+        ValueError
+            If the pose has a scale of zero.
+        """
+        return self.pose.inverse()
+
+    def detail(self, name: str) -> Any:
+        """A field of the final state, in the shape of the problem.
+
+        Parameters
+        ----------
+        name : str
+            A field of the method's state, such as "singular_values" of `kabsch`.
+
+        Returns
+        -------
+        object
+            The field's value; for a list of several clouds a list, one entry a cloud.
+
+        Raises
+        ------
+        ValueError
+            If the state has no such field.
+        """
+        known = [f.name for f in fields(cast(Any, self.states[0]))]
+        validate.one_of(name, known, "name")
+        batch = self.pose.batch
+        if len(self.states) > 1:
+            return [_shaped(getattr(state, name), ()) for state in self.states]
+        return _shaped(getattr(self.states[0], name), batch)
+
+    def __repr__(self) -> str:
+        if self.pose.batch:
+            count = np.bincount(np.ravel(self.status), minlength=len(Status))
+            said = ", ".join(f"{n} {Status(k).label}" for k, n in enumerate(count) if n)
+        else:
+            said = f"{Status(int(self.status)).label}{f' ({self.reason})' if self.reason else ''}, steps={self.steps}"
+        return f"Result({self.method}: {said}, pose={self.pose!r})"
+
+
+def from_batch(done: Batch[Any], history: History, axes: tuple[int, ...]) -> Result:
+    """The result of one run, its single problem axis made into the leading axes `axes`.
+    """
+    state = done.state()
+    return Result(
+        method=done.method.name,
+        pose=_shaped(state.pose, axes),
+        status=_shaped(state.status, axes) if axes else Status(int(state.status[0])),
+        reason=_shaped(state.reason, axes),
+        steps=_shaped(done.steps, axes) if axes else int(done.steps[0]),
+        objective=_shaped(state.objective, axes),
+        history=History(_shaped(history.poses, axes, 1), _shaped(history.objective, axes, 1)),
+        states=(state,),
+    )
+
+
+def side_by_side(results: Sequence[Result]) -> Result:
+    """Single results put together as those of a batch; shorter histories repeat their
+    last entry.
+    """
+    longest = max(len(r.history.objective) for r in results)
+
+    def course(read: Callable[[History], AnyArray]) -> AnyArray:
+        return np.stack([_lengthened(read(r.history), longest) for r in results], axis=1)
+
+    return Result(
+        method=results[0].method,
+        pose=Pose(
+            np.stack([r.pose.R for r in results]),
+            np.stack([r.pose.t for r in results]),
+            np.stack([np.asarray(r.pose.scale) for r in results]),
+        ),
+        status=np.array([r.status for r in results], dtype=np.int8),
+        reason=np.array([r.reason for r in results], dtype=object),
+        steps=np.array([r.steps for r in results], dtype=np.int64),
+        objective=np.array([r.objective for r in results]),
+        history=History(
+            Pose(
+                course(lambda h: h.poses.R),
+                course(lambda h: h.poses.t),
+                course(lambda h: np.asarray(h.poses.scale)),
+            ),
+            course(lambda h: h.objective),
+        ),
+        states=tuple(state for r in results for state in r.states),
+    )
+
+
+def _lengthened(course: AnyArray, length: int) -> AnyArray:
+    return course[np.minimum(np.arange(length), len(course) - 1)]
+
+
+def _shaped(value: Any, axes: tuple[int, ...], at: int = 0) -> Any:
+    """The one problem axis at `at` made into `axes`; what then is a single number or
+    word loses its array.
+    """
+    if isinstance(value, Pose):
+        return Pose(*(_shaped(np.asarray(getattr(value, part)), axes, at) for part in ("R", "t", "scale")))
+    if isinstance(value, np.ndarray):
+        return value.reshape((*value.shape[:at], *axes, *value.shape[at + 1 :]))[()]
+    if is_dataclass(value) and not isinstance(value, type):
+        own = [f.name for f in fields(value) if not f.metadata.get("shared")]
+        return replace(value, **{name: _shaped(getattr(value, name), axes, at) for name in own})
+    return value

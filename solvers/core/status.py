@@ -1,0 +1,71 @@
+"""How a problem stands. A stop is never called success: only the error against a known
+truth can say that.
+"""
+
+from enum import IntEnum
+
+import numpy as np
+
+from solvers.core.arrays import BoolArray, ReasonArray, StatusArray
+
+
+class Status(IntEnum):
+    """One problem's standing; a batch holds these numbers in an int8 array.
+
+    No stop is called a success: only the error against a known truth can say that.
+    `RUNNING` is a problem that has not stopped, also where a callback has ended its
+    run.
+
+    Examples
+    --------
+    >>> from solvers import Status, register
+    >>> result = register([[0.0, 0.0], [0.0, 0.0]], [[1.0, 0.0], [2.0, 0.0]], "kabsch")
+    >>> result.status is Status.DEGENERATE
+    True
+    >>> print(result.status, "-", result.reason)
+    degenerate - all source points with weight are equal: the rotation is undefined
+    """
+
+    RUNNING = 0
+    CONVERGED = 1
+    """The method's own stopping rule was met (a closed form meets it in one step)."""
+    STALLED = 2
+    """No step that improves the objective was found."""
+    CAPPED = 3
+    """The allowed number of steps was used up."""
+    DEGENERATE = 4
+    """The geometry does not determine the answer; the reason says why, in words."""
+
+    @property
+    def label(self) -> str:
+        """The status in lower case, as it is shown: 'running', 'converged' and so on.
+        """
+        return self.name.lower()
+
+    def __str__(self) -> str:
+        return self.label
+
+
+def statuses(batch: tuple[int, ...], status: Status = Status.RUNNING) -> StatusArray:
+    """An array of one status, of shape `batch`."""
+    return np.full(batch, status, dtype=np.int8)
+
+
+def reasons(batch: tuple[int, ...], words: str = "") -> ReasonArray:
+    """An array of one reason, of shape `batch`; an empty text where there is nothing to
+    say.
+    """
+    return np.full(batch, words, dtype=object)
+
+
+def mark(
+    status: StatusArray, reason: ReasonArray, where: BoolArray, new: Status, words: str = ""
+) -> tuple[StatusArray, ReasonArray]:
+    """`status` and `reason` with `new` and `words` at the problems `where` is true,
+    copies where that changes anything; the first mark stays: a problem that is no
+    longer running keeps what was said of it.
+    """
+    where = where & (status == Status.RUNNING)
+    if not where.any():
+        return status, reason
+    return np.where(where, np.int8(new), status), np.where(where, np.asarray(words, dtype=object), reason)

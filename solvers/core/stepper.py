@@ -1,0 +1,397 @@
+"""The one loop that every method runs in, and what a method must offer to run in it.
+
+A method is a pair of functions, `start(problem, options) -> state` and
+`step(state) -> state`, on a whole batch: every array has the problems as its leading
+axis b, and no problem may see another. States are frozen. The loop takes a problem out
+of the batch when its status says that it has stopped, so a step only ever sees running
+problems.
+
+To add a method, write a module with:
+
+1. Frozen dataclasses of options, whose `__post_init__` refuses bad values by
+   `solvers.core.validate`, and of states, with the fields of `State` and what a figure is to
+   show. `problem` and what is precomputed are `field(metadata=CONSTANT)`, the options
+   `field(metadata=SHARED)`; see `solvers.core.tree`.
+2. `start`, which fills the state at `problem.start` and draws all random numbers of the
+   run, by `numpy.random.default_rng(problem.seed[i])` for problem i. A hopeless problem
+   gets `Status.DEGENERATE` and a reason (`status.mark`).
+3. `step`, which returns `dataclasses.replace(state, pose=…, objective=…, status=…, …)`:
+   running, converged, stalled or degenerate. It must not raise for geometry and must
+   not write into arrays.
+4. A `Method(...)`, added to the list in `solvers/core/registry.py`;
+   tests/solvers/core/test_registry.py says where else its name belongs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, Generic, Protocol, TypeVar
+
+import numpy as np
+
+from solvers.core.arrays import BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.pose import Pose
+from solvers.core.status import Status, mark
+from solvers.core.tree import put, take
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """b registration problems, already validated.
+
+    Parameters
+    ----------
+    source : ndarray of shape (b, m, d)
+        The clouds that are moved, in world units.
+    target : ndarray of shape (b, n, d)
+        The clouds that stay. Paired methods get m = n, with row i's partner in row i.
+    weights : ndarray of shape (b, m)
+        Of the source rows (of the pairs, when paired).
+    start : Pose
+        b starting poses.
+    seed : ndarray of int64, shape (b,)
+        What each problem's random numbers are drawn from.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers import Pose
+    >>> from solvers.stepper import Problem
+    >>> p, q = np.zeros((1, 5, 2)), np.ones((1, 7, 2))
+    >>> start, weights = Pose.identity(batch=(1,)), np.ones((1, 5))
+    >>> problem = Problem(p, q, weights, start, np.array([40]))
+    >>> problem.size, problem.dim
+    (1, 2)
+    """
+
+    source: FloatArray
+    target: FloatArray
+    weights: FloatArray
+    start: Pose
+    seed: IntArray
+
+    @property
+    def size(self) -> int:
+        """b, the number of problems."""
+        return int(self.source.shape[0])
+
+    @property
+    def dim(self) -> int:
+        """d, the number of coordinates of a point."""
+        return int(self.source.shape[-1])
+
+
+class State(Protocol):
+    """What every method's state carries, whatever else it does; all of leading axis b.
+    """
+
+    @property
+    def problem(self) -> Problem: ...
+    @property
+    def pose(self) -> Pose: ...
+    @property
+    def objective(self) -> FloatArray:
+        """(b,) what the method minimises, at `pose`."""
+
+    @property
+    def status(self) -> StatusArray: ...
+    @property
+    def reason(self) -> ReasonArray: ...
+
+
+S = TypeVar("S", bound=State)
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class NoOptions:
+    """The options of a method that has none."""
+
+
+@dataclass(frozen=True, eq=False)
+class Method(Generic[S]):
+    """A registration method, as `solvers.METHODS` lists it.
+
+    Parameters
+    ----------
+    name : str
+        What `register(method=…)` calls it.
+    summary : str
+        One line.
+    source : str
+        The paper it follows.
+    start : callable
+        `start(problem, options) -> state`, the state at the start.
+    step : callable
+        `step(state) -> state`, one step of every problem in the state.
+    options : type
+        The frozen dataclass of its own options, with defaults.
+    paired : bool
+        Whether it matches row i with row i, and takes `pairs`.
+    weighted : bool
+        Whether it takes `weights`.
+    dims : tuple of int, or None
+        The dimensions it works in; None for any.
+    max_steps : int
+        The usual cap.
+
+    Examples
+    --------
+    >>> from solvers import METHODS
+    >>> icp = METHODS["icp"]
+    >>> icp.source, icp.dims, icp.max_steps
+    ('Besl & McKay 1992', None, 70)
+    >>> icp.options(gate=2.6).gate
+    2.6
+    """
+
+    name: str
+    summary: str
+    source: str
+    start: Callable[[Problem, Any], S]
+    step: Callable[[S], S]
+    options: type = NoOptions
+    paired: bool = False
+    weighted: bool = False
+    dims: tuple[int, ...] | None = (2,)
+    max_steps: int = 70
+
+
+@dataclass(frozen=True, eq=False)
+class Batch(Generic[S]):
+    """A run in progress, immutable.
+
+    Hold it, step it when there is time, drop it to stop. Read the present by `state()`,
+    or by `pose()` and `objective()`, which copy less.
+
+    Attributes
+    ----------
+    method : Method
+        What is run.
+    max_steps : int
+        The cap.
+    whole : State
+        All b problems, each finished one as it ended.
+    rows : ndarray of int64
+        The problems still running, ascending.
+    part : State
+        Their states.
+    steps : ndarray of int64, shape (b,)
+        The steps that each problem has taken.
+
+    Examples
+    --------
+    >>> from solvers.race import CONTESTANTS, Controls, race_problem
+    >>> problem, truth = race_problem(Controls(), seeds=[40, 53])
+    >>> batch = CONTESTANTS[0].begin(problem)
+    >>> batch.done, batch.steps, batch.pose().batch
+    (False, array([0, 0]), (2,))
+    """
+
+    method: Method[S]
+    max_steps: int
+    whole: S
+    rows: IntArray
+    part: S
+    steps: IntArray
+
+    @property
+    def done(self) -> bool:
+        """Whether every problem has stopped."""
+        return self.rows.size == 0
+
+    def state(self) -> S:
+        """The states of all b problems as they stand."""
+        return self._now(self.whole, self.part)
+
+    def pose(self) -> Pose:
+        """The poses of all b problems as they stand, (b,)."""
+        return self._now(self.whole.pose, self.part.pose)
+
+    def objective(self) -> FloatArray:
+        """The objective of all b problems as it stands, at `pose()`, (b,)."""
+        return self._now(self.whole.objective, self.part.objective)
+
+    def _now(self, whole: T, part: T) -> T:
+        if self.done:
+            return whole
+        # Nothing to copy while none has stopped.
+        return part if self.rows.size == self.steps.size else put(whole, self.rows, part)
+
+
+def begin(method: Method[S], problem: Problem, options: Any = None, max_steps: int | None = None) -> Batch[S]:
+    """Every problem at its start, no step taken.
+
+    Parameters
+    ----------
+    method : Method
+        An entry of `solvers.METHODS`.
+    problem : Problem
+        The problems; nothing of them is checked here.
+    options : object, optional
+        An instance of `method.options`. None is its defaults.
+    max_steps : int, optional
+        The most steps; with 0 all are capped at once. None is the method's own cap.
+
+    Returns
+    -------
+    Batch
+        The run at its beginning.
+
+    Examples
+    --------
+    >>> from solvers import METHODS
+    >>> from solvers.race import Controls, race_problem
+    >>> from solvers.stepper import begin
+    >>> problem, truth = race_problem(Controls(), seeds=[40])
+    >>> begin(METHODS["icp"], problem, max_steps=0).state().reason[0]
+    'the cap of 0 steps was reached'
+    """
+    state = method.start(problem, method.options() if options is None else options)
+    cap = method.max_steps if max_steps is None else max_steps
+    steps = np.zeros(problem.size, dtype=np.int64)
+    state = _cap(state, steps, cap)
+    rows = np.flatnonzero(state.status == Status.RUNNING).astype(np.int64)
+    return Batch(method, cap, state, rows, state if rows.size == problem.size else take(state, rows), steps)
+
+
+def advance(batch: Batch[S]) -> Batch[S]:
+    """One step of every problem still running; those that stop leave the batch.
+
+    A step whose pose or objective is not finite is undone for that problem, which is
+    then degenerate.
+
+    Parameters
+    ----------
+    batch : Batch
+        The run so far. A finished one is returned as it is.
+
+    Returns
+    -------
+    Batch
+        The run one step on.
+
+    Raises
+    ------
+    TypeError
+        If the method's step has changed the dtype or the trailing shape of a field of
+        its state: a fault of the method.
+
+    Examples
+    --------
+    >>> from solvers.race import CONTESTANTS, Controls, race_problem
+    >>> from solvers.stepper import advance
+    >>> problem, truth = race_problem(Controls(), seeds=[40])
+    >>> batch = CONTESTANTS[0].begin(problem)
+    >>> advance(batch).objective() < batch.objective()
+    array([ True])
+    """
+    if batch.done:
+        return batch
+    rows = batch.rows
+    part = _undo_nonfinite(batch.part, batch.method.step(batch.part))
+    steps = batch.steps.copy()
+    steps[rows] += 1
+    part = _cap(part, steps[rows], batch.max_steps)
+    stopped = part.status != Status.RUNNING
+    if not stopped.any():
+        return replace(batch, part=part, steps=steps)
+    if stopped.all() and rows.size == steps.size:  # as a single problem does: nothing to sort out
+        return replace(batch, whole=part, rows=rows[:0], part=take(part, rows[:0]), steps=steps)
+    whole = put(batch.whole, rows[stopped], take(part, stopped))
+    return replace(batch, whole=whole, rows=rows[~stopped], part=take(part, ~stopped), steps=steps)
+
+
+@dataclass(frozen=True, eq=False)
+class History:
+    """The course of a run, from the start to the last of k steps.
+
+    Attributes
+    ----------
+    poses : Pose
+        Of shape (k + 1, ...); a problem that stopped earlier repeats its last.
+    objective : ndarray of shape (k + 1, ...)
+        What the method minimises, at these poses.
+
+    Examples
+    --------
+    >>> from solvers import register
+    >>> result = register([[0.0, 0.0], [1.0, 0.0]], [[0.0, 1.0], [1.0, 1.0]], "kabsch")
+    >>> result.history.objective.round(6)
+    array([2., 0.])
+    """
+
+    poses: Pose
+    objective: FloatArray
+
+
+Callback = Callable[[int, Any], Any]
+
+
+def run(batch: Batch[S], callback: Callback | None = None) -> tuple[Batch[S], History]:
+    """Advance until every problem has stopped.
+
+    Parameters
+    ----------
+    batch : Batch
+        The run so far, as from `begin`.
+    callback : callable, optional
+        Called as `callback(k, state)` after step k = 1, 2, … with the state of all b
+        problems. A true answer ends the run there, and what was running keeps
+        `Status.RUNNING`.
+
+    Returns
+    -------
+    batch : Batch
+        The run at its end.
+    history : History
+        Its course, with one axis for the steps before that of the problems.
+
+    Examples
+    --------
+    >>> from solvers import METHODS
+    >>> from solvers.race import Controls, race_problem
+    >>> from solvers.stepper import begin, run
+    >>> problem, truth = race_problem(Controls(setting="clean"), seeds=[40, 53])
+    >>> batch, history = run(begin(METHODS["icp"], problem), lambda k, state: k == 3)
+    >>> batch.steps, history.objective.shape
+    (array([3, 3]), (4, 2))
+    """
+    poses, objective = [batch.pose()], [batch.objective()]
+    k = 0
+    while not batch.done:
+        batch = advance(batch)
+        k += 1
+        poses.append(batch.pose())
+        objective.append(batch.objective())
+        if callback is not None and callback(k, batch.state()):
+            break
+    course = Pose(
+        np.stack([p.R for p in poses]), np.stack([p.t for p in poses]), np.stack([np.asarray(p.scale) for p in poses])
+    )
+    return batch, History(course, np.stack(objective))
+
+
+def _cap(state: S, steps: IntArray, max_steps: int) -> S:
+    over: BoolArray = (steps >= max_steps) & (state.status == Status.RUNNING)
+    if not over.any():
+        return state
+    status, reason = mark(state.status, state.reason, over, Status.CAPPED, f"the cap of {max_steps} steps was reached")
+    return replace(state, status=status, reason=reason)  # type: ignore[type-var]
+
+
+def _undo_nonfinite(before: S, after: S) -> S:
+    pose = after.pose
+    finite = (
+        np.isfinite(pose.R).all(axis=(-2, -1))
+        & np.isfinite(pose.t).all(axis=-1)
+        & np.isfinite(pose.scale)
+        & np.isfinite(after.objective)
+    )
+    if finite.all():
+        return after
+    bad = ~finite
+    kept = put(after, bad, take(before, bad))
+    status, reason = mark(kept.status, kept.reason, bad, Status.DEGENERATE, "the step left the range of numbers")
+    return replace(kept, status=status, reason=reason)  # type: ignore[type-var]

@@ -1,0 +1,182 @@
+"""What is no point cloud, no weight, no pair and no pose is refused here, by a
+ValueError that names the argument.
+
+Geometry is never refused: one point, equal points, collinear points are proper clouds
+whose fits are degenerate.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from solvers.core.arrays import AnyArray, FloatArray, IntArray
+from solvers.core.pose import Pose
+
+LARGEST = 1e150
+"""The largest coordinate or weight accepted: beyond it squares overflow float64."""
+
+
+def cloud(points: ArrayLike, name: str, dim: int | None = None) -> FloatArray:
+    """`points` as a finite float64 array of shape (..., n, d), n ≥ 1, d ≥ 2 (d = `dim`
+    where given).
+    """
+    p = _numbers(points, name)
+    wanted = "d" if dim is None else str(dim)
+    if p.ndim < 2:
+        raise ValueError(f"{name}: expected shape (..., n, {wanted}), rows of coordinates, got {p.shape}")
+    if p.size == 0:
+        raise ValueError(f"{name}: is empty, shape {p.shape}; at least one point is needed")
+    if p.shape[-1] < 2 or (dim is not None and p.shape[-1] != dim):
+        raise ValueError(f"{name}: expected {wanted if dim else 'at least 2'} coordinates a point, got {p.shape[-1]}")
+    return _finite(p, name)
+
+
+def matched(source: ArrayLike, target: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Two clouds whose rows correspond: equal n and d, leading axes that broadcast."""
+    p = cloud(source, "source")
+    q = cloud(target, "target", p.shape[-1])
+    if p.shape[-2] != q.shape[-2]:
+        raise ValueError(
+            f"target: row i must be the partner of source row i, but source has {p.shape[-2]} rows and target "
+            f"{q.shape[-2]}; pass pairs=(k, 2) to name the partners"
+        )
+    batch_shape(source=p.shape[:-2], target=q.shape[:-2])
+    return p, q
+
+
+def weights(values: ArrayLike | None, count: int, name: str = "weights") -> FloatArray:
+    """Non-negative finite weights of shape (..., count); None means all one."""
+    if values is None:
+        return np.ones(count)
+    w = _finite(_numbers(values, name), name)
+    if w.ndim < 1 or w.shape[-1] != count:
+        raise ValueError(f"{name}: expected shape (..., {count}), one weight a row, got {w.shape}")
+    if np.any(w < 0.0):
+        raise ValueError(f"{name}: must not be negative, but the smallest is {w.min():.6g}")
+    return w
+
+
+def pairs(values: ArrayLike, source_count: int, target_count: int, name: str = "pairs") -> IntArray:
+    """Index pairs (..., k, 2) of source row and target row, k ≥ 1, within range."""
+    try:
+        k = np.asarray(values)
+    except ValueError:
+        raise ValueError(f"{name}: rows of unequal length are no (k, 2) array") from None
+    if k.ndim < 2 or k.shape[-1] != 2:
+        raise ValueError(f"{name}: expected shape (..., k, 2), source row and target row, got {k.shape}")
+    if k.size == 0:
+        raise ValueError(f"{name}: is empty, shape {k.shape}; at least one pair is needed")
+    if k.dtype.kind not in "iu":
+        raise ValueError(f"{name}: expected integers, got {k.dtype}")
+    for column, count, cloud_name in ((0, source_count, "source"), (1, target_count, "target")):
+        low, high = int(k[..., column].min()), int(k[..., column].max())
+        if low < 0 or high >= count:
+            raise ValueError(
+                f"{name}: column {column} names {cloud_name} row {low if low < 0 else high}, "
+                f"but the rows go from 0 to {count - 1}"
+            )
+    return k.astype(np.int64)
+
+
+def pose(value: Pose | None, dim: int, name: str = "start") -> Pose:
+    """A proper pose of the right dimension; None means the identity. A homogeneous
+    matrix is not taken for a pose.
+    """
+    if value is None:
+        return Pose.identity(dim)
+    if not isinstance(value, Pose):
+        raise ValueError(f"{name}: expected a Pose, got {type(value).__name__}")
+    if value.dim != dim:
+        raise ValueError(f"{name}: moves points in {value.dim} dimensions, the clouds have {dim}")
+    scale = np.asarray(value.scale)
+    for part, what in ((value.R, "R"), (value.t, "t"), (scale, "scale")):
+        _finite(part, f"{name}.{what}")
+    off = np.abs(value.R @ value.R.swapaxes(-1, -2) - np.eye(dim)).max(initial=0.0)
+    if off > 1e-6:
+        raise ValueError(f"{name}.R: is not orthogonal, R Rᵀ differs from the identity by {off:.2g}")
+    if np.any(np.linalg.det(value.R) < 0.0):
+        raise ValueError(f"{name}.R: is a reflection (determinant −1), not a rotation")
+    if np.any(scale <= 0.0):
+        raise ValueError(f"{name}.scale: must be positive, but the smallest is {scale.min():.6g}")
+    return value
+
+
+def seeds(values: ArrayLike, name: str = "seed") -> IntArray:
+    """Non-negative seeds of at most 63 bits, (...)."""
+    try:
+        s = np.asarray(values)
+    except ValueError:
+        raise ValueError(f"{name}: rows of unequal length are no array") from None
+    if s.dtype.kind not in "iu" or s.size == 0:
+        raise ValueError(f"{name}: expected a non-negative integer or an array of them, got {values!r}")
+    if s.min() < 0 or s.max() > np.iinfo(np.int64).max:
+        raise ValueError(f"{name}: expected non-negative integers of at most 63 bits")
+    return s.astype(np.int64)
+
+
+def count(value: object, name: str, least: int = 0) -> int:
+    """An integer of at least `least`."""
+    if isinstance(value, bool) or not isinstance(value, int | np.integer):
+        raise ValueError(f"{name}: expected an integer, got {value!r}")
+    if value < least:
+        raise ValueError(f"{name}: must be at least {least}, got {value}")
+    return int(value)
+
+
+def number(value: object, name: str, low: float = -np.inf, high: float = np.inf) -> float:
+    """A finite number within [low, high]."""
+    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
+        raise ValueError(f"{name}: expected a number, got {value!r}")
+    if not np.isfinite(value) or not low <= value <= high:
+        raise ValueError(f"{name}: expected a finite number from {low:g} to {high:g}, got {value!r}")
+    return float(value)
+
+
+def one_of(value: object, known: Iterable[str], name: str) -> str:
+    """`value` when it is one of the `known` names, else a ValueError with the nearest
+    right one.
+    """
+    names = sorted(known)
+    if isinstance(value, str) and value in names:
+        return value
+    raise ValueError(f"{name}: {value!r} is unknown{nearest(str(value), names)}; known: {', '.join(names)}")
+
+
+def nearest(wrong: str, names: Iterable[str]) -> str:
+    """', did you mean …?' with the nearest right name, or nothing when none is near."""
+    close = difflib.get_close_matches(wrong, list(names), n=1, cutoff=0.5)
+    return f", did you mean {close[0]!r}?" if close else ""
+
+
+def batch_shape(**shapes: tuple[int, ...]) -> tuple[int, ...]:
+    """The shape that the named leading axes broadcast to."""
+    try:
+        return np.broadcast_shapes(*shapes.values())
+    except ValueError:
+        said = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
+        raise ValueError(f"{', '.join(shapes)}: leading axes do not broadcast: {said}") from None
+
+
+def _numbers(values: ArrayLike, name: str) -> FloatArray:
+    try:
+        a: AnyArray = np.asarray(values)
+    except ValueError:
+        raise ValueError(f"{name}: rows of unequal length are no array") from None
+    if a.dtype.kind not in "iuf":
+        raise ValueError(f"{name}: expected real numbers, got dtype {a.dtype}")
+    return a.astype(np.float64, copy=False)
+
+
+def _finite(a: FloatArray, name: str) -> FloatArray:
+    # One pass: NaN fails every comparison, so `not (max <= LARGEST)` catches NaN,
+    # infinity and what would overflow.
+    if a.size and not np.abs(a).max() <= LARGEST:
+        bad = int(np.count_nonzero(~np.isfinite(a)))
+        if bad:
+            raise ValueError(f"{name}: {bad} of {a.size} numbers are not finite")
+        raise ValueError(f"{name}: beyond {LARGEST:g} squares overflow, but there is {np.abs(a).max():.3g}")
+    return a

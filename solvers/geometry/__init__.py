@@ -1,0 +1,1 @@
+"""Rigid fits, eigenvalues, normals, nearest neighbours, fewer points."""

@@ -1,0 +1,142 @@
+"""A cloud made smaller before it is registered: a slab of it, fewer points, and how far
+apart its points lie.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from solvers.core import validate
+from solvers.core.arrays import FloatArray, IntArray
+from solvers.geometry import nearest
+
+FINEST = 2**15  # cells along the longest side, so that three numbers of cells fit one of 63 bits
+
+
+def slab(points: ArrayLike, low: float, high: float) -> FloatArray:
+    """A horizontal slice of a cloud in space, seen from above.
+
+    Parameters
+    ----------
+    points : array_like of shape (n, 3)
+        The cloud.
+    low : float
+        The least z, in the cloud's unit.
+    high : float
+        The largest z.
+
+    Returns
+    -------
+    ndarray of shape (k, 2)
+        x and y of the points whose z lies within [low, high], k from 0 to n.
+
+    Raises
+    ------
+    ValueError
+        If `points` is no cloud of 3-D points.
+
+    Examples
+    --------
+    >>> from solvers.thinning import slab
+    >>> slab([[0.0, 0.0, 0.1], [1.0, 2.0, 1.5]], 1.0, 2.0)
+    array([[1., 2.]])
+    """
+    p = validate.cloud(points, "points", 3)
+    return np.ascontiguousarray(p[(p[:, 2] >= low) & (p[:, 2] <= high), :2])
+
+
+def thinned(points: ArrayLike, most: int) -> FloatArray:
+    """Fewer points that stand for a cloud.
+
+    The centroids of the smallest cubic cells of which no more than `most` are occupied,
+    in the order of the cells. A cloud that is small enough is returned as it is.
+
+    Parameters
+    ----------
+    points : array_like of shape (n, d)
+        The cloud, d = 2 or 3.
+    most : int
+        The most points, at least 1.
+
+    Returns
+    -------
+    ndarray of shape (k, d)
+        At most `most` points.
+
+    Raises
+    ------
+    ValueError
+        If `points` is no cloud, or `most` no integer of at least 1.
+
+    Examples
+    --------
+    >>> from solvers.thinning import thinned
+    >>> thinned([[0.0, 0.0], [0.2, 0.0], [4.0, 0.0]], 2)
+    array([[0.1, 0. ],
+           [4. , 0. ]])
+    """
+    p = validate.cloud(points, "points")
+    validate.count(most, "most", 1)
+    if len(p) <= most:
+        return p
+    few, many = 1, 2
+    while many < FINEST and len(np.unique(_cells(p, many))) <= most:
+        few, many = many, 2 * many
+    while many - few > 1:
+        middle = (few + many) // 2
+        if len(np.unique(_cells(p, middle))) <= most:
+            few = middle
+        else:
+            many = middle
+    _, cell, count = np.unique(_cells(p, few), return_inverse=True, return_counts=True)
+    # Summed about one corner: coordinates of a national grid keep their last digits.
+    corner = p.min(axis=0)
+    sums = [np.bincount(cell, column - start, len(count)) for column, start in zip(p.T, corner, strict=True)]
+    centroids: FloatArray = np.stack(sums, axis=1) / count[:, None] + corner
+    return centroids
+
+
+def spacing(points: ArrayLike) -> float:
+    """The median distance of a cloud's points to their nearest other place.
+
+    Parameters
+    ----------
+    points : array_like of shape (n, d)
+        The cloud, in world units.
+
+    Returns
+    -------
+    float
+        World units; 0 where there is but one place.
+
+    Raises
+    ------
+    ValueError
+        If `points` is no cloud.
+
+    Examples
+    --------
+    >>> from solvers.thinning import spacing
+    >>> spacing([[0.0, 0.0], [1.0, 0.0], [3.0, 0.0]])
+    1.0
+    """
+    places = np.unique(validate.cloud(points, "points"), axis=0)
+    if len(places) < 2:
+        return 0.0
+    _, squares = nearest.build(places[None]).nearest_k(places[None], 2)
+    return float(np.median(np.sqrt(squares[0, :, 1])))
+
+
+def _cells(points: FloatArray, count: int) -> IntArray:
+    """The number of the cell (n,) of each point, with `count` cells along the cloud's
+    longest side.
+    """
+    low = points.min(axis=0)
+    side = float((points.max(axis=0) - low).max())
+    part = (points - low) / side * count if side > 0.0 else np.zeros_like(points)
+    cell = np.minimum(np.floor(part), count - 1).astype(np.int64)
+    number = np.zeros(len(points), dtype=np.int64)
+    for axis in range(points.shape[1]):
+        number = number * count + cell[:, axis]
+    return number

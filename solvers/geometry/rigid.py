@@ -1,0 +1,391 @@
+"""The pose that best takes known partners to each other: the weighted rigid and
+similarity fits, in closed form.
+
+Row i of `source` and row i of `target` are partners. Both functions minimise
+`Σ wᵢ ‖s R pᵢ + t − qᵢ‖²` over rotations R, translations t and, where asked, scales s.
+The optimum needs no starting pose; it is the optimum of that objective, which noise and
+wrong pairs move away from the true motion.
+
+Sources: Arun, Huang & Blostein 1987, Least-squares fitting of two 3-D point sets;
+Umeyama 1991, Least-squares estimation of transformation parameters between two point
+patterns, eqs. 39-43 (the determinant's correction and the scale); Kabsch 1976, A
+solution for the best rotation to relate two sets of vectors.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from solvers.core import validate
+from solvers.core.arrays import AnyArray, BoolArray, FloatArray, ReasonArray, StatusArray
+from solvers.core.pose import Pose
+from solvers.core.status import Status, reasons, statuses
+
+_EPS = float(np.finfo(np.float64).eps)
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """The answer of a closed-form fit, one a problem of the batch.
+
+    A batch of none gives numpy scalars. Here Λ, U and V are of `H = U Λ Vᵀ`, the
+    weighted correlation of the centred clouds (`fit_rigid`).
+
+    Attributes
+    ----------
+    pose : Pose
+        The optimum. Where degenerate, the translation between the centroids with no
+        rotation and scale 1 (the identity when all weights are zero).
+    status : ndarray of int8, shape (...)
+        `Status.CONVERGED` or `Status.DEGENERATE`.
+    reason : ndarray of object, shape (...)
+        Words, empty unless degenerate.
+    singular_values : ndarray of shape (..., d)
+        Of H, largest first, in squared world units.
+    determinant : ndarray of int8, shape (...)
+        det(V Uᵀ): +1; −1 where the best orthogonal matrix is a reflection; 0 where H is
+        singular to rounding, so that a rotation and a reflection fit equally well.
+    cost : ndarray of shape (...)
+        The weighted sum of squared residuals at `pose`.
+    condition : ndarray of shape (...)
+        ‖H‖ / (λ_{d−1} ± λ_d): the relative error of H times this bounds the error of R
+        in radians, up to a small factor. Infinite where degenerate. In the plane the
+        denominator is hypot(S, C), see `fit_planar`.
+
+    Examples
+    --------
+    >>> from solvers import Status, fit_rigid
+    >>> fit = fit_rigid([[0.0, 0.0], [1.0, 0.0]], [[0.0, 0.0], [0.0, 2.0]], scale=True)
+    >>> fit.pose.scale.round(6)
+    np.float64(2.0)
+    >>> fit.status == Status.CONVERGED
+    np.True_
+    >>> fit.singular_values.round(6)
+    array([1., 0.])
+    """
+
+    pose: Pose
+    status: StatusArray
+    reason: ReasonArray
+    singular_values: FloatArray
+    determinant: AnyArray
+    cost: FloatArray
+    condition: FloatArray
+
+
+def fit_rigid(
+    source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = None, *, scale: bool = False, proper: bool = True
+) -> Fit:
+    """The weighted least-squares pose of known partners, by singular values.
+
+    With p̃, q̃ the clouds about their weighted centroids p̄, q̄:
+
+        H = Σ wᵢ p̃ᵢ q̃ᵢᵀ = U Λ Vᵀ,   D = diag(1, …, 1, det(V Uᵀ)),
+        R = V D Uᵀ,   s = tr(Λ D) / Σ wᵢ ‖p̃ᵢ‖²  (or 1),   t = q̄ − s R p̄.
+
+    Parameters
+    ----------
+    source : array_like of shape (..., n, d)
+        The points that are moved, in world units, d ≥ 2.
+    target : array_like of shape (..., n, d)
+        Their partners, row by row.
+    weights : array_like of shape (..., n), optional
+        Of the pairs, not negative. None is all one.
+    scale : bool, default False
+        Whether to fit a scale too (Umeyama's similarity).
+    proper : bool, default True
+        Whether to keep det R = +1. False gives the best orthogonal matrix, which may be
+        a reflection and then is no rigid motion.
+
+    Returns
+    -------
+    Fit
+        The pose that minimises `Σ wᵢ ‖s R pᵢ + t − qᵢ‖²`, and how well it is
+        determined.
+
+    Raises
+    ------
+    ValueError
+        If the clouds are not finite, not matched row by row, or do not broadcast, or if
+        a weight is negative.
+
+    Notes
+    -----
+    Degenerate: all weights zero; source or target points equal; points that span fewer
+    than d − 1 dimensions (collinear in space); or an H whose rotation is undefined
+    although the points spread. All are judged to rounding.
+
+    References
+    ----------
+    .. [1] K. S. Arun, T. S. Huang, S. D. Blostein, "Least-squares fitting of two 3-D
+       point sets", 1987. doi:10.1109/TPAMI.1987.4767965
+    .. [2] S. Umeyama, "Least-squares estimation of transformation parameters between
+       two point patterns", 1991, eqs. 39-43 (the determinant's correction and the
+       scale). doi:10.1109/34.88573
+    .. [3] W. Kabsch, "A solution for the best rotation to relate two sets of vectors",
+       1976. doi:10.1107/S0567739476001873
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers import Pose, fit_rigid
+    >>> source = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]])
+    >>> truth = Pose.from_angle(np.radians(30.0), (1.0, -2.0), scale=1.5)
+    >>> fit = fit_rigid(source, truth.apply(source), scale=True)
+    >>> np.degrees(fit.pose.angle).round(6), fit.pose.scale.round(6)
+    (np.float64(30.0), np.float64(1.5))
+    >>> fit.pose.t.round(6)
+    array([ 1., -2.])
+    """
+    m = _moments(source, target, weights)
+    V, values, Ut, sign = _signed_svd(m.H)
+    # Where H is singular to rounding its sign is an accident, and the rotation is as
+    # good as the reflection.
+    tied = values[..., -1] <= m.tolerance
+    flip = np.where(tied | proper, sign, np.int8(1))
+    signed = values.copy()
+    signed[..., -1] *= flip
+    D = np.ones_like(values)
+    D[..., -1] = flip
+    R = (V * D[..., None, :]) @ Ut
+    gap = values[..., -2] + (sign if proper else 1) * values[..., -1]
+    return _finish(m, R, signed.sum(axis=-1), values, np.where(tied, np.int8(0), sign), gap, scale)
+
+
+def fit_planar(
+    source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = None, *, scale: bool = False
+) -> Fit:
+    """The fit of `fit_rigid` in the plane, its angle in closed form: `θ = atan2(S, C)`.
+
+    Here `S = Σ wᵢ p̃ᵢ × q̃ᵢ` and `C = Σ wᵢ p̃ᵢ · q̃ᵢ`, with `a × b = aₓ b_y − a_y bₓ`.
+    The angle agrees with that of `fit_rigid` to `1e-14 ‖H‖ / hypot(S, C)`; degenerate
+    cases are the same.
+
+    Parameters
+    ----------
+    source : array_like of shape (..., n, 2)
+        The points that are moved, in world units.
+    target : array_like of shape (..., n, 2)
+        Their partners, row by row.
+    weights : array_like of shape (..., n), optional
+        Of the pairs, not negative. None is all one.
+    scale : bool, default False
+        Whether to fit a scale too.
+
+    Returns
+    -------
+    Fit
+        The pose that minimises `Σ wᵢ ‖s R pᵢ + t − qᵢ‖²`, and how well it is
+        determined.
+
+    Raises
+    ------
+    ValueError
+        If the clouds are not planar, not finite, not matched row by row, or do not
+        broadcast, or if a weight is negative.
+
+    References
+    ----------
+    .. [1] S. Umeyama, "Least-squares estimation of transformation parameters between
+       two point patterns", 1991, eqs. 39-43, here for d = 2. doi:10.1109/34.88573
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers import fit_planar
+    >>> fit = fit_planar([[1.0, 0.0], [-1.0, 0.0]], [[0.0, 1.0], [0.0, -1.0]])
+    >>> np.degrees(fit.pose.angle).round(6)
+    np.float64(90.0)
+    >>> fit.condition.round(6)
+    np.float64(1.0)
+    """
+    m = _moments(source, target, weights, dim=2)
+    H = m.H
+    R, turn = _turn(H)
+    # The best reflection's value; the two singular values are half the sum and half the
+    # difference.
+    mirror = np.hypot(H[..., 0, 0] - H[..., 1, 1], H[..., 0, 1] + H[..., 1, 0])
+    values = np.stack([0.5 * (turn + mirror), 0.5 * np.abs(turn - mirror)], axis=-1)
+    sign = np.where(values[..., 1] <= m.tolerance, 0, np.where(turn < mirror, -1, 1)).astype(np.int8)
+    return _finish(m, R, turn, values, sign, turn, scale)
+
+
+def best_rotation(H: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The rotation R with the largest `tr(R H)`.
+
+    The bare step of the fits above, for those who have H already: what is zero to
+    rounding is for them to judge.
+
+    Parameters
+    ----------
+    H : ndarray of shape (..., d, d)
+        The correlation `Σ wᵢ p̃ᵢ q̃ᵢᵀ`.
+
+    Returns
+    -------
+    R : ndarray of shape (..., d, d)
+        The rotation; zero in the plane where H leaves it open.
+    trace : ndarray of shape (...)
+        `tr(R H)`, which over `Σ wᵢ ‖p̃ᵢ‖²` is the best scale.
+    gap : ndarray of shape (...)
+        By how much H determines R: zero where it does not.
+    """
+    if H.shape[-1] == 2:
+        R, turn = _turn(H)
+        return R, turn, turn
+    V, values, Ut, sign = _signed_svd(H)
+    signed = values.copy()
+    signed[..., -1] *= sign
+    D = np.ones_like(values)
+    D[..., -1] = sign
+    return (V * D[..., None, :]) @ Ut, signed.sum(axis=-1), values[..., -2] + signed[..., -1]
+
+
+def _turn(H: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """In the plane: the rotation by atan2(S, C), and hypot(S, C), the trace of R H.
+    Where both vanish R is zero.
+    """
+    C, S = H[..., 0, 0] + H[..., 1, 1], H[..., 0, 1] - H[..., 1, 0]
+    turn = np.hypot(S, C)
+    safe = np.where(turn > 0.0, turn, 1.0)
+    R = np.empty(H.shape)
+    R[..., 0, 0] = R[..., 1, 1] = C / safe
+    R[..., 1, 0] = S / safe
+    R[..., 0, 1] = -R[..., 1, 0]
+    return R, turn
+
+
+def _signed_svd(H: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, AnyArray]:
+    """V, the singular values, Uᵀ and the sign of det(V Uᵀ) of `H = U Λ Vᵀ`."""
+    U, values, Vt = np.linalg.svd(H)
+    V, Ut = Vt.swapaxes(-1, -2), U.swapaxes(-1, -2)
+    return V, values, Ut, np.where(np.linalg.det(V) * np.linalg.det(Ut) < 0.0, -1, 1).astype(np.int8)
+
+
+def pair_cost(pose: Pose, source: FloatArray, target: FloatArray, weights: FloatArray) -> FloatArray:
+    """The sum `Σ wᵢ ‖T pᵢ − qᵢ‖²` that the fits minimise.
+
+    For arrays of the shapes that `fit_rigid` takes, not checked here. Infinite where
+    the sum is beyond float64, never NaN.
+    """
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        left = pose.apply(source) - target
+        squares = np.einsum("...nd,...nd->...n", left, left)
+        total: FloatArray = np.where(weights > 0.0, weights * squares, 0.0).sum(axis=-1)
+        return np.where(np.isnan(total), np.inf, total)
+
+
+@dataclass(frozen=True, eq=False)
+class _Moments:
+    """What both fits start from. The clouds and weights are divided by powers of two,
+    which rounds nothing, so that no square overflows or vanishes; H, the spreads and
+    the tolerance are of the divided clouds.
+    """
+
+    source: FloatArray  # (..., n, d), as given, broadcast to the batch
+    target: FloatArray
+    weights: FloatArray  # (..., n), as given
+    exponents: tuple[AnyArray, AnyArray, AnyArray]  # of source, target, weights, each (...)
+    mean_p: FloatArray  # (..., d), divided
+    mean_q: FloatArray
+    p: FloatArray  # (..., n, d), divided and centred
+    q: FloatArray
+    w: FloatArray  # (..., n), divided
+    H: FloatArray  # (..., d, d)
+    square_p: FloatArray  # (...) Σ w ‖p̃‖²
+    still_p: BoolArray  # (...) the points of positive weight are equal to rounding
+    still_q: BoolArray
+    tolerance: FloatArray  # (...) what of H's singular values is rounding
+
+
+def _moments(
+    source: ArrayLike, target: ArrayLike, weights: ArrayLike | None, dim: int | None = None
+) -> _Moments:
+    p, q = validate.matched(source, target)
+    if dim is not None and p.shape[-1] != dim:
+        raise ValueError(f"source: expected {dim} coordinates a point, got {p.shape[-1]}")
+    w = validate.weights(weights, p.shape[-2])
+    batch = validate.batch_shape(source=p.shape[:-2], target=q.shape[:-2], weights=w.shape[:-1])
+    p, q = (np.broadcast_to(x, (*batch, *x.shape[-2:])) for x in (p, q))
+    w = np.broadcast_to(w, (*batch, w.shape[-1]))
+
+    counted = (w > 0.0)[..., None]
+    big_p, big_q = (np.max(np.abs(x), axis=(-2, -1), where=counted, initial=0.0) for x in (p, q))
+    ep, eq, ew = (np.frexp(x)[1] for x in (big_p, big_q, w.max(axis=-1)))
+    sw = np.ldexp(w, -ew[..., None])
+    # A point without weight counts for nothing, however far away it lies.
+    sp, sq = (np.ldexp(np.where(counted, x, 0.0), -e[..., None, None]) for x, e in ((p, ep), (q, eq)))
+    total = sw.sum(axis=-1)
+    share = sw / np.where(total > 0.0, total, 1.0)[..., None]
+    mean_p, mean_q = ((share[..., None, :] @ x)[..., 0, :] for x in (sp, sq))
+    cp, cq = sp - mean_p[..., None, :], sq - mean_q[..., None, :]
+    H = (sw[..., None] * cp).swapaxes(-1, -2) @ cq
+    square_p, square_q = (np.einsum("...n,...nd,...nd->...", sw, x, x) for x in (cp, cq))
+
+    # Coordinates carry rounding of half a unit in the last place of the largest, so a
+    # spread below a few of these is none; the same rounding, relative to the spread, is
+    # what H cannot resolve.
+    spread_p, spread_q = (np.sqrt(x / np.where(total > 0.0, total, 1.0)) for x in (square_p, square_q))
+    blur_p, blur_q = 8.0 * _EPS * np.ldexp(big_p, -ep), 8.0 * _EPS * np.ldexp(big_q, -eq)
+    still_p, still_q = spread_p <= blur_p, spread_q <= blur_q
+    blur = blur_p / np.where(still_p, 1.0, spread_p) + blur_q / np.where(still_q, 1.0, spread_q)
+    tolerance = blur * np.sqrt(square_p * square_q)
+    return _Moments(
+        p, q, w, (ep, eq, ew), mean_p, mean_q, cp, cq, sw, H, square_p, still_p, still_q, tolerance
+    )
+
+
+def _finish(
+    m: _Moments, R: FloatArray, turned: FloatArray, values: FloatArray, sign: AnyArray, gap: FloatArray, scale: bool
+) -> Fit:
+    """From the rotation to the answer: scale, translation, degenerate cases, cost.
+    `turned` is tr(Λ D).
+    """
+    ep, eq, ew = m.exponents
+    bad = m.still_p | m.still_q | (gap <= m.tolerance) | (m.w.max(axis=-1) == 0.0)
+    R = np.where(bad[..., None, None], np.eye(R.shape[-1]), R)
+    s = np.ones(bad.shape)
+    if scale:
+        # The ratio of the divided clouds, multiplied back; a ratio that is no float64
+        # is no scale either.
+        with np.errstate(over="ignore", under="ignore"):
+            s = np.ldexp(np.where(bad, 1.0, turned / np.where(bad, 1.0, m.square_p)), np.where(bad, 0, eq - ep))
+    mean_p, mean_q = np.ldexp(m.mean_p, ep[..., None]), np.ldexp(m.mean_q, eq[..., None])
+    t = mean_q - s[..., None] * (R @ mean_p[..., None])[..., 0]
+    pose = Pose(R, t, s)
+
+    with np.errstate(over="ignore", under="ignore"):
+        cost = pair_cost(pose, m.source, m.target, m.weights)
+        unit = ep + eq + ew
+        condition = np.where(bad, np.inf, np.linalg.norm(values, axis=-1) / np.where(bad, 1.0, gap))
+        singular = np.ldexp(values, unit[..., None])
+
+    status = np.where(bad, np.int8(Status.DEGENERATE), statuses(bad.shape, Status.CONVERGED))
+    reason = reasons(bad.shape)
+    for i in np.argwhere(bad):
+        reason[tuple(i)] = _why(m, tuple(i))
+    return Fit(pose, status[()], reason[()], singular, sign[()], cost[()], condition[()])
+
+
+def _why(m: _Moments, i: tuple[int, ...]) -> str:
+    """Why problem i of the batch does not determine its rotation, in words."""
+    d = m.p.shape[-1]
+    if m.w[i].max() == 0.0:
+        return "all weights are zero"
+    if m.still_p[i]:
+        return "all source points with weight are equal: the rotation is undefined"
+    if m.still_q[i]:
+        return "all target points with weight are equal: the rotation is undefined"
+    if d > 2:
+        for name, x in (("source", m.p[i]), ("target", m.q[i])):
+            spans = np.linalg.svd(np.sqrt(m.w[i])[:, None] * x, compute_uv=False)
+            rank = int(np.count_nonzero(spans > 1e-7 * spans[0]))
+            if rank == 1:
+                return f"the {name} points are collinear: the rotation about their line is free"
+            if rank < d - 1:
+                return f"the {name} points span {rank} of {d} dimensions: rotations across them are free"
+        return "the pairs fit several rotations equally well: the rotation is undefined"
+    return "both sums of the planar fit are zero: the angle is undefined"

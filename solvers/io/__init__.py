@@ -1,0 +1,1 @@
+"""Clouds from files: CSV, XYZ, PLY, PCD."""

@@ -1,0 +1,120 @@
+"""What a file of points holds: CSV, XYZ, PLY or PCD → an (n, 2) or (n, 3) array.
+
+It is given bytes and opens no file. The format is told by how the data begin, and not
+by the file's name: PLY and PCD say what they are, everything else is lines of numbers.
+"""
+
+from __future__ import annotations
+
+import codecs
+from dataclasses import dataclass
+
+import numpy as np
+
+from solvers.core.arrays import FloatArray
+from solvers.core.validate import LARGEST
+from solvers.io import pcd, ply
+from solvers.io.text import delimited, lines_of
+
+MOST_BYTES = 24_000_000
+MOST_POINTS = 1_000_000
+_UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+_PCD = (b"# .PCD", b"VERSION", b"FIELDS")
+
+
+@dataclass(frozen=True, eq=False)
+class CloudText:
+    r"""A file's points.
+
+    Attributes
+    ----------
+    points : ndarray of shape (n, 2) or (n, 3)
+        The points, n ≥ 1, finite, in the file's own unit.
+    format : str
+        The file's format in words.
+    notices : tuple of str
+        What was left out.
+
+    Examples
+    --------
+    >>> from solvers.cloud_text import read
+    >>> read(b"0 0\n1 2\nnan 3\n").notices
+    ('1 row with NaN or infinity left out',)
+    """
+
+    points: FloatArray
+    format: str
+    notices: tuple[str, ...] = ()
+
+
+def read(data: bytes) -> CloudText:
+    r"""The points that a file's bytes hold.
+
+    Rows with a number that is not finite are left out, with a notice, as PCD marks
+    missing returns with NaN.
+
+    Parameters
+    ----------
+    data : bytes
+        CSV, XYZ, PLY or PCD, at most 24 MB and a million points.
+
+    Returns
+    -------
+    CloudText
+        The points, the format in words, and notices.
+
+    Raises
+    ------
+    ValueError
+        If the data cannot be read, hold no point or too many. Where a line is at fault
+        the message says which, what was found there and what was expected.
+
+    Examples
+    --------
+    >>> from solvers.cloud_text import read
+    >>> text = read(b"x,y\n0.0,0.0\n1.5,2.0\n")
+    >>> text.points
+    array([[0. , 0. ],
+           [1.5, 2. ]])
+    >>> text.format
+    'text separated by commas'
+    """
+    if len(data) > MOST_BYTES:
+        raise ValueError(f"{len(data) / 1e6:.1f} MB are more than the {MOST_BYTES / 1e6:.0f} MB that are read")
+    notices: list[str] = []
+    if data.startswith((b"ply\n", b"ply\r", b"ply ")):
+        points, how = ply.points(data, MOST_POINTS)
+        kind = f"PLY, {how}"
+    elif data.startswith(_PCD):
+        points, how = pcd.points(data, MOST_POINTS)
+        kind = f"PCD, {how}"
+    else:
+        lines = lines_of(_decoded(data))
+        if len(lines) > 2 * MOST_POINTS:
+            raise ValueError(f"{len(lines)} lines are more than the {2 * MOST_POINTS} that are read")
+        points, separated, notices = delimited(lines)
+        kind = f"text separated by {separated}"
+    finite = np.isfinite(points).all(axis=1)
+    if not finite.all():
+        gone = int(np.count_nonzero(~finite))
+        notices.append(f"{gone} row{'s' if gone > 1 else ''} with NaN or infinity left out")
+        points = points[finite]
+    if not len(points):
+        raise ValueError("no point is left; expected at least one row of finite numbers")
+    if len(points) > MOST_POINTS:
+        raise ValueError(f"{len(points)} points are more than the {MOST_POINTS} that are read")
+    if np.abs(points).max() > LARGEST:
+        raise ValueError(f"a coordinate is {np.abs(points).max():.3g}; expected none beyond {LARGEST:g}")
+    return CloudText(points, kind, tuple(notices))
+
+
+def _decoded(data: bytes) -> str:
+    """The text of lines of numbers: UTF-8 or, as spreadsheets write it, UTF-16; in
+    comments anything goes.
+    """
+    if data.startswith(_UTF16):
+        return codecs.utf_16_decode(data, "replace", True)[0]  # built in, which the page has
+    if b"\0" in data:
+        line = data[: data.index(b"\0")].count(b"\n") + 1
+        raise ValueError(f"line {line}: a zero byte was found; expected text, PLY or PCD")
+    return data.removeprefix(codecs.BOM_UTF8).decode("utf-8", "replace")

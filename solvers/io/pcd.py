@@ -1,0 +1,98 @@
+"""PCD, the format of the Point Cloud Library: a header of named lines, then the points
+as text or as numbers.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from solvers.core.arrays import FloatArray
+from solvers.io.text import lines_of, numbers, told
+
+KEYS = ("VERSION", "FIELDS", "SIZE", "TYPE", "COUNT", "WIDTH", "HEIGHT", "VIEWPOINT", "POINTS", "DATA")
+KINDS = {"F": "f", "I": "i", "U": "u"}
+SIZES = {"F": ("4", "8"), "I": ("1", "2", "4", "8"), "U": ("1", "2", "4", "8")}
+MOST_FIELDS = 1000
+MOST_COUNT = 10_000
+
+
+def points(data: bytes, most: int) -> tuple[FloatArray, str]:
+    """The points' x, y and, where there is one, z: (n, 2) or (n, 3), and how they were
+    written.
+
+    Raises ValueError with the number of the line, for the header or for text, or with
+    what is missing.
+    """
+    named: dict[str, tuple[int, list[str]]] = {}
+    at = line = 0
+    while "DATA" not in named:
+        if at >= len(data):
+            raise ValueError(f"line {line + 1}: the file ends within its header; expected 'DATA ascii'")
+        end = data.find(b"\n", at)
+        end = len(data) if end < 0 else end + 1
+        line += 1
+        words = data[at:end].decode("latin-1").partition("#")[0].split()
+        at = end
+        if words and words[0] not in KEYS:
+            raise ValueError(f"line {line}: {told(words[0])} is not understood; expected one of {', '.join(KEYS)}")
+        if words:
+            named[words[0]] = line, words[1:]
+    names, kinds, counts = _fields(named, line)
+    count = _count(named, line, most)
+    axes = [axis for axis in "xyz" if axis in names]
+    starts = [sum(counts[: names.index(axis)]) for axis in axes]
+    match named["DATA"][1]:
+        case ["ascii"]:
+            lines = [""] * line + lines_of(data[at:].rstrip().decode("latin-1"))
+            rows = [k for k, each in enumerate(lines) if each.strip()]
+            if len(rows) < count:
+                raise ValueError(f"line {len(lines)}: the file ends after {len(rows)} points; expected {count}")
+            return numbers(lines, rows[:count], starts, sum(counts)), "text"
+        case ["binary"]:
+            row = np.dtype([(f"f{k}", kind, (n,)) for k, (kind, n) in enumerate(zip(kinds, counts, strict=True))])
+            if len(data) - at < count * row.itemsize:
+                there = (len(data) - at) // row.itemsize
+                raise ValueError(f"the file ends after {there} points; expected {count} of {row.itemsize} bytes each")
+            table = np.frombuffer(data, row, count, at)
+            columns = [table[f"f{names.index(axis)}"][:, 0].astype(np.float64) for axis in axes]
+            return np.stack(columns, axis=1), "binary"
+        case other:
+            raise ValueError(
+                f"line {line}: DATA {told(' '.join(other))} is not read; expected ascii or binary"
+                " (pcl_convert_pcd_ascii_binary writes them)"
+            )
+
+
+def _fields(named: dict[str, tuple[int, list[str]]], line: int) -> tuple[list[str], list[str], list[int]]:
+    """Names, numpy types and counts of the fields."""
+    where, names = named.get("FIELDS", (line, []))
+    if names.count("x") != 1 or names.count("y") != 1 or names.count("z") > 1 or len(names) > MOST_FIELDS:
+        raise ValueError(f"line {where}: the fields are {told(' '.join(names))}; expected x and y, each once")
+    at, counts = named.get("COUNT", (line, ["1"] * len(names)))
+    if len(counts) != len(names) or not all(_is_count(c) for c in counts):
+        expected = f"expected a whole number from 1 to {MOST_COUNT} for each field"
+        raise ValueError(f"line {at}: COUNT {told(' '.join(counts))}; {expected}")
+    sizes, types = (named.get(key, (line, ["4" if key == "SIZE" else "F"] * len(names)))[1] for key in ("SIZE", "TYPE"))
+    if len(sizes) != len(names) or len(types) != len(names):
+        raise ValueError(f"line {line}: SIZE and TYPE are to name one entry for each of the {len(names)} fields")
+    for size, kind in zip(sizes, types, strict=True):
+        if size not in SIZES.get(kind, ()):
+            raise ValueError(f"line {line}: a field of TYPE {told(kind)} and SIZE {told(size)} is unknown")
+    return names, [f"<{KINDS[kind]}{size}" for size, kind in zip(sizes, types, strict=True)], [int(c) for c in counts]
+
+
+def _is_count(word: str) -> bool:
+    return word.isascii() and word.isdigit() and len(word) <= 9 and 0 < int(word) <= MOST_COUNT
+
+
+def _count(named: dict[str, tuple[int, list[str]]], line: int, most: int) -> int:
+    """How many points the header promises."""
+    product = 1
+    for key in ("POINTS",) if "POINTS" in named else ("WIDTH", "HEIGHT"):
+        at, value = named.get(key, (line, []))
+        if len(value) != 1 or not value[0].isascii() or not value[0].isdigit() or len(value[0]) > 12:
+            raise ValueError(f"line {at}: {key} {told(' '.join(value))}; expected a whole number")
+        product *= int(value[0])
+    if product > most:
+        raise ValueError(f"line {line}: {product} points are more than the {most} that are read")
+    return product

@@ -1,0 +1,142 @@
+"""Lines of numbers → rows of an array, with the number of the line at which it goes
+wrong.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import islice
+
+import numpy as np
+
+from solvers.core.arrays import FloatArray
+
+BLOCK = 20_000  # lines at a time: what is being taken apart is many times as large as the numbers in it
+COMMENTS = ("#", "//", "%")
+SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas", None: "spaces"}
+
+
+def lines_of(text: str) -> list[str]:
+    """The lines of a text from any system, numbered from 0."""
+    return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+
+
+def told(value: str) -> str:
+    """What was found, short enough for a message."""
+    return repr(value if len(value) <= 40 else value[:39] + "…")
+
+
+def is_number(field: str) -> bool:
+    """Whether a field is a number as files write it: with a decimal point, also NaN and
+    infinity.
+    """
+    try:
+        float(field)
+    except ValueError:
+        return False
+    return "_" not in field and field.isascii()
+
+
+def delimited(lines: Sequence[str]) -> tuple[FloatArray, str, list[str]]:
+    """Points out of CSV, XYZ and their like: (n, 2) or (n, 3), how the columns are
+    separated, and notices.
+
+    Comments and blank lines are skipped. A first line that is not all numbers names the
+    columns: x, y and z are taken where they are named, the first two or three columns
+    otherwise. Raises ValueError with the line's number.
+    """
+    rows = [k for k, line in enumerate(lines) if (bare := line.strip()) and not bare.startswith(COMMENTS)]
+    if not rows:
+        raise ValueError("line 1: no line with numbers was found; expected x and y, or x, y and z, on every line")
+    first = _bare(lines[rows[0]])
+    separator = next((mark for mark in SEPARATORS if mark and mark in first), None)
+    fields = _fields(first, separator)
+    notices: list[str] = []
+    comma = next((field for field in fields if not is_number(field) and is_number(field.replace(",", "."))), None)
+    if comma is not None:
+        raise ValueError(f"line {rows[0] + 1}: {told(comma)} is no number; {_hint(comma)}")
+    if all(is_number(field) for field in fields):
+        columns, width = list(range(min(3, len(fields)))), len(fields)
+    elif any(is_number(field) for field in fields):
+        wrong = next(field for field in fields if not is_number(field))
+        raise ValueError(f"line {rows[0] + 1}: {told(wrong)} is no number; expected numbers, or names alone")
+    else:
+        columns, width = _named(fields, rows[0], notices), len(fields)
+        rows = rows[1:]
+    if width < 2:
+        raise ValueError(
+            f"line {rows[0] + 1 if rows else 1}: {told(first)} is one column; expected at least x and y, separated by"
+            " commas, semicolons, tabs or spaces"
+        )
+    if not rows:
+        raise ValueError("line 2: no line follows the columns' names; expected numbers")
+    if width > len(columns):
+        notices.append(f"columns other than {'xyz'[: len(columns)]} were left out")
+    return numbers(lines, rows, columns, width, separator), SEPARATORS[separator], notices
+
+
+def _bare(line: str) -> str:
+    """The line without a comment at its end and without space around it."""
+    return line.partition("#")[0].strip(" \r\n\v\f")
+
+
+def _fields(line: str, separator: str | None) -> list[str]:
+    return [field.strip().strip('"') for field in line.split(separator)]
+
+
+def _named(fields: Sequence[str], row: int, notices: list[str]) -> list[int]:
+    """Which columns hold x, y and, where there is one, z, by their names."""
+    names = [field.lower() for field in fields]
+    if "x" in names and "y" in names:
+        return [names.index(axis) for axis in "xyz" if axis in names]
+    if len(names) > 1:
+        count = min(3, len(names))
+        notices.append(f"no columns are called x and y in line {row + 1}: the first {count} were taken")
+        return list(range(count))
+    return []
+
+
+def numbers(
+    lines: Sequence[str], rows: Sequence[int], columns: Sequence[int], width: int, separator: str | None = None
+) -> FloatArray:
+    """The `columns` of the lines that `rows` names, each of `width` fields: (len(rows),
+    len(columns)).
+
+    Raises ValueError with the number of the first line that is not `width` numbers.
+    """
+    found = np.empty((len(rows), len(columns)))
+    left, at = iter(rows), 0
+    while block := list(islice(left, BLOCK)):
+        parts = [_fields(_bare(lines[k]), separator) for k in block]
+        try:
+            if any(len(part) != width for part in parts):
+                raise ValueError
+            taken = [[part[c] for c in columns] for part in parts]
+            if any("_" in field or not field.isascii() for part in taken for field in part):
+                raise ValueError
+            found[at : at + len(block)] = np.array(taken, dtype=np.float64)
+        except ValueError:
+            raise ValueError(_wrong(block, parts, columns, width, separator)) from None
+        at += len(block)
+    return found
+
+
+def _wrong(
+    block: Sequence[int], parts: Sequence[Sequence[str]], columns: Sequence[int], width: int, separator: str | None
+) -> str:
+    """What is wrong with the first wrong line of a block."""
+    for k, part in zip(block, parts, strict=True):
+        if len(part) != width:
+            by = SEPARATORS[separator]
+            fields = "1 field" if len(part) == 1 else f"{len(part)} fields"
+            return f"line {k + 1}: {fields} found; expected {width}, separated by {by}"
+        for c in columns:
+            if not is_number(part[c]):
+                return f"line {k + 1}: {told(part[c])} is no number; {_hint(part[c])}"
+    raise AssertionError("no line is wrong")  # pragma: no cover
+
+
+def _hint(field: str) -> str:
+    if "," in field and is_number(field.replace(",", ".")):
+        return "numbers are written with a decimal point"
+    return "expected a number such as -1.25 or 3e-2"

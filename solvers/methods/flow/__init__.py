@@ -1,0 +1,1 @@
+"""A learned flow, its network, its training scenes and its study."""

@@ -1,0 +1,57 @@
+"""The trained numbers of the learned flows: a byte each, in a small file beside this
+module.
+
+Each column of an array is stored as whole numbers from −127 to 127 and one float32
+factor. `pack` and `unpack` are the format; `params` reads the file of a method.
+`python3 build.py train` writes it.
+"""
+
+from __future__ import annotations
+
+import os
+from functools import cache
+
+import numpy as np
+
+from solvers.core.arrays import FloatArray
+from solvers.methods.flow.network import shapes
+
+FOLDER = os.path.join(os.path.dirname(__file__), "trained")
+LEVELS = 127
+
+
+def pack(arrays: dict[str, FloatArray]) -> bytes:
+    """The network's arrays in the order of `flow_network.shapes`: the factors of an
+    array's columns, its numbers.
+    """
+    parts = []
+    for shape in shapes():
+        values = np.asarray(arrays[shape.name], dtype=np.float64).reshape(-1, shape.size[-1])
+        factor = (np.abs(values).max(axis=0) / LEVELS).astype("<f4")
+        whole = np.rint(values / np.where(factor > 0, factor, 1).astype(np.float64)).clip(-LEVELS, LEVELS)
+        parts += [factor.tobytes(), whole.astype(np.int8).tobytes()]
+    return b"".join(parts)
+
+
+def unpack(data: bytes) -> dict[str, FloatArray]:
+    """The arrays of a packed network. Raises ValueError where the length is another
+    one's.
+    """
+    needed = sum(4 * shape.size[-1] + shape.count for shape in shapes())
+    if len(data) != needed:
+        raise ValueError(f"weights: {len(data)} bytes, and the network needs {needed}")
+    found, at = {}, 0
+    for shape in shapes():
+        columns = shape.size[-1]
+        factor = np.frombuffer(data, "<f4", columns, at).astype(np.float64)
+        whole = np.frombuffer(data, np.int8, shape.count, at + 4 * columns)
+        found[shape.name] = (whole.reshape(-1, columns) * factor).reshape(shape.size)
+        at += 4 * columns + shape.count
+    return found
+
+
+@cache
+def params(name: str, folder: str = FOLDER) -> dict[str, FloatArray]:
+    """The arrays of the network of method `name`, read once."""
+    with open(os.path.join(folder, f"{name}.int8"), "rb") as file:
+        return unpack(file.read())

@@ -1,0 +1,1 @@
+"""Nearest points: ICP and its kin, with points, planes and covariances."""

@@ -1,0 +1,126 @@
+"""Generalised ICP.
+
+Nearest points, each pair weighed by the surfaces that both its points are taken to lie
+on.
+
+With covariances Σ_p of the source point and Σ_q of the target point the pair's
+precision is `(Σ_q + R Σ_p Rᵀ)⁻¹`. The canonical surface covariance is `tangent` along
+the surface and the smaller `normal` across it, `Σ = tangent (I − n nᵀ) + normal n nᵀ`,
+with n from the point's neighbourhood; a point without a normal gets `tangent I`: as
+wide in every direction as a surface is along itself. These are a model of what a
+point's partner may be, not a measured uncertainty, and a bad normal does not widen
+them.
+
+The precision is frozen within one Gauss-Newton step and evaluated anew after it. Two
+limits hold exactly, and are tests: equal isotropic covariances give point to point's
+Gauss-Newton step (not Kabsch's closed form, with which it shares its fixed points
+only); `Σ_p = 0` and `Σ_q = ε n nᵀ + τ (I − n nᵀ)` tend to point to plane as τ → ∞. The
+canonical covariances with ε → 0 do not: where the two normals differ, precision is left
+along the tangent.
+
+Different: one Gauss-Newton step for each pairing, where the paper minimises to the end.
+
+References
+----------
+.. [1] A. Segal, D. Haehnel, S. Thrun, "Generalized-ICP", 2009.
+   doi:10.15607/RSS.2009.V.021
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from solvers.core import validate
+from solvers.core.arrays import FloatArray
+from solvers.core.stepper import Method, Problem
+from solvers.geometry import nearest
+from solvers.geometry.normals import Normals, normals
+from solvers.methods.icp import surface_icp
+from solvers.methods.icp.surface_icp import SurfaceOptions, SurfaceState
+
+
+@dataclass(frozen=True)
+class GicpOptions(SurfaceOptions):
+    """Options of `gicp`.
+
+    The common scale of the two variances changes the objective and not the steps. Where
+    poses come round again, to `tolerance`, a run has stalled.
+
+    Parameters
+    ----------
+    gate : float, default inf
+        Pairs farther apart are not used, world units.
+    trim : float, default 0.0
+        The fraction of the gated pairs, the farthest, that is not used, 0 to below 1.
+    weight : str, default "none"
+        A kernel of `solvers.numerics.robust`: "none", "huber", "tukey", "welsch" or
+        "geman-mcclure", of the pair's distance.
+    tuning : float, optional
+        The kernel's constant. None is the usual one.
+    scale : float, optional
+        The kernel's scale s, world units. None takes it from the median distance of the
+        pairs used, anew at every step.
+    neighbours : int, default 6
+        Points besides itself that make a point's neighbourhood.
+    roundness : float, default 0.9
+        λ₁/λ₂ from which a neighbourhood has no normal.
+    max_shift : float, default inf
+        The longest step, world units.
+    max_turn : float, default 0.5
+        The longest turn of a step, radians.
+    free_below : float, default 1e-6
+        The fraction of the system's largest eigenvalue below which a direction of
+        motion counts as free.
+    tolerance : float, default 1e-6
+        It stops when a step moves the source points, root mean square, by at most this
+        fraction of their RMS radius.
+    rms_tolerance : float, default 1e-6
+        It stops, too, when as many pairs as before are used and the RMS of their
+        residuals has changed by at most this fraction.
+    tangent : float, default 1.0
+        The variance along the surface, squared world units.
+    normal : float, default 0.01
+        The variance across it, squared world units, within 1e-9 to 1e9 of the other.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
+    """
+
+    tangent: float = 1.0
+    normal: float = 0.01
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        validate.number(self.tangent, "tangent", 1e-100, 1e100)
+        validate.number(self.normal, "normal", 1e-9 * self.tangent, 1e9 * self.tangent)
+
+
+def surface_covariances(surface: Normals, tangent: float, normal: float) -> FloatArray:
+    """The canonical covariances (b, n, d, d) of points with these normals."""
+    n = surface.vectors
+    return tangent * np.eye(n.shape[-1]) + (normal - tangent) * (n[..., :, None] * n[..., None, :])
+
+
+def start(problem: Problem, options: GicpOptions) -> SurfaceState:
+    """The pairs at the starting pose, with the canonical covariances of both clouds."""
+    index = nearest.build(problem.target)
+    surface = normals(index, options.neighbours, options.roundness)
+    own = normals(nearest.build(problem.source), options.neighbours, options.roundness)
+    covariances = tuple(surface_covariances(x, options.tangent, options.normal) for x in (own, surface))
+    return surface_icp.start(problem, options, index, surface, (covariances[0], covariances[1]))
+
+
+GICP = Method(
+    name="gicp",
+    summary="nearest points, each pair weighed by the surfaces of both clouds, one Gauss-Newton step at a time",
+    source="Segal, Haehnel & Thrun 2009",
+    start=start,
+    step=surface_icp.step,
+    options=GicpOptions,
+    weighted=True,
+    dims=(2, 3),
+)

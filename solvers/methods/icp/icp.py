@@ -1,0 +1,359 @@
+"""Iterative closest point and its two descent variants.
+
+Pair every point with its nearest, fit, repeat.
+
+One step fits the pairs in closed form, then pairs anew at the new pose, so a state's
+pose, pairs and objective belong together. With r_i the distance of moved point i to its
+nearest target point and w_i its weight:
+
+- `icp` uses the pairs within `gate`, less the fraction `trim` of the farthest of them.
+  Its objective is the sum over the pairs used. Without gate and trim it never rises,
+  `E(T) = Σ w_i min_j ‖T p_i − q_j‖²`; with them the set that it sums over changes, and
+  both the sum and the RMS may rise.
+- `trimmed-icp` uses always the same number of pairs, the nearest: the sum of the
+  `count` smallest r² never rises.
+- `capped-icp` uses the pairs within `cap` and counts every other one as if it were
+  there: `Σ w_i min(r_i², cap²)` never rises.
+
+With a robust weight (`solvers.numerics.robust`) the fit is reweighted and 2ρ(r) takes the place
+of r². The descent then holds for a fixed `scale`; a scale taken from the distances anew
+at every step changes the objective as it goes.
+
+What converges is the objective's value; the fixed point is a local optimum at best, and
+a step that has come to rest says nothing about the truth.
+
+References
+----------
+.. [1] P. J. Besl, N. D. McKay, "A method for registration of 3-D shapes", 1992, sec. IV
+   (the descent, with exact neighbours and fits). doi:10.1109/34.121791
+.. [2] D. Chetverikov, D. Svirko, D. Stepanov, P. Krsek, "The trimmed iterative closest
+   point algorithm", 2002, sec. 2 (left out: the search for the overlap).
+   doi:10.1109/ICPR.2002.1047997
+.. [3] S. Rusinkiewicz, M. Levoy, "Efficient variants of the ICP algorithm", 2001 (gate
+   and trim as stages). doi:10.1109/IM.2001.924423
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from solvers.core import validate
+from solvers.core.arrays import BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.pose import Pose
+from solvers.core.status import Status, mark, reasons, statuses
+from solvers.core.stepper import Method, Problem
+from solvers.core.tree import CONSTANT, SHARED
+from solvers.geometry import nearest
+from solvers.geometry.nearest import Index
+from solvers.numerics import robust
+from solvers.numerics.fits import fit_pairs, rms_radius
+
+
+@dataclass(frozen=True)
+class IcpOptions:
+    """Options of `icp`.
+
+    Parameters
+    ----------
+    gate : float, default inf
+        Pairs farther apart are not used, world units.
+    trim : float, default 0.0
+        The fraction of the gated pairs, the farthest, that is not used, 0 to below 1.
+    weight : str, default "none"
+        A kernel of `solvers.numerics.robust`: "none", "huber", "tukey", "welsch" or
+        "geman-mcclure".
+    tuning : float, optional
+        The kernel's constant. None is the usual one.
+    scale : float, optional
+        The kernel's scale s, world units. None takes it from the median distance of the
+        pairs used, anew at every step.
+    tolerance : float, default 1e-6
+        It stops when a step moves the source points, root mean square, by at most this
+        fraction of their RMS radius.
+    rms_tolerance : float, default 1e-6
+        It stops, too, when as many pairs as before are used and their RMS has changed
+        by at most this fraction.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
+    """
+
+    gate: float = np.inf
+    trim: float = 0.0
+    weight: str = "none"
+    tuning: float | None = None
+    scale: float | None = None
+    tolerance: float = 1e-6
+    rms_tolerance: float = 1e-6
+
+    def __post_init__(self) -> None:
+        _check_length(self.gate, "gate")
+        if not 0.0 <= validate.number(self.trim, "trim") < 1.0:
+            raise ValueError(f"trim: expected a fraction from 0 to below 1, got {self.trim!r}")
+        _check_rest(self)
+
+
+@dataclass(frozen=True)
+class TrimmedOptions:
+    """Options of `trimmed-icp`.
+
+    Parameters
+    ----------
+    keep : float, default 0.8
+        The fraction of the source points, above 0 to 1, whose pairs are used: the
+        nearest, always `max(1, round(keep · m))` of them.
+    weight : str, default "none"
+        A kernel of `solvers.numerics.robust`: "none", "huber", "tukey", "welsch" or
+        "geman-mcclure".
+    tuning : float, optional
+        The kernel's constant. None is the usual one.
+    scale : float, optional
+        The kernel's scale s, world units. None takes it from the median distance of the
+        pairs used, anew at every step.
+    tolerance : float, default 1e-6
+        It stops when a step moves the source points, root mean square, by at most this
+        fraction of their RMS radius.
+    rms_tolerance : float, default 0.0
+        It stops, too, when the RMS of the pairs used has changed by at most this
+        fraction.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
+    """
+
+    keep: float = 0.8
+    weight: str = "none"
+    tuning: float | None = None
+    scale: float | None = None
+    tolerance: float = 1e-6
+    rms_tolerance: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not 0.0 < validate.number(self.keep, "keep") <= 1.0:
+            raise ValueError(f"keep: expected a fraction above 0, up to 1, got {self.keep!r}")
+        _check_rest(self)
+
+
+@dataclass(frozen=True)
+class CappedOptions:
+    """Options of `capped-icp`.
+
+    Parameters
+    ----------
+    cap : float, optional
+        The distance at which a pair's loss stops growing, world units. None is half the
+        target's RMS radius.
+    weight : str, default "none"
+        A kernel of `solvers.numerics.robust`: "none", "huber", "tukey", "welsch" or
+        "geman-mcclure".
+    tuning : float, optional
+        The kernel's constant. None is the usual one.
+    scale : float, optional
+        The kernel's scale s, world units. None takes it from the median distance of the
+        pairs used, anew at every step.
+    tolerance : float, default 1e-6
+        It stops when a step moves the source points, root mean square, by at most this
+        fraction of their RMS radius.
+    rms_tolerance : float, default 0.0
+        It stops, too, when as many pairs as before are used and their RMS has changed
+        by at most this fraction.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
+    """
+
+    cap: float | None = None
+    weight: str = "none"
+    tuning: float | None = None
+    scale: float | None = None
+    tolerance: float = 1e-6
+    rms_tolerance: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.cap is not None:
+            _check_length(self.cap, "cap")
+        _check_rest(self)
+
+
+AnyOptions = IcpOptions | TrimmedOptions | CappedOptions
+
+
+def _check_length(value: float, name: str) -> None:
+    if value != np.inf and not validate.number(value, name) > 0.0:
+        raise ValueError(f"{name}: expected a positive length, got {value!r}")
+
+
+def _check_rest(options: AnyOptions) -> None:
+    robust.check_options(options.weight, options.tuning, options.scale)
+    validate.number(options.tolerance, "tolerance", 0.0)
+    validate.number(options.rms_tolerance, "rms_tolerance", 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Pairing:
+    """What stands at a pose: every source point's nearest target point, and which of
+    these pairs the next fit uses.
+
+    moved: (b, m, d) the source points at the pose. rows: (b, m) the target row nearest
+    to each. distances: (b, m). used: (b, m). weights: (b, m) of the pairs in the fit,
+    zero where unused. threshold: (b,) that of the robust weight. count: (b,) pairs
+    used. rms: (b,) √(Σ w r² / Σ w) over them. objective: (b,).
+    """
+
+    moved: FloatArray
+    rows: IntArray
+    distances: FloatArray
+    used: BoolArray
+    weights: FloatArray
+    threshold: FloatArray
+    count: IntArray
+    rms: FloatArray
+    objective: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class IcpState:
+    """A pose and the pairs at it; the objective and the fields of `pairing` are at
+    `pose`.
+
+    radius: (b,) RMS radius of the source. reach: (b,) the gate or the cap, world units.
+    scale: (b,) the fixed s of the robust weight, or None. change: (b,) how far the last
+    step moved the points, root mean square, as a fraction of `radius`, infinite before
+    the first. condition: (b,) that of the last fit (`rigid.Fit`).
+    """
+
+    problem: Problem = field(metadata=CONSTANT)
+    index: Index = field(metadata=CONSTANT)
+    radius: FloatArray = field(metadata=CONSTANT)
+    reach: FloatArray = field(metadata=CONSTANT)
+    scale: FloatArray | None = field(metadata=CONSTANT)
+    options: AnyOptions = field(metadata=SHARED)
+    pose: Pose
+    objective: FloatArray
+    status: StatusArray
+    reason: ReasonArray
+    pairing: Pairing
+    change: FloatArray
+    condition: FloatArray
+
+
+def finish(
+    state: IcpState, pose: Pose, pairing: Pairing, reason: ReasonArray, condition: FloatArray
+) -> IcpState:
+    """The state after a step to `pose`, and whether the run stops there. `reason` says
+    why the fit was degenerate, if it was; that ends the run only when the pose has come
+    to rest.
+    """
+    options, old = state.options, state.pairing
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        step = pairing.moved - old.moved
+        change = np.sqrt(np.einsum("bmd,bmd->b", step, step) / step.shape[1]) / state.radius
+        still = np.abs(pairing.rms - old.rms) <= options.rms_tolerance * old.rms
+    at_rest = change <= options.tolerance
+    steady = still & (pairing.count == old.count) & (options.rms_tolerance > 0.0)
+    free = reason != ""
+    status, said = mark(state.status, state.reason, pairing.count == 0, Status.DEGENERATE, _no_pairs(options))
+    for i in np.flatnonzero(free & at_rest):
+        status, said = mark(status, said, np.arange(len(free)) == i, Status.DEGENERATE, str(reason[i]))
+    status, said = mark(status, said, at_rest, Status.CONVERGED, "the pose has come to rest")
+    status, said = mark(status, said, steady & ~free, Status.CONVERGED, "the RMS has come to rest")
+    return replace(
+        state, pose=pose, objective=pairing.objective, status=status, reason=said, pairing=pairing, change=change,
+        condition=condition,
+    )  # fmt: skip
+
+
+def _no_pairs(options: AnyOptions) -> str:
+    if isinstance(options, IcpOptions) and np.isfinite(options.gate):
+        return f"no pair with weight lies within the gate of {options.gate:g} u"
+    if isinstance(options, CappedOptions):
+        return "no pair with weight lies within the cap"
+    return "no pair has a weight"
+
+
+def pair(
+    problem: Problem, index: Index, reach: FloatArray, scale: FloatArray | None, options: AnyOptions, pose: Pose
+) -> Pairing:
+    """The nearest neighbours at `pose` and which of them count. reach, scale: (b,) as
+    in `IcpState`.
+    """
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        moved = pose.apply(problem.source)
+        rows, squares = index.nearest(moved)
+        among = (problem.weights > 0.0) & nearest.within(squares, reach)
+        if isinstance(options, IcpOptions):
+            among = nearest.trimmed(squares, options.trim, among)
+        elif isinstance(options, TrimmedOptions):
+            among = nearest.smallest(squares, max(1, round(options.keep * squares.shape[1])), among)
+        distances = np.sqrt(squares)
+        k = robust.threshold(options.weight, distances, among, options.tuning, scale)
+        kernel = options.weight
+        weights = np.where(among, problem.weights * robust.weights(kernel, distances, k), 0.0)
+        total = weights.sum(axis=1)
+        used = weights > 0.0
+        rms = np.sqrt(np.where(used, weights * squares, 0.0).sum(axis=1) / np.where(total > 0.0, total, 1.0))
+        losses = squares if kernel == "none" else 2.0 * robust.loss(kernel, distances, k)
+        if isinstance(options, CappedOptions):
+            top = np.square(reach) if kernel == "none" else 2.0 * robust.loss(kernel, reach[:, None], k)[:, 0]
+            losses = np.where(among, losses, top[:, None])
+            among = problem.weights > 0.0
+        objective = np.where(among, problem.weights * losses, 0.0).sum(axis=1)
+    return Pairing(moved, rows, distances, used, weights, k, used.sum(axis=1), rms, objective)
+
+
+def start(problem: Problem, options: AnyOptions) -> IcpState:
+    """The pairs at the starting pose; degenerate where none counts."""
+    reach = np.full(problem.size, np.inf)
+    if isinstance(options, IcpOptions):
+        reach[:] = options.gate
+    elif isinstance(options, CappedOptions):
+        reach[:] = 0.5 * rms_radius(problem.target) if options.cap is None else options.cap
+    scale = None if options.scale is None else np.full(problem.size, options.scale)
+    return start_with(problem, options, reach, scale)
+
+
+def start_with(problem: Problem, options: AnyOptions, reach: FloatArray, scale: FloatArray | None) -> IcpState:
+    """`start` with a gate or cap and a scale of its own for each problem, (b,)."""
+    b = problem.size
+    index = nearest.build(problem.target)
+    pairing = pair(problem, index, reach, scale, options, problem.start)
+    status, reason = mark(statuses((b,)), reasons((b,)), pairing.count == 0, Status.DEGENERATE, _no_pairs(options))
+    return IcpState(
+        problem=problem, index=index, radius=rms_radius(problem.source), reach=reach, scale=scale, options=options,
+        pose=problem.start, objective=pairing.objective, status=status, reason=reason, pairing=pairing,
+        change=np.full(b, np.inf), condition=np.full(b, np.inf),
+    )  # fmt: skip
+
+
+def step(state: IcpState) -> IcpState:
+    """Fit the pairs, then pair anew."""
+    at = state.pairing
+    partners = np.take_along_axis(state.index.points, at.rows[..., None], axis=1)
+    pose, reason, condition = fit_pairs(state.pose, state.problem.source, partners, at.weights)
+    pairing = pair(state.problem, state.index, state.reach, state.scale, state.options, pose)
+    return finish(state, pose, pairing, reason, condition)
+
+
+def _method(name: str, summary: str, source: str, options: type, weighted: bool) -> Method[IcpState]:
+    return Method(name, summary, source, start, step, options, weighted=weighted, dims=None)
+
+
+ICP = _method(
+    "icp", "pairs of nearest points within a gate and after trimming, fitted in closed form, again and again",
+    "Besl & McKay 1992", IcpOptions, True,
+)  # fmt: skip
+TRIMMED = _method(
+    "trimmed-icp", "ICP on a fixed number of the nearest pairs", "Chetverikov et al. 2002", TrimmedOptions, False
+)
+CAPPED = _method(
+    "capped-icp", "ICP on the pairs within a cap, descending on the sum of squared distances capped there",
+    "Besl & McKay 1992, with a truncated loss", CappedOptions, True,
+)  # fmt: skip

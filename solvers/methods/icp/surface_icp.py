@@ -1,0 +1,284 @@
+"""ICP that knows surfaces.
+
+Pairs of nearest points, a precision matrix for each pair, one Gauss-Newton step,
+repeat.
+
+What `icp.point_to_plane` and `icp.gicp` share. They differ in the precision
+matrices alone. One step solves the pairs of the state (`solvers.numerics.gauss_newton`) and
+pairs anew at the new pose (`icp.pair`: gate, trim, robust weight by Euclidean
+distance), so a state's pose, pairs, precisions and objective belong together:
+
+    objective = Σ w_i (x_i − q_i)ᵀ M_i (x_i − q_i)    over the pairs used.
+
+It may rise: a Gauss-Newton step is no exact minimisation, and pairs are nearest in
+another metric than the residual's. Robust weights are functions of the pair's distance,
+not of the residual that is squared, so this is not the iteratively reweighted
+minimisation of any one loss; their scale is a heuristic, and a gate that suits one
+residual need not suit another. And since nothing falls, a run may go round: a few sets
+of pairs that lead to each other for ever. That is found by comparing each pose with one
+remembered, which is renewed at the steps 1, 2, 4, 8 … (Brent 1980, An improved Monte
+Carlo factorization algorithm), and called stalled.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from solvers.core import validate
+from solvers.core.arrays import FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.pose import Pose
+from solvers.core.status import Status, mark, reasons, statuses
+from solvers.core.stepper import Problem
+from solvers.core.tree import CONSTANT, SHARED
+from solvers.geometry import normals
+from solvers.geometry.nearest import Index
+from solvers.geometry.normals import Normals
+from solvers.methods.icp import icp
+from solvers.methods.icp.icp import IcpOptions, Pairing
+from solvers.numerics import gauss_newton, robust
+from solvers.numerics.fits import rms_radius
+from solvers.numerics.gauss_newton import System
+
+
+@dataclass(frozen=True)
+class SurfaceOptions:
+    """Options of `point-to-plane`.
+
+    Where poses come round again, to `tolerance`, a run has stalled.
+
+    Parameters
+    ----------
+    gate : float, default inf
+        Pairs farther apart are not used, world units.
+    trim : float, default 0.0
+        The fraction of the gated pairs, the farthest, that is not used, 0 to below 1.
+    weight : str, default "none"
+        A kernel of `solvers.numerics.robust`: "none", "huber", "tukey", "welsch" or
+        "geman-mcclure", of the pair's distance.
+    tuning : float, optional
+        The kernel's constant. None is the usual one.
+    scale : float, optional
+        The kernel's scale s, world units. None takes it from the median distance of the
+        pairs used, anew at every step.
+    neighbours : int, default 6
+        Points besides itself that make a point's neighbourhood.
+    roundness : float, default 0.9
+        λ₁/λ₂ from which a neighbourhood has no normal.
+    max_shift : float, default inf
+        The longest step, world units.
+    max_turn : float, default 0.5
+        The longest turn of a step, radians.
+    free_below : float, default 1e-6
+        The fraction of the system's largest eigenvalue below which a direction of
+        motion counts as free.
+    tolerance : float, default 1e-6
+        It stops when a step moves the source points, root mean square, by at most this
+        fraction of their RMS radius.
+    rms_tolerance : float, default 1e-6
+        It stops, too, when as many pairs as before are used and the RMS of their
+        residuals has changed by at most this fraction.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
+    """
+
+    gate: float = np.inf
+    trim: float = 0.0
+    weight: str = "none"
+    tuning: float | None = None
+    scale: float | None = None
+    neighbours: int = normals.NEIGHBOURS
+    roundness: float = normals.ROUNDNESS
+    max_shift: float = np.inf
+    max_turn: float = 0.5
+    free_below: float = 1e-6
+    tolerance: float = 1e-6
+    rms_tolerance: float = 1e-6
+
+    def __post_init__(self) -> None:
+        self.pairing()
+        robust.check_options(self.weight, self.tuning, self.scale)
+        validate.count(self.neighbours, "neighbours", 1)
+        validate.number(self.roundness, "roundness", 1e-100, 1.0)
+        for name, value in (("max_shift", self.max_shift), ("max_turn", self.max_turn)):
+            if value != np.inf and not validate.number(value, name) > 0.0:
+                raise ValueError(f"{name}: expected a positive number, got {value!r}")
+        validate.number(self.free_below, "free_below", 0.0, 1.0)
+
+    def pairing(self) -> IcpOptions:
+        """The part of the options that pairs points."""
+        return IcpOptions(
+            self.gate, self.trim, self.weight, self.tuning, self.scale, self.tolerance, self.rms_tolerance
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceState:
+    """A pose, the pairs at it, their precisions, and the system that the next step
+    solves.
+
+    normals: of the target. covariances: of source (b, m, d, d) and target (b, n, d, d)
+    points, where the method has any. radius: (b,) RMS radius of the source at the
+    start. scale: (b,) the fixed s of the robust weight, or None. pairing: `rms` and
+    `objective` there are those of the residuals here; pairs whose target point has no
+    normal are not used, where the method needs one. precision: (b, m, d, d) of the
+    pairs, at `pose`. system: the normal equations of these pairs at `pose`, with the
+    condition number and the weak direction. change: (b,) as in `icp.IcpState`.
+    taken: (b,) steps. remembered: (b, m, d) the points moved at an earlier step, to
+    find cycles by.
+    """
+
+    problem: Problem = field(metadata=CONSTANT)
+    index: Index = field(metadata=CONSTANT)
+    normals: Normals = field(metadata=CONSTANT)
+    covariances: tuple[FloatArray, FloatArray] | None = field(metadata=CONSTANT)
+    radius: FloatArray = field(metadata=CONSTANT)
+    scale: FloatArray | None = field(metadata=CONSTANT)
+    options: SurfaceOptions = field(metadata=SHARED)
+    pose: Pose
+    objective: FloatArray
+    status: StatusArray
+    reason: ReasonArray
+    pairing: Pairing
+    precision: FloatArray
+    system: System
+    change: FloatArray
+    taken: IntArray
+    remembered: FloatArray
+
+
+def start(
+    problem: Problem,
+    options: SurfaceOptions,
+    index: Index,
+    surface: Normals,
+    covariances: tuple[FloatArray, FloatArray] | None,
+) -> SurfaceState:
+    """The pairs and their precisions at the starting pose; degenerate where there is
+    none to use.
+    """
+    b = problem.size
+    scale = None if options.scale is None else np.full(b, options.scale)
+    with np.errstate(over="ignore", under="ignore"):
+        radius = rms_radius(problem.source) * np.asarray(problem.start.scale)
+    radius = np.where((radius > 0.0) & np.isfinite(radius), radius, 1.0)
+    pairing, precision, system = _at(
+        problem, options, index, surface, covariances, scale, radius, problem.start
+    )
+    status, reason = statuses((b,)), reasons((b,))
+    if covariances is None:
+        none = np.asarray(surface.flagged.all(axis=1))
+        status, reason = mark(status, reason, none, Status.DEGENERATE, "no target point has a normal")
+    status, reason = mark(status, reason, pairing.count == 0, Status.DEGENERATE, _no_pairs(options))
+    return SurfaceState(
+        problem=problem, index=index, normals=surface, covariances=covariances, radius=radius, scale=scale,
+        options=options, pose=problem.start, objective=pairing.objective, status=status, reason=reason,
+        pairing=pairing, precision=precision, system=system, change=np.full(b, np.inf),
+        taken=np.zeros(b, dtype=np.int64), remembered=pairing.moved,
+    )  # fmt: skip
+
+
+def step(state: SurfaceState) -> SurfaceState:
+    """Solve the system of the present pairs, then pair anew."""
+    options, old = state.options, state.pairing
+    xi = gauss_newton.solve(state.system, options.max_shift, options.max_turn)
+    pose = gauss_newton.apply(xi, state.system, state.pose)
+    pairing, precision, system = _at(
+        state.problem, options, state.index, state.normals, state.covariances, state.scale, state.radius, pose
+    )
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        change = _motion(old.moved, pairing.moved) / state.radius
+        again = _motion(state.remembered, pairing.moved) / state.radius <= options.tolerance
+        still = np.abs(pairing.rms - old.rms) <= options.rms_tolerance * old.rms
+    at_rest = change <= options.tolerance
+    steady = still & (pairing.count == old.count) & (options.rms_tolerance > 0.0)
+    status, reason = mark(state.status, state.reason, pairing.count == 0, Status.DEGENERATE, _no_pairs(options))
+    free = system.free.any(axis=1) & (at_rest | steady)
+    for i in np.flatnonzero(free):
+        words = gauss_newton.freedom(system, int(i))
+        status, reason = mark(status, reason, np.arange(len(free)) == i, Status.DEGENERATE, words)
+    status, reason = mark(status, reason, at_rest, Status.CONVERGED, "the pose has come to rest")
+    status, reason = mark(status, reason, steady, Status.CONVERGED, "the RMS has come to rest")
+    status, reason = mark(status, reason, again, Status.STALLED, "the same few poses come round again and again")
+    taken = state.taken + 1
+    renew = (taken & (taken - 1)) == 0
+    return replace(
+        state, pose=pose, objective=pairing.objective, status=status, reason=reason, pairing=pairing,
+        precision=precision, system=system, change=change, taken=taken,
+        remembered=np.where(renew[:, None, None], pairing.moved, state.remembered),
+    )  # fmt: skip
+
+
+def _motion(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Root mean square distance between rows of (b, m, d), (b,)."""
+    squares = np.square(b - a).reshape(len(a), -1).sum(axis=1)
+    return np.asarray(np.sqrt(squares / a.shape[1]))
+
+
+def precisions(cov_p: FloatArray, cov_q: FloatArray, R: FloatArray) -> FloatArray:
+    """`(Σ_q + R Σ_p Rᵀ)⁻¹` of pairs with covariances (b, m, d, d) and rotations (b, d,
+    d), (b, m, d, d).
+    """
+    turned = R[:, None]
+    return _inverse(cov_q + turned @ cov_p @ turned.swapaxes(-1, -2))
+
+
+def _inverse(S: FloatArray) -> FloatArray:
+    """The inverses of symmetric positive definite (..., d, d)."""
+    if S.shape[-1] != 2:
+        return np.asarray(np.linalg.inv(S), dtype=np.float64)
+    out = np.empty_like(S)
+    out[..., 0, 0], out[..., 1, 1] = S[..., 1, 1], S[..., 0, 0]
+    out[..., 0, 1] = out[..., 1, 0] = -S[..., 0, 1]
+    out /= (S[..., 0, 0] * S[..., 1, 1] - np.square(S[..., 0, 1]))[..., None, None]
+    return out
+
+
+def _at(
+    problem: Problem,
+    options: SurfaceOptions,
+    index: Index,
+    surface: Normals,
+    covariances: tuple[FloatArray, FloatArray] | None,
+    scale: FloatArray | None,
+    radius: FloatArray,
+    pose: Pose,
+) -> tuple[Pairing, FloatArray, System]:
+    """The pairs at a pose, their precisions, and their normal equations."""
+    b = problem.size
+    pairing = icp.pair(problem, index, np.full(b, options.gate), scale, options.pairing(), pose)
+    which = np.arange(b)[:, None]
+    partners = index.points[which, pairing.rows]
+    weights = pairing.weights
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        if covariances is None:
+            n = surface.vectors[which, pairing.rows]
+            precision = n[..., :, None] * n[..., None, :]
+            weights = np.where(surface.flagged[which, pairing.rows], 0.0, weights)
+        else:
+            precision = precisions(covariances[0], covariances[1][which, pairing.rows], pose.R)
+        used = weights > 0.0
+        left = np.where(used[..., None], pairing.moved - partners, 0.0)
+        squares = np.einsum("bmi,bmij,bmj->bm", left, precision, left)
+        objective = np.where(used, weights * squares, 0.0).sum(axis=1)
+        total = weights.sum(axis=1)
+        rms = np.sqrt(objective / np.where(total > 0.0, total, 1.0))
+        middle = problem.source.mean(axis=1) * np.asarray(pose.scale)[:, None]
+        centre = gauss_newton.turned(pose.R, middle) + pose.t
+    pairing = replace(
+        pairing, used=used, weights=weights, count=used.sum(axis=1), rms=rms, objective=objective
+    )
+    system = gauss_newton.system(
+        pairing.moved, partners, precision, weights, centre, radius, options.free_below
+    )
+    return pairing, precision, system
+
+
+def _no_pairs(options: SurfaceOptions) -> str:
+    if np.isfinite(options.gate):
+        return f"no pair that could be used lies within the gate of {options.gate:g} u"
+    return "no pair can be used"

@@ -1,0 +1,1 @@
+"""Distributions: maximum mean discrepancy, its derivative, objectives as maps."""

@@ -1,0 +1,71 @@
+"""Distribution-to-distribution NDT.
+
+A map of both clouds, registered to each other cell by cell.
+
+The score of `ndt.d2d_score`, climbed as in `ndt.ndt`. The points are left
+behind once the maps stand, so a step costs what the cells cost, however many points
+they summarise; and the moving side's uncertainty counts, too.
+
+References
+----------
+.. [1] T. Stoyanov, M. Magnusson, H. Andreasson, A. J. Lilienthal, "Fast and accurate
+   scan registration through minimization of the distance between compact 3D NDT
+   representations", 2012. doi:10.1177/0278364912460895
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from solvers.core.stepper import Method, Problem
+from solvers.methods.ndt import ndt, ndt_map
+from solvers.methods.ndt.ndt import NdtOptions, NdtState
+
+
+@dataclass(frozen=True)
+class D2dOptions(NdtOptions):
+    """Options of `ndt-d2d`.
+
+    Parameters
+    ----------
+    cells : float or sequence of float, optional
+        One cell size or several, of both clouds, coarse to fine, world units. None is
+        twice the target's `ndt_map.default_size`, then that.
+    grids : int, default 1
+        Of the target, 1 or 4; the source has one.
+    offset : sequence of two floats, default (0.0, 0.0)
+        Where a corner of the target's first grid lies, world units; the source's has a
+        corner at its own origin.
+    max_shift : float, optional
+        The longest step, world units. None is half the first cell size.
+    max_turn : float, default 0.2
+        The longest turn of a step, radians.
+    halvings : int, default 4
+        How often a step is halved before the level ends.
+    tolerance : float, default 1e-4
+        A level ends, too, when a step moves the source points, root mean square, by
+        about this fraction of their RMS radius: converged where the step proposed was
+        as short, stalled where only its halves were.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
+    """
+
+    grids: int = 1
+
+
+def _start(problem: Problem, options: D2dOptions) -> NdtState:
+    sources = tuple(ndt_map.build(problem.source, h) for h in ndt.levels(problem, options))
+    return ndt.start(problem, options, sources)
+
+
+D2D = Method(
+    name="ndt-d2d",
+    summary="Gaussians in the cells of both clouds, every pair of them a term, climbed by damped Newton steps",
+    source="Stoyanov et al. 2012",
+    start=_start,
+    step=ndt.step,
+    options=D2dOptions,
+)

@@ -1,0 +1,116 @@
+"""The score of distribution-to-distribution NDT: cells on both sides, each source cell
+against every target cell.
+
+A source cell has mean m_i and covariance S_i, a target cell μ_j and Σ_j. At a pose with
+rotation R,
+
+    q_ij = T m_i − μ_j,   C_ij = R S_i Rᵀ + Σ_j,   s_ij = exp(−½ q_ijᵀ C_ij⁻¹ q_ij),   f = −Σ s_ij.
+
+The turn moves the means and turns the covariances. With J the quarter turn, ℓ the lever
+of the moved mean about the pivot, `a = J ℓ`, `A = R S Rᵀ`, `A' = J A − A J`,
+`A'' = J A' − A' J`, `u = C⁻¹ q` and `w = a − A' u`, the halves of the derivatives of
+`e = qᵀ C⁻¹ q` are
+
+    ½ e_t = u,             ½ e_φ = uᵀ a − ½ uᵀ A' u,
+    ½ e_tt = C⁻¹,          ½ e_tφ = C⁻¹ w,             ½ e_φφ = wᵀ C⁻¹ w − uᵀ ℓ − ½ uᵀ A'' u,
+
+and `∂_a f = Σ s ½e_a`, `∂_a ∂_b f = Σ s (½e_ab − ½e_a ½e_b)`. Nothing is looked up, so
+nothing jumps: f is smooth. Pairs whose term lies below 1e-16, by the bound
+`e ≥ ‖q‖² / (tr S + tr Σ)`, are left out.
+
+The source's cells are cut in its own coordinates, on one grid. Where both clouds are
+cut alike the cells of one wall match in many ways along it; many cells and few are not
+weighed against each other by their counts.
+
+Source: Stoyanov, Magnusson, Andreasson & Lilienthal 2012, Fast and accurate scan
+registration through minimization of the distance between compact 3D NDT representations
+(the objective, here without its two scaling constants).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from solvers.core.arrays import FloatArray, IntArray
+from solvers.core.pose import Pose
+from solvers.methods.ndt.ndt_map import NdtMap, floored
+from solvers.methods.ndt.score import Score
+
+NEGLIGIBLE = 74.0
+"""An exponent e beyond this makes a term below 1e-16."""
+
+
+def evaluate(
+    source: NdtMap,
+    target: NdtMap,
+    pose: Pose,
+    pivot: FloatArray,
+    which: IntArray | None = None,
+    width: int | None = None,
+) -> Score:
+    """The score of the poses (k,) with its derivatives about the pivots (k, 2); which:
+    (k,) the clouds they belong to (None: each its own). In the answer `values` (k, 1,
+    C) is the sum of each source cell's terms and `cells` (k, 1, C) the number of the
+    target cell of its largest term, −1 where it has none; width: C, at least the
+    source's own (None).
+    """
+    k = len(pose.t)
+    which = np.arange(k) if which is None else which
+    width = source.mean.shape[1] if width is None else width
+    S, Q = floored(source.covariance)[which], floored(target.covariance)[which]
+    mean, mu = source.mean[which], target.mean[which]
+    R, s, t = pose.R, np.asarray(pose.scale), pose.t
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        # Coordinate by coordinate: the rounding is that of a single problem.
+        turned = [R[:, c, 0, None] * mean[..., 0] + R[:, c, 1, None] * mean[..., 1] for c in (0, 1)]
+        x, y = (s[:, None] * turned[c] + t[:, c, None] for c in (0, 1))
+        near = np.square(x[:, :, None] - mu[:, None, :, 0]) + np.square(y[:, :, None] - mu[:, None, :, 1])
+        reach = np.square(s)[:, None] * (S[..., 0, 0] + S[..., 1, 1])
+        close = near <= NEGLIGIBLE * (reach[:, :, None] + (Q[..., 0, 0] + Q[..., 1, 1])[:, None, :])
+        close &= source.kept[which][:, :, None] & target.kept[which][:, None, :]
+        b, i, j = np.nonzero(close)
+        # A = s² R S Rᵀ = [[α, β], [β, γ]] of every source cell, then of every pair.
+        c00, c01, c11 = S[..., 0, 0], S[..., 0, 1], S[..., 1, 1]
+        r00, r01, r10, r11 = (R[:, m, n, None] for m in (0, 1) for n in (0, 1))
+        ss = np.square(s)[:, None]
+        alpha = (ss * (r00 * (r00 * c00 + r01 * c01) + r01 * (r00 * c01 + r01 * c11)))[b, i]
+        beta = (ss * (r10 * (r00 * c00 + r01 * c01) + r11 * (r00 * c01 + r01 * c11)))[b, i]
+        gamma = (ss * (r10 * (r10 * c00 + r11 * c01) + r11 * (r10 * c01 + r11 * c11)))[b, i]
+        x, y = x[b, i], y[b, i]
+        q0, q1 = x - mu[b, j, 0], y - mu[b, j, 1]
+        lx, ly = x - pivot[b, 0], y - pivot[b, 1]
+        d00, d01, d11 = alpha + Q[b, j, 0, 0], beta + Q[b, j, 0, 1], gamma + Q[b, j, 1, 1]
+        # Divided by the trace first: the determinant of a vast covariance is beyond
+        # float64.
+        trace = d00 + d11
+        d00, d01, d11 = d00 / trace, d01 / trace, d11 / trace
+        det = (d00 * d11 - np.square(d01)) * trace
+        p00, p01, p11 = d11 / det, -d01 / det, d00 / det
+        u0, u1 = p00 * q0 + p01 * q1, p01 * q0 + p11 * q1
+        values = np.exp(-0.5 * (q0 * u0 + q1 * u1))
+        # A' = [[−2β, α − γ], [α − γ, 2β]], A'' = [[−2δ, −4β], [−4β, 2δ]], δ = α − γ
+        delta = alpha - gamma
+        w0, w1 = -ly + 2.0 * beta * u0 - delta * u1, lx - delta * u0 - 2.0 * beta * u1
+        v0, v1 = p00 * w0 + p01 * w1, p01 * w0 + p11 * w1
+        uphi = u1 * lx - u0 * ly - (beta * (np.square(u1) - np.square(u0)) + delta * u0 * u1)
+        second = delta * (np.square(u1) - np.square(u0)) - 4.0 * beta * u0 * u1
+        phi2 = w0 * v0 + w1 * v1 - (u0 * lx + u1 * ly) - second
+
+        def total(v: FloatArray) -> FloatArray:
+            # Of nothing, bincount makes integers.
+            return np.asarray(np.bincount(b, weights=values * v, minlength=k), dtype=np.float64)
+
+        gradient = np.stack([total(u0), total(u1), total(uphi)], axis=1)
+        hessian = np.empty((k, 3, 3))
+        hessian[:, 0, 0], hessian[:, 1, 1] = total(p00 - u0 * u0), total(p11 - u1 * u1)
+        hessian[:, 0, 1] = hessian[:, 1, 0] = total(p01 - u0 * u1)
+        hessian[:, 0, 2] = hessian[:, 2, 0] = total(v0 - u0 * uphi)
+        hessian[:, 1, 2] = hessian[:, 2, 1] = total(v1 - u1 * uphi)
+        hessian[:, 2, 2] = total(phi2 - np.square(uphi))
+    each = np.zeros((k, 1, width))
+    each[:, 0] = np.bincount(b * width + i, weights=values, minlength=k * width).reshape(k, width)
+    most = np.zeros(close.shape)
+    most[b, i, j] = values
+    best = np.full((k, 1, width), -1, dtype=np.int64)
+    best[:, 0, : close.shape[1]] = np.where(close.any(axis=2), most.argmax(axis=2), -1)
+    return Score(total(np.ones_like(values)), gradient, hessian, best, each)

@@ -1,0 +1,349 @@
+"""NDT registration.
+
+Climb the score of the target's map by damped Newton steps, from coarse cells to fine.
+
+One step solves for (tx, ty, φ) about the moved cloud's centroid, with the angle scaled
+by the cloud's RMS radius so that one λ damps lengths and angle alike, caps it by one
+common factor, halves it until the score rises, and accepts nothing else. A level of
+cell sizes ends when no shorter step helps or when the step has become small; the next
+begins at its pose, with another objective. Coarse cells reach farther, fine ones
+resolve more; neither guarantees anything, and a run that has stopped is not thereby
+aligned.
+
+The score at a cell's border jumps, so a run often ends stalled there rather than where
+the gradient vanishes.
+
+Left out of [2]_: the mixture of each Gaussian with a uniform part for outliers.
+
+References
+----------
+.. [1] P. Biber, W. Straßer, "The normal distributions transform: a new approach to
+   laser scan matching", 2003 (score and Newton's method). doi:10.1109/IROS.2003.1249285
+.. [2] M. Magnusson, "The three-dimensional normal-distributions transform", doctoral
+   thesis, Örebro University, 2009, ch. 6.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from solvers.core import validate
+from solvers.core.arrays import BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.pose import Pose
+from solvers.core.status import Status, mark, reasons, statuses
+from solvers.core.stepper import Method, Problem
+from solvers.core.tree import CONSTANT, SHARED, put, take
+from solvers.geometry.spectral import symmetric_eigen
+from solvers.methods.ndt import d2d_score, ndt_map
+from solvers.methods.ndt.ndt_map import NdtMap
+from solvers.methods.ndt.score import Score, evaluate
+from solvers.numerics import newton
+from solvers.numerics.fits import rms_radius
+from solvers.numerics.gauss_newton import rotation, turned
+
+OUTSIDE = "no moved point lies in a cell of the map"
+TOGETHER = 4
+"""Halvings of a step that are scored at once."""
+FREE = 1e-9
+"""At rest, an eigenvalue of the Hessian below this fraction of the largest leaves its direction free."""
+
+
+@dataclass(frozen=True)
+class NdtOptions:
+    """Options of `ndt`.
+
+    Parameters
+    ----------
+    cells : float or sequence of float, optional
+        One cell size or several, coarse to fine, world units. None is twice the
+        target's `ndt_map.default_size`, then that.
+    grids : int, default 4
+        1 or 4.
+    offset : sequence of two floats, default (0.0, 0.0)
+        Where a corner of the first grid lies, world units.
+    max_shift : float, optional
+        The longest step, world units. None is half the first cell size.
+    max_turn : float, default 0.2
+        The longest turn of a step, radians.
+    halvings : int, default 4
+        How often a step is halved before the level ends.
+    tolerance : float, default 1e-4
+        A level ends, too, when a step moves the source points, root mean square, by
+        about this fraction of their RMS radius: converged where the step proposed was
+        as short, stalled where only its halves were.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
+    """
+
+    cells: float | Sequence[float] | None = None
+    grids: int = 4
+    offset: Sequence[float] = (0.0, 0.0)
+    max_shift: float | None = None
+    max_turn: float = 0.2
+    halvings: int = 4
+    tolerance: float = 1e-4
+
+    def __post_init__(self) -> None:
+        sizes(self.cells)
+        if self.grids not in (1, 4) or isinstance(self.grids, bool):
+            raise ValueError(f"grids: expected 1 or 4, got {self.grids!r}")
+        if not isinstance(self.offset, Sequence | np.ndarray) or len(self.offset) != 2:
+            raise ValueError(f"offset: expected two numbers, got {self.offset!r}")
+        for value in self.offset:
+            validate.number(value, "offset", -1e100, 1e100)
+        if self.max_shift is not None:
+            validate.number(self.max_shift, "max_shift", 1e-100, 1e100)
+        validate.number(self.max_turn, "max_turn", 1e-100, 1e100)
+        validate.count(self.halvings, "halvings")
+        validate.number(self.tolerance, "tolerance", 0.0)
+
+
+def sizes(cells: float | Sequence[float] | None) -> tuple[float, ...] | None:
+    """The cell sizes as a tuple, coarse to fine as given; a ValueError for what is
+    none.
+    """
+    if cells is None:
+        return None
+    if isinstance(cells, str):
+        raise ValueError(f"cells: expected a number or several, got {cells!r}")
+    several = tuple(cells) if isinstance(cells, Sequence | np.ndarray) else (cells,)
+    if not several:
+        raise ValueError("cells: expected at least one cell size, got none")
+    return tuple(ndt_map.check_size(h, "cells") for h in several)
+
+
+@dataclass(frozen=True, eq=False)
+class NdtState:
+    """A pose and its score on the map of the present level; `objective` is −score.
+
+    maps: one for each level; sources: of the moving cloud likewise, where cells stand
+    for its points. level: (b,) the present one. centre: (b, 2) of the source, radius:
+    (b,) its RMS radius. at: the score with cells, values, gradient and Hessian by (tx,
+    ty, φ) about the moved centroid, at `pose`. Of the last step: damping (b,) λ; step
+    (b, 3) as accepted, or as last tried; halved (b,) how often; accepted (b,). Of the
+    Hessian at `pose`, with the angle scaled by the radius: condition (b,), its largest
+    |eigenvalue| over its smallest; weak (b, 3), the unit eigenvector (tx, ty, radius ·
+    φ) of the smallest: where the score says least.
+    """
+
+    problem: Problem = field(metadata=CONSTANT)
+    maps: tuple[NdtMap, ...] = field(metadata=CONSTANT)
+    sources: tuple[NdtMap, ...] | None = field(metadata=CONSTANT)
+    centre: FloatArray = field(metadata=CONSTANT)
+    radius: FloatArray = field(metadata=CONSTANT)
+    max_shift: FloatArray = field(metadata=CONSTANT)
+    options: NdtOptions = field(metadata=SHARED)
+    pose: Pose
+    objective: FloatArray
+    status: StatusArray
+    reason: ReasonArray
+    level: IntArray
+    at: Score
+    damping: FloatArray
+    step: FloatArray
+    halved: IntArray
+    accepted: BoolArray
+    condition: FloatArray
+    weak: FloatArray
+
+
+def moved_by(pose: Pose, step: FloatArray, pivot: FloatArray) -> Pose:
+    """The poses (b,) after a step (tx, ty, φ), (b, 3), about the pivots (b, 2)."""
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        turn = rotation(step[:, 2:])
+        return Pose(turn @ pose.R, pivot + turned(turn, pose.t - pivot) + step[:, :2], pose.scale)
+
+
+def levels(problem: Problem, options: NdtOptions) -> list[FloatArray]:
+    """The cell sizes of each level, (b,) each."""
+    given = sizes(options.cells)
+    if given is None:
+        h = ndt_map.default_size(problem.target)
+        return [2.0 * h, h]
+    return [np.full(problem.size, h) for h in given]
+
+
+def start(problem: Problem, options: NdtOptions, sources: tuple[NdtMap, ...] | None = None) -> NdtState:
+    """The score at the starting pose. sources: one map of the moving cloud for each
+    level, to be scored in its place.
+    """
+    b, steps = problem.size, levels(problem, options)
+    offset = np.asarray(options.offset, dtype=np.float64)
+    maps = tuple(ndt_map.build(problem.target, h, offset=offset, grids=options.grids) for h in steps)
+    with np.errstate(over="ignore", under="ignore"):
+        radius = rms_radius(problem.source) * np.asarray(problem.start.scale)
+    radius = np.where((radius > 0.0) & np.isfinite(radius), radius, 1.0)
+    shift = 0.5 * steps[0] if options.max_shift is None else np.full(b, options.max_shift)
+    level = np.zeros(b, dtype=np.int64)
+    centre = problem.source.mean(axis=1)
+    at = _score(problem, maps, sources, level, centre, problem.start, np.arange(b))
+    status, reason = statuses((b,)), reasons((b,))
+    for name, several in (("target", maps), ("source", sources or ())):
+        for one in several:
+            for words in sorted(set(one.reason) - {""}):
+                said = f"{name}: {words}"
+                status, reason = mark(status, reason, np.asarray(one.reason == words), Status.DEGENERATE, said)
+    outside = np.asarray((at.cells < 0).all(axis=(1, 2)))
+    status, reason = mark(status, reason, outside, Status.DEGENERATE, OUTSIDE)
+    condition, _, weak = _condition(at.hessian, radius)
+    return NdtState(
+        problem=problem, maps=maps, sources=sources, centre=centre, radius=radius, max_shift=shift, options=options,
+        pose=problem.start, objective=-at.score, status=status, reason=reason, level=level, at=at,
+        damping=np.zeros(b), step=np.zeros((b, 3)), halved=np.zeros(b, dtype=np.int64),
+        accepted=np.zeros(b, dtype=np.bool_), condition=condition, weak=weak,
+    )  # fmt: skip
+
+
+def _score(
+    problem: Problem,
+    maps: tuple[NdtMap, ...],
+    sources: tuple[NdtMap, ...] | None,
+    level: IntArray,
+    centre: FloatArray,
+    pose: Pose,
+    which: IntArray,
+) -> Score:
+    """The score of the problems `which` (k,), each at its pose and on the map of its
+    level, both (k,).
+    """
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        moved, pivot = pose.apply(problem.source[which]), _pivot(pose, centre[which])
+    k, m = moved.shape[:2]
+    width = max(one.mean.shape[1] for one in sources) if sources else m
+    shape = (k, 1 if sources else maps[0].table.shape[1], width)
+
+    def of(at: int, rows: IntArray) -> Score:
+        if sources:
+            return d2d_score.evaluate(sources[at], maps[at], pose[rows], pivot[rows], which[rows], width)
+        return evaluate(maps[at], moved[rows], pivot[rows], which[rows])
+
+    out = Score(
+        np.zeros(k), np.zeros((k, 3)), np.zeros((k, 3, 3)), np.zeros(shape, dtype=np.int64), np.zeros(shape)
+    )
+    for at in range(len(maps)):
+        rows = np.flatnonzero(level == at)
+        if len(rows) == k:
+            return of(at, rows)
+        if len(rows):
+            out = put(out, rows, of(at, rows))
+    return out
+
+
+def _pivot(pose: Pose, centre: FloatArray) -> FloatArray:
+    """Where the poses (b,) put the centres (b, 2)."""
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        return turned(pose.R, centre * np.asarray(pose.scale)[:, None]) + pose.t
+
+
+def scaled(gradient: FloatArray, hessian: FloatArray, radius: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Gradient and Hessian by (tx, ty, radius · φ), all in world units."""
+    unit = np.stack([np.ones_like(radius), np.ones_like(radius), 1.0 / radius], axis=1)
+    return gradient * unit, hessian * unit[:, :, None] * unit[:, None, :]
+
+
+def _condition(hessian: FloatArray, radius: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The condition number (b,), its inverse (b,), zero for a Hessian of zeros, and the
+    weak direction (b, 3).
+    """
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        values, vectors = symmetric_eigen(scaled(hessian[:, 0], hessian, radius)[1])
+        size = np.abs(values)
+        weak = np.take_along_axis(vectors, size.argmin(axis=1)[:, None, None], axis=2)[..., 0]
+        low, high = size.min(axis=1), size.max(axis=1)
+        safe = np.where(high > 0.0, high, 1.0)
+        condition = np.where(low > 0.0, high / np.where(low > 0.0, low, 1.0), np.inf)
+        return np.where(np.isfinite(condition), condition, np.inf), np.where(high > 0.0, low / safe, 0.0), weak
+
+
+def newton_step(
+    gradient: FloatArray, hessian: FloatArray, radius: FloatArray, max_shift: FloatArray, max_turn: float
+) -> tuple[FloatArray, FloatArray]:
+    """The damped and capped step (tx, ty, φ), (b, 3), and λ, (b,)."""
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        step, damping = newton.damped_step(*scaled(gradient, hessian, radius))
+        step = step / np.stack([np.ones_like(radius), np.ones_like(radius), radius], axis=1)
+        shift, turn = np.linalg.norm(step[:, :2], axis=1) / max_shift, np.abs(step[:, 2]) / max_turn
+        return newton.capped(step, (shift, turn)), damping
+
+
+def step(state: NdtState) -> NdtState:
+    """One damped Newton step, halved until the score rises; at a level's end, the next
+    level's score at the pose.
+    """
+    problem, options, old = state.problem, state.options, state.at
+    maps, sources = state.maps, state.sources
+    pivot = _pivot(state.pose, state.centre)
+    move, damping = newton_step(old.gradient, old.hessian, state.radius, state.max_shift, options.max_turn)
+    proposed = _size(move, state.radius)
+    pose = moved_by(state.pose, move, pivot)
+    at = _score(problem, maps, sources, state.level, state.centre, pose, np.arange(problem.size))
+    better = at.score > old.score
+    halved = np.zeros(len(better), dtype=np.int64)
+    for done in range(0, options.halvings, TOGETHER):
+        rows = np.flatnonzero(~better)
+        if not rows.size:
+            break
+        # Several halvings of every such problem in one evaluation; the longest step
+        # that helps is taken.
+        several = min(TOGETHER, options.halvings - done)
+        many = np.repeat(rows, several)
+        shorter = move[many] * np.tile(0.5 ** np.arange(1, several + 1), len(rows))[:, None]
+        tried = moved_by(state.pose[many], shorter, pivot[many])
+        again = _score(problem, maps, sources, state.level[many], state.centre, tried, many)
+        good = (again.score > old.score[many]).reshape(len(rows), several)
+        helped = good.any(axis=1)
+        chosen = np.where(helped, good.argmax(axis=1), several - 1)
+        move[rows] = shorter.reshape(len(rows), several, 3)[np.arange(len(rows)), chosen]
+        halved[rows] += chosen + 1
+        if helped.any():
+            won, which = rows[helped], (np.arange(len(rows)) * several + chosen)[helped]
+            pose, at = put(pose, won, tried[which]), put(at, won, take(again, which))
+            better[won] = True
+    if not better.all():
+        pose, at = put(pose, ~better, state.pose[~better]), put(at, ~better, take(old, ~better))
+
+    ended = ~better | (_size(move, state.radius) <= options.tolerance)
+    last = state.level == len(maps) - 1
+    up = ended & ~last
+    level = state.level + up
+    if up.any():
+        rows = np.flatnonzero(up)
+        at = put(at, rows, _score(problem, maps, sources, level[rows], state.centre, pose[rows], rows))
+    condition, ratio, weak = _condition(at.hessian, state.radius)
+    outside = np.asarray((at.cells < 0).all(axis=(1, 2)))
+    status, reason = mark(state.status, state.reason, outside, Status.DEGENERATE, OUTSIDE)
+    status, reason = mark(
+        status, reason, ended & last & (ratio <= FREE), Status.DEGENERATE,
+        "the score does not change along some direction of motion",
+    )  # fmt: skip
+    still = ended & last & (proposed <= options.tolerance)
+    status, reason = mark(status, reason, still, Status.CONVERGED, "the pose has come to rest")
+    status, reason = mark(
+        status, reason, ended & last, Status.STALLED, "no shorter step raises the score on these cells"
+    )
+    return replace(
+        state, pose=pose, objective=-at.score, status=status, reason=reason, level=level, at=at, damping=damping,
+        step=move, halved=halved, accepted=better, condition=condition, weak=weak,
+    )  # fmt: skip
+
+
+def _size(move: FloatArray, radius: FloatArray) -> FloatArray:
+    """How far a step (b, 3) moves the points, about, as a fraction of the radius."""
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        return np.hypot(np.hypot(move[:, 0], move[:, 1]) / radius, move[:, 2])
+
+
+NDT = Method(
+    name="ndt",
+    summary="climbs the score of Gaussians in the target's grid cells by damped Newton steps, coarse to fine",
+    source="Biber & Straßer 2003",
+    start=start,
+    step=step,
+    options=NdtOptions,
+)

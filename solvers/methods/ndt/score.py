@@ -1,0 +1,147 @@
+"""The NDT score of a pose with its gradient and Hessian in closed form, and the score
+of many translations at once.
+
+Over all pairs k of a moved point and the cell it is in, on every grid, with
+`q_k = x − μ_k` and `P_k = Σ_k⁻¹`,
+
+    s_k = exp(−½ q_kᵀ P_k q_k),   f = −Σ s_k,
+    ∂_a f = Σ s_k q_kᵀ P_k ∂_a q_k,
+    ∂_a ∂_b f = Σ s_k [ −(q_kᵀ P_k ∂_a q_k)(q_kᵀ P_k ∂_b q_k) + ∂_b q_kᵀ P_k ∂_a q_k + q_kᵀ P_k ∂_a ∂_b q_k ].
+
+The unknowns are (tx, ty, φ), a turn by φ about a pivot c and then a move: with the
+lever ℓ = x − c, `∂_φ x = (−ℓ_y, ℓ_x)` and `∂_φ² x = −ℓ`. The pivot t of a pose gives
+the derivatives by the pose's own translation and angle.
+
+They hold for fixed cells: where a point changes its cell, f jumps. The score has no
+determinant factors: it is no likelihood, and a sharp cell counts no more than a blurred
+one.
+
+Sources: Biber & Straßer 2003, The normal distributions transform: a new approach to
+laser scan matching; Magnusson 2009, The three-dimensional normal-distributions
+transform, ch. 6, without its uniform part for outliers (d₁ and d₂).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from solvers.core.arrays import FloatArray, IntArray
+from solvers.methods.ndt.ndt_map import NdtMap
+
+BLOCK = 2**17
+"""Point-cell pairs that a score map looks up at once."""
+
+
+@dataclass(frozen=True, eq=False)
+class Score:
+    """The score of b poses.
+
+    score: (b,) Σ s_k = −f. gradient: (b, 3) and hessian: (b, 3, 3) of f, by (tx, ty,
+    φ); zero where not asked for. cells: (b, G, m) the number of each point's cell on
+    each grid, −1 for none. values: (b, G, m) s_k, 0 for none.
+    """
+
+    score: FloatArray
+    gradient: FloatArray
+    hessian: FloatArray
+    cells: IntArray
+    values: FloatArray
+
+
+def evaluate(
+    cells: NdtMap, moved: FloatArray, pivot: FloatArray, which: IntArray | None = None, derivatives: bool = True
+) -> Score:
+    """The score of the moved points (k, m, 2), with its derivatives about the pivots
+    (k, 2).
+
+    which: (k,) the cloud in whose map each set of points stands (None: one set for
+    each, in their order).
+    """
+    b = len(moved)
+    which = np.arange(b) if which is None else which
+    rows = cells.lookup(moved, which)
+    most = cells.mean.shape[1]
+    at = np.maximum(rows, 0) + (which * most)[:, None, None]
+    mean, P = cells.mean.reshape(-1, 2), cells.precision.reshape(-1, 4)
+    gradient, hessian = np.zeros((b, 3)), np.zeros((b, 3, 3))
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        x, y = moved[:, None, :, 0], moved[:, None, :, 1]
+        p00, p01, p11 = P[:, 0][at], P[:, 1][at], P[:, 3][at]
+        q0, q1 = x - mean[:, 0][at], y - mean[:, 1][at]
+        u0, u1 = p00 * q0 + p01 * q1, p01 * q0 + p11 * q1
+        values = np.where(rows >= 0, np.exp(-0.5 * np.where(rows >= 0, q0 * u0 + q1 * u1, 0.0)), 0.0)
+        score = values.reshape(b, -1).sum(axis=1)
+        if derivatives:
+            # A point in no cell may lie anywhere, also where products overflow.
+            s, hit = values, rows >= 0
+            lx, ly = (np.where(hit, v - pivot[:, None, k, None], 0.0) for k, v in ((0, x), (1, y)))
+            u0, u1 = np.where(hit, u0, 0.0), np.where(hit, u1, 0.0)
+            # P a, with a = (−ℓ_y, ℓ_x) = ∂_φ x
+            a0, a1 = p01 * lx - p00 * ly, p11 * lx - p01 * ly
+            uphi = u1 * lx - u0 * ly
+            su0, su1, suphi = s * u0, s * u1, s * uphi
+
+            def total(v: FloatArray) -> FloatArray:
+                return np.asarray(v.reshape(b, -1).sum(axis=1))
+
+            gradient = np.stack([total(su0), total(su1), total(suphi)], axis=1)
+            hessian[:, 0, 0] = total(s * p00 - su0 * u0)
+            hessian[:, 0, 1] = hessian[:, 1, 0] = total(s * p01 - su0 * u1)
+            hessian[:, 1, 1] = total(s * p11 - su1 * u1)
+            hessian[:, 0, 2] = hessian[:, 2, 0] = total(s * a0 - su0 * uphi)
+            hessian[:, 1, 2] = hessian[:, 2, 1] = total(s * a1 - su1 * uphi)
+            hessian[:, 2, 2] = total(s * (lx * a1 - ly * a0 - u0 * lx - u1 * ly) - suphi * uphi)
+    return Score(score, gradient, hessian, rows, values)
+
+
+def score_map(cells: NdtMap, points: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
+    """The score of the points (m, 2), turned beforehand, moved by every (x_i, y_j):
+    (len(y), len(x)), one cloud's map.
+
+    A point's column of cells depends on x alone and its row on y alone, so a place in
+    the table is two look-ups and a sum; only pairs that meet a kept cell are evaluated.
+    Rows are independent: a caller may ask for a few at a time, or for a coarse lattice
+    first. Raises ValueError for the map of more than one cloud.
+    """
+    if len(cells.size) != 1:
+        raise ValueError(f"cells: expected the map of one cloud, got {len(cells.size)}")
+    x, y = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
+    m, nx, ny = len(points), len(x), len(y)
+    h, mean, P = cells.size[0], cells.mean[0], cells.precision[0]
+    # With P = LLᵀ, qᵀPq = ‖Lᵀq‖²: two products for a pair instead of four.
+    l00 = np.sqrt(P[:, 0, 0])
+    l10 = P[:, 0, 1] / np.where(l00 > 0.0, l00, 1.0)
+    l11 = np.sqrt(np.maximum(P[:, 1, 1] - np.square(l10), 0.0))
+    root = np.sqrt(0.5)
+    a, c, e = root * l00, root * l10, root * l11
+    px, py = points[:, 0] + x[:, None], points[:, 1] + y[:, None]
+    out = np.zeros((ny, nx))
+    together = max(1, BLOCK // (m * nx))
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        for g in range(cells.table.shape[1]):
+            wide, high = (int(v) for v in cells.shape[0, g])
+            if wide == 0:
+                continue
+            table = np.full((wide + 1, high + 1), -1, dtype=np.int32)  # its last row and column mean outside
+            table[:wide, :high] = cells.table[0, g, : wide * high].reshape(wide, high)
+            column = _place(px, cells.origin[0, g, 0], h, cells.first[0, g, 0], wide) * (high + 1)
+            row = _place(py, cells.origin[0, g, 1], h, cells.first[0, g, 1], high)
+            for begin in range(0, ny, together):
+                some = slice(begin, begin + together)
+                cell = np.take(table, column[None] + row[some, None])
+                hit = np.flatnonzero(cell >= 0)
+                cell = cell.ravel()[hit]
+                where, point = np.divmod(hit, m)
+                q0 = px.ravel()[(where % nx) * m + point] - mean[cell, 0]
+                q1 = py[some].ravel()[(where // nx) * m + point] - mean[cell, 1]
+                s = np.exp(-(np.square(a[cell] * q0 + c[cell] * q1) + np.square(e[cell] * q1)))
+                count = len(py[some]) * nx
+                out[some] += np.bincount(where, weights=s, minlength=count).reshape(-1, nx)
+    return out
+
+
+def _place(at: FloatArray, origin: float, size: float, first: float, count: int) -> IntArray:
+    place = np.floor((at - origin) / size) - first
+    return np.where((place >= 0.0) & (place < count), place, count).astype(np.int64)

@@ -1,0 +1,111 @@
+"""Climbing the NDT score by translations alone, with every step that was tried: the
+paths drawn on a score map.
+
+The same damped, capped and halved Newton step as `ndt.ndt`, with the rotation
+frozen: no translation repairs a wrong angle, and the highest score over translations
+then need not lie near the truth.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from solvers.core import validate
+from solvers.core.arrays import BoolArray, FloatArray
+from solvers.core.status import Status
+from solvers.methods.ndt.ndt_map import NdtMap
+from solvers.methods.ndt.score import evaluate
+from solvers.numerics import newton
+
+
+@dataclass(frozen=True, eq=False)
+class Path:
+    """A climb over translations, k tries in their order, the start the first of them.
+
+    tried: (k, 2) translations. score: (k,) there. accepted: (k,) whether it became the
+    next place to climb from (the start did). damping: (k,) λ of the Hessian the step
+    came from, 0 at the start. status: converged, stalled, capped or degenerate; reason:
+    in words.
+    """
+
+    tried: FloatArray
+    score: FloatArray
+    accepted: BoolArray
+    damping: FloatArray
+    status: Status
+    reason: str
+
+    @property
+    def places(self) -> FloatArray:
+        """The accepted translations, (j, 2), from the start to the end."""
+        return self.tried[self.accepted]
+
+
+def climb(
+    cells: NdtMap,
+    points: FloatArray,
+    start: FloatArray,
+    *,
+    max_shift: float | None = None,
+    max_steps: int = 70,
+    halvings: int = 8,
+    tolerance: float = 1e-6,
+) -> Path:
+    """Climb the score of the points (m, 2), turned beforehand, from the translation
+    `start` (2,) on one cloud's map.
+
+    max_shift: the longest step (None: half a cell). It stops when the next step would
+    be at most `tolerance` cells, when none of the step and its halves raises the score,
+    after `max_steps` steps, or, degenerate, where no point lies in a cell. Raises
+    ValueError for the map of more than one cloud, a negative number of steps, a cap
+    that is no length.
+    """
+    if len(cells.size) != 1:
+        raise ValueError(f"cells: expected the map of one cloud, got {len(cells.size)}")
+    h = float(cells.size[0])
+    cap = 0.5 * h if max_shift is None else validate.number(max_shift, "max_shift", 1e-100, 1e100)
+    validate.count(max_steps, "max_steps")
+    validate.count(halvings, "halvings")
+    validate.number(tolerance, "tolerance", 0.0)
+    t = np.asarray(start, dtype=np.float64)
+    pivot = np.zeros((1, 2))
+    here = evaluate(cells, (points + t)[None], pivot)
+    tried, score, accepted, damping = [t], [float(here.score[0])], [True], [0.0]
+
+    def ended(status: Status, reason: str) -> Path:
+        return Path(np.array(tried), np.array(score), np.array(accepted), np.array(damping), status, reason)
+
+    if (here.cells < 0).all():
+        return ended(Status.DEGENERATE, "no moved point lies in a cell of the map")
+    for _ in range(max_steps):
+        step, lam = newton.damped_step(here.gradient[:, :2], here.hessian[:, :2, :2])
+        step = newton.capped(step, (np.linalg.norm(step, axis=1) / cap,))
+        # Not tried: what so short a step gains is rounding, and would be accepted on
+        # one machine and not on another.
+        if float(np.linalg.norm(step)) <= tolerance * h:
+            return ended(Status.CONVERGED, "the pose has come to rest")
+        for _ in range(halvings + 1):
+            place = _rounded(t + step[0], h)
+            there = evaluate(cells, (points + place)[None], pivot)
+            better = bool(there.score[0] > here.score[0])
+            tried.append(place)
+            score.append(float(there.score[0]))
+            accepted.append(better)
+            damping.append(float(lam[0]))
+            if better:
+                break
+            step = 0.5 * step
+        if not better:
+            return ended(Status.STALLED, "no shorter step raises the score on these cells")
+        t, here = place, there
+    return ended(Status.CAPPED, f"the cap of {max_steps} steps was reached")
+
+
+def _rounded(t: FloatArray, h: float) -> FloatArray:
+    """t to some 10⁻¹⁰ of a cell: where the Hessian is nearly singular a step magnifies
+    what went before it, and two machines' rounding must not grow into two paths.
+    """
+    unit = 2.0 ** (np.floor(np.log2(h)) - 34.0)
+    return np.asarray(np.where(np.abs(t) < unit * 2.0**52, np.round(t / unit) * unit, t))

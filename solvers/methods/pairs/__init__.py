@@ -1,0 +1,1 @@
+"""Known and proposed pairs: Kabsch, RANSAC, congruent sets."""

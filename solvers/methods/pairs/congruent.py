@@ -1,0 +1,383 @@
+"""RANSAC without pairs.
+
+Two source points are laid on two target points equally far apart, wherever they may be.
+
+A draw takes two source points at least `separation` apart, a target point, and a second
+one whose distance from it is the same up to `tolerance`, and lays the one segment on
+the other, middle on middle, in both directions: two hypotheses. A pose is judged by the
+capped sum `C(T) = Σ_i min(r_i², ε²)` over the source points, r_i the distance of moved
+point i to its nearest target point. The starting pose plays no part.
+
+Hypotheses are screened before they are scored. A grid over the target holds in each
+cell the least that r² can be for a point in it, so looking moved points up bounds C
+from below. All of a step's hypotheses are looked up with `screen` of the source points,
+the few with the lowest sums with all of them, and the lowest of these is scored
+exactly, by nearest neighbours, if its bound lies below the best score of a hypothesis
+so far. A hypothesis that becomes the best is refitted to the pairs within ε while that
+lowers C; the pose kept is the best of the refitted. After `patience` steps without a
+better one the run has come to rest, which is no proof that there is none.
+
+Left out: the search structures for congruent sets of [3]_.
+
+References
+----------
+.. [1] M. A. Fischler, R. C. Bolles, "Random sample consensus: a paradigm for model
+   fitting with applications to image analysis and automated cartography", 1981.
+   doi:10.1145/358669.358692
+.. [2] O. Chum, J. Matas, J. Kittler, "Locally optimized RANSAC", 2003 (refits of what
+   becomes the best).
+.. [3] D. Aiger, N. J. Mitra, D. Cohen-Or, "4-points congruent sets for robust pairwise
+   surface registration", 2008 (congruence finds candidates without descriptors; in the
+   plane two points suffice).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from solvers.core import validate
+from solvers.core.arrays import BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.pose import Pose
+from solvers.core.status import Status, mark, reasons, statuses
+from solvers.core.stepper import Method, Problem
+from solvers.core.tree import CONSTANT, SHARED, put, take
+from solvers.geometry import nearest
+from solvers.geometry.nearest import Index
+from solvers.numerics.fits import fit_pairs
+
+_SHORTLIST = 4
+_REFITS = 6
+_CELLS = 256
+
+
+@dataclass(frozen=True)
+class CongruentOptions:
+    """Options of `ransac-congruent`.
+
+    Parameters
+    ----------
+    separation : float, default 2.0
+        The least distance of two drawn source points, world units.
+    tolerance : float, default 0.28
+        By how much the distance of the two target points may differ from theirs, world
+        units.
+    inlier : float, default 0.32
+        ε, the distance to the nearest target point beyond which a source point's share
+        of the objective grows no more, world units.
+    per_step : int, default 32
+        Hypotheses in a step, even.
+    most : int, default 70
+        Steps that draws are made for, after which they come again.
+    screen : int, default 32
+        Source points looked up first, in all hypotheses of a step.
+    patience : int, default 20
+        Steps without a better pose after which it stops.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
+    """
+
+    separation: float = 2.0
+    tolerance: float = 0.28
+    inlier: float = 0.32
+    per_step: int = 32
+    most: int = 70
+    screen: int = 32
+    patience: int = 20
+
+    def __post_init__(self) -> None:
+        validate.number(self.separation, "separation", 1e-100, 1e100)
+        validate.number(self.tolerance, "tolerance", 0.0, 1e100)
+        validate.number(self.inlier, "inlier", 1e-100, 1e100)
+        if validate.count(self.per_step, "per_step", 2) % 2:
+            raise ValueError(f"per_step: two hypotheses come of each draw, so it is even, not {self.per_step}")
+        validate.count(self.most, "most", 1)
+        validate.count(self.screen, "screen", 1)
+        validate.count(self.patience, "patience", 1)
+
+
+@dataclass(frozen=True, eq=False)
+class Field:
+    """For each problem a grid over the target: the least that min(r²/ε², 1) can be for
+    a point in a cell.
+
+    values: (b, cells), row by row, padded; the outermost hold 1. width: (b,) cells in a
+    row. top: (b, 2) the numbers of the last column and row. origin: (b, 2) and cell:
+    (b,) the lower left corner and the cell's side, world units.
+    """
+
+    values: FloatArray
+    width: IntArray
+    top: FloatArray
+    origin: FloatArray
+    cell: FloatArray
+
+    @classmethod
+    def of(cls, target: FloatArray, reach: float) -> Field:
+        """The field of the clouds (b, n, 2) for ε = reach; cells of ε/4, larger where a
+        target is wider than 64 ε.
+        """
+        low, high = target.min(axis=1), target.max(axis=1)
+        cell = np.maximum(reach / 4.0, (high - low).max(axis=1) / _CELLS)
+        origin = low - (reach + 2.0 * cell)[:, None]
+        shape = np.floor((high - low + 2.0 * reach) / cell[:, None]).astype(np.int64) + 5
+        values = np.ones((len(target), int(shape.prod(axis=1).max())))
+        around = np.arange(-5, 6)
+        place = (target - origin[:, None]) / cell[:, None, None]
+        home = np.floor(place)
+        # Along each axis, the square of the way from the point to the nearest edge of
+        # the eleven cells around it.
+        gap = np.maximum(np.abs(home[..., None] + around + 0.5 - place[..., None]) - 0.5, 0.0)
+        gap *= (cell / reach)[:, None, None, None]
+        gap *= gap
+        near = gap[:, :, 1, :, None] + gap[:, :, 0, None, :]
+        # Where the cells are below the coordinates' rounding, a point's own may lie
+        # outside the grid.
+        index = np.clip(home.astype(np.int64)[..., None] + around, 0, (shape - 1)[:, None, :, None])
+        flat = index[:, :, 1, :, None] * shape[:, 0, None, None, None] + index[:, :, 0, None, :]
+        flat += (np.arange(len(target)) * values.shape[1])[:, None, None, None]
+        inside = near < 1.0
+        np.minimum.at(values.ravel(), flat[inside], near[inside])
+        return cls(values, shape[:, 0], (shape - 1).astype(np.float64), origin, cell)
+
+    def total(self, R: FloatArray, t: FloatArray, points: FloatArray) -> FloatArray:
+        """The sum over points (b, m, 2) at each of the poses R (b, k, 2, 2), t (b, k,
+        2): (b, k).
+        """
+        b, k = t.shape[:2]
+        size = self.cell[:, None, None]
+        # Columns first, then rows, so that each is one contiguous block.
+        turn = (R / size[..., None]).swapaxes(1, 2).reshape(b, 2 * k, 2)
+        shift = ((t - self.origin[:, None]) / size).swapaxes(1, 2).reshape(b, 2 * k, 1)
+        place = turn @ points.swapaxes(1, 2)
+        place += shift
+        place = place.reshape(b, 2, k, -1)
+        np.clip(place, 0.0, self.top[:, :, None, None], out=place)
+        at = place.astype(np.int64)
+        cells = at[:, 1] * self.width[:, None, None]
+        cells += at[:, 0]
+        cells += (np.arange(b) * self.values.shape[1])[:, None, None]
+        total: FloatArray = self.values.ravel()[cells].sum(axis=-1)
+        return total
+
+
+@dataclass(frozen=True, eq=False)
+class CongruentState:
+    """The best pose so far; objective, rows, distances, used and count are at `pose`.
+
+    draws: (b, most · per_step/2, 2) source rows and first: (b, …) target row of each
+    draw, choice: (b, …) in [0, 1) which of the congruent ones is taken. screen: (b,
+    screen) source rows. drawn: (b,) steps so far. best: (b,) the best C of a
+    hypothesis, before it is refitted, infinite before there is one. idle: (b,) steps
+    without a better pose. rows: (b, m) nearest target rows, distances: (b, m), used:
+    (b, m) those within ε, count: (b,). source_pair, target_pair: (b, 2) rows of the
+    best hypothesis, −1 before there is one. scored: (b,) hypotheses that passed the
+    screening, tried: (b,) all of them.
+    """
+
+    problem: Problem = field(metadata=CONSTANT)
+    index: Index = field(metadata=CONSTANT)
+    map: Field = field(metadata=CONSTANT)
+    options: CongruentOptions = field(metadata=SHARED)
+    draws: IntArray = field(metadata=CONSTANT)
+    first: IntArray = field(metadata=CONSTANT)
+    choice: FloatArray = field(metadata=CONSTANT)
+    screen: IntArray = field(metadata=CONSTANT)
+    pose: Pose
+    objective: FloatArray
+    status: StatusArray
+    reason: ReasonArray
+    drawn: IntArray
+    best: FloatArray
+    idle: IntArray
+    rows: IntArray
+    distances: FloatArray
+    used: BoolArray
+    count: IntArray
+    source_pair: IntArray
+    target_pair: IntArray
+    scored: IntArray
+    tried: IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class _Score:
+    """Nearest neighbours at a pose and their capped sum: pose, rows (b, m), squares (b,
+    m), cost (b,).
+    """
+
+    pose: Pose
+    rows: IntArray
+    squares: FloatArray
+    cost: FloatArray
+
+
+def _score(problem: Problem, index: Index, pose: Pose, inlier: float) -> _Score:
+    with np.errstate(over="ignore", under="ignore"):
+        rows, squares = index.nearest(pose.apply(problem.source))
+        return _Score(pose, rows, squares, np.minimum(squares, np.square(inlier)).sum(axis=1))
+
+
+def _start(problem: Problem, options: CongruentOptions) -> CongruentState:
+    b, m, _ = problem.source.shape
+    n = problem.target.shape[1]
+    total = options.most * (options.per_step // 2)
+    draws, first = np.zeros((b, total, 2), dtype=np.int64), np.zeros((b, total), dtype=np.int64)
+    choice, enough = np.zeros((b, total)), np.ones(b, dtype=np.bool_)
+    screen = np.zeros((b, min(options.screen, m)), dtype=np.int64)
+    for i in range(b):
+        rng = np.random.default_rng(problem.seed[i])
+        screen[i] = rng.permutation(m)[: screen.shape[1]]
+        first[i], choice[i] = rng.integers(0, n, total), rng.random(total)
+        # Rejection, then the kept ones over again if they are too few.
+        pairs = rng.integers(0, m, (4 * total, 2))
+        apart = np.linalg.norm(problem.source[i, pairs[:, 0]] - problem.source[i, pairs[:, 1]], axis=1)
+        kept = pairs[apart >= options.separation]
+        enough[i] = len(kept) > 0
+        if enough[i]:
+            draws[i] = np.resize(kept[:total], (total, 2))
+    index = nearest.build(problem.target)
+    at = _score(problem, index, problem.start, options.inlier)
+    used = at.squares <= np.square(options.inlier)
+    status, reason = mark(
+        statuses((b,)), reasons((b,)), ~enough, Status.DEGENERATE,
+        f"no two source points were found {options.separation:g} u apart",
+    )  # fmt: skip
+    none, zero = np.full((b, 2), -1, dtype=np.int64), np.zeros(b, dtype=np.int64)
+    return CongruentState(
+        problem=problem, index=index, map=Field.of(problem.target, options.inlier), options=options, draws=draws,
+        first=first, choice=choice, screen=screen, pose=problem.start, objective=at.cost, status=status, reason=reason,
+        drawn=zero, best=np.full(b, np.inf), idle=zero, rows=at.rows, distances=np.sqrt(at.squares), used=used,
+        count=used.sum(axis=1), source_pair=none, target_pair=none, scored=zero, tried=zero,
+    )  # fmt: skip
+
+
+def _hypotheses(state: CongruentState) -> tuple[FloatArray, FloatArray, BoolArray, IntArray, IntArray]:
+    """This step's poses R (b, k, 2, 2), t (b, k, 2), which exist (b, k), their source
+    and target rows (b, k, 2). The second half are the first half's draws in the other
+    direction.
+    """
+    problem, options = state.problem, state.options
+    h = options.per_step // 2
+    turn = (state.drawn[:, None] % options.most) * h + np.arange(h)
+    b = np.arange(problem.size)[:, None]
+    pair, one, choice = state.draws[b, turn], state.first[b, turn], state.choice[b, turn]
+    p, q = problem.source[b[..., None], pair], problem.target[b, one]
+    dp = p[:, :, 1] - p[:, :, 0]
+    length = np.hypot(dp[..., 0], dp[..., 1])[..., None]
+    across = [problem.target[:, None, :, k] - q[:, :, None, k] for k in (0, 1)]
+    squares = across[0] * across[0]
+    squares += across[1] * across[1]
+    ring = squares >= np.square(np.maximum(length - options.tolerance, 0.0))
+    ring &= squares <= np.square(length + options.tolerance)
+    order = ring.cumsum(axis=2, dtype=np.int32)
+    count = order[:, :, -1]
+    other = (order > (choice * count).astype(np.int32)[..., None]).argmax(axis=2)
+    dq = np.stack([np.take_along_axis(a, other[..., None], axis=2)[..., 0] for a in across], axis=-1)
+    cosine = (dp * dq).sum(axis=-1)
+    sine = dp[..., 0] * dq[..., 1] - dp[..., 1] * dq[..., 0]
+    norm = np.hypot(cosine, sine)
+    exist = (count > 0) & (norm > 0.0)
+    norm = np.where(exist, norm, 1.0)
+    c, s = np.where(exist, cosine / norm, 1.0), sine / norm
+    R = np.stack([np.stack([c, -s], axis=-1), np.stack([s, c], axis=-1)], axis=-2)
+    R = np.concatenate([R, -R], axis=1)
+    middle = np.tile(p.mean(axis=2), (1, 2, 1))
+    t = np.tile(q + 0.5 * dq, (1, 2, 1)) - (R @ middle[..., None])[..., 0]
+    ends = np.stack([one, other], axis=-1)
+    return R, t, np.tile(exist, (1, 2)), np.tile(pair, (1, 2, 1)), np.concatenate([ends, ends[..., ::-1]], axis=1)
+
+
+def _step(state: CongruentState) -> CongruentState:
+    problem, options = state.problem, state.options
+    b = problem.size
+    at = np.arange(b)
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        R, t, exist, pairs, ends = _hypotheses(state)
+        few = state.map.total(R, t, np.take_along_axis(problem.source, state.screen[..., None], axis=1))
+        few = np.where(exist, few, np.inf)
+        short = np.argsort(few, axis=1, kind="stable")[:, :_SHORTLIST]
+        bound = state.map.total(R[at[:, None], short], t[at[:, None], short], problem.source)
+        bound = np.where(exist[at[:, None], short], bound * np.square(options.inlier), np.inf)
+    lowest = bound.argmin(axis=1)
+    chosen = short[at, lowest]
+    promising = bound[at, lowest] * (1.0 - 1e-9) < state.best
+    new = replace(
+        state, drawn=state.drawn + 1, idle=state.idle + 1, tried=state.tried + exist.sum(axis=1),
+        scored=state.scored + promising,
+    )  # fmt: skip
+    if promising.any():
+        some = np.flatnonzero(promising)
+        part = _try(take(new, some), Pose(R[some, chosen[some]], t[some, chosen[some]]))
+        hit = part.best < state.best[some]
+        part = replace(
+            part,
+            source_pair=np.where(hit[:, None], pairs[some, chosen[some]], part.source_pair),
+            target_pair=np.where(hit[:, None], ends[some, chosen[some]], part.target_pair),
+        )
+        new = put(new, some, part)
+    found = np.isfinite(new.best)
+    resting = new.idle >= options.patience
+    status, reason = mark(
+        new.status, new.reason, resting & ~found, Status.DEGENERATE,
+        f"no two target points were found as far apart as two source points, up to {options.tolerance:g} u",
+    )  # fmt: skip
+    status, reason = mark(status, reason, resting, Status.CONVERGED, f"no better pose in {options.patience} steps")
+    return replace(new, status=status, reason=reason)
+
+
+def _try(state: CongruentState, pose: Pose) -> CongruentState:
+    """Score a hypothesis; where it is the best one so far, refit it; where that is the
+    best pose so far, keep it.
+    """
+    problem, options = state.problem, state.options
+    score = _score(problem, state.index, pose, options.inlier)
+    better = score.cost < state.best
+    if not better.any():
+        return state
+    first = ~np.isfinite(state.best)
+    state = replace(state, best=np.where(better, score.cost, state.best))
+    score = _refitted(problem, state.index, score, better, options.inlier)
+    kept = better & (first | (score.cost < state.objective))
+    used = np.where(kept[:, None], score.squares <= np.square(options.inlier), state.used)
+    return replace(
+        state,
+        pose=put(state.pose, kept, score.pose[kept]),
+        objective=np.where(kept, score.cost, state.objective),
+        rows=np.where(kept[:, None], score.rows, state.rows),
+        distances=np.where(kept[:, None], np.sqrt(score.squares), state.distances),
+        used=used,
+        count=used.sum(axis=1),
+        idle=np.where(kept, 0, state.idle),
+    )
+
+
+def _refitted(problem: Problem, index: Index, score: _Score, where: BoolArray, inlier: float) -> _Score:
+    going = np.flatnonzero(where)
+    for _ in range(_REFITS):
+        part, own, map_ = take(problem, going), take(score, going), take(index, going)
+        partners = np.take_along_axis(map_.points, own.rows[..., None], axis=1)
+        weights = (own.squares <= np.square(inlier)).astype(np.float64)
+        pose, _, _ = fit_pairs(own.pose, part.source, partners, weights)
+        new = _score(part, map_, pose, inlier)
+        lower = new.cost < own.cost
+        if not lower.any():
+            break
+        going = going[lower]
+        score = put(score, going, take(new, lower))
+    return score
+
+
+CONGRUENT = Method(
+    name="ransac-congruent",
+    summary="two source points laid on two target points equally far apart, at random, the best such pose refitted",
+    source="Fischler & Bolles 1981; Aiger, Mitra & Cohen-Or 2008",
+    start=_start,
+    step=_step,
+    options=CongruentOptions,
+    dims=(2,),
+)

@@ -1,0 +1,1 @@
+"""Soft assignment: CPD, FilterReg, mixtures, belief propagation."""

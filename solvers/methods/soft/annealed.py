@@ -1,0 +1,132 @@
+"""Annealed soft targets.
+
+Every moving point is drawn to a weighted mean of the fixed ones, less and less soft.
+
+With `K_ij = exp(−‖T p_i − q_j‖² / 2σ²)` and a constant score o (`miss`) for 'no
+partner', point i has
+
+    weights   w_ij = K_ij / (Σ_k K_ik + o),   support   s_i = Σ_j w_ij,   target   Σ_j w_ij q_j / s_i.
+
+A step fits a rigid motion to the targets, each row weighted by its support, rows below
+`least_support` dropped; then σ shrinks (`solvers.numerics.radius_pairs`, whose course of fit and
+schedule this is; here over all pairs).
+
+A heuristic, and not CPD: it is normalised over the fixed points for each moving one,
+CPD the other way round; its o does not scale with σ or with the number of points, so
+the weight of 'no partner' moves with both; and σ follows a schedule, whatever the fit.
+At one σ and with no row dropped a step never raises `−σ² Σ_i log(1 + Σ_j K_ij / o)`, of
+which the fitted sum of squares is a bound that touches it; over a run σ and the dropped
+rows change.
+
+In the manner of [1]_, whose assignment is doubly normalised; this one is not.
+
+References
+----------
+.. [1] A. Rangarajan, H. Chui, F. L. Bookstein, "The softassign Procrustes matching
+   algorithm", 1997.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from solvers.core.arrays import BoolArray, FloatArray, ReasonArray, StatusArray
+from solvers.core.pose import Pose
+from solvers.core.stepper import Method, Problem
+from solvers.core.tree import CONSTANT, SHARED
+from solvers.numerics import gaussians, radius_pairs
+
+
+@dataclass(frozen=True)
+class SoftOptions:
+    """Options of `soft-annealed`.
+
+    Parameters
+    ----------
+    first : float, optional
+        Where σ starts, world units. None is 0.3 of the target's RMS radius.
+    last : float, optional
+        Where σ ends, world units. None is 0.03 of that radius.
+    shrink : float, default 0.9
+        What σ is multiplied by at every step, until its end; above 0 up to 1.
+    miss : float, default 0.12
+        o, the score of having no partner, beside kernels of at most 1.
+    least_support : float, default 0.15
+        Source points whose support is less are not fitted.
+    tolerance : float, default 1e-4
+        It stops when σ has reached its end and a step moves the source points, root
+        mean square, by at most this fraction of their RMS radius.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
+    """
+
+    first: float | None = None
+    last: float | None = None
+    shrink: float = 0.9
+    miss: float = 0.12
+    least_support: float = 0.15
+    tolerance: float = 1e-4
+
+    def __post_init__(self) -> None:
+        radius_pairs.check_schedule(self)
+
+
+@dataclass(frozen=True, eq=False)
+class SoftState:
+    """The fields of `radius_pairs.Scheduled`."""
+
+    problem: Problem = field(metadata=CONSTANT)
+    options: SoftOptions = field(metadata=SHARED)
+    radius: FloatArray = field(metadata=CONSTANT)
+    last: FloatArray = field(metadata=CONSTANT)
+    pose: Pose
+    objective: FloatArray
+    status: StatusArray
+    reason: ReasonArray
+    sigma: FloatArray
+    soft: FloatArray
+    support: FloatArray
+    used: BoolArray
+    change: FloatArray
+    condition: FloatArray
+
+
+def _associate(state: SoftState) -> SoftState:
+    target = state.problem.target
+    with np.errstate(over="ignore", under="ignore"):
+        moved = state.pose.apply(state.problem.source)
+        near = gaussians.sums(moved, target, state.sigma, gaussians.powers(target))
+        shares = near / (near[..., :1] + state.options.miss)
+    return radius_pairs.associated(state, shares[..., 0], shares[..., 1:])
+
+
+def _start(problem: Problem, options: SoftOptions) -> SoftState:
+    return _associate(SoftState(**radius_pairs.initial(problem, options)))
+
+
+def _step(state: SoftState) -> SoftState:
+    return radius_pairs.step(state, _associate)
+
+
+def weights(state: SoftState, i: int = 0) -> FloatArray:
+    """The matrix w (m, n) of problem i at the state's pose and σ, for a figure: its
+    rows add up to the support.
+    """
+    moved = state.pose[i].apply(state.problem.source[i])
+    return gaussians.share_matrix(moved, state.problem.target[i], float(state.sigma[i]), state.options.miss)
+
+
+SOFT = Method(
+    name="soft-annealed",
+    summary="rigid fits to Gaussian-weighted means of the fixed points, their width shrinking; a heuristic",
+    source="in the manner of Rangarajan, Chui & Bookstein 1997",
+    start=_start,
+    step=_step,
+    options=SoftOptions,
+    dims=None,
+)

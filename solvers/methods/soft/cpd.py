@@ -1,0 +1,383 @@
+"""Coherent point drift, rigid and similarity.
+
+The moved points are the centres of a Gaussian mixture that explains the fixed cloud,
+fitted by expectation and maximisation.
+
+Here Y, of M points, moves and X, of N points, stays: the observations are the fixed
+points, the components the moving. With one standard deviation σ for all, and a uniform
+part of weight w for clutter, the responsibility of component m for observation n is
+
+    P_mn = exp(−‖x_n − T(y_m)‖² / 2σ²) / (Σ_k exp(−‖x_n − T(y_k)‖² / 2σ²) + c),
+    c = (2πσ²)^{d/2} w M / ((1 − w) V),
+
+V the volume over which the clutter is spread. The paper writes 1/N for its density,
+that is V = N: the default here, which depends on the unit of length (the paper scales
+both clouds to unit variance); `volume` gives V in world units.
+
+One step maximises for the responsibilities at hand, then finds those at the new pose,
+so a state's pose, σ, responsibilities and objective belong together. With
+`N_P = Σ P_mn`, the stages of a step (`STAGES`) are
+
+1. responsibilities: P as above, at the state's pose and σ
+2. centring: μ_x = Σ P_mn x_n / N_P, μ_y = Σ P_mn y_m / N_P
+3. rotation: H = Σ P_mn ỹ_m x̃_nᵀ = U Λ Vᵀ, R = V D Uᵀ
+4. translation and scale: s = tr(ΛD) / Σ P_mn ‖ỹ_m‖² (or 1), t = μ_x − s R μ_y
+5. variance: σ² = Σ P_mn ‖x_n − T(y_m)‖² / (N_P d), floored
+
+The objective is the negative log-likelihood of the fixed cloud under mixture and
+clutter. It never rises: each step is an exact EM step. (σ is estimated and need not
+fall at every step. The one exception is the first step of the rigid method from a start
+whose scale is not 1.) The variance is summed from residuals, never from the difference
+of traces `tr(X̃ᵀ d(Pᵀ1) X̃) − …`, which falls below zero on clean data; the sums run
+over blocks of the fixed points, and the matrix P is never stored: `responsibilities`
+makes it for a figure.
+
+Left out: the affine and non-rigid forms and the fast Gauss transform.
+
+References
+----------
+.. [1] A. Myronenko, X. Song, "Point set registration: coherent point drift", 2010, fig.
+   2 (the rigid algorithm, which has a scale). doi:10.1109/TPAMI.2010.46
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from solvers.core import validate
+from solvers.core.arrays import BoolArray, FloatArray, ReasonArray, StatusArray
+from solvers.core.pose import Pose
+from solvers.core.status import Status, mark, reasons, statuses
+from solvers.core.stepper import Method, Problem
+from solvers.core.tree import CONSTANT, SHARED
+from solvers.geometry.rigid import best_rotation
+from solvers.numerics import gaussians
+from solvers.numerics.fits import rms_radius
+
+STAGES = ("responsibilities", "centring", "rotation", "translation and scale", "variance")
+"""What one step does, in order, by the names that a walkthrough shows."""
+
+FLOOR = 1e-6
+"""The smallest σ, as a fraction of the fixed cloud's RMS radius."""
+
+_EPS = float(np.finfo(np.float64).eps)
+_NOTHING = "the clutter explains every fixed point: no responsibility is left"
+
+
+@dataclass(frozen=True)
+class CpdOptions:
+    """Options of `cpd-rigid` and `cpd-similarity`.
+
+    Parameters
+    ----------
+    clutter : float, default 0.1
+        The weight w of the uniform part, 0 ≤ w < 1.
+    volume : float, optional
+        Over what it is spread, V in uᵈ. None is V = N, the paper's convention.
+    sigma : float, optional
+        The first σ, world units. None takes it from all distances,
+        `√(Σ_mn ‖x_n − T y_m‖² / M N d)`.
+    tolerance : float, default 1e-5
+        It stops when a step moves the moving points, root mean square, by at most this
+        fraction of their RMS radius and changes σ by at most this fraction.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
+    """
+
+    clutter: float = 0.1
+    volume: float | None = None
+    sigma: float | None = None
+    tolerance: float = 1e-5
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= validate.number(self.clutter, "clutter") < 1.0:
+            raise ValueError(f"clutter: expected a weight from 0 to below 1, got {self.clutter!r}")
+        for name, value in (("volume", self.volume), ("sigma", self.sigma)):
+            if value is not None:
+                validate.number(value, name, 1e-100, 1e100)
+        validate.number(self.tolerance, "tolerance", 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """Both clouds about their centres and in one unit, a power of two, in which no
+    number at the start exceeds one: so that neither huge nor tiny clouds leave the
+    range of numbers.
+
+    moving (b, m, d), fixed (b, n, d), centre_moving and centre_fixed (b, d), unit (b,).
+    radius (b,): RMS radius of the moving cloud, in the unit. blur (b,): rounding of the
+    coordinates as they came, in the unit. floor (b,): of σ.
+    """
+
+    moving: FloatArray
+    fixed: FloatArray
+    centre_moving: FloatArray
+    centre_fixed: FloatArray
+    unit: FloatArray
+    radius: FloatArray
+    blur: FloatArray
+    floor: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class CpdState:
+    """A pose, σ, and what the responsibilities at them add up to; the objective is the
+    negative log-likelihood there.
+
+    sigma: (b,) world units. mass: (b,) N_P. column: (b, m) Σ_n P_mn, how much each
+    moving point explains. row: (b, n) Σ_m P_mn, how much of each fixed point is
+    explained rather than clutter. change: (b,) how far the last step moved the points,
+    root mean square, over their RMS radius. The rest is in the units of `frame`: R and
+    t of the pose, σ, the moved points, `first` (b, m, d) Σ_n P_mn x_n and `scatter`
+    (b,) Σ P_mn ‖x_n − T y_m‖².
+    """
+
+    problem: Problem = field(metadata=CONSTANT)
+    frame: Frame = field(metadata=CONSTANT)
+    clutter: FloatArray = field(metadata=CONSTANT)  # (b,) c / σᵈ, σ in world units
+    scaled: bool = field(metadata=SHARED)
+    options: CpdOptions = field(metadata=SHARED)
+    pose: Pose
+    objective: FloatArray
+    status: StatusArray
+    reason: ReasonArray
+    sigma: FloatArray
+    mass: FloatArray
+    column: FloatArray
+    row: FloatArray
+    change: FloatArray
+    width: FloatArray  # σ in the frame's unit
+    shift: FloatArray  # (b, d) t in the frame
+    moved: FloatArray  # (b, m, d)
+    first: FloatArray
+    scatter: FloatArray
+
+
+def _frame(problem: Problem) -> Frame:
+    centre_p, centre_q = (0.5 * c.min(axis=1) + 0.5 * c.max(axis=1) for c in (problem.source, problem.target))
+    p, q = problem.source - centre_p[:, None], problem.target - centre_q[:, None]
+    start = problem.start.apply(problem.source) - centre_q[:, None]
+    sizes = [np.abs(c).max(axis=(1, 2)) for c in (p, q, start)]
+    exponent = np.frexp(np.maximum.reduce(sizes))[1]
+    p, q = (np.ldexp(c, -exponent[:, None, None]) for c in (p, q))
+    largest = [np.abs(c).max(axis=(1, 2)) for c in (problem.source, problem.target)]
+    blur = np.ldexp(np.maximum(*largest) * 8.0 * _EPS, -exponent)
+    floor = np.maximum(FLOOR * rms_radius(q), 1e-12)
+    return Frame(p, q, centre_p, centre_q, np.ldexp(1.0, exponent), rms_radius(p), blur, floor)
+
+
+def _start(problem: Problem, options: CpdOptions, scaled: bool) -> CpdState:
+    b, m, d = problem.source.shape
+    n = problem.target.shape[1]
+    with np.errstate(over="ignore", under="ignore"):
+        frame = _frame(problem)
+        start = problem.start
+        arm = (start.R @ frame.centre_moving[..., None])[..., 0] * np.asarray(start.scale)[:, None]
+        shift = (arm + start.t - frame.centre_fixed) / frame.unit[:, None]
+        moved = Pose(start.R, shift, start.scale).apply(frame.moving)
+        width = _first_width(moved, frame.fixed) if options.sigma is None else options.sigma / frame.unit
+        volume = n if options.volume is None else options.volume
+        c = (2.0 * np.pi) ** (0.5 * d) * options.clutter * m / ((1.0 - options.clutter) * volume)
+    nothing = np.zeros(b)
+    state = CpdState(
+        problem=problem, frame=frame, clutter=np.full(b, c), scaled=scaled, options=options,
+        pose=start, objective=nothing, status=statuses((b,)), reason=reasons((b,)), sigma=nothing, mass=nothing,
+        column=np.zeros((b, m)), row=np.zeros((b, n)), change=np.full(b, np.inf), width=nothing, shift=shift,
+        moved=moved, first=np.zeros((b, m, d)), scatter=nothing,
+    )  # fmt: skip
+    state = _expect(state, start, shift, moved, np.maximum(width, frame.floor), state.change)
+    status, reason = mark(state.status, state.reason, _empty(state), Status.DEGENERATE, _NOTHING)
+    return replace(state, status=status, reason=reason)
+
+
+def _first_width(moved: FloatArray, fixed: FloatArray) -> FloatArray:
+    """√ of the mean squared difference in a coordinate, over all M N pairs: from the
+    clouds' means and spreads.
+    """
+    gap = moved.mean(axis=1) - fixed.mean(axis=1)
+    total = np.square(gap).sum(axis=1)
+    for c in (moved, fixed):
+        total += np.square(c - c.mean(axis=1, keepdims=True)).sum(axis=2).mean(axis=1)
+    width: FloatArray = np.sqrt(total / moved.shape[2])
+    return width
+
+
+def _expect(
+    state: CpdState, pose: Pose, shift: FloatArray, moved: FloatArray, width: FloatArray, change: FloatArray
+) -> CpdState:
+    """The state at another pose and σ: the sums of its responsibilities, and its
+    likelihood.
+    """
+    frame = state.frame
+    n, d = frame.fixed.shape[1:]
+    with np.errstate(over="ignore", under="ignore"):
+        sigma = width * frame.unit
+        c = np.minimum(state.clutter * sigma**d, 1e300)
+        P = gaussians.shares(frame.fixed, moved, width, c)
+        # −Σ_n log p(x_n), p(x_n) = (1 − w)/M (2πσ²)^{−d/2} (Σ_m exp(…) + c)
+        per_point = np.log(moved.shape[1] / (1.0 - state.options.clutter)) + 0.5 * d * np.log(2.0 * np.pi)
+        objective = n * (per_point + d * (np.log(width) + np.log(frame.unit))) - P.log_sum
+    return replace(
+        state, pose=pose, objective=objective, sigma=sigma, mass=P.column.sum(axis=1), column=P.column, row=P.row,
+        change=change, width=width, shift=shift, moved=moved, first=P.first, scatter=P.scatter,
+    )  # fmt: skip
+
+
+def _empty(state: CpdState) -> BoolArray:
+    empty: BoolArray = state.mass <= 1e-12 * state.row.shape[1]
+    return empty
+
+
+@dataclass(frozen=True, eq=False)
+class _Maximum:
+    """Where the M-step leads, in the frame's units; `free` (b,) where no rotation is
+    best and the old one is kept.
+    """
+
+    mean_moving: FloatArray
+    mean_fixed: FloatArray
+    H: FloatArray
+    R: FloatArray
+    scale: FloatArray
+    shift: FloatArray
+    moved: FloatArray
+    width: FloatArray
+    free: BoolArray
+
+
+def _maximise(state: CpdState) -> _Maximum:
+    frame, column, first = state.frame, state.column, state.first
+    y = frame.moving
+    mass = state.mass[:, None]
+    mean_x = first.sum(axis=1) / mass
+    mean_y = (column[:, None] @ y)[:, 0] / mass
+    centred = y - mean_y[:, None]
+    # The x need no centring: Σ P_mn ỹ_m is zero.
+    H = centred.swapaxes(1, 2) @ first
+    R, turned, gap = best_rotation(H)
+    spread = (column[:, None] @ np.einsum("bmd,bmd->bm", centred, centred)[..., None])[:, 0, 0]
+    free = gap <= 8.0 * (_EPS + frame.blur) * state.mass
+    scale = turned / np.where(free, 1.0, spread) if state.scaled else np.ones(len(gap))
+    if free.any():
+        R = np.where(free[:, None, None], state.pose.R, R)
+        scale = np.where(free, state.pose.scale if state.scaled else 1.0, scale)
+    sR = scale[:, None, None] * R
+    moved = centred @ sR.swapaxes(1, 2) + mean_x[:, None]
+    shift = mean_x - (sR @ mean_y[..., None])[..., 0]
+    # Σ P ‖x − z'‖² from Σ P ‖x − z‖², z' = z + δ: nothing here is larger than a
+    # residual.
+    step = moved - state.moved
+    left = first - column[..., None] * state.moved
+    cross = np.einsum("bmd,bmd->b", step, column[..., None] * step - 2.0 * left)
+    width = np.sqrt(np.maximum(state.scatter + cross, 0.0) / (state.mass * y.shape[2]))
+    return _Maximum(mean_y, mean_x, H, R, scale, shift, moved, np.maximum(width, frame.floor), free)
+
+
+def _step(state: CpdState) -> CpdState:
+    frame, options = state.frame, state.options
+    with np.errstate(over="ignore", under="ignore"):
+        to = _maximise(state)
+        arm = ((to.scale[:, None, None] * to.R) @ frame.centre_moving[..., None])[..., 0]
+        t = frame.centre_fixed + to.shift * frame.unit[:, None] - arm
+        step = to.moved - state.moved
+        change = np.sqrt(np.einsum("bmd,bmd->b", step, step) / step.shape[1]) / frame.radius
+    rest = (change <= options.tolerance) & (np.abs(to.width - state.width) <= options.tolerance * state.width)
+    state = _expect(state, Pose(to.R, t, to.scale), to.shift, to.moved, to.width, change)
+    empty = _empty(state)
+    if not (rest | empty).any():
+        return state
+    status, reason = mark(state.status, state.reason, empty, Status.DEGENERATE, _NOTHING)
+    for i in np.flatnonzero(rest & to.free):
+        status, reason = mark(status, reason, np.arange(len(rest)) == i, Status.DEGENERATE, _why(state, int(i)))
+    least = rest & (to.width <= frame.floor)
+    status, reason = mark(status, reason, least, Status.CONVERGED, "the pose has come to rest, σ at its floor")
+    status, reason = mark(status, reason, rest, Status.CONVERGED, "pose and σ have come to rest")
+    return replace(state, status=status, reason=reason)
+
+
+def _why(state: CpdState, i: int) -> str:
+    """Why the rotation of problem i is undefined, in words."""
+    frame = state.frame
+    for name, cloud in (("source", frame.moving[i]), ("target", frame.fixed[i])):
+        spans = np.linalg.svd(cloud - cloud.mean(axis=0), compute_uv=False)
+        if spans[0] <= 8.0 * frame.blur[i] * np.sqrt(len(cloud)):
+            return f"all {name} points are equal: the rotation is undefined"
+        if spans.size > 2 and spans[1] <= 1e-7 * spans[0]:
+            return f"the {name} points are collinear: the rotation about their line is free"
+    return "the soft targets fit several rotations equally well: the rotation is undefined"
+
+
+def responsibilities(state: CpdState, i: int = 0) -> FloatArray:
+    """The matrix P (m, n) of problem i at the state's pose and σ: moving points in
+    rows. Its columns add up to at most 1; what is missing is the clutter's share.
+    """
+    frame = state.frame
+    with np.errstate(over="ignore", under="ignore"):
+        c = min(float(state.clutter[i] * state.sigma[i] ** frame.fixed.shape[2]), 1e300)
+    return gaussians.share_matrix(frame.fixed[i], state.moved[i], float(state.width[i]), c).T
+
+
+@dataclass(frozen=True, eq=False)
+class Stages:
+    """One step of one problem in its stages, in world units; the fields follow
+    `STAGES`.
+
+    responsibilities (m, n). mean_moving, mean_fixed (d,); centred_moving (m, d),
+    centred_fixed (n, d). correlation (d, d) H, rotation (d, d). scale, translation
+    (d,). sigma_before, sigma.
+    """
+
+    responsibilities: FloatArray
+    mean_moving: FloatArray
+    mean_fixed: FloatArray
+    centred_moving: FloatArray
+    centred_fixed: FloatArray
+    correlation: FloatArray
+    rotation: FloatArray
+    scale: float
+    translation: FloatArray
+    sigma_before: float
+    sigma: float
+
+
+def stages(state: CpdState, i: int = 0) -> Stages:
+    """What the next step of problem i does, by the very functions that do it."""
+    frame, problem, after = state.frame, state.problem, _step(state)
+    to = _maximise(state)
+    unit = frame.unit[i]
+    mean_moving = frame.centre_moving[i] + unit * to.mean_moving[i]
+    mean_fixed = frame.centre_fixed[i] + unit * to.mean_fixed[i]
+    return Stages(
+        responsibilities=responsibilities(state, i), mean_moving=mean_moving, mean_fixed=mean_fixed,
+        centred_moving=problem.source[i] - mean_moving, centred_fixed=problem.target[i] - mean_fixed,
+        correlation=unit * (unit * to.H[i]), rotation=to.R[i], scale=float(to.scale[i]),
+        translation=after.pose.t[i], sigma_before=float(state.sigma[i]), sigma=float(after.sigma[i]),
+    )  # fmt: skip
+
+
+def _start_rigid(problem: Problem, options: CpdOptions) -> CpdState:
+    return _start(problem, options, scaled=False)
+
+
+def _start_similarity(problem: Problem, options: CpdOptions) -> CpdState:
+    return _start(problem, options, scaled=True)
+
+
+def _method(name: str, summary: str, start: object) -> Method[CpdState]:
+    source = "Myronenko & Song 2010"
+    return Method(name, summary, source, start, _step, CpdOptions, dims=None, max_steps=200)  # type: ignore[arg-type]
+
+
+RIGID = _method(
+    "cpd-rigid", "the moving points as a Gaussian mixture that explains the fixed ones, moved rigidly by EM",
+    _start_rigid,
+)  # fmt: skip
+SIMILARITY = _method(
+    "cpd-similarity", "the moving points as a Gaussian mixture that explains the fixed ones, moved and scaled by EM",
+    _start_similarity,
+)  # fmt: skip

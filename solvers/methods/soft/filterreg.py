@@ -1,0 +1,261 @@
+"""FilterReg: a mixture on the fixed cloud, asked by way of a filter.
+
+The moving points ask it where they belong, the filter answers.
+
+The roles are swapped against CPD: the N fixed points y_j are the components, the M
+moving points x_i = T p_i the observations. With the moments at a query,
+`m⁰ = Σ_j K_ij`, `m¹ = Σ_j K_ij y_j`, `m² = Σ_j K_ij ‖y_j‖²`,
+`K_ij = exp(−‖x_i − y_j‖² / 2σ²)`, which a filter gives for all queries at once,
+
+    target μ_i = m¹/m⁰,   weight W_i = m⁰ / (m⁰ + c),
+    c = (2πσ²)^{d/2} w N / ((1 − w) V),
+
+w the weight of the clutter and V the volume it is spread over. Clutter is here among
+the moving points. The stages of a step (`STAGES`) are
+
+1. density: the fixed points' values 1, y, ‖y‖² are put where the filter can reach them
+   (`solvers.numerics.kernel_filters`)
+2. filter: blurred with width σ; both are done anew only when σ has changed
+3. query: m⁰, m¹, m² at the moving points, hence μ and W
+4. twist: one Gauss-Newton step of `Σ W_i ‖x_i − μ_i‖²` in (v, ω), turned by ω exactly;
+   and σ: by a schedule, or as `σ² = Σ W_i (‖x_i‖² − 2 x_i·m¹/m⁰ + m²/m⁰) / (d Σ W_i)`
+   with the points moved and the moments at hand
+
+The objective is the negative log-likelihood of the moving points under mixture and
+clutter, with the filter's m⁰. It need not fall: a linearised step, an approximate
+filter or a scheduled σ is not exact EM.
+
+Planar. The variance is per coordinate: its divisor is the dimension, 2. Left out:
+articulated and deformable models, point to plane, features beside the coordinates.
+
+References
+----------
+.. [1] W. Gao, R. Tedrake, "FilterReg: robust and efficient probabilistic point-set
+   registration using Gaussian filter and twist parameterization", 2019.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from solvers.core import validate
+from solvers.core.arrays import AnyArray, BoolArray, FloatArray, ReasonArray, StatusArray
+from solvers.core.pose import Pose
+from solvers.core.status import Status, mark, reasons, statuses
+from solvers.core.stepper import Method, Problem
+from solvers.core.tree import CONSTANT, SHARED
+from solvers.numerics import gauss_newton, kernel_filters
+from solvers.numerics.fits import rms_radius
+
+STAGES = ("density", "filter", "query", "twist")
+"""What one step does, in order, by the names that a walkthrough shows."""
+
+VARIANCES = ("estimated", "scheduled")
+
+_NOTHING = "the clutter explains every moving point: no weight is left"
+
+
+@dataclass(frozen=True)
+class FilterRegOptions:
+    """Options of `filterreg`.
+
+    A σ finer than a filter can be is raised to that.
+
+    Parameters
+    ----------
+    filter : str, default "lattice"
+        "grid", "lattice" or "exact" (`solvers.numerics.kernel_filters`).
+    variance : str, default "estimated"
+        "estimated" anew at every step, or "scheduled".
+    first : float, optional
+        The first σ, world units. None is, where it is estimated, √ of the mean squared
+        difference in a coordinate over all pairs; where it is scheduled, 0.3 of the
+        target's RMS radius.
+    last : float, optional
+        The least σ, world units. None is 0.001 of the target's RMS radius where it is
+        estimated, 0.03 where it is scheduled.
+    shrink : float, default 0.9
+        What a scheduled σ is multiplied by after every step, above 0 up to 1.
+    clutter : float, default 0.25
+        w, the weight of clutter among the moving points, 0 < w < 1.
+    volume : float, optional
+        V that the clutter is spread over, u². None is V = M, the number of moving
+        points.
+    tolerance : float, default 1e-4
+        It stops when a step moves the source points, root mean square, by at most this
+        fraction of their RMS radius, and σ is at its last or has changed by at most
+        this fraction.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
+    """
+
+    filter: str = "lattice"
+    variance: str = "estimated"
+    first: float | None = None
+    last: float | None = None
+    shrink: float = 0.9
+    clutter: float = 0.25
+    volume: float | None = None
+    tolerance: float = 1e-4
+
+    def __post_init__(self) -> None:
+        validate.one_of(self.filter, kernel_filters.KINDS, "filter")
+        validate.one_of(self.variance, VARIANCES, "variance")
+        for name in ("first", "last", "volume"):
+            value = getattr(self, name)
+            if value is not None:
+                validate.number(value, name, 1e-100, 1e100)
+        if not 0.0 < validate.number(self.shrink, "shrink") <= 1.0:
+            raise ValueError(f"shrink: expected a factor above 0, up to 1, got {self.shrink!r}")
+        if not 0.0 < validate.number(self.clutter, "clutter") < 1.0:
+            raise ValueError(f"clutter: expected a weight above 0 and below 1, got {self.clutter!r}")
+        validate.number(self.tolerance, "tolerance", 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class FilterRegState:
+    """A pose, σ, and what the filter says there.
+
+    sigma: (b,) world units, last: (b,) its least. filters: (b,) of
+    `kernel_filters.Filter`. moved: (b, m, 2) x. mass: (b, m) m⁰. targets: (b, m, 2) μ,
+    the point itself where no component is within the filter's reach. spread: (b, m)
+    m²/m⁰ − ‖μ‖², the variance of the components about the target, both coordinates
+    together. weights: (b, m) W. twist: (b, 3) of the last step, (v, ω) about the
+    weighted centroid; world units and radians. condition: (b,) of its system. change:
+    (b,) how far it moved the points, root mean square, over their RMS radius `radius`.
+    """
+
+    problem: Problem = field(metadata=CONSTANT)
+    radius: FloatArray = field(metadata=CONSTANT)
+    last: FloatArray = field(metadata=CONSTANT)
+    options: FilterRegOptions = field(metadata=SHARED)
+    pose: Pose
+    objective: FloatArray
+    status: StatusArray
+    reason: ReasonArray
+    sigma: FloatArray
+    filters: AnyArray
+    moved: FloatArray
+    mass: FloatArray
+    targets: FloatArray
+    spread: FloatArray
+    weights: FloatArray
+    twist: FloatArray
+    condition: FloatArray
+    change: FloatArray
+
+
+def _start(problem: Problem, options: FilterRegOptions) -> FilterRegState:
+    b, m, _ = problem.source.shape
+    size, pose = rms_radius(problem.target), Pose(problem.start.R, problem.start.t)
+    scheduled = options.variance == "scheduled"
+    with np.errstate(over="ignore", under="ignore"):
+        moved = pose.apply(problem.source)
+        if options.first is not None:
+            first = np.full(b, options.first)
+        else:
+            first = 0.3 * size if scheduled else _spread_of_all(moved, problem.target)
+        last = (0.03 if scheduled else 1e-3) * size if options.last is None else np.full(b, options.last)
+        last = np.maximum(last, kernel_filters.least_sigma(problem.target))
+    nothing = np.zeros((b, m))
+    state = FilterRegState(
+        problem=problem, radius=rms_radius(problem.source), last=last, options=options, pose=pose,
+        objective=np.zeros(b), status=statuses((b,)), reason=reasons((b,)), sigma=np.zeros(b),
+        filters=np.empty(b, dtype=object), moved=moved, mass=nothing, targets=moved, spread=nothing, weights=nothing,
+        twist=np.zeros((b, 3)), condition=np.full(b, np.inf), change=np.full(b, np.inf),
+    )  # fmt: skip
+    return _ask(state, pose, _within(first, last))
+
+
+def _spread_of_all(moved: FloatArray, fixed: FloatArray) -> FloatArray:
+    """√ of the mean squared difference in a coordinate over all pairs, (b,)."""
+    gap = np.linalg.norm(moved.mean(axis=1) - fixed.mean(axis=1), axis=1)
+    return np.asarray(np.hypot(np.hypot(gap, rms_radius(moved)), rms_radius(fixed)) / np.sqrt(2.0))
+
+
+def _within(sigma: FloatArray, last: FloatArray) -> FloatArray:
+    # Beyond the numbers whose squares can be added up, σ stays where it can.
+    return np.clip(np.where(np.isfinite(sigma), sigma, last), last, np.maximum(last, 1e149))
+
+
+def _ask(state: FilterRegState, pose: Pose, sigma: FloatArray) -> FilterRegState:
+    """The state at another pose and σ: filters made anew where σ has changed, and
+    asked; degenerate without weight.
+    """
+    problem, options = state.problem, state.options
+    n, m = problem.target.shape[1], problem.source.shape[1]
+    built = state.filters.copy()
+    for i in np.flatnonzero(sigma != state.sigma):
+        built[i] = kernel_filters.build(options.filter, problem.target[i], float(sigma[i]))
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        moved = pose.apply(problem.source)
+        found = [f.query(x) for f, x in zip(built, moved, strict=True)]
+        mass = np.stack([q.mass for q in found])
+        some = mass > 0.0
+        total = np.where(some, mass, 1.0)
+        mean = np.stack([q.first for q in found]) / total[..., None]
+        centre = np.stack([f.centre for f in built])[:, None]
+        spread = np.stack([q.second for q in found]) / total - np.square(mean).sum(axis=2)
+        targets = np.where(some[..., None], centre + mean, moved)
+        volume = m if options.volume is None else options.volume
+        c = 2.0 * np.pi * sigma**2 * options.clutter * n / ((1.0 - options.clutter) * volume)
+        c = np.clip(c, 1e-300, 1e300)[:, None]
+        weights = mass / (mass + c)
+        # −Σ_i log p(x_i), p(x_i) = (1 − w)/N (2πσ²)^{−d/2} (m⁰ + c)
+        scale = np.log(n / (1.0 - options.clutter)) + np.log(2.0 * np.pi) + 2.0 * np.log(sigma)
+        objective = m * scale - np.log(mass + c).sum(axis=1)
+        real = some & (spread > 0.0) & np.isfinite(spread)
+    empty: BoolArray = weights.sum(axis=1) <= 1e-12 * m
+    status, reason = mark(state.status, state.reason, empty, Status.DEGENERATE, _NOTHING)
+    return replace(
+        state, pose=pose, objective=objective, status=status, reason=reason, sigma=sigma, filters=built, moved=moved,
+        mass=mass, targets=targets, spread=np.where(real, spread, 0.0), weights=weights,
+    )  # fmt: skip
+
+
+def _step(state: FilterRegState) -> FilterRegState:
+    options, W = state.options, state.weights
+    b, m, d = state.moved.shape
+    share = W / W.sum(axis=1, keepdims=True)
+    centre = (share[:, None] @ state.moved)[:, 0]
+    identity = np.broadcast_to(np.eye(d), (b, m, d, d))
+    system = gauss_newton.system(state.moved, state.targets, identity, W, centre, state.radius)
+    xi = gauss_newton.solve(system)
+    pose = gauss_newton.apply(xi, system, state.pose)
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        moved = pose.apply(state.problem.source)
+        step = moved - state.moved
+        change = np.sqrt(np.einsum("bmd,bmd->b", step, step) / m) / state.radius
+        if options.variance == "scheduled":
+            sigma = _within(state.sigma * options.shrink, state.last)
+        else:
+            # ‖x‖² − 2 x·μ + m²/m⁰ = ‖x − μ‖² + (m²/m⁰ − ‖μ‖²), without the cancellation
+            squares = np.square(moved - state.targets).sum(axis=2) + state.spread
+            sigma = _within(np.sqrt((share * squares).sum(axis=1) / d), state.last)
+        still = np.abs(sigma - state.sigma) <= options.tolerance * state.sigma
+    after = _ask(state, pose, sigma)
+    rest = (change <= options.tolerance) & still
+    free = system.free.any(axis=1)
+    status, reason = after.status, after.reason
+    for i in np.flatnonzero(rest & free):
+        words = gauss_newton.freedom(system, int(i))
+        status, reason = mark(status, reason, np.arange(b) == i, Status.DEGENERATE, words)
+    status, reason = mark(status, reason, rest, Status.CONVERGED, "pose and σ have come to rest")
+    twist = np.concatenate([xi[:, :d], xi[:, d:] / state.radius[:, None]], axis=1)
+    return replace(after, status=status, reason=reason, twist=twist, condition=system.condition, change=change)
+
+
+FILTERREG = Method(
+    name="filterreg",
+    summary="the fixed points as a Gaussian mixture, filtered once; the moving ones ask it and take a twist step",
+    source="Gao & Tedrake 2019",
+    start=_start,
+    step=_step,
+    options=FilterRegOptions,
+    max_steps=100,
+)

@@ -1,0 +1,236 @@
+"""A mixture of association hypotheses, averaged.
+
+Several whole one-to-one assignments: one greedy, the others drawn.
+
+At a pose and a width σ each hypothesis assigns every source point to one target point
+or to none, no target point twice. The greedy one takes the pair of the best score
+`ψ_ij = exp(−‖T p_i − q_j‖² / 2σ²)`, then the best among what is left, as long as the
+score exceeds the miss score ψ₀. A drawn one lets every source point draw a target point
+with probability `ψ_ij / (ψ₀ + Σ_k ψ_ik)`, or none with the rest. Who draws a taken
+point draws again, which is a draw among the free ones; of those that draw one point at
+once the first in a random order gets it. After `draws` turns in vain a point is missed.
+A source point's soft target is the mean over the hypotheses that assign it, its support
+their share; a weighted rigid fit follows, then σ shrinks.
+
+It is not PMBM: no Poisson part for what has not been seen, no Bernoulli existence, no
+posterior handed on from step to step, all hypotheses of one weight. The random numbers
+of a run are drawn once and used at every step, so that a run can come to rest.
+
+References
+----------
+.. [1] Á. F. García-Fernández, J. L. Williams, K. Granström, L. Svensson, "Poisson
+   multi-Bernoulli mixture filter: direct derivation and implementation", 2018 (the idea
+   of a mixture over associations; nothing else of it). doi:10.1109/TAES.2018.2805153
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from solvers.core import validate
+from solvers.core.arrays import AnyArray, BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.pose import Pose
+from solvers.core.stepper import Method, Problem
+from solvers.core.tree import CONSTANT, SHARED
+from solvers.numerics import radius_pairs
+from solvers.numerics.radius_pairs import Candidates
+
+_UNIT = 2.0**32  # scores are drawn from as whole multiples of 2⁻³²: sums are exact, whatever stands beside in a batch
+
+
+@dataclass(frozen=True)
+class HypothesisOptions:
+    """Options of `hypothesis-mixture`.
+
+    Parameters
+    ----------
+    first : float, optional
+        Where σ starts, world units. None is 0.3 of the target's RMS radius.
+    last : float, optional
+        Where σ ends, world units. None is 0.03 of that radius.
+    shrink : float, default 0.9
+        What σ is multiplied by at every step, until its end; above 0 up to 1.
+    reach : float, default 4.0
+        Pairs farther apart than this many σ have no score.
+    miss : float, default 0.12
+        ψ₀, the score of having no partner, beside scores of at most 1.
+    count : int, default 12
+        Hypotheses, the first greedy.
+    draws : int, default 4
+        Turns of drawing before a point is missed.
+    least_support : float, default 0.15
+        Source points that a smaller share of the hypotheses assigns are not fitted.
+    tolerance : float, default 1e-5
+        It stops when σ has reached its end and a step moves the source points, root
+        mean square, by at most this fraction of their RMS radius.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
+    """
+
+    first: float | None = None
+    last: float | None = None
+    shrink: float = 0.9
+    reach: float = 4.0
+    miss: float = 0.12
+    count: int = 12
+    draws: int = 4
+    least_support: float = 0.15
+    tolerance: float = 1e-5
+
+    def __post_init__(self) -> None:
+        radius_pairs.check_schedule(self)
+        validate.count(self.count, "count", 1)
+        validate.count(self.draws, "draws", 1)
+
+
+@dataclass(frozen=True, eq=False)
+class HypothesisState:
+    """The fields of `radius_pairs.Scheduled`, and assignments: (b, count, m) the
+    target row that each hypothesis gives each source point, −1 where missed; the first
+    is the greedy one.
+
+    uniform: for each turn (b, m, count − 1) numbers of [0, 1). order: (b, m, count − 1)
+    each source point's place in the random order of a hypothesis.
+    """
+
+    problem: Problem = field(metadata=CONSTANT)
+    options: HypothesisOptions = field(metadata=SHARED)
+    radius: FloatArray = field(metadata=CONSTANT)
+    last: FloatArray = field(metadata=CONSTANT)
+    uniform: tuple[FloatArray, ...] = field(metadata=CONSTANT)
+    order: IntArray = field(metadata=CONSTANT)
+    pose: Pose
+    objective: FloatArray
+    status: StatusArray
+    reason: ReasonArray
+    sigma: FloatArray
+    soft: FloatArray
+    support: FloatArray
+    used: BoolArray
+    assignments: IntArray
+    change: FloatArray
+    condition: FloatArray
+
+
+def greedy(found: Candidates, psi: FloatArray, miss: float) -> AnyArray:
+    """The greedy one-to-one assignment of all listed pairs: the column of each row,
+    (rows,), −1 where missed.
+
+    In rounds: a pair that is the best of its row and of its column is what picking one
+    by one would also pick. Equal scores are picked in some order, which does not depend
+    on the batch.
+    """
+    out = np.full(found.rows, -1, dtype=np.int64)
+    some = psi > miss
+    row, column, psi = found.row[some], found.column[some], psi[some]
+    best_of_row, best_of_column = np.empty(found.rows), np.empty(found.columns)
+    first_of_row, first_of_column = np.empty(found.rows, dtype=np.intp), np.empty(found.columns, dtype=np.intp)
+    taken = np.zeros(found.columns, dtype=np.bool_)
+    while row.size:
+        best_of_row[row], best_of_column[column] = 0.0, 0.0
+        np.maximum.at(best_of_row, row, psi)
+        np.maximum.at(best_of_column, column, psi)
+        mutual = np.flatnonzero((psi == best_of_row[row]) & (psi == best_of_column[column]))
+        # Equal scores: the last to write is the first listed.
+        i, j, number = row[mutual], column[mutual], np.arange(len(mutual))
+        first_of_row[i[::-1]], first_of_column[j[::-1]] = number[::-1], number[::-1]
+        chosen = (first_of_row[i] == number) & (first_of_column[j] == number)
+        out[i[chosen]] = j[chosen]
+        taken[j[chosen]] = True
+        left = (out[row] < 0) & ~taken[column]
+        row, column, psi = row[left], column[left], psi[left]
+    return out
+
+
+def drawn(
+    found: Candidates, psi: FloatArray, miss: float, uniform: Sequence[FloatArray], order: IntArray
+) -> AnyArray:
+    """Drawn one-to-one assignments: the column of each row in each hypothesis, (rows,
+    H), −1 where missed.
+
+    uniform: for each turn (rows, H) numbers of [0, 1); order: (rows, H) numbers,
+    distinct within a problem and hypothesis, the lowest going first where several draw
+    one column.
+    """
+    rows, H = order.shape
+    scale = _UNIT / max(1.0, miss)
+    units = np.rint(psi * scale).astype(np.int64)
+    ends = np.concatenate([[0], np.cumsum(units)])
+    base, mass = ends[found.starts[:-1]], np.diff(ends[found.starts])
+    total = (mass + np.int64(np.rint(miss * scale))).astype(np.float64)
+    out = np.full(rows * H, -1, dtype=np.int64)
+    owner = np.full(found.columns * H, np.iinfo(np.int64).max, dtype=np.int64)
+    rank = order.ravel()
+    pending: AnyArray = np.arange(rows * H)
+    row = np.repeat(np.arange(rows), H)
+    for u in uniform:
+        t = (u.reshape(-1)[pending] * total[row]).astype(np.int64)
+        hit = np.flatnonzero(t < mass[row])
+        pending, row = pending[hit], row[hit]
+        pair = np.searchsorted(ends, base[row] + t[hit], side="right") - 1
+        column = found.column[pair]
+        slot = column * H + (pending - H * row)
+        free = np.flatnonzero(owner[slot] >= 0)
+        mine, place = rank[pending[free]], slot[free]
+        np.minimum.at(owner, place, mine)
+        won = free[owner[place] == mine]
+        out[pending[won]] = column[won]
+        owner[slot[won]] = -1  # taken for good
+        left = np.flatnonzero(out[pending] < 0)
+        pending, row = pending[left], row[left]
+    return out.reshape(rows, H)
+
+
+def _associate(state: HypothesisState) -> HypothesisState:
+    problem, options = state.problem, state.options
+    b, m, d = problem.source.shape
+    n = problem.target.shape[1]
+    found = radius_pairs.within_reach(state.pose.apply(problem.source), problem.target, options.reach * state.sigma)
+    psi = radius_pairs.scores(found, m, state.sigma)
+    columns = np.empty((b * m, options.count), dtype=np.int64)
+    columns[:, 0] = greedy(found, psi, options.miss)
+    if options.count > 1:
+        columns[:, 1:] = drawn(found, psi, options.miss, state.uniform, state.order.reshape(b * m, -1))
+    assigned = columns >= 0
+    mass = assigned.sum(axis=1).reshape(b, m) / options.count
+    with np.errstate(over="ignore", under="ignore"):
+        # A missed point's column, −1, finds the zero that is put last.
+        shares = np.vstack([problem.target.reshape(-1, d) / options.count, np.zeros((1, d))])
+        moment = np.stack([x[columns].sum(axis=1) for x in np.ascontiguousarray(shares.T)], axis=-1)
+    inside = columns.reshape(b, m, -1) - n * np.arange(b)[:, None, None]
+    assignments = np.where(assigned.reshape(b, m, -1), inside, -1).swapaxes(1, 2)
+    return radius_pairs.associated(replace(state, assignments=assignments), mass, moment.reshape(b, m, d))
+
+
+def _start(problem: Problem, options: HypothesisOptions) -> HypothesisState:
+    b, m, _ = problem.source.shape
+    H = options.count - 1
+    uniform, order = np.empty((options.draws, b, m, H)), np.empty((b, m, H), dtype=np.int64)
+    for i in range(b):
+        rng = np.random.default_rng(problem.seed[i])
+        uniform[:, i] = rng.random((options.draws, m, H))
+        order[i] = rng.permuted(np.tile(np.arange(m)[:, None], (1, H)), axis=0)
+    none = np.full((b, options.count, m), -1, dtype=np.int64)
+    return _associate(
+        HypothesisState(**radius_pairs.initial(problem, options), uniform=tuple(uniform), order=order, assignments=none)
+    )
+
+
+def _step(state: HypothesisState) -> HypothesisState:
+    return radius_pairs.step(state, _associate)
+
+
+HYPOTHESIS_MIXTURE = Method(
+    name="hypothesis-mixture",
+    summary="a fit to the average of one greedy and several drawn one-to-one assignments, at a shrinking width",
+    source="after García-Fernández et al. 2018, the idea of a mixture only",
+    start=_start,
+    step=_step,
+    options=HypothesisOptions,
+)

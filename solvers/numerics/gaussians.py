@@ -1,0 +1,192 @@
+"""Sums of Gaussian kernels between two clouds, in blocks: what every soft method rests
+on.
+
+With `K_ij = exp(−‖a_i − b_j‖² / 2σ²)` for rows a_i and columns b_j,
+
+- `sums` gives for each row `Σ_j K_ij v_j`, whatever the columns' values v_j (`powers`:
+  1, b_j, b_j b_jᵀ for moments);
+- `shares` divides each row by its sum plus a constant c and adds up the columns: the
+  expectation step of a mixture with components b_j and observations a_i,
+  `P_ij = K_ij / (Σ_k K_ik + c)`.
+
+Exponents end at −500: numbers below 1e-217 are slow to reckon with and count for
+nothing beside what is near. No temporary holds more than `BLOCK` numbers, or one row
+where that is longer; the whole matrix never exists. Distances are sums of squared
+differences, not `‖a‖² + ‖b‖² − 2 a·b`, whose error is that of the clouds' extent over
+σ, squared: so the answers do not depend on the blocks beyond the order of the sums.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from solvers.core.arrays import FloatArray
+
+BLOCK = 2**15
+"""The most numbers in a temporary (256 kB, which stays in a processor's cache), unless one row is longer."""
+
+_TINY = float(np.finfo(np.float64).tiny)
+_FAR = 500.0  # the largest exponent; exp(−500) is 7e-218
+_LOW = 1e-190  # a row's sum below it may be made of such ends, and is taken again relative to its largest term
+
+
+@dataclass(frozen=True, eq=False)
+class Shares:
+    """The sums of `P_ij = K_ij / (Σ_k K_ik + c)`, rows a_i (n of them), columns b_j (m
+    of them).
+
+    row (b, n): Σ_j P_ij, at most 1. column (b, m): Σ_i P_ij. first (b, m, d): Σ_i P_ij
+    a_i. scatter (b,): Σ_ij P_ij ‖a_i − b_j‖². log_sum (b,): Σ_i log(Σ_k K_ik + c).
+    """
+
+    row: FloatArray
+    column: FloatArray
+    first: FloatArray
+    scatter: FloatArray
+    log_sum: FloatArray
+
+
+def blocks(b: int, rows: int, columns: int, limit: int | None = None) -> Iterator[tuple[slice, slice]]:
+    """Problems and rows to take together so that problems × rows × columns stays within
+    `limit` (default `BLOCK`): several whole problems, or some rows of one, at least one
+    row.
+    """
+    most = BLOCK if limit is None else limit
+    together = max(1, most // (rows * columns))
+    size = rows if together > 1 else max(1, min(rows, most // columns))
+    for first in range(0, b, together):
+        for row in range(0, rows, size):
+            yield slice(first, min(first + together, b)), slice(row, min(row + size, rows))
+
+
+class _Kernel:
+    """The kernel between rows (b, r, d) and columns (b, c, d), block by block in two
+    buffers that it keeps.
+
+    Differences come from matrix products, `[a, 1] · [1, −b]`: exact but for the one
+    rounding of a difference, as each product is, and quicker than broadcasting.
+    """
+
+    def __init__(self, rows: FloatArray, columns: FloatArray, sigma: FloatArray, limit: int | None = None) -> None:
+        b, r, d = rows.shape
+        c = columns.shape[1]
+        self.left, self.right = np.ones((b, d, r, 2)), np.ones((b, d, 2, c))
+        self.left[..., 0] = rows.swapaxes(1, 2)
+        np.negative(columns.swapaxes(1, 2), out=self.right[:, :, 1])
+        # A width below 1e-154 has no square: the factor stays finite, and a distance of
+        # 0 keeps a weight of 1.
+        self.factor = (-0.5 / np.maximum(np.square(sigma), _TINY))[:, None, None]
+        self.blocks = list(blocks(b, r, c, limit))
+        some, part = self.blocks[0]
+        shape = (min(b, some.stop), min(r, part.stop), c)
+        self.buffers = tuple(np.empty(shape) for _ in range(2))
+
+    def block(self, some: slice, part: slice) -> tuple[FloatArray, FloatArray]:
+        """Squared distances and kernel of a block, (g, r, c) both; they hold until the
+        next call.
+        """
+        left, right = self.left[some, :, part], self.right[some]
+        squares, kernel = (x[: left.shape[0], : left.shape[2]] for x in self.buffers)
+        np.matmul(left[:, 0], right[:, 0], out=squares)
+        np.multiply(squares, squares, out=squares)
+        for k in range(1, left.shape[1]):
+            np.matmul(left[:, k], right[:, k], out=kernel)
+            np.multiply(kernel, kernel, out=kernel)
+            np.add(squares, kernel, out=squares)
+        np.multiply(squares, self.factor[some], out=kernel)
+        np.maximum(kernel, -_FAR, out=kernel)
+        np.exp(kernel, out=kernel)
+        return squares, kernel
+
+
+def powers(points: FloatArray, order: int = 1) -> FloatArray:
+    """(b, n, 1 + d), the values 1 and b_j of the points (b, n, d); with order 2 (b, n,
+    1 + d + d²), b_j b_jᵀ row by row beside them.
+    """
+    b, n, d = points.shape
+    out = np.ones((b, n, 1 + d + (d * d if order == 2 else 0)))
+    out[..., 1 : d + 1] = points
+    if order == 2:
+        out[..., d + 1 :] = (points[..., :, None] * points[..., None, :]).reshape(b, n, d * d)
+    return out
+
+
+def sums(rows: FloatArray, columns: FloatArray, sigma: FloatArray, values: FloatArray) -> FloatArray:
+    """`Σ_j K_ij v_j`, (b, m, v), of the values (b, n, v) at the columns (b, n, d), seen
+    from the rows (b, m, d), with widths sigma (b,) > 0.
+
+    A row that no column reaches has a sum of about 1e-217, never zero: see the module's
+    text.
+    """
+    out = np.empty((*rows.shape[:2], values.shape[2]))
+    with np.errstate(over="ignore", under="ignore"):
+        kernel = _Kernel(rows, columns, sigma)
+        for some, part in kernel.blocks:
+            np.matmul(kernel.block(some, part)[1], values[some], out=out[some, part])
+    return out
+
+
+def shares(rows: FloatArray, columns: FloatArray, sigma: FloatArray, c: FloatArray, limit: int | None = None) -> Shares:
+    """The sums of the normalised kernel, for rows (b, n, d), columns (b, m, d), widths
+    sigma (b,) > 0, constants c (b,) ≥ 0. With c = 0 every row has the sum 1, however
+    far it lies. limit: of a temporary (default `BLOCK`).
+    """
+    b, n, d = rows.shape
+    m = columns.shape[1]
+    ones, nothing = np.ones((m, 1)), np.zeros((1, 1))
+    row, log_sum, scatter = np.empty((b, n)), np.zeros(b), np.zeros(b)
+    moments = np.zeros((b, d + 1, m))
+    with np.errstate(over="ignore", under="ignore"):
+        kernel = _Kernel(rows, columns, sigma, limit)
+        for some, part in kernel.blocks:
+            D, K = kernel.block(some, part)
+            total = (K @ ones)[..., 0]
+            constant, shift = c[some, None], nothing
+            if total.min() < _LOW:
+                constant, shift = _rescue(D, K, total, constant, kernel.factor[some])
+            whole = total + constant
+            share = 1.0 / whole
+            row[some, part] = total * share
+            log_sum[some] += (np.log(whole) + shift).sum(axis=-1)
+            np.multiply(D, K, out=D)
+            scatter[some] += np.einsum("gr,gr->g", (D @ ones)[..., 0], share)
+            weighted = np.empty((*share.shape, d + 1))
+            weighted[..., 0] = share
+            np.multiply(rows[some, part], share[..., None], out=weighted[..., 1:])
+            moments[some] += weighted.swapaxes(-1, -2) @ K
+    return Shares(row, moments[:, 0], moments[:, 1:].swapaxes(-1, -2), scatter, log_sum)
+
+
+def share_matrix(rows: FloatArray, columns: FloatArray, sigma: float, c: float) -> FloatArray:
+    """The whole matrix P (n, m) whose sums `shares` gives, of one problem: rows (n, d),
+    columns (m, d).
+    """
+    with np.errstate(over="ignore", under="ignore", divide="ignore"):
+        steps = rows[:, None, :] - columns[None, :, :]
+        exponents = np.maximum(np.einsum("nmd,nmd->nm", steps, steps) * (-0.5 / sigma**2), -1e300)
+        constant = np.log(np.float64(c))
+        top = np.maximum(exponents.max(axis=1), constant)
+        K = np.exp(exponents - top[:, None])
+        P: FloatArray = K / (K.sum(axis=1) + np.exp(constant - top))[:, None]
+    return P
+
+
+def _rescue(
+    D: FloatArray, K: FloatArray, total: FloatArray, constant: FloatArray, factor: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Rows (g, r) that are too far for their sum to be a number are taken relative to
+    the largest term, a kernel's or c: kernel and sum are changed in place; c so scaled
+    (g, r) and that term's logarithm, 0 elsewhere, are returned.
+    """
+    low = (total < _LOW) & (constant < _LOW)
+    # Beyond float64 all distances are equally far.
+    exponents = np.maximum(np.where(low[..., None], D * factor, 0.0), -1e300)
+    with np.errstate(divide="ignore"):
+        logarithm = np.log(constant)
+    shift = np.where(low, np.maximum(exponents.max(axis=-1), logarithm), 0.0)
+    K[low] = np.exp(np.maximum(exponents - shift[..., None], -_FAR))[low]
+    total[low] = K[low].sum(axis=-1)
+    return np.where(low, np.exp(logarithm - shift), constant), shift

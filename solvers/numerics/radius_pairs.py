@@ -1,0 +1,318 @@
+"""The pairs that a kernel reaches, as lists, and one annealed run of association and
+fit over them.
+
+The association methods weigh pairs by `ψ_ij = exp(−‖T p_i − q_j‖² / 2σ²)`, and by zero
+beyond `reach · σ`: most pairs of two clouds are out of reach and are never listed. The
+pairs of all problems stand in one list, row by row, so that a pass over them is one
+numpy call whatever the batch.
+
+Both methods run alike: associate at the present pose and σ; fit the source points, each
+weighted by its support `s_i`, to their soft targets (the mean of the target points
+associated with them), dropping rows of little support; shrink σ; associate anew. What
+differs is the association, a function from a state to soft targets and support.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, Protocol, TypeVar
+
+import numpy as np
+
+from solvers.core import validate
+from solvers.core.arrays import AnyArray, BoolArray, FloatArray, ReasonArray, StatusArray
+from solvers.core.pose import Pose
+from solvers.core.status import Status, mark, reasons, statuses
+from solvers.core.stepper import Problem
+from solvers.numerics.fits import fit_pairs, rms_radius
+
+_TINY = float(np.finfo(np.float64).tiny)
+
+
+@dataclass(frozen=True, eq=False)
+class Candidates:
+    """The e pairs within reach, of all b problems, ascending by source point, then by
+    target point.
+
+    row: (e,) source point, counted through all problems (i + m · problem); column: (e,)
+    target point, likewise; both of the machine's index type. squares: (e,) their
+    squared distance, world units². starts: (rows + 1,) where each row's pairs begin.
+    rows, columns: how many there are, b·m and b·n.
+    """
+
+    row: AnyArray
+    column: AnyArray
+    squares: FloatArray
+    starts: AnyArray
+    rows: int
+    columns: int
+
+    def row_sums(self, values: FloatArray) -> FloatArray:
+        """Σ of the values (e,) of each row, (rows,)."""
+        total = np.zeros(self.rows)
+        some = self.starts[1:] > self.starts[:-1]
+        if some.any():
+            total[some] = np.add.reduceat(values, self.starts[:-1][some])
+        return total
+
+    def column_sums(self, values: FloatArray) -> FloatArray:
+        """Σ of the values (e,) of each column, (columns,)."""
+        return np.asarray(np.bincount(self.column, weights=values, minlength=self.columns), dtype=np.float64)
+
+
+def listed(row: AnyArray, column: AnyArray, squares: FloatArray, rows: int, columns: int) -> Candidates:
+    """Candidates from pairs in ascending order of `row`."""
+    row, column = row.astype(np.intp, copy=False), column.astype(np.intp, copy=False)
+    return Candidates(row, column, squares, np.searchsorted(row, np.arange(rows + 1)), rows, columns)
+
+
+def within_reach(moved: FloatArray, target: FloatArray, reach: FloatArray) -> Candidates:
+    """All pairs of `moved` (b, m, d) and `target` (b, n, d) at most `reach` (b,) apart.
+
+    They are screened first, by matrix products or, in the plane and for a short reach,
+    by cells; which of the two does not show in the answer.
+    """
+    b, m, d = moved.shape
+    n = target.shape[1]
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        grid = _Cells.of(target, reach) if d == 2 else None
+        row, column = _by_products(moved, target, reach) if grid is None else grid.pairs(moved)
+        squares = np.zeros(len(row))
+        for p, q in zip(moved.reshape(-1, d).T, target.reshape(-1, d).T, strict=True):
+            gap = np.ascontiguousarray(p)[row] - np.ascontiguousarray(q)[column]
+            gap *= gap
+            squares += gap
+        near = np.flatnonzero(squares <= np.repeat(np.square(reach), m)[row])
+    if near.size < row.size:
+        row, column, squares = row[near], column[near], squares[near]
+    if grid is not None:
+        order = np.argsort(row.astype(np.int64) * (b * n) + column, kind="stable")
+        row, column, squares = row[order], column[order], squares[order]
+    return listed(row, column, squares, b * m, b * n)
+
+
+def _by_products(moved: FloatArray, target: FloatArray, reach: FloatArray) -> tuple[AnyArray, AnyArray]:
+    """Rows and columns of the pairs within reach and a few beyond: those that rounding
+    leaves in doubt.
+    """
+    b, m, d = moved.shape
+    n = target.shape[1]
+    centre = target.mean(axis=1, keepdims=True)
+    left, right = np.empty((b, m, d + 1)), np.empty((b, d + 1, n))
+    left[..., :d], left[..., d] = moved - centre, 1.0
+    right[:, :d] = (target - centre).swapaxes(1, 2)
+    own = np.einsum("bmd,bmd->bm", left[..., :d], left[..., :d])
+    right[:, d] = np.einsum("bdn,bdn->bn", right[:, :d], right[:, :d])
+    right[:, :d] *= -2.0
+    bound = np.square(reach)[:, None] - own + 1e-13 * (own + right[:, d].max(axis=1)[:, None]) + 1e-300
+    # Problem by problem, so that what is screened stays in the processor's cache.
+    screen, passed, found = np.empty((m, n)), np.empty((m, n), dtype=np.bool_), []
+    for k in range(b):
+        np.matmul(left[k], right[k], out=screen)
+        np.less_equal(screen, bound[k, :, None], out=passed)
+        found.append(np.flatnonzero(passed.ravel()) + k * (m * n))
+    flat = np.concatenate(found)
+    counts = np.diff(np.searchsorted(flat, n * np.arange(b * m + 1)))
+    row = np.repeat(np.arange(b * m), counts)
+    return row, flat - np.repeat(n * (np.arange(b * m) - np.arange(b * m) // m), counts)
+
+
+@dataclass(frozen=True, eq=False)
+class _Cells:
+    """The target points of each problem, sorted into square cells as wide as its reach,
+    with a rim of empty ones.
+    """
+
+    low: FloatArray  # (b, 2) where a problem's cells begin
+    side: FloatArray  # (b,)
+    shape: AnyArray  # (b, 2) cells across and up, without the rim
+    first: AnyArray  # (b,) a problem's first cell in the list of all
+    starts: AnyArray  # (cells + 1,) where a cell's points begin in `order`
+    order: AnyArray  # (b n,) the target points, cell by cell
+
+    @classmethod
+    def of(cls, target: FloatArray, reach: FloatArray) -> _Cells | None:
+        """None where nine cells would be a good part of all, or the cells many more
+        than the points.
+        """
+        n = target.shape[1]
+        low, wide = target.min(axis=1), np.ptp(target, axis=1)
+        side = reach * (1.0 + 1e-9)
+        across = np.floor(wide / side[:, None]) + 1.0
+        count = across.prod(axis=1)
+        if not (count <= 16.0 * n + 64.0).all() or (9.0 / count).mean() > 0.25:
+            return None
+        shape = across.astype(np.intp)
+        size = (shape + 2).prod(axis=1)
+        first = np.cumsum(size) - size
+        cell = np.floor((target - low[:, None]) / side[:, None, None]).astype(np.intp) + 1
+        key = (first[:, None] + cell[..., 1] * (shape[:, None, 0] + 2) + cell[..., 0]).ravel()
+        order = np.argsort(key, kind="stable")
+        starts = np.searchsorted(key[order], np.arange(int(size.sum()) + 1))
+        return cls(low, side, shape, first, starts, order)
+
+    def pairs(self, moved: FloatArray) -> tuple[AnyArray, AnyArray]:
+        """Each moved point with the target points of the nine cells about it: rows,
+        ascending, and columns.
+        """
+        top = self.shape[:, None].astype(np.float64) + 1.0
+        at = np.floor((moved - self.low[:, None]) / self.side[:, None, None]) + 1.0
+        outside = ((at < 0.0) | (at > top)).any(axis=-1)
+        cell = np.clip(at, 0.0, top).astype(np.intp)
+        left, right = np.maximum(cell[..., 0] - 1, 0), np.minimum(cell[..., 0] + 1, self.shape[:, None, 0] + 1)
+        begin, end = (np.empty((*outside.shape, 3), dtype=np.intp) for _ in range(2))
+        for k in range(3):
+            up = np.clip(cell[..., 1] + (k - 1), 0, self.shape[:, None, 1] + 1)
+            line = self.first[:, None] + up * (self.shape[:, None, 0] + 2)
+            begin[..., k], end[..., k] = self.starts[line + left], self.starts[line + right + 1]
+            # On the rim the line above or below is the same one again: it counts once.
+            end[..., k] = np.where(outside | (up != cell[..., 1] + (k - 1)), begin[..., k], end[..., k])
+        count = (end - begin).ravel()
+        place = np.repeat(begin.ravel() - (np.cumsum(count) - count), count) + np.arange(int(count.sum()))
+        return np.repeat(np.arange(len(count)) // 3, count), self.order[place]
+
+
+def scores(found: Candidates, m: int, sigma: FloatArray) -> FloatArray:
+    """ψ of the listed pairs, (e,); m source points a problem, sigma (b,)."""
+    with np.errstate(over="ignore", under="ignore"):
+        # A width below 1e-154 has no square: the factor stays finite, and a distance of
+        # 0 keeps a weight of 1.
+        factor = np.repeat(-0.5 / np.maximum(np.square(sigma), _TINY), m)
+        psi: FloatArray = np.exp(found.squares * factor[found.row])
+    return psi
+
+
+def check_schedule(options: Any) -> None:
+    """Refuse, by a ValueError that names the option, what is no schedule: see
+    `Scheduled`.
+    """
+    for name in ("first", "last"):
+        value = getattr(options, name)
+        if value is not None:
+            validate.number(value, name, 1e-100, 1e100)
+    if not 0.0 < validate.number(options.shrink, "shrink") <= 1.0:
+        raise ValueError(f"shrink: expected a factor above 0, up to 1, got {options.shrink!r}")
+    if options.first is not None and options.last is not None and options.last > options.first:
+        raise ValueError(f"last: expected at most first, {options.first:g}, got {options.last!r}")
+    if hasattr(options, "reach"):  # the dense sums of the annealed soft targets have none
+        validate.number(options.reach, "reach", 0.1, 30.0)
+    validate.number(options.miss, "miss", 1e-12, 1e12)
+    validate.number(options.least_support, "least_support", 0.0, 1.0)
+    validate.number(options.tolerance, "tolerance", 0.0)
+
+
+class Scheduled(Protocol):
+    """The state fields that an annealed association has beside `State`'s.
+
+    sigma: (b,) σ, world units, and last: (b,) where it ends. soft: (b, m, d) the soft
+    target of each source point (its own place where it has none). support: (b, m) s_i,
+    0 to 1. used: (b, m) whose support is at least `least_support`. The objective is
+    `Σ s_i ‖T p_i − soft_i‖²` over these: what the next fit minimises. It is anew
+    another function with every association, and may rise. change: (b,) how far the last
+    step moved the points, root mean square, as a fraction of `radius` (b,), the
+    source's RMS radius. condition: (b,) of the last fit.
+    """
+
+    @property
+    def problem(self) -> Problem: ...
+    @property
+    def options(self) -> Any: ...
+    @property
+    def pose(self) -> Pose: ...
+    @property
+    def objective(self) -> FloatArray: ...
+    @property
+    def status(self) -> StatusArray: ...
+    @property
+    def reason(self) -> ReasonArray: ...
+    @property
+    def sigma(self) -> FloatArray: ...
+    @property
+    def last(self) -> FloatArray: ...
+    @property
+    def radius(self) -> FloatArray: ...
+    @property
+    def soft(self) -> FloatArray: ...
+    @property
+    def support(self) -> FloatArray: ...
+    @property
+    def used(self) -> BoolArray: ...
+
+
+S = TypeVar("S", bound=Scheduled)
+Associate = Callable[[S], S]
+
+
+def initial(problem: Problem, options: Any) -> dict[str, Any]:
+    """The fields of a schedule's state before the first association."""
+    b, m, _ = problem.source.shape
+    size = rms_radius(problem.target)
+    return {
+        "problem": problem,
+        "options": options,
+        "radius": rms_radius(problem.source),
+        "last": _lengths(options.last, 0.03, size),
+        "pose": Pose(problem.start.R, problem.start.t),
+        "objective": np.zeros(b),
+        "status": statuses((b,)),
+        "reason": reasons((b,)),
+        "sigma": _lengths(options.first, 0.3, size),
+        "soft": problem.source,
+        "support": np.zeros((b, m)),
+        "used": np.zeros((b, m), dtype=np.bool_),
+        "change": np.full(b, np.inf),
+        "condition": np.full(b, np.inf),
+    }
+
+
+def _lengths(given: float | None, share: float, size: FloatArray) -> FloatArray:
+    return share * size if given is None else np.full(size.shape, given, dtype=np.float64)
+
+
+def associated(state: S, mass: FloatArray, moment: FloatArray) -> S:
+    """The state with soft targets from each row's mass (b, m) and moment (b, m, d), at
+    its pose.
+    """
+    moved = state.pose.apply(state.problem.source)
+    some = mass > 0.0
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        soft = np.where(some[..., None], moment / np.where(some, mass, 1.0)[..., None], moved)
+        # A mean lies among its points, but for rounding.
+        soft = np.clip(soft, -validate.LARGEST, validate.LARGEST)
+        used = some & (mass >= state.options.least_support)
+        gap = moved - soft
+        squares = np.einsum("bmd,bmd->bm", gap, gap)
+        objective = np.where(used, mass * squares, 0.0).sum(axis=1)
+    status, reason = mark(
+        state.status, state.reason, ~used.any(axis=1), Status.DEGENERATE,
+        "no source point has enough support within reach",
+    )  # fmt: skip
+    return replace(  # type: ignore[type-var]
+        state, soft=soft, support=np.minimum(mass, 1.0), used=used, objective=objective, status=status, reason=reason
+    )
+
+
+def step(state: S, associate: Associate[S]) -> S:
+    """Fit to the soft targets, shrink σ, associate anew. It converges when σ has
+    reached its end and a step moves the points by at most `tolerance` of their RMS
+    radius.
+    """
+    options = state.options
+    weights = np.where(state.used, state.support, 0.0)
+    pose, free, condition = fit_pairs(state.pose, state.problem.source, state.soft, weights)
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        gap = pose.apply(state.problem.source) - state.pose.apply(state.problem.source)
+        change = np.sqrt(np.einsum("bmd,bmd->b", gap, gap) / gap.shape[1]) / state.radius
+    ended = state.sigma <= state.last
+    sigma = np.where(ended, state.sigma, np.maximum(options.shrink * state.sigma, state.last))
+    after = associate(
+        replace(state, pose=pose, sigma=sigma, change=change, condition=condition)  # type: ignore[type-var]
+    )
+    rest = ended & (change <= options.tolerance)
+    status, reason = after.status, after.reason
+    for words in sorted({str(w) for w in free[rest & (free != "")]}):
+        status, reason = mark(status, reason, rest & (free == words), Status.DEGENERATE, words)
+    status, reason = mark(status, reason, rest, Status.CONVERGED, "the pose has come to rest at the last width")
+    return replace(after, status=status, reason=reason)  # type: ignore[type-var]
+

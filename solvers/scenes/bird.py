@@ -1,0 +1,116 @@
+"""Two sparse, noisy, cluttered samplings of one bird: few enough points that every
+share between them can be drawn.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from solvers.core import validate
+from solvers.core.arrays import FloatArray
+from solvers.core.pose import Pose
+from solvers.scenes.rooms import BIRD, Scene
+
+SHAPE = 1.4 * BIRD
+SHAPE.flags.writeable = False
+TRUTH = Pose.from_angle(np.radians(20.0), (0.6, 0.0))
+FIELD = (10.0, 6.4)
+"""Width and height, u, of the field about the origin that clutter is spread over."""
+AREA = FIELD[0] * FIELD[1]
+"""Its area, u²: the V of a clutter density 1/V."""
+COUNTS = (26, 30)
+"""Points on the outline in source and target."""
+MOST = 10
+"""The most clutter points in each cloud."""
+
+
+def bird(*, seed: int = 40, noise: float = 0.1, clutter: int = 4) -> Scene:
+    """The outline of a bird, sampled twice: no point has an exact partner.
+
+    The two samplings differ in spacing and phase. More noise stretches one draw; one
+    clutter point more leaves the others. The start is `bird_start()`.
+
+    Parameters
+    ----------
+    seed : int, default 40
+        What the random numbers are drawn from.
+    noise : float, default 0.1
+        σ of the isotropic Gaussian noise on both clouds, in u.
+    clutter : int, default 4
+        How many points of each cloud, 0 to 10, lie anywhere in a field of 10 × 6.4 u,
+        uniformly in target coordinates; they stand last in their cloud.
+
+    Returns
+    -------
+    Scene
+        26 source and 30 target points and the clutter, not paired.
+
+    Raises
+    ------
+    ValueError
+        If the seed or the noise is negative, or the count out of its range.
+
+    Examples
+    --------
+    >>> from solvers.bird_scene import bird
+    >>> scene = bird(clutter=2)
+    >>> scene.source.shape, scene.target.shape
+    ((28, 2), (32, 2))
+    >>> scene.truth
+    Pose(angle=20°, t=(0.6, 0), scale=1)
+    """
+    sigma, wrong = validate.number(noise, "noise", 0.0), validate.count(clutter, "clutter")
+    if wrong > MOST:
+        raise ValueError(f"clutter: expected at most {MOST} points, got {wrong}")
+    rng = np.random.default_rng(validate.count(seed, "seed"))
+    p, elsewhere = _sampled(rng, COUNTS[0], 0.5, sigma)
+    q, anywhere = _sampled(rng, COUNTS[1], 0.0, sigma)
+    source = np.vstack([p, TRUTH.inverse().apply(elsewhere)[:wrong]])
+    target = np.vstack([TRUTH.apply(q), anywhere[:wrong]])
+    masks = [np.arange(n + wrong) >= n for n in COUNTS]
+    outline = np.vstack([SHAPE, SHAPE[:1]])
+    return Scene("bird", seed, source, target, TRUTH, bird_start(), masks[0], masks[1], (outline,))
+
+
+def bird_start(degrees: float = -40.0, distance: float = 1.6) -> Pose:
+    """A start beside the truth of `bird`.
+
+    The true pose, turned about the bird's centre and moved to the left.
+
+    Parameters
+    ----------
+    degrees : float, default -40.0
+        The angle, anticlockwise.
+    distance : float, default 1.6
+        How far it is moved, in u, along (−0.96, 0.28).
+
+    Returns
+    -------
+    Pose
+        The starting pose.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers.bird_scene import bird, bird_start
+    >>> from solvers.metrics import rre
+    >>> np.degrees(rre(bird_start(degrees=-40.0), bird().truth)).round(6)
+    np.float64(40.0)
+    """
+    centre = SHAPE.mean(axis=0)
+    R = Pose.from_angle(np.radians(degrees)).R @ TRUTH.R
+    moved = TRUTH.apply(centre[None])[0] + distance * np.array([-0.96, 0.28])
+    return Pose(R, moved - R @ centre)
+
+
+def _sampled(rng: np.random.Generator, n: int, phase: float, sigma: float) -> tuple[FloatArray, FloatArray]:
+    """n noisy points along the outline (n, 2), and all of the clutter there may be
+    (MOST, 2).
+    """
+    line = np.vstack([SHAPE, SHAPE[:1]])
+    lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    along = (np.arange(n) + phase) * lengths[-1] / n
+    points = np.column_stack([np.interp(along, lengths, line[:, k]) for k in (0, 1)])
+    points += sigma * rng.standard_normal((n, 2))
+    half = 0.5 * np.array(FIELD)
+    return points, rng.uniform(-half, half, (MOST, 2))

@@ -1,0 +1,1 @@
+"""Methods compared: the race, its benchmark, four kinds of state on one scene."""

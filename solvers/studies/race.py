@@ -1,0 +1,276 @@
+"""The race: nine methods on the same two scans from the same start, as panels,
+benchmark and sweeps run it.
+
+One list of contestants with the options that they race with, one set of controls, one
+way to make the problems; what steps them is `solvers.stepper`. RANSAC takes no start:
+it ignores the starting pose, and its panel says so.
+
+A controlled experiment: one room, one sampling, options chosen for it. It ranks nothing
+beyond itself, and steps of different methods are different amounts of work.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from solvers.core import validate
+from solvers.core.pose import Pose
+from solvers.core.registry import METHODS
+from solvers.core.stepper import Batch, Problem, begin
+from solvers.scenes.rooms import Scene, room, room_start
+
+SEEDS = tuple(40 + 13 * k for k in range(25))
+"""The seeds of the benchmark."""
+MAX_STEPS = 70
+"""The most steps of a contestant."""
+
+
+@dataclass(frozen=True)
+class Controls:
+    """What the race can be set to.
+
+    Parameters
+    ----------
+    degrees : float, default 45.0
+        The start's rotation about the world's origin, −180 to 180.
+    distance : float, default 1.43
+        The start's translation, in u, 0 to 100.
+    setting : str, default "combo"
+        One of `solvers.scenes.ROOM_SETTINGS`.
+    noise : float, optional
+        σ in u. None is the setting's own.
+    outliers : float, optional
+        The replaced fraction of each cloud, 0 to 1. None is the setting's own.
+    overlap : float, default 1.0
+        The fraction of the room that the target sees, 0.1 to 1.
+    density : float, default 1.0
+        How much denser than usual the source is sampled, 0.2 to 5.
+
+    Raises
+    ------
+    ValueError
+        If the setting is unknown or a number out of its range.
+
+    Examples
+    --------
+    >>> from solvers.race import Controls
+    >>> Controls(degrees=90.0, setting="clean").start
+    Pose(angle=90°, t=(1.14991, 0.849935), scale=1)
+    """
+
+    degrees: float = 45.0
+    distance: float = 1.43
+    setting: str = "combo"
+    noise: float | None = None
+    outliers: float | None = None
+    overlap: float = 1.0
+    density: float = 1.0
+
+    def __post_init__(self) -> None:
+        validate.number(self.degrees, "degrees", -180.0, 180.0)
+        validate.number(self.distance, "distance", 0.0, 100.0)
+        self.scene(SEEDS[0])
+
+    def scene(self, seed: int) -> Scene:
+        """The two scans of a seed.
+
+        Parameters
+        ----------
+        seed : int
+            What the random numbers are drawn from, not negative.
+
+        Returns
+        -------
+        Scene
+            `solvers.scenes.room` with these controls.
+
+        Raises
+        ------
+        ValueError
+            If the seed is no integer or negative.
+        """
+        return room(
+            self.setting,
+            seed=seed,
+            noise=self.noise,
+            outliers=self.outliers,
+            overlap=self.overlap,
+            density=self.density,
+        )
+
+    @property
+    def start(self) -> Pose:
+        """The starting pose: turned about the world's origin, then moved."""
+        return room_start(self.degrees, self.distance)
+
+
+@dataclass(frozen=True, eq=False)
+class Contestant:
+    """A method with the options that it races with.
+
+    Parameters
+    ----------
+    method : str
+        A name of `solvers.METHODS`.
+    label : str
+        What its panel and table row are called.
+    options : mapping
+        The method's options by name; those left out keep their defaults.
+    note : str
+        What a reader must know to read its result.
+
+    Examples
+    --------
+    >>> from solvers.race import Contestant
+    >>> Contestant("icp", "ICP, no gate").options
+    {}
+    """
+
+    method: str
+    label: str
+    options: Mapping[str, Any] = field(default_factory=dict)
+    note: str = ""
+
+    def begin(self, problem: Problem, max_steps: int = MAX_STEPS) -> Batch[Any]:
+        """The contestant at its start; step it by `solvers.stepper.advance`.
+
+        Parameters
+        ----------
+        problem : Problem
+            As from `race_problem`.
+        max_steps : int, default 70
+            The most steps.
+
+        Returns
+        -------
+        Batch
+            The run at its beginning.
+
+        Raises
+        ------
+        KeyError
+            If `solvers.METHODS` has no such method.
+        TypeError
+            If the method has no such option.
+        ValueError
+            If an option is out of its range.
+        """
+        method = METHODS[self.method]
+        return begin(method, problem, method.options(**self.options), max_steps)
+
+
+_GATE = MappingProxyType({"gate": 2.6})
+_SURFACE = MappingProxyType({"gate": 2.6, "neighbours": 6, "max_turn": 0.5, "max_shift": 1.5})
+_WIDTHS = MappingProxyType({"first": 1.1, "shrink": 0.9, "last": 0.12, "least_support": 0.15, "tolerance": 1e-3})
+
+CONTESTANTS: tuple[Contestant, ...] = (
+    Contestant("icp", "ICP", _GATE),
+    Contestant("point-to-plane", "Point to plane", _SURFACE),
+    Contestant("gicp", "GICP", {**_SURFACE, "tangent": 1.0, "normal": 0.01}),
+    Contestant(
+        "ransac-congruent", "RANSAC", {"per_step": 32, "tolerance": 0.28, "inlier": 0.32, "separation": 2.0},
+        "searches everywhere: it ignores the starting pose",
+    ),
+    Contestant("ndt", "NDT", {"cells": (2.4, 1.2), "max_shift": 0.5, "max_turn": 0.2}),
+    Contestant("soft-annealed", "Soft targets", {**_WIDTHS, "miss": 0.12}, "a heuristic, not CPD"),
+    Contestant(
+        "mmd", "MMD-Reg", {"count": 32, "lengths": (2.4, 1.2, 0.6, 0.3), "tolerance": 1e-5, "decrease": 1e-5}
+    ),
+    Contestant("association-bp", "Association BP", {**_WIDTHS, "miss": 0.12, "sweeps": 6}, "an experiment, no tracker"),
+    Contestant(
+        "hypothesis-mixture", "Hypothesis mixture", {**_WIDTHS, "miss": 0.12, "count": 12},
+        "an experiment, not PMBM: no Poisson part, no existence, no posterior handed on",
+    ),
+)  # fmt: skip
+"""The nine of the race, in the order of their panels."""
+
+EXTRAS: tuple[Contestant, ...] = (
+    Contestant("trimmed-icp", "Trimmed ICP", {"keep": 0.8}, "told that 80 % of the source has a partner"),
+    Contestant("fast-robust-icp", "Fast and robust ICP"),
+    Contestant("kiss-threshold-icp", "KISS threshold", {}, "its threshold comes from the start alone"),
+    Contestant("cpd-rigid", "Rigid CPD", {"clutter": 0.12}),
+    Contestant("filterreg", "FilterReg", {"filter": "lattice", "clutter": 0.25}),
+    Contestant("gmmreg", "GMMReg"),
+    Contestant("ndt-d2d", "D2D-NDT", {"cells": (2.4, 1.2), "max_shift": 0.5, "max_turn": 0.2}),
+)
+"""Others that may take the place of one of the nine."""
+
+
+def contestants(names: Sequence[str] | None = None) -> tuple[Contestant, ...]:
+    """The contestants of these methods, the nine and the extras each in their order.
+
+    Parameters
+    ----------
+    names : sequence of str, optional
+        Names of methods. None is the nine.
+
+    Returns
+    -------
+    tuple of Contestant
+        In the order of the panels, whatever that of the names.
+
+    Raises
+    ------
+    ValueError
+        If a method does not race.
+
+    Examples
+    --------
+    >>> from solvers.race import contestants
+    >>> len(contestants())
+    9
+    >>> [c.label for c in contestants(["ndt", "icp"])]
+    ['ICP', 'NDT']
+    """
+    if names is None:
+        return CONTESTANTS
+    known = (*CONTESTANTS, *EXTRAS)
+    for name in names:
+        validate.one_of(name, [c.method for c in known], "contestants")
+    return tuple(c for c in known if c.method in names)
+
+
+def race_problem(controls: Controls, seeds: Sequence[int] = SEEDS) -> tuple[Problem, Pose]:
+    """The problems of these seeds as one batch, and the true poses.
+
+    All seeds of one setting have clouds of one size.
+
+    Parameters
+    ----------
+    controls : Controls
+        What the race is set to.
+    seeds : sequence of int
+        One a problem, not negative; by default the benchmark's 25, 40 + 13k.
+
+    Returns
+    -------
+    problem : Problem
+        s problems, all from the start of the controls.
+    truth : Pose
+        The s true poses.
+
+    Raises
+    ------
+    ValueError
+        If the seeds are no integers, negative, or none at all.
+
+    Examples
+    --------
+    >>> from solvers.race import Controls, race_problem
+    >>> problem, truth = race_problem(Controls(setting="clean"))
+    >>> problem.size, truth.batch
+    (25, (25,))
+    """
+    checked = validate.seeds(list(seeds), "seeds")
+    if checked.ndim != 1:
+        raise ValueError(f"seeds: expected a sequence of integers, got {seeds!r}")
+    scenes = [controls.scene(int(s)) for s in checked]
+    source, target = (np.stack([getattr(s, name) for s in scenes]) for name in ("source", "target"))
+    start = Pose(np.broadcast_to(controls.start.R, (len(scenes), 2, 2)), controls.start.t)
+    truth = Pose(np.stack([s.truth.R for s in scenes]), np.stack([s.truth.t for s in scenes]))
+    return Problem(source, target, np.ones(source.shape[:2]), start, checked), truth

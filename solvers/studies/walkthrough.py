@@ -1,0 +1,74 @@
+"""The four methods of the walkthrough as it runs them: a similarity CPD, a FilterReg,
+an MMD-Reg and a learned flow.
+
+All four are handed the moving cloud as it lies at the start, and no starting pose
+beside it. What a run finds is therefore the motion from there, and the pose of the
+scene is that motion after the start.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from solvers.core.pose import Pose
+from solvers.core.stepper import Batch, Method, Problem, begin
+from solvers.methods.flow.flow import FLOW, FlowOptions
+from solvers.methods.mmd.mmd import MMD, MmdOptions
+from solvers.methods.soft.cpd import SIMILARITY, CpdOptions
+from solvers.methods.soft.filterreg import FILTERREG, FilterRegOptions
+from solvers.scenes.fish import SIDE
+from solvers.scenes.rooms import Scene
+
+AREA = SIDE**2
+"""V, u²: both mixtures spread their clutter with density 1/V. A parameter of the demo."""
+EVERY = 4
+"""The flow is given every fourth point: it was trained on clouds of 28 to 48."""
+MOST = 120
+"""Steps at most."""
+
+FOUR: Mapping[str, tuple[Method[Any], Any]] = MappingProxyType(
+    {
+        "cpd": (SIMILARITY, CpdOptions(clutter=0.12, volume=AREA, tolerance=1e-3)),
+        "filterreg": (FILTERREG, FilterRegOptions(filter="grid", clutter=0.25, volume=AREA, tolerance=1e-3)),
+        "mmd": (MMD, MmdOptions(lengths=(1.5, 0.8, 0.5), count=48)),
+        "flow": (FLOW, FlowOptions()),
+    }
+)
+"""Name → method and its options, in the order of the panels."""
+
+
+def begin_walk(
+    name: str, scenes: Sequence[Scene], starts: Sequence[Pose], project: bool = True, most: int = MOST
+) -> Batch[Any]:
+    """One of `FOUR` on scenes of one size, each from its start, no step taken.
+
+    project: whether the flow's endpoints are made rigid. most: steps at most.
+    """
+    method, options = FOUR[name]
+    if name == "flow":
+        options = replace(options, project=project)
+    thin = slice(None, None, EVERY if name == "flow" else 1)
+    source = np.stack([start.apply(scene.source)[thin] for scene, start in zip(scenes, starts, strict=True)])
+    target = np.stack([scene.target[thin] for scene in scenes])
+    b, m, _ = source.shape
+    seeds = np.array([scene.seed for scene in scenes], dtype=np.int64)
+    problem = Problem(source, target, np.ones((b, m)), Pose.identity(2, (b,)), seeds)
+    return begin(method, problem, options, most)
+
+
+def found(batch: Batch[Any], starts: Sequence[Pose]) -> Pose:
+    """The poses of the scenes, (b,), as the runs have them: each the motion found so
+    far after the start.
+    """
+    first = Pose(np.stack([s.R for s in starts]), np.stack([s.t for s in starts]))
+    return batch.pose().compose(first)
+
+
+def clutter(name: str) -> float:
+    """The weight w of the clutter in 'cpd' or 'filterreg'."""
+    return float(FOUR[name][1].clutter)

@@ -1,0 +1,198 @@
+"""What a figure tells those who hear it, where the focus goes, what stands still, what the system's colours leave."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from sitegen.bench.pages import until
+from tests.browser.accessibility.test_axe import violations
+from tests.browser.conftest import Reader
+from tests.browser.figure import LIVE, Figure
+from tests.browser.figures.test_hover import place
+
+# Every change of every live region: when, and what it says then.
+LISTEN = """() => {
+  window.heard = [];
+  const hear = new MutationObserver(all => { for (const {target} of all) {
+    const e = target.nodeType === 1 ? target : target.parentElement;
+    heard.push([performance.now(), e.closest('[role=status]').textContent.trim()]);
+  } });
+  for (const e of document.querySelectorAll('[role=status], [aria-live]'))
+    hear.observe(e, {childList: true, characterData: true, subtree: true});
+}"""
+
+
+def heard(page: Page) -> list[tuple[float, str]]:
+    """What has been said since this was asked last; the page goes on."""
+    return [(at, words) for at, words in page.evaluate("heard.splice(0)")]
+
+
+def says(page: Page, part: str) -> None:
+    """Waits until something that is said holds `part`."""
+    until(page, f"heard.some(([, words]) => words.includes({part!r}))")
+
+
+def test_a_drag_is_told_now_and_then_and_its_end_always(reader: Callable[..., Reader]) -> None:
+    """Nothing before anything is done; of many moves, at most one saying a second, the last with the last numbers;
+    after a press its note and what it changed."""
+    page = reader(reduced_motion="reduce").open("kabsch.html")
+    page.evaluate(LISTEN)
+    solve = Figure(page, "fig-solve").live().settled()
+    page.mouse.move(400, 400, steps=5)
+    assert heard(page) == []
+    frames = solve.frames()
+    solve.drag("source", 120, 60, steps=150)
+    solve.settled()
+    error = solve.readout("translation_error")
+    says(page, f"Translation error {error} u")
+    moved = heard(page)
+    assert solve.frames() - frames > 3 * len(moved), "most frames are not spoken of"
+    assert all(b - a > 900 for (a, _), (b, _) in pairwise(moved)), moved
+    assert f"Translation error {error} u" in moved[-1][1]
+    solve.button("solve").click()
+    says(page, "Solved in closed form")
+    assert f"RMS residual now {solve.readout('rms')} u" in heard(page)[-1][1]
+    solve.root.locator("[data-link]").click()
+    says(page, "Link")
+
+
+def test_keys_are_told_as_values_and_as_what_they_led_to(reader: Callable[..., Reader]) -> None:
+    """A handle is a slider whose text follows the keys; a crosshair likewise; a pointer that passes is not told."""
+    page = reader(reduced_motion="reduce").open("ndt-map.html")
+    page.evaluate(LISTEN)
+    cells = Figure(page, "fig-cells").live().settled()
+    before = cells.readout("mean")
+    page.mouse.move(*place(cells, 0.5, 1.4))  # a wall
+    cells.changes("mean", before)
+    cells.settled()
+    cross = cells.root.locator(".crosshair")
+    cross.focus()
+    text = cross.get_attribute("aria-valuetext") or ""
+    before = cells.readout("mean")
+    for _ in range(4):
+        page.keyboard.press("Shift+ArrowRight")
+    expect(cross).not_to_have_attribute("aria-valuetext", text)
+    cells.changes("mean", before)
+    cells.settled()
+    says(page, "Mean μ")
+    assert len(heard(page)) <= 3, "the pointer's passing was not told"
+    expect(cross).to_be_focused()
+
+
+def test_the_focus_stays_where_something_is(reader: Callable[..., Reader]) -> None:
+    """A handle that goes, a Retry that is taken: the picture has the focus then. Stop hands it back to what began."""
+    one = reader(reduced_motion="reduce")
+    four = Figure(one.open("four.html"), "fig-four").live().settled()
+    turn = four.root.locator(".handle.turn:not([aria-hidden])")
+    turn.focus()
+    four.page.evaluate("(f => f.ask(Ladder.record.press(f.record, 'iterate')))(Ladder.figures.get('fig-four'))")
+    four.settled()
+    expect(turn).to_have_count(0)
+    expect(four.root.locator(".figure-stage")).to_be_focused()
+    four.page.evaluate("Ladder.runtime.kill()")
+    four.page.evaluate("Ladder.limits.frame = 300")
+    four.button("finish").click()
+    retry = four.root.locator('[data-way="Retry"]')
+    retry.focus()
+    four.page.keyboard.press("Enter")
+    expect(four.root.locator(".figure-stage")).to_be_focused()
+    four.page.close()
+
+    race = Figure(one.open("race.html"), "fig-race").live()
+    begin, stop = (race.root.locator(f'[data-do="{what}"]') for what in ("begin", "stop"))
+    begin.focus()
+    race.page.keyboard.press("Enter")
+    expect(stop).to_be_focused()
+    expect(race.root.locator(".job-words")).to_contain_text("step", timeout=LIVE)
+    race.page.keyboard.press("Enter")
+    expect(begin).to_be_focused()
+    found = [*violations(race.page, "race with a result")]
+    assert found == []
+
+
+def test_nothing_moves_where_that_is_asked(reader: Callable[..., Reader]) -> None:
+    """Under reduced motion no rule animates or glides, and a press jumps: no picture is seen on its way."""
+    page = reader(reduced_motion="reduce").open("kabsch.html")
+    solve = Figure(page, "fig-solve").live().settled()
+    assert page.evaluate(GLIDES) == []
+    page.evaluate(WATCH)
+    solve.button("solve").click()
+    solve.shows("rotation_error", "0.0").settled()
+    page.locator("button.try").first.click()
+    solve.settled()
+    assert page.evaluate("[seen.frames > 3, seen.moved, document.getAnimations().length]") == [True, 0, 0]
+
+
+GLIDES = """() => [...document.querySelectorAll('*')].flatMap(e => [null, '::before', '::after'].map(part => [e, part]))
+  .filter(([e, part]) => { const s = getComputedStyle(e, part);
+    return s.transitionDuration.split(',').some(d => parseFloat(d) > 0) || s.animationName !== 'none'
+      || s.scrollBehavior === 'smooth'; })
+  .map(([e, part]) => e.outerHTML.slice(0, 60) + (part ?? ''))"""
+WATCH = """() => {
+  window.seen = {frames: 0, moved: 0};
+  const look = () => {
+    seen.frames++;
+    seen.moved += document.querySelectorAll('svg.plot [transform], svg.plot.moving').length;
+    requestAnimationFrame(look);
+  };
+  look();
+}"""
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_systems_colours_leave_everything_to_be_seen(reader: Callable[..., Reader], scheme: str) -> None:
+    """Source and target differ in shape, size and colour; every key of a legend, knob, switch and button is seen."""
+    one = reader(forced_colors="active", color_scheme=scheme, reduced_motion="reduce")
+    for path in ("kabsch.html", "ransac.html", "ndt-score.html"):
+        page = one.open(path)
+        page.evaluate("document.documentElement.dataset.theme = 'dark'")
+        assert page.evaluate(LOST) == [], path
+    clouds = one.open("kabsch.html").evaluate(CLOUDS)
+    assert clouds["source"][0] != clouds["target"][0]
+    assert clouds["source"][1] > 1.15 * clouds["target"][1]
+    assert clouds["source"][2:] == ["round"]
+    assert clouds["target"][2:] == ["square"]
+
+
+CLOUDS = """() => Object.fromEntries(['source', 'target'].map(role => {
+  const s = getComputedStyle(document.querySelector(`svg.plot path.${role}:is(.dot, .square)`));
+  return [role, [s.stroke, parseFloat(s.strokeWidth), s.strokeLinecap]];
+}))"""
+# What has the ground's own colour, so that nobody sees it.
+LOST = """() => {
+  const canvas = getComputedStyle(document.documentElement).backgroundColor;
+  const clear = c => c === canvas || /^rgba.*, 0\\)$/.test(c);
+  const all = (select, part, seen) => [...document.querySelectorAll(select)]
+    .filter(e => e.checkVisibility({visibilityProperty: true}))
+    .filter(e => !seen(getComputedStyle(e, part), e)).map(e => select + (part ?? '') + ' ' + e.outerHTML.slice(0, 80));
+  const filled = s => !clear(s.backgroundColor) || (s.backgroundImage !== 'none' && s.forcedColorAdjust === 'none');
+  const rimmed = s => parseFloat(s.borderTopWidth) > 0 && s.borderTopStyle !== 'none' && !clear(s.borderTopColor);
+  const told = s => s.color !== s.backgroundColor && (s.forcedColorAdjust === 'none' || !clear(s.color));
+  const found = [
+    ...all('.legend .key', '::before', s => filled(s) || rimmed(s)),
+    ...all('.handle:not(.copy)', '::before', rimmed),
+    ...all('.handle:not(.copy)', '::after', filled),
+    ...all('.claim-mark', '::before', filled),
+    ...all('.figure .buttons button', null, s => (rimmed(s) || filled(s)) && told(s)),
+    ...all('.options label', null, (s, e) => e.querySelector(':checked') ? filled(s) : rimmed(s) && !filled(s)),
+    ...all('[role=switch]', null, (s, e) => rimmed(s) && filled(s) === e.checked),
+    ...all('[role=switch]', '::before', (s, e) => e.checked ? clear(s.backgroundColor) : filled(s)),
+  ];
+  for (const path of document.querySelectorAll('svg.plot path:not(.grid, .heat path)'))
+    if (clear(getComputedStyle(path).stroke)) found.push(path.getAttribute('class'));
+  return found;
+}"""
+
+
+def test_more_contrast_is_more(reader: Callable[..., Reader]) -> None:
+    """Who asks for contrast gets black on white, or white on black, and rims."""
+    for scheme, ink in (("light", "rgb(0, 0, 0)"), ("dark", "rgb(255, 255, 255)")):
+        page = reader(contrast="more", color_scheme=scheme).open("kabsch.html")
+        assert page.evaluate("getComputedStyle(document.documentElement).color") == ink
+        assert page.locator(".figure-panel > svg").first.evaluate("e => getComputedStyle(e).outlineStyle") == "solid"
+        assert [*violations(page, scheme, runOnly={"type": "rule", "values": ["color-contrast"]})] == []
+        page.close()

@@ -1,0 +1,126 @@
+"""What a reader does to a figure, in words."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import Any
+
+from playwright.sync_api import Locator, Page, expect
+
+from sitegen.bench.pages import until
+
+LIVE = 60_000  # ms: a start of Python on a busy machine
+TAPS, TAPPED = 5, 2_000  # how often a finger tries, and for how many ms it waits
+
+
+class Figure:
+    """One figure on an open page."""
+
+    def __init__(self, page: Page, name: str) -> None:
+        self.page, self.name = page, name
+        self.root = page.locator(f"#{name}")
+
+    def seen(self) -> Figure:
+        self.root.scroll_into_view_if_needed()
+        return self
+
+    def becomes(self, state: str) -> Figure:
+        """Waits for the figure's state: static, tape, waiting, live or failed."""
+        expect(self.root).to_have_attribute("data-state", state, timeout=LIVE)
+        return self
+
+    def live(self) -> Figure:
+        self.seen()
+        expect(self.page.locator("html")).to_have_attribute("data-runtime", "live", timeout=LIVE)
+        return self
+
+    def button(self, name: str) -> Locator:
+        return self.root.locator(f'[data-button="{name}"]')
+
+    def handle(self, name: str) -> Locator:
+        return self.root.locator(f'[data-handle="{name}"]')
+
+    def control(self, name: str) -> Locator:
+        return self.root.locator(f'[name="{name}"]')
+
+    def readout(self, name: str) -> str:
+        return self.root.locator(f'[data-readout="{name}"] .value').inner_text()
+
+    def shows(self, name: str, value: str) -> Figure:
+        expect(self.root.locator(f'[data-readout="{name}"] .value')).to_have_text(value, timeout=LIVE)
+        return self
+
+    def changes(self, name: str, before: str) -> str:
+        """Waits until the readout is no longer `before` and nothing more is asked: of a drag this is its last frame."""
+        expect(self.root.locator(f'[data-readout="{name}"] .value')).not_to_have_text(before, timeout=LIVE)
+        return self.settled().readout(name)
+
+    def frames(self) -> int:
+        return int(self.root.get_attribute("data-frame") or 0)
+
+    def record(self) -> dict[str, Any]:
+        return self.page.evaluate("name => Ladder.figures.get(name).record", self.name)  # type: ignore[no-any-return]
+
+    def frame(self) -> dict[str, Any]:
+        return self.page.evaluate("name => Ladder.figures.get(name).frame", self.name)  # type: ignore[no-any-return]
+
+    def settled(self) -> Figure:
+        """Waits until nothing is asked or moving."""
+        until(self.page, f"!Ladder.figures.get({self.name!r}).busy")
+        return self
+
+    def set(self, name: str, value: str | bool) -> None:
+        """Moves a control as a reader would, by the keyboard's or pointer's end result."""
+        control = self.control(name)
+        kind = control.first.get_attribute("type")
+        if kind == "radio":
+            self.root.locator(f'[name="{name}"][value="{value}"]').check(force=True)
+        elif kind == "checkbox":
+            control.set_checked(bool(value), force=True)
+        else:
+            control.fill(str(value))
+
+    def drag(self, name: str, dx: float, dy: float, steps: int = 8) -> None:
+        """Drags a handle by so many px with the mouse."""
+        self.handle(name).scroll_into_view_if_needed()
+        box = self.handle(name).bounding_box()
+        assert box is not None
+        x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+        self.page.mouse.move(x, y)
+        self.page.mouse.down()
+        self.page.mouse.move(x + dx, y + dy, steps=steps)
+        self.page.mouse.up()
+
+
+def figures(page: Page) -> list[Figure]:
+    return [Figure(page, node.get_attribute("id") or "") for node in page.locator("figure.figure").all()]
+
+
+def finger(page: Page, path: Sequence[tuple[float, float]]) -> None:
+    """A finger put down at the first place, drawn through the others and lifted at the last, as touch input."""
+    touch = page.context.new_cdp_session(page)
+    for kind, places in (("touchStart", path[:1]), ("touchMove", path[1:]), ("touchEnd", [()])):
+        for place in places:
+            points = [dict(zip("xy", place, strict=True))] if place else []
+            touch.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+
+def tap_after_drag(target: Locator) -> None:
+    """A tap right after a finger was lifted. Chromium takes it for none while it is still at the drag, which on a busy
+    machine has no end in time; then one taps again, as a reader would."""
+    target.evaluate("e => e.addEventListener('click', () => { e.dataset.tapped = ''; }, { once: true })")
+    for _ in range(TAPS):
+        target.tap()
+        try:
+            expect(target).to_have_attribute("data-tapped", "", timeout=TAPPED)
+        except AssertionError:
+            continue
+        target.evaluate("e => e.removeAttribute('data-tapped')")
+        return
+    raise AssertionError(f"{TAPS} taps were taken for none")
+
+
+def first_record(figure: Figure) -> dict[str, Any]:
+    """The record that the build wrote into the page."""
+    return json.loads(figure.root.locator("script.figure-record").text_content() or "")["record"]  # type: ignore[no-any-return]

@@ -1,0 +1,129 @@
+"""What a reader takes away: the picture as SVG and PNG, pinned runs as CSV; and what a page looks like on paper."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from base64 import urlsafe_b64encode
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import pytest
+from PIL import Image
+from playwright.sync_api import Locator, Page, expect
+
+from tests.browser.conftest import Reader
+from tests.browser.figure import Figure
+
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+def saved(page: Page, button: Locator, to: Path) -> Path:
+    with page.expect_download() as coming:
+        button.click()
+    path = to / coming.value.suggested_filename
+    coming.value.save_as(path)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("name", "figure"), [("kabsch", "fig-solve"), ("ndt-score", "fig-score"), ("race", "fig-curves")]
+)
+def test_a_picture_stands_alone(reader: Callable[..., Reader], tmp_path: Path, name: str, figure: str) -> None:
+    """Nothing leads out of the SVG; its colours are the light theme's; the PNG is its picture."""
+    page = reader(color_scheme="dark").open(f"{name}.html")
+    root = page.locator(f"#{figure}")
+    root.locator(".figure-more summary").click()
+    drawing = saved(page, root.locator('[data-picture="svg"]'), tmp_path)
+    bitmap = saved(page, root.locator('[data-picture="png"]'), tmp_path)
+    assert [drawing.name, bitmap.name] == [f"{name}-{figure}.svg", f"{name}-{figure}.png"]
+    tree = ElementTree.fromstring(drawing.read_text("utf-8"))
+    nodes = list(tree.iter())
+    assert not [node for node in nodes if "class" in node.attrib or "style" in node.attrib]
+    values = [value for node in nodes for value in node.attrib.values()]
+    assert not [value for value in values if "var(" in value or "light-dark" in value or "NaN" in value]
+    assert tree.findtext(f"{SVG}desc")
+    assert sum(node.tag == f"{SVG}path" for node in nodes) > 4
+    style = tree.findtext(f"{SVG}style") or ""
+    assert "data:font/woff2;base64," in style
+    assert "http" not in style
+    drawn = page.context.new_page()
+    drawn.set_viewport_size({"width": int(tree.attrib["width"]), "height": int(tree.attrib["height"])})
+    drawn.goto(drawing.as_uri())
+    shot = Image.open(io.BytesIO(drawn.screenshot())).convert("RGB")
+    picture = Image.open(bitmap).convert("RGB")
+    assert picture.size == (2 * shot.width, 2 * shot.height)
+    assert picture.getpixel((2, 2)) == (255, 255, 255)
+    apart = Image.composite(shot, picture.resize(shot.size), Image.new("L", shot.size, 128)).histogram()
+    assert sum(apart[:3]) < 0.2 * shot.width * shot.height  # nothing of the dark page's ground
+    used = {colour for _, colour in picture.getcolors(picture.width * picture.height) or []}
+    assert len(used) > 20
+
+
+def test_pinned_runs_are_saved_as_csv(reader: Callable[..., Reader], tmp_path: Path) -> None:
+    """Every control, the seed and the readouts, as numbers that a spreadsheet reads."""
+    solve = Figure(reader(reduced_motion="reduce").open("kabsch.html"), "fig-solve").live()
+    solve.root.locator("[data-pin]").click()
+    before = solve.readout("rms")
+    solve.button("solve").click()
+    after = solve.changes("rms", before)
+    solve.root.locator("[data-pin]").click()
+    path = saved(solve.page, solve.root.locator('.runs [data-do="Save"]'), tmp_path)
+    assert path.name == "kabsch-fig-solve-runs.csv"
+    rows = list(csv.DictReader(path.read_text("utf-8").splitlines()))
+    assert [row["Actions"] for row in rows] == ["0", "1"]
+    [rms] = [name for name in rows[0] if name == "RMS residual now (u)"]
+    assert [float(row[rms]) for row in rows] == [float(before), float(after)]
+
+
+def link(record: dict[str, Any]) -> str:
+    return urlsafe_b64encode(json.dumps(record).encode()).decode().rstrip("=")
+
+
+def test_what_is_sound_of_a_link_is_taken(reader: Callable[..., Reader]) -> None:
+    """A value out of range, an unknown control, a seed that is none and unknown actions are left out, and named."""
+    one = reader(reduced_motion="reduce")
+    given = {
+        "widget": "kabsch",
+        "controls": {"noise": 0.3, "wrong": 99, "<img src=x onerror=alert(1)>": 1},
+        "seed": -1,
+        "log": [["press", "solve"], ["press", "<b>no such button</b>"], ["press", "solve"]],
+    }
+    solve = Figure(one.open(f"kabsch.html#fig-solve?s={link(given)}"), "fig-solve").live()
+    note = solve.root.locator(".figure-status")
+    expect(note).to_contain_text("ignored: ")
+    for part in ("wrong", "“<img src=x onerror=alert(1)>”"[:31], "the seed", "action 2"):
+        expect(note).to_contain_text(part, ignore_case=True)
+    solve.settled()
+    assert solve.record()["controls"]["noise"] == 0.3
+    assert solve.record()["controls"]["wrong"] != 99
+    assert solve.record()["log"] == [["press", "solve"]]
+    assert solve.page.locator("main img[src=x]").count() == 0
+
+
+def test_a_chapter_prints_with_its_figures_as_they_are(reader: Callable[..., Reader]) -> None:
+    """On paper there is each figure's picture as it was left, in light colours, whole, and nothing to press."""
+    one = reader(color_scheme="dark", reduced_motion="reduce")
+    page = one.open("race.html")
+    page.emulate_media(media="print")
+    assert page.locator("figure button:not([data-sort]):visible").count() == 0
+    page = one.open("kabsch.html")
+    solve = Figure(page, "fig-solve").live()
+    before = solve.readout("rms")
+    solve.button("solve").click()
+    after = solve.changes("rms", before)
+    page.emulate_media(media="print")
+    assert page.locator("button:not(.try):visible, input:visible, .ladder:visible").count() == 0
+    assert solve.readout("rms") == after
+    panels = page.locator("figure .figure-panel > svg")
+    assert panels.count() >= 3
+    for panel in panels.all():
+        box = panel.bounding_box()
+        assert box is not None
+        assert box["width"] > 100
+        assert box["height"] > 60
+        assert panel.evaluate("node => getComputedStyle(node).backgroundColor") == "rgb(243, 243, 239)"
+    assert page.pdf().startswith(b"%PDF")

@@ -1,0 +1,68 @@
+"""Nothing grows with use: the worker's memory over a thousand drags, the page's own over hundreds of presses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+from playwright.sync_api import CDPSession
+
+from sitegen.bench.pages import IDLE, until
+from tests.browser.conftest import Reader
+from tests.browser.figure import Figure
+
+pytestmark = pytest.mark.browser
+
+# One entry after another at places round a circle, each asked for once the one before is answered, drawn coarsely.
+ENTRIES = """async ([name, kind, what, count]) => {
+  for (let i = 0; i < count; i++) {
+    const record = structuredClone(Ladder.figures.get(name).record);
+    record.log = [[kind, what, Math.cos(i) * 2, Math.sin(i) * 2]];
+    await Ladder.runtime.frame({figure: name, record, detail: 0});
+  }
+  return await Ladder.runtime.heap();
+}"""
+WARM, PRESSES = 60, 300
+
+
+@pytest.mark.parametrize(
+    ("page", "name", "kind", "what"),
+    [("icp.html", "fig-nearest", "drag", "source"), ("ndt-score.html", "fig-score", "click", "map")],
+)
+def test_a_thousand_actions_leave_the_worker_s_heap_alone(
+    reader: Callable[..., Reader], page: str, name: str, kind: str, what: str
+) -> None:
+    """A cloud with its nearest neighbours, and a map with a climb on it."""
+    figure = Figure(reader(reduced_motion="reduce").open(page), name).live()
+    warm = figure.page.evaluate(ENTRIES, [name, kind, what, WARM])
+    assert warm > 10_000_000
+    assert figure.page.evaluate(ENTRIES, [name, kind, what, 1000]) == warm
+
+
+def test_hundreds_of_presses_leave_the_page_as_it_is(reader: Callable[..., Reader]) -> None:
+    """Step and Reset, pictures swapped each time: as many nodes and listeners as before, and no heap that grows."""
+    page = reader(reduced_motion="reduce").open("icp.html")
+    figure = Figure(page, "fig-nearest").live()
+    meter = page.context.new_cdp_session(page)
+    meter.send("Performance.enable")
+    press(figure, WARM)
+    before = measured(meter)
+    press(figure, PRESSES)
+    after = measured(meter)
+    assert before["Nodes"] > 100
+    assert after["Nodes"] <= before["Nodes"] + 20, (before, after)
+    assert after["JSEventListeners"] <= before["JSEventListeners"] + 5, (before, after)
+    assert after["JSHeapUsedSize"] < before["JSHeapUsedSize"] + 500_000, (before, after)
+
+
+def press(figure: Figure, count: int) -> None:
+    """So many presses, every third a Reset."""
+    for i in range(count):
+        figure.button("reset" if i % 3 == 2 else "step").evaluate("button => button.click()")
+        until(figure.page, IDLE)
+
+
+def measured(meter: CDPSession) -> dict[str, float]:
+    """The page's metrics by name, after its garbage is collected."""
+    meter.send("HeapProfiler.collectGarbage")
+    return {one["name"]: one["value"] for one in meter.send("Performance.getMetrics")["metrics"]}

@@ -1,0 +1,153 @@
+"""A figure's long work: the benchmark in the tab, its table, Stop, and that a reader comes first."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+
+import pytest
+from playwright.sync_api import Locator, expect
+
+from solvers.studies.benchmark import benchmark
+from solvers.studies.race import Controls
+from tests.browser.conftest import Reader
+from tests.browser.figure import LIVE, Figure
+
+STOPPED_MS = 100
+LONG = 180_000  # ms for a whole benchmark on a busy machine
+
+
+@pytest.fixture
+def race(reader: Callable[..., Reader]) -> Figure:
+    return Figure(reader(reduced_motion="reduce").open("race.html"), "fig-race").live()
+
+
+def job(figure: Figure) -> Locator:
+    return figure.root.locator('section.job[data-job="benchmark"]')
+
+
+def rows(figure: Figure) -> list[list[str]]:
+    """The table's cells as shown, row by row."""
+    return [line.locator("th, td").all_inner_texts() for line in job(figure).locator("tbody tr").all()]
+
+
+def test_the_benchmark_is_the_native_one(race: Figure) -> None:
+    """In the tab as natively: counts within one, and medians of those that do not choose to the digits shown."""
+    built = rows(race)
+    begin, words = job(race).locator('[data-do="begin"]'), job(race).locator(".job-words")
+    begin.click()
+    expect(begin).to_be_enabled(timeout=LONG)
+    expect(words).to_contain_text("Done in")
+    found = rows(race)
+    assert [row[0] for row in found] == [row[0] for row in built]
+    for row, line in zip(found, benchmark(Controls()), strict=True):
+        assert abs(int(row[3]) - line.turned) <= 1, row
+        assert abs(int(row[4]) - line.close) <= 1, row
+        assert int(row[6].replace(",", "")) > 0
+        if line.contestant.method in ("icp", "point-to-plane", "gicp", "soft-annealed"):
+            assert row[1] == f"{line.median_rre:.2f}"
+            assert row[2] == f"{line.median_rte:.3f}"
+    assert job(race).locator(".job-panels svg.plot").count() == 2
+
+
+def test_stop_is_heard_at_once_and_a_reader_comes_first(race: Figure) -> None:
+    """While it runs a step of the race is answered; Stop ends it within 100 ms, and it can begin again."""
+    page, begin, stop = race.page, *(job(race).locator(f'[data-do="{what}"]') for what in ("begin", "stop"))
+    begin.click()
+    expect(job(race)).to_have_attribute("data-state", "running")
+    before = race.frames()
+    race.button("step").click()
+    race.settled()
+    assert race.frames() > before
+    expect(job(race)).to_have_attribute("data-state", "running")
+    took = page.evaluate(
+        """() => new Promise((done) => {
+          const box = document.querySelector('section.job');
+          const began = performance.now();
+          const seen = new MutationObserver(() => { if (box.dataset.state === '') done(performance.now() - began); });
+          seen.observe(box, { attributes: true });
+          box.querySelector('[data-do=stop]').click();
+        })"""
+    )
+    assert took < STOPPED_MS
+    expect(stop).to_be_disabled()
+    expect(begin).to_be_enabled()
+    expect(job(race).locator(".job-words")).to_contain_text("Stopped")
+    begin.click()
+    expect(job(race)).to_have_attribute("data-state", "running")
+    stop.click()
+
+
+def test_the_table_sorts_by_any_column(race: Figure) -> None:
+    """A heading sorts, upwards and then downwards, says so, and keeps the focus."""
+    names = [row[0] for row in rows(race)]
+    for column in range(6):
+        heading = job(race).locator(f'[data-sort="{column}"]')
+        for way in ("ascending", "descending"):
+            heading.click()
+            expect(heading).to_be_focused()
+            expect(job(race).locator("thead th").nth(column + 1)).to_have_attribute("aria-sort", way)
+            shown = [row[column + 1] for row in rows(race)]
+            values = [float(text) for text in shown if text != "–"]
+            assert values == sorted(values, reverse=way == "descending")
+    job(race).locator('[data-sort="-1"]').click()
+    assert [row[0] for row in rows(race)] == sorted(names, key=str.lower)
+
+
+def test_a_kept_run_stays_beside_the_next(race: Figure) -> None:
+    """The static run is kept; of a new one at other settings each row has both numbers, as far as it has come."""
+    kept = {row[0]: row[1] for row in rows(race)}
+    job(race).locator('[data-do="keep"]').click()
+    race.set("setting", "clean")
+    race.settled()
+    job(race).locator('[data-do="begin"]').click()
+    expect(job(race).locator(".job-caption").first).to_contain_text("clean", timeout=LONG)
+    job(race).locator('[data-do="stop"]').click()
+    first = rows(race)[0]
+    now, was = first[1].split()
+    assert was == kept[first[0]]
+    assert now != was
+    assert job(race).locator(".job-panels").count() == 2
+    job(race).locator('[data-do="drop"]').click()
+    assert job(race).locator(".job-panels").count() == 1
+
+
+def test_the_table_is_there_without_scripts(reader: Callable[..., Reader]) -> None:
+    """The native table for the figure's settings stands in the page, with its drawings and no button."""
+    page = reader(java_script_enabled=False).open("race.html")
+    box = page.locator("section.job")
+    expect(box.locator("tbody tr")).to_have_count(9)
+    expect(box.locator("svg.plot")).to_have_count(2)
+    expect(box.locator("button")).to_have_count(5)
+    for button in box.locator("button").all():
+        expect(button).to_be_hidden()
+    for line, row in zip(benchmark(Controls()), box.locator("tbody tr").all(), strict=True):
+        assert row.locator("th").inner_text() == line.contestant.label
+        assert row.locator("td").all_inner_texts()[2:4] == [str(line.turned), str(line.close)]
+
+
+def test_a_begin_before_python_is_up_waits_for_it(reader: Callable[..., Reader]) -> None:
+    """Pressed at once, it begins when the runtime is live; a worker that dies meanwhile is told."""
+    race = Figure(reader(reduced_motion="reduce").open("race.html"), "fig-race").seen()
+    job(race).locator('[data-do="begin"]').click()
+    expect(job(race)).to_have_attribute("data-state", "running")
+    race.live()
+    expect(job(race).locator(".job-words")).to_contain_text("step", timeout=LIVE)
+
+
+def test_every_panel_takes_the_start(race: Figure) -> None:
+    """A drag of the start in the fifth panel is a drag of the start, and the focus is on the handle of the first."""
+    grip = race.root.locator('.handle.copy[data-handle="source"]').nth(3)
+    grip.scroll_into_view_if_needed()
+    box = grip.bounding_box()
+    assert box
+    page, x, y = race.page, box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 30, y + 20, steps=4)
+    page.mouse.up()
+    race.settled()
+    assert race.record()["log"][-1][:2] == ["drag", "source"]
+    expect(race.root.locator('.handle:not(.copy)[data-handle="source"]')).to_be_focused()
+    places = {json.dumps(panel["caption"].split("\n")[1]) for panel in race.frame()["panels"][:9]}
+    assert len(places) == 1

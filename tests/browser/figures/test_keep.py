@@ -1,0 +1,194 @@
+"""What a reader keeps: pins, links, experiments, the theme; and citation cards."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+from playwright.sync_api import expect
+
+from tests.browser.conftest import Reader
+from tests.browser.figure import Figure
+
+
+def test_pins_hold_controls_and_readouts_and_restore(reader: Callable[..., Reader]) -> None:
+    """Two pinned runs differ in the control that was moved; Restore brings the run back; they outlive a reload."""
+    page = reader(reduced_motion="reduce").open("kabsch.html")
+    solve = Figure(page, "fig-solve").live()
+    before = solve.readout("rms")
+    solve.button("solve").click()
+    first = solve.changes("rms", before)
+    solve.root.locator("[data-pin]").click()
+    solve.set("noise", "0.4")
+    second = solve.changes("rms", first)
+    solve.root.locator("[data-pin]").click()
+    rows = solve.root.locator(".runs tbody tr")
+    expect(rows).to_have_count(2)
+    expect(rows.nth(0)).to_contain_text(first)
+    expect(rows.nth(1)).to_contain_text(second)
+    expect(rows.nth(1)).to_contain_text("0.4")
+    rows.nth(0).get_by_role("button", name=re.compile("restore", re.I)).click()
+    solve.shows("rms", first)
+    page.reload()
+    expect(Figure(page, "fig-solve").root.locator(".runs tbody tr")).to_have_count(2)
+    Figure(page, "fig-solve").root.locator(".runs tbody tr").nth(0).get_by_role(
+        "button", name=re.compile("remove", re.I)
+    ).click()
+    expect(Figure(page, "fig-solve").root.locator(".runs tbody tr")).to_have_count(1)
+
+
+def test_a_pin_from_before_a_control_was_there_is_still_a_pin(reader: Callable[..., Reader]) -> None:
+    """Its record is filled up as a link's is: nothing in the table is missing, and the page comes alive."""
+    page = reader(reduced_motion="reduce").open("kabsch.html")
+    solve = Figure(page, "fig-solve").seen()
+    solve.root.locator("[data-pin]").click()
+    page.evaluate(
+        """() => {
+          const key = Object.keys(localStorage).find(name => name.startsWith("ladder-pins:"));
+          const [pin] = JSON.parse(localStorage.getItem(key));
+          const { noise, ...others } = pin.record.controls;
+          const made = controls => ({ ...pin, record: { ...pin.record, controls } });
+          localStorage.setItem(key, JSON.stringify([made(others), made(null)]));
+        }"""
+    )
+    page.reload()
+    rows = solve.root.locator(".runs tbody tr")
+    expect(rows).to_have_count(2)
+    expect(solve.root.locator(".runs")).not_to_contain_text("NaN")
+    rows.nth(1).get_by_role("button", name=re.compile("restore", re.I)).click()
+    solve.settled()
+    assert solve.record()["controls"]["noise"] == 0
+
+
+def test_a_pin_that_is_not_stored_or_that_drops_another_says_so(reader: Callable[..., Reader]) -> None:
+    """Where nothing more can be stored the run is pinned for this page alone; the 51st takes the place of the first."""
+    page = reader(reduced_motion="reduce").open("kabsch.html")
+    solve = Figure(page, "fig-solve").seen()
+    pin, status = solve.root.locator("[data-pin]"), solve.root.locator(".figure-status")
+    rows = solve.root.locator(".runs tbody tr")
+    pin.click()
+    expect(status).to_have_text(re.compile(r"^Run 1 pinned\.\s*$"))
+    page.evaluate(
+        """() => {
+          const key = Object.keys(localStorage).find(name => name.startsWith("ladder-pins:"));
+          const [pin] = JSON.parse(localStorage.getItem(key));
+          const seeds = [7, ...Array(47).fill(9)].map(seed => ({ ...pin, record: { ...pin.record, seed } }));
+          localStorage.setItem(key, JSON.stringify([pin, ...seeds]));
+        }"""
+    )
+    pin.click()
+    expect(rows).to_have_count(50)
+    expect(status).to_have_text(re.compile(r"^Run 50 pinned\.\s*$"))
+    pin.click()
+    expect(status).to_contain_text("Run 50 pinned. No more than 50 are kept: the oldest one was dropped.")
+    expect(rows).to_have_count(50)
+    expect(rows.first.locator("td").first).to_have_text("7")
+    page.evaluate("() => { Storage.prototype.setItem = () => { throw new Error('full'); }; }")
+    rows.first.get_by_role("button", name="Remove").click()
+    pin.click()
+    expect(status).to_contain_text(
+        "Run 50 pinned. This browser could not store it: it is gone when you leave this page."
+    )
+    expect(rows).to_have_count(50)
+
+
+def test_a_link_restores_the_state(reader: Callable[..., Reader]) -> None:
+    """The copied link opened in a new page shows the same frame."""
+    one = reader(reduced_motion="reduce")
+    solve = Figure(one.open("kabsch.html"), "fig-solve").live()
+    before = solve.readout("rms")
+    solve.drag("source", -70, 50)
+    moved = solve.changes("rms", before)
+    link = solve.page.evaluate("name => Ladder.figures.get(name).link()", solve.name)
+    page = one.context.new_page()
+    page.goto(link)
+    Figure(page, "fig-solve").live().shows("rms", moved)
+
+
+def test_a_hostile_link_harms_nothing(reader: Callable[..., Reader]) -> None:
+    """Broken and hostile states in the address leave the figure at its preset, with a note."""
+    one = reader()
+    for state in ("%%%", "bm90IGpzb24"):
+        page = one.open(f"kabsch.html#fig-solve?s={state}")
+        solve = Figure(page, "fig-solve").live()
+        expect(solve.root.locator(".figure-status")).not_to_be_empty()
+        expect(solve.root.locator("svg.plot").first).to_be_visible()
+        solve.button("reset").click()
+        before = solve.readout("rms")
+        solve.button("solve").click()
+        solve.changes("rms", before)
+        page.close()
+
+
+def test_experiments_set_the_figure(reader: Callable[..., Reader]) -> None:
+    """Every Try this button sets the controls that it names and brings the figure into view."""
+    page = reader(reduced_motion="reduce").open("kabsch.html")
+    Figure(page, "fig-solve").live()
+    buttons = page.locator("button.try")
+    assert buttons.count() >= 4
+    for i in range(buttons.count()):
+        button = buttons.nth(i)
+        figure = Figure(page, button.get_attribute("data-figure") or "")
+        button.click()
+        wanted = page.evaluate("b => JSON.parse(b.dataset.record)", button.element_handle())
+        figure.settled()
+        record = figure.record()
+        assert {**record["controls"], **wanted["controls"]} == record["controls"]
+        assert record["log"] == wanted["log"]
+        expect(figure.root.locator("svg.plot").first).to_be_in_viewport()
+
+
+def test_the_theme_switch_keeps(reader: Callable[..., Reader]) -> None:
+    """Auto, light, dark: the choice changes the colours and outlives a reload."""
+    page = reader(color_scheme="light").open("kabsch.html")
+    ground = "getComputedStyle(document.documentElement).backgroundColor"
+    light = page.evaluate(ground)
+    for _ in range(3):
+        page.locator("button.theme").click()
+        if page.locator("html").get_attribute("data-theme") == "dark":
+            break
+    dark = page.evaluate(ground)
+    assert dark != light
+    page.reload()
+    assert page.evaluate(ground) == dark
+
+
+def test_citation_cards(reader: Callable[..., Reader]) -> None:
+    """A card opens on hover and on focus, closes with Escape, and on touch opens at the first tap."""
+    page = reader().open("kabsch.html")
+    cite = page.locator("a.cite").first
+    card = page.locator("#" + (cite.get_attribute("data-card") or "none"))
+    expect(card).to_be_hidden()
+    cite.hover()
+    expect(card).to_be_visible()
+    page.keyboard.press("Escape")
+    expect(card).to_be_hidden()
+    page.mouse.move(0, 0)
+    cite.focus()
+    expect(card).to_be_visible()
+    page.keyboard.press("Escape")
+    expect(card).to_be_hidden()
+    phone = reader(390, 800, has_touch=True).open("kabsch.html")
+    cite = phone.locator("a.cite").first
+    cite.tap()
+    expect(phone.locator("#" + (cite.get_attribute("data-card") or "none"))).to_be_visible()
+    assert phone.url.endswith("kabsch.html")
+
+
+def test_a_term_shows_what_it_means(reader: Callable[..., Reader]) -> None:
+    """On focus and hover its card says it, Escape closes that; the link leads to its entry."""
+    page = reader().open("surfaces.html")
+    link = page.locator("a.term[data-card]").first
+    card = page.locator(f"#{link.get_attribute('data-card')}")
+    expect(card).to_be_hidden()
+    link.focus()
+    expect(card).to_be_visible()
+    page.keyboard.press("Escape")
+    expect(card).to_be_hidden()
+    link.hover()
+    expect(card).to_be_visible()
+    name = str(link.get_attribute("data-card")).removeprefix("card-")
+    says = card.inner_text().partition(". ")[2]
+    link.click()
+    expect(page.locator(f"#{name}")).to_be_in_viewport()
+    expect(page.locator(f"#{name} dd")).to_contain_text(says)

@@ -1,0 +1,253 @@
+"""With Python up: drag, keys, touch, controls, buttons; and the same bytes as the build's own drawing."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from tests.browser.conftest import Reader
+from tests.browser.figure import Figure, figures, finger, tap_after_drag
+from widgets.engine.contract import SEED, preset
+from widgets.engine.host import Host
+from widgets.engine.registry import WIDGETS
+
+
+@pytest.fixture
+def solve(reader: Callable[..., Reader]) -> Figure:
+    return Figure(reader(reduced_motion="reduce").open("kabsch.html"), "fig-solve").live()
+
+
+def records() -> list[dict[str, Any]]:
+    """Every widget's presets, what the tape of the first records, and for each preset some drags and picks."""
+    found = []
+    for widget in WIDGETS.values():
+        for i, name in enumerate(widget.presets):
+            plain = preset(widget, name).plain()
+            found.append(plain)
+            found += [{**plain, "seed": SEED + 13, "log": [["drag", h, 1.23, -0.57]]} for h in widget.handles]
+            found += [{**plain, "log": [["click", c, 0.4, 0.3]]} for c in widget.clicks]
+            found += [{**plain, "log": [["hover", c, 0.4, 0.3]]} for c in widget.hovers]
+            for changes, presses in widget.tape if i == 0 else ():
+                log = [["press", press] for press in presses]
+                found.append({**preset(widget, name, changes).plain(), "log": log})
+    return found
+
+
+def test_live_frames_are_the_build_s_byte_for_byte(reader: Callable[..., Reader]) -> None:
+    """For every widget, preset, taped state and a drag of each handle: native and browser frames are equal bytes."""
+    page = reader().open("kabsch.html")
+    Figure(page, "fig-solve").live()
+    host = Host()
+    for record in records():
+        request = {"figure": "fig-x", "record": record}
+        live = page.evaluate("request => Ladder.runtime.frame(request)", request)
+        assert live == host.render("fig-x", record), record
+
+
+def test_a_drag_moves_the_source_and_solve_finds_the_same_optimum(solve: Figure) -> None:
+    """Two different starts by drag, two Solves: the same residual, and the spread of the solutions is rounding."""
+    before = solve.readout("rms")
+    solve.drag("source", 90, 60)
+    moved = solve.changes("rms", before)
+    solve.button("solve").click()
+    first = solve.changes("rms", moved)
+    solve.drag("turn", -120, 90)
+    again = solve.changes("rms", first)
+    solve.button("solve").click()
+    assert solve.changes("rms", again) == first
+    assert [entry[:2] for entry in solve.record()["log"]] == [
+        ["drag", "source"],
+        ["press", "solve"],
+        ["drag", "turn"],
+        ["press", "solve"],
+    ]
+
+
+def test_a_drag_keeps_its_offset_and_follows_the_pointer(solve: Figure) -> None:
+    """Grabbed off centre, the handle moves by just what the pointer moved."""
+    solve.seen()
+    box = solve.handle("source").bounding_box()
+    assert box
+    page, x, y = solve.page, box["x"] + box["width"] * 0.7, box["y"] + box["height"] * 0.3
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 80, y - 30, steps=5)
+    page.mouse.up()
+    solve.settled()
+    after = solve.handle("source").bounding_box()
+    assert after
+    assert abs(after["x"] - box["x"] - 80) < 1.5
+    assert abs(after["y"] - box["y"] + 30) < 1.5
+
+
+def test_keys_do_what_a_drag_does(solve: Figure) -> None:
+    """Arrow keys on the focused handle move it; Shift moves further; the page does not scroll; focus stays."""
+    handle = solve.seen().handle("source")
+    top = solve.page.evaluate("scrollY")
+    before = solve.frame()["handles"]
+    handle.focus()
+    solve.page.keyboard.press("ArrowRight")
+    expect(handle).to_be_focused()
+    solve.settled()
+    near = solve.frame()["handles"]
+    solve.page.keyboard.press("Shift+ArrowUp")
+    solve.settled()
+    far = solve.frame()["handles"]
+    place = (
+        {h["name"]: h["world"] for h in before},
+        {h["name"]: h["world"] for h in near},
+        {h["name"]: h["world"] for h in far},
+    )
+    assert place[1]["source"][0] > place[0]["source"][0]
+    assert place[2]["source"][1] - place[1]["source"][1] > place[1]["source"][0] - place[0]["source"][0]
+    expect(handle).to_be_focused()
+    assert solve.page.evaluate("scrollY") == top
+    assert len(solve.record()["log"]) == 1
+
+
+def test_a_new_draw_is_the_next_seed_s(solve: Figure) -> None:
+    """Other clouds, which the record names; pressing again goes on."""
+    solve.set("noise", "0.3")
+    solve.settled()
+    seeds, pictures = [solve.record()["seed"]], {json.dumps(solve.frame()["panels"])}
+    for _ in range(2):
+        solve.button("new").click()
+        solve.settled()
+        seeds.append(solve.record()["seed"])
+        pictures.add(json.dumps(solve.frame()["panels"]))
+    assert seeds == [seeds[0], seeds[0] + 13, seeds[0] + 26]
+    assert len(pictures) == 3
+
+
+def test_escape_puts_a_drag_back(solve: Figure) -> None:
+    """Escape while dragging restores the state from before."""
+    before = solve.readout("rms")
+    box = solve.seen().handle("source").bounding_box()
+    assert box
+    solve.page.mouse.move(box["x"] + 22, box["y"] + 22)
+    solve.page.mouse.down()
+    solve.page.mouse.move(box["x"] + 120, box["y"] + 80, steps=4)
+    solve.changes("rms", before)
+    solve.page.keyboard.press("Escape")
+    solve.shows("rms", before)
+    solve.page.mouse.up()
+    assert solve.record()["log"] == []
+
+
+def test_everything_by_keyboard_alone(solve: Figure) -> None:
+    """Tab reaches handles, controls and buttons in order; Enter solves; a slider answers to arrows."""
+    page = solve.page
+    solve.handle("source").focus()
+    reached = []
+    for _ in range(30):
+        page.keyboard.press("Tab")
+        reached.append(
+            page.evaluate(
+                "document.activeElement.dataset.handle || document.activeElement.name || "
+                "document.activeElement.dataset.button || ''"
+            )
+        )
+    assert {"turn", "noise", "solve"} <= set(reached)
+    before = solve.readout("rms")
+    solve.button("solve").focus()
+    page.keyboard.press("Enter")
+    solved = solve.changes("rms", before)
+    solve.control("noise").focus()
+    for _ in range(6):
+        page.keyboard.press("ArrowRight")
+    solve.changes("rms", solved)
+
+
+@pytest.mark.parametrize("width", [390, 1280])
+def test_touch_drags_a_handle_and_scrolls_past_a_figure(reader: Callable[..., Reader], width: int) -> None:
+    """A finger on a handle drags it; a finger on the drawing scrolls the page."""
+    one = reader(width, 800, has_touch=True, reduced_motion="reduce")
+    page = one.open("kabsch.html")
+    solve = Figure(page, "fig-solve").live()
+    assert page.evaluate("e => getComputedStyle(e).touchAction", solve.handle("source").element_handle()) == "none"
+    assert (
+        page.evaluate("e => getComputedStyle(e).touchAction", solve.root.locator("svg.plot").first.element_handle())
+        != "none"
+    )
+    before = solve.readout("rms")
+    drag_by_finger(page, solve, "source", 40, 30)
+    moved = solve.changes("rms", before)
+    tap_after_drag(solve.button("solve"))
+    solve.changes("rms", moved)
+
+
+def drag_by_finger(page: Page, figure: Figure, name: str, dx: float, dy: float) -> None:
+    """A touch drag of a handle that is large enough for a finger."""
+    figure.handle(name).scroll_into_view_if_needed()
+    box = figure.handle(name).bounding_box()
+    assert box
+    assert box["width"] >= 44
+    assert box["height"] >= 44
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    finger(page, [(x + dx * i / 6, y + dy * i / 6) for i in range(7)])
+
+
+def test_every_control_changes_what_is_drawn(reader: Callable[..., Reader], pages: list[str]) -> None:
+    """On every figure of every page, each control at another value gives another picture."""
+    one = reader(reduced_motion="reduce")
+    for name in pages:
+        page = one.open(name)
+        for figure in figures(page):
+            figure.live()
+            controls = page.evaluate("name => Ladder.figures.get(name).spec.controls", figure.name)
+            for control, spec in controls.items():
+                before = figure.frame()["panels"]
+                if spec["kind"] == "slider":
+                    value = figure.record()["controls"][control]
+                    figure.set(control, str(spec["high"] if value < spec["high"] else spec["low"]))
+                elif spec["kind"] == "choice":
+                    value = figure.record()["controls"][control]
+                    figure.set(control, next(o for o in spec["options"] if o != value))
+                else:
+                    figure.set(control, not figure.record()["controls"][control])
+                figure.settled()
+                if figure.frame()["panels"] == before:  # some controls speak only after the figure's main action
+                    primary = figure.root.locator(".buttons .primary")
+                    primary.click()
+                    figure.settled()
+                assert figure.frame()["panels"] != before, f"{name}#{figure.name}: {control} changes nothing"
+                if figure.button("reset").count():
+                    figure.button("reset").click()
+                    figure.settled()
+        page.close()
+
+
+def test_a_thousand_drags_leave_the_heap_alone(solve: Figure) -> None:
+    """After a warm-up, a thousand drags do not grow the worker's memory."""
+    drag = """async ([name, count]) => {
+      for (let i = 0; i < count; i++) {
+        const record = structuredClone(Ladder.figures.get(name).record);
+        record.log = [["drag", "source", Math.cos(i) * 2, Math.sin(i) * 2]];
+        await Ladder.runtime.frame({figure: name, record});
+      }
+      return (await Ladder.runtime.heap());
+    }"""
+    warm = solve.page.evaluate(drag, [solve.name, 1500])  # the collector's oldest objects take that long to go round
+    assert solve.page.evaluate(drag, [solve.name, 1000]) == warm
+
+
+def test_solve_is_animated_unless_reduced_motion_is_asked(reader: Callable[..., Reader]) -> None:
+    """Solve moves the group through poses in between; with reduced motion it is there at once."""
+    watch = """name => { window.seen = 0; new MutationObserver(list => { window.seen += list.length; })
+        .observe(document.getElementById(name), {subtree: true, attributes: true, attributeFilter: ['transform']}); }"""
+    counts = {}
+    for motion in ("no-preference", "reduce"):
+        page = reader(reduced_motion=motion).open("kabsch.html")
+        solve = Figure(page, "fig-solve").live()
+        page.evaluate(watch, "fig-solve")
+        before = solve.readout("rms")
+        solve.button("solve").click()
+        solve.changes("rms", before)
+        solve.settled()
+        counts[motion] = page.evaluate("seen")
+    assert counts["no-preference"] > 2, "more than the first pose and the last"
+    assert counts["reduce"] == 0

@@ -1,0 +1,106 @@
+"""A random walk of real clicks on every page with a figure: nothing breaks, and the state is in the link.
+
+--walk-steps=100 --walk-seed=7 takes a longer one; --walk-pages=icp.html,race.html on these pages alone.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Page
+
+from sitegen.bench.pages import IDLE, until
+from tests.browser.conftest import Reader
+from tests.browser.walk import SEEN, Walk
+from widgets.engine.host import Host
+
+pytestmark = pytest.mark.browser
+STEPS, SEED = 6, 1  # a page
+
+
+def test_whatever_a_reader_does_the_state_is_in_the_link(
+    reader: Callable[..., Reader], site: Path, pages: list[str], pytestconfig: pytest.Config
+) -> None:
+    """After every few steps: no complaint of the browser, no number that is none, inputs, readouts, words, handles and
+    picture of one and the same frame. In the end the record in each figure's link gives the same bytes: natively, and
+    on the first page, or on a longer walk on every one, in a browser window of its own."""
+    given, seed = pytestconfig.getoption("walk_steps"), pytestconfig.getoption("walk_seed") or SEED
+    chosen = pytestconfig.getoption("walk_pages")
+    walked = chosen.split(",") if chosen else [p for p in pages if "data-widget=" in (site / p).read_text("utf-8")]
+    assert walked
+    one, host = reader(permissions=["clipboard-read", "clipboard-write"]), Host()
+    for name in walked:
+        page = one.open(name)
+        walk = Walk(one, page, f"{seed} {name}")
+        try:
+            walk.steps(given or STEPS)
+            draw_natively(page, host)
+            if given or name == walked[0]:
+                open_links(page)
+        except AssertionError as error:
+            again = f"--walk-pages={name} --walk-seed={seed} --walk-steps={given or STEPS}"
+            raise AssertionError(f"{again}: {error}") from error
+        page.close()
+
+
+# A figure's link, the record that the page itself reads in it, and whether the reader's own clouds would be missing.
+LINK = """id => {
+  const figure = Ladder.figures.get(id);
+  const { record: records, sound } = Ladder;
+  const url = figure.link();
+  const { record, ignored } = sound(records.decode(url.split("?s=")[1], figure.initial), figure.initial, figure.spec);
+  return { url, record, ignored, key: records.key(record), same: records.key(figure.shown) === records.key(record) };
+}"""
+MARKUP = """svgs => {
+  const template = document.createElement("template");
+  return svgs.map((svg) => ((template.innerHTML = svg), template.innerHTML));
+}"""
+
+
+def links(page: Page) -> dict[str, Any]:
+    """Of each figure of the page: its link, whose record is the figure's whole state."""
+    found = {name: page.evaluate(LINK, name) for name in page.evaluate("[...Ladder.figures.keys()]")}
+    for name, link in found.items():
+        assert link["same"], f"{name}: its link {link['url']} is read as {link['record']}"
+        assert link["ignored"] == [], f"{name}: of its link {link['url']}, {link['ignored']} is ignored"
+    return found
+
+
+def draw_natively(page: Page, host: Host) -> None:
+    """The build's Python draws the bytes that the page shows, but for a reader's own clouds, which it does not have."""
+    for name, link in links(page).items():
+        if "given" not in link["record"]:
+            frame, seen = host.render(name, link["record"]), page.evaluate(SEEN, name)
+            drawn = page.evaluate(MARKUP, [panel["svg"] for panel in frame["panels"]])
+            assert seen["svg"] == drawn, f"{name}: natively its link {link['url']} is drawn otherwise"
+            assert seen["readouts"] == [readout["value"] for readout in frame["readouts"]], f"{name}: {link['url']}"
+
+
+def open_links(page: Page) -> None:
+    """Each figure's link, opened in another window, shows what the page shows; a reader's own clouds, which no link
+    holds, a worker started anew."""
+    fresh = page.context.new_page()
+    brought = []
+    for name, link in links(page).items():
+        if "given" in link["record"]:
+            brought.append(name)
+            continue
+        if fresh.url == "about:blank":
+            fresh.goto(link["url"])
+        else:
+            fresh.evaluate("hash => { location.hash = hash; }", link["url"].split("#")[1])
+        there = f"Ladder.record.key(Ladder.figures.get({name!r}).shown) === {json.dumps(link['key'])}"
+        until(fresh, f"{IDLE} && {there}")
+        assert fresh.evaluate(SEEN, name) == page.evaluate(SEEN, name), f"{name}: {link['url']} shows something else"
+    fresh.close()
+    if brought:
+        page.evaluate("Ladder.runtime.restart()")
+        page.locator("html[data-runtime=live]").wait_for()
+    for name in brought:
+        frame = page.evaluate("id => Ladder.runtime.frame({ figure: id, record: Ladder.figures.get(id).shown })", name)
+        drawn = page.evaluate(MARKUP, [panel["svg"] for panel in frame["panels"]])
+        assert page.evaluate(SEEN, name)["svg"] == drawn, f"{name}: a worker started anew draws otherwise"

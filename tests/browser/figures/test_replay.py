@@ -1,0 +1,164 @@
+"""What was done comes back, however long that takes: after a restart, from a link, with files that are read again."""
+
+from __future__ import annotations
+
+import json
+from base64 import urlsafe_b64encode
+from collections.abc import Callable
+from typing import Any
+
+from playwright.sync_api import Route, expect
+
+from sitegen.bench.pages import until
+from sitegen.check.offline import ask
+from tests.browser.conftest import ROOT, Reader
+from tests.browser.figure import LIVE, Figure, first_record
+from tests.browser.widgets.test_own_clouds import choose, clouds, lines, told
+from widgets.engine.host import Host
+
+# Every action of the figures of this widget takes half a second, and every file four seconds.
+SLOW = """
+self.addEventListener("message", ({ data }) => {
+  if (data.type === "give") for (const end = Date.now() + 4000; Date.now() < end; );
+  if (data.type !== "frame" || self.slowed) return;
+  self.slowed = true;
+  python.runPython(`
+import time
+from widgets.engine.registry import WIDGETS
+kabsch = WIDGETS["kabsch"]
+def act(state, action, quick=kabsch.act):
+    time.sleep(0.5)
+    return quick(state, action)
+object.__setattr__(kabsch, "act", act)
+`);
+});
+"""
+FRAME = 5000  # ms: the limit of an answer here; what comes back takes longer than this
+DONE = [["drag", "source", 0.1 * i, -0.2 * i] if i % 2 else ["press", "solve"] for i in range(14)]
+
+
+def slowed(one: Reader) -> None:
+    """Pages opened after this have a worker whose work takes long."""
+
+    def answer(route: Route) -> None:
+        written = (ROOT / "templates/assets/worker.mjs").read_text("utf-8")  # the bundle has other names for its own
+        route.fulfill(response=route.fetch(), body=SLOW + written)
+
+    one.context.route("**/worker*.mjs", answer)
+
+
+def opened(reader: Callable[..., Reader]) -> Figure:
+    one = reader(reduced_motion="reduce")
+    slowed(one)
+    page = one.open("kabsch.html")
+    page.evaluate("limit => { Ladder.limits.frame = limit; }", FRAME)
+    return Figure(page, "fig-solve").live().settled()
+
+
+def follow_link(figure: Figure, log: list[Any]) -> dict[str, Any]:
+    """Has the page go to the address of the figure's first record with this log; that record."""
+    record = {**first_record(figure), "log": log}
+    figure.page.evaluate("hash => { location.hash = hash; }", f"{figure.name}?s={state(record)}")
+    return record
+
+
+def state(record: dict[str, Any]) -> str:
+    """The record as a link carries it."""
+    return urlsafe_b64encode(json.dumps(record).encode()).decode().rstrip("=")
+
+
+def done(figure: Figure, count: int) -> None:
+    """Waits until so many actions are seen, and nothing is asked."""
+    until(figure.page, f"Ladder.figures.get({figure.name!r}).shown.log.length === {count}")
+    figure.settled()
+
+
+def test_a_long_replay_tells_how_far_it_is_and_comes_to_its_end(reader: Callable[..., Reader]) -> None:
+    """A link whose actions, one by one answered in time, take longer than an answer may; what is done meanwhile comes
+    on top; after a restart of the worker the next drag brings all of it back."""
+    solve = opened(reader)
+    status = solve.root.locator(".figure-status")
+    record = follow_link(solve, DONE)
+    expect(status).to_contain_text(f"of {len(DONE)} actions", timeout=LIVE)
+    solve.drag("source", 40, 30)
+    done(solve, len(DONE))  # the link's last action is a drag of the same handle, which this one replaces
+    now = solve.record()
+    assert now["log"][:-1] == record["log"][:-1]
+    assert now["log"][-1] != record["log"][-1]
+    assert solve.frame() == Host().render(solve.name, now)
+    solve.page.evaluate("Ladder.runtime.restart()")
+    solve.live().button("solve").click()
+    expect(status).to_contain_text(f"of {len(DONE) + 1} actions", timeout=LIVE)
+    done(solve, len(DONE) + 1)
+    assert solve.frame() == Host().render(solve.name, {**now, "log": [*now["log"], ["press", "solve"]]})
+    expect(status).not_to_contain_text("actions")
+
+
+def test_a_long_replay_can_be_cancelled(reader: Callable[..., Reader]) -> None:
+    """While it goes on another figure answers; Cancel leaves the figure as it was, and it answers at once."""
+    solve = opened(reader)
+    other = Figure(solve.page, "fig-mirror").seen()
+    follow_link(solve, DONE * 20)
+    cancel = solve.root.get_by_role("button", name="Cancel")
+    expect(cancel).to_be_visible(timeout=LIVE)
+    frames = other.frames()
+    ask(solve.page, other.name)
+    assert other.frames() > frames
+    assert len(solve.record()["log"]) == 20 * len(DONE)
+    cancel.click()
+    expect(solve.root.locator(".figure-status")).to_contain_text("Cancelled. The figure is as it was.")
+    assert solve.record()["log"] == []
+    before = solve.readout("rms")
+    solve.button("solve").click()
+    solve.changes("rms", before)
+    assert solve.record()["log"] == [["press", "solve"]]
+    follow_link(solve, DONE * 10)
+    expect(cancel).to_be_visible(timeout=LIVE)
+    solve.button("reset").click()
+    solve.shows("rms", before).settled()
+    expect(cancel).to_have_count(0)
+
+
+ASKED = """
+const { postMessage } = Worker.prototype;
+window.asked = 0;
+Worker.prototype.postMessage = function (message, ...more) {
+  if (message.type === "frame" && message.request.includes('"fig-solve"')) window.asked += 1;
+  return postMessage.call(this, message, ...more);
+};
+"""
+
+
+def test_what_was_replayed_once_is_known(reader: Callable[..., Reader]) -> None:
+    """Of a link that the page was opened with: the next action costs one answer, and so does Back."""
+    one = reader(reduced_motion="reduce")
+    slowed(one)
+    one.context.add_init_script(ASKED)
+    page = one.open(f"kabsch.html#fig-solve?s={state({'widget': 'kabsch', 'log': DONE})}")
+    solve = Figure(page, "fig-solve").live()
+    done(solve, len(DONE))
+    before = page.evaluate("window.asked")
+    assert before > len(DONE) / 2
+    solve.button("solve").click()
+    done(solve, len(DONE) + 1)
+    solve.button("back").click()
+    done(solve, len(DONE))
+    assert page.evaluate("window.asked") == before + 2
+
+
+def test_clouds_are_read_again_under_the_limit_of_reading(reader: Callable[..., Reader]) -> None:
+    """Two files that take longer to read than an answer may come back after a restart of the worker."""
+    one = reader(reduced_motion="reduce")
+    slowed(one)
+    own = Figure(one.open("clouds.html"), "fig-own").live()
+    own.page.evaluate("limit => { Ladder.limits.frame = limit; }", FRAME)
+    for place, points in zip(("source", "target"), clouds(), strict=True):
+        choose(own, place, f"{place}.csv", lines(points))
+        told(own, place, f"{place}.csv: ")
+    own.settled()
+    before = own.readout("rms")
+    own.page.evaluate("Ladder.runtime.restart()")
+    own.live().button("step").click()
+    expect(own.root.locator(".figure-status")).to_contain_text("Python is reading target.csv again.", timeout=LIVE)
+    own.changes("rms", before)
+    own.becomes("live")

@@ -1,0 +1,88 @@
+"""Before Python is up: a figure answers from its tape, and what is not on it waits and is done."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from playwright.sync_api import expect
+
+from tests.browser.conftest import Reader
+from tests.browser.figure import Figure
+from tests.browser.server import SiteServer
+
+
+def test_solve_answers_from_the_tape(reader: Callable[..., Reader], server: SiteServer) -> None:
+    """With the runtime held back, Solve, Back and Reset show the recorded frames."""
+    server.hold("/runtime/")
+    page = reader().open("kabsch.html")
+    solve = Figure(page, "fig-solve").seen()
+    start = solve.readout("rms")
+    solve.button("solve").click()
+    solve.becomes("tape")
+    solved = solve.changes("rms", start)
+    assert float(solved) < float(start)
+    solve.button("reset").click()
+    solve.shows("rms", start)
+
+
+def test_a_scene_changes_from_the_tape(reader: Callable[..., Reader], server: SiteServer) -> None:
+    """Recorded scenes are there at once: no byte of the runtime has arrived."""
+    server.hold("/runtime/")
+    page = reader().open("kabsch.html")
+    solve = Figure(page, "fig-solve").seen()
+    solve.set("scene", "reflect")
+    solve.shows("determinant", "−1")
+
+
+def test_what_is_not_on_the_tape_is_kept_and_done(reader: Callable[..., Reader], server: SiteServer) -> None:
+    """A drag made before Python is up is said to wait, and is applied once Python is there."""
+    server.hold("/runtime/.*wasm")
+    page = reader().open("kabsch.html")
+    solve = Figure(page, "fig-solve").seen()
+    expect(page.locator("html")).to_have_attribute("data-runtime", "loading")
+    start = solve.readout("rms")
+    solve.drag("source", 60, 40)
+    solve.becomes("waiting")
+    expect(solve.root.locator(".figure-status")).to_contain_text("MB")
+    assert solve.readout("rms") == start
+    server.release()
+    solve.changes("rms", start)
+    solve.becomes("live")
+    assert solve.record()["log"][0][:2] == ["drag", "source"]
+
+
+def test_the_page_opened_from_disk_steps(site: Path, reader: Callable[..., Reader]) -> None:
+    """file:// allows no worker: the tape answers all the same, and one line says how to serve the site."""
+    one = reader()
+    # The early request for fonts is one that Chromium refuses on disk; the style sheet's own, which follows, it grants.
+    one.expect("Access to font", "ERR_FAILED", "A preload for")
+    page = one.context.new_page()
+    page.goto((site / "kabsch.html").as_uri())
+    expect(page.locator("html")).to_have_attribute("data-runtime", "file")
+    solve = Figure(page, "fig-solve").seen()
+    start = solve.readout("rms")
+    solve.button("solve").click()
+    solve.changes("rms", start)
+    solve.drag("source", 60, 40)
+    expect(solve.root.locator(".figure-status")).to_contain_text("python3 -m http.server")
+    assert page.evaluate("document.fonts.check('16px \\'Ladder Serif\\'')")
+
+
+def test_the_hand_over_changes_nothing(reader: Callable[..., Reader], server: SiteServer) -> None:
+    """The live frame of a record is the tape's frame of that record, byte for byte."""
+    server.hold("/runtime/")
+    page = reader().open("kabsch.html")
+    solve = Figure(page, "fig-solve").seen()
+    start = solve.readout("rms")
+    solve.button("solve").click()
+    solve.changes("rms", start)
+    taped = solve.frame()
+    server.release()
+    solve.live()
+    solve.button("reset").click()
+    solve.shows("rms", start)
+    solve.button("solve").click()
+    solve.changes("rms", start)
+    solve.settled().becomes("live")
+    assert solve.frame() == taped

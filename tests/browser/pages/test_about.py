@@ -1,0 +1,60 @@
+"""The page about the site, and the site in a folder of a host as `publish` puts it there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from playwright.sync_api import Browser, expect
+
+from sitegen.cli.publish import to_folder
+from tests.browser.conftest import Reader
+from tests.browser.figure import LIVE, Figure
+from tests.browser.server import SiteServer
+
+
+def test_what_is_kept_can_be_forgotten(reader: Callable[..., Reader]) -> None:
+    """The build in numbers; a button that empties what pages of the site have stored."""
+    one = reader()
+    page = one.open("kabsch.html")
+    page.locator("button.theme").click()
+    Figure(page, "fig-solve").root.locator("[data-pin]").click()
+    page.locator(".site-footer").get_by_role("link", name="About", exact=True).click()
+    expect(page.get_by_role("row", name="NumPy")).to_contain_text(np.__version__)
+    stored = "Object.keys(localStorage).filter(key => key.startsWith('ladder-')).length"
+    assert page.evaluate(stored) >= 2
+    page.get_by_role("button", name="Forget all of it").click()
+    expect(page.locator(".stored")).to_contain_text("Forgotten")
+    assert page.evaluate(stored) == 0
+
+
+def test_the_site_lives_under_a_path(browser: Browser, site: Path, tmp_path: Path) -> None:
+    """Published into a folder of a host: figures come alive, links, the search and the worker stay under its path."""
+    to_folder(site, tmp_path / "host" / "some" / "path")
+    server = SiteServer(tmp_path / "host")
+    base = f"{server.origin}/some/path"
+    asked: list[str] = []
+    try:
+        with browser.new_context() as context:
+            context.on("request", lambda request: asked.append(request.url))
+            page = context.new_page()
+            page.goto(f"{base}/kabsch.html")
+            solve = Figure(page, "fig-solve").live()
+            before = solve.readout("rms")
+            solve.button("solve").click()
+            solve.changes("rms", before)
+            scope = "navigator.serviceWorker.ready.then(({ scope }) => scope)"
+            assert page.evaluate(scope) == f"{base}/"
+            page.get_by_role("link", name="Next").click()
+            page.wait_for_url(f"{base}/ransac.html")
+            page.goto(f"{base}/about.html")
+            expect(page.locator(".site-kept")).to_contain_text("Works offline", timeout=LIVE)
+            assert page.evaluate("caches.keys()")
+            page.get_by_role("button", name="Forget all of it").click()
+            expect(page.locator(".stored")).to_contain_text("Forgotten")
+            assert page.evaluate("caches.keys()") == []
+    finally:
+        server.stop()
+    assert asked
+    assert not [url for url in asked if not url.startswith((f"{base}/", "data:", "blob:"))]

@@ -1,0 +1,84 @@
+"""What a reader notices about the words around a figure: they keep their place, come in time and name their units."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from playwright.sync_api import expect
+
+from tests.browser.conftest import Reader
+from tests.browser.figure import Figure
+
+
+def test_notes_fit_the_status_line_of_a_phone(reader: Callable[..., Reader]) -> None:
+    """Whatever Solve has to say, nothing under it moves."""
+    solve = Figure(reader(390, 844).open("kabsch.html"), "fig-solve").live()
+    line = solve.root.locator(".figure-status")
+    empty = line.evaluate("node => node.getBoundingClientRect().height")
+    for scene, wrong, correct in [("noisy", "0", True), ("outliers", "6", True), ("reflect", "0", False)]:
+        solve.set("scene", scene)
+        solve.set("wrong", wrong)
+        solve.set("correct", correct)
+        solve.settled().button("solve").click()
+        expect(line).to_contain_text("Solved")
+        assert line.evaluate("node => node.getBoundingClientRect().height") == empty, line.inner_text()
+
+
+def test_an_answer_that_takes_long_is_announced(reader: Callable[..., Reader]) -> None:
+    """A question that nobody answers shows at once that it was heard."""
+    solve = Figure(reader().open("kabsch.html"), "fig-solve").live().settled()
+    solve.page.evaluate("Ladder.runtime.kill()")
+    solve.button("new").click()
+    expect(solve.root.locator(".figure-status")).to_have_text("Python is working on this.", timeout=5000)
+
+
+def test_a_column_of_pinned_runs_keeps_its_unit(reader: Callable[..., Reader]) -> None:
+    """The error of a reflection has no unit, that of the rotation pinned before it has."""
+    mirror = Figure(reader().open("kabsch.html"), "fig-mirror").live()
+    pin = mirror.root.locator("[data-pin]")
+    pin.click()
+    mirror.set("correct", False)
+    mirror.shows("rotation_error", "not a rotation")
+    pin.click()
+    heads = mirror.root.locator(".runs thead th").all_inner_texts()
+    assert "Rotation error (°)" in heads
+    assert "Translation error (u)" in heads
+
+
+def test_a_pointer_at_rest_does_not_close_the_card_of_a_focused_citation(reader: Callable[..., Reader]) -> None:
+    """Who moves by key has the pointer lying somewhere, and the page scrolls under it."""
+    one = reader()
+    page = one.context.new_page()
+    page.clock.install()
+    page.goto(f"{one.origin}/kabsch.html")
+    link = page.locator("a.cite[data-card]").last
+    link.focus()
+    card = page.locator(f"#{link.get_attribute('data-card')}")
+    expect(card).to_be_in_viewport()
+    for x in (300, 320):
+        page.mouse.move(x, 400)
+    page.clock.run_for(5000)
+    expect(card).to_be_visible()
+    page.keyboard.press("Escape")
+    expect(card).to_be_hidden()
+
+
+def test_the_pages_own_rung_is_in_sight_on_a_phone(reader: Callable[..., Reader]) -> None:
+    """Not all rungs fit side by side: the ladder scrolls to the page's own, and the page does not scroll."""
+    page = reader(390, 844).open("ndt-climb.html")
+    rung = page.locator(".ladder [aria-current]")
+    expect(rung).to_be_in_viewport()
+    box = rung.bounding_box()
+    assert box is not None
+    assert 120 < box["x"] + box["width"] / 2 < 270
+    assert page.evaluate("scrollX") == 0
+
+
+def test_an_equation_too_wide_for_its_column_can_be_reached_by_key(reader: Callable[..., Reader]) -> None:
+    """It can be focused where it is cut off, and is no stop on the way where it is not."""
+    page = reader(240, 844).open("kabsch.html")
+    wide = page.locator(".formula[tabindex='0']").first
+    wide.focus()
+    expect(wide).to_be_focused()
+    page.set_viewport_size({"width": 1280, "height": 800})
+    expect(page.locator(".formula[tabindex]")).to_have_count(0)

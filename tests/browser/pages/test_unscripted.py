@@ -1,0 +1,99 @@
+"""Where the page's own script does not come: the page is what it is without scripts, and a line says so."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from tests.browser.conftest import Reader
+from tests.browser.figure import Figure
+from tests.browser.server import SiteServer
+
+# Where a script is cut decides what is unexpected.
+COMPLAINTS = ("Failed to load", "Unexpected", "Invalid or unexpected token", "MIME type", "ERR_")
+# Where everything stands that is seen; what is told of the script lies over it.
+PLACES = """() => [...document.querySelectorAll('header *, main *, footer *')]
+  .filter(node => node.checkVisibility({ visibilityProperty: true }) && !node.closest('svg, math'))
+  .map(node => { const { x, y, width, height } = node.getBoundingClientRect();
+    return [node.localName, node.className, ...[x, y, width, height].map(Math.round)].join(' '); })"""
+
+
+def script(site: Path) -> str:
+    (found,) = site.glob("assets/site.*.js")
+    return found.name
+
+
+def untouched(page: Page) -> None:
+    """Nothing is there that needs a script, and no room is kept for it."""
+    expect(page.locator(".unscripted")).to_contain_text("This page's script did not load", timeout=30_000)
+    expect(page.locator("html")).not_to_have_class("js")
+    for hidden in (".buttons", "form.controls", ".figure-status", ".site-tools", ".deck-tools"):
+        for node in page.locator(hidden).all():
+            expect(node).to_be_hidden()
+
+
+@pytest.mark.parametrize("how", ["missing", "broken", "page", "empty", "short", "cut", "reset"])
+def test_a_script_that_does_not_come_leaves_the_page(
+    reader: Callable[..., Reader], server: SiteServer, site: Path, how: str
+) -> None:
+    """Whatever the server sends in its place, the page looks as with scripts switched off; Reload brings it alive."""
+    plain = reader(java_script_enabled=False).open("kabsch.html").evaluate(PLACES)
+    one = reader(reduced_motion="reduce")
+    one.expect(*COMPLAINTS)
+    if how == "missing":
+        server.forbid(script(site))
+    else:
+        server.spoilt = {script(site): how}
+        server.bare = True  # else a browser heeds "nosniff", and keeps what came for a year
+    page = one.open("kabsch.html")
+    untouched(page)
+    assert page.evaluate(PLACES) == plain
+    server.forbid(None)
+    server.spoilt = {}
+    page.get_by_role("button", name="Reload").click()
+    Figure(page, "fig-solve").live()
+    expect(page.locator(".unscripted")).to_have_count(0)
+
+
+def test_a_script_that_hangs_is_given_up_and_taken_when_it_comes(
+    reader: Callable[..., Reader], server: SiteServer, site: Path
+) -> None:
+    """The line is there before the script; when that comes after all, the line goes and the page is alive."""
+    one = reader(reduced_motion="reduce")
+    server.hold(script(site))
+    page = one.context.new_page()
+    page.goto(f"{server.origin}/kabsch.html", wait_until="commit")
+    untouched(page)
+    server.release()
+    Figure(page, "fig-solve").live()
+    expect(page.locator(".unscripted")).to_have_count(0)
+    expect(page.locator(".site-tools")).to_be_visible()
+
+
+def test_a_deck_without_its_script_says_so_beside_its_bar(
+    reader: Callable[..., Reader], server: SiteServer, site: Path
+) -> None:
+    """The deck's own links are not covered."""
+    one = reader(390, 800)
+    one.expect(*COMPLAINTS)
+    server.forbid(script(site))
+    page = one.open("slides-kabsch.html")
+    untouched(page)
+    page.get_by_role("link", name="The chapter: Correspondences known").click()
+    page.wait_for_url("**/kabsch.html")
+
+
+def test_the_page_lives_without_the_small_script(
+    reader: Callable[..., Reader], server: SiteServer, site: Path
+) -> None:
+    """The theme's script does not come: all that the other one does is there to be seen."""
+    one = reader(reduced_motion="reduce")
+    one.expect(*COMPLAINTS)
+    server.forbid(r"/assets/theme\.")
+    page = one.open("kabsch.html")
+    solve = Figure(page, "fig-solve").live()
+    expect(page.locator(".site-tools")).to_be_visible()
+    expect(solve.root.locator(".figure-status")).to_be_visible()

@@ -1,0 +1,96 @@
+"""Two tabs at once, and a page that comes back from the browser's history."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Callable
+
+from playwright.sync_api import Playwright, expect
+
+from sitegen.check.browsers import FLAGS
+from sitegen.check.offline import ask
+from tests.browser.conftest import Reader
+from tests.browser.figure import Figure
+from tests.browser.server import SiteServer
+
+
+def test_two_tabs_share_pins_and_theme(reader: Callable[..., Reader]) -> None:
+    """A run that is pinned or removed in one is so in the other; none is lost; the theme is one."""
+    one = reader(reduced_motion="reduce", color_scheme="light")
+    tabs = [one.open("kabsch.html"), one.open("kabsch.html")]
+    figures = [Figure(tab, "fig-solve").seen() for tab in tabs]
+    rows = [figure.root.locator(".runs tbody tr") for figure in figures]
+    for i, figure in enumerate(figures):
+        figure.root.locator("[data-pin]").click()
+        for seen in rows:
+            expect(seen).to_have_count(i + 1)
+    rows[0].nth(0).get_by_role("button", name="Remove").click()
+    expect(rows[1]).to_have_count(1)
+    tabs[1].locator("button.theme").click()
+    theme = tabs[1].locator("html").get_attribute("data-theme")
+    expect(tabs[0].locator("html")).to_have_attribute("data-theme", theme or "")
+    expect(tabs[0].locator("button.theme")).to_have_attribute("aria-label", f"Theme: {theme}")
+
+
+def test_a_page_from_the_history_is_alive(playwright: Playwright, server: SiteServer) -> None:
+    """Nothing of the page keeps it out of the back/forward cache; it comes back as it was left, and answers.
+
+    What changed in the meantime in another tab is shown.
+    """
+    path = os.environ.get("LADDER_CHROMIUM") or shutil.which("chromium") or shutil.which("google-chrome")
+    running = playwright.chromium.launch(
+        executable_path=path, args=FLAGS, ignore_default_args=["--disable-back-forward-cache"]
+    )
+    try:
+        context = running.new_context(reduced_motion="reduce")
+        page = context.new_page()
+        page.goto(f"{server.origin}/kabsch.html")
+        page.wait_for_selector(".site-kept:not(:empty)", state="attached", timeout=120_000)
+        solve = Figure(page, "fig-solve").live().settled()
+        before = solve.readout("rms")
+        solve.drag("source", 50, 40)
+        moved = solve.changes("rms", before)
+        page.evaluate("addEventListener('pageshow', ({ persisted }) => { window.persisted = persisted; })")
+        page.goto(f"{server.origin}/references.html")
+        other = context.new_page()
+        other.goto(f"{server.origin}/kabsch.html")
+        Figure(other, "fig-solve").seen().root.locator("[data-pin]").click()
+        other.close()
+        page.go_back(wait_until="commit")  # a page from the history does not load
+        assert page.evaluate("window.persisted") is True, page.evaluate(
+            "JSON.stringify(performance.getEntriesByType('navigation')[0].notRestoredReasons)"
+        )
+        assert solve.readout("rms") == moved
+        expect(solve.root.locator(".runs tbody tr")).to_have_count(1)
+        expect(page.locator("html")).to_have_attribute("data-runtime", "live")
+        ask(page, "fig-solve")
+        solve.shows("rms", before)
+    finally:
+        running.close()
+
+
+SAID = """
+const { postMessage } = Worker.prototype;
+window.known = [];
+Worker.prototype.postMessage = function (message, ...more) {
+  if (message.type === "start") window.known.push(message.known);
+  return postMessage.call(this, message, ...more);
+};
+"""
+
+
+def test_an_engine_that_came_up_is_known_on_every_page(reader: Callable[..., Reader]) -> None:
+    """The browser may then use what it compiled before. Where nothing can be stored, nothing is known."""
+    one = reader(reduced_motion="reduce")
+    one.context.add_init_script(SAID)
+    page = one.open("kabsch.html")
+    for name, known in (("kabsch.html", False), ("icp.html", True)):
+        page.goto(f"{one.origin}/{name}")
+        page.evaluate("Ladder.runtime.start()")
+        page.wait_for_selector('html[data-runtime="live"]')
+        assert page.evaluate("window.known") == [known], name
+    page.evaluate("Storage.prototype.setItem = () => { throw new Error('full') }, localStorage.clear()")
+    page.evaluate("Ladder.runtime.restart()")
+    page.wait_for_selector('html[data-runtime="live"]')
+    assert page.evaluate("localStorage.length") == 0

@@ -1,0 +1,304 @@
+"""After the first visit: the server may be gone, a new build may come, the browser may keep nothing."""
+
+from __future__ import annotations
+
+import gzip
+import hashlib
+import shutil
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser, Error, Page, expect
+
+from sitegen.cache.files import short_hash
+from sitegen.check import offline
+from sitegen.pipeline.build import STANDARD, build
+from sitegen.runtime import assemble as runtime
+from tests.browser.conftest import ROOT, Reader
+from tests.browser.figure import Figure
+from tests.browser.server import SiteServer
+
+GONE = ("ERR_CONNECTION_REFUSED", "Failed to fetch", "fetching the script", "Failed to find a valid digest")
+KEPT = ".site-kept:not(:empty)"
+# Resolves when a new version is kept and waits for the old one's pages to go.
+WAITING = """navigator.serviceWorker.getRegistration().then(registration => new Promise(done => {
+  const look = () => registration.waiting && done();
+  const watch = () => { registration.installing?.addEventListener('statechange', look); look(); };
+  registration.addEventListener('updatefound', watch);
+  watch();
+}))"""
+
+
+def kept(page: Page) -> None:
+    """Waits until the page says that the site is kept."""
+    page.wait_for_selector(KEPT, state="attached", timeout=120_000)
+
+
+def built_by(page: Page) -> str:
+    """Whose page it is, by its own text and by the script and style that it runs with."""
+    assert page.evaluate("version") == page.evaluate(
+        "getComputedStyle(document.documentElement).getPropertyValue('--version').trim()"
+    )
+    text: str = page.locator(".version").inner_text()
+    assert text == page.evaluate("version")
+    return text
+
+
+def answers(page: Page) -> None:
+    """The first figure of an open page is drawn by Python."""
+    name = page.locator("figure.figure").first.get_attribute("id") or ""
+    Figure(page, name).live()
+    offline.ask(page, name)
+
+
+def other_python(**options: Any) -> runtime.RuntimeInfo:
+    """The runtime with our wheel packed otherwise: as good, under another name."""
+    info = runtime.assemble(**options)
+    (old,) = [file for file in info.files if file.name.endswith("/ladder.pack")]
+    data = gzip.compress(gzip.decompress(info.contents[old.name]), 5, mtime=0)
+    name = f"{short_hash(data)}/ladder.pack"
+    new = replace(old, name=name, size=len(data), sha256=hashlib.sha256(data).hexdigest(), gzipped=len(data))
+    contents = {**{each: kept for each, kept in info.contents.items() if each != old.name}, name: data}
+    return replace(info, files=tuple(new if file is old else file for file in info.files), contents=contents)
+
+
+@pytest.fixture(scope="module")
+def builds(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Two builds whose pages, scripts, styles and Python all differ, and that say which they are."""
+    home = tmp_path_factory.mktemp("builds")
+    made = {}
+    for name, assemble in (("A", runtime.assemble), ("B", other_python)):
+        root = home / name
+        for part in ("content", "templates", "tests", "solvers", "widgets"):
+            shutil.copytree(ROOT / part, root / part, ignore=shutil.ignore_patterns("__pycache__"))
+        assets = root / "templates" / "assets"
+        style = f":root {{ --version: {name}; }}\n"
+        for file, more in (("js/main.js", f'globalThis.version = "{name}";\n'), ("css/print.css", style)):
+            (assets / file).write_text((assets / file).read_text("utf-8") + more, "utf-8")
+        base = root / "templates" / "base.html"
+        base.write_text(
+            base.read_text("utf-8").replace("</footer>", f'<p class="version">{name}</p></footer>'), "utf-8"
+        )
+        made[name] = root / "site"
+        build(root, made[name], pack=False, parts=replace(STANDARD, assemble=assemble))
+    return made
+
+
+def test_a_figure_of_a_page_never_visited_answers_without_the_server(browser: Browser, site: Path) -> None:
+    """With nothing but what the service worker keeps (`serve --offline-check` asks so on every page)."""
+    ((name, answered, fault),) = offline.visits(site, browser, {"race.html"})
+    assert (name, answered, fault) == ("race.html", 1, "")
+
+
+def test_what_is_not_kept_is_told(browser: Browser, site: Path, tmp_path: Path) -> None:
+    """The check can fail: a figure's Python that the worker does not know of is missed, on the page that needs it."""
+    broken = shutil.copytree(site, tmp_path / "site", ignore=shutil.ignore_patterns("*.gz", "*.br"))
+    worker = broken / "sw.js"
+    lines = worker.read_text("utf-8").splitlines(keepends=True)
+    worker.write_text("".join(line for line in lines if "/numpy.pack" not in line), "utf-8")
+    ((name, answered, fault),) = offline.visits(broken, browser, {"kabsch.html"})
+    assert (name, answered) == ("kabsch.html", 0)
+    assert "numpy.pack could not be loaded" in fault
+
+
+def test_every_page_of_the_site_is_kept(reader: Callable[..., Reader], server: SiteServer, pages: list[str]) -> None:
+    """One visit of the first page; then each opens with its style, script and pictures, and says that it is kept."""
+    one = reader(reduced_motion="reduce", service_workers="allow")
+    page = one.open("index.html")
+    kept(page)
+    expect(page.locator(".site-kept")).to_contain_text("Works offline: kept on this device (")
+    server.stop()
+    one.expect(*GONE)
+    for name in pages:
+        if name in offline.NOT_KEPT:
+            continue
+        page.goto(f"{server.origin}/{name}")
+        expect(page.locator("h1")).to_be_visible()
+        assert page.evaluate("document.styleSheets[0].cssRules.length > 100 && typeof Ladder.offline") == "object"
+    page.goto(f"{server.origin}/kabsch.html?from=mail#fig-solve")
+    kept(page)
+    page.goto(f"{server.origin}/")
+    expect(page.locator("h1")).to_be_visible()
+
+
+def test_an_update_never_mixes_two_builds(
+    reader: Callable[..., Reader], server: SiteServer, builds: dict[str, Path]
+) -> None:
+    """A tab that is open over the update stays whole, a new one is all of the new build; so also without the server."""
+    server.root = builds["A"]
+    one = reader(reduced_motion="reduce", service_workers="allow")
+    old = one.open("references.html")
+    kept(old)
+
+    server.root = builds["B"]
+    new = one.open("kabsch.html")
+    assert built_by(new) == "B"
+    Figure(new, "fig-solve").live()
+    new.evaluate(WAITING)
+
+    # The old tab goes on with what it has not loaded yet: a page of its build, its tape, its Python.
+    assert built_by(old) == "A"
+    server.stop()
+    one.expect(*GONE)
+    offline.forget(one.context)
+    old.goto(f"{server.origin}/icp.html")
+    assert built_by(old) == "A"
+    answers(old)
+
+    # All tabs closed: from now on it is the new build, as whole.
+    old.close()
+    new.close()
+    page = one.open("icp.html")
+    while built_by(page) == "A":  # the browser changes over in its own time
+        page.close()
+        page = one.open("icp.html")
+    answers(page)
+    kept(page)
+    names = page.evaluate("caches.keys()")
+    assert len(names) == 2, f"the old build's are gone: {names}"
+
+
+def spoil(page: Page, part: str) -> str:
+    """Flips a bit of a kept file; its address."""
+    address: str = page.evaluate(
+        """async part => {
+          for (const name of await caches.keys()) {
+            const cache = await caches.open(name);
+            for (const { url } of await cache.keys()) {
+              if (!new RegExp(part).test(url)) continue;
+              const kept = await cache.match(url);
+              const bytes = new Uint8Array(await kept.arrayBuffer());
+              bytes[bytes.length >> 1] ^= 1;
+              await cache.put(url, new Response(bytes, { headers: kept.headers }));
+              return url;
+            }
+          }
+        }""",
+        part,
+    )
+    return address
+
+
+def test_what_is_lost_is_kept_again(reader: Callable[..., Reader], server: SiteServer) -> None:
+    """The browser drops what was kept while the worker stays: the next visit keeps it anew."""
+    one = reader(reduced_motion="reduce", service_workers="allow")
+    page = one.open("references.html")
+    kept(page)
+    names = page.evaluate("caches.keys()")
+    count = "caches.open(name).then(cache => cache.keys()).then(keys => keys.length)"
+    sizes = [page.evaluate(f"name => {count}", name) for name in names]
+    for name in names:
+        page.evaluate("name => caches.delete(name)", name)
+        page.reload()
+        kept(page)
+        assert [page.evaluate(f"name => {count}", each) for each in names] == sizes
+    page.evaluate("name => caches.open(name).then(cache => cache.delete('kabsch.html'))", names[0])
+    page.evaluate("name => caches.open(name).then(cache => cache.delete('kabsch.html'))", names[1])
+    page.reload()
+    kept(page)
+    server.stop()
+    one.expect(*GONE)
+    page.goto(f"{server.origin}/kabsch.html")
+    answers(page)
+
+
+DAMAGED = (r"/assets/site\.\w+\.js$", "/numpy.pack$", "/pyodide.asm.mjs$", "/pyodide.asm.wasm$", "/icp.html$")
+
+
+@pytest.mark.parametrize("part", DAMAGED)
+def test_a_damaged_file_is_dropped_and_asked_for_anew(
+    reader: Callable[..., Reader], server: SiteServer, part: str
+) -> None:
+    """A kept file is not what it was: the page and its Python come up all the same, and it is kept anew."""
+    one = reader(reduced_motion="reduce", service_workers="allow")
+    page = one.open("references.html")
+    kept(page)
+    offline.forget(one.context)
+    spoilt = spoil(page, part)
+    one.expect("Failed to find a valid digest", "wasm", "CompileError")
+    page.goto(f"{server.origin}/icp.html")
+    Figure(page, page.locator("figure.figure").first.get_attribute("id") or "").seen()
+    retry = page.locator("[data-way=Retry]").first
+    live = page.locator("html[data-runtime=live]")
+    expect(retry.or_(live)).to_be_visible(timeout=60_000)
+    if retry.is_visible():
+        retry.click()
+    answers(page)
+    page.reload()
+    kept(page)
+    hashed = page.evaluate(
+        """async url => {
+          const bytes = await (await caches.match(url)).arrayBuffer();
+          const hash = new Uint8Array(await crypto.subtle.digest('SHA-256', bytes));
+          return Array.from(hash, byte => byte.toString(16).padStart(2, '0')).join('');
+        }""",
+        spoilt,
+    )
+    built = server.root / spoilt.removeprefix(f"{server.origin}/")
+    assert hashed == hashlib.sha256(built.read_bytes()).hexdigest()
+
+
+def test_a_damaged_file_is_dropped_without_the_rest(reader: Callable[..., Reader], server: SiteServer) -> None:
+    """With no server to ask, what is damaged is missing and everything else is still there."""
+    one = reader(reduced_motion="reduce", service_workers="allow")
+    page = one.open("references.html")
+    kept(page)
+    server.stop()
+    one.expect(*GONE)
+    offline.forget(one.context)
+    spoil(page, "/icp.html")
+    gone = one.context.new_page()
+    with pytest.raises(Error, match="ERR_FAILED"):
+        gone.goto(f"{server.origin}/icp.html")
+    gone.close()
+    page.goto(f"{server.origin}/kabsch.html")
+    answers(page)
+
+
+REFUSED = """for (const [home, kind] of [[Navigator.prototype, 'serviceWorker'],
+  ...['localStorage', 'sessionStorage', 'caches', 'indexedDB'].map(kind => [window, kind])]) {
+  Object.defineProperty(home, kind, { get() { HOW } });
+}"""
+HOWS = {"absent": "return undefined", "forbidden": "throw new DOMException('The operation is insecure.')"}
+
+
+@pytest.mark.parametrize("how", HOWS)
+def test_a_browser_that_keeps_nothing_shows_the_site(reader: Callable[..., Reader], how: str) -> None:
+    """Figures answer, pins and the theme hold for the page, and nothing is said of being offline."""
+    one = reader(reduced_motion="reduce")
+    one.context.add_init_script(REFUSED.replace("HOW", HOWS[how]))
+    page = one.open("kabsch.html")
+    answers(page)
+    solve = Figure(page, "fig-solve")
+    solve.root.locator("[data-pin]").click()
+    expect(solve.root.locator(".runs tbody tr")).to_have_count(1)
+    page.locator("button.theme").click()
+    assert page.locator("html").get_attribute("data-theme") != "auto"
+    expect(page.locator(".site-kept")).to_be_empty()
+
+
+def test_no_room_leaves_nothing_behind_and_the_site_works(reader: Callable[..., Reader], server: SiteServer) -> None:
+    """Storage is full half way: no part is kept or promised, figures answer; once there is room, all is kept."""
+    one = reader(reduced_motion="reduce", service_workers="allow")
+    one.expect("QuotaExceeded")
+    page = one.context.new_page()
+    quota = one.context.new_cdp_session(page)
+    quota.send("Storage.overrideQuotaForOrigin", {"origin": server.origin, "quotaSize": 4_000_000})
+    page.goto(f"{server.origin}/kabsch.html")
+    answers(page)
+    page.evaluate(INSTALL_ENDS)
+    assert page.evaluate("caches.keys()") == []
+    expect(page.locator(".site-kept")).to_be_empty()
+    quota.send("Storage.overrideQuotaForOrigin", {"origin": server.origin})
+    page.reload()
+    kept(page)
+
+
+# Tries to install the worker once more, and resolves to how that ended.
+INSTALL_ENDS = """navigator.serviceWorker.register('sw.js').then(({ installing }) => new Promise(done => {
+  if (!installing) done('no attempt');
+  installing?.addEventListener('statechange', () => done(installing.state));
+}), error => error.message)"""

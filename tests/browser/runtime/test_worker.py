@@ -1,0 +1,201 @@
+"""The worker without a page around it: its messages, and what it says when a file is missing or wrong."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser, Page
+
+from sitegen.assets.hosting import POLICY
+from sitegen.bench.starts import WORKER
+from sitegen.runtime.assemble import RuntimeInfo, assemble
+from sitegen.serve.static_files import serving
+from widgets.engine.contract import preset
+from widgets.engine.host import Host
+from widgets.engine.registry import WIDGETS
+
+pytestmark = pytest.mark.browser
+
+# Sends `messages` one after the other, each when `wanted` of the one before has come; gives back all that was heard.
+TALK = """([worker, talk]) => new Promise((resolve) => {
+  const heard = [];
+  const running = new Worker(worker, { type: "module" });
+  const next = () => (talk.length ? running.postMessage(talk[0].send) : (running.terminate(), resolve(heard)));
+  running.onmessage = ({ data }) => {
+    heard.push(data);
+    if (data.type === "failed") talk.length = 1;
+    if (data.type === "failed" || talk[0].until === data.type) (talk.shift(), next());
+  };
+  next();
+})"""
+
+
+@pytest.fixture(scope="module")
+def info() -> RuntimeInfo:
+    return assemble()
+
+
+class Served:
+    """A copy of the runtime on loopback that a test may spoil."""
+
+    def __init__(self, root: Path, origin: str, info: RuntimeInfo, page: Page) -> None:
+        self.root, self.origin, self.info, self.page = root, origin, info, page
+
+    def file(self, ending: str) -> Path:
+        (name,) = [file.name for file in self.info.files if file.name.endswith(ending)]
+        return self.root / "runtime" / name
+
+    def before(self, script: str) -> None:
+        """Has the worker run this first."""
+        (self.root / "worker.mjs").write_text(script + WORKER.read_text("utf-8"), "utf-8")
+
+    def talk(self, *said: tuple[dict[str, Any], str], known: bool = False) -> list[dict[str, Any]]:
+        runtime = f"{self.origin}/runtime/"
+        start = {"type": "start", "runtime": runtime, "files": self.info.start_files(), "known": known}
+        talk = [{"send": start, "until": "ready"}, *({"send": send, "until": until} for send, until in said)]
+        self.page.goto(self.origin)
+        heard: list[dict[str, Any]] = self.page.evaluate(TALK, ["worker.mjs", talk])
+        return heard
+
+    def failure(self, known: bool = False) -> str:
+        heard = self.talk(known=known)
+        assert [m["type"] for m in heard].count("failed") == 1
+        assert heard[-1]["type"] == "failed"
+        return str(heard[-1]["message"])
+
+
+@pytest.fixture
+def served(info: RuntimeInfo, browser: Browser, tmp_path: Path) -> Iterator[Served]:
+    info.write(tmp_path / "runtime")
+    shutil.copyfile(WORKER, tmp_path / "worker.mjs")
+    (tmp_path / "index.html").write_text("<!doctype html><title>worker</title>", "utf-8")
+    (tmp_path / "_headers").write_text(f"/*\n  Content-Security-Policy: {POLICY}\n", "utf-8")
+    context = browser.new_context()
+    with serving(tmp_path) as server:
+        yield Served(tmp_path, server.origin, info, context.new_page())
+        context.close()
+
+
+def test_it_starts_draws_and_says_what_went_wrong(served: Served) -> None:
+    name, widget = next(iter(WIDGETS.items()))
+    request = json.dumps({"figure": "f", "record": preset(widget).plain()})
+    heard = served.talk(
+        ({"type": "frame", "id": 7, "request": request}, "frame"),
+        ({"type": "frame", "id": 8, "request": '{"figure": "f", "record": {"widget": "no such"}}'}, "error"),
+        ({"type": "frame", "id": 9, "request": request}, "frame"),
+        ({"type": "heap"}, "heap"),
+    )
+    by_type: dict[str, list[dict[str, Any]]] = {}
+    for message in heard:
+        by_type.setdefault(message["type"], []).append(message)
+    assert [m["stage"] for m in by_type["stage"]] == ["download", "python", "numpy", "widgets"]
+    loaded = [m["loaded"] for m in by_type["progress"]]
+    assert loaded == sorted(loaded)
+    assert loaded[-1] == served.info.size == by_type["progress"][-1]["total"]
+    assert len(loaded) <= by_type["ready"][0]["milliseconds"] / 100 + 2
+    first, second = by_type["frame"]
+    assert (first["id"], second["id"]) == (7, 9)
+    assert first["frame"] == second["frame"] == Host().frame(request), f"{name}: not the same bytes as natively"
+    assert first["python_ms"] > 0
+    (error,) = by_type["error"]
+    assert error["id"] == 8
+    assert error["message"].startswith("ValueError: no widget 'no such'")
+    assert "widgets/engine/host.py" in error["trace"]
+    assert by_type["heap"][0]["bytes"] > 10_000_000
+
+
+@pytest.mark.parametrize(
+    "ending", ["pyodide.mjs", "pyodide.asm.mjs", "pyodide.asm.wasm", "python_stdlib.pack", "numpy.pack", "lock.json"]
+)
+def test_a_missing_file_is_named(served: Served, ending: str) -> None:
+    path = served.file(f"/{ending}" if ending == "pyodide.mjs" else ending)
+    path.unlink()
+    message = served.failure()
+    assert path.name in message
+    assert "could not be loaded" in message
+
+
+@pytest.mark.parametrize("ending", ["python_stdlib.pack", "numpy.pack", "ladder.pack"])
+def test_a_changed_file_is_named(served: Served, ending: str) -> None:
+    path = served.file(ending)
+    data = bytearray(path.read_bytes())
+    data[len(data) // 2] ^= 1
+    path.write_bytes(data)
+    assert f"{ending} is not the file that was built" in served.failure()
+
+
+# Bits whose change a browser's own parsers do not see: in a message, in the engine's data.
+FLIPPED = {"pyodide.asm.mjs": b"Aborted(", "/pyodide.mjs": b"Pyodide", "pyodide.asm.wasm": b"Fatal Python error"}
+NOT_SECURE = "Object.defineProperty(self.crypto, 'subtle', { value: undefined });"
+
+
+@pytest.mark.parametrize("secure", [True, False])
+@pytest.mark.parametrize("known", [False, True])
+@pytest.mark.parametrize("ending", FLIPPED)
+def test_a_flipped_bit_is_never_live(served: Served, ending: str, known: bool, secure: bool) -> None:
+    """Also where the engine came up before, and where a page is not secure and has no hashes of its own."""
+    path = served.file(ending)
+    data = bytearray(path.read_bytes())
+    data[data.index(FLIPPED[ending])] ^= 1
+    path.write_bytes(data)
+    if not secure:
+        served.before(NOT_SECURE)
+    why = "is not the file that was built" if secure else "could not be loaded"
+    assert f"{path.name} {why}" in served.failure(known)
+
+
+@pytest.mark.parametrize("known", [False, True])
+def test_a_damaged_engine_is_named(served: Served, known: bool) -> None:
+    path = served.file("pyodide.asm.wasm")
+    path.write_bytes(path.read_bytes()[:-1000])
+    assert "pyodide.asm.wasm is not the file that was built" in served.failure(known)
+
+
+# Tells the address of what is compiled as it comes: a browser keeps what it makes of a file by that.
+COMPILED = """
+const compile = WebAssembly.compileStreaming;
+WebAssembly.compileStreaming = (response) => {
+  postMessage({ type: "compiled", address: response.url });
+  return compile.call(WebAssembly, response);
+};
+"""
+MISNAMED = """
+const plain = self.fetch;
+self.fetch = async (...asked) => {
+  if (!asked[0].endsWith(".wasm")) return plain(...asked);
+  const { body } = await plain(...asked);
+  return new Response(body, { headers: { "content-type": "text/plain" } });
+};
+"""
+
+
+@pytest.mark.parametrize("known", [False, True])
+def test_an_engine_that_came_up_before_is_compiled_as_it_comes(served: Served, known: bool) -> None:
+    """Only then: at first its bytes are counted and held to their hash on the way. All of them are told either way."""
+    served.before(COMPILED)
+    heard = served.talk(known=known)
+    (compiled,) = [m["address"] for m in heard if m["type"] == "compiled"]
+    engine = served.file("pyodide.asm.wasm").relative_to(served.root).as_posix()
+    assert compiled == (f"{served.origin}/{engine}" if known else "")
+    assert [m["loaded"] for m in heard if m["type"] == "progress"][-1] == served.info.size
+    assert heard[-1]["type"] == "ready"
+
+
+def test_a_host_that_calls_the_engine_something_else_is_forgiven(served: Served) -> None:
+    """What is known comes up where a browser would not compile it by its type."""
+    served.before(MISNAMED)
+    assert served.talk(known=True)[-1]["type"] == "ready"
+
+
+def test_a_module_that_is_not_there_is_told(served: Served) -> None:
+    start = {"type": "start", "runtime": f"{served.origin}/runtime/", "files": served.info.start_files()}
+    served.page.goto(served.origin)
+    talk = [{"send": {**start, "modules": ["solvers", "no_such_module"]}, "until": "ready"}]
+    heard = served.page.evaluate(TALK, ["worker.mjs", talk])
+    assert heard[-1]["type"] == "failed"
+    assert "No module named 'no_such_module'" in heard[-1]["message"]

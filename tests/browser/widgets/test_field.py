@@ -1,0 +1,124 @@
+"""Fields in the browser: coarse at once, finer while nobody asks for anything else, the same bytes at every level."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from sitegen.bench.pages import until
+from tests.browser.conftest import Reader
+from tests.browser.figure import Figure
+from widgets.engine.contract import preset
+from widgets.engine.host import Host
+from widgets.figures.ndt_score import WIDGET
+
+# What is swapped in from now on: the level of each frame, and the rotation it is for.
+WATCH = """name => { window.levels = [];
+  Ladder.figures.get(name).on("frame", frame => levels.push([frame.detail, frame.controls.rotation])); }"""
+LEVELS = list(range(WIDGET.details))
+
+
+@pytest.fixture
+def score(reader: Callable[..., Reader]) -> Figure:
+    figure = Figure(reader(reduced_motion="reduce").open("ndt-score.html"), "fig-score").live()
+    figure.page.evaluate(WATCH, "fig-score")
+    return figure
+
+
+def levels(score: Figure) -> list[list[float]]:
+    return score.page.evaluate("levels.splice(0)")  # type: ignore[no-any-return]
+
+
+def test_a_moved_control_shows_the_coarse_map_and_then_each_finer_one(score: Figure) -> None:
+    """Every level once, in order; what is seen at the end is the build's own drawing of the record."""
+    score.set("rotation", "7")
+    score.settled()
+    assert [level for level, _ in levels(score)] == LEVELS
+    native = Host().render("fig-score", score.record())
+    assert score.frame() == native
+    drawn = score.page.evaluate("name => document.querySelector(`#${name} svg.plot`).outerHTML", "fig-score")
+    assert drawn.count("<path") == native["panels"][0]["svg"].count("<path")
+
+
+def test_levels_are_the_build_s_byte_for_byte(score: Figure) -> None:
+    """Each level of each preset, asked for in a fresh state, is the native frame of that level."""
+    for name in WIDGET.presets:
+        for level in LEVELS:
+            record = {**preset(WIDGET, name).plain(), "seed": 53 + level}
+            request: dict[str, Any] = {"figure": "fig-x", "record": record, "detail": level}
+            live = score.page.evaluate("request => Ladder.runtime.frame(request)", request)
+            assert live == Host().render("fig-x", record, level), (name, level)
+
+
+def test_a_new_input_goes_before_what_is_left_to_refine(score: Figure) -> None:
+    """A control moved the moment the first finer drawing shows: no more of the old one comes, and the new one gets to
+    its end."""
+    score.page.evaluate(
+        """name => {
+          const figure = Ladder.figures.get(name);
+          const slider = figure.root.querySelector("[name=rotation]");
+          const move = (to) => {
+            slider.value = to;
+            slider.dispatchEvent(new Event("input", {bubbles: true}));
+          };
+          const off = figure.on("frame", (frame) => {
+            if (frame.detail !== 1) return;
+            off();
+            move(9);
+          });
+          move(8);
+        }""",
+        "fig-score",
+    )
+    score.settled()
+    seen = levels(score)
+    assert [level for level, rotation in seen if rotation == 8] == [0, 1]
+    assert [level for level, rotation in seen if rotation == 9] == LEVELS
+
+
+# Finer drawings are held until `arrive()`; what is asked by hand is answered as ever.
+HELD = """() => {
+  const { runtime } = Ladder, { frame } = runtime;
+  window.late = [];
+  window.arrive = () => late.splice(0).forEach(go => go());
+  runtime.frame = (question) => frame.call(runtime, question).then((found) =>
+    question.finer ? new Promise(go => late.push(() => go(found))) : found);
+}"""
+
+
+def test_a_finer_drawing_that_comes_too_late_is_dropped(score: Figure) -> None:
+    """While a finer drawing is on its way the control is moved: the old value's map is not put over the new one's."""
+    score.page.evaluate(HELD)
+    for value in ("8", "9"):
+        score.set("rotation", value)
+        until(score.page, f"late.length && levels.some(([, rotation]) => rotation === {value})")
+    until(score.page, "late.length >= 2")
+    score.page.evaluate("arrive()")
+    until(score.page, "late.length")  # the next finer one of the new value, asked for since that before it was shown
+    assert levels(score) == [[0, 8], [0, 9], [1, 9]]
+    assert score.frame()["controls"]["rotation"] == 9
+
+
+def test_a_climb_on_a_known_field_does_not_make_it_coarse(score: Figure) -> None:
+    """With the field all there, a click answers with the finest level alone."""
+    score.set("rotation", "5")
+    score.settled()
+    levels(score)
+    box = score.seen().root.locator('.figure-panel[data-panel="map"] svg').bounding_box()
+    assert box
+    score.page.mouse.click(box["x"] + 0.4 * box["width"], box["y"] + 0.4 * box["height"])
+    score.settled()
+    assert [level for level, _ in levels(score)] == LEVELS[-1:]
+    assert score.record()["log"][0][:2] == ["click", "map"]
+
+
+def test_the_tape_has_the_finest_level(reader: Callable[..., Reader]) -> None:
+    """What the page shows before any script, and what a press answers before Python is up, is the full map."""
+    figure = Figure(reader().open("ndt-score.html"), "fig-score")
+    assert figure.frame()["detail"] == LEVELS[-1]
+    taped = figure.page.evaluate(
+        "[...document.querySelectorAll('script.figure-record')].map(s => JSON.parse(s.textContent).frame.detail)"
+    )
+    assert taped == [LEVELS[-1]]

@@ -1,0 +1,56 @@
+"""The walkthrough, as a reader drives it: stages from the tape, a jump and Back, Auto in the live page, a phone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from playwright.sync_api import expect
+
+from tests.browser.conftest import Reader
+from tests.browser.figure import Figure
+from tests.browser.server import SiteServer
+from widgets.engine.host import Host
+
+
+def test_the_first_stages_and_the_end_answer_before_python_is_up(
+    reader: Callable[..., Reader], server: SiteServer
+) -> None:
+    """With the runtime held back: four stages by Next, the pose changed at the fourth; then an experiment's end."""
+    server.hold("/runtime/")
+    page = reader(reduced_motion="reduce").open("four.html")
+    four = Figure(page, "fig-four").seen()
+    first = four.readout("mmd_rotation")
+    for _ in range(3):
+        four.button("next").click()
+    four.changes("mmd_rotation", first)
+    expect(four.root.locator(".panel-caption").first).to_contain_text("4 of 5 · translation and scale")
+    page.get_by_role("button", name="The moving cloud 15 % smaller, to the end").click()
+    four.shows("mmd_scale", "−15.0")
+
+
+def test_chips_back_and_a_toggle_live(reader: Callable[..., Reader]) -> None:
+    """Stage 4, the next iteration, back: the live frames are the native ones; the scale switch replays the walk."""
+    page = reader(reduced_motion="reduce").open("four.html")
+    four = Figure(page, "fig-four").live()
+    four.button("stage-4").click()
+    one = four.changes("cpd_rotation", "60.0")
+    four.button("iterate").click()
+    four.changes("cpd_rotation", one)
+    assert four.settled().frame()["readouts"] == Host().render("fig-four", four.record())["readouts"]
+    four.button("back").click()
+    four.shows("cpd_rotation", one)
+    four.root.locator("[name=smaller]").click()
+    four.shows("mmd_scale", "−15.0")
+    frame, native = four.settled().frame(), Host().render("fig-four", four.record())
+    assert frame["readouts"] == native["readouts"]
+    assert frame["description"] == native["description"]
+
+
+def test_on_a_phone_nothing_is_cut_off(reader: Callable[..., Reader]) -> None:
+    """390 px wide: four panels one under the other, within the page, and Next in sight of the first."""
+    page = reader(390, 844).open("four.html")
+    for box in Figure(page, "fig-four").seen().root.locator(".figure-panel").all():
+        place = box.bounding_box()
+        assert place is not None
+        assert place["x"] >= 0
+        assert place["x"] + place["width"] <= 390

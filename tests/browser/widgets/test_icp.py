@@ -1,0 +1,66 @@
+"""The figure of nearest points, as a reader drives it: taped steps, a run to its stop, other starts, on a phone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+
+from playwright.sync_api import expect
+
+from tests.browser.conftest import Reader
+from tests.browser.figure import Figure
+from tests.browser.server import SiteServer
+from widgets.engine.host import Host
+
+
+def test_steps_answer_before_python_is_up(reader: Callable[..., Reader], server: SiteServer) -> None:
+    """With the runtime held back: a step, another, and back, each with its numbers."""
+    server.hold("/runtime/")
+    page = reader(reduced_motion="reduce").open("icp.html")
+    nearest = Figure(page, "fig-nearest").seen()
+    first = nearest.readout("rms")
+    nearest.button("step").click()
+    second = nearest.changes("rms", first)
+    nearest.button("step").click()
+    third = nearest.changes("rms", second)
+    assert float(first) > float(second) > float(third)
+    nearest.button("back").click()
+    nearest.shows("rms", second)
+
+
+def test_a_run_stops_by_itself_and_says_why(reader: Callable[..., Reader]) -> None:
+    """Run steps on until the figure has converged; its frame is the build's, byte for byte."""
+    page = reader(reduced_motion="reduce").open("icp.html")
+    nearest = Figure(page, "fig-nearest").live()
+    nearest.button("run").click()
+    expect(nearest.button("step")).to_be_disabled(timeout=60_000)
+    nearest.settled()
+    assert nearest.readout("stop").startswith("converged")
+    assert "come to rest" in nearest.root.locator(".figure-status").inner_text()
+    assert nearest.frame()["description"] == Host().render("fig-nearest", nearest.record())["description"]
+
+
+def test_a_key_turns_the_start_and_the_run_begins_anew(reader: Callable[..., Reader]) -> None:
+    """Fifteen degrees by the keyboard after a step: no step is taken, and the error is another one."""
+    page = reader(reduced_motion="reduce").open("icp.html")
+    nearest = Figure(page, "fig-nearest").live()
+    before = nearest.readout("rotation_error")
+    nearest.button("step").click()
+    stepped = nearest.changes("rotation_error", before)
+    nearest.handle("turn").focus()
+    page.keyboard.press("Shift+ArrowLeft")
+    turned = nearest.changes("rotation_error", stepped)
+    assert float(turned) > float(stepped) + 14
+    assert nearest.settled().readout("rises") == "0 of 0"
+
+
+def test_on_a_phone_the_charts_stand_below_each_other(reader: Callable[..., Reader]) -> None:
+    """Map, then three charts, as wide as the page, none cut off; on a wide page they stand beside the map."""
+    for width, below in ((390, True), (1280, False)):
+        page = reader(width, 844).open("icp.html")
+        boxes = [panel.bounding_box() for panel in page.locator("#fig-nearest .figure-panel").all()]
+        assert len(boxes) == 4
+        places = [box for box in boxes if box]
+        assert all(box["x"] >= 0 and box["x"] + box["width"] <= width for box in places)
+        assert all((box["y"] >= places[0]["y"] + places[0]["height"]) == below for box in places[1:])
+        assert all(b["y"] > a["y"] for a, b in pairwise(places[1:]))

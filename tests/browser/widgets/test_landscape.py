@@ -1,0 +1,60 @@
+"""The landscape as a reader walks on it: sown from the tape, picked by mouse and by keys, redrawn and cleared."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from tests.browser.conftest import Reader
+from tests.browser.figure import Figure
+from tests.browser.server import SiteServer
+from widgets.engine.contract import preset
+from widgets.engine.host import Host
+from widgets.figures.landscape.figure import BANDS, WIDGET
+
+
+@pytest.fixture
+def terrain(reader: Callable[..., Reader]) -> Figure:
+    return Figure(reader(reduced_motion="reduce").open("landscape.html"), "fig-mmd").live()
+
+
+def test_sowing_answers_before_python_is_up(reader: Callable[..., Reader], server: SiteServer) -> None:
+    """With the runtime held back: cleared by Reset, and sown again."""
+    server.hold("/runtime/")
+    terrain = Figure(reader(reduced_motion="reduce").open("landscape.html"), "fig-mmd").seen()
+    sown = terrain.readout("reached")
+    terrain.button("reset").click()
+    terrain.shows("reached", "–")
+    terrain.button("sow").click()
+    terrain.shows("reached", sown)
+
+
+def test_picked_starts_stay_until_cleared(terrain: Figure) -> None:
+    """A click adds a descent to those that are there; *Resample* keeps them, *Clear* forgets them."""
+    terrain.button("reset").click()
+    terrain.shows("reached", "–")
+    box = terrain.settled().seen().root.locator('.figure-panel[data-panel="map"]').bounding_box()  # outlives swaps
+    assert box
+    for k, part in enumerate((0.3, 0.5), start=1):
+        terrain.page.mouse.click(box["x"] + part * box["width"], box["y"] + 0.4 * box["height"])
+        terrain.settled()
+        assert terrain.readout("reached").endswith(f" of {k}")
+    truth = terrain.readout("truth")
+    terrain.button("resample").click()
+    terrain.changes("truth", truth)
+    assert terrain.settled().readout("reached").endswith(" of 2")
+    terrain.button("clear").click()
+    terrain.shows("reached", "–")
+
+
+def test_levels_are_the_build_s_byte_for_byte(terrain: Figure) -> None:
+    """Each preset sown, at the coarsest and at the finest level, is the native frame."""
+    for name in WIDGET.presets:
+        for level in (0, BANDS):
+            record: dict[str, Any] = {**preset(WIDGET, name).plain(), "log": [["press", "sow"]]}
+            live = terrain.page.evaluate(
+                "request => Ladder.runtime.frame(request)", {"figure": "fig-x", "record": record, "detail": level}
+            )
+            assert live == Host().render("fig-x", record, level), (name, level)

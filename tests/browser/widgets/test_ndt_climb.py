@@ -1,0 +1,71 @@
+"""The climb as a reader drives it: back along the tape, a run to its stop, another start, on a phone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from playwright.sync_api import expect
+
+from tests.browser.conftest import Reader
+from tests.browser.figure import Figure
+from tests.browser.server import SiteServer
+from widgets.engine.contract import preset
+from widgets.engine.host import Host
+from widgets.figures.ndt_climb.figure import WIDGET
+
+
+def test_steps_back_answer_before_python_is_up(reader: Callable[..., Reader], server: SiteServer) -> None:
+    """With the runtime held back: a step back from the end, and forward again."""
+    server.hold("/runtime/")
+    climb = Figure(reader(reduced_motion="reduce").open("ndt-climb.html"), "fig-climb").seen()
+    ended = climb.readout("stop_fine")
+    climb.button("back").click()
+    assert climb.changes("stop_fine", ended).startswith("running")
+    climb.button("step").click()
+    climb.shows("stop_fine", ended)
+
+
+def test_a_run_stops_by_itself(reader: Callable[..., Reader]) -> None:
+    """Reset and run: both runs end where the page's first picture has them, with the build's own frame."""
+    climb = Figure(reader(reduced_motion="reduce").open("ndt-climb.html"), "fig-climb").live()
+    ended = climb.readout("stop_fine")
+    climb.button("reset").click()
+    climb.changes("stop_fine", ended)
+    climb.button("run").click()
+    expect(climb.button("step")).to_be_disabled(timeout=60_000)
+    climb.settled().shows("stop_fine", ended)
+    assert climb.frame() == Host().render("fig-climb", climb.record())
+
+
+def test_a_key_moves_the_start_and_both_begin_anew(reader: Callable[..., Reader]) -> None:
+    """Half a unit by the keyboard: no step is taken, and both runs have the new start's error."""
+    page = reader(reduced_motion="reduce").open("ndt-climb.html")
+    climb = Figure(page, "fig-climb").live()
+    before = climb.readout("translation_start")
+    climb.handle("source").focus()
+    page.keyboard.press("Shift+ArrowLeft")
+    after = climb.changes("translation_start", before)
+    assert [climb.settled().readout(f"translation_{name}") for name in ("one", "fine")] == [after, after]
+    assert climb.readout("stop_one") == "running, 0"
+
+
+def test_presets_are_the_build_s_byte_for_byte(reader: Callable[..., Reader]) -> None:
+    """Starts and ten steps of each preset."""
+    climb = Figure(reader().open("ndt-climb.html"), "fig-climb").live()
+    for name in WIDGET.presets:
+        for log in ([], [["press", "step"]] * 10):
+            record: dict[str, Any] = {**preset(WIDGET, name).plain(), "log": log}
+            live = climb.page.evaluate("record => Ladder.runtime.frame({figure: 'fig-x', record})", record)
+            assert live == Host().render("fig-x", record), (name, len(log))
+
+
+def test_the_maps_stand_in_one_row_and_the_charts_in_the_next(reader: Callable[..., Reader]) -> None:
+    """On a wide page; on a phone all five are below each other, none cut off."""
+    for width, rows in ((1280, 2), (390, 5)):
+        page = reader(width, 844).open("ndt-climb.html")
+        boxes = [panel.bounding_box() for panel in page.locator("#fig-climb .figure-panel").all()]
+        places = [box for box in boxes if box]
+        assert len(places) == 5
+        assert len({round(box["y"]) for box in places}) == rows
+        assert all(box["x"] >= 0 and box["x"] + box["width"] <= width for box in places)

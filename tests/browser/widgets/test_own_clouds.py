@@ -1,0 +1,385 @@
+"""Your own clouds, as a reader brings them: files of every format, a drop, a drawing by mouse and keys, and what is
+taken away. Nothing of it leaves the machine: the reader's fixture fails on any request to elsewhere."""
+
+from __future__ import annotations
+
+import json
+import re
+import struct
+import subprocess
+import sys
+from base64 import urlsafe_b64encode
+from collections.abc import Callable
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from playwright.sync_api import Page, expect
+
+from sitegen.bench.pages import until
+from solvers import Pose
+from solvers.scenes.rooms import room
+from tests.browser.conftest import Reader
+from tests.browser.figure import Figure, finger, tap_after_drag
+from tests.browser.server import SiteServer
+
+ROOT = Path(__file__).resolve().parents[3]
+TRUTH = Pose.from_angle(np.radians(12.0), (400.5, -80.25))  # of clouds of some hundred units, such as millimetres
+
+
+def clouds() -> tuple[np.ndarray, np.ndarray]:
+    scene = room("clean", seed=66)
+    return TRUTH.inverse().apply(100 * scene.source + TRUTH.t), 100 * scene.target + TRUTH.t
+
+
+def lines(points: np.ndarray, separator: str = ",") -> bytes:
+    return "\n".join(separator.join(f"{v:.4f}" for v in row) for row in points).encode()
+
+
+def raised(points: np.ndarray) -> np.ndarray:
+    """In space: the walls 250 units high."""
+    heights = np.random.default_rng(1).uniform(0, 250, len(points))
+    return np.column_stack([points, heights])
+
+
+def ply(points: np.ndarray) -> bytes:
+    head = f"ply\nformat binary_little_endian 1.0\nelement vertex {len(points)}\n"
+    head += "".join(f"property float {axis}\n" for axis in "xyz"[: points.shape[1]]) + "end_header\n"
+    return head.encode() + b"".join(struct.pack(f"<{len(row)}f", *row) for row in points)
+
+
+def pcd(points: np.ndarray) -> bytes:
+    d, n = points.shape[1], len(points) + 1
+    head = f"# .PCD v0.7\nVERSION 0.7\nFIELDS {'x y z'[: 2 * d - 1]}\nSIZE{' 4' * d}\nTYPE{' F' * d}\nCOUNT{' 1' * d}\n"
+    head += f"WIDTH {n}\nHEIGHT 1\nPOINTS {n}\nDATA ascii\n"
+    return head.encode() + lines(points, " ") + b"\n" + b"nan " * d + b"\n"
+
+
+def opened(reader: Callable[..., Reader], **options: Any) -> tuple[Page, Figure]:
+    page = reader(reduced_motion="reduce", **options).open("clouds.html")
+    return page, Figure(page, "fig-own").live()
+
+
+def choose(figure: Figure, place: str, name: str, data: bytes) -> None:
+    chooser = figure.root.locator(f'input[type=file][data-place="{place}"]')
+    chooser.set_input_files({"name": name, "mimeType": "application/octet-stream", "buffer": data})
+
+
+def told(figure: Figure, place: str, words: str) -> None:
+    expect(figure.root.locator(f'[data-told="{place}"]')).to_contain_text(words, timeout=60_000)
+
+
+def to_the_end(figure: Figure) -> None:
+    figure.button("finish").click()
+    expect(figure.root.locator('[data-readout="stop"] .value')).to_contain_text("converged", timeout=60_000)
+    expect(figure.button("finish")).to_have_text("To the end")
+
+
+def printed(script: str, folder: Path) -> dict[str, float]:
+    """What a script prints, run beside the reader's files in an interpreter that has the solvers alone."""
+    (folder / "register.py").write_text(script, "utf-8")
+    run = f"import sys; sys.path.insert(0, {str(ROOT)!r}); exec(open('register.py', encoding='utf-8').read())"
+    done = subprocess.run(
+        [sys.executable, "-I", "-c", run], cwd=folder, capture_output=True, text=True, encoding="utf-8", check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return {name: float(value) for name, value in (line.split(" ", 1) for line in done.stdout.splitlines())}
+
+
+def saved(page: Page, figure: Figure, name: str) -> str:
+    with page.expect_download() as download:
+        figure.root.locator(f'[data-file="{name}"]').click()
+    return Path(download.value.path()).read_text("utf-8")
+
+
+FORMATS: dict[str, Callable[[np.ndarray], bytes]] = {
+    "csv": lambda p: b"x,y\n" + lines(p),
+    "xyz": lambda p: lines(raised(p), " "),
+    "ply": lambda p: ply(raised(p)),
+    "pcd": lambda p: pcd(raised(p)),
+}
+
+
+def test_two_files_give_a_pose_that_their_script_finds_again(reader: Callable[..., Reader], tmp_path: Path) -> None:
+    """Of every format: opened, run to the end, near the truth; the script, run by itself beside the files, finds the
+    same pose."""
+    page, own = opened(reader, accept_downloads=True)
+    source, target = clouds()
+    middle = source.mean(axis=0)[None]
+    for kind, write in FORMATS.items():
+        for place, points in (("source", source), ("target", target)):
+            data = write(points)
+            (tmp_path / f"{place}.{kind}").write_bytes(data)
+            choose(own, place, f"{place}.{kind}", data)
+            told(own, place, f"{place}.{kind}: {len(points)} points in {2 if kind == 'csv' else 3}-D")
+        if kind == "pcd":
+            told(own, "target", "1 row with NaN or infinity left out")
+        own.settled()
+        to_the_end(own)
+        held = json.loads(saved(page, own, "pose.json"))
+        pose = Pose(np.array(held["matrix_3x3"])[:2, :2], np.array(held["translation"]))
+        assert abs(held["angle_degrees"] - 12.0) < 2.0
+        assert np.abs(pose.apply(middle) - TRUTH.apply(middle)).max() < 15.0
+        matrix = [[float(v) for v in row.split(",")] for row in saved(page, own, "pose.csv").splitlines()]
+        assert matrix == held["matrix_4x4"]
+        found = printed(own.frame()["python"], tmp_path)
+        assert found["rotation"] == pytest.approx(held["angle_degrees"], abs=1e-7)
+        assert [found["x"], found["y"]] == pytest.approx(held["translation"], abs=1e-5)
+        assert found["rms"] == pytest.approx(held["residual_rms"], abs=1e-6)
+
+
+def test_what_is_wrong_with_a_file_is_said_where_it_is_read(reader: Callable[..., Reader]) -> None:
+    """With its name and line, in the figure's frame; the last picture stays. A name is never markup."""
+    _, own = opened(reader)
+    before = own.frames()
+    choose(own, "source", "<img src=x onerror=alert(1)>.csv", b"x,y\n1,2\n3,four\n")
+    status = own.root.locator(".figure-status")
+    expect(status).to_contain_text("<img src=x onerror=alert(1)>.csv: line 3: 'four' is no number", timeout=60_000)
+    assert own.frames() == before
+    assert own.root.locator("img").count() == 0
+    choose(own, "source", "nul.ply", b"ply\nformat ascii 1.0\nelement vertex 3\nend_header\n")
+    expect(status).to_contain_text("nul.ply: line 4: the vertices have nothing", timeout=60_000)
+    own.button("step").click()
+    expect(status).not_to_contain_text("nul.ply")
+
+
+def test_a_drop_thins_slices_and_outlives_the_worker(reader: Callable[..., Reader]) -> None:
+    """Two files dropped at once; more points than wanted are thinned with notice, a slice leaves fewer, and a worker
+    started anew is handed the clouds again."""
+    page, own = opened(reader)
+    floor = np.random.default_rng(2).uniform([-300, -300, 0], [300, 300, 2], (3000, 3))
+    texts = [lines(np.concatenate([raised(points), floor]), " ").decode() for points in clouds()]
+    page.evaluate(
+        """texts => {
+          const data = new DataTransfer();
+          texts.forEach((text, i) => data.items.add(new File([text], `scan-${i}.xyz`)));
+          const figure = document.querySelector("#fig-own");
+          for (const type of ["dragover", "drop"]) {
+            figure.dispatchEvent(new DragEvent(type, { dataTransfer: data, bubbles: true, cancelable: true }));
+          }
+        }""",
+        texts,
+    )
+    told(own, "source", "scan-0.xyz: ")
+    told(own, "target", "scan-1.xyz: ")
+    status = own.root.locator(".figure-status")
+    expect(status).to_contain_text("Thinned: source", timeout=60_000)
+    points = own.root.locator('[data-readout="points"] .value')
+    expect(points).to_contain_text("of 3,1")
+    own.set("thickness", "60")
+    own.set("height", "65")
+    expect(points).not_to_contain_text("of", timeout=60_000)
+    own.settled()
+    before = own.readout("rms")
+    page.evaluate("Ladder.runtime.restart()")
+    own.live()
+    own.button("step").click()
+    own.changes("rms", before)
+    own.root.locator('[data-own="swap"]').click()
+    told(own, "source", "scan-1.xyz: ")
+
+
+def test_clouds_are_drawn_by_mouse_and_by_keys(reader: Callable[..., Reader], tmp_path: Path) -> None:
+    """A stroke, a point by key, Undo, the target as the moved source; the script holds the drawn points."""
+    page, own = opened(reader)
+    own.root.locator('[data-pen="source"]').click()
+    expect(own.root.locator(".figure-status")).to_contain_text("Choose or draw a source and a target", timeout=60_000)
+    panel = own.root.locator('[data-panel="main"]')
+    panel.scroll_into_view_if_needed()
+    box = panel.bounding_box()
+    assert box is not None
+    x, y, w, h = (box[side] for side in ("x", "y", "width", "height"))
+    page.mouse.move(x + 0.3 * w, y + 0.3 * h)
+    page.mouse.down()
+    page.mouse.move(x + 0.7 * w, y + 0.35 * h, steps=6)
+    page.mouse.move(x + 0.6 * w, y + 0.7 * h, steps=6)
+    page.mouse.up()
+    told(own, "source", "Drawn by hand:")
+    stroke = own.root.locator('[data-told="source"]').inner_text()
+    cross = own.root.locator('.crosshair[data-pick="main"]')
+    cross.focus()
+    for key in ("ArrowLeft", "ArrowUp", "Enter"):
+        page.keyboard.press(key)
+    expect(own.root.locator('[data-told="source"]')).not_to_have_text(stroke, timeout=60_000)
+    own.root.locator('[data-own="undo"]').click()
+    told(own, "source", stroke)
+    own.root.locator('[data-own="copy"]').click()
+    told(own, "target", stroke)
+    own.root.locator('[data-pen="source"]').click()
+    own.set("method", "cpd-rigid")
+    own.settled()
+    to_the_end(own)
+    found = printed(own.frame()["python"], tmp_path)
+    assert found["rotation"] == pytest.approx(180 / 7, abs=0.05)
+    assert float(own.readout("rms")) < 0.01
+
+
+def test_a_finger_draws_where_it_else_scrolls(reader: Callable[..., Reader]) -> None:
+    """On a phone, with the pen in hand, a finger leaves points and the page stays; without it the page scrolls."""
+    page, own = opened(reader, width=390, height=844, has_touch=True, is_mobile=True)
+    panel, scrolled = own.root.locator('.figure-panel[data-panel="main"]'), "window.scrollY"
+    counts = []
+    for place, lean in (("source", 0.0), ("target", 0.1)):
+        tap_after_drag(own.root.locator(f'[data-pen="{place}"]'))
+        panel.scroll_into_view_if_needed()
+        box = panel.bounding_box()
+        assert box is not None
+        corners = [(0.35, 0.7), (0.4 + lean, 0.25), (0.7, 0.35 + lean)]
+        before = page.evaluate(scrolled)
+        finger(page, along([(box["x"] + u * box["width"], box["y"] + v * box["height"]) for u, v in corners]))
+        told(own, place, "Drawn by hand: ")
+        counts.append(int(re.findall(r"\d+", own.root.locator(f'[data-told="{place}"]').inner_text())[0]))
+        assert page.evaluate(scrolled) == before
+    assert min(counts) > 20
+    tap_after_drag(own.root.locator('[data-pen="target"]'))
+    own.settled()
+    panel.scroll_into_view_if_needed()
+    box, before = panel.bounding_box(), page.evaluate(scrolled)
+    assert box is not None
+    x, y = box["x"] + 0.5 * box["width"], box["y"]
+    finger(page, along([(x, y + 0.9 * box["height"]), (x, y + 0.2 * box["height"])]))
+    until(page, f"{scrolled} > {before} + 50")
+    assert own.root.locator('[data-told="target"]').inner_text().startswith("Drawn by hand: ")
+
+
+def along(corners: list[tuple[float, float]], steps: int = 12) -> list[tuple[float, float]]:
+    """Places on the way round the corners."""
+    way = [
+        (a + (c - a) * i / steps, b + (d - b) * i / steps)
+        for (a, b), (c, d) in pairwise(corners)
+        for i in range(1, steps + 1)
+    ]
+    return [corners[0], *way]
+
+
+def test_a_link_says_that_the_clouds_are_not_in_it(reader: Callable[..., Reader]) -> None:
+    """Opened elsewhere it asks for the files; once they are there, its settings and steps hold."""
+    one = reader(reduced_motion="reduce")
+    own = Figure(one.open("clouds.html"), "fig-own").live()
+    files = {place: lines(points) for place, points in zip(("source", "target"), clouds(), strict=True)}
+    for place, data in files.items():
+        choose(own, place, f"{place}.csv", data)
+        told(own, place, f"{place}.csv: ")
+    own.set("method", "gicp")
+    own.settled()
+    before = own.readout("rotation")
+    own.button("ten").click()
+    after = own.changes("rotation", before)
+    own.root.locator("[data-link]").click()
+    expect(own.root.locator(".figure-status")).to_contain_text(re.compile("not in it|Link to this state"))
+    link = own.page.evaluate("name => Ladder.figures.get(name).link()", own.name)
+    page = one.context.new_page()
+    page.goto(link)
+    other = Figure(page, "fig-own").live()
+    expect(other.root.locator(".figure-status")).to_contain_text("Choose or draw a source", timeout=60_000)
+    for place, data in files.items():
+        choose(other, place, f"{place}.csv", data)
+        told(other, place, f"{place}.csv: ")
+    other.shows("rotation", after)
+
+
+def both(figure: Figure) -> None:
+    """Opens the two clouds."""
+    for place, points in zip(("source", "target"), clouds(), strict=True):
+        choose(figure, place, f"{place}.csv", lines(points))
+        told(figure, place, f"{place}.csv: ")
+    figure.settled()
+
+
+def test_a_pinned_run_of_files_comes_back_with_them(reader: Callable[..., Reader]) -> None:
+    """In the page with the files themselves; on a later visit it says that they are missing, and holds once they are
+    opened."""
+    page, own = opened(reader)
+    both(own)
+    before = own.readout("rms")
+    own.button("ten").click()
+    after = own.changes("rms", before)
+    pin, rows = own.root.locator("[data-pin]"), own.root.locator(".runs tbody tr")
+    pin.click()
+    own.set("clouds", "room")
+    own.changes("rms", after)
+    pin.click()
+    expect(rows).to_have_count(2)
+    rows.first.get_by_role("button", name="Restore").click()
+    own.shows("rms", after)
+    told(own, "source", "source.csv: ")
+    page.reload()
+    own.live()
+    rows.first.get_by_role("button", name="Restore").click()
+    told(own, "source", "Not here: open what this state was made with.")
+    expect(own.root.locator(".figure-status")).to_contain_text("Choose or draw a source and a target")
+    both(own)
+    own.shows("rms", after)
+
+
+def test_files_chosen_before_python_is_up_outlive_retry(reader: Callable[..., Reader], server: SiteServer) -> None:
+    """They wait for the Python that comes, as the page says they do."""
+    one = reader(reduced_motion="reduce")
+    one.context.add_init_script("window.LADDER_PATIENCE = 300;")
+    server.hold("/runtime/.*wasm")
+    own = Figure(one.open("clouds.html"), "fig-own").seen()
+    for place, points in zip(("source", "target"), clouds(), strict=True):
+        choose(own, place, f"{place}.csv", lines(points))
+        told(own, place, f"{place}.csv is read as soon as Python is up.")
+    retry = own.root.get_by_role("button", name="Retry")
+    expect(retry).to_be_visible(timeout=60_000)
+    own.page.evaluate("window.LADDER_PATIENCE = 60000")
+    server.release()
+    retry.click()
+    for place in ("source", "target"):
+        told(own, place, f"{place}.csv: ")
+    own.settled().live()
+    assert set(own.record()["given"]) == {"source", "target"}
+
+
+GIVE = """async count => {
+  for (let i = 0; i < count; i++) {
+    const data = new TextEncoder().encode(`1,${i}\n2,${i}`);
+    await Ladder.runtime.give({ figure: "fig-own", widget: "own-clouds", name: `${i}.csv`, data });
+  }
+}"""
+
+
+def test_a_file_that_is_no_longer_kept_is_told_so(reader: Callable[..., Reader]) -> None:
+    """After many others it is forgotten: a run of it says so beside the button that opens it, as the figure does."""
+    page, own = opened(reader)
+    both(own)
+    own.root.locator("[data-pin]").click()
+    page.evaluate(GIVE, 20)
+    own.root.locator(".runs").get_by_role("button", name="Restore").click()
+    told(own, "source", "No longer kept, open it again. It was source.csv: ")
+    expect(own.root.locator(".figure-status")).to_contain_text("Choose or draw a source and a target first.")
+    both(own)
+    told(own, "source", "source.csv: ")
+    own.changes("rms", "–")
+
+
+PRINT = "0123456789abcdef" * 2
+
+
+@pytest.mark.parametrize(
+    ("given", "ignored", "kept"),
+    [
+        ({"source": [PRINT], "target": PRINT}, "the source", {"target": PRINT}),
+        ({"source": PRINT, "target": 7, "third": PRINT}, "the target, “third”", {"source": PRINT}),
+        ([PRINT], "what was brought along", None),
+        (None, "what was brought along", None),
+    ],
+)
+def test_a_link_with_faulty_files_opens_with_what_is_sound(
+    reader: Callable[..., Reader], given: Any, ignored: str, kept: Any
+) -> None:
+    """It says what was left out; the settings hold, and what it names that is not here can be opened."""
+    state = {"widget": "own-clouds", "controls": {"clouds": "own", "method": "gicp"}, "log": [], "given": given}
+    link = urlsafe_b64encode(json.dumps(state).encode()).decode().rstrip("=")
+    page = reader(reduced_motion="reduce").open(f"clouds.html#fig-own?s={link}")
+    own = Figure(page, "fig-own").live().settled()
+    said = f"Of the state in this page's address, this was ignored: {ignored}."
+    expect(own.root.locator(".figure-status")).to_contain_text(said)
+    assert own.record().get("given") == kept
+    assert own.record()["controls"]["method"] == "gicp"
+    for place in kept or {}:
+        told(own, place, "Not here: open what this state was made with.")
+    own.becomes("live")

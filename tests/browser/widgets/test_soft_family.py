@@ -1,0 +1,86 @@
+"""The soft family and the nine contestants, as a reader drives them: σ by hand, each method, taped steps, a drag."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from playwright.sync_api import expect
+
+from tests.browser.conftest import Reader
+from tests.browser.figure import Figure
+from tests.browser.server import SiteServer
+from widgets.engine.host import Host
+
+
+def test_steps_and_a_try_answer_before_python_is_up(reader: Callable[..., Reader], server: SiteServer) -> None:
+    """With the runtime held back: two steps, the likelihood higher at each, and an experiment of the page."""
+    server.hold("/runtime/")
+    page = reader(reduced_motion="reduce").open("soft.html")
+    soft = Figure(page, "fig-soft").seen()
+    first = soft.readout("objective")
+    soft.button("step").click()
+    second = soft.changes("objective", first)
+    soft.button("step").click()
+    third = soft.changes("objective", second)
+    assert float(first) > float(second) > float(third)
+    page.get_by_role("button", name="Ten clutter points, no clutter term").click()
+    soft.shows("stop", "step 40")
+    assert float(soft.readout("rotation_error")) > 45
+
+
+def test_sigma_by_hand_hardens_and_moves_nothing(reader: Callable[..., Reader]) -> None:
+    """The slider down: fewer partners in effect, the same pose; the live frame is the build's, byte for byte."""
+    page = reader(reduced_motion="reduce").open("soft.html")
+    soft = Figure(page, "fig-soft").live()
+    soft.set("width", "held")
+    soft.settled()
+    where, many = soft.readout("rotation_error"), soft.readout("partners")
+    soft.set("sigma", "0.1")
+    few = soft.changes("partners", many)
+    assert float(few) < 1.5 < float(many)
+    assert soft.readout("rotation_error") == where
+    frame, native = soft.settled().frame(), Host().render("fig-soft", soft.record())
+    assert frame["description"] == native["description"]
+    assert soft.root.locator("svg.plot").first.evaluate("e => e.outerHTML.length") > 1000
+
+
+def test_each_method_runs_to_its_stop(reader: Callable[..., Reader]) -> None:
+    """CPD, FilterReg on the lattice and GMMReg: To the end, a stop, and numbers that are the native ones."""
+    page = reader(reduced_motion="reduce").open("soft.html")
+    soft = Figure(page, "fig-soft").live()
+    for method in ("cpd-similarity", "filterreg", "gmmreg"):
+        soft.set("method", method)
+        soft.settled()
+        if method == "filterreg":
+            soft.set("filter", "lattice")
+            soft.settled()
+        soft.button("finish").click()
+        expect(soft.button("step")).to_be_disabled(timeout=30_000)
+        frame, native = soft.settled().frame(), Host().render("fig-soft", soft.record())
+        assert frame["readouts"] == native["readouts"]
+        assert float(soft.readout("rotation_error")) < 5
+        soft.button("reset").click()
+        expect(soft.button("step")).to_be_enabled()
+
+
+def test_the_bird_is_dragged_in_one_panel_and_moves_in_nine(reader: Callable[..., Reader]) -> None:
+    """A drag in the first panel changes the links of the nearest point, and of every panel but no more than that."""
+    page = reader(reduced_motion="reduce").open("contestants.html")
+    nine = Figure(page, "fig-nine").live()
+    before, search = nine.readout("icp"), nine.readout("ransac_congruent")
+    nine.drag("source", 40, 25)
+    nine.changes("icp", before)
+    assert nine.settled().readout("ransac_congruent") == search
+    assert nine.root.locator("svg.plot").count() == 9
+    assert nine.frame()["description"] == Host().render("fig-nine", nine.record())["description"]
+
+
+def test_on_a_phone_nothing_is_cut_off(reader: Callable[..., Reader]) -> None:
+    """390 px wide: every panel of both figures within the page."""
+    for name, figure in (("soft.html", "fig-soft"), ("contestants.html", "fig-nine")):
+        page = reader(390, 844).open(name)
+        for box in Figure(page, figure).seen().root.locator(".figure-panel").all():
+            place = box.bounding_box()
+            assert place is not None
+            assert place["x"] >= 0
+            assert place["x"] + place["width"] <= 390

@@ -1,0 +1,56 @@
+"""Runs Python inside Pyodide under Node: on the runtime as it is shipped, or on the complete one it is made from."""
+
+from __future__ import annotations
+
+import gzip
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from sitegen.cache.files import cache_dir, write
+from sitegen.external.fetch import gather
+from sitegen.external.node import run_node
+from sitegen.runtime.assemble import RUNNER, RuntimeInfo, mounted
+from sitegen.runtime.reuse import assembled
+
+
+def run_python_in_shipped_runtime(
+    code: str, value: Any = None, *, info: RuntimeInfo | None = None, cache: Path | None = None, timeout: float = 600
+) -> Any:
+    """What `main(text: str) -> str` of `code`, JSON in and out, makes of `value` on the runtime that is shipped.
+
+    `info` defaults to the runtime of this checkout. Raises NodeError with the traceback where the code fails.
+    """
+    info = info or assembled(cache=cache)
+    files = {PurePosixPath(file.name).name: info.contents[file.name] for file in info.files}
+    packs = {name: gzip.decompress(data) for name, data in files.items() if name.endswith(".pack")}
+    with tempfile.TemporaryDirectory(prefix="ladder-inside-") as temporary:
+        home = Path(temporary)
+        for name in files.keys() - packs.keys():
+            write(home / name, files[name])
+        library = packs.pop("python_stdlib.pack")
+        request = {"folder": temporary, **mounted(library, packs.values(), home), "python": code, "input": value}
+        return run_node(RUNNER, request, timeout=timeout)
+
+
+def run_python_in_complete_runtime(
+    code: str,
+    value: Any = None,
+    *,
+    mounts: Mapping[str, Path] | None = None,
+    cache: Path | None = None,
+    timeout: float = 1800,
+) -> Any:
+    """The same on Pyodide, numpy and Hypothesis as they come, with folders mounted: { path inside: folder outside }."""
+    outside = gather(["numpy", "pyodide", "hypothesis"], cache=cache or cache_dir())
+    wheels = [path.read_bytes() for path in outside.values() if path.suffix == ".whl"]
+    with tempfile.TemporaryDirectory(prefix="ladder-inside-") as temporary:
+        request = {
+            "folder": str(outside["pyodide/pyodide.mjs"].parent),
+            **mounted(outside["pyodide/python_stdlib.zip"].read_bytes(), wheels, Path(temporary)),
+            "mounts": {inside: str(folder) for inside, folder in (mounts or {}).items()},
+            "python": code,
+            "input": value,
+        }
+        return run_node(RUNNER, request, timeout=timeout)

@@ -1,0 +1,86 @@
+"""The emblem: the pictures it promises, drawn with the site's own colours and faces, the same bytes every time."""
+
+from __future__ import annotations
+
+import io
+import subprocess
+import sys
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from sitegen.assets import icons, typefaces
+from sitegen.assets.tokens import colours
+
+TITLE, LINE = "The Registration Ladder", "Point-cloud registration explained rung by rung."
+
+
+@pytest.fixture(scope="module")
+def faces() -> typefaces.FontSet:
+    return typefaces.make()
+
+
+@pytest.fixture(scope="module")
+def made(faces, tmp_path_factory) -> dict[str, bytes]:
+    return icons.make(TITLE, LINE, faces, cache=tmp_path_factory.mktemp("cache"))
+
+
+def pixels(data: bytes) -> np.ndarray:
+    return np.asarray(Image.open(io.BytesIO(data)).convert("RGB")).reshape(-1, 3)
+
+
+def test_the_pictures_have_their_sizes(made) -> None:
+    sizes = {name: Image.open(io.BytesIO(data)).size for name, data in made.items() if name.endswith(".png")}
+    icons = {"icon-192.png": (192, 192), "icon-512.png": (512, 512), "icon-maskable.png": (512, 512)}
+    assert sizes == {"favicon.png": (32, 32), "touch-icon.png": (180, 180), "share.png": (1200, 630), **icons}
+    assert len(made["share.png"]) < 150_000
+
+
+def test_the_share_picture_shows_the_scene_in_the_sites_colours(made) -> None:
+    seen = {tuple(p) for p in np.unique(pixels(made["share.png"]), axis=0).tolist()}
+    for name in ("paper", "ink", "source", "target", "accent"):
+        value = colours()[name][0]
+        assert tuple(bytes.fromhex(value[1:])) in seen, name
+
+
+def test_the_title_changes_the_share_picture_alone(made, faces, tmp_path) -> None:
+    other = icons.make("Another title", LINE, faces, cache=tmp_path)
+    assert other["share.png"] != made["share.png"]
+    assert {n: d for n, d in other.items() if n != "share.png"} == {n: d for n, d in made.items() if n != "share.png"}
+
+
+def test_the_favicon_follows_the_theme(made) -> None:
+    root = ElementTree.fromstring(made["favicon.svg"])
+    style = "".join(root.itertext())
+    (light, dark) = colours()["ink"]
+    assert light in style.split("@media")[0]
+    assert dark in style.split("@media")[1]
+
+
+def test_another_process_draws_the_same_bytes(made, faces, tmp_path) -> None:
+    code = (
+        "import sys, pathlib; from sitegen.assets import icons, typefaces; "
+        f"made = icons.make({TITLE!r}, {LINE!r}, typefaces.make(), cache=pathlib.Path(sys.argv[1])); "
+        "sys.stdout.buffer.write(b''.join(made[n] for n in sorted(made)))"
+    )
+    again = subprocess.run([sys.executable, "-c", code, str(tmp_path)], capture_output=True, check=True).stdout
+    assert again == b"".join(made[name] for name in sorted(made))
+
+
+def test_what_is_kept_is_not_drawn_again(made, faces, tmp_path, monkeypatch) -> None:
+    first = icons.make(TITLE, LINE, faces, cache=tmp_path)
+    monkeypatch.setattr(icons, "_canvas", lambda *a: pytest.fail("drawn again"))
+    assert icons.make(TITLE, LINE, faces, cache=tmp_path) == first
+
+
+def test_no_shape_of_an_icon_cuts_the_ladder(made) -> None:
+    """What is drawn of the maskable icon lies in the circle of 80 %, and the other icons are drawn larger."""
+    paper = bytes.fromhex(colours()["paper"][0][1:])
+    reach = {}
+    for name in ("icon-512.png", "icon-maskable.png"):
+        drawn = (pixels(made[name]).reshape(512, 512, 3) != np.frombuffer(paper, np.uint8)).any(2)
+        y, x = np.nonzero(drawn)
+        reach[name] = np.hypot(x - 255.5, y - 255.5).max()
+    assert 180 < reach["icon-maskable.png"] <= 0.4 * 512 < reach["icon-512.png"]

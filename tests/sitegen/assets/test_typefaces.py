@@ -1,0 +1,121 @@
+"""The fonts: what a page needs is in them, what typesetting needs is kept, and the same input gives the same bytes."""
+
+from __future__ import annotations
+
+import io
+import re
+
+import pytest
+from fontTools.ttLib import TTFont
+
+from sitegen.assets import typefaces
+
+PAGE = """<html><head><title>Straße</title></head><body><p>Cao, Čech &amp; λ → 6·10⁻¹⁶
+<math><mrow><mi>R</mi><mo>≔</mo><mi>θ</mi></mrow></math> after</p></body></html>"""
+
+
+@pytest.fixture(scope="module")
+def made() -> typefaces.FontSet:
+    return typefaces.make(*typefaces.characters([PAGE]), url="fonts/")
+
+
+def opened(made: typefaces.FontSet, face: str) -> TTFont:
+    """The face's main file."""
+    names = [n for n in made.files if re.fullmatch(rf"{face}-[0-9a-f]{{10}}\.woff2", n)]
+    return TTFont(io.BytesIO(made.files[names[0]]))
+
+
+def test_characters_tell_text_from_mathematics() -> None:
+    text, mathematics = typefaces.characters([PAGE, "<p>zwei</p>"])
+    assert {"ß", "Č", "→", "⁻", "z", "&"} <= set(text)
+    assert set(mathematics) == set("R≔θ")
+    assert "≔" not in text
+
+
+def test_an_unclosed_formula_does_not_swallow_the_next_page() -> None:
+    text, _ = typefaces.characters(["<math><mi>x</mi>", "<p>é</p>"])
+    assert "é" in text
+
+
+def test_every_character_is_in_some_face(made: typefaces.FontSet) -> None:
+    assert made.missing == ""
+    covered = set().union(*(TTFont(io.BytesIO(data)).getBestCmap() for data in made.files.values()))
+    assert {ord(c) for c in typefaces.BASICS + typefaces.SYMBOLS + typefaces.MATHEMATICS + "Č≔𝜃𝑅"} <= covered
+
+
+def test_a_character_that_nobody_has_is_named() -> None:
+    assert typefaces.make("漢字").missing == "字漢"
+
+
+def test_lone_letters_come_with_their_mathematical_italic(made: typefaces.FontSet) -> None:
+    assert {ord("𝑅"), ord("𝜃"), ord("≔")} <= set(opened(made, "math").getBestCmap())
+
+
+def test_typesetting_tables_are_kept(made: typefaces.FontSet) -> None:
+    math = opened(made, "math")["MATH"].table
+    assert math.MathConstants.AxisHeight.Value > 0
+    cmap = opened(made, "math").getBestCmap()
+    stretchy = math.MathVariants.VertGlyphCoverage.glyphs
+    assert {cmap[ord(c)] for c in "()√∑" if c in typefaces.MATHEMATICS} <= set(stretchy)
+    for face in ("serif", "serif-italic", "title", "sans"):
+        kerned = {r.FeatureTag for r in opened(made, face)["GPOS"].table.FeatureList.FeatureRecord}
+        assert "kern" in kerned, face
+    # Figures are tabular as they come: all ten have one width. Proportional ones are a feature.
+    for face in ("serif", "serif-italic", "sans"):
+        font = opened(made, face)
+        assert len({font["hmtx"][font.getBestCmap()[ord(d)]][0] for d in "0123456789"}) == 1, face
+        assert "pnum" in {r.FeatureTag for r in font["GSUB"].table.FeatureList.FeatureRecord}, face
+
+
+def test_weights_are_those_of_the_style_sheet(made: typefaces.FontSet) -> None:
+    for face in ("serif", "sans"):
+        (axis,) = opened(made, face)["fvar"].axes
+        assert (axis.axisTag, axis.minValue, axis.maxValue) == ("wght", 400, 600)
+    assert "fvar" not in opened(made, "serif-italic")
+
+
+def test_cuts_do_not_carry_the_reserved_name_and_keep_the_licence(made: typefaces.FontSet) -> None:
+    for name, data in made.files.items():
+        table = TTFont(io.BytesIO(data))["name"]
+        assert table.getDebugName(1).startswith("Ladder "), name
+        assert "Source" not in (table.getDebugName(4) + table.getDebugName(6)), name
+        assert table.getDebugName(0), name
+
+
+def test_no_table_names_names_that_are_not_there(made: typefaces.FontSet) -> None:
+    """STAT consists of such names; Firefox discards it, with an error for each file."""
+    for face in typefaces.FACES:
+        assert "STAT" not in opened(made, face.name), face.name
+
+
+def test_the_whole_set_is_light(made: typefaces.FontSet) -> None:
+    assert sum(map(len, made.files.values())) <= 120_000
+
+
+def test_the_style_sheet_names_every_file_and_nothing_else(made: typefaces.FontSet) -> None:
+    assert set(re.findall(r'url\("fonts/([^"]+)"\)', made.css)) == set(made.files)
+    assert set(made.preload) <= set(made.files)
+    assert made.css.count("size-adjust") == len(typefaces.FALLBACKS)
+
+
+def test_a_fallback_is_stretched_to_the_measure_of_the_face(made: typefaces.FontSet) -> None:
+    adjust = re.search(r"Ladder Sans Near.*?size-adjust:([\d.]+)%;ascent-override:([\d.]+)%", made.css)
+    assert adjust is not None
+    size, ascent = (float(v) / 100 for v in adjust.groups())
+    sans = opened(made, "sans")
+    arial = next(f.average for f in typefaces.FALLBACKS if f.stands_for == "sans")
+    assert size * arial == pytest.approx(typefaces.average_advance(sans), rel=1e-3)
+    assert size * ascent == pytest.approx(sans["hhea"].ascent / sans["head"].unitsPerEm, rel=1e-3)
+
+
+def test_ranges_are_what_css_reads() -> None:
+    assert typefaces.ranges(map(ord, "abcxé")) == "U+61-63,U+78,U+E9"
+
+
+def test_an_empty_cache_gives_the_same_bytes(made: typefaces.FontSet, tmp_path, monkeypatch) -> None:
+    gather = typefaces.fetch.gather
+    monkeypatch.setattr(typefaces.fetch, "gather", lambda names, cache=None, progress=None: gather(names))
+    again = typefaces.make(*typefaces.characters([PAGE]), url="fonts/", cache=tmp_path)
+    assert list((tmp_path / "fonts").iterdir()), "nothing was cut anew"
+    assert again.files == made.files
+    assert again.css == made.css

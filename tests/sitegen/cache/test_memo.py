@@ -1,0 +1,92 @@
+"""What builds remember: found again for the same, made anew for anything else."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from sitegen.cache import memo
+from sitegen.cache.files import cache_dir
+from sitegen.cache.memo import Remembered
+from sitegen.check import rules
+from sitegen.runtime import reuse
+from sitegen.runtime.assemble import RuntimeInfo
+
+
+def test_an_answer_is_kept_for_what_was_given(tmp_path: Path) -> None:
+    """In the next build as well; another text, or another function's file, has an answer of its own."""
+    asked: list[str] = []
+
+    def length(text: str, name: str = "length") -> int:
+        known = Remembered(tmp_path, name)
+        found = known.answer(text, lambda: asked.append(text) or len(text))
+        known.keep()
+        return int(found)
+
+    assert [length("abc"), length("abc"), length("abcd"), length("abc", "other")] == [3, 3, 4, 3]
+    assert asked == ["abc", "abcd", "abc"]
+
+
+def test_what_nobody_asks_for_any_more_makes_room(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The oldest go first, and nothing of the last build."""
+    monkeypatch.setattr(memo, "SPARE", 1)
+    for build in ("ab", "cd"):
+        known = Remembered(tmp_path, "f")
+        for text in build:
+            known.answer(text, text.upper)
+        known.keep()
+    known = Remembered(tmp_path, "f")
+    anew: list[str] = []
+    for text in "abcd":
+        known.answer(text, lambda text=text: anew.append(text))  # type: ignore[misc]
+    assert anew == ["a"]
+
+
+def test_faults_of_html_are_told_from_memory_and_not_of_another_page(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    site, cache = tmp_path / "site", tmp_path / "cache"
+    site.mkdir()
+    page = site / "a.html"
+    page.write_text("<!doctype html><title>T</title>\n<p>a</b></p>", "utf-8")
+    first = rules.html_faults(rules.read_pages(site), cache)
+    assert [(p.path, p.line, p.column) for p in first] == [("site/a.html", 2, 8)]
+    page.rename(site / "b.html")
+    monkeypatch.setattr(rules, "html_errors", lambda source: pytest.fail("it was read again"))
+    assert [p.path for p in rules.html_faults(rules.read_pages(site), cache)] == ["site/b.html"]
+    monkeypatch.undo()
+    (site / "b.html").write_text("<!doctype html><title>T</title>\n<p>a</p>", "utf-8")
+    assert rules.html_faults(rules.read_pages(site), cache) == []
+
+
+def test_a_runtime_is_put_together_anew_where_it_is_of_something_else_or_faulty(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Not for the same build again; but for a file that is spoilt or gone, and for other code."""
+    cache, made = tmp_path / "cache", []
+    for name in ("outside", "compiled", "wheel", "gzip"):
+        shutil.copytree(cache_dir() / name, cache / name)
+    assemble = reuse.assemble
+
+    def counted(**given: Any) -> RuntimeInfo:
+        made.append(given)
+        return assemble(**given)
+
+    monkeypatch.setattr(reuse, "assemble", counted)
+    first = reuse.assembled(cache=cache)
+    assert reuse.assembled(cache=cache) == first
+    assert len(made) == 1
+    largest = max((cache / "runtime").iterdir(), key=lambda path: path.stat().st_size)
+    data = largest.read_bytes()
+    largest.write_bytes(data[:-1] + bytes([data[-1] ^ 1]))
+    assert reuse.assembled(cache=cache) == first
+    assert largest.read_bytes() == data
+    largest.unlink()
+    assert reuse.assembled(cache=cache) == first
+    assert len(made) == 3
+    monkeypatch.setattr(reuse, "inputs", lambda: {"solvers/new.py": b""})
+    reuse.assembled(cache=cache)
+    assert len(made) == 4

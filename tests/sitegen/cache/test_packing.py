@@ -1,0 +1,38 @@
+"""Packed copies: they hold the same, whatever lies in the cache."""
+
+from __future__ import annotations
+
+import gzip
+from pathlib import Path
+
+import brotli
+import pytest
+
+from sitegen.cache.files import digest
+from sitegen.cache.packing import packed
+from sitegen.cache.store import Store
+
+PAGE = b"<p>text</p>" * 3000
+
+
+def test_packed_copies_hold_the_same(tmp_path: Path) -> None:
+    """Also of a page that differs from one packed before in its last letter, or its first, alone."""
+    for data in (PAGE, PAGE[:-1] + b"!", b"!" + PAGE[1:]):
+        made = packed("a/b.html", data, tmp_path)
+        assert gzip.decompress(made["a/b.html.gz"]) == data
+        assert brotli.decompress(made["a/b.html.br"]) == data
+        assert made["a/b.html.gz"][4:8] == b"\0\0\0\0", "no date"
+    assert packed("a/b.woff2", data, tmp_path) == {}
+
+
+@pytest.mark.parametrize("forged", [b"", b"nothing packed", b"twice", b"another page"])
+def test_a_copy_of_another_page_is_not_published(tmp_path: Path, forged: bytes) -> None:
+    """Also where the entry has the hash of its own content: what counts is what the copy unpacks to."""
+    right = packed("a.html", PAGE, tmp_path)
+    for kind, pack in (("gzip", gzip.compress), ("brotli", brotli.compress)):
+        (entry,) = (tmp_path / kind).iterdir()
+        store = Store(tmp_path, kind)  # type: ignore[arg-type]
+        keys = [digest(PAGE), f"2 {brotli.__version__} {digest(PAGE)}"]
+        (key,) = [key for key in keys if store.path(key) == entry]
+        store.put(key, {b"twice": pack(PAGE) * 2, b"another page": pack(PAGE[:-1] + b"!")}.get(forged, forged))
+    assert packed("a.html", PAGE, tmp_path) == right

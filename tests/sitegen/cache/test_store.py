@@ -1,0 +1,234 @@
+"""The cache is not trusted: whatever happened to an entry, what is published is what an undamaged cache gives."""
+
+from __future__ import annotations
+
+import errno
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from sitegen.assets import typefaces
+from sitegen.cache import store
+from sitegen.cache.store import Store
+from sitegen.pipeline.attempt import attempt
+from sitegen.runtime import assemble, wheel
+from tests.sitegen.conftest import Project, fresh_cache
+
+ROOT = Path(__file__).resolve().parents[3]
+
+
+def shorten(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+
+
+def flip(path: Path) -> None:
+    """One bit in the middle."""
+    data = path.read_bytes()
+    middle = len(data) // 2
+    path.write_bytes(data[:middle] + bytes(byte ^ 1 for byte in data[middle : middle + 1]) + data[middle + 1 :])
+
+
+def fill(path: Path) -> None:
+    path.write_bytes(b'{"garbage": [1, 2, 3]}' * 100)
+
+
+@cache
+def wholes(folder: Path) -> dict[Path, bytes]:
+    """What a folder's files held before the first of them was damaged."""
+    return {path: path.read_bytes() for path in sorted(folder.iterdir()) if path.is_file()}
+
+
+def exchange(path: Path) -> None:
+    """Another entry of the same kind, whole; a copy of itself with something behind it where there is no other."""
+    others = [data for other, data in wholes(path.parent).items() if other != path]
+    path.write_bytes(others[0] if others else path.read_bytes() + b"\n")
+
+
+def folder(path: Path) -> None:
+    """A folder that holds something."""
+    path.unlink()
+    (path / "in it").mkdir(parents=True)
+    (path / "in it" / "a").touch()
+
+
+def loop(path: Path) -> None:
+    """A link to itself, which nobody can read."""
+    path.unlink()
+    path.symlink_to(path)
+
+
+def pipe(path: Path) -> None:
+    """Who reads it waits for ever."""
+    path.unlink()
+    os.mkfifo(path)
+
+
+DAMAGES: list[Callable[[Path], None]] = [
+    *(shorten, lambda path: path.write_bytes(b""), flip, fill, exchange, folder),
+    *((loop, pipe) if hasattr(os, "mkfifo") else ()),
+]
+NAMES = ["shorten", "empty", "flip", "fill", "exchange", "folder", "loop", "pipe"][: len(DAMAGES)]
+
+
+def contents(site: Path) -> dict[str, bytes]:
+    return {path.relative_to(site).as_posix(): path.read_bytes() for path in site.rglob("*") if path.is_file()}
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory: pytest.TempPathFactory) -> tuple[Project, dict[str, bytes]]:
+    """The small site with a plot, built for hosts, from a cache of its own."""
+    home = tmp_path_factory.mktemp("store")
+    project = Project(home / "checkout", fresh_cache(home / "cache"))
+    project.write("content/00-start.md", (project.root / "content/00-start.md").read_text("utf-8") + PLOT)
+    project.build(pack=True)
+    return project, contents(project.site)
+
+
+PLOT = "\n::plot[Dots.]{toy-plot id=dots}\n\nIn all :value[plots.toy_plot.highest(2)]{.1f}.\n"
+
+
+@pytest.mark.parametrize("damage", DAMAGES, ids=NAMES)
+def test_a_damaged_cache_gives_the_same_site(
+    built: tuple[Project, dict[str, bytes]],
+    damage: Callable[[Path], None],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Every file that builds have made in it is damaged at once; after the next build the entries are whole again."""
+    (project, right), cache = built, tmp_path / "cache"
+    shutil.copytree(project.cache, cache)
+    entries = [path for path in sorted(cache.rglob("*")) if path.is_file() and "outside" not in path.parts]
+    kinds = {path.relative_to(cache).parts[0] for path in entries}
+    made = {"brotli", "bundles", "drawings", "frames", "gzip", "notebooks", "plots", "remembered", "templates"}
+    assert kinds == {*made, "pruned"}
+    # Tables may come in another order, and templates' code in other bytes.
+    same = [path for path in entries if path.parent.name not in ("remembered", "templates", "cache")]
+    before = {path: path.read_bytes() for path in same}
+    for path in entries:
+        damage(path)
+    monkeypatch.setattr(project, "cache", cache)
+    project.build(pack=True)
+    assert contents(project.site) == right
+    assert {path for path, data in before.items() if not path.is_file() or path.read_bytes() != data} == set()
+
+
+@pytest.mark.parametrize("damage", DAMAGES, ids=NAMES)
+def test_what_is_dear_to_make_is_not_trusted_either(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, damage: Callable[[Path], None]
+) -> None:
+    """Compiled archives, our wheel, cut typefaces, the runtime's files: the functions that keep them, on small ones."""
+    given = wheel.Archive("thing.zip", assemble.stored_zip({"thing.py": b"print(1)\n"}))
+    monkeypatch.setattr(assemble, "run_node", compile_here)
+    monkeypatch.setattr(wheel, "_built", lambda given: b"a-1.whl\n" + b"wheel" * 100)
+    monkeypatch.setattr(typefaces, "_made", lambda face, original, codes: b"font" * 100 + bytes(codes))
+    (tmp_path / "given").write_bytes(b"engine, original")
+    engine = {"pyodide/pyodide.asm.wasm": tmp_path / "given"}
+    cache = tmp_path / "cache"
+
+    def made() -> list[object]:
+        return [
+            assemble.compiled(given, "/", 2, engine, cache),
+            wheel.build_wheel(cache),
+            typefaces._cut(typefaces.FACES[0], tmp_path / "given", [65, 66], cache),
+        ]
+
+    first = made()
+    entries = [path for path in cache.rglob("*") if path.is_file()]
+    assert {path.parent.name for path in entries} == {"compiled", "wheel", "fonts"}
+    before = {path: path.read_bytes() for path in entries}
+    for path in entries:
+        damage(path)
+    assert made() == first
+    assert {path: path.read_bytes() for path in entries} == before
+
+
+def compile_here(script: Path, request: dict[str, dict[str, str]]) -> None:
+    """In Node's place: the archive as it came, with a mark."""
+    (name,) = os.listdir(request["mounts"]["/in"])
+    data = Path(request["mounts"]["/in"], name).read_bytes()
+    Path(request["mounts"]["/out"], "out.zip").write_bytes(data + b"compiled")
+
+
+def test_a_store_gives_what_was_put_under_the_key_alone(tmp_path: Path) -> None:
+    """Not what lies there under another key, or of another kind, whole as it may be."""
+    one = Store(tmp_path, "gzip")
+    one.put("a", b"first")
+    assert (one.find("a"), one.has("a"), one.find("b"), one.has("b")) == (b"first", True, None, False)
+    for other in (Store(tmp_path, "gzip").path("b"), Store(tmp_path, "brotli").path("a")):
+        other.parent.mkdir(exist_ok=True)
+        shutil.copy(one.path("a"), other)
+    assert one.find("b") is None
+    assert Store(tmp_path, "brotli").get("a", lambda: b"second") == b"second"
+    assert one.find("a") is one.find("a"), "what has not changed is read once"
+
+
+def test_a_file_where_a_folder_belongs_gives_way(tmp_path: Path) -> None:
+    (tmp_path / "gzip").write_bytes(b"in the way")
+    assert Store(tmp_path, "gzip").get("a", lambda: b"made") == b"made"
+    assert Store(tmp_path, "gzip").get("a", lambda: b"made anew") == b"made"
+
+
+def test_nothing_beside_the_cache_gives_way(tmp_path: Path) -> None:
+    """Where LADDER_CACHE names somebody's file, that file stays."""
+    (tmp_path / "cache").write_bytes(b"mine")
+    assert Store(tmp_path / "cache", "gzip").get("a", lambda: b"made") == b"made"
+    assert (tmp_path / "cache").read_bytes() == b"mine"
+
+
+def full(path: Path, data: bytes) -> None:
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
+
+
+def test_a_site_is_built_with_a_cache_that_keeps_nothing_and_that_is_told(
+    project: Project, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A full disk, or one that we may only read: what cannot be kept is made, and a line says why it takes so long."""
+    project.build(pack=True)
+    right = contents(project.site)
+    monkeypatch.setattr(store, "write", full)
+    monkeypatch.setattr(store.tempfile, "TemporaryFile", lambda dir: full(dir, b""))
+    for kind in ("frames", "gzip", "remembered", "notebooks"):
+        shutil.rmtree(project.cache / kind)
+    report = project.build(pack=True)
+    assert contents(project.site) == right
+    (told,) = [str(problem) for problem in report.warnings]
+    assert told == f"{project.cache}:0:0: nothing can be kept in this cache: No space left on device; " + (
+        "every build makes it all anew"
+    )
+    monkeypatch.undo()
+    project.build(pack=True)
+
+
+def test_a_full_disk_is_told_in_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also where the site itself cannot be written."""
+    monkeypatch.setattr("sitegen.pipeline.build.build", lambda root, dest, **options: full(dest / "a.html", b""))
+    assert attempt(tmp_path, tmp_path / "site").trouble == f"{tmp_path / 'site' / 'a.html'}: No space left on device"
+
+
+ALIKE = """
+import sys
+from pathlib import Path
+from sitegen.cache.store import Store
+store = Store(Path(sys.argv[1]), "frames")
+for i in range(300):
+    data = bytes([i % 10]) * 20_000
+    assert store.get(str(i % 10), lambda: data) == data
+    if i % 3 == 0:
+        store.put(str(i % 10), data)
+"""
+
+
+def test_processes_that_share_a_cache_read_whole_entries(tmp_path: Path) -> None:
+    """Several write and read the same entries at once."""
+    running = [subprocess.Popen([sys.executable, "-P", "-c", ALIKE, str(tmp_path)], cwd=ROOT, env=PATHS) for _ in "abc"]
+    assert [process.wait() for process in running] == [0, 0, 0]
+    assert len(list((tmp_path / "frames").iterdir())) == 10, "nothing half written is left"
+
+
+PATHS = {**os.environ, "PYTHONPATH": str(ROOT)}

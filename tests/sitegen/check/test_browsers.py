@@ -1,0 +1,97 @@
+"""A driver of WebKit is good when it gives a session, whatever it answers to --version; tried on programs like it."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from pathlib import Path
+
+import pytest
+
+from sitegen.check import webkit
+from sitegen.check.browsers import BrowserMissing, found
+
+# As WebKitWebDriver 2.50 is: --version brings its usage and exit code 1; a session is asked for over HTTP.
+DRIVER = """#!{python}
+import json, os, sys
+from http.server import BaseHTTPRequestHandler, HTTPServer
+
+if "--version" in sys.argv:
+    sys.exit("Usage: WebKitWebDriver options")
+assert os.environ["DISPLAY"] == ":77"
+
+class Driver(BaseHTTPRequestHandler):
+    def answer(self, value, code=200):
+        body = json.dumps({{"value": value}}).encode()
+        self.send_response(code)
+        self.send_header("Content-Type", "application/json")
+        self.send_header("Content-Length", str(len(body)))
+        self.end_headers()
+        self.wfile.write(body)
+
+    def do_POST(self):
+        self.rfile.read(int(self.headers["Content-Length"]))
+        if {refuses}:
+            self.answer({{"error": "session not created", "message": "no browser here", "stacktrace": ""}}, 500)
+        else:
+            self.answer({{"sessionId": "one", "capabilities": {{}}}})
+
+    def do_DELETE(self):
+        open({asked!r}, "a").write("ended ")
+        self.answer(None)
+
+    def do_GET(self):
+        self.answer({{"ready": True, "message": ""}})
+        if self.path == "/shutdown":
+            os._exit(0)
+
+    def log_message(self, *_):
+        pass
+
+HTTPServer(("127.0.0.1", int(sys.argv[sys.argv.index("-p") + 1])), Driver).serve_forever()
+"""
+DISPLAY = """#!{python}
+import os, signal, sys
+os.write(int(sys.argv[sys.argv.index("-displayfd") + 1]), b"77\\n")
+signal.pause()
+"""
+
+
+def program(path: Path, text: str) -> Path:
+    path.write_text(text, "utf-8")
+    path.chmod(0o755)
+    return path
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder on the PATH with a display in it."""
+    program(tmp_path / "Xvfb", DISPLAY.format(python=sys.executable))
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
+    return tmp_path
+
+
+def driver(folder: Path, *, refuses: bool = False) -> Path:
+    text = DRIVER.format(python=sys.executable, refuses=refuses, asked=str(folder / "asked"))
+    return program(folder / "WebKitWebDriver", text)
+
+
+def test_a_driver_that_gives_a_session_is_taken(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Named by a variable; the session is ended again."""
+    monkeypatch.setenv("WEBKIT_DRIVER", str(driver(folder)))
+    assert found("webkit") == folder / "WebKitWebDriver"
+    assert (folder / "asked").read_text("utf-8").startswith("ended")
+
+
+def test_one_that_refuses_or_ends_is_told(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert "no browser here" in webkit.fault(driver(folder, refuses=True))
+    ends = program(folder / "ends", f"#!{sys.executable}\nraise SystemExit(3)\n")
+    monkeypatch.setenv("WEBKIT_DRIVER", str(ends))
+    with pytest.raises(BrowserMissing, match=r"WEBKIT_DRIVER=.*ends: .*Status code was: 3"):
+        found("webkit")
+    assert "No such file" in webkit.fault(folder / "absent")
+
+
+def test_without_a_display_that_is_what_is_told(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(shutil, "which", lambda name: None)
+    assert webkit.fault(driver(folder)) == "WebKit needs Xvfb, a display, which is not on the PATH"

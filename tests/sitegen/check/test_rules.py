@@ -1,0 +1,172 @@
+"""Checks of a built site: a good one passes, and every fault is named at its place."""
+
+from __future__ import annotations
+
+import gzip
+from pathlib import Path
+
+import pytest
+
+from sitegen.assets.hosting import source_of
+from sitegen.check import rules
+from sitegen.check.html import inside, read_pages
+from sitegen.check.sizes import gzipped, page_weight, runtime_weight
+
+HEAD = (
+    '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
+    "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'\">"
+    '<title>T</title><link rel="stylesheet" href="assets/a.css"><script src="assets/a.js"></script></head>\n'
+)
+FILES = {
+    "index.html": HEAD
+    + '<body data-runtime="runtime/x/" data-runtime-files=\'[{"name": "core.wasm", "size": 3}]\'>\n'
+    + '<h1 id="top-1">One</h1><p id="words">Text</p><a href="two.html#here">two</a> <a href="#words">words</a>'
+    + '<a href="two.html#here?s=eyJ9">a state</a> <a href="https://example.org/">elsewhere</a><a href="#top">up</a>'
+    + '<svg role="img" aria-labelledby="words" viewBox="0 0 1 1"><path d="M0 0"/></svg><img src="assets/a.png" alt="">'
+    + '<figure data-tape="tapes/t.js"><script type="application/json">{"a": 1}</script></figure></body></html>\n',
+    "two.html": HEAD + '<body><h1 id="here">Two</h1><a href="./">one</a><math><mi>x</mi></math></body></html>\n',
+    "old.html": '<!doctype html><html lang="en"><head><meta charset="utf-8">'
+    '<meta http-equiv="Content-Security-Policy" content="default-src \'none\'"><title>T</title>'
+    '<meta http-equiv="refresh" content="0; url=two.html"></head><body></body></html>\n',
+    "assets/a.css": "@font-face { src: url('a.woff2') } /* url(gone.png) */ p { background: url(data:image/png,) }\n",
+    "assets/a.js": "// see https://example.org\nconst ns = 'http://www.w3.org/2000/svg';\n",
+    "assets/a.woff2": "font",
+    "assets/a.png": "image",
+    "tapes/t.js": "Ladder.tape()",
+    "runtime/x/core.wasm": "abc",
+    "runtime/x/core.mjs": "fetch('https://example.org/never-read')",
+}
+
+
+@pytest.fixture
+def site(tmp_path: Path) -> Path:
+    for name, text in FILES.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text, "utf-8")
+    return tmp_path
+
+
+def test_a_good_site_has_no_problems(site: Path) -> None:
+    """Links with states, redirects, folders, data scripts, comments and namespaces are all in order."""
+    assert rules.check_site(site) == []
+
+
+FAULTS = [
+    ("<h1", '<a href="tow.html">x</a><h1', "4:1: tow.html: there is no tow.html; did you mean 'two.html'?"),
+    ("two.html#here", "two.html#hree", "two.html#hree: two.html has no anchor 'hree'; did you mean 'here'?"),
+    ("#words", "#wrods", "#wrods: index.html has no anchor 'wrods'; did you mean 'words'?"),
+    ("two.html#here", "/two.html", "/two.html: leads out of the site"),
+    ("two.html#here", "../two.html", "../two.html: leads out of the site"),
+    ('href="#words"', 'href=""', "an empty address"),
+    ("assets/a.png", "assets/gone.png", "assets/gone.png: there is no assets/gone.png"),
+    ("assets/a.png", "https://example.org/a.png", "a page loads nothing from another origin"),
+    ("assets/a.png", "//example.org/a.png", "a page loads nothing from another origin"),
+    ('src="assets/a.png"', 'src="assets/a.png" srcset="assets/b.png 2x"', "there is no assets/b.png"),
+    ("tapes/t.js", "tapes/u.js", "tapes/u.js: there is no tapes/u.js"),
+    ("core.wasm", "gone.wasm", "runtime/x/gone.wasm: there is no runtime/x/gone.wasm"),
+    ('<p id="words"', '<p id="top-1"></p><p id="words"', "the id 'top-1' stands here again; first in line 4"),
+    ('labelledby="words"', 'labelledby="wordz"', "aria-labelledby: no id 'wordz' on this page; did you mean"),
+    (' aria-labelledby="words"', "", "<svg role=img> without aria-label"),
+    (' alt=""', "", "assets/a.png: an image without alt"),
+    ("</p>", "</b></p>", "4:45: HTML: Unexpected end tag (b)"),
+    ('<p id="words">', '<p id="words" style="color: red">', "the attribute 'style' on <p>: the policy blocks it"),
+    ('<p id="words">', '<p id="words" onclick="x()">', "the attribute 'onclick' on <p>: the policy blocks it"),
+    ('type="application/json"', "", "an inline <script>: the policy blocks it"),
+    ("http-equiv", "name", "1:1: no Content-Security-Policy"),
+    ("default-src 'none'", "script-src 'self' 'unsafe-inline'", "the policy allows 'unsafe-inline'"),
+    (">two</a>", "><b> </b></a>", "4:46: an empty <a>"),
+    ("<p id", "<button type=button></button><p id", "an empty <button>"),
+    ('<p id="words">Text</p>', '<h3 id="words">Text</h3>', "<h3> where <h2> is the next level"),
+    ('<p id="words">Text</p>', '<h1 id="words">Text</h1>', "a second <h1>"),
+    ('src="assets/a.png"', 'src="a.png"', "a.png: loaded from outside of assets/, images/, runtime/, tapes/"),
+    ('data-tape="tapes/t.js"', 'data-tape="two.html"', "two.html: loaded from outside of"),
+    ('id="words"', 'id="wörds"', "the id 'wörds' is not plain ASCII"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "message"), FAULTS)
+def test_a_fault_of_a_page_is_named(site: Path, old: str, new: str, message: str) -> None:
+    """With the page, the line, the column and, where there is one, the nearest right name."""
+    page = site / "index.html"
+    assert old in page.read_text("utf-8")
+    page.write_text(page.read_text("utf-8").replace(old, new, 1), "utf-8")
+    told = [str(problem) for problem in rules.check_site(site)]
+    assert any(message in line and line.startswith("site/index.html:") for line in told), told
+
+
+@pytest.mark.parametrize(
+    ("file", "text", "message"),
+    [
+        ("assets/a.css", "\n  @import 'https://example.org/x';", "assets/a.css:2:3: https://example.org/x: a page"),
+        ("assets/a.css", "p { background: url(b.png) }", "site/assets/a.css:1:17: b.png: there is no assets/b.png"),
+        ("assets/a.js", "\nfetch('https://example.org')", "site/assets/a.js:2:7: https://example.org: a script names"),
+        ("assets/a.js", "import('//example.org/x.js')", "//example.org: a script names another origin"),
+        ("assets/ä.txt", "", "a file name beyond ASCII"),
+        ("old.html", FILES["old.html"].replace("two.html", "three.html"), "there is no three.html"),
+    ],
+)
+def test_a_fault_of_another_file_is_named(site: Path, file: str, text: str, message: str) -> None:
+    """Style sheets, scripts, names and redirects."""
+    (site / file).write_text(text, "utf-8")
+    told = [str(problem) for problem in rules.check_site(site)]
+    assert any(message in line for line in told), told
+
+
+def test_a_policy_may_name_what_stands_in_the_page(site: Path) -> None:
+    """A style whose hash is in the page's policy is in order; one letter more, and it is not."""
+    style = "p { color: red }"
+    page = site / "two.html"
+    told = page.read_text("utf-8").replace("default-src 'none'", f"default-src 'none'; style-src {source_of(style)}", 1)
+    page.write_text(told.replace("</head>", f"<style>{style}</style></head>", 1), "utf-8")
+    assert rules.check_site(site) == []
+    page.write_text(page.read_text("utf-8").replace(style, f"{style} "), "utf-8")
+    (problem,) = rules.check_site(site)
+    assert "an inline <style>: the policy blocks it" in str(problem)
+
+
+def test_all_faults_are_told_at_once(site: Path) -> None:
+    """In the order of files, lines and columns."""
+    page = site / "two.html"
+    page.write_text(page.read_text("utf-8").replace("</body>", '<a href="a.html">a</a><a href="b.html">b</a></body>'))
+    (site / "assets/a.png").unlink()
+    told = rules.check_site(site)
+    assert [p.path for p in told] == ["site/index.html", "site/two.html", "site/two.html"]
+    assert told == sorted(told)
+
+
+def test_a_page_weighs_what_it_loads(site: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Page, style sheet, its font, script and image; not the tape, not the runtime, not what is linked."""
+    page = read_pages(site)["index.html"]
+    weight = page_weight(page)
+    assert set(weight.parts) == {"index.html", "assets/a.css", "assets/a.js", "assets/a.png", "assets/a.woff2"}
+    assert weight.total == sum(weight.parts.values()) > 0
+    assert set(runtime_weight(page).parts) == {"runtime/x/core.wasm"}
+    monkeypatch.setattr(rules, "PAGE_LIMIT", weight.total - 1)
+    told = [str(problem) for problem in rules.check_site(site)]
+    assert [line.partition(" kB")[0] for line in told] == [f"site/index.html:0:0: {weight.total / 1000:.0f}"]
+
+
+def test_sizes_are_those_of_gzip_at_its_best(tmp_path: Path) -> None:
+    """What is packed already counts as it is."""
+    data = b"".join(b"%d " % (i * i) for i in range(3000))
+    (tmp_path / "a.js").write_bytes(data)
+    (tmp_path / "a.pack").write_bytes(gzip.compress(data, 1))
+    assert gzipped(tmp_path / "a.js") == len(gzip.compress(data, 9)) < gzipped(tmp_path / "a.pack")
+    assert gzipped(tmp_path / "a.pack") == (tmp_path / "a.pack").stat().st_size
+
+
+@pytest.mark.parametrize(
+    ("address", "base", "expected"),
+    [
+        ("b.html#x", "a.html", ("b.html", "x")),
+        ("#x%20y", "a.html", ("a.html", "x y")),
+        ("../b.css", "c/a.css", ("b.css", "")),
+        ("../../b", "c/a.css", ("../b", "")),
+        ("./", "c/a.html", ("c/index.html", "")),
+        ("mailto:x@example.org", "a.html", None),
+        ("//example.org/b", "a.html", None),
+    ],
+)
+def test_addresses_are_resolved_as_a_browser_does(address: str, base: str, expected: tuple[str, str] | None) -> None:
+    """Relative to the file that they stand in; foreign ones are nobody's business here."""
+    assert inside(address, base) == expected

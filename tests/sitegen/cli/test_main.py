@@ -1,0 +1,186 @@
+"""build.py as it is started: by hand, from anywhere, on a machine that has nothing yet."""
+
+from __future__ import annotations
+
+import ast
+import errno
+import importlib.util
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from sitegen.cli import environment
+from sitegen.cli.clean import clean
+from tests.conftest import copied
+
+ROOT = Path(__file__).resolve().parents[3]
+
+# Stands in for the generator where only the way to it is tested.
+BUILDING = """\
+import json, sys
+def build_command(root):
+    print(json.dumps({"prefix": sys.prefix, "root": str(root)}))
+    return 1
+"""
+
+
+def run(*words: str | Path, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+    env = {**os.environ, "PYTHONIOENCODING": "utf-8"}
+    command = [sys.executable, *map(str, words)]
+    return subprocess.run(command, cwd=cwd, env=env, capture_output=True, text=True, encoding="utf-8", check=False)
+
+
+@pytest.fixture
+def checkout(tmp_path: Path) -> Path:
+    """The commands alone, in a folder whose name has what names have, with a lock that asks for nothing."""
+    root = tmp_path / "a checkout ½"
+    for name in ("build.py", "sitegen/__init__.py", "sitegen/stopping.py", "sitegen/pipeline/__init__.py"):
+        copied(name, root)
+    shutil.copytree(ROOT / "sitegen/cli", root / "sitegen/cli", ignore=shutil.ignore_patterns("__pycache__"))
+    (root / "sitegen" / "pipeline" / "attempt.py").write_text(BUILDING, "utf-8")
+    (root / "requirements.lock").write_text("# nothing\n", "utf-8")
+    return root
+
+
+def test_the_first_use_sets_up_and_later_ones_do_not(checkout: Path, tmp_path: Path) -> None:
+    """.venv is made once, follows a changed lock, is made anew after an interruption; the exit code is passed on."""
+    first = run(checkout / "build.py", cwd=tmp_path)
+    assert first.returncode == 1, first.stderr
+    assert json.loads(first.stdout) == {"prefix": str(checkout / ".venv"), "root": str(checkout)}
+    assert "set up .venv" in first.stderr
+    kept = checkout / ".venv" / "kept"
+    kept.touch()
+
+    again = run(checkout / "build.py", "build", cwd=tmp_path)
+    assert (again.returncode, again.stdout, again.stderr) == (1, first.stdout, "")
+
+    (checkout / "requirements.lock").write_text("# still nothing\n", "utf-8")
+    assert not environment.is_ready(checkout)
+    changed = run(checkout / "build.py", cwd=tmp_path)
+    assert "set up .venv" in changed.stderr
+    assert environment.is_ready(checkout)
+    assert kept.exists(), "a complete environment is brought up to date in place"
+
+    (checkout / ".venv" / environment.STAMP).unlink()
+    redone = run(checkout / "build.py", cwd=tmp_path)
+    assert "set up .venv" in redone.stderr
+    assert json.loads(redone.stdout) == json.loads(first.stdout)
+    assert not kept.exists(), "what an interrupted set-up left is not built upon"
+
+
+def test_a_lock_that_cannot_be_installed_ends_with_what_pip_said(checkout: Path) -> None:
+    """No traceback, exit code 1, no stamp: the next call tries again."""
+    (checkout / "requirements.lock").write_text(f"./absent-1.0-py3-none-any.whl --hash=sha256:{'0' * 64}\n", "utf-8")
+    done = run(checkout / "build.py", cwd=checkout)
+    assert done.returncode == 1
+    assert "pip could not install the locked packages" in done.stderr
+    assert "absent-1.0" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not (checkout / ".venv" / environment.STAMP).exists()
+
+
+def test_a_python_that_cannot_make_environments_says_what_to_install(
+    checkout: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Debian keeps ensurepip in a package of its own."""
+    find = importlib.util.find_spec
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "ensurepip" else find(name))
+    with pytest.raises(environment.SetupError, match="apt-get install python3-venv"):
+        environment.set_up(checkout)
+
+
+def test_an_older_python_is_told_so_in_one_line() -> None:
+    """build.py is read by old Pythons without a syntax error, and ends with a sentence."""
+    ast.parse((ROOT / "build.py").read_text("utf-8"), feature_version=(3, 4))
+    older = "import runpy, sys; sys.version_info = (3, 10, 4, 'final', 0)"
+    asks = f"{older}; runpy.run_path(sys.argv[1], run_name='__main__')"
+    done = run("-c", asks, ROOT / "build.py")
+    assert done.returncode == 1
+    assert done.stderr.strip() == "build.py needs Python 3.11 or newer; this is Python 3.10"
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "says"),
+    [
+        (["--help"], 0, "serve"),
+        (["serve", "--help"], 0, "--no-open"),
+        (["biuld"], 2, "no command 'biuld'; did you mean 'build'?"),
+        (["xyzzy"], 2, "no command 'xyzzy'; there are build, serve"),
+        (["serve", "--prot", "1"], 2, "serve does not know --prot 1"),
+        (["build", "everything"], 2, "build does not know everything"),
+        (["serve", "--port", "x"], 2, "invalid int value"),
+    ],
+)
+def test_help_and_mistakes_are_answered_before_any_set_up(
+    checkout: Path, words: list[str], code: int, says: str
+) -> None:
+    """Exit code 0 for help, 2 for what is no command, and no .venv for either."""
+    done = run(checkout / "build.py", *words)
+    assert done.returncode == code
+    assert says in done.stdout + done.stderr
+    assert not (checkout / ".venv").exists()
+
+
+def test_test_passes_further_arguments_on_in_order() -> None:
+    """`build.py test -k drag -x tests/browser` reaches pytest as written."""
+    from sitegen.cli import main
+
+    asked = main.parse(["test", "--engines", "firefox", "-k", "drag", "-x", "tests/browser"])
+    assert asked.engines == "firefox"
+    assert asked.further == ["-k", "drag", "-x", "tests/browser"]
+    assert main.parse(["test", "--engines", "-x"]).engines == "chromium,firefox,webkit"
+    assert main.parse(["test"]).engines == ""
+
+
+def test_clean_tells_what_cannot_be_removed_and_removes_the_rest(
+    checkout: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As on a tree that can only be read: a line for each, no traceback, exit code 1."""
+    for name in ("site/index.html", "site/assets/a.css", ".mypy_cache/x", ".ruff_cache/x"):
+        (checkout / name).parent.mkdir(parents=True, exist_ok=True)
+        (checkout / name).touch()
+    remove = shutil.rmtree
+
+    def stubborn(path: Path) -> None:
+        if path.name == ".mypy_cache":
+            raise OSError(errno.EROFS, os.strerror(errno.EROFS), str(path))
+        remove(path)
+
+    monkeypatch.setattr(shutil, "rmtree", stubborn)
+    assert clean(checkout) == 1
+    told = capsys.readouterr()
+    assert told.err == "clean: .mypy_cache cannot be removed: Read-only file system\n"
+    assert "removed .ruff_cache" in told.out
+    assert not (checkout / "site" / "index.html").exists()
+
+
+def test_clean_leaves_the_site_folder_and_the_sources(checkout: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What the commands made is gone, what people made stays; .venv only with --all."""
+    made = ["site/index.html", "site/assets/a.css", ".mypy_cache/x", "sitegen/__pycache__/x.pyc", ".venv/bin/x"]
+    stays = ["site/.gitignore", "sitegen/cli/main.py", "content/01-a.md"]
+    for name in [*made, *stays]:
+        (checkout / name).parent.mkdir(parents=True, exist_ok=True)
+        (checkout / name).touch()
+    assert clean(checkout) == 0
+    assert [name for name in made if (checkout / name).exists()] == [".venv/bin/x"]
+    monkeypatch.delenv("LADDER_CACHE", raising=False)
+    assert clean(checkout, everything=True) == 1, "the cache of a broken .venv cannot be found, and that is said"
+    assert not (checkout / ".venv").exists()
+    assert all((checkout / name).exists() for name in stays)
+
+
+def test_clean_removes_no_folder_that_a_variable_names(
+    checkout: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """LADDER_CACHE may be anybody's folder, with other things in it."""
+    kept = tmp_path / "mine" / "thesis.tex"
+    kept.parent.mkdir()
+    kept.touch()
+    monkeypatch.setenv("LADDER_CACHE", str(kept.parent))
+    assert clean(checkout, everything=True) == 0
+    assert kept.exists()

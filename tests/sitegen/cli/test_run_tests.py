@@ -1,0 +1,143 @@
+"""`test` runs everything on all of a small machine; of a part that somebody chooses, what it needs and nothing else."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from sitegen.cli.run_tests import PROCESSES, is_part, processes
+
+ROOT = Path(__file__).resolve().parents[3]
+SPREAD = ["--dist=loadfile", "--no-loadscope-reorder"]
+
+# Runs the command on a small checkout, once for each row of words; what it would do beside pytest is told, not done.
+RUNNER = """
+import contextlib, io, json, sys
+from pathlib import Path
+from sitegen.cli import run_tests
+told = []
+def notes(what, code=0):
+    return lambda *_, **__: told.append(what) or code
+root, engines, builds, runs = json.loads(sys.argv[1])
+run_tests.module = lambda *words: told.append(words[0]) or 0
+run_tests.publish_and_check, run_tests.prove_sweep = notes("check"), notes("sweep")
+run_tests.scripts.script_lint, run_tests.scripts.script_types = notes("eslint"), notes("tsc")
+run_tests.imports = notes("imports")
+run_tests.build_command = notes("build", builds)
+run_tests.browsers.found = lambda *_: told.append("browser") or Path("a-browser")
+run_tests.claims.write_results = lambda root, outcomes: told.append(f"results of {len(outcomes)}")
+found = []
+for words in runs:
+    told.clear()
+    with contextlib.redirect_stdout(io.StringIO()) as printed, contextlib.redirect_stderr(printed):
+        code = run_tests.test(Path(root), engines, None, ["-p", "no:cacheprovider", *words])
+    found.append([code, [*told], printed.getvalue()])
+print(json.dumps(found))
+"""
+WHOLE = ["browser", "ruff", "mypy", "imports", "eslint", "tsc", "check", "sweep", "results of 3"]
+
+
+@pytest.fixture
+def checkout(tmp_path: Path) -> Path:
+    """Tests that need nothing, the built site, and a browser on it; the first tells whether the others' is there."""
+    (tmp_path / "pyproject.toml").write_text("[tool.pytest.ini_options]\ntestpaths = ['tests']\n", "utf-8")
+    (tmp_path / "tests" / "browser" / "engines").mkdir(parents=True)
+    fixtures = "import pytest\n@pytest.fixture\ndef site(): pass\n@pytest.fixture\ndef playwright(): pass\n"
+    (tmp_path / "tests" / "conftest.py").write_text(fixtures, "utf-8")
+    (tmp_path / "tests" / "test_plain.py").write_text("def test_plain(): pass\n", "utf-8")
+    (tmp_path / "tests" / "test_looks.py").write_text("def test_looks(site): pass\n", "utf-8")
+    (tmp_path / "tests" / "browser" / "test_drives.py").write_text("def test_drives(playwright, site): pass\n", "utf-8")
+    (tmp_path / "tests" / "browser" / "engines" / "test_every.py").write_text("def test_every(): pass\n", "utf-8")
+    return tmp_path
+
+
+def ran(root: Path, *runs: str, engines: tuple[str, ...] = (), builds: int = 0) -> list[tuple[int, list[str], str]]:
+    """Of each run its exit code, what was done beside pytest, and what was printed. builds: a build's exit code."""
+    given = json.dumps([str(root), engines, builds, [run.split() for run in runs]])
+    env = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run([sys.executable, "-c", RUNNER, given], env=env, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return [tuple(each) for each in json.loads(done.stdout)]
+
+
+def test_a_whole_run_leaves_nothing_out(checkout: Path) -> None:
+    """Also with words on how to run it, and where all the tests are named."""
+    for code, told, printed in ran(checkout, "", ". -n0 --maxfail=1 --durations 3", "-n0 -x tests"):
+        assert (code, told) == (0, WHOLE), printed
+        assert "3 passed" in printed
+
+
+PARTS = {
+    "tests/test_plain.py": ([], 1),
+    "tests/test_plain.py::test_plain -v": ([], 1),
+    "-k plain": ([], 1),
+    "-xkplain": ([], 1),
+    "tests/test_looks.py": (["build"], 1),
+    "-k drives": (["browser", "build"], 1),
+    "tests/browser/test_drives.py tests/test_plain.py": (["browser", "build"], 2),
+    "-n2 tests/test_plain.py": (["browser", "build"], 1),
+}
+
+
+def test_a_part_gets_what_it_needs(checkout: Path) -> None:
+    """No lint, no types, no checks, no sweep; and the tracked file of results is not written."""
+    for (needs, passed), found in zip(PARTS.values(), ran(checkout, *PARTS), strict=True):
+        assert found[:2] == (0, needs), found[2]
+        assert f"{passed} passed" in found[2]
+    ((code, told, _),) = ran(checkout, "--collect-only tests/browser")
+    assert (code, told) == (0, [])
+
+
+def test_what_fails_or_is_unknown_is_told(checkout: Path) -> None:
+    """A failing test and an absent one are exit code 1; a word that pytest does not know is 2, before all else."""
+    (checkout / "tests" / "test_plain.py").write_text("def test_plain(): assert False\n", "utf-8")
+    fails, unknown, absent = ran(checkout, "-k plain", "--max-fial=1", "tests/test_absent.py")
+    assert fails[:2] == (1, [])
+    assert unknown[:2] == (2, [])
+    assert "--max-fial" in unknown[2]
+    assert absent[:2] == (1, [])
+    assert "test_absent.py" in absent[2]
+
+
+def test_a_site_that_cannot_be_built_ends_the_part(checkout: Path) -> None:
+    ((code, told, printed),) = ran(checkout, "tests/test_looks.py", builds=1)
+    assert (code, told) == (1, ["build"])
+    assert "which cannot be built" in printed
+    assert "passed" not in printed
+
+
+def test_an_engine_s_tests_write_no_results(checkout: Path) -> None:
+    ((code, told, printed),) = ran(checkout, "", engines=("firefox",))
+    assert (code, told) == (0, ["browser", "check"]), printed
+    assert "1 passed" in printed
+
+
+def asked(**options: Any) -> argparse.Namespace:
+    """pytest's options as they are where nothing is said, and some of them said."""
+    plain = {"file_or_dir": [], "keyword": "", "numprocesses": None, "usepdb": False, "capture": "fd"}
+    return argparse.Namespace(**{**plain, **options})
+
+
+@pytest.mark.parametrize(("have", "used"), [(2, 2), (4, 4), (64, PROCESSES)])
+def test_a_whole_run_uses_the_machine(have: int, used: int) -> None:
+    """As many processes as there are cores, up to a limit."""
+    assert processes(asked(), have) == [f"-n{used}", *SPREAD]
+
+
+@pytest.mark.parametrize("option", [{"numprocesses": 0}, {"usepdb": True}, {"capture": "no"}])
+def test_a_word_on_it_is_left_alone(option: dict[str, Any]) -> None:
+    """A debugger, prints that are to be seen and a given number count; one core needs no other process."""
+    assert processes(asked(**option), 2) == []
+    assert processes(asked(), 1) == []
+
+
+def test_the_folder_of_all_tests_is_no_part() -> None:
+    assert not is_part(ROOT, asked(file_or_dir=[str(ROOT / "tests")]))
+    assert is_part(ROOT, asked(file_or_dir=[str(ROOT / "tests" / "solvers")]))

@@ -1,0 +1,229 @@
+"""The sweep: every seed once, the same by any way of running it, going on where it was, and its files proved."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from distributed import LocalCluster
+
+from sitegen.cache.code_hash import closure, code_text, imports, reached
+from sitegen.cli import main
+from sitegen.experiments import sweep, sweep_verify
+from sitegen.experiments.sweep_plan import (
+    SWEEPS,
+    Sweep,
+    bits,
+    bootstrap,
+    code_of,
+    flags,
+    keep_bits,
+    keep_row,
+    racing,
+    seeds,
+    units,
+)
+from sitegen.experiments.sweep_unit import Unit, close, run_unit
+from sitegen.progress import quiet
+from solvers.studies.benchmark import benchmark
+from solvers.studies.race import Controls, contestants
+
+ROOT = Path(__file__).resolve().parents[3]
+SMALL = Sweep(
+    "small",
+    {"clean": {"setting": "clean"}, "near": {"setting": "combo", "degrees": 15, "distance": 0.5}},
+    seeds(8),
+    4,
+    keep_row,
+    {"setting": ("clean", "near")},
+)
+
+
+@pytest.fixture
+def home(tmp_path: Path) -> Path:
+    """A checkout with the solvers in it and no results."""
+    (tmp_path / "solvers").symlink_to(ROOT / "solvers", target_is_directory=True)
+    return tmp_path
+
+
+def swept(home: Path, methods: list[str], which: Sweep = SMALL) -> dict[str, Any]:
+    sweep.run(home, which, methods, home / "cache", quiet, 1, "")
+    found: dict[str, Any] = json.loads((home / "content/data/sweep/small.json").read_text("utf-8"))
+    return found
+
+
+def test_a_unit_is_the_benchmark() -> None:
+    """25 seeds of one setting end as the race's benchmark has them, to the digits that are kept."""
+    chosen = tuple(40 + 13 * k for k in range(25))
+    found = run_unit(Unit("gicp", ({"setting": "clean"},), chosen))
+    (row,) = benchmark(Controls(setting="clean"), seeds=chosen, contestants=contestants(["gicp"]))
+    assert found["rre"] == [float(e) for e in np.round(row.rre, 4)]
+    assert found["steps"] == row.steps.tolist()
+    assert sum(close(found)) == row.close
+
+
+def test_cells_of_different_sizes_and_starts_stand_in_one_unit() -> None:
+    """Points of other density or another start are each run as by themselves."""
+    points = ({"setting": "clean"}, {"setting": "clean", "degrees": 15}, {"setting": "clean", "density": 0.5})
+    whole = run_unit(Unit("icp", points, (40, 53, 66)))
+    alone = [run_unit(Unit("icp", (point,), (40, 53, 66))) for point in points]
+    assert whole["rre"] == pytest.approx([e for one in alone for e in one["rre"]], abs=1e-4)
+    assert len(whole["steps"]) == 9
+
+
+def test_every_seed_of_every_cell_is_run_once() -> None:
+    for each in SWEEPS:
+        ran = [(name, seed) for names, unit in units(each, racing()[0]) for name in names for seed in unit.seeds]
+        assert len(ran) == len(set(ran)) == len(each.cells) * len(each.seeds)
+        for controls in each.cells.values():
+            Controls(**controls)
+
+
+def test_a_sweep_goes_on_where_it_was(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What was run is not run again; another contestant joins the file; a change of code runs anew."""
+    ran: list[Unit] = []
+
+    def counted(unit: Unit) -> dict[str, list[float]]:
+        ran.append(unit)
+        if len(ran) == 2:
+            raise KeyboardInterrupt
+        return run_unit(unit)
+
+    monkeypatch.setattr(sweep, "run_unit", counted)
+    with pytest.raises(KeyboardInterrupt):
+        swept(home, ["icp"])
+    assert len(ran) == 2
+    first = swept(home, ["icp"])
+    assert len(ran) == 2 + 1
+    again = swept(home, ["gicp", "icp"])
+    assert len(ran) == 3 + 2
+    assert list(again["contestants"]) == ["icp", "gicp"]
+    assert again["contestants"]["icp"] == first["contestants"]["icp"]
+    monkeypatch.setattr(sweep, "code_of", lambda contestant, root: "another code")
+    swept(home, ["icp"])
+    assert len(ran) == 5 + 2
+
+
+def test_processes_and_a_cluster_give_what_one_process_does(home: Path) -> None:
+    """The same units through a pool and through a local Dask cluster that is given our sources."""
+    asked = [Unit("icp", ({"setting": "clean"},), (40, 53)), Unit("gicp", ({"setting": "clean"},), (40, 53))]
+    expected = {unit.method: run_unit(unit) for unit in asked}
+    with sweep.workers(ROOT, asked, 2, "") as finished:
+        assert {unit.method: found for unit, found in finished} == expected
+    with (
+        LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster,
+        sweep.workers(ROOT, asked, 1, cluster.scheduler_address) as finished,
+    ):
+        assert {unit.method: found for unit, found in finished} == expected
+
+
+def test_names_that_are_none_are_told(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert sweep.sweep_command(home, 1, "", ["tabel"], ["icpp"]) == 2
+    assert "no icpp, tabel; there are table, basins, curves, icp" in capsys.readouterr().err
+    assert main.parse(["sweep", "--only", "table", "--processes", "2"]).only == "table"
+
+
+def test_results_are_proved_or_said_to_be_stale(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A file of this code is run again in part and agrees; a false bit is wrong; other code is stale, and not run."""
+    only = [each for each in racing() if each.method in ("icp", "gicp")]
+    monkeypatch.setattr(sweep_verify, "racing", lambda: only)
+    small = replace(SMALL, keep=keep_bits)
+    data = swept(home, ["icp", "gicp"], small)
+    cache = home / "cache"
+    fine = sweep_verify.standing(home, [small], cache)
+    assert (fine.wrong, fine.stale, fine.proved, fine.ran) == ((), (), 16, 2)
+    again = sweep_verify.standing(home, [small], cache)
+    assert (again.proved, again.ran) == (16, 0), "what was proved is remembered"
+    assert sweep_verify.standing(home, [small]).ran == 2
+
+    path = home / "content/data/sweep/small.json"
+    for cell in data["contestants"]["icp"]["cells"].values():
+        cell["bits"] = bits([not flag for flag in flags(cell["bits"], 8)])
+    path.write_text(json.dumps(data), "utf-8")
+    (problem,) = sweep_verify.standing(home, [small], cache).wrong
+    assert "small.json:0:0: ICP: 8 of 8 runs made again end otherwise" in str(problem)
+
+    data["contestants"]["icp"]["code"] = "older"
+    path.write_text(json.dumps(data), "utf-8")
+    old = sweep_verify.standing(home, [small])
+    assert (old.wrong, old.proved) == ((), 8)
+    assert "stale: of other code or settings than now (ICP)" in str(old.stale[0])
+
+    path.unlink()
+    assert "(ICP, GICP)" in str(sweep_verify.standing(home, [small]).stale[0])
+
+
+@pytest.mark.parametrize("each", SWEEPS, ids=lambda each: each.name)
+def test_the_files_in_the_repository_are_whole_and_small(each: Sweep) -> None:
+    """All contestants with all cells, seed by seed; the three files together below 300 kB."""
+    folder = ROOT / "content/data/sweep"
+    data = json.loads((folder / f"{each.name}.json").read_text("utf-8"))
+    assert list(data["contestants"]) == [contestant.method for contestant in racing()]
+    for entry in data["contestants"].values():
+        assert list(entry["cells"]) == list(each.cells)
+        assert all(len(cell["bits"]) == -(-len(each.seeds) // 4) for cell in entry["cells"].values())
+    assert sum(path.stat().st_size for path in folder.glob("*.json")) < 300_000
+
+
+def test_the_code_of_a_contestant_is_its_own(tmp_path: Path) -> None:
+    """Another method's module changes nothing, its own does, and so does what all share; words do not count."""
+    shutil.copytree(ROOT / "solvers", tmp_path / "solvers", ignore=shutil.ignore_patterns("__pycache__"))
+    icp, mmd = (next(c for c in racing() if c.method == name) for name in ("icp", "mmd"))
+
+    def codes() -> tuple[str, str]:
+        return code_of(icp, tmp_path), code_of(mmd, tmp_path)
+
+    def edit(name: str, text: str) -> None:
+        path = tmp_path / "solvers" / name
+        path.write_text(path.read_text("utf-8") + text, "utf-8")
+
+    before = codes()
+    edit("methods/mmd/mmd.py", "\n\n# a comment\n")
+    assert codes() == before
+    edit("methods/mmd/mmd.py", "NEW = 1\n")
+    assert codes()[0] == before[0]
+    assert codes()[1] != before[1]
+    edit("scenes/rooms.py", "NEW = 1\n")
+    assert codes()[0] != before[0]
+
+
+def test_bits_and_flags_are_inverse() -> None:
+    rng = np.random.default_rng(40)
+    for count in (1, 4, 10, 25, 1000):
+        drawn = [bool(each) for each in rng.random(count) < 0.5]
+        assert flags(bits(drawn), count) == drawn
+
+
+def test_bootstrap_intervals_hold_the_statistic() -> None:
+    """Of the median of normal draws: about ±1.96·1.2533σ/√n, the same each time."""
+    values = np.random.default_rng(40).normal(size=1000).tolist()
+    middle, low, high = bootstrap(values, lambda v: np.median(v, axis=-1))
+    assert low < middle < high
+    assert high - low == pytest.approx(2 * 1.96 * 1.2533 / np.sqrt(1000), rel=0.25)
+    assert bootstrap(values, lambda v: np.median(v, axis=-1)) == [middle, low, high]
+
+
+def test_code_is_what_is_left_without_words() -> None:
+    source = '"""Doc."""\n\nX = "#no comment"  # a comment\n\n\ndef f():\n    """Doc\n    of f."""\n    return X\n'
+    assert code_text(source) == 'X = "#no comment"\ndef f():\n    return X'
+
+
+def test_what_is_reached_and_imported() -> None:
+    source = "from solvers import METHODS\nfrom solvers.core import validate\n"
+    source += "import numpy as np\nA = 1\nB = A\ndef f():\n    return B\nC = 2\n"
+    assert set(reached(source, ["f"])) == {"f", "B", "A"}
+    assert imports(source, ROOT) == ["solvers", "solvers.core.validate", "numpy"]
+    several = "from solvers.core.pose import (\n    Pose,  # a comment\n)\nif 1:\n    import solvers.methods.icp.icp\n"
+    assert imports(several, ROOT) == ["solvers.core.pose", "solvers.methods.icp.icp"]
+    found = closure(["solvers.methods.pairs.kabsch"], ROOT, skip=["solvers.core.registry"])
+    assert "solvers.geometry.rigid" in found
+    assert "solvers.methods.icp.icp" not in found
+    with pytest.raises(LookupError, match=r"no module solvers\.kabsch under"):
+        closure(["solvers.kabsch"], ROOT)
+    with pytest.raises(LookupError, match=r"no module solvers\.gone under"):
+        closure(["solvers.gone"], ROOT)

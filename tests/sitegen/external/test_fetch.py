@@ -1,0 +1,305 @@
+"""Outside files: whichever source has them, verified, atomic, and a message that says what was tried."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import io
+import json
+import shutil
+import socket
+import tarfile
+import threading
+import tracemalloc
+import zipfile
+from collections.abc import Iterator
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from sitegen.external import fetch
+from sitegen.external.fetch import OutsideError, gather, licences, read_manifest
+
+RIGHT = b"what it should be"
+WRONG = b"something else"
+
+
+class Web:
+    """Answers `files` over HTTP on loopback and remembers what it was asked for."""
+
+    def __init__(self) -> None:
+        self.files: dict[str, bytes] = {}
+        self.asked: list[str] = []
+        web = self
+
+        class Handler(BaseHTTPRequestHandler):
+            def do_GET(self) -> None:
+                web.asked.append(self.path)
+                data = web.files.get(self.path)
+                self.send_response(404 if data is None else 200)
+                self.end_headers()
+                with contextlib.suppress(ConnectionError):  # who has read enough hangs up
+                    self.wfile.write(data or b"")
+
+            def log_message(self, *args: object) -> None:
+                pass
+
+        self.server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+        self.origin = f"http://127.0.0.1:{self.server.server_port}/"
+        threading.Thread(target=self.server.serve_forever, kwargs={"poll_interval": 0.02}, daemon=True).start()
+
+
+@pytest.fixture
+def web() -> Iterator[Web]:
+    running = Web()
+    yield running
+    running.server.shutdown()
+    running.server.server_close()
+
+
+def manifest(folder: Path, sources: str, names: str, file: str = "a.txt", data: bytes = RIGHT) -> Path:
+    path = folder / "outside.toml"
+    path.write_text(
+        f"""{sources}
+[bundle.thing]
+title = "A thing"
+version = "1"
+licence = "MIT"
+licence_texts = ["file:a.txt"]
+sources = {names}
+[bundle.thing.files]
+"{file}" = {{ size = {len(data)}, sha256 = "{hashlib.sha256(data).hexdigest()}" }}
+""",
+        "utf-8",
+    )
+    return path
+
+
+def test_a_file_comes_once_and_then_from_the_cache(tmp_path: Path, web: Web) -> None:
+    web.files["/a.txt"] = RIGHT
+    given = manifest(tmp_path, f'[source.web]\nurl = "{web.origin}"', '["web"]')
+    seen: list[tuple[str, int, int]] = []
+    for _ in range(2):
+        found = gather(["thing"], cache=tmp_path / "c", progress=lambda *a: seen.append(a), manifest=given)
+        assert found["thing/a.txt"].read_bytes() == RIGHT
+    assert web.asked == ["/a.txt"]
+    assert seen[-1] == ("a.txt", len(RIGHT), len(RIGHT))
+    (licence,) = licences(["thing"], cache=tmp_path / "c", manifest=given)
+    assert licence.text == RIGHT.decode()
+
+
+def test_a_wrong_file_is_not_taken_and_the_next_source_is_asked(tmp_path: Path, web: Web) -> None:
+    web.files |= {"/bad/a.txt": WRONG, "/good/a.txt": RIGHT}
+    sources = f'[source.bad]\nurl = "{web.origin}bad/"\n[source.good]\nurl = "{web.origin}good/"'
+    given = manifest(tmp_path, sources, '["bad", "good"]')
+    assert gather(["thing"], cache=tmp_path / "c", manifest=given)["thing/a.txt"].read_bytes() == RIGHT
+    assert web.asked == ["/bad/a.txt", "/good/a.txt"]
+
+
+def test_when_no_source_has_it_the_message_names_the_file_and_all_sources(tmp_path: Path, web: Web) -> None:
+    web.files["/bad/a.txt"] = WRONG
+    sources = f'[source.bad]\nurl = "{web.origin}bad/"\n[source.none]\nurl = "{web.origin}none/"'
+    given = manifest(tmp_path, sources, '["bad", "none"]')
+    with pytest.raises(OutsideError) as error:
+        gather(["thing"], cache=tmp_path / "c", manifest=given)
+    message = str(error.value)
+    assert "A thing 1: a.txt could not be had" in message
+    assert f"bad ({web.origin}bad/): a.txt has sha256 {hashlib.sha256(WRONG).hexdigest()[:16]}" in message
+    assert "none (" in message
+    assert "404" in message
+    assert not list((tmp_path / "c").rglob("*.txt"))
+
+
+def test_a_spoilt_file_in_the_cache_is_loaded_anew(tmp_path: Path, web: Web) -> None:
+    web.files["/a.txt"] = RIGHT
+    given = manifest(tmp_path, f'[source.web]\nurl = "{web.origin}"', '["web"]')
+    path = gather(["thing"], cache=tmp_path / "c", manifest=given)["thing/a.txt"]
+    path.write_bytes(WRONG)
+    assert gather(["thing"], cache=tmp_path / "c", manifest=given)["thing/a.txt"].read_bytes() == RIGHT
+    web.files.clear()
+    path.write_bytes(WRONG)
+    with pytest.raises(OutsideError, match=r"the cache: a\.txt has sha256"):
+        gather(["thing"], cache=tmp_path / "c", manifest=given)
+
+
+def test_a_host_that_says_nothing_is_left_for_the_next(
+    tmp_path: Path, web: Web, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(fetch, "URL_TIMEOUT", 0.2)
+    web.files["/a.txt"] = RIGHT
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        port = silent.getsockname()[1]
+        sources = f'[source.silent]\nurl = "http://127.0.0.1:{port}/"\n[source.web]\nurl = "{web.origin}"'
+        given = manifest(tmp_path, sources, '["silent", "web"]')
+        assert gather(["thing"], cache=tmp_path / "c", manifest=given)["thing/a.txt"].read_bytes() == RIGHT
+
+
+def test_an_answer_without_end_is_cut_off(tmp_path: Path, web: Web) -> None:
+    web.files["/a.txt"] = RIGHT + b"x" * 10_000_000
+    given = manifest(tmp_path, f'[source.web]\nurl = "{web.origin}"', '["web"]')
+    with pytest.raises(OutsideError, match=f"{len(RIGHT) + 1} bytes, not"):
+        gather(["thing"], cache=tmp_path / "c", manifest=given)
+
+
+def test_a_file_out_of_a_wheel_through_pip(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    index = tmp_path / "index"
+    index.mkdir()
+    with zipfile.ZipFile(index / "thing-1.0-py3-none-any.whl", "w") as wheel:
+        wheel.writestr("thing/data/a.txt", RIGHT)
+        wheel.writestr("thing-1.0.dist-info/METADATA", "Metadata-Version: 2.1\nName: thing\nVersion: 1.0\n")
+        wheel.writestr("thing-1.0.dist-info/WHEEL", "Wheel-Version: 1.0\nRoot-Is-Purelib: true\nTag: py3-none-any\n")
+        wheel.writestr("thing-1.0.dist-info/RECORD", "")
+    monkeypatch.setenv("PIP_NO_INDEX", "1")
+    monkeypatch.setenv("PIP_FIND_LINKS", str(index))
+    given = manifest(tmp_path, '[source.pip]\npip = "thing==1.0"\nfolder = "thing/data"', '["pip"]')
+    assert gather(["thing"], cache=tmp_path / "c", manifest=given)["thing/a.txt"].read_bytes() == RIGHT
+    given = manifest(tmp_path, '[source.pip]\npip = "thing==2.0"\nfolder = "thing/data"', '["pip"]')
+    with pytest.raises(OutsideError, match=r"pip \(thing==2\.0\): its client ended with code 1"):
+        gather(["thing"], cache=tmp_path / "other", manifest=given)
+
+
+def test_a_file_out_of_a_package_through_npm(tmp_path: Path) -> None:
+    package = tmp_path / "package"
+    package.mkdir()
+    (package / "package.json").write_text(json.dumps({"name": "thing", "version": "1.0.0"}), "utf-8")
+    (package / "a.txt").write_bytes(RIGHT)
+    given = manifest(tmp_path, f'[source.npm]\nnpm = "{package.as_posix()}"\nfolder = "package"', '["npm"]')
+    assert gather(["thing"], cache=tmp_path / "c", manifest=given)["thing/a.txt"].read_bytes() == RIGHT
+    given = manifest(tmp_path, f'[source.npm]\nnpm = "{package.as_posix()}"\nfolder = "other"', '["npm"]')
+    with pytest.raises(OutsideError, match=r"it has no a\.txt"):
+        gather(["thing"], cache=tmp_path / "other", manifest=given)
+
+
+def test_what_is_no_manifest_or_no_bundle_is_said(tmp_path: Path) -> None:
+    (tmp_path / "a.toml").write_text("[source.x]\nurl = 1\n[bundle.y]\ntitle = 'no more'\n", "utf-8")
+    with pytest.raises(OutsideError, match=r"a\.toml: KeyError: 'version'"):
+        read_manifest(tmp_path / "a.toml")
+    (tmp_path / "b.toml").write_text("[source.x]\nftp = 'x'\n[bundle]\n", "utf-8")
+    with pytest.raises(OutsideError, match="source x: one of npm, pip or url"):
+        read_manifest(tmp_path / "b.toml")
+    with pytest.raises(OutsideError, match="names no bundle nonsense; it has numpy, pyodide"):
+        gather(["nonsense"], cache=tmp_path)
+
+
+def test_the_manifest_pins_every_file_and_every_licence_has_its_text() -> None:
+    bundles = read_manifest()
+    for bundle in bundles.values():
+        assert bundle.sources
+        for file in bundle.files:
+            assert len(file.sha256) == 64
+            assert file.size > 0
+    shown = {licence.title: licence for licence in licences(bundles)}
+    assert "Mozilla Public License" in shown["Pyodide, with CPython and its standard library"].text
+    assert "PYTHON SOFTWARE FOUNDATION LICENSE" in shown["Pyodide, with CPython and its standard library"].text
+    assert "NumPy Developers" in shown["NumPy"].text
+    assert "lapack_lite/LICENSE.txt" in shown["NumPy"].text
+    for font in ("Source Serif 4", "Source Sans 3", "STIX Two Math"):
+        assert "SIL OPEN FONT LICENSE" in shown[font].text.upper()
+
+
+def tarball(path: Path, members: dict[str, bytes], more: tarfile.TarInfo | None = None) -> None:
+    """What `npm pack` leaves in its folder."""
+    with tarfile.open(path, "w:gz") as archive:
+        for name, data in members.items():
+            info = tarfile.TarInfo(name)
+            info.size = len(data)
+            archive.addfile(info, io.BytesIO(data))
+        if more is not None:
+            archive.addfile(more)
+
+
+def wheel(path: Path, members: dict[str, bytes], more: tarfile.TarInfo | None = None) -> None:
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in members.items():
+            archive.writestr(name, data)
+
+
+def given_by(kind: str, folder: Path, monkeypatch: pytest.MonkeyPatch, **made: Any) -> Path:
+    """A manifest whose source is an archive of a package client that answers with these members."""
+    fill, name = {"npm": (tarball, "thing-1.0.tgz"), "pip": (wheel, "thing-1.0-py3-none-any.whl")}[kind]
+    monkeypatch.setattr(fetch, "_download", lambda command, here, *rest: fill(here / "out" / name, **made))
+    return manifest(folder, f'[source.it]\n{kind} = "thing"\nfolder = "in"', '["it"]')
+
+
+@pytest.mark.parametrize("kind", ["npm", "pip"])
+def test_a_member_is_read_no_further_than_its_pinned_size(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str
+) -> None:
+    """A small archive that unpacks to 100 MB is refused with a few bytes of it in memory."""
+    given = given_by(kind, tmp_path, monkeypatch, members={"in/a.txt": bytes(100_000_000)})
+    fill = fetch._download
+
+    def watched(*given: Any) -> None:
+        fill(*given)
+        tracemalloc.start()
+
+    monkeypatch.setattr(fetch, "_download", watched)
+    with pytest.raises(OutsideError, match=f"a.txt has sha256 .* and {len(RIGHT) + 1} bytes, not"):
+        gather(["thing"], cache=tmp_path / "c", manifest=given)
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert most < 3_000_000
+
+
+def test_a_package_that_unpacks_without_end_is_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the wanted file lies behind more than any package of ours holds."""
+    monkeypatch.setattr(fetch, "UNPACKED", 1_000_000)
+    given = given_by("npm", tmp_path, monkeypatch, members={"big": bytes(2_000_000), "in/a.txt": RIGHT})
+    with pytest.raises(OutsideError, match=r"it \(thing\): it unpacks to more than 1 MB"):
+        gather(["thing"], cache=tmp_path / "c", manifest=given)
+
+
+@pytest.mark.parametrize("kind", ["npm", "pip"])
+def test_names_in_an_archive_lead_nowhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str) -> None:
+    """Members are looked up by the names of the manifest, and nothing else is unpacked."""
+    members = {"../evil.txt": WRONG, str(tmp_path / "evil.txt"): WRONG, "in/../../evil.txt": WRONG, "in/a.txt": RIGHT}
+    given = given_by(kind, tmp_path, monkeypatch, members=members)
+    assert gather(["thing"], cache=tmp_path / "c", manifest=given)["thing/a.txt"].read_bytes() == RIGHT
+    assert [path for path in tmp_path.rglob("*.txt") if path.read_bytes() != RIGHT] == []
+
+
+def test_a_link_in_a_package_is_not_followed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    link = tarfile.TarInfo("in/a.txt")
+    link.type, link.linkname = tarfile.SYMTYPE, "b.txt"
+    given = given_by("npm", tmp_path, monkeypatch, members={"in/b.txt": RIGHT}, more=link)
+    with pytest.raises(OutsideError, match=r"it has no a\.txt"):
+        gather(["thing"], cache=tmp_path / "c", manifest=given)
+
+
+@pytest.mark.parametrize("name", ["../a.txt", "/a.txt", "b/../../a.txt", "..\\\\a.txt"])
+def test_a_manifest_names_files_of_its_own_folder_alone(tmp_path: Path, name: str) -> None:
+    with pytest.raises(OutsideError, match="leads nowhere out of its bundle's folder"):
+        read_manifest(manifest(tmp_path, '[source.web]\nurl = "http://127.0.0.1/"', '["web"]', name))
+
+
+@pytest.mark.parametrize("cut", [0, 10, 60])
+@pytest.mark.parametrize("kind", ["npm", "pip"])
+def test_an_archive_cut_short_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str, cut: int) -> None:
+    """With the source that gave it, and no traceback."""
+    given = given_by(kind, tmp_path, monkeypatch, members={"in/a.txt": RIGHT})
+    fill = fetch._download
+
+    def short(command: Any, here: Path, *rest: Any) -> None:
+        fill(command, here, *rest)
+        (archive,) = (here / "out").iterdir()
+        archive.write_bytes(archive.read_bytes()[:cut])
+
+    monkeypatch.setattr(fetch, "_download", short)
+    with pytest.raises(OutsideError, match=r"a\.txt could not be had\n  it \(thing\): "):
+        gather(["thing"], cache=tmp_path / "c", manifest=given)
+
+
+def test_a_folder_or_a_link_in_a_files_place_gives_way(tmp_path: Path, web: Web) -> None:
+    web.files["/a.txt"] = RIGHT
+    given = manifest(tmp_path, f'[source.web]\nurl = "{web.origin}"', '["web"]')
+    path = gather(["thing"], cache=tmp_path / "c", manifest=given)["thing/a.txt"]
+    for put in (lambda: (path / "in it").mkdir(parents=True), lambda: path.symlink_to(path)):
+        path.unlink()
+        put()
+        assert gather(["thing"], cache=tmp_path / "c", manifest=given)["thing/a.txt"].read_bytes() == RIGHT
+    shutil.rmtree(tmp_path / "c")
+    (tmp_path / "c").write_bytes(b"somebody's file")
+    with pytest.raises(OutsideError, match=r"the cache: .*: (Not a directory|File exists)"):
+        gather(["thing"], cache=tmp_path / "c", manifest=given)

@@ -1,0 +1,296 @@
+"""Regression figures: in the page as drawn, found by name, computed once, and told where they are placed wrongly."""
+
+from __future__ import annotations
+
+import gzip
+import re
+import subprocess
+import sys
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import html5lib
+import pytest
+
+from sitegen.cache import pool
+from sitegen.cache.files import cache_dir
+from sitegen.chapters.values import CallError, of_plot, read_call
+from sitegen.figures.gallery import Gallery, Placed
+from sitegen.figures.matplotlib_svg import COLOURS, clean, draw
+from sitegen.plots import basins, icp_reach, sweep_table, trial_budget
+from sitegen.plots._rates import wilson
+from sitegen.plots.registry import known, longest_first, make_ahead, runs
+from sitegen.problems import Place
+from sitegen.progress import quiet
+from tests.sitegen.conftest import TOY_PLOT, Counted, Project
+
+PLACED = """\
+See :ref[fig:dots].
+
+::plot[The *dots*.]{toy-plot id=dots}
+
+:value[plots.toy_plot.highest(times=2)]{.1f}
+"""
+LIMIT = 25_000
+
+
+def built(project: Project, body: str = PLACED) -> str:
+    project.chapter(body)
+    project.write("content/00-start.md", "---\ntitle: Start\nrung: '0'\nsummary: S\n---\n\nText.\n")
+    project.build()
+    return project.page("second.html")
+
+
+def test_a_plot_stands_in_the_page(project: Project) -> None:
+    """Both drawings, numbered with the figures, with words and table, and nothing that the policy blocks."""
+    page = built(project)
+    assert page.count('class="graph-svg"') == 2
+    assert '<a class="ref" href="#fig-dots">Figure 1.1</a>' in page
+    assert "3 dots &amp; &lt;words&gt;." in page
+    assert "wide &amp; &lt;large&gt;" in page
+    assert "<td>3.5</td>" in page
+    assert '<span class="computed">7.0</span>' in page
+    assert " style=" not in page
+    parser = html5lib.HTMLParser(strict=False)
+    parser.parse(page)
+    assert parser.errors == []
+    ids = re.findall(r' id="([^"]+)"', page)
+    assert len(ids) == len(set(ids))
+
+
+def test_figures_and_plots_are_numbered_together(project: Project) -> None:
+    page = built(project, "::plot[One.]{toy-plot}\n\n::figure[Two.]{toy}\n\n::plot[Three.]{toy-plot id=three}\n")
+    numbers = re.findall(r'<span class="figure-number"><a href="#(fig-[\w-]+)">Figure (?:\d\.)?(\d)</a>', page)
+    assert numbers == [("fig-toy-plot", "1"), ("fig-toy", "2"), ("fig-three", "3")]
+
+
+@pytest.mark.parametrize(
+    ("body", "said"),
+    [
+        ("::plot[C]{toy-plt}\n", ["7:11: no plot 'toy-plt'; did you mean 'toy-plot'?"]),
+        ("::plot[C]{}\n", ["7:11: a plot's name is expected first: {trial-budget id=budget}"]),
+        ("::plot[]{toy-plot}\n", ["7:1: ::plot has no text"]),
+        ("::plot[C]{toy-plot idd=a}\n", ["7:20: a plot has no 'idd', only an id; did you mean 'id'?"]),
+        ("::plot[C]{toy-plot id=a_b}\n", ["7:23: 'a_b' is no id: ASCII letters, digits and hyphens"]),
+        (
+            "::plot[C]{toy-plot id=a}\n\n::figure[C]{toy id=a}\n",
+            ["9:1: the figure 'a' stands twice in this chapter (first in line 7)"],
+        ),
+        ("::plot[C]{toy-plot id=dots}\n\n:ref[fig:dot]\n", ["9:6: no figure 'dot'; did you mean 'dots'?"]),
+        (":value[plots.toy_plt.highest()]\n", ["7:14: no plot 'toy_plt'; did you mean 'toy_plot'?"]),
+        (
+            ":value[plots.toy_plot.higest()]\n",
+            ["7:23: plots.toy_plot gives no 'higest'; did you mean 'highest'?"],
+        ),
+        (":value[plots.toy_plot()]\n", ["7:14: plots.toy_plot gives no ''; there are highest"]),
+    ],
+)
+def test_what_is_placed_wrongly_is_told_with_its_place(second: Any, body: str, said: list[str]) -> None:
+    assert second(body) == said
+
+
+def test_a_plot_that_fails_names_itself_and_its_place(project: Project) -> None:
+    def fails(result: Counted, figure: Any, narrow: bool) -> None:
+        figure.subplots().plot([0, 1], [0, 1], color="#123456")
+
+    project.plots = {"toy-plot": replace(TOY_PLOT, draw=fails, look="another")}
+    project.chapter(PLACED)
+    (problem, *_) = [each for each in project.problems() if "plot" in each]
+    assert "01-second.md:9:1: the plot cannot be drawn: ValueError: the colour #123456 is none of the site's" in problem
+
+
+def test_what_is_known_is_not_computed_again(tmp_path: Path) -> None:
+    """Computed and drawn once for one state of the code; a new drawing is no reason to compute."""
+    counts = {"compute": 0, "draw": 0}
+
+    def compute() -> Counted:
+        counts["compute"] += 1
+        return Counted(((0.5, 0.1 + 0.2), (2.0, 1.0)))
+
+    def drawn(result: Counted, figure: Any, narrow: bool) -> None:
+        counts["draw"] += 1
+        assert result == Counted(((0.5, 0.1 + 0.2), (2.0, 1.0)))
+
+    plot = replace(TOY_PLOT, compute=compute, draw=drawn)
+    for each, expected in (
+        (plot, {"compute": 1, "draw": 2}),
+        (plot, {"compute": 1, "draw": 2}),
+        (replace(plot, look="other"), {"compute": 1, "draw": 4}),
+        (replace(plot, code="other"), {"compute": 2, "draw": 4}),
+    ):
+        Gallery({"toy-plot": each}, tmp_path).drawn(Placed("p", "1", each, Place("x")))
+        assert counts == expected
+
+
+def test_editing_the_drawing_leaves_what_is_computed() -> None:
+    """The key of a result follows what compute() names, and nothing else of the module."""
+    source = "N = 3\ndef compute():\n    return help(N)\n\ndef help(n):\n    return n\n\ndef draw():\n    pass\n"
+    assert runs(source) == runs(source.replace("pass", "return 1").replace("def draw", "# a comment\ndef draw"))
+    for old, new in (("N = 3", "N = 4"), ("return n\n", "return -n\n"), ("help(N)", "help(N + 1)")):
+        assert runs(source) != runs(source.replace(old, new))
+
+
+def test_a_drawing_is_the_same_twice_and_small() -> None:
+    once, again = (
+        draw(lambda figure: TOY_PLOT.draw(TOY_PLOT.compute(), figure, False), (300, 200), "p") for _ in range(2)
+    )
+    assert once == again
+    assert "202" not in re.sub(r'="[^"]*"', "", once)  # no date
+    assert len(once) < 6000
+
+
+def test_only_what_can_stand_in_a_page_is_let_through() -> None:
+    head = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink">'
+    path = f'<g id="a"><path id="b" d="M 1.00001 2 \nL 3 4 \nz\n" style="fill: {COLOURS["source"]}; stroke: none"/></g>'
+    assert clean(f"{head}{path}</svg>", (10, 20), "p") == (
+        '<svg class="graph-svg" viewBox="0 0 10 20" width="10" height="20">'
+        '<path class="f-source" d="M1 2L3 4z" stroke="none"></path></svg>'
+    )
+    for bad in ('<image href="data:,"/>', '<path d="M 0 0" style="fill: #123456"/>', '<path style="filter: x"/>'):
+        with pytest.raises(ValueError, match=r"a plot holds|is none of the site|becomes of the style"):
+            clean(f"{head}{bad}</svg>", (1, 1), "p")
+
+
+def test_matplotlib_waits_until_something_is_drawn() -> None:
+    """Importing all plots and reading kept results does not import it."""
+    code = (
+        "import sys; from sitegen.pipeline import build; from sitegen.plots import registry; registry.known(); "
+        "assert 'matplotlib' not in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=Path(__file__).resolve().parents[3])
+
+
+@pytest.mark.parametrize(
+    ("hits", "of", "low", "high"), [(0, 10, 0.0, 0.2775), (5, 10, 0.2366, 0.7634), (10, 10, 0.7225, 1.0)]
+)
+def test_wilsons_interval(hits: int, of: int, low: float, high: float) -> None:
+    """Against the published values, 95 %."""
+    assert wilson(hits, of) == pytest.approx((low, high), abs=1e-4)
+
+
+@pytest.mark.parametrize("name", sorted(known()))
+def test_every_plot_of_the_site(name: str) -> None:
+    """From its kept result: words that end as sentences do, a table without gaps, drawings small and legible."""
+    plot = known()[name]
+    gallery = Gallery({name: plot}, cache_dir())
+    drawn = gallery.drawn(Placed(name, "1", plot, Place("x")))
+    assert drawn.words.endswith(".")
+    assert set(drawn.svgs) == {"wide", "narrow"}
+    assert len(gzip.compress("".join(drawn.svgs.values()).encode(), 9)) < LIMIT
+    for svg in drawn.svgs.values():
+        assert "style=" not in svg
+        sizes = [float(size) for size in re.findall(r'font-size="([\d.]+)"', svg)]
+        assert sizes
+        assert min(sizes) >= 11.0
+    assert plot.sizes["narrow"][0] <= 350
+    assert plot.sizes["wide"][0] <= 720
+    if drawn.table:
+        heads, rows = drawn.table
+        assert all(len(row) == len(heads) for row in rows)
+
+
+def result(name: str) -> Any:
+    """What a plot of the site computed, from the cache where it is there."""
+    return Gallery(known(), cache_dir()).result(known()[name])
+
+
+def test_failures_at_the_budget_stay_within_the_promise() -> None:
+    """Runs of N trials that are told the true share fail no more often than the confidence allows, at every share."""
+    found = result("trial-budget")
+    for p, failures in zip(found.confidences, found.failures, strict=True):
+        assert max(failures) <= (1.0 - p) * found.runs
+    missed, failed = (of(found, 0.5, 0.9) for of in (trial_budget.missed, trial_budget.failed))
+    assert 10.0 - missed > missed - failed > 0.0, "most of the margin is rounding"
+
+
+def test_the_reach_of_icp_depends_on_setting_and_side() -> None:
+    """Plateaus end at other angles in other settings; junk lets some far starts arrive from which no clean one does."""
+    found = result("icp-reach")
+    ends = {s: (icp_reach.sure(found, s, -1), icp_reach.sure(found, s, 1)) for s in found.settings}
+    assert len(set(ends.values())) == len(ends)
+    assert ends["clean"][0] != -ends["clean"][1]
+    assert icp_reach.success(found, "outliers", -50) > icp_reach.success(found, "clean", -50) == 0.0
+
+
+def test_weights_help_from_near_and_not_from_midway() -> None:
+    """No weight is behind each weight from near, and behind none of them from midway, for every residual."""
+    found = result("residual-weights")
+    near, midway = found.successes
+    assert all(row[0] < min(row[1:]) for row in near)
+    assert all(row[0] >= max(row[1:]) for row in midway)
+    assert wilson(midway[0][0], found.runs)[0] < wilson(midway[0][1], found.runs)[1], "so this shows no harm"
+
+
+def test_four_grids_jump_more_often_and_less_far() -> None:
+    found = result("score-continuity")
+    assert found.jumps[1] > found.jumps[0] > 100
+    assert found.mean[1] < found.mean[0]
+    assert found.largest[1] < found.largest[0]
+
+
+def test_coarse_to_fine_reaches_farther_and_not_everywhere() -> None:
+    found = result("coarse-to-fine")
+    for one, fine in (found.by_angle, found.by_offset):
+        assert all(a <= b for a, b in zip(one, fine, strict=True))
+        assert sum(one) < sum(fine)
+        assert fine[-1] == 0
+
+
+def test_the_basins_are_as_the_chapter_says() -> None:
+    """RANSAC's map is one colour, MMD-Reg's basin the widest of the others, in both settings."""
+    found = result("basins")
+    for setting in found.settings:
+        flat = found.successes[found.methods.index("ransac-congruent")][found.settings.index(setting)]
+        assert len({count for row in flat for count in row}) == 1
+        shares = {m: basins.share(found, m, setting) for m in found.methods if m != "ransac-congruent"}
+        assert max(shares, key=lambda m: shares[m]) == "mmd"
+    table = result("sweep-table")
+    assert sweep_table.rotation(table, "mmd", "clean") > 2.0 * sweep_table.rotation(table, "icp", "clean")
+    assert sweep_table.success(table, "ndt", "combo") > sweep_table.success(table, "ndt", "clean")
+
+
+def test_what_is_made_ahead_is_what_the_build_would_make(tmp_path: Path) -> None:
+    """Computed and drawn in other processes, then in this one: the same files, and nothing is lacking any more."""
+    placed = [Placed(name, "1", known()[name], Place("x")) for name in ("sweep-table", "basins")]
+    together, alone = Gallery(known(), tmp_path / "one"), Gallery(known(), tmp_path / "two")
+    assert all(map(together.lacks, placed))
+    pool.make("plots", [(make_ahead, (p.plot.name, p.id, tmp_path / "one")) for p in placed], quiet)
+    assert not any(map(together.lacks, placed))
+    before = {path.name: path.stat().st_mtime_ns for path in (tmp_path / "one").rglob("*") if path.is_file()}
+    for one in placed:
+        assert together.drawn(one) == alone.drawn(one)
+    assert {path.name: path.stat().st_mtime_ns for path in (tmp_path / "one").rglob("*") if path.is_file()} == before
+    assert len(before) == 4
+
+
+def test_the_longest_plots_are_begun_first() -> None:
+    """By the seconds that their modules name; the others keep the order of the site."""
+    placed = [Placed(name, "1", plot, Place("x")) for name, plot in known().items()]
+    order = [one.plot for one in longest_first(placed)]
+    assert order[0].name == "four-reach"
+    assert all(a.seconds >= b.seconds for a, b in pairwise(order))
+    assert [plot.name for plot in order if not plot.seconds] == [name for name, p in known().items() if not p.seconds]
+
+
+def test_what_fails_ahead_is_left_to_the_build(tmp_path: Path) -> None:
+    """A plot that nobody knows ends no other piece."""
+    placed = Placed("basins", "1", known()["basins"], Place("x"))
+    pieces = [(make_ahead, (name, "basins", tmp_path)) for name in ("no-such-plot", "basins")]
+    pool.make("plots", pieces, quiet)
+    assert not Gallery(known(), tmp_path).lacks(placed)
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        ("plots.trial_budget.failed(0.4, 0.9)", "share: 0.4 is none of 0.3, 0.5, 0.7, 0.9"),
+        ("plots.sweep_table.success('icpp', 'clean')", "method: no 'icpp'; did you mean 'icp'?"),
+        ("plots.success_curves.success('icp', 'noise', 0.4)", "value: 0.4 is none of 0, 0.02, "),
+    ],
+)
+def test_numbers_that_a_plot_does_not_have_are_told(call: str, said: str) -> None:
+    gallery = Gallery(known(), cache_dir())
+    with pytest.raises(CallError, match=re.escape(said)):
+        of_plot(read_call(call), gallery)

@@ -1,0 +1,226 @@
+"""The reference page: everything public is there, and its docstring says of it what numpydoc asks for."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import logging
+import re
+from collections.abc import Iterator
+from dataclasses import fields
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import griffe
+import numpy as np
+import pytest
+from griffe import DocstringSectionKind as Kind
+
+import solvers
+from sitegen.pages import api_reference
+from sitegen.pages.docstrings import parameters, prose, rendered, said, sections
+from tests.sitegen.conftest import Project
+
+LISTED = [name for _, _, names in api_reference.GROUPS for name in names]
+
+CODE = '''
+def f(gate: float, trim: float = 0.5, **options) -> tuple[int, int]:
+    """Leave out.
+
+    By `gate`, x < y:
+
+        E = Σ r²
+
+    1. first
+    2. second
+
+    Parameters
+    ----------
+    gate : float
+        Beyond it <b>nothing</b>.
+    trim : float, default 0.5
+        A fraction.
+    **options
+        More.
+
+    Returns
+    -------
+    few : int
+        Left.
+
+    Raises
+    ------
+    ValueError
+        If `gate` is negative.
+
+    References
+    ----------
+    .. [1] A. Author, "On gates", 1999. doi:10.1000/182
+
+    Examples
+    --------
+    >>> f(1.0)
+    2
+    """
+'''
+
+
+def test_a_docstring_becomes_html() -> None:
+    """Prose with its formulas and lists, names with types and defaults, works with their DOI, examples as code."""
+    html = rendered(griffe.visit("sample", filepath=Path("sample.py"), code=CODE, docstring_parser="numpy")["f"])
+    for piece in (
+        "<p>By <code>gate</code>, x &lt; y:</p>",
+        '<pre tabindex="0"><code>E = Σ r²</code></pre>',
+        "<ol><li>first</li><li>second</li></ol>",
+        "<h4>Parameters</h4>",
+        "<dt><code>gate</code> <span>float</span></dt><dd><p>Beyond it &lt;b&gt;nothing&lt;/b&gt;.</p></dd>",
+        "<dt><code>trim</code> <span>float, default 0.5</span></dt>",
+        "<dt><code>**options</code></dt><dd><p>More.</p></dd>",
+        "<h4>Returns</h4>\n<dl class=\"fields\"><dt><code>few</code> <span>int</span></dt>",
+        "<h4>Raises</h4>\n<dl class=\"fields\"><dt><code>ValueError</code></dt><dd><p>If <code>gate</code>",
+        '<a href="https://doi.org/10.1000/182">doi:10.1000/182</a></li></ol>',
+        '<span class="gp">&gt;&gt;&gt; </span>',
+    ):
+        assert piece in html, piece
+
+
+def test_nothing_of_a_docstring_becomes_markup() -> None:
+    """Only what stands in backticks is code; letters below the line are subscripts."""
+    assert said("a < b, `x > 0` <i>") == "a &lt; b, <code>x &gt; 0</code> &lt;i&gt;"
+    assert said("`Σ wᵢ < aₓ`") == "<code>Σ w<sub>i</sub> &lt; a<sub>x</sub></code>"
+    assert said("as in [2]_") == "as in [2]"
+    assert prose("- one\n  more\n- `two`") == "<ul><li>one more</li><li><code>two</code></li></ul>"
+
+
+def test_every_public_name_is_listed() -> None:
+    """What `from solvers import *` gives is on the page; a name that is not there is a fault of the list."""
+    assert {f"solvers.{name}" for name in solvers.__all__ if name != "METHODS"} <= set(LISTED)
+    with pytest.raises(LookupError, match="which is not there"):
+        api_reference.named("solvers.scenes.rom")
+
+
+def public() -> Iterator[tuple[str, griffe.Object]]:
+    """What the page lists, with its methods and properties, and what else the modules define that it lists names of."""
+    modules = {name.rpartition(".")[0] for name in LISTED} - {"solvers"}
+    beside = [
+        f"{module}.{name}"
+        for module in sorted(modules)
+        for name, member in api_reference.named(module).members.items()
+        if isinstance(member, griffe.Function | griffe.Class) and not name.startswith("_")
+    ]
+    for name in dict.fromkeys([*LISTED, *beside]):
+        thing = api_reference.named(name)
+        yield name, thing
+        if isinstance(thing, griffe.Class) and name in LISTED:
+            yield from ((f"{name}.{each.name}", each) for each in api_reference.members(thing))
+
+
+PUBLIC = dict(public())
+
+
+@pytest.mark.parametrize("name", PUBLIC)
+def test_a_public_docstring_has_its_sections(name: str) -> None:
+    """A summary of a line, every parameter, what comes back; for what is listed, an example."""
+    thing = PUBLIC[name]
+    assert thing.docstring is not None
+    summary, _, rest = thing.docstring.value.partition("\n")
+    assert summary.endswith(".")
+    assert not rest.partition("\n")[0]
+    kinds = {part.kind for part in sections(thing)}
+    if isinstance(thing, griffe.Function):
+        expected = [p for p in thing.parameters if p.name not in ("self", "cls")]
+        assert [p.name.lstrip("*") for p in parameters(thing)] == [p.name for p in expected]
+        assert Kind.returns in kinds or not expected
+    elif isinstance(thing, griffe.Class) and not api_reference.is_enum(thing):
+        fields_of = [part.value for part in sections(thing) if part.kind in (Kind.parameters, Kind.attributes)]
+        expected = [p for p in thing.parameters if p.name != "self"]
+        assert [each.name for part in fields_of for each in part] == [p.name for p in expected]
+    assert Kind.examples in kinds or name not in LISTED
+
+
+@pytest.mark.parametrize("name", PUBLIC)
+def test_a_docstring_tells_the_true_defaults(name: str) -> None:
+    """What it says after "default", or None where it says "optional"."""
+    thing = PUBLIC[name]
+    if isinstance(thing, griffe.Function | griffe.Class):
+        check_defaults(thing)
+
+
+def check_defaults(thing: griffe.Object) -> None:
+    """Compare the literals that a docstring gives with those that the code has."""
+    own: Any = import_module(thing.module.path)
+    for name in thing.path.removeprefix(thing.module.path + ".").split("."):
+        own = getattr(own, name)
+    for each in parameters(thing):
+        if isinstance(each.default, str) and not each.name.startswith("*"):
+            told = np.inf if each.default == "inf" else ast.literal_eval(each.default)
+            assert inspect.signature(own).parameters[each.name].default == told, each.name
+
+
+def test_every_option_of_every_method_is_explained() -> None:
+    """With its type, its true default, and a meaning, in the order of the code."""
+    assert [one.name for one in api_reference.methods()] == list(solvers.METHODS)
+    for one in api_reference.methods():
+        assert [option.name for option in one.options] == [f.name for f in fields(one.method.options)]
+        assert all(option.says and option.type and option.default for option in one.options), one.name
+        check_defaults(api_reference.named(f"{one.method.options.__module__}.{one.method.options.__qualname__}"))
+
+
+def test_griffe_has_nothing_to_object_to(caplog: pytest.LogCaptureFixture) -> None:
+    """Its parser warns of names that the signature lacks, of missing types, of sections that it cannot read."""
+    api_reference.package.cache_clear()
+    with caplog.at_level(logging.WARNING, "griffe"):
+        waiting: list[griffe.Object] = [api_reference.package()]
+        while waiting:
+            thing = waiting.pop()
+            sections(thing)
+            waiting += [each for each in thing.members.values() if isinstance(each, griffe.Object)]
+    assert [record.getMessage() for record in caplog.records] == []
+
+
+def test_a_method_shows_its_own_module_before_that_of_its_step() -> None:
+    """With the paper that it follows."""
+    gicp = next(one for one in api_reference.methods() if one.name == "gicp")
+    assert gicp.words.index("<p>Generalised ICP.</p>") < gicp.words.index("<p>ICP that knows surfaces.</p>")
+    assert "https://doi.org/10.15607/RSS.2009.V.021" in gicp.words
+
+
+def test_everything_listed_has_words() -> None:
+    """Each entry and each of its methods and properties has a docstring and a signature with types."""
+    for group in api_reference.groups():
+        for entry in group.entries:
+            for one in (entry, *entry.members):
+                assert len(re.sub(r"<[^>]*>", "", one.words)) > 15, one.name
+                assert one.signature
+    results = {entry.name: entry for entry in api_reference.groups()[1].entries}
+    assert {member.name for member in results["solvers.Result"].members} == {
+        "Result.matrix", "Result.transform", "Result.inverse", "Result.detail"
+    }  # fmt: skip
+    stops = {value.name: value for value in results["solvers.Status"].values}
+    assert stops["CAPPED"].default == "3"
+    assert stops["CAPPED"].says == "The allowed number of steps was used up."
+
+
+def test_a_long_signature_has_a_line_a_parameter() -> None:
+    """A short one has one line."""
+    entry = api_reference.groups()[0].entries[0]
+    lines = re.sub(r"<[^>]*>", "", entry.signature).strip().replace("&#39;", "'").split("\n")
+    assert lines[0] == "solvers.register("
+    assert lines[3:5] == ["    method: str = 'icp',", "    *,"]
+    assert lines[-1].startswith(")")
+    short = api_reference.groups()[1].entries[3]
+    assert "\n" not in re.sub(r"<[^>]*>", "", short.signature).strip()
+
+
+def test_the_page_is_on_the_site(project: Project) -> None:
+    """Linked from every page; every method has its anchor, every anchor stands once."""
+    project.build()
+    assert '<a href="reference.html">' in project.page("second.html")
+    page = project.page("reference.html")
+    ids = re.findall(r' id="([^"]+)"', page)
+    assert len(ids) == len(set(ids))
+    assert {f"method-{name}" for name in solvers.METHODS} <= set(ids)
+    assert "solvers-register" in ids
+    assert page.count("<th scope=\"row\"><code>gate</code></th>") >= 3
+    assert page.count("<h4>Examples</h4>") >= len(LISTED)

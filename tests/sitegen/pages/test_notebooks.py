@@ -1,0 +1,123 @@
+"""Notebooks: valid, small, in plain Markdown, with pictures that need nothing; and they run."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+from pathlib import Path
+from xml.etree import ElementTree
+
+import nbformat
+import pytest
+from nbclient import NotebookClient
+
+from sitegen.check.rules import check_site
+from sitegen.pages.notebooks import written
+from tests.sitegen.conftest import Project
+
+ROOT = Path(__file__).resolve().parents[3]
+LARGEST = 300_000  # bytes
+IMAGE = re.compile(r'<img alt="([^"]+)" width="[\d.]+" src="data:image/svg\+xml;base64,([^"]+)">')
+OURS = re.compile(r"::?(?:figure|plot|try|aside|value|readout|claim|ref|term)\[|\[@|\[\^|^#.*\{#|\$\$ \(", re.MULTILINE)
+
+
+def read(path: Path) -> nbformat.NotebookNode:
+    return nbformat.reads(path.read_text("utf-8"), as_version=nbformat.NO_CONVERT)
+
+
+@pytest.fixture(scope="module")
+def books(site: Path) -> dict[str, nbformat.NotebookNode]:
+    """The built site's notebooks by name."""
+    found = {path.stem: read(path) for path in sorted((site / "notebooks").glob("*.ipynb"))}
+    assert found, f"no notebooks in {site}: run `python3 build.py` first"
+    return found
+
+
+def text_of(book: nbformat.NotebookNode, kind: str = "markdown") -> str:
+    return "\n\n".join(cell.source for cell in book.cells if cell.cell_type == kind)
+
+
+def test_a_chapter_is_put_into_plain_markdown(project: Project) -> None:
+    """Directives, citations, notes and macros are written out; formulas and tables stay; all links are whole."""
+    project.build()
+    book = read(project.site / "notebooks" / "second.ipynb")
+    nbformat.validate(book)
+    said = text_of(book)
+    assert book.cells[0].source.startswith("# The </title><script>alert(1)</script> second\n\n*Is it")
+    assert re.match(r"# %pip install registration_ladder-[\d.]+-py3-none-any\.whl$", book.cells[1].source)
+    assert r"A first paragraph with $a^2 \in \mathbb{R}$ and a note.<sup>1</sup> It cites ([" in said
+    assert "](https://example.org/ladder/references.html#ref-one2001)" in said
+    assert "−7.250. It *holds*." in said
+    assert r"\tag{1.1}" in said
+    assert "> Beside the *point*." in said
+    assert "> <sup>1</sup> The note, with (" in said
+    figure = "[Figure 1.1](https://example.org/ladder/second.html#fig-demo)"
+    assert f"- To try on the page, in {figure}: Press **go** twice." in said
+    assert not OURS.search(said)
+    assert not re.search(r"\]\((?!https://)", said)
+    before = (project.site / "notebooks" / "second.ipynb").read_bytes()
+    project.build()
+    assert (project.site / "notebooks" / "second.ipynb").read_bytes() == before
+    for name, old, new in (  # it is kept by its parts, and none is forgotten
+        ("content/references.yaml", "First things", "Other things"),
+        ("content/site.yaml", "mathbb", "mathbf"),
+        ("content/site.yaml", "A. Tester", "B. Tester"),
+        ("content/01-second.md", "A first paragraph", "A paragraph"),
+    ):
+        project.write(name, (project.root / name).read_text("utf-8").replace(old, new))
+        project.build()
+        after = (project.site / "notebooks" / "second.ipynb").read_bytes()
+        assert after != before, new
+        before = after
+    assert [str(p) for p in check_site(project.site) if "notebook" in p.message] == []
+    assert "notebooks/second.ipynb" in project.page("second.html")
+
+
+def test_no_cell_no_output() -> None:
+    """Code cells carry neither output nor count, so that the bytes do not depend on a run."""
+    book = json.loads(written([("markdown", "a\n"), ("code", "1 + 1\n")]))
+    assert [cell["id"] for cell in book["cells"]] == ["cell-0", "cell-1"]
+    assert book["cells"][1] == {**book["cells"][1], "outputs": [], "execution_count": None, "source": "1 + 1"}
+
+
+def test_every_chapters_notebook_is_whole(site: Path, books: dict[str, nbformat.NotebookNode]) -> None:
+    """Of the built site: valid, small, nothing of our own Markdown left, formulas with even signs."""
+    for name, book in books.items():
+        nbformat.validate(book)
+        assert (site / "notebooks" / f"{name}.ipynb").stat().st_size < LARGEST
+        said = re.sub(r"base64,[^\"]*", "", text_of(book))
+        assert not OURS.search(said), name
+        assert not re.search(r"&(?:amp|lt|gt|quot|#\d+);", re.sub(r"<img [^>]*>", "", said)), name
+        assert said.count("$") % 2 == 0, name
+        assert ("references.html#ref-" in said) == ("## References" in said), name
+
+
+def test_pictures_need_nothing(books: dict[str, nbformat.NotebookNode]) -> None:
+    """Each is XML that parses, with its rules inside and no variable of the page's, and has words in its place."""
+    pictures = [picture for book in books.values() for picture in IMAGE.findall(text_of(book))]
+    assert len(pictures) > 100
+    for words, data in pictures:
+        assert len(words.split()) > 1
+        svg = base64.b64decode(data).decode()
+        assert ElementTree.fromstring(svg).tag == "{http://www.w3.org/2000/svg}svg"
+        assert set(re.findall(r"var\(--([\w-]+)\)", svg)) <= {"colour", "words", "size", "width", "s", "m", "l"}
+        assert not re.search(r"url\((?!#)", svg)
+
+
+def test_every_chapters_notebook_runs(
+    books: dict[str, nbformat.NotebookNode], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All of them in one kernel that is emptied between two: each code cell ends without an error, most print."""
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+    monkeypatch.setenv("IPYTHONDIR", str(tmp_path))
+    whole = nbformat.v4.new_notebook()
+    for book in books.values():
+        code = [cell for cell in book.cells if cell.cell_type == "code"]
+        whole.cells += [nbformat.v4.new_code_cell("%reset -f"), *code]
+    for i, cell in enumerate(whole.cells):
+        cell.id = f"cell-{i}"
+    NotebookClient(whole, timeout=120, kernel_name="python3", resources={"metadata": {"path": str(tmp_path)}}).execute()
+    scripts = [cell for cell in whole.cells if cell.source.startswith("# pip install")]
+    assert len(scripts) >= 17
+    assert all(cell.outputs and cell.outputs[0].output_type == "stream" for cell in scripts)

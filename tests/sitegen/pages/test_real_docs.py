@@ -1,0 +1,163 @@
+"""What the README and the docs name is there: files, commands, options, parts of packages. And the README is short."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import re
+import shlex
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from sitegen.chapters.content import read_docs
+from sitegen.cli.main import COMMANDS, parse
+from sitegen.problems import Problems
+from solvers.cli.command import _benchmark_parser, _register_parser
+from tests.sitegen.conftest import START, Project
+from widgets.engine.registry import WIDGETS
+
+ROOT = Path(__file__).resolve().parents[3]
+TEXTS = [ROOT / "README.md", *sorted((ROOT / "content" / "docs").glob("*.md"))]
+NAMES = [path.relative_to(ROOT).as_posix() for path in TEXTS]
+LONGEST = 650
+FOLDERS = ("content", "sitegen", "solvers", "templates", "tests", "widgets")
+OPTION = re.compile(r"(?<![\w-])--[a-z][a-z-]*")
+PAGE = "content/docs/commands.md"
+CODE = re.compile(r"`([^`\n]+(?:\n[^`\n]+)?)`")
+FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+FOR_NAMES = {"COMMAND": "build", "NAME": "name", "DEST": "folder"}
+BESIDE = {"--hostile-calls", "--help"}  # pytest's, argparse's
+
+
+@pytest.fixture(params=TEXTS, ids=NAMES)
+def text(request: pytest.FixtureRequest) -> str:
+    return str(request.param.read_text("utf-8"))
+
+
+def words(text: str) -> list[str]:
+    """What a reader reads as words: neither bars nor marks of Markdown alone."""
+    return re.findall(r"\S*\w\S*", text)
+
+
+def commands(text: str, begin: str) -> list[list[str]]:
+    """The arguments of every call of a program, without comments and closing quotes."""
+    found = re.findall(rf"{re.escape(begin)}((?: [^`\n]*)?)(?=[`\n])", text)
+    return [[FOR_NAMES.get(word, word) for word in shlex.split(re.split(r"\s+#", one)[0])] for one in found]
+
+
+def options(parser: argparse.ArgumentParser) -> set[str]:
+    return {name for action in parser._actions for name in action.option_strings if name.startswith("--")}
+
+
+def test_the_readme_is_short() -> None:
+    """Its headings are what a newcomer asks for; the rest are pages of the docs."""
+    text = TEXTS[0].read_text("utf-8")
+    assert len(words(text)) <= LONGEST
+    wanted = ["Quickstart", "Use the package", "Commands", "Architecture", "Read on", "Contribute", "Licence"]
+    assert [each for each in wanted if f"\n## {each}\n" not in text] == []
+    listed = re.findall(r"^\| `(\w+)` \|", text, re.MULTILINE)
+    assert listed == list(COMMANDS)
+
+
+def test_the_readme_s_links_and_pictures_are_there() -> None:
+    """Relative to the repository, and every page of the docs among them."""
+    links = re.findall(r"(?<!\\)\]\(([^)\s]+)\)", TEXTS[0].read_text("utf-8"))
+    assert [link for link in links if not (ROOT / link.partition("#")[0]).is_file()] == []
+    assert set(NAMES[1:]) - set(links) == set()
+
+
+def test_every_file_that_is_named_is_there(text: str) -> None:
+    """In code, from one of the top folders; a name with a place to fill in stands for many."""
+    named = [name for name in CODE.findall(text) if re.fullmatch(rf"(?:{'|'.join(FOLDERS)})/[\w./-]*", name)]
+    named = [name for name in named if "NAME" not in name]
+    assert [name for name in named if not (ROOT / name).exists()] == []
+
+
+def test_every_command_of_build_py_is_one(text: str, capsys: pytest.CaptureFixture[str]) -> None:
+    wrong = []
+    for given in commands(text, "python3 build.py"):
+        try:
+            if given != ["…"]:
+                parse(given)
+        except SystemExit:
+            wrong.append((given, capsys.readouterr().err))
+    assert wrong == []
+
+
+def test_every_call_of_the_solvers_is_one(text: str, capsys: pytest.CaptureFixture[str]) -> None:
+    for given in commands(text, "python3 -m solvers"):
+        of_race = given[:1] == ["benchmark"]
+        parser = _benchmark_parser() if of_race else _register_parser()
+        if given != ["--help"]:
+            parser.parse_args(given[of_race:])
+    assert "error" not in capsys.readouterr().err
+
+
+def test_every_option_is_one_of_some_command() -> None:
+    known: set[str] = set()
+    for command in COMMANDS.values():
+        parser = argparse.ArgumentParser()
+        command.options(parser)
+        known |= options(parser)
+    shown = {
+        word for code in CODE.findall(TEXTS[NAMES.index(PAGE)].read_text("utf-8")) for word in OPTION.findall(code)
+    }
+    assert shown - known - BESIDE == set()
+    everywhere = {word for path in TEXTS for word in OPTION.findall(path.read_text("utf-8"))}
+    assert known - everywhere == set(), "an option that no page of the docs tells of"
+
+
+def resolved(name: str) -> Any:
+    """What a dotted name means: a module, or what is in one."""
+    parts = name.split(".")
+    found = importlib.import_module(parts[0])
+    for i, part in enumerate(parts[1:], 2):
+        if not hasattr(found, part):
+            importlib.import_module(".".join(parts[:i]))
+        found = getattr(found, part)
+    return found
+
+
+def test_every_name_of_the_package_is_there(text: str) -> None:
+    without = FENCE.sub("", text)
+    names = [code for code in CODE.findall(without) if re.fullmatch(r"solvers(?:\.\w+)+", code)]
+    assert [name for name in names if resolved(name) is None] == []
+
+
+def test_every_message_that_troubleshooting_explains_is_said() -> None:
+    """The first cells quote what commands and pages say; an ellipsis stands for what differs from time to time."""
+    kinds = ("sitegen/**/*.py", "templates/assets/**/*js")
+    said = "\n".join(path.read_text("utf-8") for kind in kinds for path in sorted(ROOT.glob(kind)) if path.is_file())
+    text = (ROOT / "content/docs/troubleshooting.md").read_text("utf-8")
+    quoted = re.findall(r"^\| (?:[^|]* )?\"([^\"|]+)\"", text, re.MULTILINE)
+    assert len(quoted) > 9
+    parts = [part.strip(" ,") for message in quoted for part in message.split("…")]
+    assert [part for part in parts if part not in said] == []
+
+
+def test_a_docs_page_has_no_mistake_of_its_own() -> None:
+    problems = Problems()
+    docs = read_docs(ROOT, problems)
+    assert [doc.source.path for doc in docs] == NAMES[1:]
+    assert problems.found == []
+
+
+def test_the_chapter_that_is_shown_builds(project: Project) -> None:
+    """The page on chapters begins with a whole one, and later shows its slides."""
+    text = (ROOT / "content/docs/authoring.md").read_text("utf-8")
+    blocks = dict(FENCE.findall(text))
+    chapter = blocks["markdown"].replace("summary:", f"{blocks['yaml']}summary:", 1)
+    project.widgets = {"kabsch": WIDGETS["kabsch"]}
+    project.write("content/00-start.md", START.partition("Read")[0])
+    (project.root / "content/01-second.md").unlink()
+    project.write("content/01-known.md", chapter)
+    test = "tests/claims/test_known_pairs.py"
+    (project.root / test).parent.mkdir(parents=True)
+    for name in (test, "content/references.yaml"):
+        shutil.copy(ROOT / name, project.root / name)
+    report = project.build()
+    assert {"known-pairs.html", "slides-known-pairs.html"} <= set(report.pages)
+    assert [warning for warning in report.warnings if "01-known" in warning.path] == []

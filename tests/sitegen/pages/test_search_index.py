@@ -1,0 +1,36 @@
+"""What the search finds is what a reader can read: sections, and nothing of code, controls, cards."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from sitegen.pages.search_index import search_data, sections
+
+PAGE = """<!doctype html><html><body><header><h2 id="no">Not in main</h2></header><main id="main"><article>
+<h1>The <em>title</em> &amp; more</h1><p>First<br>words.</p>
+<nav class="contents"><ol><li>silent</li></ol></nav>
+<h2 id="one">One <math><mi>x</mi></math>heading</h2><p>A<b>b</b>c, <a class="cite">One 2001</a>.</p>
+<figure><script type="application/json">{"no": 1}</script><div class="figure-stage"><svg><text>no</text></svg></div>
+<form><label>no</label><input></form><figcaption>Figure 1.1 The caption.</figcaption></figure>
+<div class="card" hidden><p>no</p></div><h3 id="two">Two</h3><p>Deeper &lt;b&gt;.</p>
+<dl><div id="term-gate"><dt>Gate</dt><dd>A distance.</dd></div></dl>
+<footer class="chapter-footer"><h2 id="cite">no</h2><p>no</p></footer></article></main><p>no</p></body></html>"""
+
+
+def test_sections_of_a_page() -> None:
+    found = [(one.at, one.page, one.heading, one.text) for one in sections("p.html", PAGE)]
+    title = "The title & more"
+    assert found == [
+        ("p.html", title, title, "First words."),
+        ("p.html#one", title, "One heading", "Abc, One 2001. Figure 1.1 The caption."),
+        ("p.html#two", title, "Two", "Deeper <b>."),
+        ("p.html#term-gate", title, "Gate", "A distance."),
+    ]
+
+
+def test_the_script_holds_every_section_and_ends_no_element(tmp_path: Path) -> None:
+    script = search_data({"p.html": PAGE, "checks.html": PAGE, "old.html": "<p>Moved</p>"}, tmp_path).decode()
+    entries = json.loads(script.removeprefix("Ladder.searchable(").removesuffix(");\n"))
+    assert [at for at, *_ in entries] == ["p.html", "p.html#one", "p.html#two", "p.html#term-gate"]
+    assert "<" not in script

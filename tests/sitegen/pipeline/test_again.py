@@ -1,0 +1,226 @@
+"""Builds in one process, one after the other, as `serve` does them: each is the build of a fresh process."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from sitegen.cache.memory import Memory
+from sitegen.chapters.claims import write_results
+from sitegen.chapters.known import Known
+from sitegen.chapters.render import Body
+from sitegen.chapters.survey import Survey
+from sitegen.pages import bodies
+from sitegen.pipeline.build import Parts, build
+from sitegen.problems import BuildFailed
+from tests.sitegen.conftest import REFERENCES, SECOND, START, Project
+
+GLOSSARY = """\
+pose:
+  term: pose
+  says: Where a thing is.
+  chapter: second
+"""
+WITH_ALL = f"{START}\nA :term[pose]. By :ref[fig:demo], :ref[eq:energy]; ![A dot](dot.svg)\n\n::plot[D.]{{toy-plot}}\n"
+SLIDES = """\
+slides:
+  - title: "Deep: :ref[second#deep]"
+    figure: demo
+    set: noise=0.25
+    text: As [@one2001] say.
+"""
+DOT = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9"/>'
+
+
+Found = dict[str, bytes] | list[str]
+Edit = Callable[[Path], object]
+
+
+class Again:
+    """A project that is built in one process all the time, and beside that with nothing kept."""
+
+    def __init__(self, project: Project) -> None:
+        self.root, self.memory, self._cache = project.root, Memory(), project.cache
+        parts = Parts(project.widgets, project.plots, licences=lambda names, cache: [])
+        self._parts = replace(parts, assemble=None, cut_fonts=None)
+
+    def build(self) -> Found:
+        """The files of the site with its warnings, or what is wrong."""
+        return self._built(self.memory, self.root / "site")
+
+    def fresh(self) -> Found:
+        """The same of a process that has built nothing yet."""
+        return self._built(Memory(), self.root / "fresh")
+
+    def _built(self, memory: Memory, site: Path) -> Found:
+        try:
+            report = build(self.root, site, pack=False, cache=self._cache, parts=self._parts, kept=memory)
+        except BuildFailed as failed:
+            return [str(problem) for problem in failed.problems]
+        return {**contents(site), "warnings": "\n".join(map(str, report.warnings)).encode()}
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+@pytest.fixture
+def again(project: Project) -> Again:
+    front, _, text = SECOND.partition("redirects")
+    project.write("content/00-start.md", WITH_ALL)
+    project.write("content/01-second.md", f"{front}{SLIDES}redirects{text}")
+    project.write("content/glossary.yaml", GLOSSARY)
+    project.write("content/dot.svg", DOT)
+    write_results(project.root, {"tests/test_claimed.py::test_it_holds": "passed"})
+    return Again(project)
+
+
+def write(name: str, text: str) -> Edit:
+    """A file that is new, or becomes another."""
+    return lambda root: (root / name).write_text(text, "utf-8")
+
+
+def swap(name: str, old: str, new: str) -> Edit:
+    """An edit of a file."""
+
+    def edit(root: Path) -> None:
+        text = (root / name).read_text("utf-8")
+        assert old in text
+        (root / name).write_text(text.replace(old, new), "utf-8")
+
+    return edit
+
+
+def remove(name: str) -> Edit:
+    """A file that goes."""
+    return lambda root: (root / name).unlink()
+
+
+def every(*edits: Edit) -> Edit:
+    """Several edits saved at once."""
+    return lambda root: [edit(root) for edit in edits]
+
+
+FIRST, OTHER = "content/00-start.md", "content/01-second.md"
+EDITS = {
+    "a sentence": swap(OTHER, "A first paragraph", "Another paragraph"),
+    "the title of a chapter that another names": swap(OTHER, "alert(1)", "alert(2)"),
+    "the title of the first": swap(FIRST, "Start here", "Begin here"),
+    "a heading that another chapter's slide names": swap(OTHER, "## A section", "## Its *section* of $q$"),
+    "an anchor that another chapter links to": swap(OTHER, "{#deep}", "{#deeper}"),
+    "an anchor, with all that links to it": every(
+        swap(OTHER, "{#deep}", "{#low}"),
+        swap(OTHER, "second#deep", "second#low"),
+        swap(FIRST, "#deep", "#low"),
+    ),
+    "a page's name": swap(OTHER, "slug: second", "slug: other"),
+    "a file's name": lambda root: (root / OTHER).rename(root / "content/03-third.md"),
+    "a rung": swap(OTHER, 'rung: "1"', 'rung: "2"'),
+    "a figure before, so that numbers move": swap(OTHER, "A first", "::figure[One.]{toy id=new}\n\nA first"),
+    "a figure that is gone": swap(OTHER, "id=demo", "id=gone"),
+    "a figure's state": swap(OTHER, "id=demo noise=0.5", "id=demo noise=0.75"),
+    "an equation's label": swap(OTHER, "$$ (energy)", "$$ (mass)"),
+    "an equation before": swap(OTHER, "A first", "$$\na\n$$ (before)\n\nA first"),
+    "a formula": swap(OTHER, "$a^2", "$b^3"),
+    "a plot's place": swap(FIRST, "{toy-plot}", "{toy-plot id=dots}"),
+    "a slide": swap(OTHER, "noise=0.25\n", "noise=0.35\n"),
+    "no slides": swap(OTHER, SLIDES, ""),
+    "a reference": swap("content/references.yaml", "year: 2001", "year: 1999"),
+    "a new reference that makes letters": write(
+        "content/references.yaml", REFERENCES + "one-too:\n  authors: [Eve One]\n  title: Too\n  year: 2001\n"
+    ),
+    "a reference that is gone": swap("content/references.yaml", "two2002:", "two2003:"),
+    "references that cannot be read": swap("content/references.yaml", "one2001:", "one2001: {"),
+    "a term's words": swap("content/glossary.yaml", "Where a thing is", "Where it is"),
+    "a term that is gone": swap("content/glossary.yaml", "pose:\n", "place:\n"),
+    "no glossary": remove("content/glossary.yaml"),
+    "the site's title": swap("content/site.yaml", "A <small>", "A <large>"),
+    "the site's address": swap("content/site.yaml", "url: https://example.org/ladder\n", ""),
+    "a macro": swap("content/site.yaml", "\\mathbb{R}", "\\mathbf{R}"),
+    "the ladder": swap("content/site.yaml", "Not yet written", "Some day"),
+    "a test's words": swap("tests/test_claimed.py", "What holds", "What always holds"),
+    "a test's source": swap("tests/test_claimed.py", "1 < 2", "1 < 3"),
+    "a test that is gone": swap("tests/test_claimed.py", "test_it_holds", "test_it_held"),
+    "a test's outcome": swap("tests/results.json", "passed", "failed"),
+    "code that tests ran on": swap("solvers/__init__.py", "solvers", "others"),
+    "a picture": swap("content/dot.svg", "0 0 9 9", "0 0 8 8"),
+    "a picture that is gone": remove("content/dot.svg"),
+    "a page's template": swap("templates/chapter.html", "Cite this page", "Cite it"),
+    "a figure's template": swap("templates/figure.html", "<figure", "<figure data-new"),
+    "a style sheet": swap("templates/assets/css/base/type.css", "1.65rem", "1.75rem"),
+    "a draft": swap(OTHER, "slug: second", "slug: second\ndraft: true"),
+    "a chapter between": write("content/00.5-new.md", '---\ntitle: "New"\n---\n\nBy @x.\n'),
+    "a chapter that is gone": remove(OTHER),
+    "half a directive": swap(FIRST, "{toy-plot}", "{toy-plot"),
+    "many mistakes": write(OTHER, "---\ntitle: T\n---\n\n::try[Go.]{gone}\n\n## Main {#main}\n\n[^x] $$ \n"),
+    "an unclosed fence": swap(OTHER, 'print("<hello>")\n```', 'print("<hello>")'),
+}
+
+
+@pytest.mark.parametrize("edit", EDITS)
+def test_an_edit_gives_the_site_of_a_fresh_build(again: Again, edit: str) -> None:
+    """And so does taking it back, and the same edit once more, when all of it has been built before."""
+    before = again.build()
+    assert isinstance(before, dict), before
+    assert again.fresh() == before
+    files = {name: data for name, data in contents(again.root).items() if not name.startswith(("site/", "fresh/"))}
+    EDITS[edit](again.root)
+    edited = again.build()
+    assert edited != before
+    assert edited == again.fresh()
+    for name in contents(again.root).keys() - files.keys():
+        if not name.startswith(("site/", "fresh/")):
+            (again.root / name).unlink()
+    for name, data in files.items():
+        (again.root / name).write_bytes(data)
+    assert again.build() == before
+    EDITS[edit](again.root)
+    assert again.build() == edited
+
+
+def test_edits_on_top_of_each_other(again: Again) -> None:
+    """Also where one before was a mistake."""
+    done = 0
+    for edit in EDITS.values():
+        with suppress(AssertionError, FileNotFoundError):  # what it would edit is gone by one before
+            edit(again.root)
+            done += 1
+        assert again.build() == again.fresh()
+    assert done > len(EDITS) / 2
+
+
+def test_a_sentence_makes_its_own_chapter_anew_and_no_other(again: Again, monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[str] = []
+    render = bodies.render
+
+    def watched(one: Survey, known: Known) -> Body:
+        made.append(one.chapter.name)
+        return render(one, known)
+
+    monkeypatch.setattr(bodies, "render", watched)
+    again.build()
+    assert made == ["index", "second"]
+    EDITS["a sentence"](again.root)
+    again.build()
+    assert made == ["index", "second", "second"]
+
+
+def test_what_has_not_changed_is_not_written_again(again: Again) -> None:
+    """A file of the same bytes stays the file that it was; one that somebody has changed is written."""
+    again.build()
+    site, picture = again.root / "site", "images/" + next((again.root / "site/images").iterdir()).name
+    files = {name: (site / name).stat().st_ino for name in contents(site)}
+    (site / picture).write_text("Somebody else's.", "utf-8")
+    EDITS["a sentence"](again.root)
+    built = again.build()
+    assert isinstance(built, dict)
+    assert built[picture] == DOT.encode()
+    now = {name: (site / name).stat() for name in contents(site)}
+    assert all(facts.st_nlink == 1 for facts in now.values())
+    stayed = {name for name, facts in now.items() if files.get(name) == facts.st_ino}
+    assert {name for name in now if name.startswith("tapes/")} <= stayed
+    assert not {"second.html", picture} & stayed

@@ -1,0 +1,32 @@
+"""Where the site goes: a folder of the build's own making, in place of nothing else."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from sitegen.problems import BuildFailed
+from tests.sitegen.conftest import Project
+
+
+def test_a_file_of_the_site_s_name_stays(project: Project, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is told before anything is read, and nothing of the build is left beside it."""
+    project.site.write_text("notes", "utf-8")
+    before = sorted(project.root.iterdir())
+    monkeypatch.setattr("sitegen.pipeline.build.read_chapters", lambda *_: pytest.fail("the content was read first"))
+    with pytest.raises(BuildFailed, match=r"^site:0:0: this is a file, not a folder; .* move or rename it first$"):
+        project.build()
+    assert project.site.read_text("utf-8") == "notes"
+    assert sorted(project.root.iterdir()) == before
+
+
+@pytest.mark.parametrize("leads", ["elsewhere", "nowhere"])
+def test_a_link_of_the_site_s_name_stays(project: Project, tmp_path: Path, leads: str) -> None:
+    """A build renames folders, and would put the link away."""
+    (tmp_path / "elsewhere").mkdir()
+    project.site.symlink_to(tmp_path / leads)
+    with pytest.raises(BuildFailed, match="this is a link, not a folder"):
+        project.build()
+    assert project.site.is_symlink()
+    assert list((tmp_path / "elsewhere").iterdir()) == []

@@ -1,0 +1,55 @@
+"""The project's own content builds, and to the same bytes elsewhere, with nothing kept of what is drawn or computed."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+from sitegen.cache.files import cache_dir
+from sitegen.pipeline.build import build
+
+ROOT = Path(__file__).resolve().parents[3]
+MADE_ANEW = ("frames", "values", "drawings", "emblem", "maths", "notebooks", "remembered", "runtime", "templates")
+LEFT = (".venv", "__pycache__", ".hypothesis", ".mypy_cache", ".pytest_cache", ".ruff_cache")
+BUILD = """
+import sys
+from pathlib import Path
+root, dest, cache = map(Path, sys.argv[1:])
+sys.path.insert(0, str(root))
+import sitegen
+from sitegen.pipeline.build import build
+assert Path(sitegen.__file__).is_relative_to(root)
+assert "index.html" in build(root, dest, pack=False, cache=cache).pages
+"""
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {p.relative_to(folder).as_posix(): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+
+
+def left(folder: str, names: list[str]) -> list[str]:
+    """What of a checkout is not of its sources."""
+    site = Path(folder) == ROOT / "site"
+    return [name for name in names if name in LEFT or (site and name != ".gitignore")]
+
+
+def test_two_builds_of_the_site_are_the_same_bytes(tmp_path: Path) -> None:
+    """The second by a copy in another folder, with other hashes, temporary files, clock and language, and cold."""
+    build(ROOT, tmp_path / "one", pack=False)
+    elsewhere, cold, temporary = tmp_path / "a copy" / "of it", tmp_path / "cache", tmp_path / "temporary"
+    shutil.copytree(ROOT, elsewhere, ignore=left)
+    cold.mkdir()
+    temporary.mkdir()
+    for folder in cache_dir().iterdir():
+        if folder.is_dir() and folder.name not in MADE_ANEW:
+            (cold / folder.name).symlink_to(folder, target_is_directory=True)
+    other = {"PYTHONHASHSEED": "20261", "TZ": "Pacific/Auckland", "LC_ALL": "C"}
+    other |= dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(temporary))
+    words = [sys.executable, "-P", "-c", BUILD, str(elsewhere), str(tmp_path / "two"), str(cold)]
+    subprocess.run(words, cwd=temporary, env={**os.environ, **other}, check=True)
+    one, two = contents(tmp_path / "one"), contents(tmp_path / "two")
+    assert set(one) == set(two)
+    assert [name for name, data in one.items() if data != two[name]] == []

@@ -1,0 +1,205 @@
+"""`python -m solvers SOURCE TARGET` on files: what it prints, draws and refuses, run as a user runs it."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+import tracemalloc
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from solvers import METHODS, Pose, register
+from solvers.cli.command import main
+from solvers.io import clouds
+from solvers.scenes.hall_3d import hall
+from solvers.scenes.rooms import room
+from solvers.studies.race import CONTESTANTS, EXTRAS
+
+pytestmark = pytest.mark.native
+ROOT = Path(__file__).resolve().parents[3]
+TRUTH = Pose.from_angle(np.radians(15.0), (0.3, -0.2))
+
+
+@pytest.fixture
+def files(tmp_path):
+    """a.csv and b.xyz: a room, the source moved; c.csv and d.xyz: a hall in space."""
+    scene, scans = room("noise", seed=40), hall()
+    for name, points in (("a.csv", TRUTH.inverse().apply(scene.source)), ("c.csv", scans.source)):
+        (tmp_path / name).write_text("\n".join(",".join(map(repr, row)) for row in points.tolist()), "utf-8")
+    for name, points in (("b.xyz", scene.target), ("d.xyz", scans.target)):
+        (tmp_path / name).write_text("\n".join(" ".join(map(repr, row)) for row in points.tolist()), "utf-8")
+    return tmp_path
+
+
+def said(capsys, *arguments):
+    code = main([str(argument) for argument in arguments])
+    heard = capsys.readouterr()
+    return code, heard.out, heard.err
+
+
+def test_it_runs_as_a_module_beside_the_files(files):
+    """In a process of its own: exit code 0, the pose that `register` finds, and a picture of both clouds twice."""
+    command = [sys.executable, "-m", "solvers", "a.csv", "b.xyz", "--method", "gicp", "--options", "gate=1.5"]
+    done = subprocess.run(
+        [*command, "--out", "picture.svg"],
+        cwd=files,
+        env={**os.environ, "PYTHONPATH": str(ROOT), "PYTHONIOENCODING": "ascii"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    scene = room("noise", seed=40)
+    result = register(TRUTH.inverse().apply(scene.source), scene.target, "gicp", gate=1.5)
+    assert f"rotation {np.degrees(result.pose.angle):.4f} deg" in done.stdout
+    rows = [[float(v) for v in re.findall(r"-?\d[\d.e+-]*", line)] for line in done.stdout.splitlines()[4:7]]
+    np.testing.assert_allclose(rows, result.matrix, rtol=1e-5, atol=1e-6)
+    assert f"converged after {result.steps} steps" in done.stdout
+    assert "overlap   1.0000" in done.stdout
+    tree = ElementTree.fromstring((files / "picture.svg").read_text("utf-8"))
+    for cloud, points in (("source", scene.source), ("target", scene.target)):
+        for half in ("before", "after"):
+            (marks,) = (node for node in tree.iter() if node.get("id") == f"{half}-{cloud}")
+            assert sum(node.tag.endswith("use") for node in marks.iter()) == len(points)
+
+
+def test_clouds_in_space_and_from_above(files, capsys):
+    """3-D where the method can, x and y where it is asked for, and a word where it cannot."""
+    c, d = files / "c.csv", files / "d.xyz"
+    code, out, _ = said(capsys, c, d, "--method", "gicp", "--start", "15,0.5,-0.3")
+    assert code == 0
+    turn = float(re.search(r"rotation ([\d.]+) deg about its axis", out)[1])
+    assert turn == pytest.approx(20.0, abs=1.5)
+    code, _, err = said(capsys, c, d, "--method", "ndt")
+    assert (code, err) == (
+        2,
+        "solvers: --method: ndt works in 2 dimensions, the points have 3; --above registers x and y\n",
+    )
+    code, out, _ = said(capsys, c, d, "--method", "ndt", "--above", "--points", "300")
+    assert code == 0
+    assert out.count(", thinned to ") == 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["a.csv", "nothing.csv"], r"nothing\.csv: No such file"),
+        (["a.csv", "bad.csv"], r"bad\.csv: line 2: 'two' is no number"),
+        (["a.csv", "b.xyz", "--method", "gipc"], r"--method: 'gipc' is unknown, did you mean 'gicp'"),
+        (["a.csv", "b.xyz", "--options", "gat=1"], r"gat: no option of method 'icp', did you mean 'gate'"),
+        (["a.csv", "b.xyz", "--options", "gate"], r"--options: 'gate' is not NAME=VALUE"),
+        (["a.csv", "b.xyz", "--options", "gate=wide"], r"gate: expected a number, got 'wide'"),
+        (["a.csv", "b.xyz", "--start", "1,2"], r"--start: '1,2' has 1 shifts; expected 2"),
+        (["a.csv", "b.xyz", "--start", "1,2,x"], r"--start: '1,2,x' is not ANGLE,X,Y"),
+        (["a.csv", "d.xyz"], r"the other points in space; --above"),
+        (["a.csv", "b.xyz", "--method", "kabsch"], r"target: row i must be the partner"),
+        (["a.csv", "b.xyz", "--points", "0"], r"--points: must be at least 1"),
+        (["a.csv", "b.xyz", "--out", "no/such/folder.svg"], r"--out: .*No such file"),
+    ],
+)
+def test_what_is_wrong_is_one_line_and_exit_code_2(files, capsys, monkeypatch, arguments, told):
+    monkeypatch.chdir(files)
+    Path("bad.csv").write_text("1,2\n3,two\n", "utf-8")
+    code, _, err = said(capsys, *arguments)
+    assert code == 2
+    assert re.search(told, err)
+    assert err.startswith("solvers: ")
+    assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize("columns", [40, 57, 80, 200])
+def test_help_names_every_method(capsys, monkeypatch, columns):
+    """At any width: argparse by itself breaks a name at its hyphens."""
+    monkeypatch.setenv("COLUMNS", str(columns))
+    for words, names in ((["--help"], METHODS), (["benchmark", "--help"], [c.method for c in (*CONTESTANTS, *EXTRAS)])):
+        with pytest.raises(SystemExit) as end:
+            main(words)
+        assert end.value.code == 0
+        out = capsys.readouterr().out
+        assert [name for name in names if name not in re.split(r"[\s,.]+", out)] == []
+        assert "benchmark" in out
+
+
+def test_a_file_is_not_read_before_its_size_is_known(files, capsys):
+    """100 GB of nothing, of which the disk has none; and a file that has no end."""
+    with open(files / "large.csv", "wb") as file:
+        file.truncate(100_000_000_000)
+    tracemalloc.start()
+    try:
+        code, _, err = said(capsys, files / "large.csv", files / "b.xyz")
+        assert (code, err.partition("large.csv: ")[2]) == (2, "100000.0 MB are more than the 24 MB that are read\n")
+        code, _, err = said(capsys, "/dev/zero", files / "b.xyz")
+        assert code == 2
+        assert tracemalloc.get_traced_memory()[1] < 3 * clouds.MOST_BYTES
+    finally:
+        tracemalloc.stop()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["--options", "gate=" + "9" * 400], r"--options: gate: 400 digits; expected a number below 1e308"),
+        (["--options", "gate=0x" + "f" * 400], r"--options: gate: 402 digits"),
+        (["--options", "cells=(1," + "9" * 400 + ")", "--method", "ndt"], r"--options: cells: .* below 1e308"),
+        (["--options", "gate=" + "9" * 5000], r"--options: gate: 5000 characters; expected 1000 at most"),
+        (["--options", "gate=" + "(" * 100_000], r"--options: gate: 100000 characters"),
+        (["--options", "gate=" + "-" * 5000 + "1"], r"--options: gate: 5001 characters"),
+        (["--options", "gate=" + "[" * 90 + "]" * 90], r"gate: expected a number"),
+        (["--options", "gate=" + "(" * 500 + ")" * 500], r".*gate: "),
+        (["--options", "gate=" + "-" * 999 + "1"], r".*gate: "),
+        (["--start", "9" * 400 + ",0,0"], r"--start"),
+        (["--reach", "9" * 400], r"--reach"),
+    ],
+)
+def test_options_beyond_all_measure_are_one_line(files, capsys, arguments, told):
+    code, _, err = said(capsys, files / "a.csv", files / "b.xyz", *arguments)
+    assert code == 2
+    assert re.match(f"solvers: {told}", err)
+    assert err.count("\n") == 1
+    assert len(err) < 1200
+
+
+@pytest.mark.parametrize("option", ["--seed", "--max-steps", "--points"])
+def test_counts_of_400_digits_are_refused(files, capsys, option):
+    with pytest.raises(SystemExit) as end:
+        said(capsys, files / "a.csv", files / "b.xyz", option, "9" * 400)
+    assert end.value.code == 2
+    assert f"argument {option}: a number of 400 digits; expected 18 at most" in capsys.readouterr().err
+    code, _, err = said(capsys, "benchmark", "--seeds", "100001")
+    assert (code, err) == (2, "solvers: --seeds: 100001 are more than the 100000 that are run\n")
+
+
+def test_a_reader_that_goes_away_is_no_fault(files):
+    """As `| head` does: no traceback, not while the lines are written nor at the end, and the exit code tells."""
+    env = {**os.environ, "PYTHONPATH": str(ROOT)}
+    for unbuffered in ("", "1"):
+        command = [sys.executable, "-m", "solvers", "a.csv", "b.xyz"]
+        reading, writing = os.pipe()
+        os.close(reading)
+        done = subprocess.run(
+            command,
+            cwd=files,
+            env={**env, "PYTHONUNBUFFERED": unbuffered},
+            stdout=writing,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+        os.close(writing)
+        assert (done.returncode, done.stderr) == (1, "")
+
+
+def test_a_picture_is_well_formed_whatever_a_file_is_called(files, capsys):
+    """Control characters, and bytes that are no UTF-8: XML has a place for neither."""
+    name = os.fsdecode(b"a\x01\x0b<&\xff\x1b[31m.csv")
+    (files / "a.csv").rename(files / name)
+    code, _, _ = said(capsys, files / name, files / "b.xyz", "--out", files / "picture.svg")
+    assert code == 0
+    tree = ElementTree.fromstring((files / "picture.svg").read_text("utf-8"))
+    title = next(node.text for node in tree.iter() if node.tag.endswith("title"))
+    assert title == "a\ufffd\ufffd<&\ufffd\ufffd[31m.csv registered to b.xyz by icp"

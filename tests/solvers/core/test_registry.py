@@ -1,0 +1,90 @@
+"""The list of methods: names without imports, modules when asked."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.random import Generator
+
+from solvers import METHODS, Pose
+from solvers.core.stepper import Problem, advance, begin
+
+
+def test_each_method_stands_under_its_own_name() -> None:
+    assert {name: METHODS[name].name for name in METHODS} == {name: name for name in METHODS}
+    assert len(METHODS) == len(set(METHODS))
+
+
+@pytest.mark.native
+def test_a_method_is_named_wherever_methods_are() -> None:
+    """What is to be done for a new method beside its module and its line in the list, all of it at once."""
+    from widgets.figures.own_clouds.methods import OWN  # the page's Python runs this file too, without the figures
+
+    page = "content/docs/package.md"
+    text = (Path(__file__).resolve().parents[3] / page).read_text("utf-8")
+    listed = re.search(r"^`solvers\.METHODS` names what there is:.*?\n\n", text, re.MULTILINE | re.DOTALL)
+    assert listed, f"{page}: no paragraph begins with: `solvers.METHODS` names what there is:"
+    names = set(re.findall(r"`([a-z0-9-]+)`", listed[0]))
+    alone = {name for name, method in METHODS.items() if not method.paired and 2 in (method.dims or (2,))}
+    words = r"[a-z][a-z0-9]*(-[a-z0-9]+)*"
+    own = "widgets/figures/own_clouds/methods.py"
+    to_do = [
+        *(f"solvers/core/registry.py: {name!r} is to be words of small letters and digits, joined by hyphens:"
+          " it stands in links and on command lines" for name in METHODS if not re.fullmatch(words, name)),
+        *(f"{page}: name `{name}` in the list of methods" for name in METHODS if name not in names),
+        *(f"{page}: {name} is no method any more; take it off the list" for name in names - set(METHODS)),
+        *(f"{own}: give {name!r} an Own(…): its button's label, what a length and a share are to it;"
+          " readers run their own clouds through it" for name in METHODS if name in alone - set(OWN)),
+        *(f"{own}: take {name!r} away; it is no method that works in the plane without pairs"
+          for name in set(OWN) - alone),
+    ]  # fmt: skip
+    assert not to_do, "still to do:\n" + "\n".join(to_do)
+
+
+def test_an_unknown_name_is_a_key_error() -> None:
+    assert "no such" not in METHODS
+    with pytest.raises(KeyError):
+        METHODS["no such"]
+
+
+@pytest.mark.native
+def test_a_method_is_imported_when_it_is_asked_for_and_not_by_its_name() -> None:
+    code = """
+import sys, solvers
+assert "cpd-rigid" in solvers.METHODS and len(list(solvers.METHODS)) == len(solvers.METHODS)
+before = "solvers.methods.soft.cpd" in sys.modules
+solvers.METHODS["cpd-rigid"]
+print(before, "solvers.methods.soft.cpd" in sys.modules)
+"""
+    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert shown.stdout.split() == ["False", "True"]
+
+
+def locked(value: Any) -> int:
+    """Makes all arrays of a state read-only; tells how many."""
+    if isinstance(value, np.ndarray):
+        value.flags.writeable = False
+        return 1
+    if is_dataclass(value):
+        return sum(locked(getattr(value, each.name)) for each in fields(value))
+    return sum(map(locked, value)) if isinstance(value, tuple) else 0
+
+
+@pytest.mark.parametrize("name", list(METHODS))
+def test_a_step_writes_into_nothing_that_it_is_given(name: str, rng: Generator) -> None:
+    """A state is kept by whoever holds it, and the states before the first step are shared with it."""
+    target = rng.standard_normal((2, 40, 2)) @ np.diag([3.0, 1.0])
+    source = Pose.from_angle([0.2, -0.3], (0.1, 0.2)).inverse().apply(target)
+    problem = Problem(source, target, np.ones((2, 40)), Pose.identity(2, (2,)), np.array([40, 53], dtype=np.int64))
+    batch = begin(METHODS[name], problem, max_steps=4)
+    while not batch.done:
+        assert locked(batch.whole) + locked(batch.part) > 10
+        batch = advance(batch)
+    assert batch.steps.max() > 0

@@ -1,0 +1,188 @@
+"""The loop and the row mechanism, on a method made for it: a pose that halves its distance to the target's centroid."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import pytest
+
+from solvers import Pose, Status
+from solvers.core.arrays import FloatArray, ReasonArray, StatusArray
+from solvers.core.status import mark, reasons, statuses
+from solvers.core.stepper import Method, Problem, advance, begin, run
+from solvers.core.tree import CONSTANT, SHARED, put, take
+
+
+@dataclass(frozen=True)
+class HalvingOptions:
+    tolerance: float = 1e-3
+    breaks_beyond: float = np.inf
+
+
+@dataclass(frozen=True, eq=False)
+class HalvingState:
+    problem: Problem = field(metadata=CONSTANT)
+    options: HalvingOptions = field(metadata=SHARED)
+    pose: Pose
+    objective: FloatArray
+    status: StatusArray
+    reason: ReasonArray
+    offsets: tuple[FloatArray, ...]
+    nothing: None = None
+
+
+SEEN: list[int] = []
+
+
+def halving_start(problem, options):
+    gap = (problem.target - problem.start.apply(problem.source)).mean(axis=1)
+    size = np.linalg.norm(gap, axis=-1)
+    status, reason = mark(
+        statuses((problem.size,)), reasons((problem.size,)), size > 1e6, Status.DEGENERATE, "too far to begin"
+    )
+    return HalvingState(problem, options, problem.start, size, status, reason, (gap, size))
+
+
+def halving_step(state):
+    assert np.all(state.status == Status.RUNNING)
+    SEEN.append(len(state.objective))
+    gap = 0.5 * state.offsets[0]
+    size = np.linalg.norm(gap, axis=-1)
+    status, reason = mark(state.status, state.reason, size < state.options.tolerance, Status.CONVERGED)
+    with np.errstate(invalid="ignore"):
+        t = np.where((size > state.options.breaks_beyond)[:, None], np.nan, state.pose.t + gap)
+    return replace(
+        state, pose=Pose(state.pose.R, t), objective=size, status=status, reason=reason, offsets=(gap, size)
+    )
+
+
+HALVING = Method("halving", "halve the gap", "none", halving_start, halving_step, HalvingOptions, max_steps=50)
+
+
+def problems(*distances):
+    b = len(distances)
+    target = np.zeros((b, 3, 2))
+    target[:, :, 0] = np.array(distances)[:, None]
+    return Problem(np.zeros((b, 3, 2)), target, np.ones((b, 3)), Pose.identity(2, (b,)), np.arange(b))
+
+
+def test_finished_problems_leave_the_batch():
+    """Each step works on the running problems only, and each problem stops after its own number of steps."""
+    SEEN.clear()
+    batch, _ = run(begin(HALVING, problems(1.0, 100.0, 0.1, 10.0)))
+    assert batch.done
+    assert batch.steps.tolist() == [10, 17, 7, 14]
+    assert SEEN == [4] * 7 + [3] * 3 + [2] * 4 + [1] * 3
+    assert batch.state().status.tolist() == [Status.CONVERGED] * 4
+
+
+def test_the_loop_gives_each_problem_what_it_gets_alone():
+    distances = (1.0, 100.0, 0.1, 10.0)
+    together, course = run(begin(HALVING, problems(*distances)))
+    for i, distance in enumerate(distances):
+        alone, own = run(begin(HALVING, problems(distance)))
+        assert together.steps[i] == alone.steps[0]
+        assert np.array_equal(together.pose()[i].t, alone.pose()[0].t)
+        k = int(alone.steps[0])
+        assert np.array_equal(course.objective[: k + 1, i], own.objective[:, 0])
+        assert np.all(course.objective[k:, i] == own.objective[-1, 0])
+        assert np.array_equal(course.poses.t[: k + 1, i], own.poses.t[:, 0])
+
+
+def test_the_cap_stops_and_is_called_the_cap():
+    """A problem still running at the last allowed step is 'capped', never 'converged'."""
+    batch, course = run(begin(HALVING, problems(1.0, 100.0), max_steps=12))
+    assert batch.state().status.tolist() == [Status.CONVERGED, Status.CAPPED]
+    assert batch.state().reason[1] == "the cap of 12 steps was reached"
+    assert course.objective.shape == (13, 2)
+    none, course = run(begin(HALVING, problems(1.0), max_steps=0))
+    assert none.state().status.tolist() == [Status.CAPPED]
+    assert none.steps.tolist() == [0]
+    assert course.poses.batch == (1, 1)
+
+
+def test_a_problem_hopeless_from_the_start_takes_no_step():
+    batch, _ = run(begin(HALVING, problems(1e9, 1.0)))
+    assert batch.state().status.tolist() == [Status.DEGENERATE, Status.CONVERGED]
+    assert batch.state().reason.tolist() == ["too far to begin", ""]
+    assert batch.steps.tolist() == [0, 10]
+
+
+def test_a_step_that_is_not_finite_is_undone():
+    """A step that leaves the numbers is taken back and called degenerate; the other problems go on."""
+    batch, course = run(begin(HALVING, problems(1.0, 100.0), HalvingOptions(breaks_beyond=20.0)))
+    state = batch.state()
+    assert state.status.tolist() == [Status.CONVERGED, Status.DEGENERATE]
+    assert "range of numbers" in state.reason[1]
+    assert np.array_equal(state.pose.t[1], [0.0, 0.0])
+    assert np.isfinite(course.objective).all()
+
+
+def test_a_batch_is_never_changed_by_stepping():
+    """Stepping makes a new batch: an old one can be kept, stepped again, and gives the same."""
+    first = begin(HALVING, problems(1.0, 0.002))
+    a, b = advance(first), advance(first)
+    assert first.steps.tolist() == [0, 0]
+    assert first.state().objective.tolist() == [1.0, 0.002]
+    assert np.array_equal(a.state().objective, b.state().objective)
+    later = advance(advance(a))
+    assert a.rows.tolist() == [0, 1]
+    assert later.rows.tolist() == [0]
+    done, _ = run(first)
+    assert advance(done) is done
+
+
+def test_a_callback_sees_every_step_and_may_end_the_run():
+    seen = []
+
+    def watch(k, state):
+        seen.append((k, len(state.objective), float(state.objective[0])))
+        return k == 3
+
+    batch, course = run(begin(HALVING, problems(1.0, 0.001)), watch)
+    assert seen == [(1, 2, 0.5), (2, 2, 0.25), (3, 2, 0.125)]
+    assert batch.state().status.tolist() == [Status.RUNNING, Status.CONVERGED]
+    assert len(course.objective) == 4
+
+
+def test_taking_rows_and_putting_them_back_changes_nothing_else():
+    state = begin(HALVING, problems(1.0, 2.0, 3.0)).whole
+    part = take(state, np.array([2, 0]))
+    assert part.objective.tolist() == [3.0, 1.0]
+    assert part.problem.target[0, 0, 0] == 3.0
+    assert part.offsets[1].tolist() == [3.0, 1.0]
+    assert part.options is state.options
+    changed = put(state, np.array([2, 0]), replace(part, objective=np.array([30.0, 10.0])))
+    assert changed.objective.tolist() == [10.0, 2.0, 30.0]
+    assert changed.problem is state.problem
+    assert state.objective.tolist() == [1.0, 2.0, 3.0]
+    mask = np.array([False, True, False])
+    assert take(state, mask).objective.tolist() == [2.0]
+
+
+@pytest.mark.parametrize(
+    ("change", "named"),
+    [
+        ({"objective": np.zeros(1, dtype=np.float32)}, r"HalvingState\.objective: was float64\[\]"),
+        ({"pose": Pose.identity(3, (1,))}, r"HalvingState\.pose\.R"),
+        ({"offsets": (np.zeros((1, 3)), np.zeros(1))}, r"HalvingState\.offsets\[0\]"),
+        ({"nothing": 3}, r"HalvingState\.nothing: was NoneType"),
+    ],
+)
+def test_a_field_that_changes_its_kind_is_named(change, named):
+    """A method whose state changes the shape or type of a field between steps is told which."""
+    state = begin(HALVING, problems(1.0, 2.0)).whole
+    part = replace(take(state, np.array([1])), **change)
+    with pytest.raises(TypeError, match=named):
+        put(state, np.array([1]), part)
+
+
+def test_only_what_still_runs_is_marked():
+    status, reason = mark(
+        np.array([0, 1, 0], dtype=np.int8), reasons((3,)), np.array([True, True, False]), Status.STALLED, "no way down"
+    )
+    assert status.tolist() == [Status.STALLED, Status.CONVERGED, Status.RUNNING]
+    assert status.dtype == np.int8
+    assert reason.tolist() == ["no way down", "", ""]
+    assert [s.label for s in Status] == ["running", "converged", "stalled", "capped", "degenerate"]

@@ -1,0 +1,51 @@
+"""Thinning keeps a cloud's shape within its cells, is the same every time, and never leaves more than was asked."""
+
+import numpy as np
+import pytest
+
+from solvers.geometry.downsample import slab, spacing, thinned
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_what_is_left_stands_for_all(rng, d):
+    """No more than asked and not far fewer; every point has one of those left within the cell that it stood in."""
+    p = rng.uniform(0.0, [4.0, 3.0, 2.0][:d], (5000, d)) + 5e5
+    for most in (1, 7, 300, 4999):
+        left = thinned(p, most)
+        assert most / 4 < len(left) <= most
+        gaps = np.linalg.norm(p[::50, None] - left[None], axis=2).min(axis=1)
+        volume = np.prod([4.0, 3.0, 2.0][:d])
+        assert gaps.max() <= np.sqrt(d) * 3.5 * (volume / len(left)) ** (1 / d)
+        assert np.array_equal(left, thinned(p, most))
+    assert np.array_equal(thinned(p, 5000), p)
+
+
+def test_centroids_keep_the_mean_of_a_cell(rng):
+    """Down to one point it is the centroid, also of coordinates far from their origin."""
+    p = rng.normal(size=(2000, 2)) + np.array([3e6, -4e6])
+    np.testing.assert_allclose(thinned(p, 1)[0], p.mean(axis=0), rtol=0, atol=1e-8)
+
+
+def test_equal_and_collinear_points():
+    """A thousand points at one place become one; those on a line are thinned along it."""
+    assert thinned(np.full((1000, 2), 7.0), 10).tolist() == [[7.0, 7.0]]
+    line = np.stack([np.linspace(0, 1, 1000), np.zeros(1000)], axis=1)
+    left = thinned(line, 100)
+    assert 50 < len(left) <= 100
+    assert (left[:, 1] == 0.0).all()
+
+
+def test_a_slab_is_closed_and_seen_from_above():
+    p = np.array([[0.0, 1.0, 0.0], [1.0, 2.0, 0.5], [2.0, 3.0, 1.0], [3.0, 4.0, 1.1]])
+    assert slab(p, 0.5, 1.0).tolist() == [[1.0, 2.0], [2.0, 3.0]]
+    assert slab(p, 5.0, 6.0).shape == (0, 2)
+    with pytest.raises(ValueError, match="points: expected 3 coordinates"):
+        slab(p[:, :2], 0.0, 1.0)
+
+
+def test_spacing_is_that_of_distinct_places():
+    """A square lattice has its constant, whether or not its points come twice; one place has none."""
+    x, y = np.meshgrid(np.arange(6) * 0.25, np.arange(5) * 0.25)
+    lattice = np.stack([x.ravel(), y.ravel()], axis=1)
+    assert spacing(np.concatenate([lattice, lattice])) == pytest.approx(0.25)
+    assert spacing([[1.0, 2.0]] * 3) == 0.0

@@ -1,0 +1,162 @@
+"""Nearest neighbours against the definition, point by point, and gate and trim against plain loops."""
+
+import tracemalloc
+
+import numpy as np
+import pytest
+
+from solvers.core.tree import take
+from solvers.geometry import nearest
+
+NEVER = 10**9
+
+
+def by_definition(points, target, k):
+    """The k nearest rows of each point: the distances summed one coordinate after another, sorted with the row."""
+    rows = np.empty((len(points), k), dtype=np.int64)
+    for i, p in enumerate(points.tolist()):
+        d = [sum_in_order(p, q) for q in target.tolist()]
+        rows[i] = sorted(range(len(d)), key=lambda j: (d[j], j))[:k]
+    return rows
+
+
+def sum_in_order(p, q):
+    total = 0.0
+    for a, b in zip(p, q, strict=True):
+        total += (a - b) * (a - b)
+    return total
+
+
+def clouds(kind, rng, m, n, d):
+    points, target = rng.standard_normal((m, d)), rng.standard_normal((n, d))
+    if kind == "lattice":  # ties everywhere
+        return np.round(2.0 * points) / 2.0, np.round(target)
+    if kind == "equal":
+        return points, np.repeat(target[:1], n, axis=0)
+    if kind == "repeated":
+        return points, target[rng.integers(0, min(4, n), n)]
+    if kind == "far":  # spacing near the rounding of the coordinates
+        return 1e-8 * points + 1e6, 1e-8 * target + 1e6
+    if kind == "tiny":  # squares below the smallest number
+        return np.round(2.0 * points) * 5e-163, np.round(target) * 1e-162
+    if kind == "circle":  # every target point is equally far from the centre, but for rounding
+        angle = rng.uniform(-np.pi, np.pi, n)
+        target[:, 0], target[:, 1], target[:, 2:] = np.cos(angle), np.sin(angle), 0.0
+        return np.zeros((m, d)), target
+    return points, target
+
+
+KINDS = ["random", "lattice", "equal", "repeated", "far", "tiny", "circle"]
+
+
+@pytest.mark.parametrize("tree_from", [NEVER, pytest.param(1, marks=pytest.mark.native)])
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_nearest_is_that_of_the_definition(kind, tree_from, rng):
+    """Matrix products and k-d tree alike return exactly the neighbours of the definition, ties to the lowest row."""
+    for m, n, d in ((5, 1, 2), (9, 7, 2), (20, 60, 2), (15, 40, 3), (6, 30, 4)):
+        points, target = clouds(kind, rng, m, n, d)
+        index = nearest.build(target[None], tree_from=tree_from)
+        assert (index.trees is not None) == (tree_from == 1)
+        rows, squares = index.nearest(points[None])
+        expected = by_definition(points, target, n)
+        assert np.array_equal(rows[0], expected[:, 0])
+        assert squares[0].tolist() == [sum_in_order(p, target[j]) for p, j in zip(points, rows[0], strict=True)]
+        for k in {1, min(3, n), min(7, n), n}:
+            found, _ = index.nearest_k(points[None], k)
+            assert np.array_equal(found[0], expected[:, :k])
+
+
+def test_a_batch_is_its_single_problems(rng):
+    """Every problem of a batch gets bit for bit what it gets alone, in whatever blocks it was computed."""
+    points, target = rng.standard_normal((7, 50, 2)), np.round(4.0 * rng.standard_normal((7, 80, 2))) / 4.0
+    index = nearest.build(target)
+    rows, squares = index.nearest(points)
+    for i in range(7):
+        own, own_squares = nearest.build(target[i : i + 1]).nearest(points[i : i + 1])
+        assert np.array_equal(rows[i], own[0])
+        assert np.array_equal(squares[i], own_squares[0])
+    part = take(index, np.array([5, 2]))
+    assert np.array_equal(part.nearest(points[[5, 2]])[0], rows[[5, 2]])
+
+
+@pytest.mark.parametrize("block", [1, 64, 300, 5000])
+def test_the_block_size_changes_nothing(block, monkeypatch, rng):
+    points, target = rng.standard_normal((3, 21, 2)), rng.standard_normal((3, 33, 2))
+    expected = nearest.build(target).nearest(points)[0]
+    monkeypatch.setattr(nearest, "BLOCK", block)
+    index = nearest.build(target)
+    assert np.array_equal(index.nearest(points)[0], expected)
+    assert np.array_equal(index.nearest_k(points, 1)[0][..., 0], expected)
+
+
+def test_memory_stays_within_a_few_blocks(rng):
+    """3000 × 3000 distances are 72 MB; the search holds at most some blocks of 2 MB at a time."""
+    points, target = rng.standard_normal((1, 3000, 2)), rng.standard_normal((1, 3000, 2))
+    index = nearest.build(target, tree_from=NEVER)
+    tracemalloc.start()
+    index.nearest(points)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 4 * 8 * nearest.BLOCK
+
+
+@pytest.mark.native
+def test_a_thousand_points_at_one_place_do_not_slow_the_tree(rng):
+    """Scanners return the origin where they saw nothing; a place counts once, so no query visits all of them."""
+    target = rng.standard_normal((1, 4000, 3))
+    target[0, rng.permutation(4000)[:2000]] = 0.0
+    points = np.concatenate([np.zeros((1, 500, 3)), rng.standard_normal((1, 500, 3))], axis=1)
+    index = nearest.build(target)
+    assert len(index.trees[0].start) - 1 == 2001
+    lowest = int(np.flatnonzero(~target[0].any(axis=1))[0])
+    assert np.all(index.nearest(points)[0][0, :500] == lowest)
+    other = nearest.build(target, tree_from=NEVER)
+    assert np.array_equal(index.nearest(points)[0], other.nearest(points)[0])
+    assert np.array_equal(index.nearest_k(points[:, 480:520], 5)[0], other.nearest_k(points[:, 480:520], 5)[0])
+
+
+@pytest.mark.native
+def test_large_clouds_use_the_tree_and_one_tree_serves_equal_clouds(rng):
+    target = rng.standard_normal((nearest.TREE_FROM, 2))
+    trees = nearest.build(np.stack([target, target, target + 1.0])).trees
+    assert trees[0] is trees[1]
+    assert trees[1] is not trees[2]
+    assert nearest.build(target[None, 1:]).trees is None
+
+
+def test_distances_beyond_the_numbers_are_infinite():
+    """Where a distance overflows nothing breaks: it is infinite, and its row 0."""
+    index = nearest.build(np.array([[[0.0, 0.0], [1.0, 0.0]]]))
+    with np.errstate(all="raise"):
+        rows, squares = index.nearest(np.array([[[1e200, 0.0], [0.9, 0.0]]]))
+    assert rows.tolist() == [[0, 1]]
+    assert squares[0, 0] == np.inf
+    assert squares[0, 1] == pytest.approx(0.01)
+
+
+@pytest.mark.parametrize("k", [0, 4, -1])
+def test_more_neighbours_than_points_are_refused(k, rng):
+    with pytest.raises(ValueError, match=r"^k: expected 1 to 3"):
+        nearest.build(rng.standard_normal((1, 3, 2))).nearest_k(np.zeros((1, 1, 2)), k)
+
+
+def test_gate_trim_and_count(rng):
+    """The gate keeps what is within it, trimming drops the farthest fraction of that, a count keeps just as many."""
+    squares = np.array([[4.0, 1.0, 0.25, 1.0, 9.0, np.inf], [1.0, 1.0, 1.0, 1.0, 1.0, 1.0]])
+    gated = nearest.within(squares, 2.0)
+    assert gated.tolist() == [[True, True, True, True, False, False], [True] * 6]
+    assert nearest.within(squares, np.inf).sum(axis=1).tolist() == [5, 6]
+    assert nearest.within(squares, np.array([0.5, 0.5])).sum(axis=1).tolist() == [1, 0]
+    # Of equal distances the first stay.
+    assert nearest.smallest(squares, 2)[0].tolist() == [False, True, True, False, False, False]
+    assert nearest.smallest(squares, 2)[1].tolist() == [True, True, False, False, False, False]
+    assert nearest.smallest(squares, np.array([3, 5]), gated).sum(axis=1).tolist() == [3, 5]
+    assert np.array_equal(nearest.smallest(squares, 100, gated), gated)
+    assert nearest.trimmed(squares, 0.25, gated).tolist() == [
+        [False, True, True, True, False, False],
+        [True] * 5 + [False],
+    ]
+    assert np.array_equal(nearest.trimmed(squares, 0.0, gated), gated)
+    ten = rng.random((1, 10))
+    for trim, left in ((0.1, 9), (0.3, 7), (0.7, 3), (0.99, 1)):
+        assert nearest.trimmed(ten, trim, np.ones((1, 10), dtype=bool)).sum() == left

@@ -1,0 +1,157 @@
+"""What is written is read back to the last bit, in every format; what is damaged says in which line, and never more."""
+
+from __future__ import annotations
+
+import re
+import struct
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from solvers.io.clouds import MOST_POINTS, read
+
+numbers = st.floats(-1e12, 1e12, allow_nan=False).map(lambda v: v + 0.0)
+clouds = st.integers(2, 3).flatmap(lambda d: st.lists(st.tuples(*[numbers] * d), min_size=1, max_size=12)).map(np.array)
+
+
+def csv(p, separator=",", header=True, end="\n"):
+    names = [separator.join("xyz"[: p.shape[1]])] if header else []
+    return end.join([*names, *(separator.join(repr(float(v)) for v in row) for row in p)]).encode()
+
+
+def ply(p, kind="ascii"):
+    axes = "".join(f"property double {axis}\n" for axis in "xyz"[: p.shape[1]])
+    head = f"ply\nformat {kind} 1.0\ncomment made here\nelement vertex {len(p)}\n{axes}property uchar red\n"
+    head += "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+    if kind == "ascii":
+        rows = "".join(" ".join(repr(float(v)) for v in row) + " 255\n" for row in p)
+        return (head + rows + "3 0 0 0\n").encode()
+    order = "<" if "little" in kind else ">"
+    return head.encode() + b"".join(struct.pack(f"{order}{p.shape[1]}dB", *row, 9) for row in p) + b"\x03" + bytes(12)
+
+
+def pcd(p, kind="ascii"):
+    d = p.shape[1]
+    head = f"# .PCD v0.7\nVERSION 0.7\nFIELDS {' '.join('xyz'[:d])} normal\nSIZE {'8 ' * d}4\nTYPE {'F ' * d}F\n"
+    head += f"COUNT {'1 ' * d}3\nWIDTH {len(p)}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {len(p)}\nDATA {kind}\n"
+    if kind == "ascii":
+        return (head + "".join(" ".join(repr(float(v)) for v in row) + " 0 0 1\n" for row in p)).encode()
+    return head.encode() + b"".join(struct.pack(f"<{d}d3f", *row, 0, 0, 1) for row in p)
+
+
+WRITERS = {
+    "csv": csv,
+    "csv without names": lambda p: csv(p, header=False),
+    "csv from Windows": lambda p: b"\xef\xbb\xbf" + csv(p, ";", end="\r\n"),
+    "csv from a spreadsheet": lambda p: csv(p, "\t").decode().encode("utf-16"),
+    "xyz": lambda p: b"# a scan\n\n" + csv(p, "  ", header=False) + b" # the last\n",
+    "xyz of CloudCompare": lambda p: b"//X Y Z\r" + csv(p, " ", header=False, end="\r"),
+    "ply": ply,
+    "ply little": lambda p: ply(p, "binary_little_endian"),
+    "ply big": lambda p: ply(p, "binary_big_endian"),
+    "pcd": pcd,
+    "pcd binary": lambda p: pcd(p, "binary"),
+}
+
+
+@pytest.mark.parametrize("name", WRITERS)
+@given(points=clouds)
+@settings(max_examples=12, deadline=None)
+def test_what_is_written_is_read_back(name, points):
+    """Every format, 2-D and 3-D, keeps every bit."""
+    found = read(WRITERS[name](points))
+    assert np.array_equal(found.points, points)
+    assert found.points.dtype == np.float64
+
+
+@pytest.mark.parametrize("name", WRITERS)
+@given(data=st.data())
+@settings(max_examples=15, deadline=None)
+def test_damage_is_a_value_error_or_a_cloud(name, data):
+    """Bytes cut, replaced and put in anywhere: finite points, or a ValueError, and nothing else."""
+    whole = bytearray(WRITERS[name](np.arange(12.0).reshape(4, 3)))
+    for _ in range(data.draw(st.integers(1, 4))):
+        at = data.draw(st.integers(0, len(whole)))
+        end = data.draw(st.integers(at, min(len(whole), at + 8)))
+        whole[at:end] = data.draw(st.binary(max_size=8))
+    survives(bytes(whole))
+
+
+@given(st.one_of(st.binary(max_size=200), st.text('0123456789.,;-+eEnaif \t\n\r#/"_xyz', max_size=200).map(str.encode)))
+@settings(max_examples=150, deadline=None)
+def test_any_bytes_are_a_cloud_or_a_value_error(data):
+    survives(data)
+
+
+def survives(data):
+    try:
+        found = read(data)
+    except ValueError:
+        return
+    assert found.points.ndim == 2
+    assert found.points.shape[1] in (2, 3)
+    assert np.isfinite(found.points).all()
+
+
+@pytest.mark.parametrize(
+    ("data", "line", "told"),
+    [
+        (b"", 1, "no line with numbers"),
+        (b"x,y\n", 2, "no line follows"),
+        (b"x,y\n1,2\n\n3,four\n", 4, "'four' is no number"),
+        (b"# a\n1 2 3\n4 5\n", 3, "2 fields found; expected 3, separated by spaces"),
+        (b"1,5;2,5\n", 1, "decimal point"),
+        (b"1;2\n1,5;2\n", 2, "decimal point"),
+        (b"1 b\n", 1, "'b' is no number"),
+        (b"12\n1 2\n", 1, "one column"),
+        (b"1_0 2\n", 1, "'1_0' is no number"),
+        (b"1 2\n3\x004\n", 2, "zero byte"),
+        (ply(np.eye(3)).replace(b"0.0 1.0 0.0 255", b"0.0 1.0 O.0 255"), 13, "'O.0' is no number"),
+        (ply(np.eye(3)).replace(b"property double x", b"property float128 x"), 5, "float128"),
+        (ply(np.eye(3)).replace(b"double x", b"double a"), 11, "expected x and y"),
+        (ply(np.eye(3)).replace(b"end_header", b"the end"), 15, "within its header"),
+        (ply(np.eye(3)).replace(b"vertex 3", b"vertex 30"), 15, "after 4 vertices; expected 30"),
+        (pcd(np.eye(3)).replace(b"FIELDS x", b"FIELDS a"), 3, "expected x and y"),
+        (pcd(np.eye(3)).replace(b"0.0 1.0 0.0 0", b"0.0 1.0 0,0 0"), 13, "decimal point"),
+        (pcd(np.eye(3)).replace(b"DATA ascii", b"DATA binary_compressed"), 11, "expected ascii or binary"),
+        (pcd(np.eye(3)).replace(b"VIEWPOINT", b"VIEW"), 9, "'VIEW' is not understood"),
+        (pcd(np.eye(3), "binary").replace(b"1 3\n", b"1 " + b"0" * 8 + b"1" * 90 + b"\n"), 6, "from 1 to 10000"),
+    ],
+)
+def test_what_is_wrong_is_told_with_its_line(data, line, told):
+    """The line as an editor counts it, and what was found there."""
+    with pytest.raises(ValueError, match=f"^line {line}: .*{re.escape(told)}"):
+        read(data)
+
+
+def test_columns_are_taken_by_name():
+    """Wherever x, y and z stand, and without z it is a cloud of the plane."""
+    found = read(b'"time";"Z";"X";"Y"\n0;3;1;2\n1;6;4;5\n')
+    assert found.points.tolist() == [[1, 2, 3], [4, 5, 6]]
+    assert found.notices == ("columns other than xyz were left out",)
+    assert read(b"id,x,y\n7,1,2\n").points.tolist() == [[1, 2]]
+    assert "first 3 were taken" in read(b"east,north,height\n1,2,3\n").notices[0]
+
+
+def test_points_that_are_not_there_are_left_out_with_a_notice():
+    """PCD marks missing returns with NaN; a cloud of nothing else is none."""
+    p = np.array([[1.0, 2.0, 3.0], [np.nan] * 3, [4.0, np.inf, 6.0]])
+    found = read(pcd(p))
+    assert found.points.tolist() == [[1, 2, 3]]
+    assert found.notices == ("2 rows with NaN or infinity left out",)
+    with pytest.raises(ValueError, match="no point is left"):
+        read(pcd(p[1:]))
+    with pytest.raises(ValueError, match="none beyond 1e\\+150"):
+        read(b"1e200 1\n2 3\n")
+
+
+def test_what_is_too_large_is_refused_before_it_is_read():
+    """A header's promise is not believed: nothing is allotted for it."""
+    for data in (ply(np.eye(3)), pcd(np.eye(3))):
+        huge = re.sub(rb"(vertex|WIDTH|POINTS) 3", rb"\1 %d" % (MOST_POINTS + 1), data)
+        with pytest.raises(ValueError, match="more than the 1000000"):
+            read(huge)
+    with pytest.raises(ValueError, match="MB are more"):
+        read(bytes(30_000_000))

@@ -1,0 +1,154 @@
+"""The annealed soft targets: weights by their definition, the schedule, descent at one width, and what they are not."""
+
+import numpy as np
+import pytest
+
+from solvers import METHODS, Pose, Status, metrics, register
+from solvers.core.stepper import Problem, begin
+from solvers.methods.soft.annealed import SoftOptions, weights
+from solvers.numerics import gaussians
+from solvers.scenes.rooms import room, room_start
+
+pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
+
+RACE = {"first": 1.1, "last": 0.12, "shrink": 0.9, "miss": 0.12, "least_support": 0.15}
+
+
+def problem(source, target):
+    weights = np.ones((1, len(source)))
+    return Problem(source[None], target[None], weights, Pose.identity(2, (1,)), np.zeros(1, dtype=np.int64))
+
+
+def score(pose, source, target, sigma, miss):
+    """−σ² Σ_i log(1 + Σ_j K_ij / o), (b,)."""
+    near = gaussians.sums(pose.apply(source), target, np.full(len(source), sigma), np.ones((*target.shape[:2], 1)))
+    return -(sigma**2) * np.log1p(near[..., 0] / miss).sum(axis=1)
+
+
+def test_targets_and_support_are_what_the_definition_says():
+    """Gaussian weights over the targets, normalised with the constant 0.12 beside them; rows below 0.15 dropped."""
+    s = room("outliers")
+    state = begin(METHODS["soft-annealed"], problem(s.source, s.target), SoftOptions(**{**RACE, "first": 0.2})).state()
+    K = np.exp(-np.square(s.source[:, None] - s.target).sum(axis=2) / (2.0 * 0.2**2))
+    w = K / (K.sum(axis=1, keepdims=True) + 0.12)
+    np.testing.assert_allclose(weights(state), w, rtol=1e-10, atol=1e-14)
+    np.testing.assert_allclose(state.support[0], w.sum(axis=1), rtol=1e-10, atol=1e-14)
+    np.testing.assert_array_equal(state.used[0], w.sum(axis=1) >= 0.15)
+    assert 0 < np.count_nonzero(~state.used) < 30
+    some = state.used[0]
+    np.testing.assert_allclose(state.soft[0][some], (w @ s.target / w.sum(axis=1)[:, None])[some], rtol=1e-10)
+    left = np.square(s.source - state.soft[0]).sum(axis=1)
+    np.testing.assert_allclose(state.objective[0], (w.sum(axis=1) * left)[some].sum(), rtol=1e-10)
+
+
+def test_the_width_follows_its_schedule():
+    """σ is 1.1 × 0.9ᵏ down to 0.12, whatever the fit."""
+    s = room("clean")
+    seen = []
+    register(
+        s.source, s.target, "soft-annealed", start=room_start(), **RACE,
+        callback=lambda k, state: seen.append(state.sigma[0]),
+    )  # fmt: skip
+    assert len(seen) > 22
+    np.testing.assert_allclose(seen, np.maximum(1.1 * 0.9 ** np.arange(1, len(seen) + 1), 0.12), rtol=1e-12)
+
+
+def test_at_one_width_a_step_never_raises_its_score(rng, random_pose):
+    """With σ held and no row dropped, each step lowers −σ² Σ log(1 + Σ K/o): 40 random scenes from far starts."""
+    source = rng.standard_normal((40, 12, 2))
+    target = random_pose(rng, 2, (40,)).apply(source[:, :10]) + 0.2 * rng.standard_normal((40, 10, 2))
+    options = {"first": 0.5, "last": 0.5, "least_support": 0.0, "max_steps": 40}
+    start = random_pose(rng, 2, (40,))
+    result = register(source, target, "soft-annealed", start=start, **options)
+    poses = result.history.poses
+    seen = np.stack([score(poses[k], source, target, 0.5, 0.12) for k in range(len(poses.t))])
+    assert np.all(np.diff(seen, axis=0) <= 1e-9)
+    assert np.median(seen[-1] - seen[0]) < -0.1
+
+
+def test_it_is_not_cpd():
+    """The normalisation is over the fixed points for each moving one, CPD's over the moving for each fixed one."""
+    s = room("clean")
+    w = weights(begin(METHODS["soft-annealed"], problem(s.source, s.target), SoftOptions()).state())
+    assert np.all(w.sum(axis=1) <= 1.0)
+    assert w.sum(axis=0).max() > 1.0
+    # Twice the fixed points at the same places halve the part of 'no partner', which CPD's clutter does not do.
+    twice = np.concatenate([s.target, s.target])
+    doubled = weights(begin(METHODS["soft-annealed"], problem(s.source, twice), SoftOptions(first=0.2)).state())
+    single = weights(begin(METHODS["soft-annealed"], problem(s.source, s.target), SoftOptions(first=0.2)).state())
+    missing, before = 1.0 - doubled.sum(axis=1), 1.0 - single.sum(axis=1)
+    np.testing.assert_allclose(missing / (1.0 - missing), 0.5 * before / (1.0 - before), rtol=1e-9)
+
+
+@pytest.mark.parametrize("degrees", [-160.0, 90.0])
+def test_large_motions_are_found_from_near_them(degrees):
+    s = room("clean")
+    truth = Pose.from_angle(np.radians(degrees), (4.0, -3.0))
+    start = Pose.from_angle(np.radians(degrees + 15.0), (3.8, -2.9))
+    found = register(s.source, truth.apply(s.target), "soft-annealed", start=start)
+    assert found.status == Status.CONVERGED
+    assert metrics.rre(found.pose, truth) < np.radians(0.5)
+    assert metrics.point_error(found.pose, truth, s.source) < 0.05
+
+
+def test_in_space(rng, random_pose):
+    source = rng.standard_normal((80, 3)) * [3.0, 2.0, 1.0]
+    truth = random_pose(rng, 3)
+    start = Pose(truth.R, truth.t + 0.3)
+    found = register(source, truth.apply(source), "soft-annealed", start=start)
+    assert metrics.point_error(found.pose, truth, source) < 0.01
+
+
+def test_a_batch_is_its_single_runs():
+    scenes = [room("combo", seed=40 + 13 * k) for k in range(5)]
+    source, target = np.stack([s.source for s in scenes]), np.stack([s.target for s in scenes])
+    together = register(source, target, "soft-annealed", start=room_start(30.0), max_steps=40, **RACE)
+    for k in range(5):
+        alone = register(source[k], target[k], "soft-annealed", start=room_start(30.0), max_steps=40, **RACE)
+        assert alone.steps == together.steps[k]
+        np.testing.assert_allclose(together.matrix[k], alone.matrix, rtol=1e-12, atol=1e-12)
+
+
+def test_no_overlap_and_equal_points_are_said():
+    s = room("clean")
+    lost = register(s.source, s.target + 100.0, "soft-annealed", **RACE)
+    assert lost.status == Status.DEGENERATE
+    assert "support" in lost.reason
+    np.testing.assert_array_equal(lost.matrix, np.eye(3))
+    for source, target in (([[1.0, 2.0]], s.target), (np.full((4, 2), 0.1), s.target), (s.source, [[0.0, 0.0]])):
+        equal = register(source, target, "soft-annealed", max_steps=200)
+        assert equal.status == Status.DEGENERATE
+        assert "equal" in equal.reason or "support" in equal.reason
+
+
+def test_two_points():
+    two = np.array([[0.0, 0.0], [2.0, 0.0]])
+    found = register(two, Pose.from_angle(0.3, (0.1, 0.2)).apply(two), "soft-annealed", max_steps=300)
+    assert found.status == Status.CONVERGED
+    np.testing.assert_allclose(found.transform(two), Pose.from_angle(0.3, (0.1, 0.2)).apply(two), atol=1e-3)
+
+
+def test_a_circle_and_a_wall_stop_truthfully():
+    """What the scene leaves free is not found: the run comes to rest, and the error against the truth stays."""
+    f = 2.0 * np.pi * np.arange(60) / 60.0
+    circle = np.column_stack([np.cos(f), np.sin(f)])
+    turned = register(circle, Pose.from_angle(2.0).apply(circle), "soft-annealed", max_steps=200)
+    assert metrics.rre(turned.pose, Pose.from_angle(2.0)) > np.radians(30.0)
+    wall = np.column_stack([np.linspace(-3.0, 3.0, 60), np.zeros(60)])
+    slid = register(wall[20:40], wall, "soft-annealed", start=Pose.from_angle(0.1, (1.0, 0.2)), max_steps=200)
+    assert abs(slid.pose.t[0]) > 0.5
+    assert abs(slid.pose.t[1]) < 0.01
+
+
+def test_all_outliers(rng):
+    source, target = rng.uniform(-5.0, 5.0, (2, 60, 2))
+    found = register(source, target, "soft-annealed", **RACE)
+    assert found.status in (Status.CONVERGED, Status.CAPPED)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("first", 0.0), ("last", -1.0), ("shrink", 1.5), ("miss", 0.0), ("least_support", 2.0)]
+)
+def test_options_are_refused_by_name(name, value):
+    with pytest.raises(ValueError, match=f"^{name}: "):
+        register(np.eye(2), np.eye(2), "soft-annealed", **{name: value})

@@ -1,0 +1,325 @@
+"""Coherent point drift against its definition: likelihood, variance, both clutter conventions, large motions."""
+
+import numpy as np
+import pytest
+
+from solvers import METHODS, Pose, Status, metrics, register
+from solvers.core.stepper import Problem, advance, begin
+from solvers.methods.soft.cpd import FLOOR, STAGES, CpdOptions, responsibilities, stages
+from solvers.scenes.rooms import room
+
+pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
+
+BOTH = ["cpd-rigid", "cpd-similarity"]
+
+
+def fish(count, phase=0.0):
+    """A closed curve without symmetry."""
+    f = 2.0 * np.pi * (np.arange(count) + phase) / count
+    return np.column_stack([2.0 * np.cos(f) + 0.5 * np.cos(3.0 * f), 1.2 * np.sin(f) + 0.3 * np.sin(2.0 * f)])
+
+
+def problem(source, target, start=None):
+    source, target = np.atleast_3d(source.T).T, np.atleast_3d(target.T).T
+    b, m, d = source.shape
+    pose = start or Pose.identity(d, (b,))
+    return Problem(source, target, np.ones((b, m)), pose, np.zeros(b, dtype=np.int64))
+
+
+def scene(rng, random_pose, d, m=30, n=40):
+    source = rng.standard_normal((1, m, d)) * np.arange(1.0, d + 1.0)
+    target = np.concatenate([source[:, : n - 15] + 0.1 * rng.standard_normal((1, min(m, n - 15), d))], axis=1)
+    target = np.concatenate([target, 2.0 * rng.standard_normal((1, n - target.shape[1], d))], axis=1)
+    return problem(source, random_pose(rng, d, (1,)).apply(target))
+
+
+def naive(x, z, sigma, w, volume):
+    """The definition, one problem: responsibilities (m, n) and −log p of the fixed points."""
+    d, m = x.shape[1], len(z)
+    squares = np.square(x[None] - z[:, None]).sum(axis=2)
+    K = np.exp(-squares / (2.0 * sigma**2))
+    c = (2.0 * np.pi * sigma**2) ** (d / 2) * w * m / ((1.0 - w) * volume)
+    density = w / volume + (1.0 - w) / m * (K / (2.0 * np.pi * sigma**2) ** (d / 2)).sum(axis=0)
+    return K / (K.sum(axis=0) + c), -np.log(density).sum(), squares
+
+
+@pytest.mark.parametrize("method", BOTH)
+@pytest.mark.parametrize("d", [2, 3])
+@pytest.mark.parametrize("volume", [None, 7.0])
+def test_every_state_is_what_the_definition_says(rng, random_pose, method, d, volume):
+    """Responsibilities, their sums and the likelihood along a run, against sums over the whole matrix."""
+    p = scene(rng, random_pose, d)
+    batch = begin(METHODS[method], p, CpdOptions(clutter=0.2, volume=volume))
+    for _ in range(8):
+        state, pose = batch.state(), batch.pose()
+        P, objective, _ = naive(
+            p.target[0], pose.apply(p.source)[0], state.sigma[0], 0.2, volume or p.target.shape[1]
+        )
+        np.testing.assert_allclose(responsibilities(state), P, rtol=1e-9, atol=1e-13)
+        np.testing.assert_allclose(state.column[0], P.sum(axis=1), rtol=1e-9, atol=1e-13)
+        np.testing.assert_allclose(state.row[0], P.sum(axis=0), rtol=1e-9, atol=1e-13)
+        np.testing.assert_allclose(state.mass[0], P.sum(), rtol=1e-9)
+        np.testing.assert_allclose(state.objective[0], objective, rtol=1e-9)
+        after = advance(batch)
+        # The variance of the step: the weighted residuals at the new pose, whatever the scale.
+        moved = after.pose().apply(p.source)[0]
+        residual = (P * np.square(p.target[0][None] - moved[:, None]).sum(axis=2)).sum()
+        np.testing.assert_allclose(after.state().sigma[0] ** 2, residual / (P.sum() * d), rtol=1e-9)
+        batch = after
+
+
+def test_the_first_sigma_is_that_of_all_pairs(rng, random_pose):
+    p = scene(rng, random_pose, 3)
+    state = begin(METHODS["cpd-rigid"], p).state()
+    _, _, squares = naive(p.target[0], p.source[0], 1.0, 0.1, 1.0)
+    np.testing.assert_allclose(state.sigma[0] ** 2, squares.mean() / 3.0, rtol=1e-12)
+
+
+@pytest.mark.parametrize("method", BOTH)
+def test_a_step_is_the_papers(rng, random_pose, method):
+    """One M-step against figure 2 of the paper, written with its letters and traces, in 2-D and 3-D, from a
+    large motion: rotation neither transposed nor composed the wrong way round."""
+    for d in (2, 3):
+        p = scene(rng, random_pose, d)
+        batch = begin(METHODS[method], p)
+        X, Y, sigma = p.target[0], p.source[0], batch.state().sigma[0]
+        P, _, _ = naive(X, Y, sigma, 0.1, len(X))
+        NP, one_n, one_m = P.sum(), np.ones(len(X)), np.ones(len(Y))
+        mx, my = X.T @ P.T @ one_m / NP, Y.T @ P @ one_n / NP
+        Xh, Yh = X - mx, Y - my
+        A = Xh.T @ P.T @ Yh
+        U, _, Vt = np.linalg.svd(A)
+        C = np.diag([1.0] * (d - 1) + [np.linalg.det(U @ Vt)])
+        R = U @ C @ Vt
+        yy, xx = np.trace(Yh.T @ np.diag(P @ one_n) @ Yh), np.trace(Xh.T @ np.diag(P.T @ one_m) @ Xh)
+        s = np.trace(A.T @ R) / yy if method == "cpd-similarity" else 1.0
+        variance = (xx - 2.0 * s * np.trace(A.T @ R) + s * s * yy) / (NP * d)
+        state = advance(batch).state()
+        np.testing.assert_allclose(state.pose.R[0], R, atol=1e-11)
+        np.testing.assert_allclose(state.pose.scale[0], s, rtol=1e-11)
+        np.testing.assert_allclose(state.pose.t[0], mx - s * R @ my, atol=1e-10)
+        np.testing.assert_allclose(state.sigma[0] ** 2, variance, rtol=1e-10)
+        if method == "cpd-similarity":
+            np.testing.assert_allclose(variance, (xx - s * np.trace(A.T @ R)) / (NP * d), rtol=1e-10)
+        else:
+            # The mistake of well-known packages: for a fixed scale the trace counts twice.
+            assert abs((xx - np.trace(A.T @ R)) / (NP * d) / variance - 1.0) > 0.1
+
+
+@pytest.mark.parametrize("method", BOTH)
+@pytest.mark.parametrize("d", [2, 3])
+@pytest.mark.parametrize("options", [{"clutter": 0.0}, {"clutter": 0.3}, {"clutter": 0.3, "volume": 36.0}])
+def test_the_likelihood_never_falls(rng, random_pose, method, d, options):
+    """Each step is an exact EM step, so the negative log-likelihood never rises: 40 random scenes, far starts, both
+    conventions of the clutter, and none."""
+    source = rng.standard_normal((40, 15, d)) * np.arange(1.0, d + 1.0)
+    target = random_pose(rng, d, (40,)).apply(source[:, :12]) + 0.2 * rng.standard_normal((40, 12, d))
+    target[:, :3] = 4.0 * rng.standard_normal((40, 3, d))
+    result = register(source, target, method, start=random_pose(rng, d, (40,)), max_steps=60, **options)
+    E = result.history.objective
+    assert np.all(np.diff(E, axis=0) <= 1e-9 * (1.0 + np.abs(E[1:])))
+    assert np.all(E[-1] < E[0] - 1.0)
+
+
+def test_sigma_need_not_fall():
+    """σ is estimated, not scheduled: from a start that is believed too much it grows first."""
+    result = register(fish(60), fish(60) + 1.0, "cpd-rigid", sigma=0.1, max_steps=3)
+    seen = []
+    register(fish(60), fish(60) + 1.0, "cpd-rigid", sigma=0.1, callback=lambda k, state: seen.append(state.sigma[0]))
+    assert seen[0] > 0.15
+    assert seen[-1] < 0.1
+    assert np.all(np.diff(result.history.objective) <= 0.0)
+
+
+def test_both_clutter_conventions_agree_at_v_equal_n():
+    """A clutter density 1/V with V = N is the paper's, bit for bit; another V is another answer."""
+    source, target = room("outliers").source, room("outliers").target
+    paper = register(source, target, "cpd-rigid", clutter=0.2)
+    same = register(source, target, "cpd-rigid", clutter=0.2, volume=float(len(target)))
+    other = register(source, target, "cpd-rigid", clutter=0.2, volume=36.0)
+    assert np.array_equal(paper.matrix, same.matrix)
+    assert np.array_equal(paper.history.objective, same.history.objective)
+    assert np.abs(other.matrix - paper.matrix).max() > 1e-6
+
+
+@pytest.mark.parametrize("method", BOTH)
+def test_clean_data_keep_a_positive_variance(method):
+    """On equal clouds the variance falls to its floor, where it stays."""
+    points = fish(80) + 50.0
+    result = register(points, points, method, clutter=0.0, max_steps=200)
+    radius = np.sqrt(np.square(points - points.mean(axis=0)).sum(axis=1).mean())
+    assert result.detail("sigma") == pytest.approx(FLOOR * radius, rel=1e-9)
+    assert result.status == Status.CONVERGED
+    assert "floor" in result.reason
+    np.testing.assert_allclose(result.matrix, np.eye(3), atol=1e-9)
+
+
+def test_the_trace_form_of_the_variance_falls_below_zero(rng):
+    """Why the variance is summed from residuals: on exact data the difference of traces is rounding, of either sign."""
+    values = []
+    for _ in range(50):
+        Y = rng.standard_normal((30, 2))
+        X = Pose.from_angle(1.0, (0.5, -2.0)).apply(Y)
+        Xh, Yh = X - X.mean(axis=0), Y - Y.mean(axis=0)
+        U, _, Vt = np.linalg.svd(Xh.T @ Yh)
+        values.append(np.square(Xh).sum() - 2.0 * np.trace((Xh.T @ Yh).T @ (U @ Vt)) + np.square(Yh).sum())
+    assert min(values) < 0.0
+    found = register(Y, X, "cpd-rigid", start=Pose.from_angle(0.95, (0.5, -2.0)), sigma=0.1, clutter=0.0)
+    assert found.detail("sigma") > 0.0
+    np.testing.assert_allclose(found.transform(Y), X, atol=1e-6)
+
+
+@pytest.mark.parametrize("degrees", [-170.0, -100.0, 60.0, 150.0])
+def test_large_motions_are_found_from_near_them(degrees):
+    """Rotation, translation and scale of a large motion, from a start 20° off: exact where the clouds match exactly."""
+    truth = Pose.from_angle(np.radians(degrees), (3.0, -2.0), 0.85)
+    start = Pose.from_angle(np.radians(degrees + 20.0), (2.6, -1.8))
+    target = truth.apply(fish(100))
+    found = register(fish(100), target, "cpd-similarity", start=start)
+    np.testing.assert_allclose(found.matrix, truth.matrix, atol=1e-6)
+    rigid = Pose(truth.R, truth.t)
+    found = register(fish(100), rigid.apply(fish(100)), "cpd-rigid", start=start)
+    np.testing.assert_allclose(found.matrix, rigid.matrix, atol=1e-6)
+    np.testing.assert_allclose(found.inverse().apply(rigid.apply(fish(100))), fish(100), atol=1e-5)
+
+
+def test_in_space(rng, random_pose):
+    """A large motion in 3-D with a scale, from a start near it."""
+    source = rng.standard_normal((60, 3)) * [3.0, 2.0, 1.0]
+    truth = random_pose(rng, 3, scaled=True)
+    near = Pose.from_angle(0.3)
+    turn = np.eye(3)
+    turn[:2, :2] = near.R
+    start = Pose(truth.R @ turn, truth.t, truth.scale)
+    found = register(source, truth.apply(source), "cpd-similarity", start=start, sigma=0.5 * float(truth.scale))
+    np.testing.assert_allclose(found.matrix, truth.matrix, atol=1e-6)
+
+
+def test_the_scale_switch():
+    """A moving cloud 15 % smaller: similarity CPD finds 1/0.85, rigid CPD stays at 1."""
+    target = fish(150)
+    source = 0.85 * Pose.from_angle(np.radians(-20.0), (0.3, 0.2)).apply(fish(150, 0.5))
+    similarity = register(source, target, "cpd-similarity", clutter=0.12)
+    assert similarity.pose.scale == pytest.approx(1.0 / 0.85, rel=0.01)
+    assert register(source, target, "cpd-rigid", clutter=0.12).pose.scale == 1.0
+
+
+def test_similarity_can_collapse():
+    """From a bad start, with a small σ, the similarity shrinks its cloud onto a part of the other; the rigid method
+    cannot, and near the truth neither does. The likelihood at the collapse is far below that near the truth."""
+    scene = room("striped")
+    options = {"sigma": 0.3, "clutter": 0.12, "volume": 36.0, "max_steps": 200}
+    found = register(
+        scene.source, scene.target, "cpd-similarity", start=Pose.from_angle(0.0, (-6.0, -4.0)), **options
+    )
+    near = register(scene.source, scene.target, "cpd-similarity", **options)
+    assert found.pose.scale < 0.5
+    assert near.pose.scale == pytest.approx(1.0, abs=0.01)
+    assert found.objective > near.objective + 50.0
+
+
+@pytest.mark.parametrize("method", BOTH)
+def test_a_batch_is_its_single_runs(method):
+    """25 problems at once, those done leaving early, against one by one: to 1e-12 relative."""
+    scenes = [room("outliers", seed=40 + 13 * k) for k in range(5)]
+    source, target = np.stack([s.source for s in scenes]), np.stack([s.target for s in scenes])
+    start = Pose.from_angle(np.radians([10.0, 45.0, 170.0, -30.0, 0.0]), 0.5 * np.ones((5, 2)))
+    together = register(source, target, method, start=start, max_steps=30)
+    for k in range(5):
+        alone = register(source[k], target[k], method, start=start[k], max_steps=30)
+        assert alone.steps == together.steps[k]
+        np.testing.assert_allclose(together.matrix[k], alone.matrix, rtol=1e-12, atol=1e-12)
+        np.testing.assert_allclose(together.objective[k], alone.objective, rtol=1e-12)
+
+
+def test_units_and_origin_do_not_matter(rng, random_pose):
+    """With a volume given in the same units, clouds in millimetres and far from the origin give the same motion."""
+    s = room("outliers")
+    plain = register(s.source, s.target, "cpd-rigid", volume=36.0, max_steps=40)
+    shift = np.array([300.0, -200.0])
+    big = register(1e3 * s.source + shift, 1e3 * s.target + shift, "cpd-rigid", volume=36e6, max_steps=40)
+    np.testing.assert_allclose(big.pose.R, plain.pose.R, atol=1e-9)
+    moved = 1e3 * plain.transform(s.source) + shift
+    np.testing.assert_allclose(big.transform(1e3 * s.source + shift), moved, rtol=1e-8)
+
+
+def test_stages_are_those_of_the_step(rng, random_pose):
+    """The stages that a walkthrough shows: centred clouds, correlation, rotation, translation and σ of a step."""
+    p = scene(rng, random_pose, 2)
+    batch = advance(begin(METHODS["cpd-similarity"], p))
+    shown, after = stages(batch.state()), advance(batch).state()
+    P = shown.responsibilities
+    np.testing.assert_allclose(P, responsibilities(batch.state()))
+    np.testing.assert_allclose(P.sum(axis=1) @ shown.centred_moving, 0.0, atol=1e-10)
+    np.testing.assert_allclose(P.sum(axis=0) @ shown.centred_fixed, 0.0, atol=1e-10)
+    np.testing.assert_allclose(shown.correlation, shown.centred_moving.T @ P @ shown.centred_fixed, atol=1e-10)
+    np.testing.assert_allclose(shown.rotation, after.pose.R[0])
+    np.testing.assert_allclose(shown.translation, after.pose.t[0])
+    assert (shown.scale, shown.sigma) == pytest.approx((after.pose.scale[0], after.sigma[0]))
+    assert len(STAGES) == 5
+
+
+TWO = np.array([[0.0, 0.0], [1.0, 0.0]])
+
+
+@pytest.mark.parametrize("method", BOTH)
+def test_what_does_not_determine_a_rotation_is_said(method):
+    one = register([[1.0, 2.0]], fish(20), method)
+    assert one.status == Status.DEGENERATE
+    assert "all source points are equal" in one.reason
+    np.testing.assert_array_equal(one.pose.R, np.eye(2))
+    coincident = register(fish(20), np.full((7, 2), 0.1), method)
+    assert coincident.status == Status.DEGENERATE
+    assert "all target points are equal" in coincident.reason
+    two = register(TWO, Pose.from_angle(0.6, (2.0, 1.0)).apply(TWO), method, clutter=0.0)
+    assert two.status == Status.CONVERGED
+    np.testing.assert_allclose(two.transform(TWO), Pose.from_angle(0.6, (2.0, 1.0)).apply(TWO), atol=1e-5)
+
+
+def test_in_space_a_line_leaves_its_own_turn_free(rng, random_pose):
+    line = np.linspace(-1.0, 2.0, 9)[:, None] * [1.0, 2.0, -0.5]
+    found = register(line, random_pose(rng, 3).apply(line), "cpd-rigid", max_steps=300)
+    assert found.status in (Status.DEGENERATE, Status.CAPPED)
+    assert np.isfinite(found.matrix).all()
+    equal = register(line, line, "cpd-rigid", max_steps=300)
+    assert equal.status == Status.DEGENERATE
+    assert "collinear" in equal.reason
+
+
+def test_a_clutter_that_explains_all_is_said():
+    """Far apart, with a small σ and a dense clutter, no responsibility is left: degenerate, not a pose of NaN."""
+    found = register(fish(20), fish(20) + 1000.0, "cpd-rigid", sigma=0.1, clutter=0.5, volume=1.0)
+    assert found.status == Status.DEGENERATE
+    assert "clutter explains every fixed point" in found.reason
+    assert found.steps == 0
+
+
+def test_a_circle_and_a_wall_stop_truthfully(rng):
+    """Rotation about a circle, or the slide along a wall, is not determined by the scene; what converges is the value.
+    The status says converged, not right, and the error against the truth is what it is."""
+    f = 2.0 * np.pi * np.arange(60) / 60.0
+    circle = np.column_stack([np.cos(f), np.sin(f)])
+    turned = register(circle, Pose.from_angle(2.0).apply(circle), "cpd-rigid", max_steps=300)
+    assert turned.status in (Status.CONVERGED, Status.CAPPED)
+    assert metrics.rre(turned.pose, Pose.from_angle(2.0)) > np.radians(30.0)
+    wall = np.column_stack([np.linspace(-3.0, 3.0, 60), np.zeros(60)])
+    slid = register(wall[5:40], wall, "cpd-rigid", start=Pose.from_angle(0.1, (0.4, 0.3)), max_steps=300)
+    assert abs(slid.pose.t[1]) < 0.01
+    assert abs(slid.pose.angle) < 0.01
+
+
+def test_all_outliers(rng):
+    """Two unrelated clouds: it stops, with a status, and says nothing about success."""
+    source, target = rng.uniform(-5.0, 5.0, (2, 60, 2))
+    found = register(source, target, "cpd-rigid", max_steps=100)
+    assert found.status in (Status.CONVERGED, Status.CAPPED)
+    assert found.detail("sigma") > 0.3
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("clutter", 1.0), ("clutter", -0.1), ("volume", 0.0), ("sigma", -1.0), ("tolerance", -1.0), ("clutter", "much")],
+)
+def test_options_are_refused_by_name(name, value):
+    with pytest.raises(ValueError, match=f"^{name}: "):
+        register(TWO, TWO, "cpd-rigid", **{name: value})

@@ -1,0 +1,197 @@
+"""The race and its benchmark: nine contestants, batched as one by one, measured against the truth."""
+
+import numpy as np
+import pytest
+
+from solvers import METHODS, Pose, Status
+from solvers.core.stepper import advance
+from solvers.metrics import rre, rte
+from solvers.scenes.rooms import room, room_start
+from solvers.studies.benchmark import benchmark, entry, line, table
+from solvers.studies.race import CONTESTANTS, EXTRAS, SEEDS, Controls, contestants, race_problem
+
+pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
+
+NAMES = [c.method for c in CONTESTANTS]
+
+
+def _run(contestant, problem):
+    batch = contestant.begin(problem)
+    while not batch.done:
+        batch = advance(batch)
+    return batch
+
+
+def test_nine_race_and_all_are_methods():
+    assert NAMES == [
+        "icp", "point-to-plane", "gicp", "ransac-congruent", "ndt", "soft-annealed", "mmd", "association-bp",
+        "hypothesis-mixture",
+    ]  # fmt: skip
+    assert set(NAMES) <= set(METHODS)
+    assert SEEDS[:3] == (40, 53, 66)
+    assert len(SEEDS) == 25
+    assert len({c.label for c in CONTESTANTS}) == 9
+
+
+@pytest.mark.parametrize("contestant", CONTESTANTS, ids=NAMES)
+@pytest.mark.parametrize("setting", ["clean", "combo"])
+def test_batched_as_one_by_one(contestant, setting):
+    """A seed's run is the same alone and in a batch: pose to 1e-12, number of steps, and how it stopped."""
+    controls, seeds = Controls(setting=setting), SEEDS[:4]
+    problem, _ = race_problem(controls, seeds)
+    together = _run(contestant, problem)
+    for i, seed in enumerate(seeds):
+        alone = _run(contestant, race_problem(controls, [seed])[0])
+        assert np.abs(alone.pose().matrix[0] - together.pose().matrix[i]).max() < 1e-12
+        assert alone.steps[0] == together.steps[i]
+        assert alone.state().status[0] == together.state().status[i]
+
+
+@pytest.mark.parametrize("contestant", CONTESTANTS, ids=NAMES)
+def test_every_contestant_can_win(contestant):
+    """From 10° and 0.3 u in the clean room each comes within 5° and 0.2 u on all of five seeds."""
+    controls = Controls(degrees=10.0, distance=0.3, setting="clean")
+    (found,) = benchmark(controls, seeds=SEEDS[:5], contestants=[contestant])
+    assert found.close == 5
+    assert (found.steps <= 70).all()
+    assert (found.status != Status.RUNNING).all()
+
+
+def test_extras_are_other_methods_and_can_win():
+    """Seven more may race, none of them one of the nine; in the clean room from 10° and 0.3 u each comes
+    close on all of three seeds."""
+    names = [c.method for c in EXTRAS]
+    assert len(set(names)) == 7
+    assert not set(names) & set(NAMES)
+    assert contestants(["gmmreg", "icp"]) == (CONTESTANTS[0], EXTRAS[5])
+    lines = benchmark(Controls(degrees=10.0, distance=0.3, setting="clean"), seeds=SEEDS[:3], contestants=EXTRAS)
+    assert {x.contestant.label for x in lines if x.close == 3} == {c.label for c in EXTRAS}
+
+
+def test_only_ransac_ignores_the_start():
+    """From another start RANSAC's answer is the same to the bit; some other contestant's is not."""
+    for name, same in (("ransac-congruent", True), ("icp", False)):
+        poses = []
+        for degrees in (15.0, 120.0):
+            problem, _ = race_problem(Controls(degrees=degrees), SEEDS[:3])
+            poses.append(_run(contestants([name])[0], problem).pose().matrix)
+        assert np.array_equal(*poses) == same
+
+
+def test_a_line_is_what_its_run_was():
+    """Errors, counts and medians are those of the poses, computed here again."""
+    controls = Controls(setting="noise")
+    problem, truth = race_problem(controls, SEEDS[:6])
+    contestant = contestants(["soft-annealed"])[0]
+    batch = _run(contestant, problem)
+    found = line(contestant, batch, truth, 0.5)
+    pose = batch.pose()
+    degrees, distance = np.degrees(rre(pose, Pose.identity())), rte(pose, Pose.identity())
+    assert np.allclose(found.rre, degrees)
+    assert np.allclose(found.rte, distance)
+    assert found.turned == (degrees < 5.0).sum()
+    assert found.close == ((degrees < 5.0) & (distance < 0.2)).sum()
+    assert found.median_rre == np.median(degrees)
+    assert found.median_rte == np.median(distance)
+    assert found.median_steps == np.median(batch.steps)
+    assert sum(found.stops.values()) == 6
+    assert found.seconds == 0.5
+    again = benchmark(controls, seeds=SEEDS[:6], contestants=[contestant])[0]
+    assert np.array_equal(again.pose.matrix, pose.matrix)
+    assert again.seconds > 0.0
+
+
+def test_an_unfinished_run_has_a_line_too():
+    """After two steps the line tells how things stand: what has not stopped is running."""
+    problem, truth = race_problem(Controls(), SEEDS[:3])
+    contestant = contestants(["mmd"])[0]
+    batch = advance(advance(contestant.begin(problem)))
+    found = line(contestant, batch, truth, 0.0)
+    assert found.stops == {"running": 3}
+    assert (found.steps == 2).all()
+
+
+def test_an_entry_is_the_table_s():
+    """One entry by name is what the whole benchmark has there; a wrong name is named."""
+    (expected,) = benchmark(Controls(degrees=30.0, setting="noise"), contestants=contestants(["gicp"]))
+    for name in ("median_rre", "median_rte", "turned", "close", "median_steps"):
+        assert entry("gicp", name, degrees=30.0, setting="noise") == getattr(expected, name)
+    stops = {name: entry("gicp", name, degrees=30.0, setting="noise") for name in ("converged", "stalled", "running")}
+    assert {k: v for k, v in stops.items() if v} == expected.stops
+    with pytest.raises(ValueError, match="did you mean 'close'"):
+        entry("gicp", "closed")
+    with pytest.raises(ValueError, match="contestants"):
+        entry("gcip", "close")
+
+
+def test_progress_can_end_the_benchmark():
+    seen = []
+
+    def stop_at_third(contestant):
+        seen.append(contestant.method)
+        return len(seen) == 3
+
+    lines = benchmark(Controls(), seeds=[40], progress=stop_at_third, max_steps=2)
+    assert seen == NAMES[:3]
+    assert [x.contestant.method for x in lines] == NAMES[:2]
+    assert max(x.steps.max() for x in lines) <= 2
+
+
+def test_overlap_and_density_change_only_what_they_say():
+    """A smaller overlap takes target points away and leaves the others; a density changes the source's count only."""
+    full, part = room("combo", seed=53), room("combo", seed=53, overlap=0.6)
+    assert np.array_equal(full.source, part.source)
+    assert np.array_equal(full.target[: len(part.target)], part.target)
+    assert len(part.target) == pytest.approx(0.6 * len(full.target), abs=1.5)
+    assert np.array_equal(full.target_outlier[: len(part.target)], part.target_outlier)
+    for setting in ("clean", "gradient", "striped"):
+        usual, dense = room(setting, seed=53), room(setting, seed=53, density=2.0)
+        assert np.array_equal(usual.target, dense.target)
+        assert len(dense.source) == pytest.approx(2.0 * len(usual.source), rel=0.08)
+        assert dense.source.min(axis=0) == pytest.approx(usual.source.min(axis=0), abs=0.15)
+
+
+def test_controls_make_the_problems():
+    """Start, seed and scene of each problem are those of the controls."""
+    controls = Controls(degrees=30.0, distance=0.7, setting="outliers", overlap=0.8, density=1.5)
+    problem, truth = race_problem(controls, [53, 66])
+    expected = room("outliers", seed=66, overlap=0.8, density=1.5)
+    assert np.array_equal(problem.source[1], expected.source)
+    assert np.array_equal(problem.target[1], expected.target)
+    assert np.array_equal(problem.start.matrix[1], room_start(30.0, 0.7).matrix)
+    assert problem.seed.tolist() == [53, 66]
+    assert np.array_equal(truth.matrix[0], np.eye(3))
+
+
+@pytest.mark.parametrize(
+    ("wrong", "name"),
+    [
+        ({"setting": "cave"}, "setting"), ({"noise": -1.0}, "noise"), ({"outliers": 1.5}, "outliers"),
+        ({"overlap": 0.0}, "overlap"), ({"density": 0.0}, "density"), ({"degrees": np.nan}, "degrees"),
+        ({"distance": -1.0}, "distance"),
+    ],
+)  # fmt: skip
+def test_wrong_controls_are_named(wrong, name):
+    with pytest.raises(ValueError, match=f"^{name}"):
+        Controls(**wrong)
+
+
+def test_wrong_seeds_and_contestants_are_named():
+    with pytest.raises(ValueError, match="seeds"):
+        race_problem(Controls(), [])
+    with pytest.raises(ValueError, match=r"contestants.*did you mean 'icp'"):
+        contestants(["icpp"])
+
+
+@pytest.mark.native
+def test_the_command_prints_the_table(capsys):
+    from solvers.cli.command import main
+
+    assert main(["benchmark", "--setting", "clean", "--seeds", "2", "--only", "icp", "mmd", "--max-steps", "3"]) == 0
+    said = capsys.readouterr().out
+    assert "clean, start 45° and 1.43 u, 2 seeds" in said
+    assert "MMD-Reg" in said
+    assert "2 capped" in said
+    assert main(["benchmark", "--overlap", "7"]) == 2
+    assert "overlap" in capsys.readouterr().err
+    assert table(()).startswith("method")

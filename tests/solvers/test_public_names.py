@@ -1,0 +1,63 @@
+"""What Python users import: every public module and its names, however the rooms behind them are laid out."""
+
+from __future__ import annotations
+
+import inspect
+from importlib import import_module
+
+import pytest
+
+import solvers
+
+NAMES = {
+    "api": "register",
+    "benchmark": "CLOSE_DEGREES CLOSE_DISTANCE Line benchmark entry line table",
+    "bird_scene": "AREA COUNTS FIELD MOST SHAPE TRUTH bird bird_start",
+    "cloud_text": "CloudText MOST_BYTES MOST_POINTS read",
+    "features": "BLOCK cos_sin exact_squared_mmd feature_sums mean_features mean_kernel unit_frequencies",
+    "hall": "FLOOR HEIGHT Hall hall",
+    "landscape": "CappedField MmdField Path capped_field mmd_field",
+    "match_scenes": "FACADE FACADE_TRUTH FRONT MATCH_SCENES PERIOD facade_scene",
+    "methods": "METHODS",
+    "metrics": "point_error residuals rms rre rte scale_error",
+    "ndt_map": (
+        "FLOOR LARGEST_TABLE LEAST_POINTS LEAST_VARIANCE NO_CELLS NdtMap ONE_PLACE SHIFTS TOO_FEW TOO_SMALL build "
+        "check_size default_size floored inverse"
+    ),
+    "ndt_score": "BLOCK Score evaluate score_map",
+    "ndt_translation": "Path climb",
+    "race": "CONTESTANTS Contestant Controls EXTRAS MAX_STEPS SEEDS contestants race_problem",
+    "ransac": "RANSAC RansacOptions RansacState capped_sum trials",
+    "scans": "PILLARS Scans WALLS ranges two_scans",
+    "scenes": (
+        "BIRD KABSCH_SCENES KABSCH_START KABSCH_TRUTH MAST ROOM ROOM_SETTINGS ROOM_START_DIRECTION Scene "
+        "kabsch_scene room room_start"
+    ),
+    "stepper": "Batch Callback History Method NoOptions Problem S State T advance begin run",
+    "thinning": "FINEST slab spacing thinned",
+    "verify": "Evidence evidence halves",
+    "walk_scenes": "FISH FISH_SETTINGS POINTS SIDE SMALLER START_DEGREES START_SHIFT fish fish_start",
+    "walkthrough": "AREA EVERY FOUR MOST begin_walk clutter found",
+    "wall_scenes": "CORRIDOR HALL NDT_ROOM PILLAR WALL corridor hall ndt_room sampled single_wall",
+}
+
+
+def test_the_front_door() -> None:
+    assert solvers.__all__ == ["METHODS", "Fit", "Pose", "Result", "Status", "fit_planar", "fit_rigid", "register"]
+
+
+@pytest.mark.parametrize("module", NAMES)
+def test_what_was_importable_stays_importable(module: str) -> None:
+    public = import_module(f"solvers.{module}")
+    assert [name for name in NAMES[module].split() if not hasattr(public, name)] == []
+
+
+@pytest.mark.parametrize("module", [name for name in NAMES if hasattr(import_module(f"solvers.{name}"), "__all__")])
+def test_a_public_module_hands_on_all_and_only_what_it_lists(module: str) -> None:
+    """The same objects as in the room, every one of them, so that a name added there is public here as well."""
+    public = import_module(f"solvers.{module}")
+    assert sorted(public.__all__) == sorted(NAMES[module].split())
+    for name in public.__all__:
+        made = getattr(public, name)
+        if inspect.isclass(made) or inspect.isfunction(made):
+            assert made is getattr(import_module(made.__module__), name)

@@ -1,0 +1,132 @@
+"""Charts: round ticks, gaps, logarithms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from widgets.drawing.chart import Series, chart, ticks
+from widgets.drawing.picture import Label, Panel, Path, Points
+from widgets.drawing.svg import panel_svg
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "expected"),
+    [
+        (0, 1, [0, 0.5, 1]),
+        (0, 40, [0, 10, 20, 30, 40]),
+        (-3, 3, [-2, 0, 2]),
+        (0.1, 0.35, [0.1, 0.2, 0.3]),
+        (5, 5, [5]),
+    ],
+)
+def test_ticks(low: float, high: float, expected: list[float]) -> None:
+    assert ticks(low, high) == expected
+
+
+@settings(deadline=None)
+@given(st.floats(-1e6, 1e6), st.floats(1e-3, 1e6))
+def test_ticks_are_evenly_spaced_and_inside(low: float, span: float) -> None:
+    """Two to six values, of equal step, none outside the range."""
+    found = ticks(low, low + span)
+    assert 1 <= len(found) <= 6
+    assert min(found) >= low - 1e-6 * span
+    assert max(found) <= low + span * (1 + 1e-6)
+    assert np.ptp(np.diff(found)) <= 1e-6 * span if len(found) > 2 else True
+
+
+def _chart(y: list[float], log: bool = False, **more: float) -> Panel:
+    series = [Series(range(len(y)), y, "source", "RMS", dots=True)]
+    y_range = (1e-3, 10.0) if log else (0.0, 10.0)
+    return chart(
+        "c", "RMS over steps", series, x_label="step", y_label="u", x_range=(0, 9), y_range=y_range, log=log, **more
+    )
+
+
+def test_a_gap_breaks_the_line() -> None:
+    """NaN leaves a hole and is drawn nowhere."""
+    panel = _chart([1.0, 2.0, np.nan, 3.0, 4.0, np.nan, 5.0])
+    lines = [mark for mark in panel.marks if isinstance(mark, Path) and mark.role == "source"]
+    assert [np.asarray(line.xy).tolist() for line in lines] == [[[0, 1], [1, 2]], [[3, 3], [4, 4]]]
+    (dots,) = (mark for mark in panel.marks if isinstance(mark, Points))
+    assert len(np.asarray(dots.xy)) == 5
+    assert "<svg" in panel_svg(panel, "f")
+
+
+def test_logarithms_are_drawn_by_decades_and_clipped() -> None:
+    """Zero has no logarithm: it is drawn at the low end of the range."""
+    panel = _chart([100.0, 1.0, 0.0], log=True)
+    (line,) = (mark for mark in panel.marks if isinstance(mark, Path) and mark.role == "source")
+    np.testing.assert_allclose(np.asarray(line.xy)[:, 1], [1, 0, -3])
+    labels = [mark.text for mark in panel.marks if isinstance(mark, Label)]
+    decades = ["0.001", "0.01", "0.1", "1", "10"]
+    assert [text for text in labels if text in decades] == decades
+
+
+def _labels(panel: Panel) -> list[Label]:
+    return [mark for mark in panel.marks if isinstance(mark, Label)]
+
+
+def _log_chart(low: float, high: float) -> list[str]:
+    panel = chart("c", "", [], x_label="", y_label="", x_range=(0, 1), y_range=(low, high), log=True)
+    return [label.text for label in _labels(panel) if label.dx == -6]
+
+
+def test_far_decades_are_written_as_powers() -> None:
+    """Ten to the minus five is not printed as 0.0000, and one axis writes all its decades alike."""
+    assert _log_chart(1e-5, 1.0) == ["10⁻⁵", "10⁻⁴", "10⁻³", "10⁻²", "10⁻¹", "1"]
+    assert _log_chart(1e-12, 1e3) == ["10⁻¹²", "10⁻⁹", "10⁻⁶", "10⁻³", "1", "10³"]
+
+
+def test_small_ticks_of_a_linear_axis_keep_their_value() -> None:
+    panel = chart("c", "", [], x_label="", y_label="", x_range=(0, 1), y_range=(-2e-5, 4e-5))
+    assert [label.text for label in _labels(panel) if label.dx == -6] == ["−2·10⁻⁵", "0", "2·10⁻⁵", "4·10⁻⁵"]
+
+
+def test_the_name_of_the_y_axis_stands_clear_of_the_highest_grid_line() -> None:
+    panel = _chart([1.0, 2.0])
+    (name,) = (label for label in _labels(panel) if label.text == "u")
+    assert name.dy <= -8
+    assert panel.view.pad[1] + name.dy >= 13  # the letters have room above it
+
+
+@pytest.mark.parametrize("last", [[5.0, 5.0, 5.0], [5.0, 5.1, 4.9], [9.9, 10.0, 0.0], [1.0, 1.2, 6.0], [0.0, 0.0, 0.0]])
+def test_names_at_the_ends_of_lines_do_not_overlap(last: list[float]) -> None:
+    """Lines may end together; their names stand above one another, between the panel's top and its x axis."""
+    series = [Series([0, 9], [0, y], "source", f"line {i}") for i, y in enumerate(last)]
+    panel = chart("c", "", series, x_label="", y_label="", x_range=(0, 9), y_range=(0, 10))
+    names = [label for label in _labels(panel) if label.text.startswith("line")]
+    heights = sorted(float(panel.view.px(label.xy)[0, 1]) + label.dy for label in names)
+    assert len(heights) == 3
+    assert heights[0] >= 12  # inside the panel
+    assert heights[-1] <= panel.view.px([0, 0])[0, 1]  # above the ticks of the x axis
+    assert min(np.diff(heights)) >= 16 - 1e-9
+
+
+def test_a_name_of_a_line_that_has_just_begun_does_not_cover_the_ticks() -> None:
+    panel = _chart([1.0, 2.0])
+    (name,) = (label for label in _labels(panel) if label.text == "RMS")
+    assert name.anchor == "start"
+
+
+def test_all_gaps_is_an_empty_chart() -> None:
+    panel = _chart([np.nan, np.nan], now=1.0)
+    assert not [mark for mark in panel.marks if isinstance(mark, Points)]
+    assert "<svg" in panel_svg(panel, "f")
+
+
+def test_given_ticks_stand_in_for_round_values() -> None:
+    """An axis may mean something else than its window: its ticks are then the words that were given."""
+    ticked = chart(
+        "c", "c", [], x_label="x", y_label="y", x_range=(0, 1), y_range=(0, 1), y_ticks=[(0.0, "0.01"), (0.75, "ten")]
+    )
+    texts = [mark.text for mark in ticked.marks if isinstance(mark, Label)]
+    assert "ten" in texts
+    assert "0.01" in texts
+    assert "0.25" not in texts[texts.index("0.01") :]
+    powers = chart("c", "c", [], x_label="D", y_label="y", x_range=(0, 4), y_range=(0, 1), x_ticks=[(2.0, "four")])
+    words = [mark for mark in powers.marks if isinstance(mark, Label)]
+    assert [tuple(np.ravel(mark.xy)) for mark in words if mark.text == "four"] == [(2.0, 0.0)]
+    assert "3" not in [mark.text for mark in words]

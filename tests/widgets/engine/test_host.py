@@ -1,0 +1,397 @@
+"""Replay: the same record is the same frame, however the host came there."""
+
+from __future__ import annotations
+
+import gc
+import json
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from widgets.drawing.picture import Group, Mark, Panel, Picture, Points, View
+from widgets.drawing.svg import mark_svg, panel_svg
+from widgets.engine.contract import preset
+from widgets.engine.host import Host, _rounded, _view
+from widgets.engine.registry import WIDGETS
+from widgets.figures import ndt_score, two_poses
+from widgets.figures.kabsch import WIDGET
+
+PLAIN = preset(WIDGET, "noisy").plain()
+SOLVE = ["press", "solve"]
+
+
+def record(*log: list[Any], **controls: Any) -> dict[str, Any]:
+    return {**PLAIN, "controls": {**PLAIN["controls"], **controls}, "log": list(log)}
+
+
+def fresh(plain: dict[str, Any]) -> str:
+    """The frame from a host that has seen nothing."""
+    return Host().frame(json.dumps({"figure": "fig-solve", "record": plain}))
+
+
+ACTION = st.one_of(
+    st.just(SOLVE),
+    st.tuples(st.just("drag"), st.sampled_from(["source", "turn"]), st.floats(-6, 6), st.floats(-4, 4)).map(list),
+)
+STEP = st.tuples(st.sampled_from(["append", "replace", "back", "reset", "noise", "reseed"]), ACTION, st.floats(0, 0.6))
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.lists(STEP, min_size=1, max_size=10))
+def test_a_host_with_a_past_draws_what_a_fresh_one_draws(steps: list[tuple[str, list[Any], float]]) -> None:
+    """After every append, replaced drag, back, reset, control change and new draw: byte for byte."""
+    host, log, noise, seed = Host(), [], 0.12, 40
+    for kind, action, value in steps:
+        if kind == "append":
+            log = [*log, action]
+        elif kind == "replace":
+            log = [*log[:-1], action]
+        elif kind == "back":
+            log = log[:-1]
+        elif kind == "reset":
+            log = []
+        elif kind == "noise":
+            noise = value
+        else:
+            seed += 13
+        plain = {**record(*log, noise=noise), "seed": seed}
+        assert host.frame(json.dumps({"figure": "fig-solve", "record": plain})) == fresh(plain)
+
+
+def _counting() -> tuple[Host, list[str]]:
+    """A host over the Kabsch widget that notes every start and act."""
+    calls: list[str] = []
+
+    def start(controls: Any, seed: int) -> Any:
+        calls.append("start")
+        return WIDGET.start(controls, seed)
+
+    def act(state: Any, action: Any) -> Any:
+        calls.append("act")
+        return WIDGET.act(state, action)
+
+    return Host({"kabsch": replace(WIDGET, start=start, act=act)}), calls
+
+
+def test_one_action_costs_one_act() -> None:
+    """An appended action, a replaced drag and a step back replay nothing that is already known."""
+    host, calls = _counting()
+    host.render("f", record(SOLVE, ["drag", "source", 0, 0]))
+    assert calls == ["start", "act", "act"]
+    for log, cost in (
+        ([SOLVE, ["drag", "source", 0, 1]], ["act"]),
+        ([SOLVE, ["drag", "source", 0, 1], SOLVE], ["act"]),
+        ([SOLVE, ["drag", "source", 0, 1]], []),
+        ([], []),
+        ([SOLVE], ["act"]),
+    ):
+        calls.clear()
+        host.render("f", record(*log))
+        assert calls == cost
+
+
+def test_figures_do_not_share_their_past() -> None:
+    """Two figures of one widget on one page are two replays, and their ids differ."""
+    host, calls = _counting()
+    one, other = host.render("fig-a", record(SOLVE)), host.render("fig-b", record())
+    assert calls.count("start") == 2
+    assert host.render("fig-a", record(SOLVE)) == one
+    assert 'id="fig-b-main-source"' in other["panels"][0]["svg"]
+    assert "fig-a" not in json.dumps(other)
+
+
+def test_a_panel_that_is_handed_on_is_drawn_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """While a scan is dragged, the room beside it is not turned into markup again; a new room is."""
+    drawn: list[str] = []
+
+    def counted(panel: Panel, *rest: Any) -> str:
+        drawn.append(panel.name)
+        return panel_svg(panel, *rest)
+
+    monkeypatch.setattr("widgets.engine.host.panel_svg", counted)
+    plain, host = preset(two_poses.WIDGET).plain(), Host()
+    host.render("f", plain)
+    for x in (1.0, 2.0):
+        host.render("f", {**plain, "log": [["drag", "source", x, 0.0]]})
+    assert drawn == ["world", "robot", "robot", "robot"]
+    other = {**plain, "seed": 53}
+    assert host.render("f", other) == Host().render("f", other)
+
+
+def test_a_mark_that_panels_share_is_drawn_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Three panels of one view with one cloud, in one of them in a group: one path is made of it, and the next picture
+    makes none."""
+    drawn: list[Mark] = []
+
+    def counted(mark: Mark, view: View, prefix: str) -> str:
+        drawn.append(mark)
+        return mark_svg(mark, view, prefix)
+
+    monkeypatch.setattr("widgets.engine.host.mark_svg", counted)
+    view, cloud = View(0, 1, 0, 1), Points([[0.5, 0.5]], "target")
+
+    def draw(state: int) -> Picture:
+        own = [Points([[0.1 * state, 0.1 * k]], "source") for k in range(3)]
+        group = Group("source", (cloud, own[2]))
+        marks: tuple[tuple[Mark, ...], ...] = ((cloud, own[0]), (cloud, own[1]), (group,))
+        return Picture(tuple(Panel(f"p{k}", "", view, marks[k]) for k in range(3)), (), "")
+
+    widget = replace(
+        WIDGET,
+        start=lambda controls, seed: 0,
+        act=lambda state, action: state + 1,
+        draw=draw,
+        motion=lambda before, after: None,
+        python=lambda state: "",
+    )
+    host = Host({"kabsch": widget})
+    first = host.render("f", PLAIN)
+    assert [type(mark) for mark in drawn] == [Points] * 4
+    assert drawn[0] is cloud
+    assert all('class="dot m target" d="M3200 3200h1"' in panel["svg"] for panel in first["panels"])
+    assert 'id="f-p2-source"' in first["panels"][2]["svg"]
+    drawn.clear()
+    second = host.render("f", record(SOLVE))
+    assert cloud not in drawn
+    assert second["panels"] == Host({"kabsch": widget}).render("f", record(SOLVE))["panels"]
+
+
+def test_a_failure_leaves_no_half_replayed_log() -> None:
+    """When an action raises, the next record is drawn from scratch and right."""
+
+    def act(state: Any, action: Any) -> Any:
+        if action.x == 3.0:
+            raise RuntimeError("broken")
+        return WIDGET.act(state, action)
+
+    host, plain = Host({"kabsch": replace(WIDGET, act=act)}), record(SOLVE, ["drag", "source", 1, 1])
+    host.render("fig-solve", plain)
+    with pytest.raises(RuntimeError, match="broken"):
+        host.render("fig-solve", record(["drag", "source", 3, 1]))
+    assert host.frame(json.dumps({"figure": "fig-solve", "record": plain})) == fresh(plain)
+
+
+class _Clock:
+    """Half a second passes with every start and act, and none otherwise."""
+
+    def __init__(self) -> None:
+        self.time = 0.0
+        self.calls = 0
+
+    def __call__(self) -> float:
+        return self.time
+
+    def host(self) -> Host:
+        """A host over the Kabsch widget whose work takes time."""
+        return Host({"kabsch": replace(WIDGET, start=self._taking(WIDGET.start), act=self._taking(WIDGET.act))}, self)
+
+    def _taking(self, work: Callable[..., Any]) -> Callable[..., Any]:
+        def taking(*given: Any) -> Any:
+            self.time += 0.5
+            self.calls += 1
+            return work(*given)
+
+        return taking
+
+
+LONG = [["drag", "source", 0.5 * k, -0.25 * k] if k % 2 else SOLVE for k in range(6)]
+
+
+def sliced(host: Host, plain: dict[str, Any]) -> dict[str, Any]:
+    """A host's answer, which may be how far it has come."""
+    answer: dict[str, Any] = json.loads(host.frame(json.dumps({"figure": "f", "record": plain, "slices": True})))
+    return answer
+
+
+def test_a_long_replay_is_answered_in_slices() -> None:
+    """Each does a piece and tells how far it is, none does one again, and the frame is that of a replay in one go."""
+    clock, plain = _Clock(), record(*LONG)
+    host, answers, calls = clock.host(), [], []
+    while not answers or "replayed" in answers[-1]:
+        answers.append(sliced(host, plain))
+        calls.append(clock.calls)
+    assert answers[:-1] == [{"replayed": k, "of": 6} for k in range(6)]
+    assert calls == [1, 2, 3, 4, 5, 6, 7]
+    assert answers[-1] == Host().render("f", plain)
+    assert _Clock().host().render("f", plain) == answers[-1]  # not asked for slices: all at once
+
+
+def test_quick_work_is_one_slice_and_one_slow_action_too() -> None:
+    """A request that has time for all of it, and every single action on what is known, are answered at once."""
+    assert sliced(Host({"kabsch": WIDGET}, lambda: 0.0), record(*LONG)) == Host().render("f", record(*LONG))
+    host, log = _Clock().host(), []
+    for one in ([], *LONG):
+        log = [*log, one] if one else []
+        assert sliced(host, record(*log)) == Host().render("f", record(*log))
+
+
+def test_a_replay_that_is_given_up_leaves_what_was_seen() -> None:
+    """After some slices of another record, one action more on the last frame still costs one; a newer record takes over
+    what was replayed of the older."""
+    clock = _Clock()
+    host = clock.host()
+    while "replayed" in sliced(host, record(*LONG)):
+        pass
+    for _ in range(3):
+        assert "replayed" in sliced(host, record(*LONG, noise=0.3))
+    clock.calls = 0
+    frame = sliced(host, record(*LONG, SOLVE))
+    assert (clock.calls, frame) == (1, Host().render("f", record(*LONG, SOLVE)))
+    for k in range(4):
+        assert sliced(host, record(*LONG, noise=0.3)) == {"replayed": k, "of": 6}
+    clock.calls = 0
+    assert sliced(host, record(*LONG[:3], SOLVE, noise=0.3)) == Host().render("f", record(*LONG[:3], SOLVE, noise=0.3))
+    assert clock.calls == 1
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.lists(st.tuples(st.integers(0, 6), st.booleans(), st.integers(1, 4)), min_size=1, max_size=8))
+def test_slices_of_any_records_draw_what_a_fresh_host_draws(asked: list[tuple[int, bool, int]]) -> None:
+    """Replays begun, given up and taken up again, of records that share more or less: every frame byte for byte."""
+    host = _Clock().host()
+    for length, other, patience in asked:
+        log = [*LONG[: length // 2], ["drag", "turn", 1.0, 2.0], *LONG[length // 2 :]] if other else LONG[:length]
+        for _ in range(patience):
+            answer = sliced(host, record(*log))
+            if "replayed" not in answer:
+                assert answer == Host().render("f", record(*log))
+                break
+
+
+def test_an_unknown_widget_is_named() -> None:
+    with pytest.raises(ValueError, match="no widget 'kabsh'; did you mean 'kabsch'"):
+        Host().render("f", {**PLAIN, "widget": "kabsh"})
+
+
+def test_the_frame_is_plain_and_its_numbers_are_short() -> None:
+    """Places in four decimals, percentages in three, no negative zero: nothing that differs between processors."""
+    text = fresh(record(["drag", "source", -0.0, 0.0], ["drag", "turn", 1, 0]))
+    frame = json.loads(text)
+    assert "-0.0," not in text
+    assert "NaN" not in text
+    for handle in frame["handles"]:
+        for place in (handle["world"], *handle["keys"].values()):
+            assert all(v == round(v, 4) for v in place)
+        assert all(v == round(v, 3) for v in (handle["left"], handle["top"]))
+
+
+def test_ties_and_zero_are_rounded_one_way() -> None:
+    """What two processors compute on either side of a tie, or of zero, is one number."""
+    assert [str(_rounded(v, 4)) for v in (-1e-12, 0.00005 - 1e-14, 0.00005 + 1e-14)] == ["0.0", "0.0001", "0.0001"]
+
+
+def test_a_view_tells_window_size_and_padding() -> None:
+    """In the order in which the page takes it apart."""
+    panel = Panel("p", "A chart", View(0, 1, -2, 3, width=100, height=50, pad=(4, 5, 6, 7)), ())
+    assert _view(panel) == [0, 1, -2, 3, 100, 50, 4, 5, 6, 7]
+
+
+def places(frame: dict[str, Any]) -> np.ndarray[Any, Any]:
+    """The source points as drawn, in SVG units."""
+    (d,) = re.findall(r'class="dot m source" d="([^"]*)"', frame["panels"][0]["svg"])
+    moves = np.array([[int(v) for v in point] for point in re.findall(r"[Mm](-?\d+) (-?\d+)", d)])
+    moves[1:, 0] += 1  # each dot is one unit long
+    return moves.cumsum(axis=0)
+
+
+@pytest.mark.parametrize("name", ["noisy", "outliers"])
+def test_motion_leads_from_the_old_drawing_to_the_new(name: str) -> None:
+    """Turned by SVG's rotate(turn, about) and shifted, the points of the old drawing are those of the new."""
+    plain = preset(WIDGET, name).plain()
+    before, after = (Host().render("f", {**plain, "log": log}) for log in ([], [SOLVE]))
+    motion = after["motion"]
+    assert abs(motion["turn"]) > 5
+    assert all(abs(v) > 50 for v in motion["shift"])
+    c, s = np.cos(np.radians(motion["turn"])), np.sin(np.radians(motion["turn"]))
+    moved = (places(before) - motion["about"]) @ np.array([[c, -s], [s, c]]).T + motion["about"] + motion["shift"]
+    np.testing.assert_allclose(moved, places(after), atol=3)
+
+
+def test_motion_is_given_for_the_last_action_only() -> None:
+    """Solve moves; a drag after it, and the same record's redrawing, say what they are."""
+    host = Host()
+    assert host.render("f", record())["motion"] is None
+    motion = host.render("f", record(SOLVE))["motion"]
+    assert motion["group"] == "f-main-source"
+    assert host.render("f", record(SOLVE))["motion"] == motion
+    assert host.render("f", record(SOLVE, ["drag", "source", 1, 1]))["motion"] is None
+
+
+SCORE = preset(ndt_score.WIDGET).plain()
+FINEST = ndt_score.WIDGET.details - 1
+
+
+@settings(max_examples=12, deadline=None)
+@given(
+    st.lists(
+        st.tuples(
+            st.sampled_from([0.0, 20.0]), st.sampled_from([0.1, 0.9]), st.sampled_from([*range(FINEST + 1), None])
+        ),
+        min_size=1,
+        max_size=6,
+    )
+)
+def test_record_and_detail_determine_the_frame(asked: list[tuple[float, float, int | None]]) -> None:
+    """However coarse or fine the host has drawn before: at least as fine as asked for, and at the level that the frame
+    tells, byte for byte what a fresh host draws at that level."""
+    host = Host()
+    for rotation, x, detail in asked:
+        controls = {**SCORE["controls"], "rotation": rotation}
+        plain = {**SCORE, "controls": controls, "log": [["click", "map", x, 0.5]]}
+        frame = host.render("f", plain, detail)
+        assert frame["detail"] >= (FINEST if detail is None else detail)
+        assert frame == Host().render("f", plain, frame["detail"])
+
+
+def test_what_is_known_finely_is_not_drawn_coarsely_again() -> None:
+    """After the finest drawing a new climb on the same field comes at the finest level; a new field does not."""
+    host = Host()
+    host.render("f", SCORE)
+    assert host.render("f", {**SCORE, "log": [["click", "map", 0.3, 0.3]]}, 0)["detail"] == FINEST
+    assert host.render("f", {**SCORE, "seed": 53}, 0)["detail"] == 0
+
+
+def test_levels_differ_and_the_finest_is_the_default() -> None:
+    """Each level draws the field finer than the one before; without a level comes the finest."""
+    host = Host()
+    frames = [host.render("f", SCORE, level) for level in range(FINEST + 1)]
+    assert len({frame["panels"][0]["svg"] for frame in frames}) == FINEST + 1
+    assert Host().render("f", SCORE) == frames[-1]
+    assert json.loads(Host().frame(json.dumps({"figure": "f", "record": SCORE, "detail": 1}))) == frames[1]
+
+
+@pytest.mark.parametrize("detail", [-1, FINEST + 1, 0.0, "0", True])
+def test_a_level_that_is_not_there_is_refused(detail: Any) -> None:
+    with pytest.raises(ValueError, match=r"detail: .* is not a whole number from 0 to 4"):
+        Host().render("f", SCORE, detail)
+
+
+@pytest.mark.parametrize("name", WIDGETS)
+def test_a_frame_leaves_nothing_to_the_cycle_collector(name: str) -> None:
+    """A page's memory would grow by what the collector, which counts objects and not bytes, has not yet come to."""
+    widget, host = WIDGETS[name], Host()
+    kinds = [["drag", h] for h in widget.handles] + [["click", c] for c in widget.clicks]
+    plains = [{**preset(widget).plain(), "log": [[*kinds[0], x, 1.0]] if kinds else []} for x in (0.5, 1.0, 1.5)]
+    detail = 0 if widget.details > 1 else None
+    host.render("f", plains[0], detail)
+    gc.collect()
+    gc.set_debug(gc.DEBUG_SAVEALL)
+    try:
+        for plain in plains[1:]:
+            host.render("f", plain, detail)
+        gc.collect()
+        left = [one for one in gc.garbage if type(one).__module__.partition(".")[0] in ("widgets", "solvers", "numpy")]
+    finally:
+        gc.set_debug(0)
+        gc.garbage.clear()
+    assert left == []
+
+
+def test_a_figure_without_levels_has_one() -> None:
+    assert Host().render("fig-solve", record(), 0)["detail"] == 0

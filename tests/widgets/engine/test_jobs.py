@@ -1,0 +1,155 @@
+"""Jobs: slices that stay short, stop when nobody asks, and a table that is the same however it was sliced."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from widgets.drawing.picture import Panel, Path, View
+from widgets.engine.contract import preset
+from widgets.engine.host import Host
+from widgets.engine.jobs import SLICE, Column, Job, Progress, Result, Row, Running, finished, plain
+from widgets.figures.kabsch import WIDGET
+
+COLUMNS = (Column("error", "Error", "°", 2), Column("count", "Count"), Column("time", "Wall time", "ms", timed=True))
+PANEL = Panel("dots", "A panel", View(0, 1, 0, 1, width=100), (Path([[0, 0], [1, 1]], "ink"),))
+
+
+def found(n: int) -> Result:
+    rows = tuple(
+        Row(f"r{i}", 'one, "two"' if i == 0 else f"Row {i}", (i + 1 / 3, i, 7.0), "by-means", dashed=i > 0)
+        for i in range(n)
+    )
+    return Result("On this.", "Solver", COLUMNS, rows, (PANEL,), "print(1)\n")
+
+
+def counting(controls: Any, seed: int) -> Iterator[Progress]:
+    """Ten pieces, a row every fifth."""
+    for k in range(1, 11):
+        yield Progress(k / 10, f"piece {k}", found(k // 5) if k % 5 == 0 else None)
+
+
+JOB = Job("count", "Count", counting)
+CONTROLS = preset(WIDGET).controls
+
+
+class Clock:
+    """Every look at it takes some time."""
+
+    def __init__(self, step: float) -> None:
+        self.time, self.step = 0.0, step
+
+    def __call__(self) -> float:
+        self.time += self.step
+        return self.time
+
+
+def all_slices(running: Running, job: Job = JOB) -> list[dict[str, Any]]:
+    running.begin("f", job, CONTROLS, 40)
+    slices = [running.slice("f", job)]
+    while not slices[-1]["done"]:
+        slices.append(running.slice("f", job))
+    return slices
+
+
+@pytest.mark.parametrize(("piece", "slices"), [(1e-6, 2), (0.9 * SLICE / 2, 6), (0.6 * SLICE, 10), (3 * SLICE, 10)])
+def test_a_slice_begins_no_piece_that_would_make_it_long(piece: float, slices: int) -> None:
+    """Short pieces share a slice, up to a result; two that are longer than a slice do not; nor does a long one."""
+    assert len(all_slices(Running(Clock(piece)))) == slices
+
+
+@pytest.mark.parametrize("piece", [1e-6, 0.6 * SLICE])
+def test_the_result_does_not_depend_on_the_slices(piece: float) -> None:
+    """Whatever the clock says, the last result is the same, and the part done grows to one."""
+    slices = all_slices(Running(Clock(piece)))
+    assert [s["result"] for s in slices if s["result"]][-1] == plain(found(2), "f-count")
+    parts = [s["part"] for s in slices]
+    assert parts == sorted(parts)
+    assert parts[-1] == 1
+    assert [s["done"] for s in slices] == [False] * (len(slices) - 1) + [True]
+
+
+def test_what_was_stopped_or_done_does_not_go_on() -> None:
+    running = Running(Clock(SLICE))
+    running.begin("f", JOB, CONTROLS, 40)
+    running.slice("f", JOB)
+    running.stop("f", JOB)
+    with pytest.raises(ValueError, match="not under way"):
+        running.slice("f", JOB)
+    all_slices(running)
+    with pytest.raises(ValueError, match="not under way"):
+        running.slice("f", JOB)
+    running.stop("f", JOB)  # and once more is no error
+
+
+def test_another_begin_begins_anew() -> None:
+    running = Running(Clock(SLICE))
+    running.begin("f", JOB, CONTROLS, 40)
+    assert running.slice("f", JOB)["words"] == "piece 1"
+    assert running.slice("f", JOB)["words"] == "piece 2"
+    running.begin("f", JOB, CONTROLS, 40)
+    assert running.slice("f", JOB)["words"] == "piece 1"
+
+
+def test_a_job_that_fails_is_over() -> None:
+    def broken(controls: Any, seed: int) -> Iterator[Progress]:
+        yield Progress(0.5, "half")
+        raise RuntimeError("broken")
+
+    running, job = Running(Clock(SLICE)), Job("b", "B", broken)
+    running.begin("f", job, CONTROLS, 40)
+    running.slice("f", job)
+    with pytest.raises(RuntimeError, match="broken"):
+        running.slice("f", job)
+    with pytest.raises(ValueError, match="not under way"):
+        running.slice("f", job)
+
+
+def test_what_a_machine_takes_is_left_out_of_a_build() -> None:
+    """The table that a page is built with has no times, neither as shown nor in its CSV; all else is equal."""
+    built, live = finished(JOB, CONTROLS, 40, "f-count"), plain(found(2), "f-count")
+    assert [row["texts"] for row in built["rows"]] == [["0.33", "0", "–"], ["1.33", "1", "–"]]
+    assert [row["texts"] for row in live["rows"]] == [["0.33", "0", "7"], ["1.33", "1", "7"]]
+    assert built["rows"][1]["values"] == [4 / 3, 1, None]
+    assert {k: v for k, v in built.items() if k not in ("rows", "csv")} == {
+        k: v for k, v in live.items() if k not in ("rows", "csv")
+    }
+    assert [row["mark"] for row in live["rows"]] == ["by-means", "by-means dashed"]
+    assert built["panels"][0]["svg"].startswith("<svg")
+    with pytest.raises(ValueError, match="without a result"):
+        finished(Job("n", "N", lambda controls, seed: iter([Progress(1, "done")])), CONTROLS, 40, "f")
+
+
+def test_csv_is_read_back_in_full() -> None:
+    """Any reader of CSV gets the names, commas and quotes in them included, and every digit of the numbers."""
+    table = list(csv.reader(io.StringIO(plain(found(2), "f")["csv"])))
+    assert table[0] == ["Solver", "Error (°)", "Count", "Wall time (ms)"]
+    assert table[1][0] == 'one, "two"'
+    assert [float(v) for v in table[2][1:]] == [4 / 3, 1.0, 7.0]
+    assert list(csv.reader(io.StringIO(finished(JOB, CONTROLS, 40, "f")["csv"])))[1][3] == ""
+
+
+def test_the_host_runs_jobs_of_its_widgets() -> None:
+    """Begin, go on, stop, as JSON; what is no job, or no record, is named."""
+    host = Host({"kabsch": replace(WIDGET, jobs=(JOB,))})
+    record = preset(WIDGET).plain()
+
+    def ask(**changes: Any) -> Any:
+        return json.loads(
+            host.job(json.dumps({"figure": "f", "record": record, "job": "count", "do": "begin", **changes}))
+        )
+
+    assert ask()["part"] > 0
+    assert ask(do="stop") is None
+    with pytest.raises(ValueError, match="not under way"):
+        ask(do="go on")
+    with pytest.raises(ValueError, match="did you mean 'count'"):
+        ask(job="cuont")
+    with pytest.raises(ValueError, match="seed"):
+        ask(record={**record, "seed": -1})

@@ -1,0 +1,153 @@
+"""Show me the Python: each figure's script runs in an interpreter of its own and prints the figure's numbers."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.widgets.chosen import figures
+from widgets.engine.contract import preset
+from widgets.engine.controls import Spec, specs
+from widgets.engine.host import Host
+from widgets.engine.registry import WIDGETS
+from widgets.engine.script import WIDTH, called, headed, literal
+
+pytestmark = pytest.mark.native  # starts interpreters
+
+ROOT = Path(__file__).resolve().parents[3]
+# Runs every script of a list, where nothing is there but the standard library, numpy and solvers.
+RUNNER = """
+import contextlib, io, json, sys
+
+class Nothing_else:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] not in {*sys.stdlib_module_names, "numpy", "solvers"}:
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+
+sys.meta_path.insert(0, Nothing_else())
+sys.path.insert(0, sys.argv[1])
+printed = []
+for script in json.load(sys.stdin):
+    out = io.StringIO()
+    with contextlib.redirect_stdout(out):
+        exec(compile(script, "script", "exec"), {"__name__": "__main__"})
+    printed.append(out.getvalue())
+sys.stdout.write(json.dumps(printed))
+"""
+
+
+def any_value(spec: Spec, random: Random) -> Any:
+    """A value that a control accepts."""
+    if spec.kind == "slider":
+        return spec.low + spec.step * random.randint(0, int((spec.high - spec.low) / spec.step + 1e-9))
+    return random.choice(list(spec.options)) if spec.kind == "choice" else random.random() < 0.5
+
+
+def any_action(name: str, frame: Mapping[str, Any], random: Random) -> list[Any] | None:
+    """Something that a reader can do with what is shown: press, drag a handle, pick a place."""
+    widget = WIDGETS[name]
+    presses = [b.name for b in widget.buttons if b.does == "press" and b.name not in frame["disabled"]]
+    doable: list[list[Any]] = [["press", name] for name in presses]
+    views = {panel["name"]: panel["view"] for panel in frame["panels"]}
+    placed = [("drag", handle["name"], handle["panel"]) for handle in frame["handles"]]
+    placed += [("click", panel, panel) for panel in widget.clicks]
+    placed += [("hover", panel, panel) for panel in widget.hovers]
+    for kind, what, panel in placed:
+        x0, x1, y0, y1, *_ = views[panel]
+        doable.append([kind, what, round(random.uniform(x0, x1), 4), round(random.uniform(y0, y1), 4)])
+    return random.choice(doable) if doable else None
+
+
+def states(name: str, host: Host) -> Iterator[dict[str, Any]]:
+    """Frames of a figure, for each preset: untouched, after some actions, after some with other controls and seed, and
+    at the end of the longest run that its tape records."""
+    widget = WIDGETS[name]
+    for start in widget.presets:
+        random = Random(f"{name} {start}")
+        names = list(specs(widget.controls))
+        for changed, actions in ((0, 0), (0, 3), (2, 4)):
+            chosen = random.sample(names, min(changed, len(names)))
+            changes = {each: any_value(specs(widget.controls)[each], random) for each in chosen}
+            plain = preset(widget, start, changes).plain()
+            plain["seed"] += 13 * changed
+            frame = host.render("f", plain)
+            for _ in range(actions):
+                action = any_action(name, frame, random)
+                if action is not None:
+                    plain["log"].append(action)
+                    frame = host.render("f", plain)
+            yield {**frame, "record": plain}
+        for changes, presses in sorted(widget.tape, key=lambda run: len(run[1]))[-1:]:
+            plain = {**preset(widget, start, changes).plain(), "log": [["press", press] for press in presses]}
+            yield {**host.render("f", plain), "record": plain}
+
+
+@pytest.fixture(scope="module")
+def runs(request: pytest.FixtureRequest) -> dict[str, list[tuple[dict[str, Any], str]]]:
+    """Of every figure that is asked for: frames, and what their scripts print."""
+    host, names = Host(), figures(request)
+    frames = [(name, frame) for name in names for frame in states(name, host)]
+    asked = json.dumps([frame["python"] for _, frame in frames])
+    done = subprocess.run(
+        [sys.executable, "-I", "-c", RUNNER, str(ROOT)], input=asked, capture_output=True, text=True, encoding="utf-8"
+    )
+    assert done.returncode == 0, f"a script of {', '.join(names)} fails in an interpreter of its own:\n{done.stderr}"
+    found: dict[str, list[tuple[dict[str, Any], str]]] = {name: [] for name in names}
+    for (name, frame), printed in zip(frames, json.loads(done.stdout), strict=True):
+        found[name].append((frame, printed))
+    return found
+
+
+@pytest.mark.parametrize("name", WIDGETS)
+def test_a_script_prints_the_figures_numbers(name: str, runs: dict[str, list[tuple[dict[str, Any], str]]]) -> None:
+    """On numpy and solvers alone, in every preset, after presses, drags and picks, with other controls and seeds."""
+    for frame, said in runs[name]:
+        printed = dict(line.split(" ", 1) for line in said.splitlines())
+        shown = {r["name"]: r["value"].replace("−", "-").replace(",", "") for r in frame["readouts"]}
+        few = f"{name}: a script prints three readouts or more, as print(\"name\", value); this one:\n{frame['python']}"
+        assert len(printed) >= 3, few
+        assert set(printed) <= set(shown), f"{name}: {sorted(set(printed) - set(shown))} are printed and no readouts"
+        for readout, value in printed.items():
+            decimals = len(shown[readout].partition(".")[2])
+            close = pytest.approx(float(shown[readout]), abs=0.51 * 10**-decimals)
+            assert float(value) == close, (
+                f"{name}: the script prints {value} for {readout}, the figure shows {shown[readout]}, "
+                f"at {frame['record']}:\n{frame['python']}"
+            )
+
+
+@pytest.mark.parametrize("name", WIDGETS)
+def test_a_script_is_fit_to_be_read(name: str, runs: dict[str, list[tuple[dict[str, Any], str]]]) -> None:
+    """It begins with what to install, has no lines that scroll far, and ends with a line's end."""
+    for frame, _ in runs[name]:
+        lines = frame["python"].split("\n")
+        assert lines[0].startswith("# pip install registration_ladder-")
+        assert lines[1] == f"# The Registration Ladder: {WIDGETS[name].title}"
+        assert max(map(len, lines)) <= 120, max(lines, key=len)
+        assert lines[-1] == ""
+        assert lines[-2]
+
+
+def test_calls_are_broken_where_they_are_long() -> None:
+    """One line where it fits; else every line within the width, the arguments whole and in order."""
+    assert called("x = f", "1", 'a="b"') == ['x = f(1, a="b")']
+    arguments = [f"name{k}=({k}, {k})" for k in range(20)]
+    lines = called("    x = f", *arguments, after=".pose")
+    assert lines[0] == "    x = f("
+    assert lines[-1] == "    ).pose"
+    assert all(line.startswith("        ") and line.endswith(",") and len(line) <= WIDTH for line in lines[1:-1])
+    assert " ".join(line.strip() for line in lines[1:-1]) == ", ".join(arguments) + ","
+
+
+def test_values_are_written_as_python() -> None:
+    """Infinity by numpy's name, text in double quotes; no script stays none."""
+    assert [literal(v) for v in (np.inf, "huber", 0.5, (1.0,), None)] == ["np.inf", '"huber"', "0.5", "(1.0,)", "None"]
+    assert headed("", "Title") == ""

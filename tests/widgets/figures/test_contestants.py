@@ -1,0 +1,122 @@
+"""The figure of the nine contestants: every link is what the contestant's own state says."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from solvers.studies.race import CONTESTANTS, Contestant
+from widgets.drawing.picture import Points, Segments
+from widgets.drawing.svg import mark_svg
+from widgets.engine.contract import SEED, Action, preset
+from widgets.engine.host import Host
+from widgets.figures.contestants.figure import CAPTIONS, SEARCH, VIEW, WIDGET, State, act, linked, start
+from widgets.figures.contestants.links import LINKS
+from widgets.parts.room import problem
+
+
+def state(*drags: tuple[float, float], seed: int = SEED, **controls: Any) -> State:
+    one = start(preset(WIDGET, "default", controls).controls, seed)
+    for x, y in drags:
+        one = act(one, Action("drag", "source", x, y))
+    return one
+
+
+def frame(log: list[Any] | None = None, **controls: Any) -> dict[str, Any]:
+    return Host().render("f", {**preset(WIDGET, "default", controls).plain(), "log": log or []})
+
+
+def test_there_are_nine_and_all_are_drawn() -> None:
+    """One panel, one readout and one caption for each contestant of the race, in the race's order."""
+    names = [c.method for c in CONTESTANTS]
+    assert set(LINKS) == set(names) == set(CAPTIONS)
+    shown = frame()
+    assert [p["name"] for p in shown["panels"]] == names
+    assert [r["label"] for r in shown["readouts"]] == [c.label for c in CONTESTANTS]
+
+
+@pytest.mark.parametrize("point", [1.0, 5.0, 17.0, 28.0])
+def test_icps_link_is_the_nearest_point(point: float) -> None:
+    """Its length is the least distance to a target point, and never more than the gate where it is used."""
+    one = state(point=point)
+    x = one.pose.apply(one.scene.source)[round(point) - 1]
+    apart = np.linalg.norm(one.scene.target - x, axis=1).min()
+    found = linked(one)["icp"]
+    (line,) = found.marks
+    assert isinstance(line, Segments)
+    assert np.linalg.norm(np.subtract(line.a, line.b)) == pytest.approx(apart)
+    assert (found.value == "none within the gate") == (apart > 2.6)
+
+
+def test_a_walls_residual_is_no_longer_than_the_pairs() -> None:
+    """Across the wall the point is at most as far as the nearest point on it."""
+    for point in range(1, 27):
+        found = linked(state(point=float(point)))
+        if found["icp"].value[0].isdigit() and found["point-to-plane"].value[0].isdigit():
+            assert float(found["point-to-plane"].value) <= float(found["icp"].value) + 0.011
+
+
+@pytest.mark.parametrize("method", ["soft-annealed", "association-bp", "hypothesis-mixture"])
+def test_soft_targets_lie_among_their_threads(method: str) -> None:
+    """The diamond is a mean of target points: inside their box."""
+    one = state()
+    marks = linked(one)[method].marks
+    (diamond,) = (m for m in marks if isinstance(m, Points))
+    assert diamond.shape == "diamond"
+    low, high = one.scene.target.min(axis=0), one.scene.target.max(axis=0)
+    assert (low <= diamond.xy).all()
+    assert (diamond.xy <= high).all()
+
+
+def test_ransac_ignores_the_pose() -> None:
+    """Wherever the source is put, the motion that it guesses takes the point to one place."""
+
+    def goal(one: State) -> Any:
+        return one.known[SEARCH].pose[0].apply(one.scene.source)
+
+    np.testing.assert_array_equal(goal(state()), goal(state((2.0, 1.0), turn=90.0)))
+    assert linked(state())[SEARCH].value == linked(state((2.0, 1.0)))[SEARCH].value
+
+
+def test_mmd_links_nothing() -> None:
+    """No mark of its panel starts at the point: only waves, and they stay where they are."""
+    a, b = (frame([["drag", "source", x, 0.3]]) for x in (-1.0, 1.0))
+    waves = [re.findall(r'class="line weak[^>]*>', f["panels"][6]["svg"]) for f in (a, b)]
+    assert waves[0] == waves[1]
+    assert len(waves[0]) == 2
+
+
+def test_every_control_changes_the_links() -> None:
+    before = [p["svg"] for p in frame()["panels"]]
+    for change in ({"point": 12.0}, {"turn": 60.0}, {"offset": 2.0}):
+        after = [p["svg"] for p in frame(**change)["panels"]]
+        assert sum(a != b for a, b in zip(before, after, strict=True)) == len(before)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.floats(-99, 99), st.floats(-99, 99), st.floats(1, 30), st.floats(-180, 180))
+def test_hostile_places_draw(x: float, y: float, point: float, turn: float) -> None:
+    """Anywhere, any point: finite words, and the handle inside its panel."""
+    shown = frame([["drag", "source", x, y]], point=point, turn=turn)
+    assert not re.search(r"nan|inf\b", shown["description"])
+    (handle,) = shown["handles"]
+    assert 0 < handle["left"] < 100
+    assert 0 < handle["top"] < 100
+
+
+@pytest.mark.parametrize("contestant", CONTESTANTS, ids=lambda c: c.method)
+def test_what_is_kept_changes_no_answer(contestant: Contestant) -> None:
+    """Elsewhere, each contestant links the point as one that begins there on its own, to the last digit."""
+    if contestant.method == SEARCH:
+        return
+    one = state((2.0, 1.0), turn=30.0)
+    fresh = contestant.begin(problem(one.scene, one.pose)).state()
+    of = LINKS[contestant.method](fresh, round(one.controls.point) - 1, VIEW)
+    kept = linked(one)[contestant.method]
+    assert (kept.value, kept.unit) == (of.value, of.unit)
+    assert [mark_svg(mark, VIEW, "f") for mark in kept.marks] == [mark_svg(mark, VIEW, "f") for mark in of.marks]

@@ -1,0 +1,76 @@
+"""Contour lines of fields whose contours are known."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from widgets.drawing.picture import Array
+from widgets.figures.landscape.contours import contours
+from widgets.figures.landscape.terrain import minima, places, within
+
+X, Y = np.linspace(-1.0, 1.0, 81), np.linspace(-1.2, 1.2, 97)
+
+
+def test_the_contours_of_a_bowl_are_circles() -> None:
+    """Every end lies on the circle to second order of the lattice, and the pieces add up to its length."""
+    bowl = np.hypot(X[None, :], Y[:, None])
+    for radius in (0.3, 0.85):
+        a, b = contours(bowl, X, Y, [radius])
+        np.testing.assert_allclose(np.hypot(*np.concatenate([a, b]).T), radius, atol=1e-3)
+        assert np.hypot(*(b - a).T).sum() == pytest.approx(2 * np.pi * radius, rel=2e-3)
+
+
+def test_lines_are_closed_or_end_at_the_border(rng_field: Array) -> None:
+    """Each end that is not at the border is the end of exactly two pieces, also where lines nearly cross."""
+    a, b = contours(rng_field, X, Y, [0.0, 0.4])
+    ends, count = np.unique(np.round(np.concatenate([a, b]), 9), axis=0, return_counts=True)
+    border = (np.abs(ends[:, 0]) > 1.0 - 1e-9) | (np.abs(ends[:, 1]) > 1.2 - 1e-9)
+    assert len(a) > 500
+    assert (count[~border] == 2).all()
+
+
+@pytest.fixture
+def rng_field() -> Array:
+    """Noise from node to node: saddles everywhere."""
+    return np.asarray(np.random.default_rng(3).standard_normal((len(Y), len(X))))
+
+
+def test_a_flat_field_has_no_contours() -> None:
+    a, b = contours(np.zeros((5, 5)), np.arange(5.0), np.arange(5.0), [0.0, 1.0])
+    assert len(a) == len(b) == 0
+
+
+def test_minima_are_nodes_below_all_about_them() -> None:
+    """Two pits are two; a border's low is none, and neither is a valley's flat floor."""
+    field = np.minimum(np.hypot(X[None, :] - 0.5, Y[:, None]), np.hypot(X[None, :] + 0.4, Y[:, None] - 0.3) + 0.1)
+    assert minima(field) == 2
+    assert minima(np.broadcast_to(X, (9, 81))) == 0
+    assert minima(np.broadcast_to(np.abs(X), (9, 81))) == 0
+
+
+def test_places_take_neighbours_together() -> None:
+    ends = np.array([[0.0, 0.0], [0.05, 0.0], [1.0, 1.0], [0.0, 0.11]])
+    assert places(ends, 0.1) == 3
+    assert places(ends[:0], 0.1) == 0
+
+
+def test_a_line_is_cut_at_the_window() -> None:
+    """Out and in again makes two parts, each to the border; a line outside, or a point, makes none."""
+    window = (-1.0, 1.0, -1.0, 1.0)
+    way = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 0.5], [0.0, 0.5], [0.0, 0.75]])
+    one, two = within(way, window)
+    np.testing.assert_allclose(one, [[0.0, 0.0], [1.0, 0.0]])
+    np.testing.assert_allclose(two, [[1.0, 0.5], [0.0, 0.5], [0.0, 0.75]])
+    assert within(way + 3.0, window) == []
+    assert within(way[:1], window) == []
+    (same,) = within(way * 0.4, window)
+    np.testing.assert_allclose(same, way * 0.4)
+    rng = np.random.default_rng(1)
+    for _ in range(50):
+        walk = np.cumsum(rng.standard_normal((20, 2)), axis=0)
+        for part in within(walk, window):
+            assert (np.abs(part) <= 1.0 + 1e-12).all()
+            assert all(np.hypot(*(q - p)) >= 0.0 for p, q in pairwise(part))

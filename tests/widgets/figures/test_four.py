@@ -1,0 +1,197 @@
+"""The walkthrough: its stages are those of one solver step, all panels keep in step, and every control does what it
+names."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from solvers import Pose, register
+from solvers.methods.soft import cpd
+from solvers.metrics import rre, rte
+from solvers.studies.walkthrough import AREA, EVERY, FOUR
+from widgets.drawing.picture import Heat, Panel, Segments
+from widgets.engine.contract import SEED, Action, preset
+from widgets.figures.four import mmd
+from widgets.figures.four.figure import PARTS, WIDGET, State, act, draw, start
+from widgets.figures.four.run import STAGES
+
+NEXT, ITERATE, FINISH = (Action("press", name) for name in ("next", "iterate", "finish"))
+SCENES = ("clean", "noisy", "clutter")
+
+
+def stage(k: int) -> Action:
+    return Action("press", f"stage-{k}")
+
+
+def run(*actions: Action, seed: int = SEED, **controls: Any) -> State:
+    state = start(preset(WIDGET, "default", controls).controls, seed)
+    for action in actions:
+        state = act(state, action)
+    return state
+
+
+def panels(state: State) -> dict[str, Panel]:
+    return {panel.name: panel for panel in draw(state).panels}
+
+
+def shown(state: State) -> dict[str, str]:
+    return {readout.name: readout.value.replace("−", "-") for readout in draw(state).readouts}
+
+
+def told(state: State) -> list[str]:
+    return [panel.caption for panel in draw(state).panels]
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_a_jump_shows_what_walking_there_shows(scene: str) -> None:
+    """Each stage reached directly, forwards or back, has the captions and numbers of the same stage reached by Next."""
+    walked = [run(*[NEXT] * k, scene=scene) for k in range(2 * STAGES)]
+    for k in range(1, STAGES + 1):
+        for jumped, there in (
+            (run(stage(k), scene=scene), walked[k - 1]),
+            (run(ITERATE, stage(5), stage(2), stage(k), scene=scene), walked[STAGES + k - 1]),
+        ):
+            assert told(jumped) == told(there)
+            assert shown(jumped) == shown(there)
+
+
+def test_an_iteration_is_five_stages() -> None:
+    """Next iteration keeps the stage, and stands where five times Next leads."""
+    for k in range(1, STAGES + 1):
+        assert told(run(stage(k), ITERATE)) == told(run(*[NEXT] * (k - 1 + STAGES)))
+
+
+def test_all_panels_stand_at_the_same_stage_and_three_hold_their_fourth() -> None:
+    """Each panel names its own stage of that number; at the fifth the others show what they showed at the fourth."""
+    for k in range(1, STAGES + 1):
+        for name, panel in panels(run(stage(k))).items():
+            stages = PARTS[name].STAGES
+            assert f"{min(k, len(stages))} of {len(stages)} · {stages[min(k, len(stages)) - 1]}" in panel.caption
+    fourth, fifth = run(stage(4)), run(stage(5))
+    for one, other in zip(fourth.walk.looks(), fifth.walk.looks(), strict=True):
+        if one.track.name != "cpd":
+            assert one.errors() == other.errors()
+            drawn = [
+                len(PARTS[look.track.name].shown(look).marks) for look in (one, other)
+            ]  # the very same kinds of marks
+            assert drawn[0] == drawn[1]
+    assert shown(fourth) == shown(fifth)
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_after_k_iterations_the_errors_are_the_front_doors(scene: str) -> None:
+    """register, with the same options and as many steps, from the cloud as it lies: the readouts' numbers."""
+    state = run(ITERATE, ITERATE, stage(4), scene=scene, turn=45.0)
+    said, walk = shown(state), state.walk
+    moved = walk.start.apply(walk.scene.source)
+    calls: dict[str, dict[str, Any]] = {
+        "cpd": {"method": "cpd-similarity", "clutter": 0.12, "volume": AREA},
+        "filterreg": {"method": "filterreg", "filter": "grid", "clutter": 0.25, "volume": AREA},
+        "mmd": {"method": "mmd", "lengths": (1.5, 0.8, 0.5), "count": 48},
+        "flow": {"method": "flow"},
+    }
+    assert list(calls) == list(FOUR)
+    for name, call in calls.items():
+        thin = slice(None, None, EVERY if name == "flow" else 1)
+        result = register(moved[thin], walk.scene.target[thin], seed=SEED, max_steps=3, **call)
+        pose = result.pose.compose(walk.start)
+        assert float(said[f"{name}_rotation"]) == pytest.approx(np.degrees(rre(pose, walk.scene.truth)), abs=0.051)
+        assert float(said[f"{name}_translation"]) == pytest.approx(rte(pose, walk.scene.truth), abs=0.0051)
+
+
+def test_cpds_stages_lead_to_its_next_pose() -> None:
+    """What the third and fourth stage name, put together, is the pose that the step itself comes to."""
+    for actions in ((stage(4),), (ITERATE, stage(4)), (ITERATE, ITERATE, stage(4))):
+        look = run(*actions, scene="clutter").walk.looks()[0]
+        step = cpd.stages(look.before)
+        composed = Pose(step.rotation, step.translation, step.scale)
+        assert composed.apply(look.given) == pytest.approx(look.went.apply(look.walk.scene.source), abs=1e-9)
+        assert step.sigma == pytest.approx(float(look.after.sigma[0]))
+
+
+def test_the_bars_are_the_96_means_and_their_difference() -> None:
+    """Two rows of 96 bars, and one of 96 whose squared lengths add up to the objective."""
+
+    def bars(panel: Panel) -> list[Segments]:
+        return [mark for mark in panel.marks if isinstance(mark, Segments)]
+
+    state = run(stage(2), scene="noisy")
+    above, below = bars(panels(state)["mmd"])
+    assert len(np.asarray(above.a)) == len(np.asarray(below.a)) == 96
+    (one,) = bars(panels(run(stage(3), scene="noisy"))["mmd"])
+    lengths = (np.asarray(one.b) - np.asarray(one.a))[:, 1] / mmd.TALL
+    objective = float(state.walk.tracks[2].before.objective()[0])
+    assert float((lengths**2).sum() / 48) == pytest.approx(objective, rel=1e-9)
+
+
+def test_the_filter_spreads_and_keeps_the_mass() -> None:
+    """The blurred density covers more of the panel than the density, and no cell is above the scale's end."""
+    covered = []
+    for k in (1, 2):
+        (heat,) = (mark for mark in panels(run(ITERATE, stage(k)))["filterreg"].marks if isinstance(mark, Heat))
+        values = np.asarray(heat.values)
+        assert np.nanmax(values) <= heat.high * (1 + 1e-12)
+        x0, x1, y0, y1 = heat.window
+        covered.append(np.isfinite(values).mean() * (x1 - x0) * (y1 - y0))
+    assert covered[1] > 1.5 * covered[0]
+
+
+def test_only_cpd_finds_the_smaller_clouds_size() -> None:
+    """With the scale switch CPD ends within 2 % of 1/0.85; the other three stay 15 % off."""
+    said = shown(run(FINISH, smaller=True))
+    assert abs(float(said["cpd_scale"])) < 2.0
+    assert [said[f"{name}_scale"] for name in ("filterreg", "mmd", "flow")] == ["-15.0"] * 3
+
+
+def test_the_projection_switch_changes_the_flow_alone() -> None:
+    """After two iterations the flow's numbers differ, the others' do not."""
+    on, off = (shown(run(ITERATE, ITERATE, stage(4), turn=100.0, project=flag)) for flag in (True, False))
+    changed = {name for name in on if on[name] != off[name]}
+    assert changed
+    assert all(name.startswith("flow_") for name in changed)
+
+
+def test_the_end_certifies_nothing() -> None:
+    """From half a turn all four stop, and the note counts those that are right: not all."""
+    state = run(FINISH, turn=180.0)
+    picture = draw(state)
+    assert "Their stopping certifies nothing" in picture.note
+    assert "4 of 4" not in picture.note
+    assert {"next", "iterate", "finish", "stage-5"} <= picture.disabled
+    assert told(act(state, NEXT)) == told(state)
+
+
+def test_captions_keep_to_one_line_on_a_wide_page() -> None:
+    """No caption's line is longer than 84 characters in any stage of the first three iterations and at the end."""
+    for scene in SCENES:
+        state = run(scene=scene, smaller=True)
+        for _ in range(3 * STAGES):
+            state = act(state, NEXT)
+            assert max(len(line) for caption in told(state) for line in caption.split("\n")) <= 84
+        for line in (line for caption in told(act(state, FINISH)) for line in caption.split("\n")):
+            assert len(line) <= 84
+
+
+PRESSES = st.sampled_from(["next", "iterate", *(f"stage-{k}" for k in range(1, STAGES + 1))])
+PLACES = st.floats(-1e6, 1e6)
+ACTIONS = st.one_of(
+    st.builds(lambda name: Action("press", name), PRESSES),
+    st.builds(lambda name, x, y: Action("drag", name, x, y), st.sampled_from(["source", "turn"]), PLACES, PLACES),
+)
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.lists(ACTIONS, max_size=6), st.sampled_from(SCENES), st.booleans())
+def test_whatever_a_reader_does_there_is_a_picture(actions: list[Action], scene: str, smaller: bool) -> None:
+    """Any presses and drags: four panels, finite numbers, a stage from 1 to 5, handles only before anything moves."""
+    state = run(*actions, scene=scene, smaller=smaller)
+    picture = draw(state)
+    assert len(picture.panels) == 4
+    assert 1 <= state.walk.stage <= STAGES
+    assert all(np.isfinite(look.errors()).all() for look in state.walk.looks())
+    assert bool(picture.handles) == (state.walk.iteration == state.walk.stage == 1)

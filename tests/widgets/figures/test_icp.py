@@ -1,0 +1,224 @@
+"""The figure of nearest points: what falls and what may rise, both halves of a step, and controls that do what they
+name."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from widgets.engine.contract import SEED, Action, preset
+from widgets.engine.host import Host
+from widgets.figures.icp.figure import OPEN, STEPS, WIDGET, State, act, draw, motion, start
+
+STEP, FINISH = Action("press", "step"), Action("press", "finish")
+SCENES = ["clean", "noise", "gradient", "striped", "outliers", "combo"]
+
+
+def run(*actions: Action, seed: int = SEED, name: str = "default", **controls: Any) -> State:
+    state = start(preset(WIDGET, name, controls).controls, seed)
+    for action in actions:
+        state = act(state, action)
+    return state
+
+
+def shown(state: State) -> dict[str, str]:
+    return {readout.name: readout.value for readout in draw(state).readouts}
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    st.sampled_from(SCENES),
+    st.floats(-180, 180),
+    st.floats(0, 3),
+    st.sampled_from(["plain", "count", "capped"]),
+    st.floats(0.1, 3),
+    st.floats(0, 60),
+    st.integers(0, 999),
+)
+def test_what_is_said_never_to_rise_never_rises(
+    scene: str, turn: float, offset: float, objective: str, gate: float, trim: float, seed: int
+) -> None:
+    """Whatever the controls: where the figure promises that the objective or the RMS falls, every step of it does."""
+    state = run(FINISH, seed=seed, scene=scene, turn=turn, offset=offset, objective=objective, gate=gate, trim=trim)
+    course = state.run.course
+    if state.run.rule.objective_falls:
+        assert all(b.mean <= a.mean * (1 + 1e-9) for a, b in pairwise(course))
+    if state.run.rule.rms_falls:
+        assert not state.run.rises
+        assert len({entry.used for entry in course}) == 1
+    assert state.run.steps <= STEPS
+    assert state.run.done
+
+
+@pytest.mark.parametrize(("name", "controls"), [("default", {}), ("gated", {}), ("default", {"objective": "capped"})])
+def test_both_halves_of_a_step(name: str, controls: dict[str, Any]) -> None:
+    """The move never lengthens the pairs that it fits; the matching never lengthens a point's distance."""
+    state = run(name=name, **controls)
+    for _ in range(6):
+        before, state = state, act(state, STEP)
+        last = state.run.course[-1]
+        assert last.moved <= before.run.course[-1].rms * (1 + 1e-9)
+        old = before.run.now.pairing
+        kept = np.linalg.norm(state.run.now.pairing.moved[0] - state.run.now.index.points[0, old.rows[0]], axis=1)
+        assert (state.run.now.pairing.distances[0] <= kept + 1e-12).all()
+        assert last.changed == (old.rows != state.run.now.pairing.rows).sum()
+
+
+def test_the_gated_preset_rises() -> None:
+    """The preset that shows a rising RMS shows it: in the readout, in the note of such a step, as diamonds."""
+    state = run(FINISH, name="gated")
+    assert len(state.run.rises) >= 5
+    first = state.run.rises[0]
+    at = run(*[STEP] * first, name="gated")
+    picture = draw(at)
+    assert picture.note.endswith("a rise.")
+    assert shown(at)["rises"] == f"1 of {first}"
+    assert shown(at)["falls"] == "neither"
+    frame = Host().render("f", {**preset(WIDGET, "gated").plain(), "log": [["press", "finish"]]})
+    (chart,) = (p["svg"] for p in frame["panels"] if p["name"] == "rms")
+    assert "shape diamond outlier" in chart
+
+
+def test_a_gate_and_a_cap_take_the_same_steps_and_promise_different_things() -> None:
+    """Gated and capped runs go through the same poses; only the cap's objective can be shown not to rise."""
+    gated = run(*[STEP] * 12, turn=45.0, offset=1.43, gate=0.6)
+    capped = run(*[STEP] * 12, turn=45.0, offset=1.43, objective="capped", gate=0.6)
+    np.testing.assert_allclose(gated.run.pose.matrix, capped.run.pose.matrix, atol=1e-12)
+    assert gated.run.rises == capped.run.rises != ()
+    assert (shown(gated)["falls"], shown(capped)["falls"]) == ("neither", "the objective")
+    means = [entry.mean for entry in capped.run.course]
+    assert means == sorted(means, reverse=True)
+
+
+def test_trimming_alone_is_the_fixed_count() -> None:
+    """With the gate open a trimmed fraction is a fixed number of pairs: the same steps, the same promise."""
+    plain, count = (run(*[STEP] * 8, objective=o, gate=OPEN, trim=20.0) for o in ("plain", "count"))
+    np.testing.assert_array_equal(plain.run.pose.matrix, count.run.pose.matrix)
+    assert shown(plain)["falls"] == shown(count)["falls"] == "RMS and objective"
+    assert shown(run(gate=0.6, trim=20.0))["falls"] == "neither"
+
+
+def test_the_wrong_fits_are_convincing() -> None:
+    """The presets of wrong fits stop by themselves, far off, at an RMS near that at the truth or below it."""
+    wall = run(FINISH, name="overlap").run
+    assert wall.status.label == "converged"
+    assert wall.course[-1].rms < float(wall.truth.rms[0])
+    assert wall.course[-1].translation > 0.5
+    stripes = run(FINISH, name="striped").run
+    assert stripes.status.label == "converged"
+    assert stripes.course[-1].rms < 0.08
+    assert stripes.course[-1].translation > 0.2
+    far = run(FINISH, name="far").run
+    assert far.status.label == "converged"
+    assert far.course[-1].rotation > 90.0
+
+
+@pytest.mark.parametrize(
+    ("control", "value", "given_"),
+    [
+        ("noise", 0.2, {}),
+        ("outliers", 30.0, {}),
+        ("overlap", 60.0, {}),
+        ("gate", 0.3, {}),
+        ("gate", 0.3, {"objective": "capped"}),
+        ("trim", 40.0, {}),
+        ("trim", 40.0, {"objective": "count"}),
+        ("turn", -60.0, {}),
+        ("offset", 2.0, {}),
+        ("scene", "striped", {}),
+        ("start", "far", {}),
+        ("objective", "count", {}),
+    ],
+)
+def test_a_control_changes_the_picture_and_the_numbers(control: str, value: Any, given_: dict[str, Any]) -> None:
+    """Before any step already: the map and at least one readout are others."""
+    plain, changed = (preset(WIDGET, "default", {**given_, **more}).plain() for more in ({}, {control: value}))
+    one, other = (Host().render("f", record) for record in (plain, changed))
+    assert one["panels"][0]["svg"] != other["panels"][0]["svg"]
+    assert one["readouts"] != other["readouts"]
+    assert one["python"] != other["python"]
+
+
+def test_a_knob_that_plays_no_part_is_named() -> None:
+    """The gate under a fixed count and the trimming under a cap change nothing but the note that says so."""
+    assert "plays no part" in draw(run(objective="count", gate=0.5)).note
+    assert "plays no part" in draw(run(objective="capped", trim=30.0)).note
+    assert draw(run(objective="count")).note == draw(run()).note == ""
+
+
+def test_every_pair_is_one_of_three_kinds() -> None:
+    """Used, beyond the gate and trimmed lines together are one a source point, and the words count them."""
+    state = run(gate=0.5, trim=30.0, turn=30.0, offset=1.0)
+    n = len(state.run.scene.source)
+    layers = {m.role: len(np.asarray(m.a)) for m in draw(state).panels[0].marks if hasattr(m, "a")}
+    assert set(layers) == {"pair", "outlier", "weak"}
+    assert sum(layers.values()) == n
+    assert all(layers.values())
+    assert shown(state)["used"] == f"{layers['pair']} of {n}"
+    assert f"{layers['outlier']} pairs lie farther apart than 0.50 u" in draw(state).description
+    assert f"{layers['weak']} pairs are trimmed" in draw(state).description
+
+
+def test_the_motion_is_the_move() -> None:
+    """Turned about the old origin, then shifted, the old points are the new points; jumps are not animated."""
+    before, after = run(STEP), run(STEP, STEP)
+    moved = motion(before, after)
+    assert moved is not None
+    c, s = np.cos(moved.turn), np.sin(moved.turn)
+    old = before.run.now.pairing.moved[0] - moved.about
+    new = old @ np.array([[c, -s], [s, c]]).T + moved.about + moved.shift
+    np.testing.assert_allclose(new, after.run.now.pairing.moved[0], atol=1e-12)
+    assert motion(before, act(before, FINISH)) is None
+    assert motion(before, act(before, Action("drag", "source", 0.0, 0.0))) is None
+
+
+@settings(max_examples=50, deadline=None)
+@given(
+    st.lists(
+        st.one_of(
+            st.sampled_from([STEP, FINISH]),
+            st.builds(
+                Action, st.just("drag"), st.sampled_from(["source", "turn"]), st.floats(-99, 99), st.floats(-99, 99)
+            ),
+        ),
+        max_size=6,
+    ),
+    st.floats(0.1, 1.0),
+    st.floats(30, 100),
+    st.floats(0, 50),
+)
+def test_hostile_actions(actions: list[Action], gate: float, overlap: float, outliers: float) -> None:
+    """Any order of steps and drags, also to where no pair is left: a picture, finite words, handles in the window."""
+    state = run(*actions, gate=gate, overlap=overlap, outliers=outliers)
+    picture = draw(state)
+    for handle in picture.handles:
+        assert abs(handle.xy[0]) < 6.4
+        assert abs(handle.xy[1]) < 4.6
+    assert state.run.steps <= STEPS
+    assert (picture.disabled == {"step", "finish"}) == state.run.done
+    log = [action.plain() for action in actions]
+    controls = {"gate": gate, "overlap": overlap, "outliers": outliers}
+    frame = Host().render("f", {**preset(WIDGET, "default", controls).plain(), "log": log})
+    assert not {"nan", "inf"} & set(frame["description"].lower().replace(".", " ").split())
+
+
+def test_no_pair_left_is_said() -> None:
+    """A gate that lets nothing through: no RMS is told, the run stops at once, with the reason."""
+    state = run(name="overlap", turn=0.0, offset=1.2, scene="clean", overlap=30.0)
+    assert shown(state)["used"] == "0 of 132"
+    assert shown(state)["rms"] == "–"
+    assert "no pair with weight lies within the gate" in draw(state).note
+
+
+def test_a_drag_begins_anew() -> None:
+    """Put elsewhere, the source has taken no step, and the outline of the start is that of the new place."""
+    state = run(STEP, STEP, Action("drag", "source", 1.0, -0.5))
+    assert state.run.steps == 0
+    np.testing.assert_allclose(state.run.began.t, (1.0, -0.5))
+    assert not any(getattr(mark, "role", "") == "ghost" for mark in draw(state).panels[0].marks)
+    assert any(getattr(mark, "role", "") == "ghost" for mark in draw(act(state, STEP)).panels[0].marks)

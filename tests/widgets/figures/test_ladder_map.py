@@ -1,0 +1,91 @@
+"""The map of the ladder: each small picture is computed by the rule that it names."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+
+from widgets.engine.contract import preset
+from widgets.engine.host import Host
+from widgets.figures.ladder_map import CELL, COUNT, LEAST, SHIFT, WIDGET, WRONG, Controls, feature_means, start, weights
+
+TURNS = [-180.0, -40.0, 0.0, 90.0]
+
+
+def panels(turn: float) -> dict[str, str]:
+    frame = Host().render("f", preset(WIDGET, "default", {"turn": turn}).plain())
+    return {panel["name"]: panel["svg"] for panel in frame["panels"]}
+
+
+def ends(svg: str, classes: str) -> np.ndarray[Any, Any]:
+    """World coordinates (n, 4) of the segments drawn with these classes."""
+    d = "".join(re.findall(rf'class="{classes}" d="([^"]*)"', svg))
+    found = np.array([[int(v) for v in m] for m in re.findall(r"M(-?\d+) (-?\d+)L(-?\d+) (-?\d+)", d)]) / 500.0
+    return np.stack([found[:, 0] - 3, 2.5 - found[:, 1], found[:, 2] - 3, 2.5 - found[:, 3]], axis=1)
+
+
+@pytest.mark.parametrize("turn", TURNS)
+def test_known_pairs_know(turn: float) -> None:
+    """Rung 1 joins partner to partner at every turn; on rung 2 ten of the partners are others."""
+    state, drawn = start(Controls(turn), 40), panels(turn)
+    pairs = ends(drawn["pairs"], "line pair")
+    np.testing.assert_allclose(pairs, np.hstack([state.moved, state.target]), atol=2e-3)
+    assert len(ends(drawn["corrupted"], "line pair")) == COUNT - WRONG
+    false = ends(drawn["corrupted"], "line outlier dashed")
+    np.testing.assert_allclose(false, np.hstack([state.moved, state.target[state.proposed]])[state.wrong], atol=2e-3)
+    assert (state.proposed != np.arange(COUNT)).sum() == WRONG
+
+
+@pytest.mark.parametrize("turn", TURNS)
+def test_nearest_is_nearest(turn: float) -> None:
+    """No target point is nearer than the one that rung 3 draws a line to; rung 3½'s line is no longer."""
+    state, drawn = start(Controls(turn), 40), panels(turn)
+    lines = ends(drawn["nearest"], "line pair")
+    length = np.linalg.norm(lines[:, 2:] - lines[:, :2], axis=1)
+    np.testing.assert_allclose(length, np.sqrt(state.squares.min(axis=1)), atol=4e-3)
+    feet = ends(drawn["surface"], "line pair")
+    assert (np.linalg.norm(feet[:, 2:] - feet[:, :2], axis=1) <= length + 4e-3).all()
+
+
+@pytest.mark.parametrize("turn", TURNS)
+def test_soft_weights_are_shares(turn: float) -> None:
+    """Every source point spends one unit of weight, most of it on what is nearest."""
+    state = start(Controls(turn), 40)
+    w = weights(state)
+    np.testing.assert_allclose(w.sum(axis=1), 1.0)
+    np.testing.assert_array_equal(w.argmax(axis=1), state.squares.argmin(axis=1))
+
+
+def test_cells_with_few_points_have_no_gaussian() -> None:
+    """One ellipse for each cell with three target points or more, and the source points elsewhere are grey."""
+    state, drawn = start(Controls(), 40), panels(-40.0)["cells"]
+    cells, counts = np.unique(np.floor(state.target / CELL), axis=0, return_counts=True)
+    (d,) = re.findall(r'class="line target filled" d="([^"]*)"', drawn)
+    assert d.count("M") == (counts >= LEAST).sum()
+    full = {tuple(cell) for cell in cells[counts >= LEAST]}
+    (grey,) = re.findall(r'class="dot s ghost" d="([^"]*)"', drawn)
+    assert grey.count("h1") == sum(tuple(cell) not in full for cell in np.floor(state.moved / CELL))
+
+
+def test_equal_clouds_have_equal_means_of_the_wave() -> None:
+    """The two hands of the dial meet when the clouds do; apart, the readout says by how much."""
+    state = start(Controls(0.0), 40)
+    back = state.moved - SHIFT
+    np.testing.assert_allclose(back, state.bird, atol=1e-12)
+    here, there = feature_means(state)
+    assert np.hypot(*here) <= 1
+    phase = (state.target @ state.frequency)[:, None]
+    np.testing.assert_allclose(there, np.hstack([np.cos(phase), np.sin(phase)]).mean(axis=0))
+    frame = Host().render("f", preset(WIDGET, "default", {"turn": 0}).plain())
+    shown = {r["name"]: r["value"] for r in frame["readouts"]}
+    assert float(shown["mean_gap"]) == pytest.approx(np.hypot(*(here - there)), abs=0.0051)
+
+
+def test_only_rung_one_does_not_care() -> None:
+    """Turned upside down, hardly a nearest point is still the true partner."""
+    near, far = start(Controls(0.0), 40), start(Controls(180.0), 40)
+    right = [(s.squares.argmin(axis=1) == np.arange(COUNT)).sum() for s in (near, far)]
+    assert right[1] < right[0]

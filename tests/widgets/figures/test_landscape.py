@@ -1,0 +1,138 @@
+"""The figure of the landscape: terrain of the solvers' own objectives, and descents that are theirs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from widgets.drawing.picture import Heat
+from widgets.engine.contract import SEED, Action, preset
+from widgets.engine.host import Host
+from widgets.figures.landscape.figure import BANDS, FEW, MOST, NEAR, REACH, SIDE, WIDGET, State, act, draw, start
+
+SOW, CLEAR, RESAMPLE = (Action("press", name) for name in ("sow", "clear", "resample"))
+OBJECTIVES = pytest.mark.parametrize("objective", ["mmd", "capped"])
+
+
+def run(*actions: Action, seed: int = SEED, **controls: Any) -> State:
+    state = start(preset(WIDGET, "default", controls).controls, seed)
+    for action in actions:
+        state = act(state, action)
+    return state
+
+
+def click(x: float, y: float) -> Action:
+    return Action("click", "map", x, y)
+
+
+def shown(state: State, detail: int = BANDS) -> dict[str, str]:
+    return {r.name: r.value for r in draw(state, detail).readouts}
+
+
+@OBJECTIVES
+def test_descents_descend_on_the_terrain_that_is_drawn(objective: str) -> None:
+    """Every run's objective is the field's at its places, and never rises."""
+    state = run(SOW, objective=objective)
+    (descent,) = state.runs
+    assert len(descent.starts) == SIDE**2
+    assert (np.diff(descent.path.objective, axis=0) <= 1e-12).all()
+    for i in (0, 24, 48):
+        way = descent.way(i)
+        np.testing.assert_allclose(way[0], descent.starts[i])
+        np.testing.assert_allclose(way[-1], descent.ends[i])
+        np.testing.assert_allclose(state.terrain.chosen.values(way), descent.path.objective[: len(way), i], atol=1e-12)
+
+
+@OBJECTIVES
+def test_deep_is_low_on_the_map_and_on_its_scale(objective: str) -> None:
+    """The lowest tile is in the deepest colour, and the scale's deepest end is at its lowest number."""
+    picture = draw(run(objective=objective))
+    field, bar = (mark for mark in picture.panels[0].marks if isinstance(mark, Heat))
+    values = run(objective=objective).terrain.field.values(BANDS)
+    assert np.argmax(np.asarray(field.values)) == np.argmin(values)
+    scale = np.asarray(bar.values)[:, 0]
+    assert (np.diff(scale) < 0.0).all()  # row 0 is at the lower end, where the number is 0
+
+
+def test_counts_are_of_what_is_drawn() -> None:
+    """Starts that reach the truth are the rings, the others the crosses."""
+    state = run(SOW)
+    reached, of = shown(state)["reached"].split(" of ")
+    ends = state.runs[0].ends
+    assert (int(reached), int(of)) == ((np.hypot(*ends.T) < NEAR).sum(), SIDE**2)
+    svg = Host().render("f", {**preset(WIDGET).plain(), "log": [["press", "sow"]]})["panels"][0]["svg"]
+    (rings,) = (d for d in svg.split("<path") if "shape ring truth" in d)
+    (crosses,) = (d for d in svg.split("<path") if "shape cross source" in d)
+    assert (rings.count("M"), crosses.count("M")) == (int(reached), SIDE**2 - int(reached))
+
+
+def test_starts_stay_until_cleared_and_frequencies_until_redrawn() -> None:
+    """Picks add up; *Clear* forgets them and no more; *Resample* moves the terrain and keeps the starts."""
+    state = run(click(1.0, 1.0), SOW, click(-1.0, 0.5))
+    assert state.count == SIDE**2 + 2
+    assert act(state, CLEAR).count == 0
+    assert act(state, CLEAR).terrain is state.terrain
+    anew = act(state, RESAMPLE)
+    assert anew.count == state.count
+    assert np.abs(anew.terrain.mmd.frequencies - state.terrain.mmd.frequencies).max() > 0.1
+    assert shown(anew)["truth"] != shown(state)["truth"]
+    assert act(anew, CLEAR).terrain is anew.terrain
+    assert draw(run()).disabled == {"clear"}
+
+
+def test_more_frequencies_extend_the_draw() -> None:
+    """The first of many are the few."""
+    few, many = run(count=8.0).terrain.mmd.frequencies, run(count=64.0).terrain.mmd.frequencies
+    np.testing.assert_array_equal(many[:8], few)
+
+
+@OBJECTIVES
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("length", 1.6), ("count", 8.0), ("cap", 0.4), ("setting", "striped"), ("noise", 0.2), ("outliers", 30.0)],
+)
+def test_every_control_changes_the_figure(objective: str, name: str, value: float | str) -> None:
+    """What does not move the chosen objective moves the other one's line in the cut."""
+    before, after = (
+        Host().render("f", preset(WIDGET, "default", {"objective": objective, **given}).plain())
+        for given in ({}, {name: value})
+    )
+    assert before["panels"][2]["svg"] != after["panels"][2]["svg"]
+    own = {"mmd": ("length", "count"), "capped": ("cap",)}[objective]
+    if name in (*own, "setting", "noise", "outliers"):
+        assert before["panels"][0]["svg"] != after["panels"][0]["svg"]
+
+
+@OBJECTIVES
+def test_the_coarse_answer_waits_for_nothing(objective: str) -> None:
+    """While many starts are drawn, the coarse map shows them without their runs; a few run at once."""
+    many = run(SOW, objective=objective)
+    assert shown(many, 0)["reached"] == "…"
+    assert "path" not in many.runs[0].__dict__
+    assert shown(many, 1)["reached"].endswith(f" of {SIDE**2}")
+    few = run(*[click(0.3 * k, 0.2) for k in range(FEW)], objective=objective)
+    assert shown(few, 0)["reached"].endswith(f" of {FEW}")
+    assert shown(few, 0)["minima"] == "…"
+
+
+def test_there_is_an_end_to_sowing() -> None:
+    """No more starts than can be drawn: the button goes off, and a pick beyond the last changes nothing."""
+    state = run(*[SOW] * 12)
+    assert state.count == MOST // SIDE**2 * SIDE**2
+    assert "sow" in draw(state, 0).disabled
+
+
+@OBJECTIVES
+@settings(deadline=None, max_examples=15)
+@given(st.lists(st.tuples(st.floats(-99, 99), st.floats(-99, 99)), min_size=1, max_size=4), st.floats(0.2, 3.0))
+def test_nothing_a_reader_picks_breaks_it(objective: str, picks: list[tuple[float, float]], scale: float) -> None:
+    """A place outside the window is taken at its border; every number is a number."""
+    plain = preset(WIDGET, "default", {"objective": objective, "length": scale, "cap": scale}).plain()
+    frame = Host().render("f", {**plain, "log": [["click", "map", x, y] for x, y in picks]}, 0)
+    assert "nan" not in "".join(p["svg"] for p in frame["panels"]) + frame["description"]
+    state = run(*[click(x, y) for x, y in picks], objective=objective)
+    assert (np.abs(np.concatenate([r.starts for r in state.runs])) <= REACH).all()

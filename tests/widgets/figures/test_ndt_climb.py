@@ -1,0 +1,137 @@
+"""The figure of the climb: two runs of one solver from one start, their marks true to the steps they stand for."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from solvers import register
+from widgets.engine.contract import SEED, Action, preset
+from widgets.engine.host import Host
+from widgets.figures.ndt_climb import climb as climbing
+from widgets.figures.ndt_climb.figure import COARSER, MAX_STEPS, WIDGET, State, act, draw, start
+
+STEP = Action("press", "step")
+
+
+def run(*actions: Action, seed: int = SEED, preset_name: str = "default", **controls: Any) -> State:
+    state = start(preset(WIDGET, preset_name, controls).controls, seed)
+    for action in actions:
+        state = act(state, action)
+    return state
+
+
+def finished(**controls: Any) -> State:
+    return run(*[STEP] * MAX_STEPS, **controls)
+
+
+@pytest.mark.parametrize("controls", [{}, {"four": False, "cell": 1.2}, {"max_turn": 0.04, "max_shift": 0.1}])
+def test_both_runs_are_the_solvers_own(controls: dict[str, Any]) -> None:
+    """Step by step or all at once, at one cell size or from coarse to fine, dragged or not: the poses of `register`."""
+    drag = Action("drag", "turn", 4.0, 1.5)
+    for state in (finished(**controls), run(drag, *[STEP] * MAX_STEPS, **controls)):
+        check(state)
+
+
+def check(state: State) -> None:
+    c = state.controls
+    for sizes, climb in (((c.cell,), state.one), (tuple(k * c.cell for k in COARSER), state.fine)):
+        found = register(
+            state.scene.source, state.scene.target, "ndt", start=state.placed, cells=sizes,
+            grids=4 if c.four else 1, max_shift=c.max_shift, max_turn=c.max_turn, max_steps=MAX_STEPS,
+        )  # fmt: skip
+        np.testing.assert_allclose(climb.pose.matrix, found.pose.matrix, atol=1e-9)
+        assert (climb.steps, climb.status) == (found.steps, found.status)
+
+
+def test_marks_say_what_the_steps_did() -> None:
+    """A capped step is exactly as long as its cap, halved as often as marked; an uncapped one is within both caps."""
+    state = finished(max_turn=0.1, max_shift=0.3)
+    seen = set()
+    for climb in state.runs.values():
+        for now, cap, halved in zip(climb.states[1:], climb.caps[1:], climb.halved[1:], strict=True):
+            shift, turn = np.linalg.norm(now.step[0, :2]) * 2.0**halved, abs(now.step[0, 2]) * 2.0**halved
+            assert shift <= 0.3 + 1e-12
+            assert turn <= 0.1 + 1e-12
+            if cap:
+                assert (shift, turn)[cap == "turn"] == pytest.approx((0.3, 0.1)[cap == "turn"], rel=1e-12)
+            seen |= {cap, "halved" if halved else ""}
+    assert seen == {"", "shift", "turn", "halved"}
+
+
+def test_the_score_rises_within_a_level_and_jumps_between_levels() -> None:
+    """Between two levels the objective is another one, marked where the cells change."""
+    climb = finished().fine
+    scores = [-float(state.objective[0]) for state in climb.states]
+    assert len(climb.rises) == len(COARSER) - 1
+    for k, (a, b) in enumerate(pairwise(scores), start=1):
+        assert k in climb.rises or b >= a
+    assert climb.levels == sorted(climb.levels)
+
+
+def test_the_scores_beside_each_other_are_of_the_same_cells() -> None:
+    """The truth and both poses are scored on cells of size h, also while the second run is on coarser ones."""
+    shown = {r.name: r.value for r in draw(run()).readouts}
+    assert shown["score_one"] == shown["score_fine"]
+    state = finished()
+    assert climbing.score(state.fine.now, 2, state.scene.truth) == pytest.approx(state.one.truth[0])
+    assert climbing.score(state.fine.now, 2, state.fine.pose) == pytest.approx(-float(state.fine.now.objective[0]))
+
+
+def test_a_score_can_exceed_that_of_the_truth() -> None:
+    """The preset named so: a pose off the truth scores higher than the truth."""
+    state = finished(preset_name="exceeds")
+    assert state.fine.relative[-1] > 1.1
+    shown = {r.name: float(r.value) for r in draw(state).readouts if r.name.startswith(("score", "rotation_f"))}
+    assert shown["score_fine"] > shown["score_truth"]
+    assert shown["rotation_fine"] > 1.0
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("turn", -10.0), ("shift", 0.6), ("cell", 1.1), ("noise", 0.1), ("max_shift", 0.1), ("max_turn", 0.04),
+     ("four", False)],
+)  # fmt: skip
+def test_every_control_changes_the_climb(name: str, value: float | bool) -> None:
+    """Each slider and the switch change where or how far three steps lead."""
+    before, after = (run(*[STEP] * 3, **given).fine for given in ({}, {name: value}))
+    assert np.abs(before.pose.matrix - after.pose.matrix).max() > 1e-6
+
+
+def test_a_drag_starts_both_anew() -> None:
+    """Wherever the runs stand, moving the start takes both back to it."""
+    state = run(STEP, STEP, Action("drag", "source", 1.0, 0.5))
+    for climb in state.runs.values():
+        assert climb.steps == 0
+        np.testing.assert_array_equal(climb.pose.matrix, state.placed.matrix)
+    np.testing.assert_allclose(state.placed.apply(state.anchor[None])[0], [1.0, 0.5], atol=1e-12)
+
+
+def test_run_ends_and_stays_ended() -> None:
+    """When both have stopped, the buttons are off and another step changes nothing."""
+    state = finished()
+    assert draw(state).disabled == {"step", "run"}
+    assert act(state, STEP).fine is state.fine
+    assert draw(run(STEP)).disabled == frozenset()
+
+
+@settings(deadline=None, max_examples=25)
+@given(
+    st.lists(st.tuples(st.sampled_from(["source", "turn", "step"]), *[st.floats(-99, 99)] * 2), max_size=6),
+    st.floats(0.4, 2.0),
+    st.floats(0.0, 0.3),
+    st.booleans(),
+)
+def test_nothing_a_reader_does_breaks_it(
+    did: list[tuple[str, float, float]], cell: float, noise: float, four: bool
+) -> None:
+    """Any start, also one far outside the cells, gives a picture whose numbers are numbers."""
+    log = [["press", "step"] if name == "step" else ["drag", name, x, y] for name, x, y in did]
+    plain = preset(WIDGET, "default", {"cell": cell, "noise": noise, "four": four}).plain()
+    frame = Host().render("f", {**plain, "log": [*log, ["press", "step"]]})
+    assert "nan" not in "".join(p["svg"] for p in frame["panels"]) + frame["description"]

@@ -1,0 +1,123 @@
+"""The grid of Gaussians: cells by hover and by button, discarded cells with their reasons, numbers that agree."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from widgets.engine.contract import preset
+from widgets.engine.host import Host
+from widgets.figures.ndt_map import STUCK, WIDGET
+
+NEXT = ["press", "next"]
+RANGES = {"noise": (0.0, 0.2), "size": (0.3, 2.5), "nudge_x": (-0.75, 0.75), "nudge_y": (-0.75, 0.75)}
+
+
+def shown(*log: Any, host: Host | None = None, **controls: Any) -> tuple[dict[str, str], dict[str, Any]]:
+    """The readouts by name, and the frame; of a host that has seen nothing, unless one is given."""
+    plain = {**preset(WIDGET, "default", controls).plain(), "log": list(log)}
+    frame = (host or Host()).render("f", plain)
+    return {r["name"]: r["value"] for r in frame["readouts"]}, frame
+
+
+def test_it_opens_on_a_corner_that_one_gaussian_blurs() -> None:
+    """The first cell holds both arms of a corner: its small eigenvalue is at least ten times the noise variance."""
+    said, _ = shown()
+    assert said["cell"] == "kept"
+    assert float(said["low"]) > 10 * 0.03**2
+    assert 30 < abs(float(said["angle"].replace("−", "-"))) < 60
+
+
+def test_pointing_chooses_the_cell_that_is_there() -> None:
+    """Two places in one cell are one picture; a place in another is another; only the last hover counts."""
+    _, one = shown(["hover", "main", -4.6, 1.2])
+    _, same = shown(["hover", "main", -4.9, 1.9])
+    _, other = shown(["hover", "main", 0.5, 1.4])
+    _, both = shown(["hover", "main", -4.6, 1.2], ["hover", "main", 0.5, 1.4])
+    assert one["panels"] == same["panels"]
+    assert one["panels"] != other["panels"]
+    assert both["panels"] == other["panels"]
+
+
+@pytest.mark.parametrize("controls", [{}, {"size": 0.4}, {"size": 2.0}, {"noise": 0.0}, {"nudge_x": 0.35}])
+def test_next_goes_through_every_cell_that_holds_a_point(controls: dict[str, float]) -> None:
+    """As many presses as there are such cells come back to the first; their points are all points, none twice."""
+    first, _ = shown(**controls)
+    cells = int(first["kept"]) + int(first["discarded"])
+    host = Host()
+    said = [shown(*[NEXT] * k, host=host, **controls)[0] for k in range(cells + 1)]
+    assert said[cells] == said[0]
+    assert len({one["mean"] for one in said[:cells]}) > 0.9 * cells
+    total = int(first["covered"].split(" of ")[1])
+    assert sum(int(one["count"]) for one in said[:cells]) == total
+    kept = [one for one in said[:cells] if one["cell"].startswith("kept")]
+    assert len(kept) == int(first["kept"])
+    assert sum(int(one["count"]) for one in kept) == int(first["covered"].split(" of ")[0])
+
+
+def test_discarded_cells_say_why() -> None:
+    """The stuck beam's cell has points enough and no spread; another has too few; an empty one holds none."""
+    said, frame = shown(["hover", "main", -2.5, 0.4])
+    assert said["cell"] == "discarded"
+    assert said["count"] == str(STUCK)
+    assert "all points at one place" in frame["note"]
+    notes = [shown(*[NEXT] * k)[1]["note"] for k in range(34)]
+    assert any("fewer than 3 points" in note for note in notes)
+    said, frame = shown(["hover", "main", 0.5, -0.5])
+    assert (said["cell"], said["count"], said["angle"]) == ("empty", "0", "–")
+    assert "holds no point" in frame["note"]
+
+
+def test_the_stuck_beam_adds_its_returns_and_nothing_that_is_kept() -> None:
+    """Switched off, five points and one discarded cell go; the kept cells stay."""
+    on, off = shown()[0], shown(stuck=False)[0]
+    assert on["kept"] == off["kept"]
+    assert int(on["discarded"]) == int(off["discarded"]) + 1
+    assert int(on["covered"].split(" of ")[1]) == int(off["covered"].split(" of ")[1]) + STUCK
+
+
+def test_without_noise_walls_are_floored_and_say_so() -> None:
+    """The cell after the corner holds one exact wall."""
+    said, frame = shown(NEXT, noise=0.0)
+    assert said["cell"] == "kept, floored"
+    assert "raised" in frame["note"]
+
+
+def test_smaller_cells_keep_less_of_the_scan() -> None:
+    """Points in kept cells: all but a few at 1 u, fewer at 0.4 u, far fewer at 0.3 u."""
+    covered = [int(shown(size=h)[0]["covered"].split(" of ")[0]) for h in (1.0, 0.4, 0.3)]
+    assert covered[0] > covered[1] > 1.5 * covered[2]
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    st.fixed_dictionaries({name: st.floats(*span) for name, span in RANGES.items()}),
+    st.lists(
+        st.one_of(
+            st.just(NEXT),
+            st.tuples(st.just("hover"), st.just("main"), st.floats(-9e5, 9e5), st.floats(-9e5, 9e5)).map(list),
+        ),
+        max_size=4,
+    ),
+    st.integers(0, 2**31 - 1),
+)
+def test_whatever_a_reader_does_the_numbers_add_up(controls: dict[str, float], log: list[Any], seed: int) -> None:
+    """Any grid, any cell, any draw: kept and discarded cells and their points are whole, and every readout is one."""
+    plain = {**preset(WIDGET, "default", controls).plain(), "log": log, "seed": seed}
+    frame = Host().render("f", plain)
+    said = {r["name"]: r["value"] for r in frame["readouts"]}
+    inside, total = (int(v) for v in said["covered"].split(" of "))
+    assert 0 <= inside <= total
+    assert 0 <= int(said["count"]) <= total
+    assert "nan" not in frame["panels"][0]["svg"] + frame["panels"][1]["svg"]
+    assert np.isfinite(int(said["kept"]) + int(said["discarded"]))
+
+
+def test_one_point_is_a_point() -> None:
+    """A cell that holds a single point says so in the singular."""
+    said = Host().render("cells", {"widget": "ndt-map", "controls": {"nudge_x": 0.5, "nudge_y": 0.5}})["description"]
+    assert "holds 1 point and is discarded" in said

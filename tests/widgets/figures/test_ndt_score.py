@@ -1,0 +1,111 @@
+"""The score map: what each control does to it, where climbs go, and what each level of detail shows."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from widgets.engine.contract import preset
+from widgets.engine.host import Host
+from widgets.figures.ndt_score import WIDGET
+
+TRUTH = ["press", "truth"]
+RANGES = {"rotation": (-45.0, 45.0), "noise": (0.0, 0.2), "outliers": (0.0, 0.6), "size": (0.4, 2.0)}
+
+
+def shown(*log: Any, seed: int = 40, **controls: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+    """The readouts by name, numbers as such, and the frame."""
+    plain = {**preset(WIDGET, "default", controls).plain(), "log": list(log), "seed": seed}
+    frame = Host().render("f", plain)
+    values = {r["name"]: r["value"].replace("−", "-") for r in frame["readouts"]}
+    return {k: v if "·" in v else float(v) for k, v in values.items()}, frame
+
+
+def test_it_opens_on_a_climb_that_arrives() -> None:
+    """The first climb takes steps, has a try rejected and ends beside the truth, with a higher score than there."""
+    said, frame = shown()
+    taken, rejected = (int(v) for v in said["steps"].split(" · "))
+    assert taken > 3
+    assert rejected > 0
+    assert said["away"] < 0.05
+    assert said["score"] > said["truth"] > 5 * said["begin"]
+    svg = frame["panels"][0]["svg"]
+    assert 'class="shape cross outlier"' in svg
+    assert "outlier dashed" in svg
+
+
+def test_a_climb_starts_where_the_reader_picks_and_never_goes_down() -> None:
+    """From nine places: the score reached is at least that at the start; the truth's own climb begins at its score."""
+    for x in (-1.2, 0.1, 0.9):
+        for y in (-0.9, 0.2, 1.1):
+            said, _ = shown(["click", "map", x, y])
+            assert said["score"] >= said["begin"]
+    said, _ = shown(TRUTH)
+    assert said["begin"] == said["truth"]
+
+
+def test_a_rotation_lowers_the_whole_map() -> None:
+    """At 15° the readout of the rotation stays 15 whatever is climbed, the score at the truth is the same and out of
+    reach, and the map's summit has moved."""
+    level, turned = shown()[0], shown(rotation=15.0)[0]
+    assert turned["turn"] == 15
+    assert turned["truth"] == level["truth"]
+    assert turned["score"] < 0.5 * turned["truth"]
+    assert turned["best"] > 0.3
+    assert shown(TRUTH, rotation=15.0)[0]["turn"] == 15
+
+
+def test_the_map_says_at_which_rotation_it_is() -> None:
+    for rotation in (0.0, -15.0, 30.0):
+        plain = preset(WIDGET, "default", {"rotation": rotation, "noise": 0.05}).plain()
+        caption = Host().render("f", plain, 0)["panels"][0]["caption"]
+        assert caption == f"Score at {rotation:.0f}°".replace("-", "−")
+
+
+def test_the_scale_ends_at_a_round_number_above_the_map() -> None:
+    """0.4 at the true rotation, 0.2 or less at 15°: the bar's own numbers."""
+
+    def top(frame: dict[str, Any]) -> float:
+        bar = frame["panels"][0]["svg"].split("shift in y, u</text>")[1].split("score</text>")[0]
+        return max(float(label) for label in re.findall(r">([\d.]+)</text>", bar))
+
+    assert top(shown()[1]) == pytest.approx(0.4)
+    assert top(shown(rotation=15.0)[1]) <= 0.2
+
+
+def test_coarse_levels_have_fewer_tiles() -> None:
+    """The coarsest picture is the lightest, and every level has the same readouts but the place of the highest tile."""
+    plain, host = preset(WIDGET).plain(), Host()
+    frames = [host.render("f", plain, level) for level in range(WIDGET.details)]
+    sizes = [len(frame["panels"][0]["svg"]) for frame in frames]
+    assert sizes[0] == min(sizes)
+    for frame in frames:
+        same = [r for r in frame["readouts"] if r["name"] != "best"]
+        assert same == [r for r in frames[-1]["readouts"] if r["name"] != "best"]
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    st.fixed_dictionaries({name: st.floats(*span) for name, span in RANGES.items()}),
+    st.sampled_from(["one", "four"]),
+    st.lists(
+        st.one_of(
+            st.just(TRUTH),
+            st.tuples(st.just("click"), st.just("map"), st.floats(-9e5, 9e5), st.floats(-9e5, 9e5)).map(list),
+        ),
+        max_size=3,
+    ),
+    st.integers(0, 2**31 - 1),
+)
+def test_whatever_a_reader_does_scores_stay_scores(
+    controls: dict[str, float], grids: str, log: list[Any], seed: int
+) -> None:
+    """Any setting, any start, any draw: scores between 0 and 1, reached not below the start's, picture without NaN."""
+    said, frame = shown(*log, seed=seed, grids=grids, **controls)
+    assert 0 <= said["begin"] <= said["score"] <= 1
+    assert 0 <= said["truth"] <= 1
+    assert "nan" not in frame["panels"][0]["svg"]

@@ -1,0 +1,193 @@
+"""A reader's own clouds, natively: given, thinned, sliced, run by every method, in any unit; and what is taken away."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+
+from solvers import METHODS, Pose
+from solvers.geometry.downsample import thinned
+from solvers.scenes.rooms import room
+from tests.widgets.test_any_sequence import check_any_frame
+from widgets.engine.contract import parsed, preset
+from widgets.engine.host import Host
+from widgets.figures.own_clouds.figure import WIDGET
+from widgets.figures.own_clouds.methods import OWN
+
+FAR = np.array([431_200.0, 5_481_900.0])  # a corner of a national grid
+
+
+def text(points: np.ndarray) -> bytes:
+    return "\n".join(",".join(repr(float(v)) for v in row) for row in points).encode()
+
+
+def give(host: Host, name: str, data: bytes) -> dict[str, str]:
+    return json.loads(host.give(json.dumps({"widget": "own-clouds", "name": name}), data))  # type: ignore[no-any-return]
+
+
+def record(source: str = "", target: str = "", log: tuple[str, ...] = (), **controls: Any) -> dict[str, Any]:
+    plain = preset(WIDGET, "default", {"clouds": "own", **controls}).plain()
+    given = {place: key for place, key in (("source", source), ("target", target)) if key}
+    return {**plain, "log": [["press", name] for name in log], "given": given}
+
+
+def readouts(frame: dict[str, Any]) -> dict[str, str]:
+    return {each["name"]: each["value"].replace("−", "-") for each in frame["readouts"]}
+
+
+def pair(host: Host, scale: float = 1.0, corner: np.ndarray | float = 0.0) -> tuple[str, str, Pose]:
+    """A room and itself, turned by 8° about its middle, as two files; and the true pose."""
+    scene = room("clean", seed=66)
+    target = scale * scene.target + corner
+    turn, middle = Pose.from_angle(np.radians(8.0)), target.mean(axis=0)
+    truth = Pose(turn.R, middle - turn.R @ middle)
+    source = truth.inverse().apply(scale * scene.source + corner)
+    return give(host, "a.csv", text(source))["key"], give(host, "b.csv", text(target))["key"], truth
+
+
+def test_every_method_that_finds_its_own_pairs_is_offered() -> None:
+    assert set(OWN) == {name for name, method in METHODS.items() if not method.paired and 2 in (method.dims or (2,))}
+
+
+@pytest.mark.parametrize("method", [name for name in OWN if not name.startswith("flow")])
+def test_a_method_does_the_same_in_millimetres_and_on_a_national_grid(method: str) -> None:
+    """Small units and large coordinates: from 8° off, the turn is found to 3° by each, and no number is lost."""
+    host = Host()
+    for scale, corner in ((0.001, 0.0), (100.0, FAR)):
+        source, target, _ = pair(host, scale, corner)
+        plain = record(source, target, ("ten",) * 21, **{"method": method, **OWN[method].brings()})
+        frame = host.render("f", plain)
+        told = json.loads(frame["files"]["pose.json"])
+        assert told["status"] in ("converged", "stalled", "capped")
+        assert abs(told["angle_degrees"] - 8.0) < 3.0, (scale, told["angle_degrees"])
+        assert told["explained"] > 0.9
+
+
+def test_the_learned_flows_run_a_step_on_few_points() -> None:
+    host = Host()
+    source, target, _ = pair(host)
+    for method in ("flow", "flow-from-source"):
+        shown = readouts(host.render("f", record(source, target, ("step",), method=method, points=100)))
+        assert shown["stop"] == "running, step 1"
+        assert [part.split(" of ")[1] for part in shown["points"].split(" and ")] == ["132", "160"]
+
+
+def test_given_clouds_are_thinned_sliced_and_told() -> None:
+    """To the points asked for, the same as `thinned`; a slice by the height of both; an empty one says so."""
+    host, random = Host(), np.random.default_rng(3)
+    low, high = random.uniform([0, 0, 0], [6, 4, 1], (900, 3)), random.uniform([0, 0, 1], [6, 4, 3], (700, 3))
+    told = give(host, "low.csv", text(low))
+    assert told["words"] == "900 points in 3-D, text separated by commas."
+    target = give(host, "high.csv", text(high))["key"]
+    frame = host.render("f", record(told["key"], target, points=300))
+    n, m = (len(thinned(p[:, :2], 300)) for p in (low, high))
+    assert readouts(frame)["points"] == f"{n} of 900 and {m} of 700"
+    assert frame["note"] == f"Thinned: source {n} of 900, target {m} of 700 points."
+    inside = [int(((p[:, 2] >= 0.6) & (p[:, 2] <= 1.8)).sum()) for p in (low, high)]
+    shown = readouts(host.render("f", record(told["key"], target, points=1000, height=40, thickness=40)))["points"]
+    seen = [int(part.split(" of ")[-1]) for part in shown.split(" and ")]
+    assert seen == pytest.approx(inside, abs=3)
+    frame = host.render("f", record(told["key"], target, height=90, thickness=10))
+    assert frame["note"] == "No source point lies in this slice. Move or thicken it."
+    assert "step" in frame["disabled"]
+
+
+def test_one_cloud_or_none_is_a_state_too() -> None:
+    """What a link's state is where its files are not: it asks for them, and holds once they are given."""
+    host = Host()
+    assert host.render("f", record())["note"] == "Choose or draw a source and a target first."
+    away = Host()
+    source, target, _ = pair(away)
+    plain = record(source, target, ("ten",), method="gicp")
+    assert host.render("f", plain)["note"] == "Choose or draw a source and a target first."
+    assert pair(host)[:2] == (source, target)
+    assert host.render("f", plain) == away.render("f", plain)
+    host.forget(source)
+    assert host.render("f", plain)["note"] == "Choose or draw a source first."
+
+
+def test_what_cannot_be_read_is_refused() -> None:
+    host = Host()
+    with pytest.raises(ValueError, match=r"^line 2: 'x' is no number"):
+        give(host, "a.csv", b"1,2\n3,x\n")
+    with pytest.raises(ValueError, match="no widget that takes anything"):
+        host.give(json.dumps({"widget": "icp", "name": "a"}), b"1,2")
+    for given in ("key", {"source": 3}, {"other": "0" * 32}):
+        with pytest.raises(ValueError, match="given"):
+            parsed(WIDGET, {**record(), "given": given})
+
+
+@pytest.mark.parametrize(
+    ("data", "told"),
+    [
+        (b"1e100,0\n2,3\n", "a coordinate is 1e+100; expected none beyond 1e+15. Write it in a larger unit"),
+        (b"0,0\n0,-2e15\n", "a coordinate is 2e+15; expected none beyond 1e+15. Write it in a larger unit"),
+        (b"0,0\n0,2e-10\n", "the cloud is 2e-10 wide; expected at least 1e-09. Write it in a smaller unit"),
+        (b"0,0,0\n1e-300,0,0\n", "the cloud is 1e-300 wide; expected at least 1e-09. Write it in a smaller unit"),
+    ],
+)
+def test_a_unit_that_the_figure_cannot_show_is_refused(data: bytes, told: str) -> None:
+    with pytest.raises(ValueError, match=f"^{re.escape(told)}$"):
+        give(Host(), "a.csv", data)
+
+
+PLACES = {
+    "one point": [[0.3, 0.2]],
+    "one place, far away": [[1e15, -1e15]] * 5,
+    "one place but for rounding": [[5e6, 5e6], [5e6 + 2e-9, 5e6], [5e6, 5e6 - 2e-9], [5e6, 5e6]],
+    "twins": [[0.0, 0.0], [1e-120, 0.0], [1.0, 0.0], [1.0, 1e-120], [0.0, 1e-120], [1e-120, 1e-120]],
+    "a line": [[k / 7, k / 7] for k in range(9)],
+    "the largest and the least": [[1e15, 0.0], [-1e15, 0.0], [0.0, 1e-300], [0.0, 0.0]],
+    "a slice without width": [[1e-200, 0.0, 0.0], [0.0, 1e-200, 2.0], [0.0, 0.0, 1.0]],
+}
+
+
+@pytest.mark.parametrize("length", [0.5, 40.0])
+@pytest.mark.parametrize("method", OWN)
+def test_whatever_the_clouds_the_figure_draws(method: str, length: float) -> None:
+    """Points, places and lines, near each other and worlds apart, at either end of the length: a run and its signs."""
+    host = Host()
+    keys = [give(host, name, text(np.array(points)))["key"] for name, points in PLACES.items()]
+    for source, target in [*zip(keys, keys, strict=True), *zip(keys, [*keys[1:], keys[0]], strict=True)]:
+        plain = record(source, target, ("step", "step"), method=method, length=length)
+        frame = host.render("fig-x", plain)
+        check_any_frame(plain, frame)
+        assert readouts(frame)["stop"] != "not begun"
+
+
+def test_rows_in_another_order_have_another_fingerprint() -> None:
+    """Also where bytes trade places at any distance."""
+    host, rows = Host(), [f"{k:06.3f},{2 * k:06.3f}" for k in range(130)]
+    keys = {give(host, "a", "\n".join(rows).encode())["key"]}
+    for k in range(1, 130):
+        swapped = [rows[k], *rows[1:k], rows[0], *rows[k + 1 :]]
+        keys.add(give(host, "a", "\n".join(swapped).encode())["key"])
+    assert len(keys) == 130
+    assert give(host, "b", "\n".join(rows).encode())["key"] not in keys
+
+
+@pytest.mark.native
+def test_the_script_of_drawn_clouds_stands_alone() -> None:
+    """Its points are written in it; it prints what the figure shows. The handles start it anywhere."""
+    host = Host()
+    points = np.round(room("clean", seed=40).source, 4)
+    source = give(host, "", b"x,y\n" + text(points))["key"]
+    target = give(host, "", b"x,y\n" + text(points + np.array([0.5, 0.25])))["key"]
+    plain = record(source, target, method="point-to-plane")
+    plain["log"] = [["drag", "turn", 2.0, 0.3], ["drag", "source", 0.4, 0.1], ["press", "ten"]]
+    frame = host.render("f", plain)
+    assert "Path" not in frame["python"]
+    out = io.StringIO()
+    with contextlib.redirect_stdout(out):
+        exec(compile(frame["python"], "script", "exec"), {})
+    printed = dict(line.split(" ", 1) for line in out.getvalue().splitlines())
+    shown = readouts(frame)
+    for name in ("rotation", "x", "y", "explained", "conditioning"):
+        decimals = len(shown[name].partition(".")[2])
+        assert float(printed[name]) == pytest.approx(float(shown[name]), abs=0.51 * 10**-decimals)

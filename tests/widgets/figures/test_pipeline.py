@@ -1,0 +1,158 @@
+"""The figure of the stages: each does what it says, each can be left out, and the verdict follows from its signs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from solvers.metrics import point_error
+from widgets.engine.contract import SEED, Action, preset
+from widgets.engine.host import Host
+from widgets.figures.pipeline.figure import WIDGET, State, act, draw, motion, start
+from widgets.figures.pipeline.run import right
+
+NEXT, FINISH = Action("press", "next"), Action("press", "finish")
+
+
+def run(*actions: Action, seed: int = SEED, name: str = "default", **controls: Any) -> State:
+    state = start(preset(WIDGET, name, controls).controls, seed)
+    for action in actions:
+        state = act(state, action)
+    return state
+
+
+def shown(state: State) -> dict[str, str]:
+    return {readout.name: readout.value for readout in draw(state).readouts}
+
+
+def stages(state: State) -> list[str]:
+    return [stage.name for stage in state.stages]
+
+
+def test_the_stages_follow_one_another() -> None:
+    """One press, one stage; the last press moves nothing and decides; then there is nothing left to press."""
+    steps = [run(*[NEXT] * k) for k in range(5)]
+    assert [stages(state)[-1] for state in steps] == ["start", "propose", "refine", "refine", "refine"]
+    assert [state.verdict for state in steps] == [False, False, False, True, True]
+    np.testing.assert_array_equal(steps[2].pose.matrix, steps[3].pose.matrix)
+    assert draw(steps[3]).disabled == {"next", "finish"}
+    assert not draw(steps[2]).disabled
+
+
+def test_all_stages_at_once_are_the_stages_one_by_one() -> None:
+    assert shown(run(FINISH)) == shown(run(NEXT, NEXT, NEXT))
+
+
+@pytest.mark.parametrize(
+    ("controls", "left"),
+    [
+        ({"draws": 0.0}, ["start", "refine"]),
+        ({"refine": "none"}, ["start", "propose"]),
+        ({"draws": 0.0, "refine": "none"}, ["start"]),
+    ],
+)
+def test_what_is_left_out_does_not_run(controls: dict[str, Any], left: list[str]) -> None:
+    state = run(FINISH, **controls)
+    assert stages(state) == left
+    assert state.verdict
+
+
+def test_the_proposal_does_not_know_the_prediction() -> None:
+    """Two predictions, one proposal."""
+    one, other = run(NEXT, turn=20.0), run(NEXT, turn=-170.0, offset=3.0)
+    np.testing.assert_array_equal(one.pose.matrix, other.pose.matrix)
+
+
+def test_a_small_budget_makes_a_worse_proposal() -> None:
+    """Over six draws, one step of hypotheses leaves the source much farther from its place than seventy do."""
+
+    def off(steps: float) -> float:
+        found = [run(NEXT, draws=steps, seed=40 + 13 * k) for k in range(6)]
+        return sum(float(point_error(s.pose, s.scene.truth, s.scene.source)) for s in found)
+
+    assert off(1.0) > 3 * off(70.0)
+
+
+@pytest.mark.parametrize(
+    ("controls", "sign"),
+    [
+        ({"least": 100.0}, "overlap"),
+        ({"scene": "corridor"}, "conditioning"),
+        ({"trust": 30.0}, "prediction"),
+    ],
+)
+def test_each_sign_can_refuse(controls: dict[str, Any], sign: str) -> None:
+    """What is asked too much of fails by its own name, which the note tells."""
+    state = run(FINISH, **controls)
+    assert sign in state.judgement.failed
+    assert not state.accepted
+    assert sign in draw(state).note
+
+
+@pytest.mark.parametrize("sign", ["two halves", "residual"])
+def test_a_wrong_fit_can_fail_by_other_signs_too(sign: str) -> None:
+    """From far, without a proposal: over six draws each of these refuses some wrong pose."""
+    found = [run(FINISH, name="local", seed=40 + 13 * k) for k in range(6)]
+    assert any(sign in state.judgement.failed and not right(state.scene, state.pose) for state in found)
+
+
+def test_a_stop_flag_accepts_what_the_signs_refuse() -> None:
+    """Without a proposal ICP converges on a wrong pose: its flag accepts it, the signs do not."""
+    flag, signs = (run(FINISH, name="local", accept=by) for by in ("flag", "signs"))
+    assert not right(flag.scene, flag.pose)
+    assert flag.accepted
+    assert not signs.accepted
+    assert "false acceptance" in draw(flag).note
+
+
+def test_the_signs_accept_a_wrong_hall_unless_the_prediction_is_asked() -> None:
+    """Half a turn off in the hall all other signs are met; the prediction alone refuses it."""
+    blind, asked = run(FINISH, name="hall"), run(FINISH, name="hall", trust=60.0)
+    assert not right(blind.scene, blind.pose)
+    assert blind.accepted
+    assert asked.judgement.failed == ("prediction",)
+
+
+def test_a_drag_starts_anew_from_there() -> None:
+    """A drag after the verdict makes a new prediction, and forgets the stages."""
+    state = run(FINISH, Action("drag", "source", 1.0, -0.5))
+    assert stages(state) == ["start"]
+    assert not state.verdict
+    np.testing.assert_allclose(state.pose.t, (1.0, -0.5))
+
+
+def test_a_stage_moves_the_source_and_a_verdict_does_not() -> None:
+    before = run(NEXT, NEXT)
+    assert motion(run(NEXT), before) is not None
+    assert motion(before, act(before, NEXT)) is None
+
+
+@settings(max_examples=12, deadline=None)
+@given(
+    st.sampled_from(["clean", "striped", "combo", "hall", "corridor"]),
+    st.floats(-180, 180),
+    st.integers(0, 70),
+    st.sampled_from(["none", "point", "plane", "gicp"]),
+    st.floats(0.1, 3),
+    st.floats(0, 100),
+    st.floats(0, 60),
+    st.integers(0, 999),
+)
+def test_whatever_is_set_there_is_a_verdict(
+    scene: str, turn: float, draws: int, refine: str, gate: float, least: float, outliers: float, seed: int
+) -> None:
+    """Every setting ends in a verdict that follows from the signs, with finite readouts."""
+    controls = {
+        "scene": scene, "turn": turn, "draws": float(draws), "refine": refine, "gate": gate, "least": least,
+        "outliers": outliers,
+    }  # fmt: skip
+    plain = preset(WIDGET, "default", controls).plain()
+    frame = Host().render("f", {**plain, "seed": seed, "log": [["press", "finish"]]})
+    said = {r["name"]: r["value"] for r in frame["readouts"]}
+    assert said["verdict"] in ("accepted", "refused")
+    assert not any("nan" in value or "inf" in value for value in said.values())
+    assert set(frame["disabled"]) == {"finish", "next"}

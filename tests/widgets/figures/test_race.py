@@ -1,0 +1,318 @@
+"""The race's figure and benchmark: the solvers' own runs, panels that stay, one start for all, the solvers' table."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from solvers.core.stepper import advance
+from solvers.studies.benchmark import benchmark
+from solvers.studies.race import CONTESTANTS, EXTRAS, SEEDS, Contestant, contestants, race_problem
+from solvers.studies.race import Controls as Race
+from widgets.drawing.svg import panel_svg
+from widgets.engine.contract import Action, preset
+from widgets.engine.host import Host
+from widgets.engine.jobs import Progress
+from widgets.figures.race.benchmark import work
+from widgets.figures.race.field import ENTRIES, field
+from widgets.figures.race.figure import WIDGET, Controls, State, act, draw, start
+from widgets.figures.race.panels import CHART, HEIGHT, LINE, apart, course, picked
+
+STEP, FINISH = Action("press", "step"), Action("press", "finish")
+
+
+def after(steps: int, state: State) -> State:
+    for _ in range(steps):
+        state = act(state, STEP)
+    return state
+
+
+def test_a_reader_s_rest_begins_the_contestants_three_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The picture is one at all levels; the first step begins those that are left, and goes where it always did."""
+    begun = list[str]()
+    begin = Contestant.begin
+
+    def counted(self: Contestant, *given: Any) -> Any:
+        begun.append(self.method)
+        return begin(self, *given)
+
+    def pose(state: State) -> list[Any]:
+        return [run.pose.matrix.tolist() for run in state.runs]
+
+    plain = act(start(Controls(), 40), STEP)
+    monkeypatch.setattr(Contestant, "begin", counted)
+    state = start(Controls(), 40)
+    pictures = list[Any]()
+    for level in range(WIDGET.details):
+        picture = draw(state, level)
+        pictures.append([[panel_svg(panel, "f") for panel in picture.panels], picture.readouts, picture.description])
+        assert begun == [c.method for c in CONTESTANTS[: 3 * level]]
+        assert WIDGET.known(state) == level
+        assert pictures[level] == pictures[0]
+    assert pose(act(state, STEP)) == pose(plain)
+    assert len(begun) == 9
+    assert WIDGET.known(act(state, STEP)) == WIDGET.details - 1
+
+
+@pytest.mark.parametrize("seed", [40, 53])
+def test_every_run_is_the_solver_s_own(seed: int) -> None:
+    """After twelve steps each contestant stands where `solvers.stepper` takes it, from the same clouds and start."""
+    state = after(12, start(Controls(), seed))
+    problem, _ = race_problem(Race(noise=0.11, outliers=0.2), [seed])
+    for run, contestant in zip(state.runs, CONTESTANTS, strict=True):
+        batch = contestant.begin(problem)
+        for _ in range(12):
+            batch = advance(batch)
+        assert run.entry.contestant is contestant
+        np.testing.assert_array_equal(run.pose.matrix, batch.pose().matrix[0])
+        assert run.steps == batch.steps[0]
+        assert int(run.status) == int(batch.state().status[0])
+
+
+def test_a_finished_contestant_s_panel_is_the_same_object() -> None:
+    """What has stopped is drawn no more, while the others go on; and stepping what is done changes nothing."""
+    state = after(11, start(Controls(), 40))
+    later = act(state, STEP)
+    assert any(run.done for run in state.runs)
+    assert not all(run.done for run in state.runs)
+    for one, other in zip(state.runs, later.runs, strict=True):
+        assert (one.panel is other.panel) == one.done
+    end = act(later, FINISH)
+    again = act(end, STEP)
+    assert end.done
+    assert all(a.panel is b.panel for a, b in zip(end.runs, again.runs, strict=True))
+    assert again.steps == end.steps
+
+
+def test_to_the_end_is_all_its_steps() -> None:
+    """The button takes the steps that pressing Step until nothing moves takes, and the frames are equal bytes."""
+    end = act(start(Controls(), 40), FINISH)
+    plain = preset(WIDGET).plain()
+    one = Host().render("f", {**plain, "log": [["press", "finish"]]})
+    many = Host().render("f", {**plain, "log": [["press", "step"]] * end.steps})
+    assert one == many
+    assert {"step", "finish"} <= set(one["disabled"])
+    assert max(run.steps for run in end.runs) == end.steps <= 70
+
+
+def test_one_start_for_all() -> None:
+    """A drag of the start puts all nine there, with no step taken; its grips are in all nine panels."""
+    state = act(after(5, start(Controls(), 40)), Action("drag", "source", -1.0, 0.5))
+    assert state.steps == 0
+    for run in state.runs:
+        np.testing.assert_allclose(run.pose.t, (-1.0, 0.5))
+        assert run.batch is None
+    for handle in draw(state).handles:
+        assert {handle.panel, *handle.also} == {run.seat for run in state.runs}
+
+
+def test_ransac_alone_ignores_the_start() -> None:
+    """From another start its first step leads to the same pose; no other contestant's does."""
+    here, there = (after(1, start(Controls(turn=turn), 40)) for turn in (45.0, -100.0))
+    same = [a.method for a, b in zip(here.runs, there.runs, strict=True) if np.allclose(a.pose.matrix, b.pose.matrix)]
+    assert same == ["ransac-congruent"]
+
+
+def test_captions_say_what_a_panel_is_not() -> None:
+    """RANSAC ignores the start, soft targets are not CPD, hypotheses are not PMBM, BP is no tracker; and how each
+    stands."""
+    state = act(start(Controls(), 40), FINISH)
+    captions = {panel.name: panel.caption.split("\n") for panel in draw(state).panels if panel.caption}
+    assert len(captions) == 9
+    for run in state.runs:
+        name, errors, stood, note = captions[run.seat]
+        assert name == run.entry.contestant.label
+        assert errors == f"{run.rotation[-1]:.1f}° · {run.translation[-1]:.2f} u"
+        assert stood == f"{run.status.label} after {run.steps} steps"
+        assert note == run.entry.note
+    assert "ignores the start" in captions["ransac-congruent"][3]
+    assert "not CPD" in captions["soft-annealed"][3]
+    assert "not PMBM" in captions["ninth"][3]
+    assert "no tracker" in captions["association-bp"][3]
+
+
+def test_lines_differ_without_colour() -> None:
+    """No two of any nine that run together share both family and dash, and each says its name in the chart."""
+    for ninth in ("hypothesis-mixture", *(c.method for c in EXTRAS)):
+        entries = field(ninth)
+        assert len({(e.role, e.dashed, e.dotted) for e in entries}) == 9
+        assert len({e.short for e in entries}) == 9
+    assert set(ENTRIES) == {c.method for c in (*CONTESTANTS, *EXTRAS)}
+
+
+@pytest.mark.parametrize("extra", EXTRAS, ids=[c.method for c in EXTRAS])
+def test_an_extra_takes_the_last_panel(extra: Any) -> None:
+    """It races with its own options, and the other eight are what they were."""
+    usual, other = (after(3, start(Controls(ninth=name), 40)) for name in ("hypothesis-mixture", extra.method))
+    assert [run.method for run in other.runs] == [*(c.method for c in CONTESTANTS[:8]), extra.method]
+    for a, b in zip(usual.runs[:8], other.runs[:8], strict=True):
+        np.testing.assert_array_equal(a.pose.matrix, b.pose.matrix)
+    batch = extra.begin(race_problem(Race(noise=0.11, outliers=0.2), [40])[0])
+    for _ in range(3):
+        batch = advance(batch)
+    np.testing.assert_array_equal(other.runs[8].pose.matrix, batch.pose().matrix[0])
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("setting", "clean"), ("turn", 90.0), ("offset", 0.5), ("noise", 0.02), ("outliers", 50.0), ("overlap", 60.0),
+     ("density", 2.0), ("ninth", "gmmreg")],
+)  # fmt: skip
+def test_every_control_changes_the_race(name: str, value: Any) -> None:
+    """Other clouds, another start or another contestant: the frame after three steps says something else."""
+    presses = [["press", "step"]] * 3
+    usual = Host().render("f", {**preset(WIDGET).plain(), "log": presses})
+    other = Host().render("f", {**preset(WIDGET, "default", {name: value}).plain(), "log": presses})
+    assert other["panels"] != usual["panels"]
+    assert other["description"] != usual["description"]
+
+
+# The chart
+
+
+@settings(deadline=None, max_examples=50)
+@given(st.lists(st.floats(-50, 400), min_size=9, max_size=9))
+def test_names_keep_apart_and_in_order(heights: list[float]) -> None:
+    """A line apart, within the chart's window, the higher line's name higher."""
+    spread = apart(heights)
+    places = sorted(spread)
+    assert min(b - a for a, b in pairwise(places)) >= LINE - 1e-9
+    assert places[0] >= CHART.pad[1] - 1e-9
+    assert places[-1] <= HEIGHT - CHART.pad[3] + 1e-9
+    for i in range(9):
+        for j in range(9):
+            if heights[i] < heights[j] - 1e-3:
+                assert spread[i] < spread[j]
+
+
+def test_a_click_follows_the_nearest_line_or_name() -> None:
+    """On a line, and on its name, it is that one; once more lets it go; the others are faint meanwhile."""
+    state = act(start(Controls(), 40), FINISH)
+    for run in state.runs:
+        line = course(run)
+        assert picked(state.runs, *line[-1]) == run.method
+    names = {
+        m[2]: (int(m[0]) / 10, int(m[1]) / 10)
+        for m in re.findall(r'<text class="label by-[a-z]+ start" x="(\d+)" y="(\d+)">([^<]*)', chart_svg(state))
+    }
+    assert len(names) == 9
+    for run in state.runs:
+        x, y = names[run.entry.short]
+        world = CHART.x0 + (x - CHART.pad[0]) / CHART.scale
+        high = CHART.y1 - (y - 4 - CHART.pad[1]) / (HEIGHT - CHART.pad[1] - CHART.pad[3]) * (CHART.y1 - CHART.y0)
+        click = Action("click", "errors", world, high)
+        followed = act(state, click)
+        assert followed.followed == run.method
+        assert chart_svg(followed).count(" w2") >= 8
+        assert act(followed, click).followed == ""
+
+
+def chart_svg(state: State) -> str:
+    from widgets.drawing.svg import panel_svg
+
+    return panel_svg(draw(state).panels[-1], "f")
+
+
+# Hostile readers
+
+
+ACTION = st.one_of(
+    st.just(["press", "step"]),
+    st.just(["press", "finish"]),
+    st.tuples(st.just("drag"), st.sampled_from(["source", "turn"]), st.floats(-1e5, 1e5), st.floats(-1e5, 1e5)).map(
+        list
+    ),
+    st.tuples(st.just("click"), st.just("errors"), st.floats(-1e5, 1e5), st.floats(-1e5, 1e5)).map(list),
+)
+
+
+@settings(deadline=None, max_examples=12)
+@given(
+    st.lists(ACTION, max_size=4),
+    st.fixed_dictionaries(
+        {
+            "outliers": st.sampled_from([0.0, 60.0]),
+            "overlap": st.sampled_from([30.0, 100.0]),
+            "density": st.sampled_from([0.5, 2.0]),
+            "noise": st.sampled_from([0.0, 0.3]),
+            "ninth": st.sampled_from([c.method for c in EXTRAS]),
+        }
+    ),
+)
+def test_whatever_is_done_is_drawn(log: list[Any], controls: dict[str, Any]) -> None:
+    """Any settings and any actions give a frame without NaN and with numbers in every caption."""
+    frame = Host().render("f", {**preset(WIDGET, "default", controls).plain(), "log": log})
+    text = json.dumps(frame)
+    assert not re.search(r"\bnan\b|\binf\b|NaN|Infinity", text)
+    assert all(re.search(r"\d° · \d", panel["caption"]) for panel in frame["panels"][:9])
+
+
+# The benchmark
+
+
+@pytest.fixture(scope="module")
+def run() -> list[Progress]:
+    return list(work(Controls(), 40))
+
+
+def test_the_table_is_the_solvers_benchmark(run: list[Progress]) -> None:
+    """The same medians and counts, contestant by contestant, as `solvers.benchmark` at the same settings."""
+    result = run[-1].result
+    assert result is not None
+    expected = benchmark(Race(noise=0.11, outliers=0.2))
+    for row, line in zip(result.rows, expected, strict=True):
+        assert row.label == line.contestant.label
+        assert row.values[:5] == (line.median_rre, line.median_rte, line.turned, line.close, line.median_steps)
+        assert row.values[5] is not None
+        assert row.values[5] > 0
+
+
+def test_the_benchmark_tells_how_far_it_is(run: list[Progress]) -> None:
+    """The part done grows from nothing to one, and a row is there as soon as its contestant is done."""
+    parts = [progress.part for progress in run]
+    assert parts == sorted(parts)
+    assert parts[0] == 0
+    assert parts[-1] == 1
+    results = [progress.result for progress in run if progress.result]
+    assert [len(result.rows) for result in results] == list(range(1, 10))
+
+
+def test_every_seed_is_a_dot(run: list[Progress]) -> None:
+    """Each strip has 25 dots, and a bar at the median."""
+    from widgets.drawing.svg import panel_svg
+
+    result = run[-1].result
+    assert result is not None
+    for panel in result.panels:
+        drawn = panel_svg(panel, "f")
+        strips = re.findall(r'class="dot s by-[a-z]+ w4" d="([^"]*)"', drawn)
+        assert [d.count("h1") for d in strips] == [len(SEEDS)] * 9
+        assert drawn.count('class="line ink thick"') == 9
+
+
+@pytest.mark.native
+@pytest.mark.parametrize("ninth", ["hypothesis-mixture", "kiss-threshold-icp"])
+def test_the_python_that_is_offered_finds_the_same(ninth: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """The snippet runs on the solvers alone and prints the table's numbers."""
+    controls = Controls(setting="clean", noise=0.02, outliers=0.0, turn=20.0, ninth=ninth)
+    last = _last(work(controls, 40))
+    assert last.result is not None
+    exec(compile(last.result.python, "snippet", "exec"), {})
+    said = capsys.readouterr().out.splitlines()[1:10]
+    for row, line in zip(last.result.rows, said, strict=True):
+        assert line.startswith(row.label)
+        assert f"{row.values[0]:.2f}°" in line
+        assert contestants([row.name])[0].label == row.label
+
+
+def _last(progress: Iterator[Progress]) -> Progress:
+    *_, last = progress
+    return last

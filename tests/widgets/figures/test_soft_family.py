@@ -1,0 +1,215 @@
+"""The figure of the soft family: shares that add up, circles that are σ, what may rise, and controls that count."""
+
+from __future__ import annotations
+
+import re
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from solvers.methods.soft.shares import filterreg_shares
+from widgets.engine.contract import SEED, Action, preset
+from widgets.engine.host import Host
+from widgets.figures.soft_family.figure import ANCHOR, METHODS, STEPS, VIEW, WIDGET, State, act, motion, start
+from widgets.figures.soft_family.links import links, threads
+
+STEP, FINISH = Action("press", "step"), Action("press", "finish")
+WIDTHS = ["held", "estimated", "scheduled"]
+
+
+def run(*actions: Action, seed: int = SEED, name: str = "default", **controls: Any) -> State:
+    state = start(preset(WIDGET, name, controls).controls, seed)
+    for action in actions:
+        state = act(state, action)
+    return state
+
+
+def frame(log: list[Any] | None = None, name: str = "default", **controls: Any) -> dict[str, Any]:
+    return Host().render("f", {**preset(WIDGET, name, controls).plain(), "log": log or []})
+
+
+@pytest.mark.parametrize("method", ["cpd-rigid", "cpd-similarity", "filterreg"])
+@pytest.mark.parametrize("sigma", [0.04, 0.5, 2.0])
+def test_shares_and_clutter_add_up_to_one(method: str, sigma: float) -> None:
+    """Every observation gives away exactly one: over the other cloud's components and to the clutter."""
+    state = run(STEP, method=method, sigma=sigma, width="held")
+    found = links(method, state.run.now)
+    observations = found.shares if method == "filterreg" else found.shares.T
+    np.testing.assert_allclose(observations.sum(axis=1) + found.clutter, 1.0, atol=1e-9)
+    assert found.side == ("target" if method == "filterreg" else "source")
+
+
+def test_filterregs_shares_are_what_its_exact_sums_say() -> None:
+    """The matrix that the figure draws has the solver's weights as its row sums and its targets as its means."""
+    state = run(STEP, STEP, method="filterreg").run.now
+    P = filterreg_shares(state)
+    np.testing.assert_allclose(P.sum(axis=1), state.weights[0], rtol=1e-10)
+    np.testing.assert_allclose(P @ state.problem.target[0] / P.sum(axis=1)[:, None], state.targets[0], atol=1e-9)
+
+
+@pytest.mark.parametrize("method", ["cpd-rigid", "filterreg"])
+def test_a_smaller_sigma_hardens_the_assignment_and_moves_nothing(method: str) -> None:
+    """By hand: the pose stays, and a point has fewer partners in effect, down to one."""
+    states = [run(method=method, width="held", sigma=s) for s in (2.0, 1.0, 0.5, 0.2, 0.04)]
+    partners = [links(method, s.run.now).partners for s in states]
+    assert all(a > b for a, b in pairwise(partners))
+    assert partners[-1] < 1.1
+    assert len({s.run.pose.t.tobytes() for s in states}) == 1
+
+
+def test_without_clutter_the_hardest_assignment_is_the_nearest_point() -> None:
+    """σ → 0 and w = 0: every fixed point goes whole to its nearest moving point, however far that lies."""
+    state = run(width="held", sigma=0.04, clutter=0.0)
+    P = links("cpd-rigid", state.run.now).shares
+    moved = state.run.pose.apply(state.run.scene.source)
+    apart = np.linalg.norm(moved[:, None] - state.run.scene.target, axis=2)
+    np.testing.assert_array_equal(P.argmax(axis=0), apart.argmin(axis=0))
+    assert P.max(axis=0).min() > 0.9
+
+
+def test_with_clutter_the_hardest_assignment_lets_go() -> None:
+    """σ → 0 and w > 0: what has no component within a few σ goes to the clutter."""
+    state = run(width="held", sigma=0.04)
+    found = links("cpd-rigid", state.run.now)
+    moved = state.run.pose.apply(state.run.scene.source)
+    near = np.linalg.norm(moved[:, None] - state.run.scene.target, axis=2).min(axis=0)
+    assert (found.clutter[near > 0.25] > 0.99).all()
+    assert (near > 0.25).sum() > 10
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("width", WIDTHS)
+def test_what_is_promised_is_kept(method: str, width: str) -> None:
+    """Where the figure says that the objective is certain not to rise it does not, from a near and a far start."""
+    for turn, sigma, seed in ((-40.0, 1.1, SEED), (150.0, 0.4, SEED + 13)):
+        state = run(FINISH, method=method, width=width, turn=turn, sigma=sigma, seed=seed)
+        if state.run.rule.promise != "none":
+            assert not state.run.rises
+        assert state.run.done
+
+
+def test_a_schedule_makes_the_likelihood_fall() -> None:
+    """σ by schedule, CPD and FilterReg: the negative log-likelihood rises at some steps, and diamonds mark them."""
+    for method in ("cpd-rigid", "filterreg"):
+        shown = frame([["press", "finish"]], method=method, width="scheduled")
+        values = {r["name"]: r["value"] for r in shown["readouts"]}
+        assert values["promise"] == "no"
+        assert int(values["rises"].split()[0]) > 0
+        assert "diamond outlier" in shown["panels"][1]["svg"]
+
+
+def test_an_approximate_filter_loses_the_promise() -> None:
+    """With σ estimated and the lattice in place of exact sums the negative log-likelihood rises somewhere."""
+    assert not run(FINISH, method="filterreg", filter="exact").run.rises
+    assert run(FINISH, method="filterreg", filter="lattice").run.rises
+
+
+def test_estimated_sigma_need_not_fall() -> None:
+    """From a first σ that is believed too much, it grows first."""
+    course = run(FINISH, sigma=0.3).run.course
+    assert course[1].sigma > course[0].sigma
+    assert course[-1].sigma < course[0].sigma
+
+
+def test_similarity_collapses_where_the_rigid_form_keeps_its_size() -> None:
+    """From a turn of 60° with a wide σ the similarity shrinks below 0.3 of its size; the rigid form stays at 1."""
+    shrunk = run(FINISH, name="similarity").run.course[-1]
+    rigid = run(FINISH, name="similarity", method="cpd-rigid").run.course[-1]
+    assert shrunk.scale < 0.3
+    assert rigid.scale == 1.0
+    assert "scaled by 0." in frame([["press", "finish"]], name="similarity")["description"]
+
+
+def test_clutter_needs_a_clutter_term() -> None:
+    """Many clutter points: without w the pose is far off, with it near."""
+    off, near = (run(FINISH, clutter=w, junk=10.0).run.course[-1] for w in (0.0, 0.1))
+    assert off.rotation > 5.0 * near.rotation
+    assert near.rotation < 5.0
+
+
+def test_the_two_conventions_differ() -> None:
+    """V = 64 u² against 34 fixed points: 1/N is the denser clutter, and takes more."""
+    area, count = (frame(density=d)["readouts"] for d in ("area", "count"))
+    given_area, given_count = (
+        next(float(r["value"]) for r in readouts if r["name"] == "clutter") for readouts in (area, count)
+    )
+    assert given_count > given_area
+
+
+def test_threads_have_six_weights_each_half_of_the_next() -> None:
+    """A thread's weight is its share's power of two, and nothing below 1/64 is drawn."""
+    state = run(sigma=0.6)
+    found = links("cpd-rigid", state.run.now)
+    moved = state.run.pose.apply(state.run.scene.source)
+    drawn = threads(moved, state.run.scene.target, found)
+    shares = found.shares[found.shares >= 1 / 64]
+    weights = np.round(6 * np.asarray(drawn.weight))
+    assert len(weights) == len(shares)
+    assert {*weights} == {1.0, 2.0, 3.0, 4.0, 5.0, 6.0}
+    np.testing.assert_array_equal(weights, np.minimum(np.floor(np.log2(shares)) + 7, 6))
+
+
+@pytest.mark.parametrize("sigma", [0.3, 1.0])
+def test_circles_are_sigma_wide(sigma: float) -> None:
+    """Their radius in the drawing is σ times the panel's scale, one for each component."""
+    state = run(width="held", sigma=sigma)
+    svg = frame(width="held", sigma=sigma)["panels"][0]["svg"]
+    (path,) = re.findall(r'<path class="shape ring source[^"]*" d="([^"]*)"', svg)
+    radii = {int(r) for r in re.findall(r"a(\d+) ", path)}
+    assert radii == {round(10 * sigma * VIEW.scale)}
+    assert path.count("M") == len(state.run.scene.source)
+
+
+def test_the_chart_window_stays_while_its_meaning_changes() -> None:
+    """Likelihood and MMD² share a window, each with its own ticks."""
+    assert "MMD²" in frame(method="gmmreg")["panels"][1]["svg"]
+    assert "log likelihood" in frame()["panels"][1]["svg"]
+
+
+def test_what_plays_no_part_is_said() -> None:
+    """GMMReg has no clutter, FilterReg no w of zero, CPD no filter: the figure tells when one is asked for."""
+    assert "no clutter term" in frame(method="gmmreg")["note"]
+    assert "10⁻⁶" in frame(method="filterreg", clutter=0.0)["note"]
+    assert "no part" in frame(filter="grid")["note"]
+
+
+def test_back_is_a_prefix_and_a_drag_begins_anew() -> None:
+    """A drag puts the source elsewhere, unscaled, with no step taken."""
+    state = run(STEP, STEP, Action("drag", "source", 1.0, 0.5), name="similarity")
+    assert state.run.steps == 0
+    assert float(state.run.pose.scale) == 1.0
+    np.testing.assert_allclose(state.run.pose.apply(ANCHOR[None])[0], [1.0, 0.5])
+
+
+def test_a_change_of_scale_is_no_motion() -> None:
+    """A step of the similarity is shown at once, a rigid one as the motion that it is."""
+    a = run(name="similarity")
+    assert motion(a, act(a, STEP)) is None
+    b = run()
+    assert motion(b, act(b, STEP)) is not None
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    st.sampled_from(list(METHODS)),
+    st.sampled_from(WIDTHS),
+    st.sampled_from(["exact", "grid", "lattice"]),
+    st.floats(0.04, 2.0),
+    st.floats(0.0, 0.9),
+    st.floats(0.0, 10.0),
+    st.tuples(st.floats(-50, 50), st.floats(-50, 50)),
+)
+def test_hostile_settings_draw(
+    method: str, width: str, kind: str, sigma: float, w: float, junk: float, to: tuple[float, float]
+) -> None:
+    """Any setting, from anywhere, to the end: finite text, a stop, and never more steps than there may be."""
+    log = [["drag", "source", *to], ["press", "step"], ["press", "finish"]]
+    shown = frame(log, method=method, width=width, filter=kind, sigma=sigma, clutter=w, junk=junk, noise=0.0)
+    assert not re.search(r"nan|inf", "".join(r["value"] for r in shown["readouts"]) + shown["note"])
+    assert shown["disabled"] == ["finish", "step"]
+    (stop,) = (r["value"] for r in shown["readouts"] if r["name"] == "stop")
+    assert int(stop.split()[1]) <= STEPS

@@ -1,0 +1,98 @@
+"""The figure of three residuals: one start, one scene, as many steps, whichever panel is taken hold of."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from widgets.engine.contract import SEED, Action, preset
+from widgets.engine.host import Host
+from widgets.figures import surfaces
+from widgets.figures.three_residuals import NAMES, WIDGET, State, act, start
+
+STEP, FINISH = Action("press", "step"), Action("press", "finish")
+
+
+def run(*actions: Action, seed: int = SEED, **controls: Any) -> State:
+    state = start(preset(WIDGET, "default", controls).controls, seed)
+    for action in actions:
+        state = act(state, action)
+    return state
+
+
+def shown(log: list[Any], **controls: Any) -> dict[str, str]:
+    frame = Host().render("f", {**preset(WIDGET, "default", controls).plain(), "log": log})
+    return {r["name"]: r["value"] for r in frame["readouts"]}
+
+
+@pytest.mark.parametrize("name", list(NAMES))
+def test_a_drag_in_any_panel_begins_all_three(name: str) -> None:
+    """Wherever the cloud is taken hold of, all three start there, and step 0 is the same for all."""
+    for handle in ("source", "turn"):
+        state = run(STEP, STEP, Action("drag", f"{name}-{handle}", 1.5, -1.0))
+        poses = [one.pose.matrix for one in state.runs.values()]
+        assert state.steps == 0
+        np.testing.assert_array_equal(poses[0], poses[1])
+        np.testing.assert_array_equal(poses[0], poses[2])
+        errors = {one.course[0].point for one in state.runs.values()}
+        assert len(errors) == 1
+
+
+def test_they_step_together_and_each_stops_by_itself() -> None:
+    """After k presses each has taken k steps, or fewer where it has stopped; the buttons go off when all have."""
+    state = run()
+    for k in range(1, 45):
+        state = act(state, STEP)
+        assert all(one.steps == k or one.done for one in state.runs.values())
+        if state.done:
+            break
+    assert state.done
+    assert len({one.steps for one in state.runs.values()}) > 1
+    ended = run(FINISH)
+    for name in NAMES:
+        np.testing.assert_array_equal(ended.runs[name].pose.matrix, state.runs[name].pose.matrix)
+    assert Host().render("f", {**preset(WIDGET).plain(), "log": [["press", "finish"]]})["disabled"] == [
+        "finish",
+        "step",
+    ]
+
+
+@pytest.mark.parametrize("name", list(NAMES))
+def test_it_is_the_single_figures_run(name: str) -> None:
+    """What a panel ends at is what the figure of one residual ends at, from the same controls."""
+    controls = {"outliers": 20.0, "weight": "tukey", "start": "near"}
+    single = surfaces.start(preset(surfaces.WIDGET, "default", {**controls, "residual": name}).controls, SEED)
+    np.testing.assert_array_equal(
+        surfaces.act(single, FINISH).run.pose.matrix, run(FINISH, **controls).runs[name].pose.matrix
+    )
+
+
+def test_every_control_changes_what_it_names() -> None:
+    base = {"outliers": 10.0, "weight": "huber"}
+    plain = shown([["press", "step"]], **base)
+    changes: list[dict[str, Any]] = [
+        {"scene": "wall"}, {"scene": "corridor"}, {"weight": "none"}, {"weight": "tukey"}, {"weight": "welsch"},
+        {"start": "near"}, {"start": "far"}, {"turn": 60.0}, {"offset": 0.5}, {"noise": 0.1}, {"outliers": 30.0},
+    ]  # fmt: skip
+    for change in changes:
+        assert shown([["press", "step"]], **{**base, **change}) != plain, change
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    st.sampled_from(["room", "wall", "corridor"]), st.floats(0.0, 0.3), st.floats(0.0, 50.0),
+    st.lists(st.one_of(
+        st.sampled_from([["press", "step"], ["press", "finish"]]),
+        st.tuples(st.sampled_from(WIDGET.handles), *[st.floats(-99, 99)] * 2).map(lambda drag: ["drag", *drag]),
+    ), max_size=4),
+)  # fmt: skip
+def test_any_state_draws(scene: str, noise: float, outliers: float, log: list[Any]) -> None:
+    """Whatever is chosen, dragged and pressed: a picture with finite words, and one that the record gives again."""
+    plain = preset(WIDGET, "default", {"scene": scene, "noise": noise, "outliers": outliers}).plain()
+    frame = Host().render("f", {**plain, "log": log})
+    assert "nan" not in frame["description"]
+    assert frame == Host().render("f", {**plain, "log": log})

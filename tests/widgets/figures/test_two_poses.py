@@ -1,0 +1,80 @@
+"""The figure of two scans: the reader's hand is the optimiser, the answer is the robot's motion."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from widgets.engine.contract import SEED, Action, preset
+from widgets.engine.host import Host
+from widgets.figures.two_poses import PLACING, WIDGET, Controls, act, motion, nearest, start
+
+ANSWER = Action("press", "answer")
+PLAIN = preset(WIDGET).plain()
+
+
+def shown(*log: list[object], **controls: float) -> dict[str, str]:
+    frame = Host().render("f", {**preset(WIDGET, "default", controls).plain(), "log": list(log)})
+    return {r["name"]: r["value"] for r in frame["readouts"]}
+
+
+def test_at_first_both_scans_have_the_robot_at_the_origin() -> None:
+    """The errors of doing nothing are the motion itself."""
+    state = start(Controls(), SEED)
+    np.testing.assert_array_equal(state.pose.matrix, np.eye(3))
+    found = shown(turn=-65.0, distance=1.7)
+    assert (found["rotation_error"], found["translation_error"]) == ("65.0", "1.70")
+
+
+def test_the_answer_is_where_the_robot_stood() -> None:
+    """Shown, the errors are zero, the source's robot is where it stood and faced as seen from the target's."""
+    state = act(start(Controls(), SEED), ANSWER)
+    scans = state.scans
+    np.testing.assert_allclose(scans.target_pose.apply(state.pose.t[None])[0], scans.source_pose.t, atol=1e-12)
+    np.testing.assert_allclose(scans.target_pose.R @ state.pose.R, scans.source_pose.R, atol=1e-12)
+    found = shown(["press", "answer"])
+    assert (found["rotation_error"], found["translation_error"]) == ("0.0", "0.00")
+
+
+@pytest.mark.parametrize("seed", range(SEED, SEED + 25 * 13, 13))
+def test_the_answer_is_nearer_than_the_start(seed: int) -> None:
+    """In every draw the truth brings the source nearer to the target, if not to zero: each sees its own corners."""
+    before = start(Controls(), seed)
+    assert 0.0 < nearest(act(before, ANSWER)) < 0.6 * nearest(before)
+
+
+@settings(deadline=None)
+@given(st.floats(-4.4, 4.4), st.floats(-2.9, 2.9), st.floats(-3, 3))
+def test_the_hand_puts_the_robot_where_it_says(x: float, y: float, angle: float) -> None:
+    """One drag places the robot, the other turns it there; the answer is then taken back by a drag."""
+    state = act(start(Controls(), SEED), Action("drag", "source", x, y))
+    state = act(state, Action("drag", "turn", x + np.cos(angle), y + np.sin(angle)))
+    np.testing.assert_allclose(state.pose.t, [x, y], atol=1e-12)
+    assert float(state.pose.angle) == pytest.approx(angle)
+    answered = act(state, ANSWER)
+    assert act(answered, ANSWER) is answered
+    assert act(answered, Action("drag", "source", x, y)).by_hand is None
+
+
+def test_the_motion_leads_to_the_answer() -> None:
+    """Turned about its old robot and shifted, the source scan is where the answer puts it."""
+    before = act(start(Controls(), SEED), Action("drag", "source", 2, 1))
+    after = act(before, ANSWER)
+    moved = motion(before, after)
+    assert moved is not None
+    c, s = np.cos(moved.turn), np.sin(moved.turn)
+    old = before.pose.apply(before.scans.source) - moved.about
+    new = old @ np.array([[c, -s], [s, c]]).T + moved.about + moved.shift
+    np.testing.assert_allclose(new, after.pose.apply(after.scans.source), atol=1e-12)
+    frame = Host().render("fig-by-hand", {**PLAIN, "log": [["press", "answer"]]})
+    assert frame["motion"]["group"] == "fig-by-hand-robot-source"
+    assert "By hand it was 50.0° and 2.00 u" in frame["note"]
+
+
+def test_the_turning_handle_stays_apart_where_the_border_leaves_no_room() -> None:
+    """A solution may lie where no hand can put a cloud: the handle then lies outside rather than on the other."""
+    for x, apart in ((0.0, PLACING.reach), (7.5, PLACING.least)):
+        grip = PLACING.grip(np.array([x, 0.0]), 0.0)
+        assert np.hypot(*(grip - [x, 0.0])) == pytest.approx(apart)

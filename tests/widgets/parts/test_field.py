@@ -1,0 +1,113 @@
+"""A field that is computed level by level: the same however it was come by, and nothing computed twice."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from widgets.drawing.picture import Array, Heat, View
+from widgets.parts.field import PAD, STRIDE, Field, scale_marks
+
+WINDOW = (-1.0, 2.0, 0.0, 3.0)
+SHAPES = pytest.mark.parametrize(("side", "bands"), [(63, 4), (9, 1), (9, 3), (12, 5), (60, 7)])
+
+
+def bumps(x: Array, y: Array) -> Array:
+    return np.asarray(np.sin(3 * x)[None, :] * np.cos(2 * y)[:, None] + x[None, :])
+
+
+def counted(side: int, bands: int) -> tuple[Field, list[int]]:
+    """A field over `bumps`, and how many places each call computed."""
+    calls: list[int] = []
+
+    def of(x: Array, y: Array) -> Array:
+        calls.append(len(x) * len(y))
+        return bumps(x, y)
+
+    return Field(of, WINDOW, side, bands), calls
+
+
+@SHAPES
+def test_the_finest_level_is_the_field_and_no_place_is_computed_twice(side: int, bands: int) -> None:
+    """All levels together cost side × side places, and the last is what one call for all of them gives."""
+    field, calls = counted(side, bands)
+    for level in range(bands + 1):
+        field.values(level)
+        assert field.known == level
+    np.testing.assert_allclose(field.values(bands), bumps(field.x, field.y), rtol=0, atol=0)
+    assert sum(calls) == side**2
+    assert calls[0] == (side // STRIDE) ** 2
+
+
+@SHAPES
+def test_no_level_costs_much_more_than_its_share(side: int, bands: int) -> None:
+    """The bands are even to within one coarse row, so that no slice keeps a reader waiting."""
+    field, calls = counted(side, bands)
+    field.values(0)
+    costs = []
+    for level in range(1, bands + 1):
+        calls.clear()
+        field.values(level)
+        costs.append(sum(calls))
+    assert max(costs) - min(costs) <= 8 * (side // STRIDE)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.lists(st.integers(0, 4), min_size=1, max_size=6))
+def test_a_level_does_not_depend_on_what_was_asked_before(levels: list[int]) -> None:
+    """In any order of asking, each level's values and highest place are those of a fresh field."""
+    field, _ = counted(63, 4)
+    for level in levels:
+        fresh, _ = counted(63, 4)
+        np.testing.assert_array_equal(field.values(level), fresh.values(level))
+        place, value = field.highest(level)
+        np.testing.assert_array_equal(place, fresh.highest(level)[0])
+        assert value == field.values(level).max()
+        assert value == pytest.approx(float(bumps(place[:1], place[1:])[0, 0]), abs=1e-15)
+
+
+def test_levels_get_finer_from_the_top() -> None:
+    """At level 1 of 3 the top third is the full lattice's, the rest three by three tiles of the coarse one."""
+    field, _ = counted(9, 3)
+    whole, shown = bumps(field.x, field.y), field.values(1)
+    np.testing.assert_array_equal(shown[6:], whole[6:])
+    np.testing.assert_array_equal(shown[:6], whole[1:6:3, 1::3].repeat(3, axis=0).repeat(3, axis=1))
+
+
+def test_tiles_fill_the_window() -> None:
+    """The places are the tiles' centres: half a tile from the window's border."""
+    field, _ = counted(12, 2)
+    np.testing.assert_allclose(field.x[[0, -1]], [-1 + 0.125, 2 - 0.125])
+    assert isinstance(field.heat(0, 0.0, 1.0), Heat)
+    assert field.heat(2, 0.0, 1.0).window == WINDOW
+
+
+def test_a_side_that_does_not_divide_is_refused() -> None:
+    with pytest.raises(ValueError, match="side: expected a multiple of 3, got 64"):
+        Field(bumps, WINDOW, side=64)
+
+
+def test_the_scale_stands_beside_the_window_and_numbers_its_ends() -> None:
+    """The bar lies in the padding at the right, as high as the window, and its numbers include both ends."""
+    view = View(*WINDOW, width=400.0, pad=PAD)
+    bar, _, *labels = scale_marks(view, 0.0, 0.4, "score")
+    assert isinstance(bar, Heat)
+    left, right, low, high = bar.window
+    assert view.x1 < left < right
+    assert (low, high) == (0.0, 3.0)
+    assert view.px([[right, low]])[0, 0] < 400
+    assert [getattr(label, "text", "") for label in labels] == ["0.0", "0.1", "0.2", "0.3", "0.4", "score"]
+
+
+def test_deep_may_be_low() -> None:
+    """The heat turned over: what was in the deepest colour is in the palest, on the field and on its scale."""
+    field, _ = counted(63, 4)
+    high, low = (field.heat(4, -1.0, 3.0, deep) for deep in ("high", "low"))
+    part = [(np.asarray(mark.values) - mark.low) / (mark.high - mark.low) for mark in (high, low)]
+    np.testing.assert_allclose(part[0] + part[1], 1.0)
+    view = View(*WINDOW, width=300.0, pad=PAD)
+    bars = [scale_marks(view, -1.0, 3.0, "value", deep=deep)[0] for deep in ("high", "low")]
+    assert all(isinstance(bar, Heat) for bar in bars)
+    np.testing.assert_allclose(*[np.asarray(bar.values)[:: 1 if k else -1] for k, bar in enumerate(bars)])  # type: ignore[union-attr]

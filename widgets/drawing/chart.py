@@ -1,0 +1,205 @@
+"""Small charts: a Panel whose world is the data, with ticks, axis names and a mark at the current value."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from widgets.drawing.picture import (
+    SUPERSCRIPT,
+    Anchor,
+    Array,
+    Label,
+    Mark,
+    Panel,
+    Path,
+    Points,
+    Role,
+    Segments,
+    View,
+    number,
+    small,
+)
+
+PAD = (46.0, 28.0, 14.0, 40.0)  # the name of the y axis stands above the window, where no grid line crosses it
+LINE = 16.0  # px between the baselines of two names
+NAME = 100.0  # px across within which two names may meet
+DECADES = 6  # labelled at most
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """One line of a chart: x and y (n,), NaN leaves a gap. `name` is written at its last value."""
+
+    x: ArrayLike
+    y: ArrayLike
+    role: Role
+    name: str = ""
+    dashed: bool = False
+    dots: bool = False
+
+
+def chart(
+    name: str,
+    label: str,
+    series: Sequence[Series],
+    *,
+    x_label: str,
+    y_label: str,
+    x_range: tuple[float, float],
+    y_range: tuple[float, float],
+    log: bool = False,
+    now: float | None = None,
+    x_ticks: Sequence[tuple[float, str]] | None = None,
+    y_ticks: Sequence[tuple[float, str]] | None = None,
+    width: float = 320.0,
+    height: float = 200.0,
+    caption: str = "",
+) -> Panel:
+    """A line chart. With `log` the y values, clipped to y_range, are drawn by their decimal logarithm.
+
+    x_ticks, y_ticks: where along the axis to put which words, in place of round values: for one that means something
+    else.
+    """
+
+    def scaled(y: ArrayLike) -> Array:
+        y = np.asarray(y, dtype=float)
+        return np.log10(np.clip(y, *y_range)) if log else y
+
+    low, high = (float(v) for v in scaled(y_range))
+    across, ticked = tuple(x_ticks) if x_ticks else None, tuple(y_ticks) if y_ticks else None
+    view, around = _frame((*x_range, low, high), log, across, ticked, (width, height), (x_label, y_label))
+    marks: list[Mark] = [*around]
+    if now is not None:
+        marks.append(Segments([now, low], [now, high], "guide", dashed=True))
+    ends: list[tuple[Series, Array]] = []
+    for one in series:
+        xy = np.stack([np.asarray(one.x, dtype=float), scaled(one.y)], axis=1)
+        marks += [Path(part, one.role, dashed=one.dashed, thick=True) for part in _unbroken(xy)]
+        known = xy[~np.isnan(xy).any(axis=1)]
+        if one.dots and len(known):
+            marks.append(Points(known, one.role, radius=2.5))
+        if one.name and len(known):
+            ends.append((one, known[-1]))
+    marks += _end_names(view, ends)
+    return Panel(name, label, view, tuple(marks), grid=False, caption=caption)
+
+
+@lru_cache(maxsize=64)
+def _frame(
+    window: tuple[float, float, float, float],
+    log: bool,
+    x_ticks: tuple[tuple[float, str], ...] | None,
+    y_ticks: tuple[tuple[float, str], ...] | None,
+    size: tuple[float, float],
+    labels: tuple[str, str],
+) -> tuple[View, tuple[Mark, ...]]:
+    """A chart without its lines. The same for the same axes, so that the host turns it into markup once."""
+    view = View(*window, *size, PAD)
+    ys = decades(view.y0, view.y1) if log else ticks(view.y0, view.y1)
+    names = powers(ys) if log else [_tick(y) for y in ys]
+    if y_ticks is not None:
+        ys, names = [y for y, _ in y_ticks], [name for _, name in y_ticks]
+    xs, x_names = ticks(view.x0, view.x1), None
+    if x_ticks is not None:
+        xs, x_names = [x for x, _ in x_ticks], [name for _, name in x_ticks]
+    return view, (*axes(view, xs, ys, names, x_names=x_names), *axis_names(view, *labels))
+
+
+def _unbroken(xy: Array) -> list[Array]:
+    """The runs of xy (n, 2) without NaN that hold at least two points."""
+    gaps = np.flatnonzero(np.isnan(xy).any(axis=1))
+    parts = np.split(xy, gaps)
+    runs = [part if i == 0 else part[1:] for i, part in enumerate(parts)]
+    return [run for run in runs if len(run) > 1]
+
+
+def _end_names(view: View, ends: list[tuple[Series, Array]]) -> list[Mark]:
+    """Each line's name above its last value, inwards of it, and a line higher wherever two would meet."""
+    spots = sorted(((one, xy, view.px(xy)[0]) for one, xy in ends), key=lambda spot: -float(spot[2][1]))
+    heights = _apart([float(at[0]) for _, _, at in spots], [float(at[1]) - 7 for _, _, at in spots])
+    labels: list[Mark] = []
+    for (one, xy, (x, y)), height in zip(spots, heights, strict=True):
+        anchor: Anchor = "end" if x > view.width / 2 else "start"
+        labels.append(Label(xy, one.name, one.role, anchor, dx=-4 if anchor == "end" else 4, dy=height - float(y)))
+    return labels
+
+
+def _apart(x: list[float], height: list[float]) -> list[float]:
+    """Baselines, lowest on the screen first, moved up until no two near each other are closer than a line.
+
+    What would leave the panel at the top is moved down again, with all that is under it.
+    """
+    spread = list(height)
+    near = [[j for j in range(len(x)) if abs(x[i] - x[j]) < NAME] for i in range(len(x))]
+    for i in range(len(x)):
+        spread[i] = min([spread[i], *(spread[j] - LINE for j in near[i] if j < i)])
+    for i in reversed(range(len(x))):
+        spread[i] = max([spread[i], LINE, *(spread[j] + LINE for j in near[i] if j > i)])
+    return spread
+
+
+def axes(
+    view: View,
+    xs: Sequence[float],
+    ys: Sequence[float],
+    y_names: Sequence[str],
+    right: float | None = None,
+    x_names: Sequence[str] | None = None,
+) -> list[Mark]:
+    """The two axes with their ticks, and a faint line at each of `ys`; the axis of x ends at `right`, or the window.
+
+    x_names: one for each of `xs`, in place of the values.
+    """
+    below = [_tick(x) for x in xs] if x_names is None else x_names
+    end = view.x1 if right is None else right
+    frame = Path([[view.x0, view.y1], [view.x0, view.y0], [end, view.y0]], "guide")
+    across = Segments([[view.x0, y] for y in ys], [[end, y] for y in ys], "guide", weight=[0.3] * len(ys))
+    return [
+        across,
+        frame,
+        *(Label([x, view.y0], name, "guide", "middle", dy=15) for x, name in zip(xs, below, strict=True)),
+        *(Label([view.x0, y], name, "guide", "end", dx=-6, dy=4) for y, name in zip(ys, y_names, strict=True)),
+    ]
+
+
+def axis_names(view: View, x_label: str, y_label: str, right: float | None = None) -> list[Mark]:
+    """What the axes say, the one of y above the window, where no grid line crosses it."""
+    return [
+        Label([view.x1 if right is None else right, view.y0], x_label, "guide", "end", dy=32),
+        Label([view.x0, view.y1], y_label, "guide", "start", dy=-10),
+    ]
+
+
+def ticks(low: float, high: float, about: int = 4) -> list[float]:
+    """Round values within [low, high], about so many."""
+    if not high > low:
+        return [low]
+    raw = (high - low) / about
+    power = 10.0 ** np.floor(np.log10(raw))
+    step = power * next(m for m in (1, 2, 5, 10) if m * power >= raw * (1 - 1e-9))
+    first, last = np.ceil(low / step - 1e-9), np.floor(high / step + 1e-9)
+    return [float(v) for v in np.round(np.arange(first, last + 1) * step, 10)]
+
+
+def decades(low: float, high: float) -> list[float]:
+    """Whole powers within [low, high], every second or third one where there are many."""
+    first, last = np.ceil(low - 1e-9), np.floor(high + 1e-9)
+    return [float(v) for v in np.arange(first, last + 1, max(1.0, np.ceil((last - first + 1) / DECADES)))]
+
+
+def powers(exponents: Sequence[float]) -> list[str]:
+    """Powers of ten written out, or all as powers where one of them would be too long."""
+    if all(-3 <= e <= 4 for e in exponents):
+        return [_tick(10.0**e) for e in exponents]
+    return ["1" if e == 0 else "10" + str(round(e)).translate(SUPERSCRIPT) for e in exponents]
+
+
+def _tick(value: float) -> str:
+    if 1e-12 < abs(value) < 1e-4:
+        return ("−" if value < 0 else "") + small(abs(value))
+    return number(value, next((d for d in range(4) if abs(round(value, d) - value) < 1e-9), 4))

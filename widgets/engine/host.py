@@ -1,0 +1,326 @@
+"""Records in, frames out: the one place that the build's baking, the tapes and the browser's worker all go through.
+
+A frame is plain data: the panels' SVG, readouts, handles, and what the page needs to carry on. A Host remembers the
+states along the last record of each figure, so that one more action, a replaced drag or a step back costs one `act` at
+most; and what a state hands on unchanged, a panel or a mark that is the very same object, is not turned into markup
+again, nor is a mark that several panels of one view share drawn more than once.
+
+A record whose replay takes long is replayed in slices, for those who ask for it so: the states that a slice leads to
+are kept beside those of the last frame until the frame is drawn or another record is asked for.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from widgets.drawing.picture import Group, Handle, Mark, Panel, Picture, View
+from widgets.drawing.svg import UNIT, group_svg, mark_svg, panel_svg
+from widgets.engine.contract import Action, Motion, Record, Widget, parsed
+from widgets.engine.controls import clip, nearest, values
+from widgets.engine.jobs import Running
+from widgets.engine.registry import WIDGETS
+from widgets.engine.script import headed
+
+SLICE = 0.1  # seconds after which a slice of a replay begins nothing more
+
+
+@dataclass
+class _Replay:
+    """The states along the beginning of a log: states[i] is what its first i actions lead to."""
+
+    key: Any
+    states: list[Any]
+    log: tuple[Action, ...] = ()
+
+    def shared(self, log: tuple[Action, ...]) -> int:
+        """How many of the log's first actions lead to states that are known."""
+        pairs = zip(log, self.log[: len(self.states) - 1], strict=False)
+        return next((i for i, (one, other) in enumerate(pairs) if one != other), min(len(log), len(self.states) - 1))
+
+    def towards(self, log: tuple[Action, ...]) -> _Replay:
+        """What is known along another log, to go on from."""
+        return _Replay(self.key, self.states[: self.shared(log) + 1], log)
+
+    @property
+    def whole(self) -> bool:
+        """Whether the log's end is reached."""
+        return len(self.states) > len(self.log)
+
+    def act(self, widget: Widget) -> None:
+        """One action more."""
+        self.states.append(widget.act(self.states[-1], self.log[len(self.states) - 1]))
+
+
+_Marks = dict[tuple[int, int], tuple[Mark, View, str]]
+
+
+@dataclass
+class _Markup:
+    """What was turned into markup for a figure's last picture: panels by id prefix, marks by themselves and their view.
+
+    Each is held with its markup, so that no other object can come to have its id.
+    """
+
+    panels: dict[str, tuple[Panel, str]] = field(default_factory=dict)
+    marks: _Marks = field(default_factory=dict)
+
+    def drawn(self, figure: str, panels: tuple[Panel, ...]) -> list[str]:
+        """The panels' SVG; what the last picture had and this one has not is forgotten."""
+        before, self.marks = self.marks, {}
+        old, self.panels = self.panels, {}
+        draw = partial(self._mark, before)
+        for panel in panels:
+            prefix = f"{figure}-{panel.name}"
+            known = old.get(prefix)
+            same = known is not None and known[0] is panel
+            self.panels[prefix] = known if known and same else (panel, panel_svg(panel, prefix, draw))
+        return [svg for _, svg in self.panels.values()]
+
+    def _mark(self, before: _Marks, mark: Mark, view: View, prefix: str) -> str:
+        # No closure that calls itself: it would keep the last picture's marks until cycles are next collected.
+        if isinstance(mark, Group):  # its id is the panel's, what is in it may be shared
+            return group_svg(mark, view, prefix, partial(self._mark, before))
+        key = id(mark), id(view)
+        known = self.marks.get(key) or before.get(key) or (mark, view, mark_svg(mark, view, prefix))
+        self.marks[key] = known
+        return known[2]
+
+
+class Host:
+    """Draws figures. One lives in a page's worker, one in each baking of the build."""
+
+    def __init__(self, widgets: Mapping[str, Widget] = WIDGETS, now: Callable[[], float] = perf_counter) -> None:
+        self._widgets = widgets
+        self._now = now
+        self._replays: dict[str, _Replay] = {}  # of the last frames
+        self._begun: dict[str, _Replay] = {}  # on the way to a frame
+        self._markup: dict[str, _Markup] = {}
+        self._running = Running()
+        self._given: dict[str, Any] = {}
+
+    def frame(self, request: str) -> str:
+        """The frame for a request, JSON in and out: {"figure": id prefix, "record": record, "detail": level} → frame.
+
+        With "slices": true, a replay that takes long is answered by how far it has come, {"replayed": actions,
+        "of": all of them}, and goes on when the same is asked again. Raises ValueError for a record that is none.
+        """
+        asked = _read(request)
+        figure, (widget, record) = asked["figure"], self._asked(asked["record"])
+        due = self._now() + SLICE if asked.get("slices") is True else np.inf
+        replay = self._replay(figure, widget, record, due)
+        if replay.whole:
+            answer = self._drawn(figure, widget, record, replay.states, asked.get("detail"))
+        else:
+            answer = {"replayed": len(replay.states) - 1, "of": len(replay.log)}
+        return json.dumps(answer, ensure_ascii=False, separators=(",", ":"))
+
+    def render(self, figure: str, plain: Mapping[str, Any], detail: int | None = None) -> dict[str, Any]:
+        """The frame of the figure with id prefix `figure` in the state that the plain record names.
+
+        detail: the level of detail, of those that the widget has, that will do; None for the finest. What is known more
+        finely is drawn so: the frame tells its level, and record and level together determine every byte of it.
+        """
+        widget, record = self._asked(plain)
+        return self._drawn(figure, widget, record, self._replay(figure, widget, record).states, detail)
+
+    def job(self, request: str) -> str:
+        """A slice of a job, JSON in and out: {"figure": id prefix, "record": record, "job": name, "do": what}.
+
+        do: "begin", which does the first slice, "go on" or "stop". The answer tells the part done from 0 to 1, words on
+        it, whether it is done, and the result, or null where there is no new one (widgets.engine.jobs). Raises
+        ValueError for a record or a job that is none, and for a job that is not under way.
+        """
+        asked = _read(request)
+        widget, record = self._asked(asked["record"])
+        jobs = {job.name: job for job in widget.jobs}
+        name, do, figure = asked.get("job"), asked.get("do"), asked["figure"]
+        if not isinstance(name, str) or name not in jobs:
+            raise ValueError(f"job: {widget.name} has no {clip(name)}{nearest(name, jobs)}")
+        if do == "stop":
+            self._running.stop(figure, jobs[name])
+            return "null"
+        if do == "begin":
+            self._running.begin(figure, jobs[name], record.controls, record.seed)
+        answer = self._running.slice(figure, jobs[name])
+        return json.dumps(answer, ensure_ascii=False, separators=(",", ":"))
+
+    def give(self, request: str, data: bytes) -> str:
+        """Takes what a reader brought, JSON in and out: {"widget": name, "name": of the file} → its fingerprint `key`,
+        by which records name it, and `words` on what it is. Equal names and bytes have equal keys.
+
+        Raises ValueError for what the widget cannot read.
+        """
+        asked = json.loads(request)
+        name, widget = str(asked["name"]), self._widgets.get(asked["widget"])
+        if widget is None or widget.reads is None:
+            raise ValueError(f"{asked['widget']!r:.60}: no widget that takes anything")
+        key = _fingerprint(name.encode("utf-8", "replace") + b"\0" + data)
+        if key not in self._given:
+            self._given[key] = widget.reads(name, data)
+        return json.dumps({"key": key, "words": self._given[key].words}, ensure_ascii=False)
+
+    def forget(self, key: str) -> None:
+        """Lets go of what was given under this key."""
+        self._given.pop(key, None)
+
+    def _drawn(
+        self, figure: str, widget: Widget, record: Record, states: list[Any], detail: int | None
+    ) -> dict[str, Any]:
+        level = _level(widget, states[-1], detail)
+        picture = widget.draw(states[-1]) if widget.details == 1 else widget.draw(states[-1], level)
+        moved = widget.motion(states[-2], states[-1]) if len(states) > 1 else None
+        drawn = self._markup.setdefault(figure, _Markup()).drawn(figure, picture.panels)
+        panels = [_panel(panel, svg) for panel, svg in zip(picture.panels, drawn, strict=True)]
+        frame = _frame(figure, record, picture, panels, moved, headed(widget.python(states[-1]), widget.title))
+        files = dict(widget.files(states[-1]))
+        return {**frame, "detail": level, **({"files": files} if files else {})}
+
+    def _asked(self, plain: Mapping[str, Any]) -> tuple[Widget, Record]:
+        name = plain.get("widget") if isinstance(plain, Mapping) else None
+        if not isinstance(name, str) or name not in self._widgets:
+            raise ValueError(f"no widget {clip(name)}{nearest(name, self._widgets)}")
+        widget = self._widgets[name]
+        return widget, parsed(widget, plain)
+
+    def _replay(self, figure: str, widget: Widget, record: Record, due: float = np.inf) -> _Replay:
+        """The replay of the record: whole, or as far as it comes until `due`."""
+        here = tuple(key in self._given for _, key in record.given)
+        key = (widget.name, record.controls, record.seed, record.given, here)
+        # A replay that raises half way is not kept, and one that is given up leaves the last frame's states alone.
+        known = [one for one in (self._replays.get(figure), self._begun.pop(figure, None)) if one and one.key == key]
+        if known:
+            replay = max(known, key=lambda one: one.shared(record.log)).towards(record.log)
+        else:
+            replay = _Replay(key, [self._started(widget, record)], record.log)
+        moved = not known
+        while not replay.whole:
+            if moved and self._now() > due:
+                self._begun[figure] = replay
+                return replay
+            replay.act(widget)
+            moved = True
+        self._replays[figure] = replay
+        return replay
+
+    def _started(self, widget: Widget, record: Record) -> Any:
+        if not widget.takes:
+            return widget.start(record.controls, record.seed)
+        # A link names what its writer brought and does not hold it: the state is then as if nothing was given.
+        given = {place: self._given[key] for place, key in record.given if key in self._given}
+        return widget.start(record.controls, record.seed, given)
+
+
+def _fingerprint(data: bytes) -> str:
+    """128 bits by which equal bytes are known; the browser's Python comes without hashlib."""
+    return f"{int.from_bytes(b'1' + data, 'big') % (2**128 - 159):032x}"  # a prime, so that every byte counts anew
+
+
+def _read(request: str) -> Mapping[str, Any]:
+    """What a page asks, with the figure and the record that every request names.
+
+    Raises ValueError for what is no such request.
+    """
+    try:
+        asked = json.loads(request)
+    except RecursionError:
+        raise ValueError("request: nested too deeply") from None
+    if not isinstance(asked, Mapping) or not isinstance(asked.get("figure"), str) or "record" not in asked:
+        raise ValueError(f"request: {clip(asked)} does not name a figure and a record")
+    return asked
+
+
+def _level(widget: Widget, state: Any, asked: int | None) -> int:
+    """The level of detail to draw at.
+
+    Raises ValueError where the widget has no such level.
+    """
+    if asked is None:
+        return widget.details - 1
+    if isinstance(asked, bool) or not isinstance(asked, int) or not 0 <= asked < widget.details:
+        raise ValueError(f"detail: {clip(asked)} is not a whole number from 0 to {widget.details - 1}")
+    return max(asked, widget.known(state))
+
+
+def _frame(
+    figure: str, record: Record, picture: Picture, drawn: list[dict[str, Any]], moved: Motion | None, python: str
+) -> dict[str, Any]:
+    """A picture, its panels drawn, as plain data for the page."""
+    panels = {panel.name: panel for panel in picture.panels}
+    return {
+        "panels": drawn,
+        "readouts": [
+            {"name": r.name, "label": r.label, "value": r.value, "unit": r.unit, "role": r.role or ""}
+            for r in picture.readouts
+        ],
+        "handles": [_handle(h, panels[h.panel]) for h in picture.handles],
+        "description": picture.description,
+        "note": picture.note,
+        "disabled": sorted(picture.disabled),
+        "motion": None if moved is None else _motion(figure, moved, panels[moved.panel]),
+        "controls": values(record.controls),
+        "python": python,
+    }
+
+
+def _panel(panel: Panel, svg: str) -> dict[str, Any]:
+    return {"name": panel.name, "svg": svg, "view": _view(panel), "caption": panel.caption}
+
+
+def _view(panel: Panel) -> list[float]:
+    """Window of the world, nominal size and padding: what the page needs to turn a pointer's place into world units."""
+    v = panel.view
+    return [v.x0, v.x1, v.y0, v.y1, *(round(side, 4) for side in v.size), *v.pad]
+
+
+def _handle(handle: Handle, panel: Panel) -> dict[str, Any]:
+    """The handle with its place in percent of the panel, which is how the page's overlay puts it there.
+
+    slider: least, greatest and present value of the one number that a slider is bound to have: an angle, or x.
+    """
+    (place,) = panel.view.px([handle.xy])
+    left, top = (_rounded(100 * v / size, 3) for v, size in zip(place, panel.view.size, strict=True))
+    turns = handle.kind == "turn"
+    slider = (-180.0, 180.0, handle.angle) if turns else (panel.view.x0, panel.view.x1, handle.xy[0])
+    return {
+        "name": handle.name,
+        "panel": handle.panel,
+        "kind": handle.kind,
+        "label": handle.label,
+        "value": handle.value,
+        "left": left,
+        "top": top,
+        "radius": handle.radius,
+        "also": list(handle.also),
+        "world": _place(handle.xy),
+        "slider": [_rounded(v, 2) for v in slider],
+        "keys": {key: _place(xy) for key, xy in handle.keys.items()},
+    }
+
+
+def _place(xy: tuple[float, float]) -> list[float]:
+    """World coordinates as records carry them: four decimals, 0.1 mm where a unit is a metre, no negative zero."""
+    return [_rounded(v, 4) for v in xy]
+
+
+def _rounded(value: float, decimals: int) -> float:
+    """Ties broken by a nudge, as in the SVG, and no negative zero: the same digits natively and in the browser."""
+    return round(float(value) + 1e-9, decimals) + 0.0
+
+
+def _motion(figure: str, moved: Motion, panel: Panel) -> dict[str, Any]:
+    """The motion in SVG user units and degrees, y down, as the page's transform wants it."""
+    (about,) = panel.view.px([moved.about])
+    scale = panel.view.scale
+    return {
+        "group": f"{figure}-{panel.name}-{moved.group}",
+        "turn": _rounded(-np.degrees(moved.turn), 3),
+        "about": [_rounded(v * UNIT, 1) for v in about],
+        "shift": [_rounded(moved.shift[0] * scale * UNIT, 1), _rounded(-moved.shift[1] * scale * UNIT, 1)],
+    }

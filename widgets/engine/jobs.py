@@ -1,0 +1,178 @@
+"""Long work that a figure offers beside its frames: done in slices, so that the page stays alive, and told as a table.
+
+A job is a generator that yields after every small piece of work. The page asks for slice after slice; between two of
+them everything else is answered, and to stop it need only ask no more. Plain data crosses the border, nothing else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from time import perf_counter
+from typing import Any
+
+from widgets.drawing.picture import Panel, Role, number
+from widgets.drawing.svg import panel_svg
+from widgets.engine.script import headed
+
+SLICE = 0.04  # seconds: no piece is begun that would, lasting as long as the one before, end later than this
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of numbers. decimals: as shown. timed: what it tells is of this machine and this moment, so that a build
+    leaves it out."""
+
+    name: str
+    label: str
+    unit: str = ""
+    decimals: int = 0
+    timed: bool = False
+
+    def text(self, value: float | None) -> str:
+        """The value as shown."""
+        return "–" if value is None else number(value, self.decimals)
+
+
+@dataclass(frozen=True)
+class Row:
+    """A line of the table. role, dashed, dotted: its mark, as its lines are drawn elsewhere. values: one a column."""
+
+    name: str
+    label: str
+    values: tuple[float | None, ...]
+    role: Role = "ink"
+    dashed: bool = False
+    dotted: bool = False
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a job has found. caption: on what. heading: of the rows' names. python: source text that finds the same."""
+
+    caption: str
+    heading: str
+    columns: tuple[Column, ...]
+    rows: tuple[Row, ...]
+    panels: tuple[Panel, ...] = ()
+    python: str = ""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a job has come: part from 0 to 1, in words; and the result so far, where there is a new one."""
+
+    part: float
+    words: str
+    result: Result | None = None
+
+
+@dataclass(frozen=True)
+class Job:
+    """What a figure offers. label: of its button. work: of control values and seed; the last it yields has part 1."""
+
+    name: str
+    label: str
+    work: Callable[[Any, int], Iterator[Progress]]
+
+
+@dataclass
+class Running:
+    """The jobs under way, by figure and name; another start of the same begins anew."""
+
+    now: Callable[[], float] = perf_counter
+    works: dict[tuple[str, str], Iterator[Progress]] = field(default_factory=dict)
+
+    def begin(self, figure: str, job: Job, controls: Any, seed: int) -> None:
+        """Begin; no work is done yet."""
+        self.works[figure, job.name] = job.work(controls, seed)
+
+    def stop(self, figure: str, job: Job) -> None:
+        """Forget it, if it is there."""
+        self.works.pop((figure, job.name), None)
+
+    def slice(self, figure: str, job: Job) -> dict[str, Any]:
+        """Some more work, about `SLICE` seconds of it or up to a result, and how far it has come, as plain data.
+
+        Raises ValueError where no such job is under way.
+        """
+        key = figure, job.name
+        if key not in self.works:
+            raise ValueError(f"job: {job.name} is not under way")
+        began = before = self.now()
+        result = None
+        while True:
+            try:
+                progress = next(self.works[key])
+            except BaseException:
+                self.works.pop(key)  # what fails half way does not go on
+                raise
+            result = progress.result or result
+            after = self.now()
+            # After a result something else begins, of which the piece before tells nothing.
+            if progress.part >= 1 or progress.result or 2 * after - before - began > SLICE:
+                break
+            before = after
+        done = progress.part >= 1
+        if done:
+            self.works.pop(key)
+        shown = None if result is None else plain(result, f"{figure}-{job.name}")
+        return {"part": round(progress.part, 4), "words": progress.words, "done": done, "result": shown}
+
+
+def plain(result: Result, prefix: str, timed: bool = True) -> dict[str, Any]:
+    """A result as the page carries it; without `timed`, what depends on the machine is left out."""
+    kept = [timed or not column.timed for column in result.columns]
+    rows = []
+    for row in result.rows:
+        values = [value if keep else None for value, keep in zip(row.values, kept, strict=True)]
+        texts = [column.text(value) for column, value in zip(result.columns, values, strict=True)]
+        line = " ".join(name for name, on in (("dashed", row.dashed), ("dotted", row.dotted)) if on)
+        rows.append(
+            {
+                "name": row.name,
+                "label": row.label,
+                "mark": f"{row.role} {line}".strip(),
+                "values": values,
+                "texts": texts,
+            }
+        )
+    return {
+        "caption": result.caption,
+        "heading": result.heading,
+        "columns": [{"name": c.name, "label": c.label, "unit": c.unit} for c in result.columns],
+        "rows": rows,
+        "panels": [
+            {"name": p.name, "svg": panel_svg(p, f"{prefix}-{p.name}"), "width": p.view.width, "caption": p.caption}
+            for p in result.panels
+        ],
+        "csv": written(result, kept),
+        "python": headed(result.python, result.caption),
+    }
+
+
+def written(result: Result, kept: list[bool]) -> str:
+    """The table as CSV, every number in full. (The page's Python has no csv module.)"""
+    lines = [[result.heading, *(f"{c.label} ({c.unit})" if c.unit else c.label for c in result.columns)]]
+    for row in result.rows:
+        values = zip(row.values, kept, strict=True)
+        lines.append([row.label, *("" if value is None or not keep else repr(value) for value, keep in values)])
+    return "".join(",".join(map(_cell, line)) + "\n" for line in lines)
+
+
+def _cell(text: str) -> str:
+    text = text.replace("\u00a0", " ")
+    return '"' + text.replace('"', '""') + '"' if set(text) & set('",\n') else text
+
+
+def finished(job: Job, controls: Any, seed: int, prefix: str) -> Mapping[str, Any]:
+    """The job done at once, as plain data without what depends on the machine: what a page shows before scripts run.
+
+    Raises ValueError where it ends without a result.
+    """
+    result = None
+    for progress in job.work(controls, seed):
+        result = progress.result or result
+    if result is None:
+        raise ValueError(f"job: {job.name} ended without a result")
+    return plain(result, prefix, timed=False)

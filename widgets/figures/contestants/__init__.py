@@ -1,0 +1,1 @@
+"""The figure `contestants`: what each contestant makes of one pose."""

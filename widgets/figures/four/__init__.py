@@ -1,0 +1,1 @@
+"""The figure `four`: four kinds of state."""

@@ -1,0 +1,221 @@
+"""Rung 9: four kinds of state. CPD, FilterReg, MMD-Reg and a learned flow on one scene, in step, stage by stage."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+from solvers import Pose
+from solvers.scenes.fish import FISH_SETTINGS, START_DEGREES, fish, fish_start
+from widgets.drawing.picture import Handle, Panel, Picture, Readout, degrees, number
+from widgets.engine.contract import Action, Button, Key, Widget
+from widgets.engine.controls import choice, slider, toggle
+from widgets.engine.script import named
+from widgets.figures.four import cpd, filterreg, flow, mmd
+from widgets.figures.four.run import ANCHOR, PLACING, STAGES, VIEW, Look, Shown, Walk, begun, carried
+from widgets.parts.placing import HANDLES, written
+
+PARTS: dict[str, Any] = {"cpd": cpd, "filterreg": filterreg, "mmd": mmd, "flow": flow}
+SHORT = {"cpd": "CPD", "filterreg": "FilterReg", "mmd": "MMD", "flow": "Flow"}
+CLOSE_TURN, CLOSE_SHIFT = 5.0, 0.2  # °, u
+
+
+@dataclass(frozen=True)
+class Controls:
+    """What the reader sets."""
+
+    scene: str = choice("clean", "Scene", {name: name.capitalize() for name in FISH_SETTINGS}, keeps="pose")
+    turn: float = slider(START_DEGREES, "Start: turned by", -180.0, 180.0, 5.0, "°", keeps="nothing")
+    smaller: bool = toggle(False, "Moving cloud 15 % smaller", "Only CPD looks for a scale, ideally 1/0.85")
+    project: bool = toggle(True, "Flow: rigid projection", "Endpoints are made rigid copies of the clouds")
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """The controls and the walk that they began; `walk.start` may have been put by hand."""
+
+    controls: Controls
+    walk: Walk
+
+
+def start(controls: Controls, seed: int) -> State:
+    """All four at their first stage, the moving cloud turned as the slider says."""
+    scene = fish(controls.scene, seed=seed, smaller=controls.smaller)
+    return State(controls, begun(scene, fish_start(controls.turn), controls.project))
+
+
+def act(state: State, action: Action) -> State:
+    """Another stage, another iteration, the end, or another start."""
+    walk = state.walk
+    if action.kind == "drag":
+        placed = PLACING.act(walk.start, ANCHOR, action)
+        return replace(state, walk=begun(walk.scene, placed, state.controls.project))
+    if action.name.startswith("stage-"):
+        return replace(state, walk=walk.at(int(action.name.removeprefix("stage-"))))
+    does = {"next": walk.next, "iterate": walk.iterated, "finish": walk.finished}
+    return replace(state, walk=does[action.name]())
+
+
+def draw(state: State) -> Picture:
+    """The four panels at the same stage."""
+    walk = state.walk
+    looks = walk.looks()
+    first = walk.iteration == 1 and walk.stage == 1
+    panels = tuple(_panel(look, first) for look in looks)
+    unused = {f"stage-{walk.stage}"} | ({"next", "iterate", "finish"} if walk.ended else set())
+    return Picture(
+        panels,
+        _readouts(looks),
+        _description(state, panels),
+        _handles(walk.start, panels) if first else (),
+        _note(walk, looks),
+        frozenset(unused),
+    )
+
+
+def _panel(look: Look, first: bool) -> Panel:
+    """A method at the present stage; one that had stopped shows where."""
+    walk, part = look.walk, PARTS[look.track.name]
+    at = min(walk.stage, len(part.STAGES))
+    if look.track.rests:
+        stage, shown = "at rest", Shown(carried(look), f"Stopped after {look.steps} steps: {look.stopped}.")
+    else:
+        stage, shown = f"{at} of {len(part.STAGES)} · {part.STAGES[at - 1]}", part.shown(look)
+    held = ", held" if walk.stage > at and not look.track.rests else ""
+    marks = (*shown.marks, PLACING.stalk(walk.start, ANCHOR)) if first else shown.marks
+    rotation, translation, _ = look.errors()
+    errors = f"Off the truth by {number(rotation, 1)}° and {number(translation)} u after {_count(look.steps, 'step')}"
+    caption = "\n".join((f"{part.NAME}: {stage}{held}", shown.words, errors))
+    label = f"{part.NAME}, {stage}"
+    return Panel(look.track.name, label, VIEW, marks, grid=shown.grid, caption=caption)
+
+
+def _handles(begins: Pose, panels: tuple[Panel, ...]) -> tuple[Handle, ...]:
+    """The two grips of the start, in all panels, as long as nothing has been moved."""
+    first, *others = (panel.name for panel in panels)
+    return tuple(replace(one, panel=first, also=tuple(others)) for one in PLACING.handles(begins, ANCHOR))
+
+
+def _count(value: int, unit: str) -> str:
+    return f"{value} {unit}{'' if value == 1 else 's'}"
+
+
+def _readouts(looks: tuple[Look, ...]) -> tuple[Readout, ...]:
+    """A row for each error, a column for each method; the last row tells what it keeps."""
+    errors = [(look.track.name, SHORT[look.track.name], *look.errors()) for look in looks]
+    units = {"cpd": "shares", "filterreg": "moments", "mmd": "means", "flow": "coordinates"}
+    return (
+        *(Readout(f"{key}_rotation", f"{name}: rotation", number(e, 1), "°") for key, name, e, _, _ in errors),
+        *(Readout(f"{key}_translation", f"{name}: translation", number(e), "u") for key, name, _, e, _ in errors),
+        *(Readout(f"{key}_scale", f"{name}: scale", number(e, 1), "%") for key, name, _, _, e in errors),
+        *(
+            Readout(f"{look.track.name}_keeps", f"{SHORT[look.track.name]} keeps", _kept(look), units[look.track.name])
+            for look in looks
+        ),
+    )
+
+
+def _kept(look: Look) -> str:
+    kept: str = PARTS[look.track.name].kept(look)
+    return kept
+
+
+def _close(look: Look) -> bool:
+    rotation, translation, _ = look.errors()
+    return rotation < CLOSE_TURN and translation < CLOSE_SHIFT
+
+
+def _note(walk: Walk, looks: tuple[Look, ...]) -> str:
+    if walk.ended:
+        close = sum(map(_close, looks))
+        return (
+            f"All four have stopped by iteration {walk.iteration}, {close} of 4 within {CLOSE_TURN:g}° and"
+            f" {CLOSE_SHIFT:g} u. Their stopping certifies nothing."
+        )
+    if walk.stage == STAGES:
+        return "A fifth stage is CPD’s alone: the other three hold their fourth."
+    if walk.iteration == 1 and walk.stage == 1:
+        return ""
+    return f"Iteration {walk.iteration}, stage {walk.stage} of {STAGES}."
+
+
+def _description(state: State, panels: tuple[Panel, ...]) -> str:
+    c, walk = state.controls, state.walk
+    scene = walk.scene
+    noise, clutter = FISH_SETTINGS[c.scene]
+    x, y = walk.start.t.tolist()
+    words = [
+        f"Four small pictures of one scene: a fish-like curve, {len(scene.target)} fixed and {len(scene.source)} moving"
+        f" points, noise of σ = {number(noise)} u, {number(100 * clutter, 0)} % clutter in each cloud. The moving cloud"
+        f" {'is 15 % smaller and ' if c.smaller else ''}lies turned by {degrees(float(walk.start.angle))}°"
+        f" and moved by ({number(x)}, {number(y)}) u.",
+        f"Iteration {walk.iteration}, stage {walk.stage} of {STAGES}.",
+    ]
+    for panel in panels:
+        words.append(". ".join(line.rstrip(".") for line in panel.caption.split("\n")) + ".")
+    if not c.project:
+        words.append("The flow’s endpoints are followed as they are, not made rigid.")
+    return " ".join(words)
+
+
+def python(state: State) -> str:
+    """The same numbers from the solvers package alone."""
+    c, walk = state.controls, state.walk
+    steps = {look.track.name: look.steps for look in walk.looks()}
+    return "\n".join(
+        [
+            "import numpy as np",
+            "from solvers import Pose",
+            "from solvers.metrics import rre, rte",
+            "from solvers.stepper import advance",
+            "from solvers.walk_scenes import fish",
+            "from solvers.walkthrough import begin_walk, found",
+            "",
+            f'scene = fish("{c.scene}", seed={walk.scene.seed}, smaller={c.smaller})',
+            f"start = {written(walk.start)}",
+            f"steps = dict({', '.join(named(steps))})",
+            "for name, count in steps.items():  # begin_walk knows each method's options",
+            f"    run = begin_walk(name, [scene], [start], project={c.project})",
+            "    for _ in range(count):",
+            "        run = advance(run)",
+            "    pose = found(run, [start])[0]",
+            '    print(f"{name}_rotation", np.degrees(rre(pose, scene.truth)))',
+            '    print(f"{name}_translation", rte(pose, scene.truth))',
+            '    print(f"{name}_scale", 100 * (pose.scale / scene.truth.scale - 1))',
+            "",
+        ]
+    )
+
+
+WIDGET = Widget(
+    name="four",
+    title="Four representations of one registration, stage by stage",
+    controls=Controls,
+    presets={"default": {}, "clutter": {"scene": "clutter"}},
+    start=start,
+    act=act,
+    draw=draw,
+    buttons=(
+        Button("next", "Next", primary=True),
+        Button("back", "Back", "back"),
+        Button("auto", "Auto", "run", repeats="next"),
+        *(Button(f"stage-{k}", f"Stage {k}") for k in range(1, STAGES + 1)),
+        Button("iterate", "Next iteration"),
+        Button("finish", "To the end"),
+        Button("reset", "Reset", "reset"),
+        Button("new", "New draw", "reseed"),
+    ),
+    legend=(
+        Key("source", "moving cloud"),
+        Key("target", "fixed cloud", "square"),
+        Key("truth", "where the moving cloud belongs", "line"),
+        Key("ghost", "before this step", "line"),
+        Key("accent", "what the stage found", "line"),
+        Key("pair", "responsibilities, of six fixed points", "line"),
+        Key("outlier", "share given to clutter", "cross"),
+    ),
+    handles=HANDLES,
+    tape=(({}, ("next",) * (2 * STAGES - 1)), ({}, ("finish",))),
+    python=python,
+    shows="Walks four registration methods through one step after another, side by side, stage by stage.",
+)

@@ -1,0 +1,99 @@
+"""The walkthrough's second panel: one step of a FilterReg-inspired method in its four stages."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from solvers.numerics.kernel_filters import Sparse
+from widgets.drawing.picture import Array, Heat, Mark, Points, Segments, degrees, number
+from widgets.figures.four.run import VIEW, Look, Shown, carried, cloud, fixed
+
+NAME = "FilterReg-inspired"
+STAGES = ("density", "filter", "query", "twist")
+DRAWN = slice(None, None, 3)  # of the queries and their targets
+CELL = 0.12  # u: finer lattices are drawn in cells of this size, each at its largest value
+
+
+def shown(look: Look) -> Shown:
+    """The marks and the words of the present stage."""
+    return (_density, _filter, _query, _twist, _held)[look.walk.stage - 1](look)
+
+
+def kept(look: Look) -> str:
+    """How many moments the filter in use holds: four at a vertex."""
+    return f"{4 * len(_of(look).codes):,}"
+
+
+def _of(look: Look) -> Sparse:
+    state = look.before if look.walk.stage < 4 else look.after
+    one: Sparse = state.filters[0]
+    return one
+
+
+def _density(look: Look) -> Shown:
+    grid = _of(look)
+    heat = _heat(grid, grid.places(grid.splat_codes), grid.splat[:, 0])
+    marks = (heat, *fixed(look.walk.scene), cloud(look.moved))
+    words = (
+        f"1, y and ‖y‖² of {len(look.walk.scene.target)} fixed points on {len(grid.splat_codes):,}"
+        f" vertices {number(grid.side)} u apart."
+    )
+    return Shown(marks, words)
+
+
+def _filter(look: Look) -> Shown:
+    grid = _of(look)
+    heat = _heat(grid, grid.places(grid.codes), grid.values[:, 0])
+    words = f"Blurred to σ = {number(grid.sigma)} u: {len(grid.codes):,} vertices, four moments each."
+    return Shown((heat, cloud(look.moved)), words)
+
+
+def _query(look: Look) -> Shown:
+    scene, state, moved = look.walk.scene, look.before, look.moved
+    weight, to = state.weights[0], state.targets[0]
+    marks = (
+        *fixed(scene),
+        Segments(moved[DRAWN], to[DRAWN], "accent", weight=weight[DRAWN]),
+        Points(to[DRAWN], "accent", "diamond", radius=3.5, weight=weight[DRAWN]),
+        cloud(moved),
+        Points(moved, "outlier", "cross", radius=4.0, weight=1.0 - weight),
+    )
+    pull = float(np.sqrt((weight * np.square(to - moved).sum(axis=1)).sum() / max(float(weight.sum()), 1e-300)))
+    words = f"Mean confidence {number(float(weight.mean()))}; targets pull over {number(pull)} u, weighted RMS."
+    return Shown(marks, words)
+
+
+def _twist(look: Look) -> Shown:
+    x, y, turn = look.after.twist[0].tolist()
+    words = (
+        f"Twist: ({number(x)}, {number(y)}) u and {degrees(turn, 1)}°; then"
+        f" σ = {number(float(look.after.sigma[0]), 3)} u."
+    )
+    return Shown(_moved(look), words)
+
+
+def _held(look: Look) -> Shown:
+    return Shown(_moved(look), "Held while CPD finds its variance; its own came with the twist.")
+
+
+def _moved(look: Look) -> tuple[Mark, ...]:
+    some = slice(None, None, 6)
+    before, after = look.moved[some], look.went.apply(look.walk.scene.source)[some]
+    return (*carried(look), Segments(before, after, "accent", weight=np.full(len(after), 0.7)))
+
+
+def _heat(grid: Sparse, places: Array, values: Array) -> Heat:
+    """A lattice's values in square cells about its vertices, or in coarser cells, each with its largest value."""
+    side = grid.side * max(1.0, np.ceil(CELL / grid.side))
+    first = np.floor((np.array([VIEW.x0, VIEW.y0]) - grid.centre) / side + 0.5).astype(int)
+    last = np.floor((np.array([VIEW.x1, VIEW.y1]) - grid.centre) / side + 0.5).astype(int)
+    at = np.floor((places - grid.centre) / side + 0.5 + 1e-9).astype(int)
+    inside = ((at >= first) & (at <= last)).all(axis=1)
+    across, up = (last - first + 1).tolist()
+    field = np.full((up, across), -1.0)
+    np.maximum.at(field, (at[inside, 1] - first[1], at[inside, 0] - first[0]), values[inside])
+    top = float(values.max())
+    field[field < 0.02 * top] = np.nan
+    x0, y0 = (grid.centre + (first - 0.5) * side).tolist()
+    x1, y1 = (grid.centre + (last + 0.5) * side).tolist()
+    return Heat(field, (x0, x1, y0, y1), 0.0, top)

@@ -1,0 +1,107 @@
+"""The walkthrough's third panel: one step of an MMD-Reg-inspired method in its four stages, with its 96 entries."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from solvers.core.arrays import IntArray
+from widgets.drawing.picture import Array, Label, Mark, Path, Points, Role, Segments, degrees, number, small
+from widgets.figures.four.run import VIEW, Look, Shown, carried, cloud, where
+from widgets.parts.feature_marks import crests
+
+NAME = "MMD-Reg-inspired"
+STAGES = ("encode", "average", "compare", "optimise")
+LEFT, RIGHT = -4.1, 4.1  # u: where the first and the last of the bars stand
+TALL = 1.15  # u: a bar of a wave's mean whose length is 1
+ROW = 1.3  # u: how far above and below the middle the two rows of bars stand
+
+
+def shown(look: Look) -> Shown:
+    """The marks and the words of the present stage."""
+    return (_encode, _average, _compare, _optimise, _held)[look.walk.stage - 1](look)
+
+
+def kept(look: Look) -> str:
+    """How many numbers stand for each cloud."""
+    return f"2 × {len(look.before.fixed_mean[0])}"
+
+
+def _encode(look: Look) -> Shown:
+    state, scene = look.before, look.walk.scene
+    frequency = state.frequencies[0, _slowest(look)[0]] / float(state.length[0])
+    bright = [0.55 + 0.45 * np.cos(points @ frequency) for points in (scene.target, look.moved)]
+    still = Points(scene.target, "target", "square", radius=2.5, weight=bright[0])
+    marks = (crests(VIEW, frequency), *where(scene), still, cloud(look.moved, bright[1]))
+    count = state.frequencies.shape[1]
+    words = (
+        f"ℓ = {number(float(state.length[0]), 1)} u: {count} waves, {2 * count} numbers a point."
+        " Drawn: the longest wave’s crests."
+    )
+    return Shown(marks, words)
+
+
+def _average(look: Look) -> Shown:
+    state = look.before
+    rows: tuple[tuple[Role, str, Array, float], ...] = (
+        ("target", "fixed", state.fixed_mean[0], ROW),
+        ("source", "moving", state.moving_mean[0], -ROW),
+    )
+    marks: list[Mark] = [*_names()]
+    for role, name, mean, base in rows:
+        marks += [*_bars(look, mean, base, role), Label([LEFT, base], name, role, dy=18)]
+    words = f"{len(state.fixed_mean[0])} means of each cloud, long waves first: all that is kept of it."
+    return Shown(tuple(marks), words, grid=False)
+
+
+def _compare(look: Look) -> Shown:
+    residual = look.before.residual[0]
+    marks = (*_names(), *_bars(look, residual, 0.0, "accent"))
+    words = f"The {len(residual)} differences; their squares add up to {_squares(look.before)}, an estimate of MMD²."
+    return Shown(marks, words, grid=False)
+
+
+def _optimise(look: Look) -> Shown:
+    before, after = look.before, look.after
+    turn = float(after.pose[0].angle - before.pose[0].angle)
+    words = f"A damped step of {degrees(turn, 1)}°: the sum is {_squares(after)}"
+    if after.stage[0] != before.stage[0]:
+        words += f" at ℓ = {number(float(after.length[0]), 1)} u, which comes next."
+    else:
+        words += f", was {_squares(before)}."
+    return Shown(carried(look), words)
+
+
+def _held(look: Look) -> Shown:
+    return Shown(carried(look), "Held while CPD finds its variance; it has none to find.")
+
+
+def _slowest(look: Look) -> IntArray:
+    """The waves by length, the longest first."""
+    return np.argsort(np.round(np.hypot(*look.before.frequencies[0].T), 9), kind="stable")
+
+
+def _bars(look: Look, entries: Array, base: float, role: Role) -> tuple[Mark, ...]:
+    """A bar for every entry, cosines then sines, upwards where it is positive."""
+    order, count = _slowest(look), len(entries) // 2
+    x = np.linspace(LEFT, RIGHT, len(entries) + 1)
+    x = np.delete(x, count)  # a gap between cosines and sines
+    height = TALL * np.sqrt(count) * np.concatenate([entries[:count][order], entries[count:][order]])
+    foot = np.stack([x, np.full(len(x), base)], axis=1)
+    return (
+        Path([[LEFT - 0.1, base], [RIGHT + 0.1, base]], "guide"),
+        Segments(foot, foot + np.stack([np.zeros(len(x)), height], axis=1), role),
+    )
+
+
+def _names() -> tuple[Mark, ...]:
+    y = VIEW.y0 + 0.2
+    return (
+        Label([0.5 * LEFT, y], "48 cosines", "guide", "middle"),
+        Label([0.5 * RIGHT, y], "48 sines", "guide", "middle"),
+    )
+
+
+def _squares(state: Any) -> str:
+    return small(float(state.objective[0]))

@@ -1,0 +1,1 @@
+"""The figure `icp`: unknown pairs."""

@@ -1,0 +1,325 @@
+"""Rung 3: pairs made from nearness. Match, move, match again; what falls, what may rise, and where it comes to rest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from solvers.scenes.rooms import room, room_start
+from widgets.drawing.chart import Series, chart
+from widgets.drawing.picture import Array, Mark, Panel, Picture, Points, Readout, degrees, number
+from widgets.engine.contract import ITERATED, Action, Key, Motion, Widget
+from widgets.engine.controls import choice, slider
+from widgets.engine.script import called, named
+from widgets.figures.icp.run import Rule, Run, begun
+from widgets.parts.placing import HANDLES, place, written
+from widgets.parts.room import (
+    ANCHOR,
+    BRINGS,
+    FAR,
+    MIDDLE,
+    NEAR,
+    PLACING,
+    SETTINGS,
+    VIEW,
+    error_chart,
+    outline,
+    pair_lines,
+    source,
+    still,
+    with_marks,
+)
+
+STEPS = 40
+OPEN = 3.0  # u: a gate that is as wide as its slider goes stands open
+HIGHEST = 1.2  # u, of the RMS in its chart
+
+
+@dataclass(frozen=True)
+class Controls:
+    """What the reader sets. A scene brings its noise and outliers, a start its two numbers, an objective its knobs."""
+
+    scene: str = choice("clean", "Room", SETTINGS, sets=BRINGS, keeps="pose")
+    start: str = choice(
+        "near",
+        "Start",
+        {"near": "Near", "middle": "Middle", "far": "Far"},
+        sets={"near": NEAR, "middle": MIDDLE, "far": FAR},
+    )
+    turn: float = slider(15.0, "Start: turn", -180.0, 180.0, 1.0, "°", keeps="nothing")
+    offset: float = slider(0.5, "Start: offset", 0.0, 3.0, 0.01, "u", keeps="nothing")
+    objective: str = choice(
+        "plain",
+        "Objective",
+        {"plain": "Plain", "count": "Fixed count", "capped": "Capped"},
+        sets={
+            "plain": {"gate": OPEN, "trim": 0.0},
+            "count": {"gate": OPEN, "trim": 20.0},
+            "capped": {"gate": 0.6, "trim": 0.0},
+        },
+        keeps="pose",
+    )
+    gate: float = slider(OPEN, "Gate", 0.1, OPEN, 0.05, "u", "The cap, where capped; at 3 u it stands open", "pose")
+    trim: float = slider(0.0, "Trim", 0.0, 60.0, 5.0, "%", "The farthest pairs, not used", "pose")
+    noise: float = slider(0.02, "Noise σ", 0.0, 0.3, 0.01, "u", keeps="pose")
+    outliers: float = slider(0.0, "Outliers", 0.0, 50.0, 5.0, "%", "Of each cloud, put anywhere", "pose")
+    overlap: float = slider(100.0, "Target seen", 30.0, 100.0, 5.0, "%", "The part of the room in the target", "pose")
+
+
+def rule(c: Controls) -> Rule:
+    """The method that the controls ask for."""
+    gated, trimmed = c.gate < OPEN, c.trim > 0.0
+    if c.objective == "count":
+        return Rule("trimmed-icp", {"keep": round(1.0 - c.trim / 100.0, 6)}, True, True)
+    if c.objective == "capped":
+        return Rule("capped-icp", {"cap": c.gate if gated else np.inf}, True, not gated)
+    options = {**({"gate": c.gate} if gated else {}), **({"trim": c.trim / 100.0} if trimmed else {})}
+    # A fraction of all pairs is a fixed count; of those within a gate it is not.
+    return Rule("icp", options, not gated, not gated)
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """The controls and the run that they began. backdrop: what no step moves."""
+
+    controls: Controls
+    run: Run
+    backdrop: tuple[Mark, ...]
+
+
+def start(controls: Controls, seed: int) -> State:
+    """The scene from the start that the two numbers give."""
+    c = controls
+    scene = room(c.scene, seed=seed, noise=c.noise, outliers=c.outliers / 100.0, overlap=c.overlap / 100.0)
+    return State(c, begun(rule(c), scene, room_start(c.turn, c.offset), STEPS), still(scene))
+
+
+def act(state: State, action: Action) -> State:
+    """One step, all steps to the stop, or another start."""
+    run = state.run
+    if action.kind == "drag":
+        return replace(state, run=begun(run.rule, run.scene, PLACING.act(run.pose, ANCHOR, action), STEPS))
+    run = run.step()
+    while action.name == "finish" and not run.done:
+        run = run.step()
+    return replace(state, run=run)
+
+
+def motion(before: State, after: State) -> Motion | None:
+    """The move of one step, with the pairs that it fitted already shown."""
+    if after.run.steps != before.run.steps + 1:
+        return None
+    return PLACING.motion(before.run.pose, after.run.pose, ANCHOR)
+
+
+def draw(state: State) -> Picture:
+    """The room with the pairs of the present pose, and the course of the run."""
+    run = state.run
+    now, moved = run.now, run.now.pairing.moved[0]
+    partners, used = now.index.points[0, now.pairing.rows[0]], now.pairing.used[0]
+    gated = ~used & (now.pairing.distances[0] > now.reach[0])
+    marks = (
+        *(outline(run.scene, run.began, "ghost") if run.steps else ()),
+        *state.backdrop,
+        *pair_lines(moved, partners, used, gated),
+        source(run.scene, run.pose, used),
+    )
+    return Picture(
+        (
+            Panel("main", "The two scans in the target's coordinates, with pairs of nearest points", VIEW, marks),
+            _rms_chart(run),
+            _used_chart(run),
+            error_chart([e.rotation for e in run.course], [e.translation for e in run.course], STEPS),
+        ),
+        _readouts(run),
+        _description(state.controls, run, int(gated.sum())),
+        PLACING.handles(run.pose, ANCHOR),
+        _note(state.controls, run),
+        frozenset({"step", "finish"} if run.done else ()),
+    )
+
+
+def _rms_chart(run: Run) -> Panel:
+    """Two lines a step: the move, along which the pairs are kept, and the matching, which moves nothing."""
+    k = np.arange(len(run.course), dtype=float)
+    rms, moved = (np.array([getattr(e, name) for e in run.course]) for name in ("rms", "moved"))
+    series = [Series([0.0, STEPS], [run.truth.rms[0]] * 2, "truth", "at the truth", dashed=True)]
+    if run.rule.objective_falls and not run.rule.rms_falls:
+        series.append(Series(k, [e.mean for e in run.course], "accent", "√(objective/n)", dashed=True))
+    half, gap = k[1:] - 0.5, np.full(len(k) - 1, np.nan)
+    series += [
+        Series(_woven(half, k[1:], gap), _woven(moved[1:], rms[1:], gap), "target"),
+        Series(_woven(k[:-1], half, gap), _woven(rms[:-1], moved[1:], gap), "source"),
+    ]
+    panel = chart(
+        "rms",
+        "RMS over the pairs used, over the steps: each move, then each matching",
+        series,
+        x_label="step",
+        y_label="RMS over the pairs used, u",
+        x_range=(0.0, float(STEPS)),
+        y_range=(0.0, HIGHEST),
+        now=float(run.steps),
+        height=170.0,
+    )
+    dots, up = np.stack([k, np.minimum(rms, HIGHEST)], axis=1), np.isin(k, run.rises)
+    return with_marks(
+        panel, Points(dots[~up], "source", radius=2.5), Points(dots[up], "outlier", "diamond", radius=4.0)
+    )
+
+
+def _woven(*columns: Array) -> Array:
+    """The first of each, the second of each …"""
+    return np.stack(columns, axis=1).reshape(-1)
+
+
+def _used_chart(run: Run) -> Panel:
+    return chart(
+        "used",
+        "Pairs used, over the steps",
+        [Series(np.arange(len(run.course)), [e.used for e in run.course], "source", dots=True)],
+        x_label="step",
+        y_label="Pairs used",
+        x_range=(0.0, float(STEPS)),
+        y_range=(0.0, 160.0),
+        now=float(run.steps),
+        height=115.0,
+    )
+
+
+def _readouts(run: Run) -> tuple[Readout, ...]:
+    last = run.course[-1]
+    falls = {(True, True): "RMS and objective", (True, False): "the objective", (False, False): "neither"}
+    return (
+        Readout("rms", "RMS over the pairs used", number(last.rms, 3) if last.used else "–", "u", "source"),
+        Readout("rms_truth", "RMS at the truth, same rule", number(float(run.truth.rms[0]), 3), "u", "truth"),
+        Readout("used", "Pairs used", f"{last.used} of {len(run.scene.source)}"),
+        Readout("objective", "Objective", number(float(run.batch.objective()[0]), 3), "u²"),
+        Readout("falls", "Can never rise here", falls[run.rule.objective_falls, run.rule.rms_falls]),
+        Readout("rises", "Steps at which the RMS rose", f"{len(run.rises)} of {run.steps}"),
+        Readout("rotation_error", "Rotation error", number(last.rotation, 1), "°"),
+        Readout("translation_error", "Translation error", number(last.translation), "u"),
+        Readout("stop", "Stopped", f"{run.status.label}, step {run.steps}" if run.done else "no"),
+    )
+
+
+def _note(c: Controls, run: Run) -> str:
+    if run.done:
+        return f"Stopped at step {run.steps}: {run.reason}."
+    if run.steps == 0:
+        if c.objective == "count" and c.gate < OPEN:
+            return "The gate plays no part where the count is fixed."
+        if c.objective == "capped" and c.trim > 0.0:
+            return "Trimming plays no part where distances are capped."
+        return ""
+    before, last = run.course[-2:]
+    rose = ", a rise" if run.steps in run.rises else ""
+    return (
+        f"Step {run.steps}. Move: {before.used} pairs, {number(before.rms, 3)} → {number(last.moved, 3)} u."
+        f" Match: {last.changed} changed, {number(last.rms, 3)} u{rose}."
+    )
+
+
+def _description(c: Controls, run: Run, gated: int) -> str:
+    n, last = len(run.scene.source), run.course[-1]
+    (x, y), heading = place(run.pose, ANCHOR)
+    words = [
+        f"{n} source points and {len(run.scene.target)} target points of one room, {SETTINGS[c.scene].lower()}:"
+        f" noise of σ = {number(c.noise)} u, {number(c.outliers, 0)} % outliers, the target sees"
+        f" {number(c.overlap, 0)} % of the room.",
+        f"After {run.steps} step{'' if run.steps == 1 else 's'} the source lies turned by {degrees(heading)}° with its"
+        f" origin at ({number(x)}, {number(y)}) u.",
+        f"A line joins each source point to its nearest target point; {last.used} of {n} pairs are used"
+        + (f", at an RMS of {number(last.rms, 3)} u." if last.used else ".")
+        + f" By the same rule it is {number(float(run.truth.rms[0]), 3)} u at the true pose.",
+    ]
+    if gated:
+        words.append(f"{gated} pairs lie farther apart than {number(c.gate)} u.")
+    if n - last.used - gated:
+        words.append(f"{n - last.used - gated} pairs are trimmed.")
+    words += [
+        f"The pose is {number(last.rotation, 1)}° and {number(last.translation)} u from the truth.",
+        _promise(run.rule),
+        f"So far the RMS rose at {len(run.rises)} of {run.steps} steps.",
+    ]
+    if run.done:
+        words.append(f"The run has stopped: {run.reason}.")
+    return " ".join(words)
+
+
+def _promise(chosen: Rule) -> str:
+    if chosen.rms_falls:
+        return "The number of pairs is fixed: neither the sum of squares nor the RMS can rise."
+    if chosen.objective_falls:
+        return "The capped sum of squares cannot rise; the RMS over the pairs used can."
+    return "With the gate the number of pairs is free: both the sum of squares and the RMS can rise."
+
+
+def python(state: State) -> str:
+    """The same numbers from the solvers package alone."""
+    c, run = state.controls, state.run
+    lines = [
+        "import numpy as np",
+        "from solvers import Pose, register",
+        "from solvers.metrics import rre, rte",
+        "from solvers.scenes import room",
+        "",
+        f'scene = room("{c.scene}", seed={run.scene.seed}, noise={c.noise!r}, outliers={c.outliers / 100!r}, '
+        f"overlap={c.overlap / 100!r})",
+        f"start = {written(run.began)}",
+        *called(
+            "result = register", "scene.source", "scene.target", f'"{run.rule.method}"', "start=start",
+            f"max_steps={run.steps}", *named(run.rule.options),
+        ),
+        'pairs = result.detail("pairing")',
+        "",
+        *(['print("rms", pairs.rms)'] if run.course[-1].used else []),
+        'print("objective", result.objective)',
+        'print("rotation_error", np.degrees(rre(result.pose, scene.truth)))',
+        'print("translation_error", rte(result.pose, scene.truth))',
+    ]  # fmt: skip
+    return "\n".join(lines) + "\n"
+
+
+def _presses(name: str, times: int) -> tuple[str, ...]:
+    return (name,) * times
+
+
+PRESETS: dict[str, dict[str, Any]] = {
+    "default": {},
+    "far": {"start": "far"},
+    "gated": {"start": "middle", "gate": 1.0},
+    "striped": {"scene": "striped", "objective": "count"},
+    "outliers": {"scene": "outliers"},
+    "overlap": {"scene": "noise", "overlap": 35.0, "gate": 0.6},
+}
+
+WIDGET = Widget(
+    name="icp",
+    title="Nearest points: match, move, repeat",
+    controls=Controls,
+    presets=PRESETS,
+    start=start,
+    act=act,
+    draw=draw,
+    buttons=ITERATED,
+    legend=(
+        Key("source", "source, which moves"),
+        Key("target", "target", "square"),
+        Key("pair", "pair used", "line"),
+        Key("outlier", "not used: beyond the gate or cap", "dashed"),
+        Key("weak", "not used: trimmed", "dashed"),
+        Key("truth", "the room, source at the true pose", "line"),
+        Key("ghost", "where the run began", "line"),
+        Key("source", "RMS along a move", "line"),
+        Key("target", "RMS along a matching", "line"),
+        Key("outlier", "a rise", "diamond"),
+    ),
+    handles=HANDLES,
+    tape=(({}, _presses("step", 16)), ({}, ("finish",)), ({"start": "far"}, _presses("step", 3))),
+    motion=motion,
+    python=python,
+    shows="Pairs each point with its nearest, fits the pairs, and repeats, from any start.",
+)

@@ -1,0 +1,125 @@
+"""A run of nearest-point registration as a figure shows it: both halves of every step, and how far the truth is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from solvers import METHODS, Pose, Status
+from solvers.core.stepper import Batch, advance, begin
+from solvers.methods.icp.icp import IcpState, Pairing, pair
+from solvers.metrics import rre, rte
+from solvers.scenes.rooms import Scene
+from widgets.parts.room import problem, single
+
+RISE = 1e-9  # relative: less is rounding
+
+
+@dataclass(frozen=True)
+class Rule:
+    """How pairs are chosen: a method with its options, and whether its objective and its RMS can never rise."""
+
+    method: str
+    options: dict[str, float]
+    objective_falls: bool
+    rms_falls: bool
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One pose of the course. moved: the RMS, u, of the pairs that the step before fitted, at this pose (NaN at the
+    start). changed: points whose partner is another one than before. mean: √(objective / points), u."""
+
+    rms: float
+    moved: float
+    used: int
+    changed: int
+    mean: float
+    rotation: float
+    translation: float
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A run so far. began: its start. truth: the pairs at the true pose, by the same rule."""
+
+    rule: Rule
+    scene: Scene
+    began: Pose
+    batch: Batch[IcpState]
+    course: tuple[Entry, ...]
+    truth: Pairing
+
+    @property
+    def now(self) -> IcpState:
+        """The solver's state, a batch of one."""
+        return self.batch.state()
+
+    @property
+    def pose(self) -> Pose:
+        """Where the source lies."""
+        return single(self.batch.pose())
+
+    @property
+    def steps(self) -> int:
+        """Taken so far."""
+        return len(self.course) - 1
+
+    @property
+    def done(self) -> bool:
+        """Whether it has stopped."""
+        return self.batch.done
+
+    @property
+    def status(self) -> Status:
+        """How it stands."""
+        return Status(int(self.now.status[0]))
+
+    @property
+    def reason(self) -> str:
+        """Why it stopped, in words."""
+        return str(self.now.reason[0])
+
+    @property
+    def rises(self) -> tuple[int, ...]:
+        """The steps after which the RMS over the pairs used was larger than before."""
+        rms = [entry.rms for entry in self.course]
+        return tuple(k for k in range(1, len(rms)) if rms[k] > rms[k - 1] * (1 + RISE))
+
+    def step(self) -> Run:
+        """The run after one more step; a run that has stopped stays as it is."""
+        if self.done:
+            return self
+        batch = advance(self.batch)
+        entry = _entry(self.scene, batch.state(), self.now)
+        return replace(self, batch=batch, course=(*self.course, entry))
+
+
+def begun(rule: Rule, scene: Scene, start: Pose, steps: int) -> Run:
+    """A run of the scene from `start`, no step taken, of at most `steps`."""
+    method = METHODS[rule.method]
+    batch = begin(method, problem(scene, start), method.options(**rule.options), steps)
+    state: IcpState = batch.state()
+    at_truth = Pose(scene.truth.R[None], scene.truth.t[None])
+    truth = pair(state.problem, state.index, state.reach, state.scale, state.options, at_truth)
+    return Run(rule, scene, start, batch, (_entry(scene, state, None),), truth)
+
+
+def _entry(scene: Scene, now: IcpState, before: IcpState | None) -> Entry:
+    pairing, pose = now.pairing, single(now.pose)
+    moved, changed = np.nan, 0
+    if before is not None:
+        old = before.pairing
+        squares = np.square(pairing.moved[0] - now.index.points[0, old.rows[0]]).sum(axis=1)
+        moved = float(np.sqrt(squares[old.used[0]].mean()))
+        changed = int((old.rows[0] != pairing.rows[0]).sum())
+    return Entry(
+        rms=float(pairing.rms[0]),
+        moved=moved,
+        used=int(pairing.count[0]),
+        changed=changed,
+        mean=float(np.sqrt(now.objective[0] / len(scene.source))),
+        rotation=float(np.degrees(rre(pose, scene.truth))),
+        translation=float(rte(pose, scene.truth)),
+    )

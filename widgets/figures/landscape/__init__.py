@@ -1,0 +1,1 @@
+"""The figure `landscape`: the objective as a map."""

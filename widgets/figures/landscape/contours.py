@@ -1,0 +1,53 @@
+"""Contour lines of a field on a lattice: where it crosses a level, one short line for each tile it passes through."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from solvers.core.arrays import IntArray
+from widgets.drawing.picture import Array
+
+# The sides of a tile that a line joins, by which of its corners lie above the level: 1 lower left, 2 lower right,
+# 4 upper right, 8 upper left. Sides: 0 below, 1 right, 2 above, 3 left.
+_JOINS: dict[int, tuple[tuple[int, int], ...]] = {
+    1: ((3, 0),), 2: ((0, 1),), 3: ((3, 1),), 4: ((1, 2),), 6: ((0, 2),), 7: ((3, 2),), 8: ((2, 3),), 9: ((2, 0),),
+    11: ((2, 1),), 12: ((1, 3),), 13: ((1, 0),), 14: ((0, 3),),
+    5: ((3, 0), (1, 2)), 10: ((0, 1), (2, 3)),  # two corners across from each other, the middle below the level
+    21: ((3, 2), (1, 0)), 26: ((3, 0), (1, 2)),  # the same, the middle above it
+}  # fmt: skip
+
+
+def contours(values: Array, x: Array, y: Array, levels: Sequence[float]) -> tuple[Array, Array]:
+    """Both ends (k, 2) of the pieces of all lines on which a field has one of `levels`.
+
+    values: (len(y), len(x)) at the lattice's nodes, finite; between two nodes it is taken to be linear, and in a tile
+    with opposite corners above the level the middle, the mean of the four, decides which of them are joined.
+    """
+    ends: list[tuple[Array, Array]] = [(np.zeros((0, 2)), np.zeros((0, 2)))]
+    corners = np.stack([values[:-1, :-1], values[:-1, 1:], values[1:, 1:], values[1:, :-1]])
+    for level in levels:
+        code = ((corners > level) * np.array([1, 2, 4, 8])[:, None, None]).sum(axis=0)
+        rows, columns = np.nonzero((code > 0) & (code < 15))
+        at, code = corners[:, rows, columns], code[rows, columns]
+        code = np.where(((code == 5) | (code == 10)) & (at.mean(axis=0) > level), code + 16, code)
+        sides = _crossings(at, x, y, rows, columns, level)
+        for kind, joins in _JOINS.items():
+            which = code == kind
+            for one, other in joins:
+                ends.append((sides[one][which], sides[other][which]))
+    return np.concatenate([a for a, _ in ends]), np.concatenate([b for _, b in ends])
+
+
+def _crossings(at: Array, x: Array, y: Array, rows: IntArray, columns: IntArray, level: float) -> list[Array]:
+    """Where the field crosses the level on each side of the tiles whose corners have the values (4, k), (k, 2) each;
+    anywhere on a side that it does not cross."""
+    left, right, lower, upper = x[columns], x[columns + 1], y[rows], y[rows + 1]
+    places = [np.stack(place, axis=1) for place in ((left, lower), (right, lower), (right, upper), (left, upper))]
+    sides = []
+    for i, j in ((0, 1), (1, 2), (3, 2), (0, 3)):
+        rise = at[j] - at[i]
+        part = np.clip((level - at[i]) / np.where(rise == 0.0, 1.0, rise), 0.0, 1.0)
+        sides.append(places[i] + part[:, None] * (places[j] - places[i]))
+    return sides

@@ -1,0 +1,380 @@
+"""Chapter 7: two objectives as terrain over translations, and where descents from many starts end on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from solvers import Status
+from solvers.core.arrays import BoolArray
+from solvers.scenes.rooms import Scene, room
+from widgets.drawing.chart import Series, chart
+from widgets.drawing.picture import Array, Mark, Panel, Path, Picture, Points, Readout, Ring, View, number
+from widgets.engine.contract import UNDONE, Action, Button, Key, Widget
+from widgets.engine.controls import choice, slider
+from widgets.figures.landscape.terrain import Descent, Objective, Terrain, minima, places, within
+from widgets.parts.field import PAD, axis_marks, scale_marks
+from widgets.parts.room import BRINGS, SETTINGS
+
+REACH = 2.5
+WINDOW = (-REACH, REACH, -REACH, REACH)
+MAP = View(*WINDOW, width=640.0, pad=PAD)
+ROOM = View(-6.4, 6.4, -4.6, 4.6, width=320.0)
+BANDS = 4
+SIDE = 7  # starts along each side of the lattice that is sown
+FEW = 5  # starts whose descents are drawn with the coarse map already
+MOST = 250  # starts that are kept
+NEAR = 0.2  # u from the truth that counts as reaching it, as in the race
+NAMES = {"mmd": "MMD²", "capped": "Nearest, capped"}
+
+
+@dataclass(frozen=True)
+class Controls:
+    """Which objective, its scale, and what was measured."""
+
+    objective: str = choice("mmd", "Objective", {"mmd": "MMD", "capped": "Nearest neighbour, capped"}, keeps="log")
+    length: float = slider(0.6, "Length scale ℓ", 0.2, 3.0, 0.1, "u", "Of MMD's kernel")
+    count: float = slider(32.0, "Frequencies D", 4.0, 128.0, 4.0, "", "Of MMD's features, one draw extended")
+    cap: float = slider(1.0, "Cap τ", 0.2, 3.0, 0.1, "u", "Of the nearest distances")
+    setting: str = choice("clean", "Room", SETTINGS, keeps="log", sets=BRINGS)
+    noise: float = slider(0.02, "Noise σ", 0.0, 0.3, 0.01, "u")
+    outliers: float = slider(0.0, "Outliers", 0.0, 60.0, 5.0, "%", "Of each cloud, replaced by junk")
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """redraws: how often the frequencies were drawn anew. runs: the descents, in the order they were begun."""
+
+    controls: Controls
+    seed: int
+    terrain: Terrain
+    redraws: int = 0
+    runs: tuple[Descent, ...] = ()
+
+    @property
+    def scene(self) -> Scene:
+        return self.terrain.scene
+
+    @property
+    def count(self) -> int:
+        """How many starts there are."""
+        return sum(len(run.starts) for run in self.runs)
+
+
+def start(controls: Controls, seed: int) -> State:
+    """The terrain, nothing begun on it."""
+    scene = room(controls.setting, seed=seed, noise=controls.noise, outliers=controls.outliers / 100.0)
+    return State(controls, seed, _terrain(controls, scene, seed))
+
+
+def _terrain(controls: Controls, scene: Scene, draw: int) -> Terrain:
+    objective: Objective = "mmd" if controls.objective == "mmd" else "capped"
+    count = round(controls.count)
+    return Terrain(scene, objective, controls.length, count, draw, controls.cap, WINDOW, BANDS)
+
+
+def act(state: State, action: Action) -> State:
+    """Begin at the place picked or on a lattice of places, forget all runs, or draw other frequencies."""
+    if action.kind == "click":
+        return _begun(state, np.clip([[action.x, action.y]], -REACH, REACH))
+    if action.name == "sow":
+        at = (np.arange(SIDE) - SIDE // 2) * 2 * REACH / SIDE
+        return _begun(state, np.stack(np.meshgrid(at, at), axis=-1).reshape(-1, 2))
+    if action.name == "clear":
+        return replace(state, runs=())
+    redraws = state.redraws + 1
+    terrain = _terrain(state.controls, state.scene, state.seed + redraws)
+    return replace(state, terrain=terrain, redraws=redraws, runs=tuple(Descent(terrain, r.starts) for r in state.runs))
+
+
+def _begun(state: State, starts: Array) -> State:
+    if state.count + len(starts) > MOST:
+        return state
+    return replace(state, runs=(*state.runs, Descent(state.terrain, starts)))
+
+
+@dataclass(frozen=True)
+class _Numbers:
+    """What is told of a state. ends: (k, 2), None while the coarse map is drawn and there are many."""
+
+    ends: Array | None
+    reached: int
+    end_value: float
+    end_away: float
+    truth: float
+    lowest: Array
+    minima: int | None
+    steps: int
+    status: Status | None
+
+
+def _numbers(state: State, detail: int) -> _Numbers:
+    terrain, values = state.terrain, state.terrain.field.values(detail)
+    side = values.shape[0]
+    lowest = np.unravel_index(int(np.argmin(np.round(values, 12))), values.shape)
+    at = -REACH + (np.array(lowest[::-1]) + 0.5) * 2 * REACH / side
+    count = minima(values) if detail == BANDS else None
+    truth = float(terrain.chosen.values(np.zeros(2)))
+    if detail == 0 and state.count > FEW:
+        return _Numbers(None, 0, 0.0, 0.0, truth, at, count, 0, None)
+    ends = np.concatenate([np.zeros((0, 2)), *(run.ends for run in state.runs)])
+    reached = int((np.hypot(*ends.T) < NEAR).sum())
+    if not len(ends):
+        return _Numbers(ends, 0, 0.0, 0.0, truth, at, count, 0, None)
+    last = state.runs[-1].path
+    return _Numbers(
+        ends,
+        reached,
+        float(last.objective[-1, -1]),
+        float(np.hypot(*ends[-1])),
+        truth,
+        at,
+        count,
+        int(last.steps[-1]),
+        Status(int(last.status[-1])),
+    )
+
+
+def draw(state: State, detail: int = BANDS) -> Picture:
+    """The terrain with its descents, the scan where the last one ended, and a cut through the terrain there."""
+    said = _numbers(state, detail)
+    return Picture(
+        (_map(state, said, detail), _room(state, said), _cut(state, said, detail)),
+        _readouts(state, said),
+        _description(state, said),
+        note=_note(state, said),
+        disabled=frozenset(() if state.runs else ("clear",)) | frozenset(("sow",) if _full(state) else ()),
+    )
+
+
+def _full(state: State) -> bool:
+    return state.count + SIDE**2 > MOST
+
+
+# The map
+
+
+def _map(state: State, said: _Numbers, detail: int) -> Panel:
+    field, top = state.terrain.field, state.terrain.top
+    unit = "MMD²" if state.controls.objective == "mmd" else "mean of min(d², τ²), u²"
+    decimals = 2 if top < 0.4 else 1
+    marks: tuple[Mark, ...] = (
+        field.heat(detail, 0.0, top, deep="low"),
+        state.terrain.lines if detail == BANDS else state.terrain.coarse_lines,
+        *axis_marks(MAP, "shift in x, u", "shift in y, u"),
+        *scale_marks(MAP, 0.0, top, f"{unit}: deep is low", decimals, deep="low"),
+        Ring([0.0, 0.0], "truth", radius=10.0),
+        *_ways(state, said),
+    )
+    name = "The objective over translations at the true rotation, with the descents on it"
+    return Panel("map", name, MAP, marks, grid=False, caption="The objective over translations")
+
+
+def _ways(state: State, said: _Numbers) -> list[Mark]:
+    """A line for each descent; a ring at the starts that lead to the truth, a cross at the others."""
+    starts = np.concatenate([np.zeros((0, 2)), *(run.starts for run in state.runs)])
+    if said.ends is None:
+        return [Points(starts, "source", radius=2.5)]
+    home = np.hypot(*said.ends.T) < NEAR
+    marks: list[Mark] = [
+        Path(part, "source")
+        for run in state.runs
+        for i in range(len(run.starts))
+        for part in within(run.way(i), WINDOW)
+    ]
+    marks += [
+        Points(starts[~home], "source", "cross", radius=4.0),
+        Points(starts[home], "truth", "ring", radius=4.5),
+        Points(said.ends[_inside(said.ends)], "source", radius=3.0),
+    ]
+    if len(said.ends) and _inside(said.ends[-1:])[0]:
+        marks.append(Points(said.ends[-1], "source", radius=5.5))
+    return marks
+
+
+def _inside(ends: Array) -> BoolArray:
+    return np.asarray((np.abs(ends) <= REACH).all(axis=1))
+
+
+# Beside the map
+
+
+def _shown(said: _Numbers) -> Array:
+    """The shift that the other panels show: where the last descent ended, or the truth."""
+    return said.ends[-1] if said.ends is not None and len(said.ends) else np.zeros(2)
+
+
+def _room(state: State, said: _Numbers) -> Panel:
+    scene, at = state.scene, _shown(said)
+    marks: tuple[Mark, ...] = (
+        *(Path(line, "truth", thick=True) for line in scene.outline),
+        Points(scene.target, "target", "square", radius=2.0),
+        Points(state.terrain.turned + at, "source", radius=2.0),
+    )
+    name = "The source where the last descent ended, over the target"
+    return Panel("room", name, ROOM, marks, caption="The source where the last descent ended")
+
+
+def _cut(state: State, said: _Numbers, detail: int) -> Panel:
+    """Both objectives along x through the end; the other one only when all else is drawn."""
+    at = _shown(said)
+    x = np.linspace(-REACH, REACH, 121)
+    line = np.stack([x, np.full_like(x, at[1])], axis=1)
+    series = []
+    for name in NAMES:
+        chosen = name == state.controls.objective
+        if not chosen and detail < BANDS:
+            continue
+        values = (state.terrain.mmd if name == "mmd" else state.terrain.capped).values(line)
+        high = float(values.max())
+        scaled = values / (high if high > 0.0 else 1.0)
+        series.append(Series(x, scaled, "accent" if name == "mmd" else "ink", dashed=name == "capped"))
+    return chart(
+        "cut",
+        "Both objectives along x through the last end",
+        series,
+        x_label="shift in x, u",
+        y_label="Cut through the end, ÷ its highest",
+        x_range=(-REACH, REACH),
+        y_range=(0.0, 1.05),
+        now=float(at[0]),
+        height=300.0,
+    )
+
+
+# Numbers and words
+
+
+def _readouts(state: State, said: _Numbers) -> tuple[Readout, ...]:
+    unit = "" if state.controls.objective == "mmd" else "u²"
+    some, later = said.status is not None, said.ends is None
+    value = (number(said.end_value, 4), unit) if some else ("…" if later else "–", "")
+    empty = "…" if later else "–"
+    ends = "…" if said.ends is None else str(places(said.ends, 0.1)) if some else "–"
+    reached = f"{said.reached} of {state.count}" if some else empty
+    return (
+        Readout("value", "Objective at the last end", *value, "source"),
+        Readout("away", "Last end, from the truth", number(said.end_away, 3) if some else empty, "u" * some, "source"),
+        Readout("steps", "Its steps", f"{said.steps}" if some else empty),
+        Readout("truth", "Objective at the truth", number(said.truth, 4), unit, "truth"),
+        Readout("lowest", "Deepest tile, from the truth", number(float(np.hypot(*said.lowest))), "u"),
+        Readout("minima", "Local minima on the map", "…" if said.minima is None else str(said.minima)),
+        Readout("reached", "Starts that reach the truth", reached, "", "truth"),
+        Readout("places", "Different ends", ends),
+    )
+
+
+ENDS = {
+    Status.CONVERGED: "came to rest",
+    Status.STALLED: "found no lower place",
+    Status.CAPPED: "met the cap on its steps",
+    Status.DEGENERATE: "found nothing within the cap",
+}
+
+
+def _note(state: State, said: _Numbers) -> str:
+    if said.status is None:
+        return ""
+    away = f"{number(said.end_away)} u from the truth"
+    if state.count == 1:
+        return f"It {ENDS[said.status]} after {said.steps} steps, {away}."
+    return f"{said.reached} of {state.count} starts reach the truth; the last one {ENDS[said.status]} {away}."
+
+
+def _description(state: State, said: _Numbers) -> str:
+    c = state.controls
+    if c.objective == "mmd":
+        what = (
+            f"The squared maximum mean discrepancy with {round(c.count)} random frequencies at a length scale of"
+            f" {number(c.length, 1)} u"
+        )
+    else:
+        what = f"The mean squared distance to the nearest target point, each capped at {number(c.cap, 1)} u,"
+    x, y = said.lowest.tolist()
+    words = [
+        f"{what} is drawn over shifts of up to {number(REACH, 1)} u along each axis, the rotation being the true one;"
+        f" deep is low. The room is '{c.setting}', with noise of σ = {number(c.noise)} u and"
+        f" {number(c.outliers, 0)} % outliers. The deepest tile lies at ({number(x)}, {number(y)}) u, and the objective"
+        f" at the truth, a green ring at the centre, is {number(said.truth, 4)}."
+    ]
+    if said.minima is not None:
+        words.append(f"The map has {said.minima} local {'minimum' if said.minima == 1 else 'minima'}.")
+    if said.status is not None and said.ends is not None:
+        u, v = said.ends[-1].tolist()
+        words.append(
+            f"Of {state.count} descents {said.reached} end within {number(NEAR, 1)} u of the truth, and there are"
+            f" {places(said.ends, 0.1)} different ends. The last one {ENDS[said.status]} at"
+            f" ({number(u)}, {number(v)}) u, {number(said.end_away, 3)} u from the truth, with an objective of"
+            f" {number(said.end_value, 4)}."
+        )
+    return " ".join(words)
+
+
+def python(state: State) -> str:
+    """The same numbers from the solvers package alone."""
+    c, count = state.controls, round(state.controls.count)
+    mmd, side = c.objective == "mmd", state.terrain.field.side
+    maker = "mmd_field" if mmd else "capped_field"
+    lines = [
+        "import numpy as np",
+        *(["from solvers.features import unit_frequencies"] if mmd else []),
+        f"from solvers.landscape import {maker}",
+        "from solvers.scenes import room",
+        "",
+        f'scene = room("{c.setting}", seed={state.seed}, noise={c.noise!r}, outliers={c.outliers / 100.0!r})',
+        *([f"unit = unit_frequencies(np.array([{state.terrain.draw}]), {count}, 2)[0]"] if mmd else []),
+        f"field = {maker}(scene.source, scene.target, {f'unit / {c.length!r}' if mmd else repr(c.cap)})",
+        f"at = (np.arange({side}) + 0.5) * ({2 * REACH!r} / {side}) - {REACH!r}  # the map's rows and columns, u",
+        "values = field.grid(at, at)",
+        "row, column = np.unravel_index(values.round(12).argmin(), values.shape)",
+        "# The map seen from each of its inner cells: the cell itself, the fifth, and its eight neighbours.",
+        f"parts = [values[i : {side - 2} + i, j : {side - 2} + j] for i in range(3) for j in range(3)]",
+        "",
+        'print("truth", field.values([0.0, 0.0]))',
+        'print("lowest", np.hypot(at[column], at[row]))',
+        'print("minima", (parts[4] < np.min(parts[:4] + parts[5:], axis=0)).sum())',
+    ]
+    if state.runs:
+        x, y = (repr(float(v)) for v in state.runs[-1].starts[-1])
+        lines += [
+            f"path = field.path([[{x}, {y}]])",
+            'print("value", path.objective[-1, -1])',
+            'print("away", np.linalg.norm(path.points[-1, -1]))',
+            'print("steps", path.steps[-1])',
+        ]
+    return "\n".join(lines) + "\n"
+
+
+WIDGET = Widget(
+    name="landscape",
+    title="Two objectives as terrain over translations",
+    controls=Controls,
+    presets={
+        "default": {},
+        "capped": {"objective": "capped"},
+    },
+    start=start,
+    act=act,
+    draw=draw,
+    details=BANDS + 1,
+    known=lambda state: state.terrain.field.known,
+    buttons=(
+        Button("sow", f"Sow {SIDE**2} starts", primary=True),
+        Button("resample", "Resample"),
+        Button("clear", "Clear"),
+        *UNDONE,
+    ),
+    legend=(
+        Key("truth", "truth, and starts that reach it", "ring"),
+        Key("source", "starts that do not", "cross"),
+        Key("source", "descents, and the source", "line"),
+        Key("target", "target", "square"),
+        Key("accent", "cut of MMD²", "line"),
+        Key("ink", "cut of the nearest distances", "dashed"),
+    ),
+    clicks=("map",),
+    tape=(({}, ("sow", "sow")), ({}, ("sow", "resample"))),
+    python=python,
+    shows="Draws two objectives over translations as terrain, with descents from many starts.",
+)

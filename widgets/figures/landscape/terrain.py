@@ -1,0 +1,146 @@
+"""The two objectives over translations as terrain: fields to draw, and the descents on them from many starts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+
+from solvers.methods.mmd.landscape import CappedField, MmdField, Path, capped_field, mmd_field
+from solvers.numerics.fourier_features import unit_frequencies
+from solvers.scenes.rooms import Scene
+from widgets.drawing.picture import Array, Segments
+from widgets.figures.landscape.contours import contours
+from widgets.parts.field import STRIDE, Field
+
+Objective = Literal["mmd", "capped"]
+SQUARES = 2**11  # of the capped field: made in a tenth of a frame, and queries hardly longer
+LINES = 8  # intervals between contour lines over the colour scale
+TOPS = (0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.8, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Terrain:
+    """What is minimised over translations, the source as it lies at the truth. All is computed when first asked for.
+
+    length: ℓ, u. count: D. draw: the seed of the frequencies. cap: τ, u.
+    """
+
+    scene: Scene
+    objective: Objective
+    length: float
+    count: int
+    draw: int
+    cap: float
+    window: tuple[float, float, float, float]
+    bands: int
+
+    @cached_property
+    def mmd(self) -> MmdField:
+        """‖mean φ(x + t) − mean φ(y)‖² over t."""
+        frequencies = unit_frequencies(np.array([self.draw]), self.count, 2)[0] / self.length
+        return mmd_field(self.turned, self.scene.target, frequencies)
+
+    @cached_property
+    def capped(self) -> CappedField:
+        """The mean of min(squared distance to the nearest, τ²) over t."""
+        return capped_field(self.turned, self.scene.target, self.cap, squares=SQUARES)
+
+    @property
+    def turned(self) -> Array:
+        """The source points with the true rotation."""
+        return np.asarray(self.scene.source @ self.scene.truth.R.T)
+
+    @property
+    def chosen(self) -> MmdField | CappedField:
+        """The objective that is drawn and descended."""
+        return self.mmd if self.objective == "mmd" else self.capped
+
+    @cached_property
+    def field(self) -> Field:
+        """The chosen objective over the window."""
+        return Field(lambda x, y: self.chosen.grid(x, y), self.window, bands=self.bands)
+
+    @cached_property
+    def top(self) -> float:
+        """Where the colour scale ends, which begins at 0: the first round value that the coarse map does not exceed."""
+        highest = float(self.field.values(0).max())
+        return next((top for top in TOPS if highest <= top), TOPS[-1])
+
+    @cached_property
+    def coarse_lines(self) -> Segments:
+        """Contour lines of the coarse lattice."""
+        middle = slice(STRIDE // 2, None, STRIDE)
+        return self._lines(self.field.values(0), self.field.x[middle], self.field.y[middle])
+
+    @cached_property
+    def lines(self) -> Segments:
+        """Contour lines of the full lattice."""
+        return self._lines(self.field.values(self.bands), self.field.x, self.field.y)
+
+    def _lines(self, values: Array, x: Array, y: Array) -> Segments:
+        a, b = contours(values, x, y, [self.top * k / LINES for k in range(1, LINES)])
+        return Segments(a, b, "ink", weight=np.full(len(a), 0.3))
+
+
+@dataclass(frozen=True, eq=False)
+class Descent:
+    """Runs that began together, at starts (k, 2): computed once, when first asked for."""
+
+    terrain: Terrain
+    starts: Array
+
+    @cached_property
+    def path(self) -> Path:
+        """Levenberg-Marquardt on MMD², gated ICP on the capped distances; translations only."""
+        return self.terrain.chosen.path(self.starts)
+
+    @property
+    def ends(self) -> Array:
+        """(k, 2), where the runs ended."""
+        return np.asarray(self.path.points[-1])
+
+    def way(self, i: int) -> Array:
+        """The course of one run (n, 2), from its start to its end."""
+        return np.asarray(self.path.points[: int(self.path.steps[i]) + 1, i])
+
+
+def within(way: Array, window: tuple[float, float, float, float]) -> list[Array]:
+    """The parts of a polyline (n, 2) that lie in the window, cut at its border, each (k, 2) with k ≥ 2."""
+    low, high = np.array([window[0], window[2]]), np.array([window[1], window[3]])
+    a, step = way[:-1], np.diff(way, axis=0)
+    safe = np.where(step == 0.0, 1.0, step)
+    to = np.stack([(low - a) / safe, (high - a) / safe])
+    still = step == 0.0
+    held = still & (a >= low) & (a <= high)
+    enter = np.where(still, np.where(held, 0.0, 2.0), to.min(axis=0)).max(axis=1).clip(0.0, None)
+    leave = np.where(still, 1.0, to.max(axis=0)).min(axis=1).clip(None, 1.0)
+    parts: list[list[Array]] = []
+    for k in np.flatnonzero(enter < leave):
+        if not parts or enter[k] > 0.0 or not np.array_equal(parts[-1][-1], a[k]):
+            parts.append([a[k] + enter[k] * step[k]])
+        parts[-1].append(a[k] + leave[k] * step[k] if leave[k] < 1.0 else way[k + 1])
+    return [np.array(part) for part in parts]
+
+
+def minima(values: Array) -> int:
+    """How many nodes of a lattice lie lower than all eight about them."""
+    middle = values[1:-1, 1:-1]
+    rows, columns = values.shape
+    low = np.ones(middle.shape, dtype=np.bool_)
+    for i in range(3):
+        for j in range(3):
+            if (i, j) != (1, 1):
+                low &= middle < values[i : rows - 2 + i, j : columns - 2 + j]
+    return int(low.sum())
+
+
+def places(ends: Array, apart: float) -> int:
+    """How many places the ends (k, 2) are at, one taken for another's when nearer to it than `apart`."""
+    found: list[Array] = []
+    for end in ends:
+        if all(np.hypot(*(end - other)) >= apart for other in found):
+            found.append(end)
+    return len(found)

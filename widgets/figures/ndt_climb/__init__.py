@@ -1,0 +1,1 @@
+"""The figure `ndt-climb`: the climb on the NDT score."""

@@ -1,0 +1,1 @@
+"""The figure `own-clouds`: the reader's own clouds."""

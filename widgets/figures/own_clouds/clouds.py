@@ -1,0 +1,205 @@
+"""A reader's own clouds: what was read from files or drawn, laid into the plane, thinned, and put into the figure's
+window.
+
+The figure draws in units of its window; the clouds and the pose keep those of their files. `Fit` goes between.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+import numpy as np
+
+from solvers import Pose
+from solvers.geometry.downsample import slab, spacing, thinned
+from solvers.io.clouds import CloudText, read
+from solvers.scenes.hall_3d import hall
+from solvers.scenes.rooms import room
+from widgets.drawing.picture import Array
+from widgets.parts.room import VIEW
+
+LARGEST, LEAST = 1e15, 1e-9  # of a coordinate, of a cloud's width: a readout has nine decimals, a float64 16 digits
+ROUNDING = 1e-12  # of the largest coordinate: places that are no farther apart are one
+FINEST = 1e-15  # in the files' unit: as above, however small the coordinates
+EXAMPLES = {"room": "Room", "part": "Partly seen", "hall": "Hall in 3-D"}
+
+
+@dataclass(frozen=True, eq=False)
+class Given:
+    """One cloud that a reader brought. name: of its file, or nothing where it was drawn, in units of the window."""
+
+    name: str
+    text: CloudText
+
+    @property
+    def points(self) -> Array:
+        """(n, 2) or (n, 3), in the file's unit."""
+        return self.text.points
+
+    @property
+    def words(self) -> str:
+        """What it is, in a line."""
+        n, d = self.points.shape
+        if not self.name:
+            return f"Drawn by hand: {n:,} point{'' if n == 1 else 's'}."
+        notices = "".join(f"; {notice}" for notice in self.text.notices)
+        return f"{n:,} point{'' if n == 1 else 's'} in {d}-D, {self.text.format}{notices}."
+
+
+def reads(name: str, data: bytes) -> Given:
+    """A cloud from the name and the bytes of its file.
+
+    Raises ValueError with the line of what is wrong, and for coordinates in a unit that the figure cannot show.
+    """
+    text = read(data)
+    largest, width = float(np.abs(text.points).max()), float(np.ptp(text.points, axis=0).max())
+    if largest > LARGEST:
+        raise ValueError(f"a coordinate is {largest:.3g}; expected none beyond {LARGEST:g}. Write it in a larger unit")
+    if 0.0 < width < LEAST:
+        raise ValueError(f"the cloud is {width:.3g} wide; expected at least {LEAST:g}. Write it in a smaller unit")
+    return Given(name, text)
+
+
+@dataclass(frozen=True, eq=False)
+class Raw:
+    """Both clouds as they came, (n, 2) or (n, 3), either of which may be missing. names: what a script reads them
+    from; drawn: nothing came from a file or an example."""
+
+    source: Array | None
+    target: Array | None
+    names: tuple[str, str] = ("", "")
+    drawn: bool = False
+
+
+@lru_cache(maxsize=8)
+def example(name: str, seed: int) -> Raw:
+    """One of `EXAMPLES`."""
+    if name == "hall":
+        scans = hall(seed)
+        return Raw(scans.source, scans.target)
+    scene = room("noise", seed=seed, overlap=0.6 if name == "part" else 1.0)
+    moved = Pose.from_angle(np.radians(-25.0), (-0.6, 0.5)).apply(scene.source)
+    return Raw(moved, scene.target)
+
+
+@lru_cache(maxsize=4)
+def brought(source: Given | None, target: Given | None) -> Raw:
+    """What a reader brought, one of the two or both."""
+    clouds = [given for given in (source, target) if given is not None]
+    return Raw(
+        None if source is None else source.points,
+        None if target is None else target.points,
+        ("" if source is None else source.name, "" if target is None else target.name),
+        not any(given.name for given in clouds),
+    )
+
+
+@dataclass(frozen=True)
+class Fit:
+    """The window's place in the clouds' plane: F(p) = scale · (p − centre), window units from the files' units."""
+
+    centre: tuple[float, float] = (0.0, 0.0)
+    scale: float = 1.0
+
+    def put(self, points: Array) -> Array:
+        """Points (n, 2) of the clouds' plane in the window."""
+        return np.asarray(self.scale * (points - np.array(self.centre)))
+
+    def seen(self, pose: Pose) -> Pose:
+        """The pose between clouds as the one between what is seen of them: F ∘ T ∘ F⁻¹."""
+        centre = np.array(self.centre)
+        return Pose(pose.R, self.scale * (pose.scale * (pose.R @ centre) + pose.t - centre), pose.scale)
+
+    def meant(self, pose: Pose) -> Pose:
+        """The rigid pose between the clouds that is seen as `pose`: F⁻¹ ∘ T ∘ F."""
+        centre = np.array(self.centre)
+        return Pose(pose.R, pose.t / self.scale - pose.R @ centre + centre)
+
+
+@dataclass(frozen=True, eq=False)
+class Clouds:
+    """Both clouds as they are registered: source (m, 2) and target (n, 2), in the files' unit, either possibly empty.
+
+    raw: what they came from. slice: the heights between which a cloud in space is seen, or None for all of it.
+    seen: how many points there were before the thinning. spacing: of the target, or 0. anchor: (2,) the source's
+    centroid. fit: the window about both, at the pose `first`.
+    """
+
+    raw: Raw
+    source: Array
+    target: Array
+    slice: tuple[float, float] | None
+    seen: tuple[int, int]
+    first: Pose
+    fit: Fit
+    spacing: float
+    anchor: Array = field(default_factory=lambda: np.zeros(2))
+
+    @property
+    def whole(self) -> bool:
+        """Whether there are two clouds to register."""
+        return bool(len(self.source) and len(self.target))
+
+    @property
+    def area(self) -> float:
+        """Of the target's bounding box, squared units; of one place, of the window's unit: never 0."""
+        width, height = np.ptp(self.target, axis=0).tolist()
+        longest = max(width, height)
+        if longest <= _blur(self.target):
+            longest = 1.0 / self.fit.scale
+        return float(max(width * height, 1e-3 * longest * longest))
+
+    @property
+    def decimals(self) -> int:
+        """How many decimals tell lengths to a hundredth of the spacing, or of the window's thousandth."""
+        least = self.spacing or 1e-2 / self.fit.scale
+        return int(np.clip(2 - np.floor(np.log10(least) + 1e-9), 0, 9))
+
+
+@lru_cache(maxsize=4)
+def prepared(raw: Raw, height: float, thickness: float, points: int, centred: bool) -> Clouds:
+    """The clouds seen from above, at most `points` of each. height, thickness: of the slice, fractions of the height of
+    both together; a thickness of 1 is all. centred: whether the first pose lays centroid on centroid."""
+    solid = [p[:, 2] for p in (raw.source, raw.target) if p is not None and p.shape[1] == 3]
+    heights = np.concatenate([np.zeros(0), *solid])
+    cut = None
+    if len(heights) and thickness < 1.0:
+        low, high = float(heights.min()), float(heights.max())
+        middle, half = low + height * (high - low), thickness * (high - low) / 2
+        cut = round(middle - half, 9), round(middle + half, 9)
+    above = [_above(p, cut) for p in (raw.source, raw.target)]
+    source, target = (thinned(p, points) if len(p) else p for p in above)
+    first, anchor = Pose.identity(), source.mean(axis=0) if len(source) else np.zeros(2)
+    if centred and len(source) and len(target):
+        first = Pose(np.eye(2), target.mean(axis=0) - anchor)
+    both = np.concatenate([target, first.apply(source)])
+    fit = Fit() if raw.drawn or not len(both) else about(both)
+    apart = spacing(target) if len(target) else 0.0
+    if len(target) and apart <= _blur(target):
+        apart = 0.0
+    return Clouds(raw, source, target, cut, (len(above[0]), len(above[1])), first, fit, apart, anchor)
+
+
+def _blur(points: Array) -> float:
+    """How far apart places may be and still be one."""
+    return max(ROUNDING * float(np.abs(points).max()), FINEST)
+
+
+def _above(points: Array | None, cut: tuple[float, float] | None) -> Array:
+    if points is None:
+        return np.zeros((0, 2))
+    if points.shape[1] == 2:
+        return points
+    return np.ascontiguousarray(points[:, :2]) if cut is None else slab(points, *cut)
+
+
+def about(points: Array) -> Fit:
+    """The window with a border round the points, so that handles and turned clouds have room."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    width, height = np.maximum(high - low, 0.0).tolist()
+    room_x, room_y = 0.82 * (VIEW.x1 - VIEW.x0), 0.82 * (VIEW.y1 - VIEW.y0)
+    across = max(width / room_x, height / room_y)
+    x, y = ((low + high) / 2).tolist()
+    blur = _blur(points)
+    return Fit((x, y), 1.0 / (across if across > blur else max(1.0, blur)))

@@ -1,0 +1,213 @@
+"""A reader's own clouds: any method that finds its own pairs, from any start, judged where no truth is known."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from widgets.drawing.picture import Picture, Readout, number, worded
+from widgets.engine.contract import Action, Button, Key, Motion, Widget
+from widgets.engine.controls import Value, choice, slider
+from widgets.figures.own_clouds.clouds import EXAMPLES, Clouds, Given, brought, example, prepared, reads
+from widgets.figures.own_clouds.downloads import pose_csv, pose_json, script
+from widgets.figures.own_clouds.marks import clouds_panel, dragged, handles, heading, objective_chart, plain
+from widgets.figures.own_clouds.methods import OPEN, OWN
+from widgets.figures.own_clouds.run import REACH, Run, begun
+from widgets.parts.placing import HANDLES
+from widgets.parts.room import PLACING
+
+TEN = 10
+_METHODS: dict[str, dict[str, Value]] = {name: own.brings() for name, own in OWN.items()}
+
+
+@dataclass(frozen=True)
+class Controls:
+    """What the reader sets. A method brings the length and the share that suit it."""
+
+    clouds: str = choice("room", "Clouds", {**EXAMPLES, "own": "Your own"})
+    method: str = choice("icp", "Method", {name: own.label for name, own in OWN.items()}, "", "pose", _METHODS)
+    start: str = choice("as", "Start", {"as": "As they lie", "centred": "Centroids together"}, "", "nothing")
+    length: float = slider(
+        OPEN, "Length scale", 0.5, OPEN, 0.5, "spacings", "Of the target's points. At 40 a gate stands open", "pose"
+    )
+    share: float = slider(0.0, "Without a partner", 0.0, 60.0, 5.0, "%", "Of the points, as expected", "pose")
+    points: float = slider(400.0, "Points at most", 100.0, 1000.0, 50.0, "", "Of each cloud; more are thinned", "pose")
+    height: float = slider(50.0, "Slice: height", 0.0, 100.0, 1.0, "%", "For clouds in 3-D", "pose")
+    thickness: float = slider(100.0, "Slice: thickness", 2.0, 100.0, 1.0, "%", "At 100 all is seen", "pose")
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """The controls and the run that they began."""
+
+    controls: Controls
+    run: Run
+
+    @property
+    def clouds(self) -> Clouds:
+        """What is registered."""
+        return self.run.clouds
+
+
+def start(controls: Controls, seed: int, given: Mapping[str, Given]) -> State:
+    """The clouds as they lie, or centroid on centroid."""
+    c = controls
+    raw = brought(given.get("source"), given.get("target")) if c.clouds == "own" else example(c.clouds, seed)
+    clouds = prepared(raw, c.height / 100.0, c.thickness / 100.0, round(c.points), c.start == "centred")
+    return State(c, begun(c.method, clouds, c.length, c.share / 100.0, seed, clouds.first))
+
+
+def act(state: State, action: Action) -> State:
+    """One step, ten, or another start."""
+    run, c = state.run, state.controls
+    if action.kind == "drag":
+        pose = dragged(run, action.name, action.x, action.y)
+        return replace(state, run=begun(c.method, run.clouds, c.length, run.share, run.seed, pose))
+    for _ in range(1 if action.name == "step" else TEN):
+        run = run.step()
+    return replace(state, run=run)
+
+
+def motion(before: State, after: State) -> Motion | None:
+    """The move of one step."""
+    if after.run.steps != before.run.steps + 1 or after.run.clouds is not before.run.clouds:
+        return None
+    fit, anchor = after.clouds.fit, after.clouds.fit.put(after.clouds.anchor)
+    return PLACING.motion(fit.seen(before.run.pose), fit.seen(after.run.pose), anchor)
+
+
+def draw(state: State) -> Picture:
+    """Both clouds, the objective's course, the pose and its signs."""
+    run = state.run
+    return Picture(
+        (clouds_panel(run), objective_chart(run)),
+        _readouts(run),
+        _description(state),
+        handles(run),
+        _note(state),
+        frozenset({"step", "ten"} if run.done else ()),
+    )
+
+
+def _readouts(run: Run) -> tuple[Readout, ...]:
+    c, signs = run.clouds, run.evidence
+    x, y = (number(float(v), c.decimals) for v in run.pose.t)
+    there = signs is not None and float(signs.share) > 0.0
+    return (
+        Readout("rotation", "Rotation", heading(run.pose), "°", "source"),
+        Readout("x", "Translation x", x, "u", "source"),
+        Readout("y", "Translation y", y, "u", "source"),
+        Readout("scale", "Scale", number(float(run.pose.scale), 4)),
+        Readout("rms", "Residual RMS", number(float(signs.rms), c.decimals) if there and signs else "–", "u"),
+        Readout("explained", "Source points explained", _share(run), "%"),
+        Readout("conditioning", "Conditioning", "–" if signs is None else number(float(signs.weakest), 4)),
+        Readout("objective", "Objective", plain(run.objective[-1]) if run.objective else "–"),
+        Readout("length", "Length in use", _length(run)),
+        Readout("points", "Points", f"{_counted(c, 0)} and {_counted(c, 1)}"),
+        Readout("stop", "Status", f"{run.status}, step {run.steps}" if run.steps else run.status),
+    )
+
+
+def _share(run: Run) -> str:
+    return "–" if run.evidence is None else number(100 * float(run.evidence.share), 1)
+
+
+def _counted(clouds: Clouds, which: int) -> str:
+    n, seen = len((clouds.source, clouds.target)[which]), clouds.seen[which]
+    return f"{n:,}" if n == seen else f"{n:,} of {seen:,}"
+
+
+def _length(run: Run) -> str:
+    meant = OWN[run.method].length
+    if not meant:
+        return "none: it finds its own"
+    return f"{meant} {'open' if run.length == float('inf') else f'{number(run.length, run.clouds.decimals)} u'}"
+
+
+def _note(state: State) -> str:
+    run, c = state.run, state.clouds
+    if not c.whole:
+        missing = [name for name, cloud in (("source", c.source), ("target", c.target)) if not len(cloud)]
+        if c.raw.source is not None and c.raw.target is not None:
+            return f"No {' and no '.join(missing)} point lies in this slice. Move or thicken it."
+        return f"Choose or draw a {' and a '.join(missing)} first."
+    if run.done:
+        return f"Stopped at step {run.steps}: {worded(run.reason) or run.status}."
+    most = round(state.controls.points)
+    thin = [f"{name} {_counted(c, k)}" for k, name in enumerate(("source", "target")) if c.seen[k] > most]
+    return f"Thinned: {', '.join(thin)} points." if thin and not run.steps else ""
+
+
+def _description(state: State) -> str:
+    run, c = state.run, state.clouds
+    own = state.controls.clouds == "own"
+    words = [
+        f"{'The reader’s own clouds' if own else f'The example “{EXAMPLES[state.controls.clouds]}”'}, seen from above:"
+        f" {_counted(c, 0)} source points and {_counted(c, 1)} target points."
+    ]
+    if c.slice:
+        words.append(f"Seen are heights from {plain(c.slice[0])} to {plain(c.slice[1])} u.")
+    if run.evidence is not None:
+        steps = f"{run.steps} step{'' if run.steps == 1 else 's'}"
+        words += [
+            f"After {steps} of {OWN[run.method].label} the pose turns the source"
+            f" by {heading(run.pose, 1)}° and moves it by ({number(float(run.pose.t[0]), c.decimals)},"
+            f" {number(float(run.pose.t[1]), c.decimals)}) u.",
+            f"{number(100 * float(run.evidence.share), 0)} % of the source points have a target point within"
+            f" {number(REACH, 0)} spacings, {number(run.reach, c.decimals)} u; the others are pale.",
+        ]
+    if run.done and run.reason:
+        words.append(f"The run has stopped: {worded(run.reason)}.")
+    return " ".join(words)
+
+
+def python(state: State) -> str:
+    """The same run from the same files."""
+    return script(state.run, state.controls.clouds, round(state.controls.points))
+
+
+def files(state: State) -> dict[str, str]:
+    """The pose; the script is every figure's to take."""
+    if not state.clouds.whole:
+        return {}
+    return {"pose.json": pose_json(state.run), "pose.csv": pose_csv(state.run)}
+
+
+PRESETS: dict[str, dict[str, Any]] = {
+    "default": {},
+    "part": {"clouds": "part", "method": "trimmed-icp", "share": 40.0},
+    "hall": {"clouds": "hall", "method": "gicp", "thickness": 60.0, "height": 65.0},
+}
+
+WIDGET = Widget(
+    name="own-clouds",
+    title="Your own clouds: any method, from any start",
+    controls=Controls,
+    presets=PRESETS,
+    start=start,
+    act=act,
+    draw=draw,
+    buttons=(
+        Button("step", "Step", primary=True),
+        Button("ten", "10 steps"),
+        Button("run", "Run", "run", repeats="step"),
+        Button("finish", "To the end", "run", repeats="ten"),
+        Button("back", "Back", "back"),
+        Button("reset", "Reset", "reset"),
+    ),
+    legend=(
+        Key("source", "source, which moves; pale where no target point is near"),
+        Key("target", "target", "square"),
+        Key("ghost", "where the source began"),
+        Key("accent", "objective", "line"),
+    ),
+    handles=HANDLES,
+    tape=(({}, ("step",) * 12), ({}, ("ten",) * 3)),
+    motion=motion,
+    python=python,
+    takes=("source", "target"),
+    reads=reads,
+    files=files,
+    shows="Registers two clouds that the reader brings, and judges the pose by the clouds alone.",
+)

@@ -1,0 +1,130 @@
+"""How a reader's clouds are drawn: the two clouds in their window with a bar for scale, and the course of a run."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from solvers import Pose
+from widgets.drawing.chart import Series, chart
+from widgets.drawing.picture import (
+    SUPERSCRIPT,
+    Array,
+    Group,
+    Handle,
+    Label,
+    Mark,
+    Panel,
+    Points,
+    Segments,
+    degrees,
+    number,
+)
+from widgets.engine.contract import Action
+from widgets.figures.own_clouds.clouds import Clouds, Fit
+from widgets.figures.own_clouds.run import Run
+from widgets.parts.placing import place
+from widgets.parts.room import PLACING, VIEW
+
+BAR = 1.4  # units of the window: the bar is the longest round length below twice this, and at least 0.8 of it
+
+
+def plain(value: float, decimals: int = 3) -> str:
+    """A number of any size: fixed decimals in the middle, one digit before the point and a power of ten outside."""
+    if value == 0.0 or 1e-3 <= abs(value) < 1e6:
+        return number(value, decimals)
+    mantissa, exponent = f"{value * (1 + 1e-9):.2e}".split("e")
+    return f"{mantissa}·10{str(int(exponent)).translate(SUPERSCRIPT)}".replace("-", "−")
+
+
+def round_length(wanted: float) -> float:
+    """The longest of 1, 2, 5, 10 … that is at most `wanted`, which is positive."""
+    power = 10.0 ** np.floor(np.log10(wanted))
+    return float(max(step * power for step in (1.0, 2.0, 5.0) if step * power <= wanted * (1 + 1e-9)))
+
+
+def scale_bar(fit: Fit) -> tuple[Mark, ...]:
+    """A bar of a round length in the files' unit, in the window's corner."""
+    length = round_length(2 * BAR / fit.scale)
+    x, y = VIEW.x0 + 0.35, VIEW.y0 + 0.35
+    end = x + length * fit.scale
+    ticks = Segments([[x, y - 0.08], [end, y - 0.08]], [[x, y + 0.08], [end, y + 0.08]], "ink")
+    return Segments([x, y], [end, y], "ink"), ticks, Label((x, y), f"{length:g} u", "ink", dy=-9.0)
+
+
+def moved(clouds: Clouds, pose: Pose) -> Array:
+    """The source at a pose, in the window."""
+    return clouds.fit.put(pose.apply(clouds.source))
+
+
+def clouds_panel(run: Run) -> Panel:
+    """The target, where the source began, and where it is."""
+    c = run.clouds
+    marks: list[Mark] = [*scale_bar(c.fit)]
+    if len(c.source) and run.steps:
+        marks.append(Points(moved(c, run.began), "ghost", radius=2.5))
+    if len(c.target):
+        marks.append(Points(c.fit.put(c.target), "target", "square", radius=2.5))
+    if len(c.source):
+        signs = run.evidence
+        weight = None if signs is None or signs.explained.all() else np.where(signs.explained, 1.0, 0.4)
+        seen, anchor = c.fit.seen(run.pose), c.fit.put(c.anchor)
+        stalk = (PLACING.stalk(_held(seen, anchor), anchor),) if c.whole else ()
+        marks.append(Group("source", (*stalk, Points(moved(c, run.pose), "source", radius=2.5, weight=weight))))
+    label = "Both clouds in the target's coordinates, the source where the pose has it"
+    return Panel("main", label, VIEW, tuple(marks), grid=False)
+
+
+def _held(seen: Pose, anchor: Array) -> Pose:
+    """Where the handles stand: at the window's edge for a cloud that a run took out of it."""
+    centre, heading = place(seen, anchor)
+    turned = Pose.from_angle(heading)
+    return Pose(turned.R, np.clip(centre, np.negative(PLACING.limit), PLACING.limit) - turned.R @ anchor)
+
+
+def handles(run: Run) -> tuple[Handle, ...]:
+    """The source's two, their places told in the files' unit."""
+    c = run.clouds
+    if not c.whole:
+        return ()
+    anchor = c.fit.put(c.anchor)
+    move, turn = PLACING.handles(_held(c.fit.seen(run.pose), anchor), anchor)
+    x, y = (number(float(v), c.decimals) for v in run.pose.apply(c.anchor[None])[0])
+    return replace(move, value=f"x {x}, y {y} u"), turn
+
+
+def dragged(run: Run, name: str, x: float, y: float) -> Pose:
+    """The pose between the clouds after a drag of a handle to a place in the window."""
+    c = run.clouds
+    return c.fit.meant(PLACING.act(c.fit.seen(run.pose), c.fit.put(c.anchor), Action("drag", name, x, y)))
+
+
+def objective_chart(run: Run) -> Panel:
+    """What the method minimises, over the steps taken; its scale is from the lowest value to the highest."""
+    values = np.array([v for v in run.objective if np.isfinite(v)])
+    low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 1.0)
+    span = high - low if high > low else 1.0
+    last = max(run.steps, 1)
+    k = np.arange(len(run.objective)) / last
+    y = (np.array(run.objective) - low) / span
+    flat = len(values) > 0 and high == low
+    ticks = [(0.0, plain(low, 3))] if flat else [(0.0, plain(low, 3)), (1.0, plain(high, 3))]
+    return chart(
+        "objective",
+        "The method's objective over the steps",
+        [Series(k, np.where(np.isfinite(y), y, np.nan), "accent", dots=len(k) <= 40)] if len(values) else [],
+        x_label="step",
+        y_label="Objective",
+        x_range=(0.0, 1.0),
+        y_range=(0.0, 1.0),
+        now=run.steps / last,
+        x_ticks=[(0.0, "0"), (1.0, str(last))],
+        y_ticks=ticks if len(values) else [(0.0, "–")],
+        height=190.0,
+    )
+
+
+def heading(pose: Pose, decimals: int = 2) -> str:
+    """The pose's rotation in degrees, as text."""
+    return degrees(float(np.arctan2(pose.R[1, 0], pose.R[0, 0])), decimals)

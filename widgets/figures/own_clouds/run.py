@@ -1,0 +1,112 @@
+"""A run of any method on a reader's clouds, and the signs by which its pose is judged where no truth is known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from solvers import METHODS, Pose, Status
+from solvers.core.stepper import Batch, Problem, advance, begin
+from solvers.verify import Evidence, evidence
+from widgets.figures.own_clouds.clouds import Clouds
+from widgets.figures.own_clouds.methods import OPEN, OWN, options
+from widgets.parts.room import single
+
+REACH = 3.0  # spacings of the target within which a source point counts as explained
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One method on one pair of clouds.
+
+    length: world units, infinite where it stands open. share: in [0, 1), expected without a partner. began: the start.
+    batch: None until the first step. pose: where it has the source. objective: after 0, 1, … steps. refused: why the
+    method does not begin, or nothing.
+    """
+
+    method: str
+    clouds: Clouds
+    length: float
+    share: float
+    seed: int
+    began: Pose
+    pose: Pose
+    batch: Batch[Any] | None = None
+    objective: tuple[float, ...] = ()
+    refused: str = ""
+
+    @cached_property
+    def options(self) -> dict[str, Any]:
+        """The solver's own."""
+        return options(self.method, self.length, self.share, self.clouds.area)
+
+    @property
+    def steps(self) -> int:
+        """How many were taken."""
+        return max(0, len(self.objective) - 1)
+
+    @property
+    def done(self) -> bool:
+        """Whether no step is left to take."""
+        return not self.clouds.whole or bool(self.refused) or (self.batch is not None and self.batch.done)
+
+    @property
+    def status(self) -> str:
+        """How it stands, in a word."""
+        if not self.clouds.whole or self.refused:
+            return "not begun"
+        return "at the start" if self.batch is None else Status(int(self.batch.state().status[0])).label
+
+    @property
+    def reason(self) -> str:
+        """Why it stopped, in words, or nothing."""
+        return self.refused or ("" if self.batch is None else str(self.batch.state().reason[0]))
+
+    @property
+    def reach(self) -> float:
+        """World units within which a source point counts as explained."""
+        return REACH * (self.clouds.spacing or 1.0 / self.clouds.fit.scale)
+
+    @cached_property
+    def evidence(self) -> Evidence | None:
+        """What the clouds say of the pose; None where one is missing."""
+        if not self.clouds.whole:
+            return None
+        return evidence(self.clouds.source, self.clouds.target, self.pose, self.reach)
+
+    def step(self) -> Run:
+        """The run after one step more; one that has stopped is handed back as it is."""
+        if self.done:
+            return self
+        batch, course = self.batch, self.objective
+        if batch is None:
+            try:
+                method = METHODS[self.method]
+                batch = begin(method, _problem(self.clouds, self.began, self.seed), method.options(**self.options))
+            except ValueError as error:
+                return replace(self, refused=str(error))
+            course = (float(batch.objective()[0]),)
+        if not batch.done:
+            batch = advance(batch)
+            course = (*course, float(batch.objective()[0]))
+        return replace(self, batch=batch, pose=single(batch.pose()), objective=course)
+
+
+def begun(method: str, clouds: Clouds, spacings: float, share: float, seed: int, start: Pose) -> Run:
+    """A run from `start`, no step taken. spacings: the length scale, in spacings of the target. The start is rounded
+    to an angle and a shift that a script can write down and find the same."""
+    unit = clouds.spacing or 1.0 / clouds.fit.scale
+    length = float("inf") if spacings >= OPEN and OWN[method].opens else spacings * unit
+    theta = round(float(np.arctan2(start.R[1, 0], start.R[0, 0])), 12) + 0.0
+    exact = Pose.from_angle(theta, start.t + 0.0)
+    return Run(method, clouds, length, share, seed, exact, exact)
+
+
+def _problem(clouds: Clouds, start: Pose, seed: int) -> Problem:
+    weights = np.ones((1, len(clouds.source)))
+    return Problem(
+        clouds.source[None], clouds.target[None], weights, Pose(start.R[None], start.t[None]), np.array([seed])
+    )

@@ -1,0 +1,1 @@
+"""The figure `pipeline`: proposal, refinement, verdict."""

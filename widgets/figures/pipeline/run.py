@@ -1,0 +1,147 @@
+"""A registration in stages as its figure shows it: a proposal, its refinement, and the signs by which it is judged."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from solvers import Pose, register
+from solvers.metrics import rre, rte
+from solvers.scenes.rooms import ROOM_SETTINGS, Scene, room
+from solvers.scenes.walls import corridor, hall
+from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE
+from solvers.verify import Evidence, evidence, halves
+from widgets.drawing.picture import number
+
+SCENES: dict[str, str] = {
+    "clean": "Clean room", "striped": "Striped", "combo": "Combo", "hall": "Hall", "corridor": "Corridor",
+}  # fmt: skip
+METHODS_OF = {"point": "icp", "plane": "point-to-plane", "gicp": "gicp"}
+REACH = 0.3  # u: a source point is explained where a target point is as near as this
+LEAST_HELD = 0.02
+LARGEST_RMS = 0.18  # u
+FARTHEST_HALVES = 0.2  # u
+CALLS = dict.fromkeys(SCENES, "room") | {"hall": "hall", "corridor": "corridor"}
+
+
+@lru_cache(maxsize=16)
+def scene_of(name: str, seed: int, noise: float, outliers: float, overlap: float) -> Scene:
+    """One of SCENES; outliers: the fraction of each cloud; overlap: that of a room's outline which the target sees."""
+    if name in ROOM_SETTINGS:
+        return room(name, seed=seed, noise=noise, outliers=outliers, overlap=overlap)
+    return {"hall": hall, "corridor": corridor}[name](seed=seed, noise=noise, outliers=outliers)
+
+
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """One stage done. name: 'start', 'propose' or 'refine'. stop: how it stopped, in words."""
+
+    name: str
+    pose: Pose
+    stop: str = ""
+
+
+@lru_cache(maxsize=16)
+def proposed(scene: Scene, steps: int) -> Stage:
+    """The pose that RANSAC finds in `steps` steps of 32 hypotheses. No start plays a part in it, so that a figure may
+    be dragged about without another search."""
+    found = register(scene.source, scene.target, "ransac-congruent", seed=scene.seed, max_steps=steps)
+    return Stage("propose", found.pose, f"{found.status}, step {found.steps}")
+
+
+@lru_cache(maxsize=16)
+def refined(scene: Scene, stage: Stage, residual: str, gate: float) -> Stage:
+    """The pose at which ICP with a residual stops, from that of the stage before."""
+    found = register(scene.source, scene.target, METHODS_OF[residual], start=stage.pose, gate=gate)
+    return Stage("refine", found.pose, f"{found.status}, step {found.steps}")
+
+
+@dataclass(frozen=True)
+class Sign:
+    """One sign: its value as text, what is asked of it, whether it is met. at, limit: both in [0, 1] along its scale,
+    `at` None where the sign is not known yet; more: whether it is the larger value that is good."""
+
+    name: str
+    said: str
+    asked: str
+    met: bool
+    at: float | None
+    limit: float
+    more: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Judgement:
+    """The clouds' evidence at a pose, how far two halves end apart (u; None at the start, where nothing has run), by
+    how many degrees the predicted turn is missed, and the five signs in their order."""
+
+    evidence: Evidence
+    apart: float | None
+    turn: float
+    signs: tuple[Sign, ...]
+
+    @property
+    def failed(self) -> tuple[str, ...]:
+        """The names of the signs that are not met."""
+        return tuple(sign.name for sign in self.signs if not sign.met)
+
+
+@lru_cache(maxsize=16)
+def _seen(scene: Scene, stage: Stage) -> Evidence:
+    return evidence(scene.source, scene.target, stage.pose, REACH)
+
+
+@lru_cache(maxsize=16)
+def _parted(scene: Scene, stage: Stage, residual: str, gate: float) -> float:
+    return float(halves(scene.source, scene.target, stage.pose, METHODS_OF[residual], gate=gate))
+
+
+def judged(
+    scene: Scene, stages: tuple[Stage, ...], residual: str, gate: float, least: float, trust: float
+) -> Judgement:
+    """The signs at the last stage's pose. least: the fraction to be explained; trust: by how many degrees the turn of
+    the first stage, the prediction, may be missed, 180 where it is not asked."""
+    pose, predicted = stages[-1].pose, stages[0].pose
+    found = _seen(scene, stages[-1])
+    share, rms, held = float(found.share), float(found.rms), float(found.weakest)
+    apart = _parted(scene, stages[-1], residual, gate) if len(stages) > 1 else None
+    turn = float(np.degrees(rre(pose, predicted)))
+    share_said, least_said = (f"{number(100 * value, 0)} %" for value in (share, least))
+    signs = (
+        Sign("overlap", share_said, f"≥ {least_said}", share >= least - 1e-9, share, least, True),
+        _small("residual", rms, LARGEST_RMS, 0.3, "u", 3),
+        Sign(
+            "conditioning", number(held, 3), f"≥ {LEAST_HELD}", held >= LEAST_HELD, _decades(held),
+            _decades(LEAST_HELD), True,
+        ),
+        _small("two halves", apart, FARTHEST_HALVES, 0.5, "u", 3),
+        _small("prediction", turn, trust, 180.0, "°", 0),
+    )  # fmt: skip
+    return Judgement(found, apart, turn, signs)
+
+
+def _small(name: str, value: float | None, limit: float, full: float, unit: str, decimals: int) -> Sign:
+    gap = "" if unit == "°" else " "
+    asked = f"≤ {limit:g}{gap}{unit}" if limit < full else "not asked"
+    if value is None:
+        return Sign(name, "–", asked, True, None, limit / full, False)
+    said = f"{number(value, decimals)}{gap}{unit}"
+    return Sign(name, said, asked, value <= limit + 1e-6, min(value / full, 1.0), min(limit / full, 1.0), False)
+
+
+def _decades(value: float) -> float:
+    """Where a ratio stands between a ten-thousandth, 0, and one, 1, by its logarithm."""
+    return float(np.clip(1.0 + np.log10(max(value, 1e-4)) / 4.0, 0.0, 1.0))
+
+
+def errors(scene: Scene, pose: Pose) -> tuple[float, float]:
+    """Against the truth: degrees, and world units."""
+    return float(np.degrees(rre(pose, scene.truth))), float(rte(pose, scene.truth))
+
+
+def right(scene: Scene, pose: Pose) -> bool:
+    """Whether both are below the benchmark's limits."""
+    turn, shift = errors(scene, pose)
+    return turn < CLOSE_DEGREES and shift < CLOSE_DISTANCE

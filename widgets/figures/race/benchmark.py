@@ -1,0 +1,144 @@
+"""The race run to its end on the benchmark's 25 seeds: a table, and a dot for every seed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict
+from time import perf_counter
+from typing import Protocol
+
+import numpy as np
+
+from solvers.core.stepper import advance
+from solvers.studies import race as racing
+from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE, Line, line
+from solvers.studies.race import SEEDS, race_problem
+from widgets.drawing.chart import axes, axis_names
+from widgets.drawing.picture import Label, Mark, Panel, Path, Points, Segments, View
+from widgets.engine.jobs import Column, Job, Progress, Result, Row
+from widgets.engine.script import called, named
+from widgets.figures.race.field import STAND_IN, Entry, field
+from widgets.parts.room import SETTINGS
+
+COLUMNS = (
+    Column("rre", "Median rotation error", "°", 2),
+    Column("rte", "Median translation error", "u", 3),
+    Column("turned", f"Rotation error <\u00a0{CLOSE_DEGREES:g}°"),
+    Column("close", f"And translation error <\u00a0{CLOSE_DISTANCE:g}\u00a0u"),
+    Column("steps", "Median steps"),
+    Column("time", "Wall time", "ms", timed=True),
+)
+ROW = 19.0  # px from one solver's strip to the next
+PAD = (104.0, 28.0, 12.0, 40.0)
+
+
+class Settings(Protocol):
+    """The race's controls, as far as the benchmark asks."""
+
+    @property
+    def setting(self) -> str: ...
+    @property
+    def ninth(self) -> str: ...
+    def race(self) -> racing.Controls: ...
+
+
+def work(controls: Settings, seed: int) -> Iterator[Progress]:
+    """Every contestant in one batch over all seeds, a step at a time. The seeds are the benchmark's own, not `seed`."""
+    race = controls.race()
+    problem, truth = race_problem(race)
+    entries, lines = field(controls.ninth), list[Line]()
+    for k, entry in enumerate(entries):
+        label, seconds, steps = entry.contestant.label, 0.0, 0
+        begun = perf_counter()
+        batch = entry.contestant.begin(problem)
+        seconds += perf_counter() - begun
+        while not batch.done:
+            # How many have stopped is the best that can be told of how far it is.
+            stopped = 1 - batch.rows.size / batch.steps.size
+            yield Progress((k + stopped) / len(entries), f"{label}, step {steps}")
+            begun = perf_counter()
+            batch = advance(batch)
+            seconds += perf_counter() - begun
+            steps += 1
+        lines.append(line(entry.contestant, batch, truth, seconds))
+        found = result(controls, race, entries[: k + 1], lines)
+        yield Progress((k + 1) / len(entries), label, found)
+
+
+def result(controls: Settings, race: racing.Controls, entries: Sequence[Entry], lines: Sequence[Line]) -> Result:
+    """The table and the strips of what has been run so far."""
+    rows = tuple(
+        Row(
+            one.contestant.method, one.contestant.label,
+            (x.median_rre, x.median_rte, x.turned, x.close, x.median_steps, 1e3 * x.seconds),
+            one.role, one.dashed, one.dotted,
+        )
+        for one, x in zip(entries, lines, strict=True)
+    )  # fmt: skip
+    panels = (
+        strips(
+            "rre", "Rotation error of every seed, °", entries, [x.rre for x in lines], (0.001, 180.0), CLOSE_DEGREES
+        ),
+        strips(
+            "rte", "Translation error of every seed, u", entries, [x.rte for x in lines], (0.001, 10.0), CLOSE_DISTANCE
+        ),
+    )
+    return Result(caption(race), "Solver", COLUMNS, rows, panels, python(race, controls.ninth))
+
+
+def caption(race: racing.Controls) -> str:
+    """On what it was run."""
+    noise, outliers = race.noise or 0.0, 100 * (race.outliers or 0.0)
+    return (
+        f"{len(SEEDS)} seeds, {SEEDS[0]} to {SEEDS[-1]}: {SETTINGS[race.setting].lower()}, start {race.degrees:g}° and"
+        f" {race.distance:g} u, σ {noise:g} u, {outliers:g} % outliers, {100 * race.overlap:g} % overlap,"
+        f" density {race.density:g}"
+    )
+
+
+def strips(
+    name: str, label: str, entries: Sequence[Entry], errors: Sequence[np.ndarray[tuple[int], np.dtype[np.float64]]],
+    span: tuple[float, float], close: float,
+) -> Panel:  # fmt: skip
+    """A strip a solver with a dot for every seed, on an axis of decades; a bar at the median, a line at the threshold.
+
+    What lies outside `span` is drawn at its end.
+    """
+    low, high = (float(np.log10(v)) for v in span)
+    view = View(low, high, -9.0, 0.0, 480.0, PAD[1] + PAD[3] + 9 * ROW, PAD)
+    exponents = np.arange(np.ceil(low), np.floor(high) + 1)
+    marks: list[Mark] = [*axes(view, [], [], [])]
+    marks.append(
+        Segments([[x, 0.0] for x in exponents], [[x, -9.0] for x in exponents], "guide", weight=[0.3] * len(exponents))
+    )
+    marks += [Label([x, -9.0], f"{10.0**x:g}", "guide", "middle", dy=15) for x in exponents]
+    marks += axis_names(view, "", label)
+    marks.append(Segments([np.log10(close), 0.0], [np.log10(close), -9.0], "truth", dashed=True))
+    for k, (entry, error) in enumerate(zip(entries, errors, strict=True)):
+        middle = -0.5 - k
+        place = np.log10(np.clip(error, *span))
+        # Seeds beside each other, so that equal errors do not hide one another: five rows, in the order of the seeds.
+        beside = middle + 0.13 * (np.arange(len(place)) * 2 % 5 - 2)
+        marks.append(Points(np.stack([place, beside], axis=1), entry.role, radius=2.5, weight=[0.65] * len(place)))
+        median = float(np.median(place))
+        marks.append(Path([[median, middle - 0.42], [median, middle + 0.42]], "ink", thick=True))
+        marks.append(Label([low, middle], entry.short, entry.role, "end", dx=-8, dy=4))
+    return Panel(name, label, view, tuple(marks), grid=False)
+
+
+def python(race: racing.Controls, ninth: str) -> str:
+    """The call that finds the same table."""
+    lines = ["from solvers.benchmark import benchmark, table", "from solvers.race import Controls", ""]
+    more = ""
+    if ninth != STAND_IN:
+        lines[1] = "from solvers.race import CONTESTANTS, Controls, contestants"
+        lines.append(f"nine = (*CONTESTANTS[:8], *contestants([{ninth!r}]))")
+        more = ", contestants=nine"
+    lines += [
+        *called("controls = Controls", *named(asdict(race))),
+        f"print(table(benchmark(controls{more})))",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+BENCHMARK = Job("benchmark", f"Run on {len(SEEDS)} seeds", work)

@@ -1,0 +1,190 @@
+"""The race's field: what each contestant's panel says of it, and one contestant's run, step by step on one problem."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from solvers import Pose
+from solvers.core.status import Status
+from solvers.core.stepper import Batch, Problem, advance
+from solvers.metrics import rre, rte
+from solvers.studies.race import CONTESTANTS, EXTRAS, Contestant
+from widgets.drawing.picture import Panel, Role, worded
+from widgets.parts.room import single
+
+CLOSE_TURN = 5.0  # degrees
+CLOSE_SHIFT = 0.2  # u
+NINTH = "ninth"
+STAND_IN = "hypothesis-mixture"  # whose panel another contestant may take
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A contestant as the race shows it.
+
+    short: its name in the chart. role, dashed, dotted: its line, here and in every chart of the race. note: what it is,
+    and what it is not.
+    """
+
+    contestant: Contestant
+    short: str
+    role: Role
+    dashed: bool
+    dotted: bool
+    note: str
+
+
+_SAID: tuple[tuple[str, str, Role, str, str], ...] = (
+    ("icp", "ICP", "by-nearest", "",
+     "Nearest points within 2.6 u, fitted in closed form. No trimming, no robust weight."),
+    ("point-to-plane", "to plane", "by-nearest", "-",
+     "Distances to the target's lines. Along a wall it slides freely."),
+    ("gicp", "GICP", "by-nearest", ".",
+     "A covariance at every point of both clouds: a surface model, no measured noise."),
+    ("ransac-congruent", "RANSAC", "by-samples", "",
+     "Pairs of points equally far apart, anywhere: it ignores the start."),
+    ("ndt", "NDT", "by-cells", "",
+     "Gaussians of cells of 2.4 u, then 1.2 u. Its score is no likelihood."),
+    ("soft-annealed", "soft", "by-weights", "",
+     "Soft targets on a fixed schedule: a heuristic, and not CPD."),
+    ("mmd", "MMD", "by-means", "",
+     "Means of 32 random waves at four lengths. No pairs, and no model of clutter."),
+    ("association-bp", "BP", "by-marginals", "",
+     "One-to-one marginals by belief propagation: an experiment, no tracker."),
+    ("hypothesis-mixture", "hypotheses", "by-marginals", "-",
+     "Averaged one-to-one draws: an experiment, and not PMBM, which has births and existence."),
+    ("trimmed-icp", "trimmed", "by-nearest", "-.",
+     "Always the nearest 80 % of the pairs, whatever the overlap is."),
+    ("fast-robust-icp", "fast robust", "by-nearest", "-.",
+     "A robust weight that narrows, and extrapolated steps. Point to point only."),
+    ("kiss-threshold-icp", "KISS", "by-nearest", "-.",
+     "Its threshold is how far off the start is, where KISS-ICP has a history of motions."),
+    ("cpd-rigid", "CPD", "by-weights", "-.",
+     "A mixture on the moving cloud with 12 % clutter. The width is estimated."),
+    ("filterreg", "FilterReg", "by-weights", "-.",
+     "A mixture on the fixed cloud, summed on a lattice: approximate, and no exact EM."),
+    ("gmmreg", "GMMReg", "by-means", "-.",
+     "The distance of two mixtures, a Gaussian a point. There is no E-step."),
+    ("ndt-d2d", "D2D-NDT", "by-cells", "-.",
+     "Gaussians of both clouds' cells. The points themselves are left behind."),
+)  # fmt: skip
+
+ENTRIES: Mapping[str, Entry] = MappingProxyType(
+    {
+        one.method: Entry(one, short, role, "-" in dash, "." in dash, note)
+        for one in (*CONTESTANTS, *EXTRAS)
+        for method, short, role, dash, note in _SAID
+        if method == one.method
+    }
+)
+"""Method → its entry; the nine first, in the order of their panels."""
+
+
+def field(ninth: str = STAND_IN) -> tuple[Entry, ...]:
+    """The nine that run, with `ninth` in the last panel."""
+    return tuple(ENTRIES[ninth if c.method == STAND_IN else c.method] for c in CONTESTANTS)
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One contestant on one problem.
+
+    batch: None until the first step. pose: where it has the source. rotation, translation: the errors after 0, 1, …
+    steps, in degrees and u. panel: its drawing, the same object for as long as nothing in it changes.
+    """
+
+    entry: Entry
+    problem: Problem
+    truth: Pose
+    pose: Pose
+    rotation: tuple[float, ...]
+    translation: tuple[float, ...]
+    batch: Batch[Any] | None = None
+    panel: Panel | None = None
+
+    @cached_property
+    def first(self) -> Batch[Any]:
+        """Its batch at the start, begun when first asked for: normals, maps and candidate pairs are half of a step."""
+        return self.entry.contestant.begin(self.problem)
+
+    @property
+    def ready(self) -> bool:
+        """Whether the next step has nothing to begin."""
+        return self.batch is not None or "first" in self.__dict__
+
+    @property
+    def method(self) -> str:
+        """The name of its method."""
+        return self.entry.contestant.method
+
+    @property
+    def seat(self) -> str:
+        """The panel that it has: the last one's name does not tell who is in it."""
+        return NINTH if self.method == STAND_IN or self.entry.contestant in EXTRAS else self.method
+
+    @property
+    def steps(self) -> int:
+        """How many it has taken."""
+        return len(self.rotation) - 1
+
+    @property
+    def done(self) -> bool:
+        """Whether it has stopped."""
+        return self.batch is not None and self.batch.done
+
+    @property
+    def status(self) -> Status:
+        """How it stands."""
+        return Status.RUNNING if self.batch is None else Status(int(self.batch.state().status[0]))
+
+    @property
+    def reason(self) -> str:
+        """Why it stopped, in words, or nothing."""
+        return "" if self.batch is None else worded(str(self.batch.state().reason[0]))
+
+    @property
+    def turned(self) -> bool:
+        """Whether its rotation error is below the demo's threshold."""
+        return self.rotation[-1] < CLOSE_TURN
+
+    @property
+    def close(self) -> bool:
+        """Whether both errors are below the demo's thresholds."""
+        return self.turned and self.translation[-1] < CLOSE_SHIFT
+
+
+def waiting(entry: Entry, problem: Problem, truth: Pose) -> Run:
+    """A contestant at the start, which has not looked at the clouds yet."""
+    pose = single(problem.start)
+    turn, shift = _errors(pose, truth)
+    return Run(entry, problem, truth, pose, (turn,), (shift,))
+
+
+def stepped(run: Run) -> Run:
+    """The run after one step more; one that has stopped is handed back as it is."""
+    if run.done:
+        return run
+    batch = run.first if run.batch is None else run.batch
+    if batch.done:  # at once: the clouds do not determine a pose for it
+        return replace(run, batch=batch, panel=None)
+    batch = advance(batch)
+    pose = single(batch.pose())
+    turn, shift = _errors(pose, run.truth)
+    return replace(
+        run,
+        batch=batch,
+        pose=pose,
+        rotation=(*run.rotation, turn),
+        translation=(*run.translation, shift),
+        panel=None,
+    )
+
+
+def _errors(pose: Pose, truth: Pose) -> tuple[float, float]:
+    return float(np.degrees(rre(pose, truth))), float(rte(pose, truth))

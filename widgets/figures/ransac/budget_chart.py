@@ -1,0 +1,61 @@
+"""How many trials a sampler needs, as a curve over the fraction of right pairs, with the place of one run on it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+
+from solvers.methods.pairs.ransac import trials
+from widgets.drawing.chart import Series, chart
+from widgets.drawing.picture import Array, Label, Mark, Panel, Points
+
+TOP = 1e4  # the most trials that the chart shows
+SHARES = np.linspace(0.02, 1.0, 50)
+
+
+@lru_cache(maxsize=64)
+def budget_chart(confidence: float, sample: int, cap: int, share: float | None) -> Panel:
+    """N over w at one confidence, for `sample` pairs a trial, the cap, and the point of a run's estimate `share`.
+
+    Remembered, since few of these differ and a panel that stays the same object is not turned into markup again.
+    """
+    panel = chart(
+        "budget",
+        f"Trials needed over the fraction of right pairs, at {100 * confidence:g} % confidence",
+        [
+            Series(SHARES, curve(confidence, sample), "target"),
+            Series([0.0, 1.0], [cap, cap], "guide", f"cap {cap}", dashed=True),
+        ],
+        x_label="fraction w of right pairs",
+        y_label=f"trials N at {100 * confidence:g} %",
+        x_range=(0.0, 1.0),
+        y_range=(1.0, TOP),
+        log=True,
+        now=share,
+        height=300.0,
+    )
+    if share is None:
+        return panel
+    asked = float(trials(share, confidence, sample))
+    here = np.array([share, np.log10(min(max(asked, 1.0), TOP))])
+    marks: list[Mark] = [Points(here, "inlier", "diamond", radius=6.0)]
+    if asked < TOP:
+        # Above the curve, or, near its right end, under it.
+        high, name = share < 0.78, f"N = {whole(asked)}"
+        dy = -9.0 if high else 4.0 if asked > 1.0 else -5.0
+        marks.append(Label(here, name, "inlier", "start" if high else "end", dx=10.0 if high else -18.0, dy=dy))
+    return replace(panel, marks=(*panel.marks, *marks))
+
+
+def whole(count: float) -> str:
+    """A whole number with a narrow space between thousands."""
+    return f"{count:,.0f}".replace(",", "\u202f")
+
+
+def curve(confidence: float, sample: int) -> Array:
+    """The quotient itself at SHARES, not rounded up to whole trials, at least one."""
+    with np.errstate(divide="ignore"):
+        exact = np.log1p(-confidence) / np.log1p(-(SHARES**sample))
+    return np.asarray(np.maximum(exact, 1.0))

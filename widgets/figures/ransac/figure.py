@@ -1,0 +1,338 @@
+"""Chapter 2: corrupted pairs. Of forty proposed matches, two at a time propose a pose, and all forty judge it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from solvers import Pose, Status
+from solvers.core.arrays import BoolArray
+from solvers.core.stepper import Problem, advance, begin
+from solvers.methods.pairs.ransac import RANSAC, RansacOptions, RansacState
+from solvers.metrics import rre, rte
+from solvers.scenes.facade import facade_scene
+from solvers.scenes.rooms import Scene
+from widgets.drawing.picture import Array, Picture, Readout, number
+from widgets.engine.contract import UNDONE, Action, Button, Key, Widget
+from widgets.engine.controls import choice, slider
+from widgets.engine.script import called
+from widgets.figures.ransac.budget_chart import budget_chart, whole
+from widgets.figures.ransac.match_view import HANDLE, PULLED, Shown, match_handle, match_panel, pulled_to
+
+MOST = 300  # trials at most
+SEPARATION = 0.7  # u, at least, between the two points of a trial in both views
+STEPS = 500  # more than any run takes
+BLOCK = 64  # trials at once, where all are asked for
+
+
+@dataclass(frozen=True)
+class Controls:
+    """What the reader sets."""
+
+    scene: str = choice(
+        "occluded",
+        "Why pairs are wrong",
+        {"occluded": "Occlusion", "repeated": "Repeated pattern"},
+        "Hidden corners paired at random, or all one window off",
+        keeps="log",
+    )
+    outliers: float = slider(0.45, "Wrong fraction", 0.0, 0.8, 0.05, "", "Of the 40 pairs")
+    noise: float = slider(0.06, "Noise σ", 0.0, 0.3, 0.01, "u", "Stretches the same draw of noise on the target")
+    epsilon: float = slider(0.25, "Threshold ε", 0.02, 1.6, 0.01, "u", "A pair within ε counts for a pose")
+    confidence: str = choice(
+        "0.99",
+        "Confidence p",
+        {"0.5": "50 %", "0.9": "90 %", "0.99": "99 %", "0.999": "99.9 %"},
+        "Chance of a trial with two right pairs",
+        keeps="log",
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """steps: trials and refits that the reader asked for; None is all that there are.
+
+    pulled: where the reader has put one partner, (2,) in target coordinates, or None where it was measured.
+    """
+
+    controls: Controls
+    scene: Scene
+    steps: int | None = 0
+    pulled: Array | None = None
+
+    @property
+    def target(self) -> Array:
+        """The target points (40, 2), the pulled one where it was put."""
+        moved = self.scene.target.copy()
+        if self.pulled is not None:
+            moved[PULLED] = self.pulled
+        return moved
+
+    @property
+    def wrong(self) -> BoolArray:
+        """Which pairs are wrong, (40,), the pulled one among them."""
+        wrong = self.scene.target_outlier.copy()
+        wrong[PULLED] |= self.pulled is not None
+        return wrong
+
+    @cached_property
+    def run(self) -> Run:
+        """What the solver does in these steps."""
+        return _run(self)
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """The solver after the steps that were asked for.
+
+    now: its state. searched: its state after the last trial, None while trials are still due. before: its state before
+    the refit just made, None where none was.
+    """
+
+    now: RansacState
+    searched: RansacState | None
+    before: RansacState | None
+
+    @property
+    def found(self) -> bool:
+        """Whether some trial had a consensus."""
+        return bool(self.now.found[0])
+
+    @property
+    def over(self) -> bool:
+        """Whether there is nothing left to do."""
+        return bool(self.now.status[0] != Status.RUNNING)
+
+    @property
+    def share(self) -> float:
+        """The estimate of the fraction of right pairs."""
+        return int(self.now.count[0]) / int(self.now.residuals.shape[1])
+
+
+def start(controls: Controls, seed: int) -> State:
+    """Forty pairs, no trial made."""
+    return State(controls, facade_scene(controls.scene, seed=seed, noise=controls.noise, outliers=controls.outliers))
+
+
+def act(state: State, action: Action) -> State:
+    """One step more, all the rest, or another place for one partner, which all trials so far then meet."""
+    if action.kind == "drag":
+        return replace(state, pulled=pulled_to(action.x, action.y))
+    if action.name == "finish" or state.steps is None:
+        return replace(state, steps=None)
+    return replace(state, steps=min(state.steps + 1, STEPS))
+
+
+def _run(state: State) -> Run:
+    """The solver from its start: trials in one block or a few, since the size of a block changes nothing."""
+    c, scene = state.controls, state.scene
+    asked = STEPS if state.steps is None else state.steps
+    block = BLOCK if state.steps is None else max(1, min(asked, MOST))
+    options = RansacOptions(c.epsilon, float(c.confidence), MOST, block, SEPARATION)
+    source, target = scene.source[None], state.target[None]
+    problem = Problem(source, target, np.ones((1, len(state.target))), Pose.identity(2, (1,)), np.array([scene.seed]))
+    batch = begin(RANSAC, problem, options, STEPS)
+    now, searched, before = batch.state(), None, None
+    while not batch.done and now.trials[0] + now.refits[0] < asked:
+        if searched is not None:
+            before = now
+        batch = advance(batch)
+        now = batch.state()
+        if searched is None and now.trials[0] >= min(now.budget[0], now.drawn[0]):
+            searched = now
+    return Run(now, searched, before)
+
+
+def draw(state: State) -> Picture:
+    """The matches between the two views, the trials needed over the fraction of right pairs, and the words."""
+    c, ran = state.controls, state.run
+    now = ran.now
+    shown = Shown(
+        state.scene,
+        state.target,
+        state.wrong,
+        now.inliers[0],
+        now.pose[0] if ran.found else None,
+        now.ghost[0],
+        (now.last_sample[0], now.last_pose[0]) if _trying(state, ran) else None,
+        c.epsilon,
+    )
+    chart = budget_chart(float(c.confidence), 2, MOST, ran.share if ran.found else None)
+    return Picture(
+        (match_panel(shown), chart),
+        _readouts(state, ran),
+        _description(state, ran),
+        (match_handle(state.target),),
+        _note(state, ran),
+        frozenset({"step", "finish"} if ran.over else ()),
+    )
+
+
+def _trying(state: State, ran: Run) -> bool:
+    """Whether the last step was a trial."""
+    return bool(state.steps) and ran.before is None
+
+
+def _errors(pose: Pose, truth: Pose) -> tuple[str, str]:
+    return number(float(np.degrees(rre(pose, truth))), 1), number(float(rte(pose, truth)))
+
+
+def _readouts(state: State, ran: Run) -> tuple[Readout, ...]:
+    now, found = ran.now, ran.found
+    inliers, wrong = now.inliers[0], state.wrong
+    turn, shift = _errors(now.pose[0], state.scene.truth) if found else ("–", "–")
+    ghost_turn, ghost_shift = _errors(now.ghost[0], state.scene.truth)
+
+    def known(value: str) -> str:
+        return value if found else "–"
+
+    return (
+        Readout("trials", "Trials made", str(int(now.trials[0]))),
+        Readout("budget", "Budget N", known(whole(float(now.budget[0])))),
+        Readout("trial_count", "This trial, within ε", str(int(now.last_count[0])) if _trying(state, ran) else "–"),
+        Readout("count", "Best so far, within ε", known(str(int(now.count[0]))), "of 40" if found else "", "inlier"),
+        Readout("share", "Estimated right fraction w", known(number(ran.share, 3)), "", "inlier"),
+        Readout("capped_sum", "Capped sum of squares", known(number(float(now.objective[0]), 3)), "u²" * found),
+        Readout("admitted", "Wrong pairs counted", known(str(int((inliers & wrong).sum()))), "", "outlier"),
+        Readout("lost", "Right pairs left out", known(str(int((~inliers & ~wrong).sum()))), "", "truth"),
+        Readout("rotation_error", "Rotation error, consensus", turn, "°" * found, "source"),
+        Readout("translation_error", "Translation error, consensus", shift, "u" * found, "source"),
+        Readout("ghost_rotation", "Rotation error, all pairs", ghost_turn, "°", "ghost"),
+        Readout("ghost_translation", "Translation error, all pairs", ghost_shift, "u", "ghost"),
+    )
+
+
+def _runs(now: RansacState) -> str:
+    trials, refits = int(now.trials[0]), int(now.refits[0])
+    return f"{trials} trial{'s' * (trials != 1)}, {refits} refit{'s' * (refits != 1)}"
+
+
+def _note(state: State, ran: Run) -> str:
+    now = ran.now
+    if state.steps == 0:
+        return ""
+    if now.status[0] == Status.DEGENERATE:
+        return f"No pose: {now.reason[0]}."
+    if _trying(state, ran):
+        i, j = (now.last_sample[0] + 1).tolist()
+        said = f"Trial {int(now.trials[0])}: pairs {i} and {j}, {int(now.last_count[0])} of 40 within ε"
+        best = (now.last_sample[0] == now.sample[0]).all()
+        ends = " The last one: refits follow." if ran.searched is not None else ""
+        return f"{said}{', the best so far' * bool(best)}.{ends}"
+    old = ran.searched if state.steps is None else ran.before
+    assert old is not None
+    was, count = int(old.count[0]), int(now.count[0])
+    refits = int(now.refits[0])
+    name = _runs(now) if state.steps is None else f"Refit {refits}"
+    sums = f"capped sum {number(float(old.objective[0]), 2)} → {number(float(now.objective[0]), 2)} u²"
+    fell = " (the count may fall)" if count < was else ""
+    ends = " Capped short of N." if now.status[0] == Status.CAPPED else " Stable." * ran.over
+    return f"{name}: {sums}, {was} → {count} within ε{fell}.{ends}"  # two lines on a phone at most
+
+
+def _description(state: State, ran: Run) -> str:
+    c, now, truth = state.controls, ran.now, state.scene.truth
+    wrong = int(state.wrong.sum())
+    kind = "scattered over windows at the right" if c.scene == "occluded" else "all one window to the side"
+    words = [
+        f"Forty lines join window corners of a building front on the left to proposed partners in a second view on the"
+        f" right; {wrong} partners are wrong, {kind}, the noise is σ = {number(c.noise)} u, and a circle of"
+        f" ε = {number(c.epsilon)} u surrounds each partner."
+    ]
+    if state.pulled is not None:
+        words.append("One partner has been pulled away by hand.")
+    turn, shift = _errors(now.ghost[0], truth)
+    words.append(f"The grey least-squares fit of all pairs is {turn}° and {shift} u from the true pose.")
+    if not ran.found:
+        words.append("No trial has been made." if not state.steps and state.steps is not None else "No consensus yet.")
+        return " ".join(words)
+    turn, shift = _errors(now.pose[0], truth)
+    counted = int((now.inliers[0] & state.wrong).sum())
+    words.append(
+        f"After {_runs(now)} the best pose has {int(now.count[0])} pairs within ε, {counted} of them wrong, and is"
+        f" {turn}° and {shift} u from the truth; at a fraction estimated as {number(ran.share, 3)} the formula asks"
+        f" for {whole(float(now.budget[0]))} trials at {100 * float(c.confidence):g} % confidence, of at most {MOST}."
+    )
+    return " ".join(words)
+
+
+def python(state: State) -> str:
+    """The same numbers from the solvers package alone."""
+    c, s = state.controls, state.scene
+    ran = state.run
+    steps = int(ran.now.trials[0] + ran.now.refits[0])
+    lines = [
+        "import numpy as np",
+        "from solvers import fit_rigid, register",
+        "from solvers.match_scenes import facade_scene",
+        "from solvers.metrics import rre, rte",
+        "",
+        f'scene = facade_scene("{s.name}", seed={s.seed}, noise={c.noise!r}, outliers={c.outliers!r})',
+        f"target = scene.target{'' if state.pulled is None else '.copy()'}",
+    ]
+    if state.pulled is not None:
+        at = tuple(round(v, 6) for v in state.pulled.tolist())
+        lines.append(f"target[{PULLED}] = {at}  # pulled by hand")
+    lines += [
+        *called(
+            "result = register", "scene.source", "target", '"ransac"', f"seed={s.seed}", f"inlier={c.epsilon!r}",
+            f"confidence={c.confidence}", f"most={MOST}", f"separation={SEPARATION}", "per_step=1",
+            f"max_steps={steps if not ran.over else STEPS}",
+        ),
+        "ghost = fit_rigid(scene.source, target).pose  # of all pairs, right and wrong",
+        "",
+        'print("trials", result.detail("trials"))',
+    ]  # fmt: skip
+    if ran.found:
+        lines += [
+            'print("count", result.detail("count"))',
+            'print("capped_sum", result.objective)',
+            'print("rotation_error", np.degrees(rre(result.pose, scene.truth)))',
+            'print("translation_error", rte(result.pose, scene.truth))',
+        ]
+    lines += [
+        'print("ghost_rotation", np.degrees(rre(ghost, scene.truth)))',
+        'print("ghost_translation", rte(ghost, scene.truth))',
+    ]
+    return "\n".join(lines) + "\n"
+
+
+WIDGET = Widget(
+    name="ransac",
+    title="Corrupted pairs: propose from two, judge by all",
+    controls=Controls,
+    presets={
+        "default": {},
+        "repeated": {"scene": "repeated"},
+        "wide": {"scene": "repeated", "outliers": 0.25, "epsilon": 1.25},
+        "tight": {"epsilon": 0.04},
+    },
+    start=start,
+    act=act,
+    draw=draw,
+    buttons=(
+        Button("run", "Run", "run", primary=True, repeats="step"),
+        Button("step", "Step"),
+        Button("finish", "To the end"),
+        *UNDONE,
+    ),
+    legend=(
+        Key("inlier", "match within ε of the best pose", "line"),
+        Key("outlier", "match outside", "dashed"),
+        Key("source", "source; its front at the best pose", "line"),
+        Key("target", "target", "square"),
+        Key("outlier", "partner outside ε", "cross"),
+        Key("outlier", "wrong, yet within ε", "ring"),
+        Key("truth", "right, yet outside", "ring"),
+        Key("accent", "this trial and its pose", "dashed"),
+        Key("ghost", "least squares on all pairs", "line"),
+        Key("truth", "true pose", "line"),
+        Key("guide", "ε round a partner", "ring"),
+    ),
+    handles=(HANDLE,),
+    tape=(({}, ("finish",)), ({}, ("step",) * 14)),
+    python=python,
+    shows="Finds the pose that most of forty proposed matches agree on, by trials of two.",
+)

@@ -1,0 +1,115 @@
+"""Two views laid side by side with their proposed matches between them, as one would lay two photographs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from solvers import Pose
+from solvers.core.arrays import BoolArray, IntArray
+from solvers.scenes.rooms import Scene
+from widgets.drawing.picture import (
+    Array,
+    Handle,
+    Label,
+    Mark,
+    Panel,
+    Path,
+    Points,
+    Role,
+    Segments,
+    View,
+    move_keys,
+    number,
+)
+
+VIEW = View(-6.5, 7.5, -3.3, 3.3)
+LEFT, RIGHT = np.array([-3.4, -0.1]), np.array([2.75, 0.15])  # where each view's origin is drawn
+HANDLE = "partner"
+PULLED = 18  # the pair whose partner the reader may pull: the top right corner of the lower right window
+LOW, HIGH = (-6.1, -2.9), (7.1, 2.9)  # where it may be put
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """What is drawn over the two views.
+
+    target: (n, 2) as measured, or pulled. wrong, inliers: (n,). pose: the best so far, None before one. ghost: the
+    least-squares pose of all pairs. trial: rows (2,) and pose of the trial just made, or None. epsilon: u.
+    """
+
+    scene: Scene
+    target: Array
+    wrong: BoolArray
+    inliers: BoolArray
+    pose: Pose | None
+    ghost: Pose
+    trial: tuple[IntArray, Pose] | None
+    epsilon: float
+
+
+def match_panel(shown: Shown) -> Panel:
+    """Both views, a line a match, ε round every target point, the poses as outlines of the front."""
+    scene, q = shown.scene, shown.target + RIGHT
+    p = scene.source + LEFT
+    front, known = scene.outline[0], shown.pose is not None
+    chosen, left = shown.inliers & known, ~shown.inliers & known
+    marks: list[Mark] = [Path(front + LEFT, "source"), _panes(scene, LEFT)]
+    if known:
+        marks += [
+            Segments(p[left], q[left], "outlier", weight=np.full(left.sum(), 0.5), dashed=True),
+            Segments(p[chosen], q[chosen], "inlier", weight=np.full(chosen.sum(), 0.66)),
+        ]
+    else:
+        marks.append(Segments(p, q, "pair", weight=np.full(len(p), 0.66)))
+    marks += [
+        Points(q, "guide", "ring", radius=shown.epsilon * VIEW.scale),
+        Path(scene.truth.apply(front) + RIGHT, "truth", thick=True),
+        Path(shown.ghost.apply(front) + RIGHT, "ghost", thick=True),
+        Points(shown.ghost.apply(scene.source) + RIGHT, "ghost", radius=2.5),
+    ]
+    marks += [
+        Points(q[~left], "target", "square", radius=4.0),
+        Points(q[left], "outlier", "cross", radius=4.0),
+        Points(p, "source", radius=4.0),
+    ]
+    if shown.pose is not None:
+        admitted, lost = chosen & shown.wrong, left & ~shown.wrong
+        marks += [
+            Path(shown.pose.apply(front) + RIGHT, "source", thick=True),
+            Points(shown.pose.apply(scene.source) + RIGHT, "source", radius=2.5),
+            Points(q[admitted], "outlier", "ring", radius=8.0),
+            Points(q[lost], "truth", "ring", radius=8.0),
+        ]
+    if shown.trial is not None:
+        drawn, pose = shown.trial
+        marks += [
+            *(Path([p[i], q[i]], "accent", thick=True) for i in drawn.tolist()),
+            Path(pose.apply(front) + RIGHT, "accent", dashed=True, thick=True),
+            Points(np.concatenate([p[drawn], q[drawn]]), "accent", "ring", radius=8.0),
+        ]
+    marks += [_name(-6.35, "source view", "source"), _name(7.35, "target view", "target")]
+    return Panel("main", "Forty proposed matches between two views of a building front", VIEW, tuple(marks))
+
+
+def _panes(scene: Scene, offset: Array) -> Segments:
+    panes = np.stack(scene.outline[1:])
+    a, b = panes[:, :-1].reshape(-1, 2), panes[:, 1:].reshape(-1, 2)
+    return Segments(a + offset, b + offset, "source", weight=np.full(len(a), 0.34))
+
+
+def _name(x: float, text: str, role: Role) -> Label:
+    return Label([x, -3.1], text, role, "start" if x < 0 else "end")
+
+
+def match_handle(target: Array) -> Handle:
+    """One partner, to be pulled away."""
+    x, y = (target[PULLED] + RIGHT).tolist()
+    value = f"partner at ({number(x - RIGHT[0], 1)}, {number(y - RIGHT[1], 1)}) u in the target view"
+    return Handle(HANDLE, "Partner of one pair", (x, y), value, move_keys(x, y, 0.1, 0.5))
+
+
+def pulled_to(x: float, y: float) -> Array:
+    """A place in the panel, kept inside it, in target coordinates."""
+    return np.asarray(np.clip([x, y], LOW, HIGH) - RIGHT)

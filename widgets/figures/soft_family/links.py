@@ -1,0 +1,71 @@
+"""What a soft method shares out between two clouds, as threads, circles and crosses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from solvers.methods.soft import cpd
+from solvers.methods.soft.shares import filterreg_shares, gmmreg_overlaps
+from widgets.drawing.picture import Array, Mark, Points, Role, Segments, View
+
+LEVELS = 6
+
+
+@dataclass(frozen=True, eq=False)
+class Links:
+    """shares: (m, n), moving points in rows. side: whose components they are. clutter: per observation, moving or
+    fixed, what goes to the clutter; empty where nothing is shared out. partners: in effect, on average an observation.
+    """
+
+    shares: Array
+    side: Role
+    clutter: Array
+    partners: float
+
+
+def links(method: str, state: Any) -> Links:
+    """The links of the one problem of a state."""
+    if method == "gmmreg":
+        K = gmmreg_overlaps(state)
+        return Links(K, "pair", np.zeros(0), float("nan"))
+    if method == "filterreg":
+        P = filterreg_shares(state)
+        return Links(P, "target", 1.0 - state.weights[0], _partners(P))
+    P = cpd.responsibilities(state)
+    return Links(P, "source", 1.0 - state.row[0], _partners(P.T))
+
+
+def _partners(P: Array) -> float:
+    """exp of the entropy of each row with the clutter's share as one more, on average: 1 where all is decided."""
+    whole = np.column_stack([P, np.maximum(1.0 - P.sum(axis=1), 0.0)])
+    entropy = -(whole * np.log(np.maximum(whole, 1e-300))).sum(axis=1)
+    return float(np.exp(entropy).mean())
+
+
+def threads(moved: Array, fixed: Array, found: Links) -> Segments:
+    """One thread a pair, from the moved (m, 2) to the fixed points (n, 2), in six weights: above 1/2, 1/4 … 1/64."""
+    level = np.floor(np.log2(np.maximum(found.shares, 1e-9)) + 1e-6) + LEVELS + 1.0
+    i, j = np.nonzero(level > 0.0)
+    return Segments(moved[i], fixed[j], found.side, weight=np.minimum(level[i, j], LEVELS) / LEVELS)
+
+
+def circles(centres: Array, sigma: float, role: Role, view: View) -> Points:
+    """A circle of radius σ about each component."""
+    return Points(centres, role, "ring", radius=sigma * view.scale, weight=np.full(len(centres), 0.3))
+
+
+def crosses(points: Array, share: Array) -> Points:
+    """A cross on each observation, as strong as what of it goes to the clutter."""
+    return Points(points, "outlier", "cross", radius=5.5, weight=share)
+
+
+def targets(moved: Array, state: Any) -> tuple[Mark, ...]:
+    """FilterReg's soft targets, each as strong as its weight, with a line from the point that is drawn to it."""
+    weight, to = state.weights[0], state.targets[0]
+    return (
+        Segments(moved, to, "accent", weight=weight),
+        Points(to, "accent", "diamond", radius=4.0, weight=weight),
+    )

@@ -1,0 +1,119 @@
+"""How random features are drawn: one wave's crests over the clouds, its phases on a circle, all waves side by side."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from widgets.drawing.chart import Series, chart
+from widgets.drawing.picture import Array, Arrow, Label, Mark, Panel, Path, Points, Ring, Segments, View
+from widgets.parts.room import VIEW, with_marks
+
+MAP = replace(VIEW, width=460.0)
+CIRCLE = View(-1.56, 1.56, -1.123, 1.123, 460.0)  # as high as the map
+INNER = 0.8  # radius at which the target's phases are drawn, inside the source's
+HEIGHT = 169.6  # px, that of the chart of errors
+TURN = 2.0 * np.pi
+MOST = 60  # crests on each side of the origin
+LONGEST = 3.5  # rad in units of 1/ℓ: the right end of the chart of waves
+
+
+def crests(view: View, frequency: Array) -> Segments:
+    """Lines of equal phase 0 of the wave with `frequency` (2,) in rad/u, across the window."""
+    size = float(np.hypot(*frequency))
+    along = frequency / size
+    across = np.array([-along[1], along[0]])
+    reach = float(np.hypot(view.x1 - view.x0, view.y1 - view.y0))
+    corners = np.array([[x, y] for x in (view.x0, view.x1) for y in (view.y0, view.y1)]) @ along * size / TURN
+    first, last = np.ceil(corners.min()), np.floor(corners.max())
+    k = np.arange(max(first, -MOST), min(last, MOST) + 1)
+    foot = along * (k[:, None] * TURN / size)
+    ends = [_clipped(view, f, across, reach) for f in foot]
+    kept = [pair for pair in ends if pair is not None]
+    a, b = (np.array([pair[i] for pair in kept]).reshape(-1, 2) for i in range(2))
+    return Segments(a, b, "accent", weight=np.full(len(kept), 0.6))
+
+
+def _clipped(view: View, foot: Array, way: Array, reach: float) -> tuple[Array, Array] | None:
+    """The part of a line within the window."""
+    low, high = -reach, reach
+    for i, (least, most) in enumerate([(view.x0, view.x1), (view.y0, view.y1)]):
+        if abs(way[i]) < 1e-12:
+            if not least <= foot[i] <= most:
+                return None
+            continue
+        one, other = sorted([(least - foot[i]) / way[i], (most - foot[i]) / way[i]])
+        low, high = max(low, one), min(high, other)
+    return (foot + low * way, foot + high * way) if low < high else None
+
+
+def phases(source: Array, target: Array, frequency: Array) -> Panel:
+    """Each point of the moved source (m, 2) and of the target (n, 2) at its phase on a circle, and both means."""
+    turned, still = (np.stack([np.cos(a), np.sin(a)], axis=1) for a in (source @ frequency, target @ frequency))
+    means = turned.mean(axis=0), still.mean(axis=0)
+    marks: list[Mark] = [
+        Ring([0.0, 0.0], "guide", reach=1.0),
+        Ring([0.0, 0.0], "guide", reach=INNER),
+        Points(INNER * still, "target", "square", radius=2.5),
+        Points(turned, "source", radius=2.5),
+        Path(np.stack(means), "accent", thick=True),
+        Arrow([0.0, 0.0], means[1], "target"),
+        Arrow([0.0, 0.0], means[0], "source"),
+    ]
+    label, caption = "The phases of one wave at all points, and their means", "The phase of each point, and both means"
+    return Panel("phases", label, CIRCLE, tuple(marks), grid=False, caption=caption)
+
+
+def waves(sizes: Array, apart: Array, chosen: int) -> Panel:
+    """How far apart the two means of every wave lie: |ω| ℓ (D,) against the distance (D,), with one singled out."""
+    places = np.stack([np.minimum(sizes, LONGEST), apart], axis=1)
+    panel = chart(
+        "waves",
+        "Distance between the two means, for every wave",
+        [],
+        x_label="|ω|·ℓ, rad",
+        y_label="Means apart, each wave",
+        x_range=(0.0, LONGEST),
+        y_range=(0.0, 1.0 if apart.max() <= 1.0 else 2.0),  # two means are never more than 2 apart
+        height=HEIGHT,
+    )
+    foot = places * [1.0, 0.0]
+    one = places[chosen : chosen + 1]
+    return with_marks(
+        panel,
+        Segments(foot, places, "guide"),
+        Points(places, "ink", radius=2.5),
+        Segments(foot[chosen : chosen + 1], one, "accent"),
+        Points(one, "accent", radius=4.5),
+    )
+
+
+def convergence(running: Array, exact: float, at_truth: float, count: int) -> Panel:
+    """The estimate from the first 1, 2, … waves (k,), with the D in use marked; the exact MMD² here and at the truth.
+
+    Both axes by powers: of two for D, of ten for the values.
+    """
+    most, least = float(np.log2(len(running))), 3e-4
+    panel = chart(
+        "estimate",
+        "The estimate of MMD² from the first D waves of the draw",
+        [
+            Series([0.0, most], [at_truth, at_truth], "truth", dashed=True),
+            Series([0.0, most], [exact, exact], "source", dashed=True),
+            Series(np.log2(np.arange(1, len(running) + 1)), running, "ink"),
+        ],
+        x_label="D",
+        y_label="MMD², estimated from D waves",
+        x_range=(0.0, most),
+        y_range=(least, 1.0),
+        x_ticks=[(float(k), str(2**k)) for k in range(0, int(most) + 1, 2)],
+        height=HEIGHT,
+        log=True,
+        now=float(np.log2(count)),
+    )
+    # The upper line is named above it, the lower one below, so that neither name lies on the other's line.
+    above, below = (-7.0, 15.0) if exact >= at_truth else (15.0, -7.0)
+    ends = [[most, float(np.log10(max(value, least)))] for value in (exact, at_truth)]
+    here = Label(ends[0], "exact, here", "source", "end", dx=-4, dy=above)
+    return with_marks(panel, here, Label(ends[1], "exact, at the truth", "truth", "end", dx=-4, dy=below))

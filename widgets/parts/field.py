@@ -1,0 +1,158 @@
+"""A field over a window that is computed as finely as it is asked for: a coarse lattice at once, the full one in bands.
+
+Level 0 is a lattice of every `STRIDE`-th column and row; levels 1 … bands have, band by band from the top, the full
+lattice, and below that the coarse one still; level `bands` is all of it. What is computed is remembered, and the
+coarse values are the full lattice's own, so no place is ever computed twice and a level is the same however it was come
+by. A state holds its Field: actions that leave the field as it is hand it on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from widgets.drawing.chart import ticks
+from widgets.drawing.picture import Array, Heat, Label, Mark, Path, View, number
+from widgets.drawing.svg import HEAT_LEVELS
+
+STRIDE = 3
+PAD = (46.0, 26.0, 74.0, 42.0)  # px about a field's window for its numbers and, at the right, the scale
+BAR = (12.0, 26.0, 46.0)  # px from the window to the scale's left and right side, and from there to its name's end
+Index = NDArray[np.int64]
+Deep = Literal["high", "low"]
+
+
+class Field:
+    """Values at the centres of side × side tiles of a window (x0, x1, y0, y1).
+
+    of: the values at all (x[i], y[j]), an array (len(y), len(x)), for any x and y; rows must not depend on each other.
+    side: a multiple of 3. bands: into how many slices what is left after the coarse lattice is cut.
+    """
+
+    def __init__(
+        self,
+        of: Callable[[Array, Array], Array],
+        window: tuple[float, float, float, float],
+        side: int = 63,
+        bands: int = 4,
+    ) -> None:
+        if side % STRIDE:
+            raise ValueError(f"side: expected a multiple of {STRIDE}, got {side}")
+        self.window, self.side, self.bands = window, side, bands
+        self.x, self.y = (a + (np.arange(side) + 0.5) * (b - a) / side for a, b in (window[:2], window[2:]))
+        self._of = of
+        self._values: Array = np.full((side, side), np.nan)
+        self._level = -1
+        self._heats: dict[tuple[int, float, float, Deep], Heat] = {}  # the very same mark is not drawn twice
+
+    @property
+    def details(self) -> int:
+        """How many levels there are."""
+        return self.bands + 1
+
+    @property
+    def known(self) -> int:
+        """The finest level that costs nothing more; 0 also where nothing is computed yet."""
+        return max(self._level, 0)
+
+    def values(self, level: int) -> Array:
+        """The field at a level: (side / 3, side / 3) at level 0, (side, side) after it, row 0 at y0."""
+        for step in range(self._level + 1, level + 1):
+            self._compute(step)
+        self._level = max(self._level, level)
+        middle = slice(STRIDE // 2, None, STRIDE)
+        coarse = self._values[middle, middle]
+        if level == 0:
+            return coarse.copy()
+        shown = coarse.repeat(STRIDE, axis=0).repeat(STRIDE, axis=1)
+        fine = self._edge(level)
+        shown[fine:] = self._values[fine:]
+        return shown
+
+    def highest(self, level: int) -> tuple[Array, float]:
+        """The place (2,) of the highest of a level's values, and that value. NaN counts as lowest."""
+        values = np.nan_to_num(self.values(level), nan=-np.inf)
+        # Rounded, so that a tie is decided the same way natively and in the browser.
+        row, column = np.unravel_index(int(np.argmax(np.round(values, 9))), values.shape)
+        if level == 0:
+            row, column = STRIDE * row + STRIDE // 2, STRIDE * column + STRIDE // 2
+        elif row < self._edge(level):  # any tile of a coarse one: its value stands at the middle
+            row, column = row // STRIDE * STRIDE + STRIDE // 2, column // STRIDE * STRIDE + STRIDE // 2
+        return np.array([self.x[column], self.y[row]]), float(self._values[row, column])
+
+    def heat(self, level: int, low: float, high: float, deep: Deep = "high") -> Heat:
+        """The field's mark at a level, its highest or its lowest values in the deepest colour."""
+        key = level, low, high, deep
+        if key not in self._heats:
+            values = self.values(level)
+            self._heats[key] = (
+                Heat(values, self.window, low, high) if deep == "high" else Heat(-values, self.window, -high, -low)
+            )
+        return self._heats[key]
+
+    def _edge(self, level: int) -> int:
+        """The lowest row that is computed in full at a level, a multiple of 3."""
+        coarse = self.side // STRIDE
+        return STRIDE * (coarse - coarse * level // self.bands)
+
+    def _compute(self, level: int) -> None:
+        """What a level has and the one before it has not. Rows with coarse values in them are spared those."""
+        columns = rows = np.arange(self.side)
+        known = columns % STRIDE == STRIDE // 2
+        if level == 0:
+            self._put(columns[known], rows[known])
+            return
+        band = rows[self._edge(level) : self._edge(level - 1)]
+        held = band % STRIDE == STRIDE // 2
+        self._put(columns[~known], band[held])
+        self._put(columns, band[~held])
+
+    def _put(self, columns: Index, rows: Index) -> None:
+        if len(rows):
+            self._values[np.ix_(rows, columns)] = self._of(self.x[columns], self.y[rows])
+
+
+@cache
+def scale_marks(
+    view: View, low: float, high: float, name: str, decimals: int = 1, deep: Deep = "high"
+) -> tuple[Mark, ...]:
+    """The bar of a field's colours with its numbers, in the padding at the right of the view, `name` above it.
+
+    The very same marks each time, which are then not drawn again.
+    """
+
+    def across(px: float) -> float:
+        return view.x1 + px / view.scale
+
+    def up(value: float) -> float:
+        return view.y0 + (view.y1 - view.y0) * (value - low) / (high - low)
+
+    left, right, window = across(BAR[0]), across(BAR[1]), (across(BAR[0]), across(BAR[1]), view.y0, view.y1)
+    steps = (np.arange(HEAT_LEVELS) + 0.5) / HEAT_LEVELS
+    steps = steps if deep == "high" else 1.0 - steps
+    rim = [[left, view.y0], [right, view.y0], [right, view.y1], [left, view.y1]]
+    marks: list[Mark] = [Heat(steps[:, None], window, 0.0, 1.0), Path(rim, "guide", closed=True)]
+    for v in ticks(low, high):  # the one at the top a little lower: on a phone the name comes down to it
+        dy = 4.0 if v < high else 11.0
+        marks.append(Label([right, up(v)], number(v, decimals), "guide", dx=5, dy=dy))
+    return (*marks, Label([right, view.y1], name, "guide", "end", dx=BAR[2], dy=-10))
+
+
+@cache
+def axis_marks(view: View, x_label: str, y_label: str) -> tuple[Mark, ...]:
+    """A frame about a field's window, numbers along its left and lower side, and what they count."""
+    rim = [[view.x0, view.y0], [view.x1, view.y0], [view.x1, view.y1], [view.x0, view.y1]]
+    marks: list[Mark] = [Path(rim, "guide", closed=True)]
+    for x in ticks(view.x0, view.x1):
+        marks.append(Label([x, view.y0], number(x, 1), "guide", "middle", dy=16))
+    for y in ticks(view.y0, view.y1):
+        marks.append(Label([view.x0, y], number(y, 1), "guide", "end", dx=-6, dy=4))
+    return (
+        *marks,
+        Label([view.x1, view.y0], x_label, "guide", "end", dy=34),
+        Label([view.x0, view.y1], y_label, "guide", dy=-10),
+    )

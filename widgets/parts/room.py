@@ -1,0 +1,116 @@
+"""A room seen by two scans, as several figures draw it: the window, the settings, the starts, the marks, the charts.
+
+Room scenes carry their truth as the identity and are turned about the world's origin, so a cloud is taken hold of
+there: the handle's place is the pose's translation, the stalk's direction its rotation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+
+from solvers import Pose
+from solvers.core.arrays import BoolArray
+from solvers.core.stepper import Problem
+from solvers.scenes.rooms import ROOM_SETTINGS, Scene
+from widgets.drawing.chart import Series, chart
+from widgets.drawing.picture import Array, Group, Mark, Panel, Path, Points, Role, Segments, View
+from widgets.engine.controls import Value
+from widgets.parts.placing import Placing
+
+VIEW = View(-6.4, 6.4, -4.6, 4.6)
+PLACING = Placing(VIEW, limit=(4.5, 2.75), reach=2.6, least=1.6)
+ANCHOR = np.zeros(2)
+ANCHOR.flags.writeable = False
+
+SETTINGS = {name: name.capitalize() for name in ROOM_SETTINGS}
+BRINGS: dict[str, dict[str, Value]] = {
+    name: {
+        "noise": 0.11 if name in ("noise", "combo") else 0.02,
+        "outliers": 20.0 if name in ("outliers", "combo") else 0.0,
+    }
+    for name in ROOM_SETTINGS
+}
+"""What a setting is known for: σ in u, and the replaced percentage of each cloud."""
+
+NEAR: dict[str, Value] = {"turn": 15.0, "offset": 0.5}
+MIDDLE: dict[str, Value] = {"turn": 45.0, "offset": 1.43}
+FAR: dict[str, Value] = {"turn": -110.0, "offset": 1.43}
+
+
+def problem(scene: Scene, start: Pose) -> Problem:
+    """One registration of the scene from `start`, as a batch of one for `solvers.stepper`."""
+    weights, seed = np.ones((1, len(scene.source))), np.array([scene.seed])
+    return Problem(scene.source[None], scene.target[None], weights, Pose(start.R[None], start.t[None]), seed)
+
+
+def single(pose: Pose) -> Pose:
+    """The one pose of a batch of one."""
+    return Pose(pose.R[0], pose.t[0], np.asarray(pose.scale)[0])
+
+
+def outline(scene: Scene, pose: Pose, role: Role) -> tuple[Path, ...]:
+    """The room at a pose; a broad band at the truth."""
+    return tuple(Path(pose.apply(line), role, thick=role == "truth") for line in scene.outline)
+
+
+@lru_cache(maxsize=8)
+def still(scene: Scene, ghost: Pose | None = None) -> tuple[Mark, ...]:
+    """What does not move: the outline where the run began, the outline at the true pose, the target.
+
+    Without a ghost it is the same for all starts in a scene, and is turned into markup once.
+    """
+    began = () if ghost is None else outline(scene, ghost, "ghost")
+    return (*began, *outline(scene, scene.truth, "truth"), Points(scene.target, "target", "square", radius=2.5))
+
+
+def source(scene: Scene, pose: Pose, used: BoolArray | None = None, placing: Placing = PLACING) -> Group:
+    """The moving cloud, the room it would have at its pose, and the stalk of its turning handle, as the group 'source'.
+
+    Points that are not used (m,) are pale.
+    """
+    weight = None if used is None or used.all() else np.where(used, 1.0, 0.3)
+    points = Points(pose.apply(scene.source), "source", radius=2.5, weight=weight)
+    return Group("source", (placing.stalk(pose, ANCHOR), *outline(scene, pose, "source"), points))
+
+
+def pair_lines(moved: Array, partners: Array, used: BoolArray, gated: BoolArray) -> tuple[Mark, ...]:
+    """One line a pair, moved (m, 2) to partners (m, 2): those used, those outside a gate, and the rest, trimmed."""
+    trimmed = ~used & ~gated
+    return (
+        Segments(moved[gated], partners[gated], "outlier", dashed=True),
+        Segments(moved[trimmed], partners[trimmed], "weak", dashed=True),
+        Segments(moved[used], partners[used], "pair"),
+    )
+
+
+def error_chart(rotation: Sequence[float], translation: Sequence[float], steps: int, width: float = 320.0) -> Panel:
+    """Both errors against the truth over the steps taken so far: degrees and world units on one scale of decades.
+
+    steps: the most that there can be.
+    """
+    k = np.arange(len(rotation))
+    return chart(
+        "errors",
+        "Errors against the truth over the steps",
+        [
+            Series(k, rotation, "ink", "rotation, °", dots=True),
+            Series(k, translation, "accent", "translation, u", dashed=True, dots=True),
+        ],
+        x_label="step",
+        y_label="Error against the truth, ° and u",
+        x_range=(0.0, float(steps)),
+        y_range=(0.01, 300.0),
+        log=True,
+        now=float(len(rotation) - 1),
+        width=width,
+        height=0.53 * width,
+    )
+
+
+def with_marks(panel: Panel, *marks: Mark) -> Panel:
+    """The panel with marks on top."""
+    return replace(panel, marks=(*panel.marks, *marks))

@@ -1,0 +1,247 @@
+"""What residuals that know surfaces look like: pulls, normals, covariances, the weak direction, the weight function."""
+
+from __future__ import annotations
+
+from functools import cache, lru_cache
+
+import numpy as np
+
+from solvers.core.arrays import BoolArray
+from solvers.methods.icp.gicp import GicpOptions
+from solvers.numerics import robust
+from widgets.drawing.chart import Series, chart
+from widgets.drawing.picture import (
+    Array,
+    Arrow,
+    Ellipses,
+    Group,
+    Label,
+    Mark,
+    Panel,
+    Path,
+    Points,
+    Role,
+    Segments,
+    Ticks,
+    View,
+    number,
+)
+from widgets.parts.placing import Placing
+from widgets.parts.room import ANCHOR, PLACING, outline, still, with_marks
+from widgets.parts.surface_run import Run
+
+FAINTEST = 1.0 / 6.0  # a pair that is used is drawn, however little it pulls
+SIGMAS = 0.4  # at which covariances are drawn: a whole one is as long as a wall
+EVERY = 7  # of whose points one covariance is drawn
+SLIDE = 0.1  # turning part of a unit direction below which it is a slide to the eye, as in gauss_newton.freedom
+BESIDE = 0.75  # u from the cloud's centre to the arrow, which would else lie in the wall or under a handle
+GAP = 1.2  # the second eigenvalue over the first from which there is a weakest direction
+FARTHEST = 8.0  # r / s
+HIGHEST = 2.2
+LEAVES = 1.5  # where the line of an unbounded pull ends: its label stays below that of s
+
+
+def pairs(run: Run) -> tuple[Mark, ...]:
+    """The residual of each used pair, from the moved point to its partner, or in plane mode to the foot on the line
+    through the partner; as strong as the pair's pull is against the strongest."""
+    used = run.used
+    share = run.pull[used] / max(float(run.pull.max()), 1e-12)
+    return (Segments(run.moved[used], _ends(run)[used], "pair", weight=np.maximum(share, FAINTEST)),)
+
+
+def _ends(run: Run) -> Array:
+    if run.ask.residual != "plane":
+        return run.partners
+    # precision is n nᵀ here: the part of the offset along the normal.
+    return np.asarray(run.moved - np.einsum("mij,mj->mi", run.precision, run.moved - run.partners))
+
+
+@lru_cache(maxsize=12)
+def fixed(run: Run) -> tuple[Mark, ...]:
+    """What does not move in any run of the scene: the walls, the target, and what its points know of their surface.
+    Asked of the run that is kept, it is the same for all starts, and is turned into markup once."""
+    return (*still(run.scene), *surfaces(run))
+
+
+def ghost(run: Run) -> tuple[Mark, ...]:
+    """The walls where the run began, once it has left there."""
+    return outline(run.scene, run.began, "ghost") if run.steps else ()
+
+
+def surfaces(run: Run) -> tuple[Mark, ...]:
+    """The target's normals as ticks, or some of its covariances as ellipses; nothing for point pairs."""
+    state = run.state
+    if run.ask.residual == "plane":
+        known = ~state.normals.flagged[0]
+        return (Ticks(state.index.points[0, known], state.normals.vectors[0, known], "normal", length=13.0),)
+    if run.ask.residual == "gicp":
+        chosen = slice(None, None, EVERY)
+        covariance = state.covariances[1][0, chosen]
+        return (Ellipses(state.index.points[0, chosen], covariance, "normal", SIGMAS, filled=True),)
+    return ()
+
+
+def own_surfaces(run: Run) -> tuple[Mark, ...]:
+    """Some of the source's covariances where the source lies, which turn with it."""
+    if run.ask.residual != "gicp":
+        return ()
+    chosen, R = slice(EVERY // 2, None, EVERY), run.pose.R
+    covariance = R @ run.state.covariances[0][0, chosen] @ R.T
+    return (Ellipses(run.moved[chosen], covariance, "source", SIGMAS, filled=True),)
+
+
+Carried = tuple[tuple[Mark, ...], tuple[Mark, ...]]
+
+
+def carried(run: Run, placing: Placing = PLACING, radius: float = 2.5) -> Carried:
+    """What moves with the source whatever it is paired with, so that runs at one pose may share it. Below: the stalk of
+    its turning handle and its walls. Above: its points, those that the simulation put elsewhere as crosses."""
+    wrong = run.scene.source_outlier
+    stalk = placing.stalk(run.pose, ANCHOR)
+    points = (
+        Points(run.moved[~wrong], "source", radius=radius),
+        Points(run.moved[wrong], "outlier", "cross", radius=radius + 0.5),
+    )
+    return (stalk, *outline(run.scene, run.pose, "source")), points
+
+
+def moving(run: Run, shared: Carried | None = None, radius: float = 2.5) -> Group:
+    """All that moves with the source: what is carried, its covariances, a ring about each point whose pair is unused.
+    shared: what another run at the same pose carries."""
+    below, above = shared or carried(run, radius=radius)
+    return Group("source", (*below, *own_surfaces(run), *above, unused(run, radius)))
+
+
+def unused(run: Run, radius: float = 2.5) -> Points:
+    """A ring about each moved point whose pair is unused."""
+    return Points(run.moved[~run.used], "ghost", "ring", radius=radius + 3.0)
+
+
+def weak_direction(run: Run) -> tuple[Mark, ...]:
+    """The motion that the pairs hold least, both ways: a straight arrow for a slide, an arc for a turn; longer and
+    thicker where it is free. Nothing where two motions are held alike."""
+    if not _has_weakest(run):
+        return ()
+    free = bool(run.system.free[0, 0])
+    half, head = (2.0, 11.0) if free else (1.1, 7.0)
+    course = _course(run, half)
+    reach = course[[0, -1]], course[[1, -2]]
+    return (
+        Path(course, "weak", thick=free),
+        *(Arrow(before, end, "weak", head) for end, before in zip(*reach, strict=True)),
+    )
+
+
+def _has_weakest(run: Run) -> bool:
+    """Whether one motion is held clearly less than the next: else the eigenvector is rounding's."""
+    first, second = run.system.eigenvalues[0, :2]
+    return bool(second > GAP * max(float(first), 0.0))
+
+
+def _course(run: Run, half: float) -> Array:
+    """Places (n, 2) that a point passes under the weak motion, `half` u to either side of its own."""
+    v, a = run.system.directions[0, :2, 0], float(run.system.directions[0, 2, 0])
+    centre, radius = run.system.centre[0], float(run.system.radius[0])
+    if abs(a) < SLIDE:
+        along = v / np.linalg.norm(v)
+        along = along if along[0] > 0 else -along
+        beside = centre + BESIDE * np.array([along[1], -along[0]])
+        return np.asarray(beside + np.linspace(-half, half, 3)[:, None] * along)
+    about = centre + np.array([-v[1], v[0]]) * radius / a
+    arm = centre - [0.0, BESIDE] - about
+    length = float(np.hypot(*arm))
+    if length < 0.35 * radius:  # a turn about the middle, seen half a radius below it
+        arm, length = np.array([0.0, -0.5 * radius]), 0.5 * radius
+    angles = np.linspace(-half, half, 15) / max(length, half)
+    c, s = np.cos(angles), np.sin(angles)
+    return np.asarray(about + np.stack([c * arm[0] - s * arm[1], s * arm[0] + c * arm[1]], axis=1))
+
+
+def left_free(run: Run) -> str:
+    """The kind of motion that the pairs do not hold: 'none', 'slide', 'turn', or how many there are."""
+    count = int(run.system.free[0].sum())
+    return ("none", _kind(run), f"{count} of 3", "all")[min(count, 3)]
+
+
+def _kind(run: Run) -> str:
+    return "slide" if abs(float(run.system.directions[0, 2, 0])) < SLIDE else "turn"
+
+
+def condition(run: Run) -> str:
+    """The condition number as text, rounded to what matters."""
+    value = float(run.system.condition[0])
+    if not np.isfinite(value) or value >= 1e6:
+        return "> 10⁶"
+    return number(value, 1 if value < 100 else 0)
+
+
+def weak_label(run: Run, view: View) -> Label:
+    """The weak direction in words, in the map's top left corner, where no cloud lies."""
+    how = "free" if run.system.free[0, 0] else "weakest"
+    said = f"{how}: {_kind(run)}" if _has_weakest(run) else "no weakest direction"
+    return Label([view.x0, view.y1], f"{said}, condition {condition(run)}", "weak", dx=12, dy=24)
+
+
+def weight_chart(run: Run, width: float = 320.0) -> Panel:
+    """w and the pull w r over the pair distance r in units of s, and beneath them a stroke for every pair."""
+    s = Label([1.0, HIGHEST], f"s = {number(run.scale, 3)} u", "guide", dx=4, dy=10)
+    return with_marks(_kernel_chart(run.ask.weight, width), s, *_rug(run))
+
+
+@cache
+def _kernel_chart(kernel: str, width: float) -> Panel:
+    """The chart of one weight function: the same for every pose, and turned into markup once."""
+    k = 1.0 if kernel == "none" else robust.TUNING[kernel]
+    r = np.linspace(0.0, FARTHEST, 161)
+    w = robust.weights(kernel, r, k)
+    pull = np.where(w * r <= LEAVES + 1e-9, w * r, np.nan)
+    panel = chart(
+        "weights",
+        "The weight function, and the distances of the present pairs beneath it",
+        [Series(r, pull, "ink", "pull, w·r / s", dashed=True), Series(r, w, "accent", "weight w")],
+        x_label="distance r of the pair / s",
+        y_label="Weight, and pull in units of s",
+        x_range=(0.0, FARTHEST),
+        y_range=(-0.6, HIGHEST),
+        width=width,
+        height=0.82 * width,
+    )
+    panel = with_marks(panel, Segments([1.0, -0.6], [1.0, HIGHEST], "guide"))
+    if kernel == "none":
+        return panel
+    top = HIGHEST - 0.3  # below the words at s, which Huber's k would cross
+    line = Segments([k, -0.6], [k, top], "guide", dashed=True)
+    return with_marks(panel, line, Label([k, top], "k", "guide", dx=4, dy=10))
+
+
+def _rug(run: Run) -> list[Mark]:
+    """A stroke for each pair at its distance; what lies beyond the chart is counted at its edge."""
+    wrong, used = run.scene.source_outlier, run.used
+    x = run.pairing.distances[0] / run.scale
+    inside = x <= FARTHEST
+    kinds: tuple[tuple[BoolArray, Role, float, float], ...] = (
+        (~wrong & used, "source", -0.06, -0.3),
+        (wrong & used, "outlier", -0.32, -0.56),
+        (~wrong & ~used, "ghost", -0.06, -0.3),
+        (wrong & ~used, "ghost", -0.32, -0.56),
+    )
+    marks: list[Mark] = []
+    for chosen, role, top, bottom in kinds:
+        at = x[chosen & inside]
+        ends = [np.stack([at, np.full_like(at, y)], axis=1) for y in (top, bottom)]
+        marks.append(Segments(ends[0], ends[1], role))
+    beyond = int((~inside).sum())
+    if beyond:
+        marks.append(Label([FARTHEST, HIGHEST], f"{beyond} beyond {FARTHEST:.0f} s", "guide", "end", dx=-2, dy=10))
+    return marks
+
+
+def residual_unit(residual: str) -> str:
+    """Of the RMS: GICP's is measured in its covariances' standard deviations, the others in u."""
+    return "σ" if residual == "gicp" else "u"
+
+
+def covariance_words() -> str:
+    """The standard deviations of the surface model that GICP is run with."""
+    own = GicpOptions()
+    return f"{number(own.tangent**0.5, 1)} u along the surface and {number(own.normal**0.5, 1)} u across it"
