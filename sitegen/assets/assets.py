@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
 
 from sitegen.assets.bundle import Bundle, Entry, bundled, read_files
+from sitegen.assets.css import urls
 from sitegen.assets.download import Download
 from sitegen.assets.hosting import MAP
 from sitegen.cache.files import hashed_name
@@ -21,7 +21,6 @@ ENTRIES = {  # file in templates/assets → its name on the site, the attribute 
     "js/theme.js": ("theme.js", "theme"),
     "worker.mjs": ("worker.mjs", "worker"),
 }
-URL = re.compile(r"""url\(\s*(["']?)(?!data:|#)([^"')]+)\1\s*\)""")
 
 
 @dataclass
@@ -116,15 +115,14 @@ def _linked(sheets: Mapping[str, str], assets: Assets, problems: Problems) -> di
     """What the sheets' url(…) of pictures in templates/assets are on the site; others go to `problems`."""
     found = {}
     for path, text in sheets.items():
-        for match in URL.finditer(text):
-            name = match[2]
+        for url in urls(text):
+            name = url.address
+            if name.startswith(("data:", "#")):
+                continue
             if name in assets.pictures:
                 found[name] = assets.pictures[name].removeprefix("assets/")
                 continue
-            line = text.count("\n", 0, match.start()) + 1
-            column = match.start(2) - text.rfind("\n", 0, match.start(2))
-            problems.add(
-                Place(path, line, column), f"no picture {name!r} in templates/assets{hint(name, assets.pictures)}"
-            )
+            said = f"no picture {name!r} in templates/assets{hint(name, assets.pictures)}"
+            problems.add(Place(path, url.line, url.column), said)
     return found
 

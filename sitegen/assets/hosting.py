@@ -33,25 +33,30 @@ def source_of(text: str) -> str:
 def integrity(hashed: str) -> str:
     """A sha256 in hex as browsers want it."""
     return "sha256-" + base64.b64encode(bytes.fromhex(hashed)).decode()
+
+
 POLICY = policy()
-HEADERS = """\
+IMMUTABLE = ("assets/", "images/", "runtime/", "tapes/")
+"""The folders whose files are named by their content: kept for ever by browsers, hosts and the service worker."""
+FOR_HOSTS = ("404.html", "sitemap.xml")  # what no reader asks for; a host may answer for the first as it says: by a 404
+MAP = ".map"  # for whoever looks into a script with a browser's tools; no reader's browser asks for it
+
+
+def immutable(folder: str) -> str:
+    """The rule of `_headers` for one of the folders."""
+    return f"/{folder}*\n  Cache-Control: public, max-age=31536000, immutable\n"
+
+
+def headers(policy: str) -> str:
+    """`_headers`: what hosts shall send along."""
+    return f"""\
 /*
   Content-Security-Policy: {policy}; frame-ancestors 'none'
   X-Content-Type-Options: nosniff
   Referrer-Policy: strict-origin-when-cross-origin
-/assets/*
-  Cache-Control: public, max-age=31536000, immutable
-/images/*
-  Cache-Control: public, max-age=31536000, immutable
-/tapes/*
-  Cache-Control: public, max-age=31536000, immutable
-/runtime/*
-  Cache-Control: public, max-age=31536000, immutable
-/sw.js
+{"".join(map(immutable, IMMUTABLE))}/sw.js
   Cache-Control: no-cache
 """
-FOR_HOSTS = ("404.html", "sitemap.xml")  # what no reader asks for; a host may answer for the first as it says: by a 404
-MAP = ".map"  # for whoever looks into a script with a browser's tools; no reader's browser asks for it
 
 
 def service_worker(
@@ -71,6 +76,7 @@ def service_worker(
         "FILES": _listed((name, len(data), digest(data)) for name, data in pages.items()),
         "RUNTIME": (python := _listed(runtime)),
         "RUNTIME_VERSION": short_hash(python.encode()),
+        "IMMUTABLE": json.dumps(IMMUTABLE),
     }
     return re.sub(r"__([A-Z_]+)__", lambda match: filled[match[1]], code.decode()).encode()
 

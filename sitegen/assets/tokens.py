@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
+
+from sitegen.assets.css import functions, rules
 
 TOKENS = Path(__file__).resolve().parents[2] / "templates" / "assets" / "css" / "base" / "tokens.css"
 
 
 def colours() -> dict[str, tuple[str, str]]:
-    """The site's colours, name → (light, dark), as its style sheet has them."""
-    found = re.findall(r"--([a-z0-9-]+):\s*light-dark\((#[0-9a-f]{6}),\s*(#[0-9a-f]{6})\)", TOKENS.read_text("utf-8"))
-    return {name: (light, dark) for name, light, dark in found}
+    """The site's colours, name → (light, dark)."""
+    found = {}
+    for rule in rules(TOKENS.read_text("utf-8")):
+        for name, value in rule.declarations:
+            for light, dark in functions(value, "light-dark"):
+                if name.startswith("--") and light.startswith("#"):
+                    found[name.removeprefix("--")] = light, dark
+    return found

@@ -16,7 +16,7 @@ from typing import Any
 
 from playwright.sync_api import BrowserContext, Playwright, sync_playwright
 
-from sitegen.assets.hosting import POLICY
+from sitegen.assets.hosting import POLICY, immutable
 from sitegen.cache.files import cache_dir
 from sitegen.check.browsers import FLAGS
 from sitegen.external.fetch import gather
@@ -57,8 +57,7 @@ def _served(info: RuntimeInfo) -> Iterator[tuple[Playwright, str, dict[str, Any]
             shutil.copyfile(path, root / "stock" / path.name)
         (root / "index.html").write_text("<!doctype html><title>bench</title><link rel=icon href=data:,>", "utf-8")
         # Named by their content, these are kept by the browser as those of the site are.
-        kept = "/runtime/*\n  Cache-Control: public, max-age=31536000, immutable\n"
-        (root / "_headers").write_text(f"/*\n  Content-Security-Policy: {POLICY}\n{kept}", "utf-8")
+        (root / "_headers").write_text(f"/*\n  Content-Security-Policy: {POLICY}\n{immutable('runtime/')}", "utf-8")
         with serving(root) as server:
             here = server.origin + "/"
             stock = {"folder": here + "stock/"}

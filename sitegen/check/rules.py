@@ -11,7 +11,7 @@ from pathlib import Path
 import html5lib
 from html5lib.constants import E as HTML_ERRORS
 
-from sitegen.assets.hosting import source_of
+from sitegen.assets.hosting import IMMUTABLE, source_of
 from sitegen.cache.files import cache_dir
 from sitegen.cache.memo import Remembered
 from sitegen.check.html import Element, Page, css_addresses, inside, is_foreign, read_pages
@@ -23,7 +23,6 @@ SHOWN = "site"  # how problems name the site, wherever it was built
 POINTING = ("aria-controls", "aria-describedby", "aria-details", "aria-labelledby", "aria-owns", "for", "list")
 DATA_SCRIPTS = ("application/json", "application/ld+json")
 UNSAFE = re.compile(r"'unsafe-[\w-]+'")
-BY_CONTENT = ("assets/", "images/", "runtime/", "tapes/")  # as the service worker and the hosts' headers have it
 # An address in a script's string; a namespace is a name and never asked for.
 SCRIPT_ADDRESS = re.compile(r"""["'`](?:(?:https?|wss?):)?//(?!www\.w3\.org/)[\w.-]+\.\w+""")
 
@@ -166,8 +165,8 @@ def loaded_files_are_named_by_content(page: Page, pages: dict[str, Page]) -> Ite
     for element in page.elements:
         for address in [*element.loads, *([element.get("data-tape")] if element.get("data-tape") else [])]:
             target = inside(address, page.name)
-            if target and target[0] != page.name and not target[0].startswith(BY_CONTENT):
-                yield at(page, element, f"{address}: loaded from outside of {', '.join(BY_CONTENT)}")
+            if target and target[0] != page.name and not target[0].startswith(IMMUTABLE):
+                yield at(page, element, f"{address}: loaded from outside of {', '.join(IMMUTABLE)}")
 
 
 RULES = (

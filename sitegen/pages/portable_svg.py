@@ -8,15 +8,13 @@ from functools import cache
 from html import escape
 from textwrap import wrap
 
+from sitegen.assets.css import rules
 from sitegen.assets.tokens import TOKENS, colours
 
 FOLDER = TOKENS.parents[1] / "figure"
 SHEETS = tuple(FOLDER / f"{name}.css" for name in ("legend", "matplotlib", "plot", "field", "labels"))
 LINE, LETTER = 16, 6.3  # px from line to line of a caption, and of a letter at most on the average
 FACE = "Arial, Helvetica, sans-serif"
-_COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
-_CONDITIONAL = re.compile(r"@[^{}]*\{(?:[^{}]*\{[^{}]*\})*[^{}]*\}")
-_RULE = re.compile(r"([^{}]+)\{([^{}]*)\}")
 _CHOICE = re.compile(r":\w+\([^)]*\)|\[[^]]*\]")  # what a selector says beside the classes that it asks for
 _CLASS = re.compile(r"\.([\w-]+)")
 
@@ -58,19 +56,17 @@ def _rules() -> tuple[tuple[frozenset[str], str], ...]:
     """The rules for drawings: what classes each needs, and its text. Those that depend on the screen are left out."""
     found = []
     for path in SHEETS:
-        text = _COMMENT.sub("", path.read_text("utf-8"))
-        for selectors, body in _RULE.findall(_CONDITIONAL.sub("", text)):
-            for selector in re.split(r",(?![^(]*\))", " ".join(selectors.split())):
-                plain = selector.strip()
-                role = re.fullmatch(r"\.[\w-]+", plain) and "--colour" in body
-                if role or plain.startswith((".plot", ".graph-svg")):
-                    needed = frozenset(_CLASS.findall(_CHOICE.sub("", plain)))
-                    found.append((needed, f"{plain}{{{_written(body)}}}"))
+        for rule in rules(path.read_text("utf-8")):
+            body = ";".join(f"{name}:{_written(value)}" for name, value in rule.declarations)
+            for selector in rule.selectors:
+                role = re.fullmatch(r"\.[\w-]+", selector) and "--colour" in body
+                if role or selector.startswith((".plot", ".graph-svg")):
+                    needed = frozenset(_CLASS.findall(_CHOICE.sub("", selector)))
+                    found.append((needed, f"{selector}{{{body}}}"))
     return tuple(found)
 
 
-def _written(body: str) -> str:
-    """Declarations in one line, with the site's colours and face in place of its variables."""
+def _written(value: str) -> str:
+    """A value with the site's colours and face in place of its variables."""
     known = {**_light(), "sans": FACE}
-    swapped = re.sub(r"var\(--([\w-]+)\)", lambda m: known.get(m[1], m[0]), body)
-    return re.sub(r"\s*([:;])\s*", r"\1", " ".join(swapped.split())).rstrip(";")
+    return re.sub(r"var\(--([\w-]+)\)", lambda m: known.get(m[1], m[0]), value)

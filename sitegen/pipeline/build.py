@@ -17,7 +17,7 @@ from sitegen.assets import icons, typefaces, webmanifest
 from sitegen.assets.assets import Assets, read_assets
 from sitegen.assets.characters import characters
 from sitegen.assets.download import Download, archive, folder_name
-from sitegen.assets.hosting import HEADERS, MAP, policy, service_worker
+from sitegen.assets.hosting import MAP, headers, policy, service_worker
 from sitegen.assets.tokens import colours
 from sitegen.cache import pool
 from sitegen.cache.files import cache_dir
@@ -328,8 +328,8 @@ def _for_hosts(
 ) -> dict[str, bytes]:
     """What lies beside the files of a site: the service worker that keeps them, the headers that hosts shall send."""
     worker = service_worker(root, files, started.kept_files() if started else ())
-    headers = HEADERS.format(policy=policy(**inline(templates).hashes))
-    return {**({} if worker is None else {"sw.js": worker}), "_headers": headers.encode()}
+    sent = headers(policy(**inline(templates).hashes))
+    return {**({} if worker is None else {"sw.js": worker}), "_headers": sent.encode()}
 
 
 def _download(

@@ -22,11 +22,13 @@ const SITE = `${OURS}site:${VERSION}`;
 const RUNTIME = `${OURS}runtime:__RUNTIME_VERSION__`;
 const PATIENCE = 3000; // ms for an answer from the network where there is a kept one
 
-const BY_CONTENT = /^(assets|images|runtime|tapes)\//;
+/** The folders whose files are named by their content. */
+const IMMUTABLE = __IMMUTABLE__;
 const ANY = { ignoreVary: true };
 
 const bytes = (files) => files.reduce((sum, [, size]) => sum + size, 0);
 
+const immutable = (file) => IMMUTABLE.some((folder) => file.startsWith(folder));
 const addressOf = (file) => new URL(file, scope).href;
 const INTEGRITY = new Map(FILES.map(([file, , integrity]) => [addressOf(file), integrity]));
 
@@ -87,7 +89,7 @@ async function keep(name, files) {
       files.map(async ([file, , integrity]) => {
         const url = addressOf(file);
         if (await cache.match(url, ANY)) return;
-        const fixed = BY_CONTENT.test(file);
+        const fixed = immutable(file);
         const known = fixed ? await kept(url, { integrity }) : undefined;
         await cache.put(url, known ?? (await load(url, integrity, fixed ? "default" : "no-cache")));
       }),
@@ -151,7 +153,7 @@ worker.addEventListener("activate", (event) => event.waitUntil(activate()));
 worker.addEventListener("fetch", (event) => {
   const { request } = event;
   if (request.method !== "GET" || !request.url.startsWith(scope)) return;
-  event.respondWith(BY_CONTENT.test(request.url.slice(scope.length)) ? fixed(request) : newest(request));
+  event.respondWith(immutable(request.url.slice(scope.length)) ? fixed(request) : newest(request));
 });
 
 let keeping = null; // one attempt serves all pages that ask for it

@@ -13,7 +13,7 @@ const integrity = (text) => `sha256-${createHash("sha256").update(text).digest("
 /** The worker with these files filled in, on a server that answers with `served`, over these caches. */
 function worker(files, served, stores = new Map()) {
   const list = JSON.stringify(Object.entries(files).map(([name, text]) => [name, text.length, integrity(text)]));
-  const filled = { VERSION: "v", FILES: list, RUNTIME: "[]", RUNTIME_VERSION: "r" };
+  const filled = { VERSION: "v", FILES: list, RUNTIME: "[]", RUNTIME_VERSION: "r", IMMUTABLE: '["assets/"]' };
   const code = readFileSync(SOURCE, "utf8").replace(/__([A-Z_]+)__/g, (_, name) => filled[name]);
   const asked = [];
   const heard = {};

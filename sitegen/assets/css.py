@@ -1,0 +1,87 @@
+"""The site's style sheets as a parser reads them: their rules, and the addresses that they name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import tinycss2
+
+
+@dataclass(frozen=True)
+class Rule:
+    """What holds on every screen: selectors, and the names and values that they give. Comments are left out."""
+
+    selectors: tuple[str, ...]
+    declarations: tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True)
+class Url:
+    """An address in a style sheet, with the line and the column that it begins at, from 1."""
+
+    address: str
+    line: int
+    column: int
+
+
+def rules(text: str) -> list[Rule]:
+    """The rules at a sheet's top, in order. Those within @media, @container and the like are left out."""
+    parts = tinycss2.parse_stylesheet(text, skip_comments=True, skip_whitespace=True)
+    plain = [part for part in parts if part.type == "qualified-rule"]
+    return [Rule(_selectors(part.prelude), _declarations(part.content)) for part in plain]
+
+
+def urls(text: str) -> Iterator[Url]:
+    """Every address of a sheet, wherever it stands."""
+    return _urls(tinycss2.parse_component_value_list(text))
+
+
+def functions(text: str, name: str) -> Iterator[list[str]]:
+    """The arguments of each `name(…)` in a value."""
+    for token in tinycss2.parse_component_value_list(text):
+        if token.type == "function" and token.lower_name == name:
+            yield [_plain(part) for part in _split(token.arguments)]
+
+
+def _declarations(content: Iterable[Any]) -> tuple[tuple[str, str], ...]:
+    parts = tinycss2.parse_blocks_contents(content, skip_comments=True, skip_whitespace=True)
+    return tuple((part.name, _value(part)) for part in parts if part.type == "declaration")
+
+
+def _value(declaration: Any) -> str:
+    return f"{_plain(declaration.value)} !important" if declaration.important else _plain(declaration.value)
+
+
+def _selectors(prelude: Iterable[Any]) -> tuple[str, ...]:
+    return tuple(_plain(part) for part in _split(prelude))
+
+
+def _split(tokens: Iterable[Any]) -> list[list[Any]]:
+    """At commas; those within brackets and functions lie deeper."""
+    parts: list[list[Any]] = [[]]
+    for token in tokens:
+        if token == ",":
+            parts.append([])
+        else:
+            parts[-1].append(token)
+    return parts
+
+
+def _plain(tokens: Iterable[Any]) -> str:
+    """The text of a value or a selector in one line."""
+    text: str = tinycss2.serialize([token for token in tokens if token.type != "comment"])
+    return " ".join(text.split())
+
+
+def _urls(tokens: Iterable[Any]) -> Iterator[Url]:
+    for token in tokens:
+        if token.type == "url":
+            yield Url(token.value, token.source_line, token.source_column + len("url("))
+        elif token.type == "function" and token.lower_name == "url":
+            for part in token.arguments:
+                if part.type == "string":
+                    yield Url(part.value, part.source_line, part.source_column + 1)
+        else:
+            yield from _urls(getattr(token, "arguments", None) or getattr(token, "content", None) or ())

@@ -1,0 +1,36 @@
+"""Style sheets as a parser reads them."""
+
+from __future__ import annotations
+
+from sitegen.assets.css import Rule, Url, functions, rules, urls
+
+SHEET = """\
+/* a { } */
+.a:is(.b, .c) > d, [x="e, f"] { color: red; --tone: light-dark(#ffffff, rgb(0, 0, 0)); }
+@media print { .a { color: blue } }
+.g{margin:0 auto!important;/* nothing */padding:/* less */1px}
+"""
+
+
+def test_rules_are_those_of_every_screen() -> None:
+    """Commas within brackets and strings divide no selectors; comments are left out, and conditional rules."""
+    assert rules(SHEET) == [
+        Rule((".a:is(.b, .c) > d", '[x="e, f"]'), (("color", "red"), ("--tone", "light-dark(#ffffff, rgb(0, 0, 0))"))),
+        Rule((".g",), (("margin", "0 auto !important"), ("padding", "1px"))),
+    ]
+
+
+def test_the_arguments_of_a_function() -> None:
+    assert list(functions("light-dark(#ffffff, rgb(0, 0, 0)) light-dark(a,b) dark(c)", "light-dark")) == [
+        ["#ffffff", "rgb(0, 0, 0)"],
+        ["a", "b"],
+    ]
+
+
+def test_an_address_is_told_where_it_stands() -> None:
+    """Quoted or not, within a rule of a condition or in a list; not one in a comment."""
+    sheet = "/* url(no.png) */\n@media print {\n  a { background: none, url(one.svg) }\n}\nb { src: url( 'two.png' ) }"
+    found = list(urls(sheet))
+    assert found == [Url("one.svg", 3, 29), Url("two.png", 5, 16)]
+    lines = sheet.splitlines()
+    assert all(lines[url.line - 1][url.column - 1 :].startswith(url.address) for url in found)
