@@ -38,6 +38,15 @@ def urls(text: str) -> Iterator[Url]:
     return _urls(tinycss2.parse_component_value_list(text))
 
 
+def imports(text: str) -> Iterator[Url]:
+    """The sheets that a sheet begins with: `@import "…"`; those by `url(…)` are among its addresses."""
+    for rule in tinycss2.parse_stylesheet(text, skip_comments=True, skip_whitespace=True):
+        if rule.type == "at-rule" and rule.lower_at_keyword == "import":
+            for part in rule.prelude:
+                if part.type == "string":
+                    yield Url(part.value, part.source_line, part.source_column + 1)
+
+
 def functions(text: str, name: str) -> Iterator[list[str]]:
     """The arguments of each `name(…)` in a value."""
     for token in tinycss2.parse_component_value_list(text):

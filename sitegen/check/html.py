@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from html.parser import HTMLParser
@@ -27,7 +25,6 @@ LOADED = {
 }
 TELLING = {"a", "button", "label", "legend", "summary", "h1", "h2", "h3", "h4", "h5", "h6"}
 LOADED_LINKS = {"stylesheet", "icon", "apple-touch-icon", "preload", "modulepreload", "prefetch", "manifest"}
-CSS_URL = re.compile(r"url\(\s*(['\"]?)(.*?)\1\s*\)|@import\s+(['\"])(.*?)\3")
 
 
 @dataclass(frozen=True)
@@ -157,10 +154,3 @@ def inside(address: str, base: str) -> tuple[str, str] | None:
         path = "/".join(steps)
     file = path or base
     return (file + "index.html" if file.endswith("/") else file), unquote(parts.fragment)
-
-
-def css_addresses(text: str) -> Iterator[tuple[str, int]]:
-    """What a style sheet loads, with the offset of each."""
-    plain = re.sub(r"/\*.*?\*/", lambda m: " " * len(m.group()), text, flags=re.DOTALL)
-    for match in CSS_URL.finditer(plain):
-        yield match.group(2) or match.group(4) or "", match.start()

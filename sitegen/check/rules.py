@@ -11,10 +11,11 @@ from pathlib import Path
 import html5lib
 from html5lib.constants import E as HTML_ERRORS
 
+from sitegen.assets.css import imports, urls
 from sitegen.assets.hosting import IMMUTABLE, source_of
 from sitegen.cache.files import cache_dir
 from sitegen.cache.memo import Remembered
-from sitegen.check.html import Element, Page, css_addresses, inside, is_foreign, read_pages
+from sitegen.check.html import Element, Page, inside, is_foreign, read_pages
 from sitegen.check.sizes import PAGE_LIMIT, RUNTIME_LIMIT, page_weight, runtime_weight
 from sitegen.problems import Problem, hint
 
@@ -188,12 +189,13 @@ def styles_and_scripts_stay_home(site: Path) -> Iterator[Problem]:
             continue
         text = path.read_text("utf-8")
         if path.suffix == ".css":
-            for address, offset in css_addresses(text):
+            for url in [*urls(text), *imports(text)]:
+                address, place = url.address, (f"{SHOWN}/{name}", url.line, url.column)
                 target = None if is_foreign(address) else inside(address, name)
                 if is_foreign(address):
-                    yield _in_text(name, text, offset, f"{address}: a page loads nothing from another origin")
+                    yield Problem(*place, f"{address}: a page loads nothing from another origin")
                 elif target and not (site / target[0]).is_file():
-                    yield _in_text(name, text, offset, f"{address}: there is no {target[0]}")
+                    yield Problem(*place, f"{address}: there is no {target[0]}")
         else:
             for match in SCRIPT_ADDRESS.finditer(text):
                 message = f"{match.group()[1:]}: a script names another origin"

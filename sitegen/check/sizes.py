@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
+from sitegen.assets.css import imports, urls
 from sitegen.cache.files import cache_dir
 from sitegen.cache.packing import gzipped as packed
-from sitegen.check.html import Page, css_addresses, inside, is_foreign
+from sitegen.check.html import Page, inside, is_foreign
 
 PAGE_LIMIT = 300_000  # the heaviest page, with its fonts; tapes and the runtime load beside it
 RUNTIME_LIMIT = 7_500_000
@@ -52,9 +53,15 @@ def page_weight(page: Page) -> Weight:
             continue
         parts[name] = gzipped(path)
         if path.suffix == ".css":
-            addresses = [address for address, _ in css_addresses(path.read_text("utf-8"))]
+            addresses = _of_sheet(path.read_text("utf-8"))
             wanted += [target[0] for a in addresses if not is_foreign(a) and (target := inside(a, name))]
     return Weight(page.name, parts)
+
+
+@lru_cache(maxsize=8)
+def _of_sheet(text: str) -> list[str]:
+    """Every page has the same one."""
+    return [url.address for url in [*urls(text), *imports(text)]]
 
 
 def runtime_weight(page: Page) -> Weight:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sitegen.assets.css import Rule, Url, functions, rules, urls
+from sitegen.assets.css import Rule, Url, functions, imports, rules, urls
 
 SHEET = """\
 /* a { } */
@@ -34,3 +34,9 @@ def test_an_address_is_told_where_it_stands() -> None:
     assert found == [Url("one.svg", 3, 29), Url("two.png", 5, 16)]
     lines = sheet.splitlines()
     assert all(lines[url.line - 1][url.column - 1 :].startswith(url.address) for url in found)
+
+
+def test_imports_are_told_where_their_addresses_stand() -> None:
+    sheet = "/* @import 'no.css'; */\n@import \"base/a.css\" screen;\n@import url(b.css);\na { content: 'no.css' }"
+    assert list(imports(sheet)) == [Url("base/a.css", 2, 10)]
+    assert [url.address for url in urls(sheet)] == ["b.css"]

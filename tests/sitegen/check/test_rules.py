@@ -97,8 +97,8 @@ def test_a_fault_of_a_page_is_named(site: Path, old: str, new: str, message: str
 @pytest.mark.parametrize(
     ("file", "text", "message"),
     [
-        ("assets/a.css", "\n  @import 'https://example.org/x';", "assets/a.css:2:3: https://example.org/x: a page"),
-        ("assets/a.css", "p { background: url(b.png) }", "site/assets/a.css:1:17: b.png: there is no assets/b.png"),
+        ("assets/a.css", "\n  @import 'https://example.org/x';", "assets/a.css:2:12: https://example.org/x: a page"),
+        ("assets/a.css", "p { background: url(b.png) }", "site/assets/a.css:1:21: b.png: there is no assets/b.png"),
         ("assets/a.js", "\nfetch('https://example.org')", "site/assets/a.js:2:7: https://example.org: a script names"),
         ("assets/a.js", "import('//example.org/x.js')", "//example.org: a script names another origin"),
         ("assets/ä.txt", "", "a file name beyond ASCII"),
