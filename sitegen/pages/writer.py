@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     from sitegen.pages.decks import Deck
 
 STYLE_GUIDE = "docs-style"
+HOSTED = re.compile(r"<!--hosted-->(.*?)<!--/hosted-->", re.DOTALL)  # what a page on a disk lacks
 SAID = {
     "passed": "Passed on this code.",
     "failed": "Failed on this code.",
@@ -41,7 +43,7 @@ SAID = {
 
 @dataclass(frozen=True)
 class Page:
-    """What base.html needs of a page. `hidden` keeps it from search engines."""
+    """What the templates need of a page. hidden keeps it from search engines; mathematics: whether it shows some."""
 
     name: str
     title: str
@@ -51,20 +53,31 @@ class Page:
     report: str = ""
     home: bool = False
     hidden: bool = False
+    mathematics: bool = False
     previous: Chapter | None = None
     next: Chapter | None = None
 
 
 @dataclass(frozen=True)
+class Inside:
+    """What stands in a page's body. The same whatever files the page loads, which its frame names."""
+
+    page: Page
+    html: Markup
+
+
+@dataclass(frozen=True)
 class Writer:
-    """Fills the templates of one build. kept: insides of pages that were filled before, here or in an earlier build."""
+    """Fills the templates of one build. kept: insides of pages that an earlier build filled. has_search: whether pages
+    can be searched. download: the name of the zip of the whole site; "" where there is none."""
 
     templates: Environment
     site: Site
     chapters: Sequence[Chapter]
-    assets: Assets
     kept: Memory
     has_docs: bool = False
+    has_search: bool = False
+    download: str = ""
 
     def _page(self, name: str, title: str, description: str, kind: str, **more: Any) -> Page:
         url = self.site.url
@@ -72,26 +85,25 @@ class Writer:
         report = self.site.report.replace("{title}", quote(title)).replace("{page}", quote(name))
         return Page(name, title, description, kind, canonical, report, **more)
 
-    def _fill(self, template: str, page: Page, **values: Any) -> str:
+    def _fill(self, template: str, page: Page, **values: Any) -> Inside:
         given = values | {
             "site": self.site,
             "page": page,
-            "policy": POLICY,
             "ladder": self._ladder(page.name),
             "has_slides": any(chapter.slides for chapter in self.chapters),
             "has_docs": self.has_docs,
+            "has_search": self.has_search,
+            "download": self.download,
         }
-        render = partial(self.templates.get_template(template).render, given, assets=self.assets)
-        assets, wheel = self.assets, self.templates.globals["wheel"]
-        # Of all that assets are, only these show below the head.
-        shown = bool(assets.search_data), assets.download and (assets.download.name, assets.download.size)
-        made_of = template, given, wheel, shown
-        way = page.name, bool(assets.css), assets.download is None  # a build fills each page in several ways
+        made_of = template, given, self.templates.globals["wheel"]
+        fill = partial(self.templates.get_template(template).render, given)
+        return Inside(page, Markup(self.kept.answer(("inside", page.name), made_of, fill)))
 
-        def whole() -> str:
-            return render(inside=self.kept.answer(("inside", *way), made_of, lambda: _inside(render(inside=""))))
-
-        return self.kept.answer(("page", *way), (made_of, replace(assets, files={})), whole)
+    def framed(self, inside: Inside, assets: Assets) -> str:
+        """The whole page with the files that it loads."""
+        frame = self.templates.get_template("frame.html")
+        html = hosted(inside.html, assets.download.size if assets.download else "")
+        return frame.render(site=self.site, page=inside.page, policy=POLICY, assets=assets, inside=html)
 
     def _ladder(self, current: str) -> list[dict[str, Any]]:
         """Every rung in order: those published as links, the rest as text; chapters without a rung stand at the end."""
@@ -111,7 +123,7 @@ class Writer:
 
     def chapter(
         self, chapter: Chapter, body: Body, references: Mapping[str, Reference], terms: Mapping[str, Term]
-    ) -> str:
+    ) -> Inside:
         """A chapter's page."""
         i = self.chapters.index(chapter)
         page = self._page(
@@ -135,11 +147,13 @@ class Writer:
 
     def deck(
         self, deck: Deck, decks: Sequence[Deck], references: Mapping[str, Reference], terms: Mapping[str, Term]
-    ) -> str:
+    ) -> Inside:
         """The slides of a chapter. decks: all of them, in reading order."""
         chapter, i = deck.chapter, decks.index(deck)
         says = f"{chapter.title}, as {deck.count} slides with the chapter's live figures."
-        page = self._page(chapter.deck, f"{chapter.title}: slides", says, "deck-page")
+        page = self._page(
+            chapter.deck, f"{chapter.title}: slides", says, "deck-page", mathematics=bool(deck.mathematics)
+        )
         of = {each.chapter.page: each.chapter.deck for each in decks}
         rungs = [{**rung, "page": of.get(rung["page"], "")} for rung in self._ladder(chapter.page)]
         return self._fill(
@@ -153,34 +167,35 @@ class Writer:
             words=[terms[key] for key in deck.found.terms],
         )
 
-    def slides(self, decks: Sequence[Deck]) -> str:
+    def slides(self, decks: Sequence[Deck]) -> Inside:
         """All decks, each with its question and a still."""
         says = f"{self.site.title} as slides: a deck for each chapter, with its live figures."
         return self._fill("slides.html", self._page("slides.html", "Slides", says, "slides-page"), decks=decks)
 
-    def doc(self, doc: Chapter, body: Body, references: Mapping[str, Reference], terms: Mapping[str, Term]) -> str:
+    def doc(self, doc: Chapter, body: Body, references: Mapping[str, Reference], terms: Mapping[str, Term]) -> Inside:
         """A page of the docs; the style guide's template adds the colours as the style sheet has them, and the type."""
         page = self._page(doc.page, doc.title, doc.summary or self.site.description, "docs-page", hidden=doc.hidden)
-        page = replace(page, canonical="" if doc.hidden else page.canonical)
-        filled = {**_written(doc, body, references, terms), "mathematics": "<math" in body.html}
+        canonical = "" if doc.hidden else page.canonical
+        page = replace(page, canonical=canonical, mathematics="<math" in body.html)
+        filled = _written(doc, body, references, terms)
         if doc.name != STYLE_GUIDE:
             return self._fill("docs.html", page, **filled)
         own = [(2, name.lower(), Markup(name)) for name in ("Colours", "Type")]
         filled["contents"] = _tree([*body.contents, *own])
         return self._fill("style.html", page, swatches=swatches.swatches(), **filled)
 
-    def glossary(self, terms: Mapping[str, Term]) -> str:
+    def glossary(self, terms: Mapping[str, Term]) -> Inside:
         """Every term, with the chapter that explains it."""
         page = self._page("glossary.html", "Glossary", f"The words that {self.site.title} uses.", "glossary-page")
         return self._fill("glossary.html", page, terms=list(terms.values()))
 
-    def reference(self) -> str:
+    def reference(self) -> Inside:
         """The solvers package: its functions, types and methods, from their docstrings."""
         says = "What is in solvers, the numpy package behind the figures: functions, types, methods and their options."
         page = self._page("reference.html", "solvers: reference", says, "reference-page")
         return self._fill("reference.html", page, groups=api_reference.groups(), methods=api_reference.methods())
 
-    def references(self, references: Mapping[str, Reference], cited: Mapping[str, Sequence[Chapter]]) -> str:
+    def references(self, references: Mapping[str, Reference], cited: Mapping[str, Sequence[Chapter]]) -> Inside:
         """The bibliography, each work with the chapters that cite it."""
         entries = [{"reference": r, "chapters": cited.get(r.key, [])} for r in references.values()]
         page = self._page("references.html", "References", f"Works cited in {self.site.title}.", "references-page")
@@ -192,7 +207,7 @@ class Writer:
         tests: Mapping[str, Test],
         results: Mapping[str, Result],
         sources: Mapping[str, Markup],
-    ) -> str:
+    ) -> Inside:
         """Every claim with its test, that test's source as code, and what it last said."""
         claimed: dict[str, list[dict[str, Any]]] = {}
         for chapter, body in bodies:
@@ -217,21 +232,21 @@ class Writer:
         )
         return self._fill("checks.html", page, checks=checks)
 
-    def about(self, made: Made) -> str:
+    def about(self, made: Made) -> Inside:
         """What the site is, and what this build of it was made of."""
         site = self.site
         page = self._page("about.html", "About this site", f"How {site.title} is made, kept and cited.", "about-page")
         cited = bibtex(site.title, site.author, site.year, site.url)
         return self._fill("about.html", page, made=made, bibtex=cited)
 
-    def licences(self, licences: Sequence[Licence]) -> str:
+    def licences(self, licences: Sequence[Licence]) -> Inside:
         """The licences of what the site serves."""
         page = self._page("licences.html", "Licences", f"Licences of what {self.site.title} serves.", "licences-page")
         return self._fill("licences.html", page, licences=licences)
 
-    def lost(self) -> str:
+    def lost(self, assets: Assets) -> str:
         """What hosts answer for an address that is none."""
-        return lost(self.templates, self.site, self.assets.css)
+        return lost(self.templates, self.site, assets.css)
 
     def redirect(self, chapter: Chapter) -> str:
         """The page under a chapter's old name."""
@@ -246,9 +261,9 @@ class Writer:
         return head + "".join(entries) + "</urlset>\n"
 
 
-def _inside(html: str) -> Markup:
-    """What stands between a page's <body …>, whose line it ends, and its </body>."""
-    return Markup(html[html.index(">\n", html.index("<body ")) + 2 : html.rindex("</body>")])
+def hosted(html: str, size: str) -> Markup:
+    """An inside as a host serves it, with the zip's size, known when all that lies in it is; without, as on a disk."""
+    return Markup(HOSTED.sub(lambda match: match[1].replace("<!--size-->", size) if size else "", html))
 
 
 def _written(

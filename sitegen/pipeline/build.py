@@ -56,7 +56,7 @@ from sitegen.pages.decks import Deck
 from sitegen.pages.lost import inline
 from sitegen.pages.notebooks import Shown, notebooks
 from sitegen.pages.views import environment
-from sitegen.pages.writer import Writer
+from sitegen.pages.writer import Inside, Writer
 from sitegen.pipeline.output import clear, publish
 from sitegen.pipeline.presets import try_presets
 from sitegen.pipeline.tapes import record_tapes
@@ -269,11 +269,15 @@ def _files(
 ) -> dict[str, bytes]:
     """Every file of the site by name, without the runtime and what is packed."""
     scripts = {tape.name: tape.script for tape in tapes.values()}
-    # What the pages say decides which letters the fonts have and what is searched, and the pages name both: so, twice.
-    unstyled = _html(content, templates, Assets(search_data="search.js" if parts.search is not None else ""))
+    # What the pages say decides which letters the fonts have and what is searched, and their frames name both.
+    zipped = folder_name(content.site.title) + ".zip" if pack else ""
+    writer = Writer(
+        templates, content.site, content.chapters, content.kept, bool(content.docs), parts.search is not None, zipped
+    )
+    insides = _insides(content, writer)
     fontset = None
     if parts.cut_fonts is not None:
-        letters = characters(unstyled, scripts, cache, content.kept)
+        letters = characters({name: one.html for name, one in insides.items()}, scripts, cache, content.kept)
         cut = partial(parts.cut_fonts, *letters, url="fonts/", cache=cache, progress=progress)
         fontset = content.kept.answer("fonts", letters, cut)
     if fontset and fontset.missing:
@@ -298,7 +302,7 @@ def _files(
         library = content.kept.answer("search", (), partial(parts.search, cache))
         assets.search_library = assets.add("minisearch.js", library)
         hidden = {doc.page for doc, _ in content.docs if doc.hidden}
-        seen = {name: page for name, page in unstyled.items() if name not in hidden}
+        seen = {name: str(one.html) for name, one in insides.items() if name not in hidden}
         assets.search_data = assets.add("search.js", search_index.search_data(seen, cache, content.kept))
     found = [*(body for _, body in [*content.bodies, *content.docs]), *(each.found for each in content.decks)]
     images = {image.name: image.data for body in found for image in body.images}
@@ -307,9 +311,11 @@ def _files(
         made = webmanifest.web_manifest(site.title, site.description, site.language, assets.ground[0], assets.pictures)
         assets.manifest = assets.add("site.webmanifest", made)
     rest = {**scripts, **images, **assets.files}
-    assets.download = _download(content, templates, assets, rest, started, cache) if pack else None
-    files = {**_pages_of(content, templates, assets), **rest}
-    writer = Writer(templates, content.site, content.chapters, assets, content.kept, bool(content.docs))
+    pages = partial(_pages, content, writer, insides)
+    if pack:
+        alone = _unpacked(content, templates, {**pages(assets.from_disk()), **rest}, started)
+        assets.download = Download(zipped, archive(zipped.removesuffix(".zip"), alone, cache))
+    files = {**pages(assets), **rest}
     if content.site.url:
         own = [fixed.page for fixed in FIXED_PAGES if fixed.public]
         own += [doc.page for doc, _ in content.docs if not doc.hidden]
@@ -332,48 +338,42 @@ def _for_hosts(
     return {**({} if worker is None else {"sw.js": worker}), "_headers": sent.encode()}
 
 
-def _download(
-    content: _Content,
-    templates: Environment,
-    assets: Assets,
-    rest: Mapping[str, bytes],
-    started: RuntimeInfo | None,
-    cache: Path,
-) -> Download:
-    """The whole site in a zip, with Python, so that a small server brings the unpacked folder alive."""
-    files = {**_pages_of(content, templates, assets.from_disk()), **rest}
-    files = {name: data for name, data in files.items() if not name.endswith(MAP)}
-    files |= {**_for_hosts(content.root, templates, files, started), **content.notebooks}
-    if started:
-        files |= {f"runtime/{name}": data for name, data in started.contents.items()}
-    folder = folder_name(content.site.title)
-    return Download(f"{folder}.zip", archive(folder, files, cache))
+def _unpacked(
+    content: _Content, templates: Environment, files: Mapping[str, bytes], started: RuntimeInfo | None
+) -> dict[str, bytes]:
+    """The whole site as it lies on a disk, with Python, so that a small server brings the unpacked folder alive."""
+    mine = {name: data for name, data in files.items() if not name.endswith(MAP)}
+    mine |= {**_for_hosts(content.root, templates, mine, started), **content.notebooks}
+    return mine | ({f"runtime/{name}": data for name, data in started.contents.items()} if started else {})
 
 
-def _pages_of(content: _Content, templates: Environment, assets: Assets) -> dict[str, bytes]:
-    return {name: html.encode() for name, html in _html(content, templates, assets).items()}
-
-
-def _html(content: _Content, templates: Environment, assets: Assets) -> dict[str, str]:
-    """Every page by name."""
-    writer = Writer(templates, content.site, content.chapters, assets, content.kept, bool(content.docs))
+def _insides(content: _Content, writer: Writer) -> dict[str, Inside]:
+    """What stands in each page, by the page's name."""
     references, terms = content.references, content.known.terms
-    pages = {chapter.page: writer.chapter(chapter, body, references, terms) for chapter, body in content.bodies}
-    pages |= {doc.page: writer.doc(doc, body, references, terms) for doc, body in content.docs}
+    insides = [writer.chapter(chapter, body, references, terms) for chapter, body in content.bodies]
+    insides += [writer.doc(doc, body, references, terms) for doc, body in content.docs]
+    insides += [writer.deck(each, content.decks, references, terms) for each in content.decks]
+    if content.decks:
+        insides.append(writer.slides(content.decks))
+    bodies = [*content.bodies, *content.docs]
+    insides += [
+        writer.references(references, content.cited),
+        writer.glossary(terms),
+        writer.about(content.made),
+        writer.reference(),
+        writer.checks(bodies, content.known.tests, content.known.results, content.sources),
+        writer.licences(content.licences),
+    ]
+    return {inside.page.name: inside for inside in insides}
+
+
+def _pages(content: _Content, writer: Writer, insides: Mapping[str, Inside], assets: Assets) -> dict[str, bytes]:
+    """Every page by name: framed, and those that load nothing."""
+    pages = {name: writer.framed(inside, assets) for name, inside in insides.items()}
     written = [*content.chapters, *(doc for doc, _ in content.docs)]
     pages |= {f"{name}.html": writer.redirect(chapter) for chapter in written for name in _old_names(chapter)}
-    pages |= {each.chapter.deck: writer.deck(each, content.decks, references, terms) for each in content.decks}
-    if content.decks:
-        pages["slides.html"] = writer.slides(content.decks)
-    pages["references.html"] = writer.references(content.references, content.cited)
-    pages["glossary.html"] = writer.glossary(terms)
-    pages["about.html"] = writer.about(content.made)
-    pages["reference.html"] = writer.reference()
-    bodies = [*content.bodies, *content.docs]
-    pages["checks.html"] = writer.checks(bodies, content.known.tests, content.known.results, content.sources)
-    pages["licences.html"] = writer.licences(content.licences)
-    pages["404.html"] = writer.lost()
-    return pages
+    pages["404.html"] = writer.lost(assets)
+    return {name: html.encode() for name, html in pages.items()}
 
 
 def _old_names(chapter: Chapter) -> list[str]:
