@@ -21,7 +21,7 @@ length; here `ρ = 10 (1 − p)/p`, what that gives for cells of one unit.
 References
 ----------
 .. [1] M. Magnusson, "The three-dimensional normal-distributions transform", doctoral
-   thesis, Örebro University, 2009, sec. 6.2, eqs. 6.7 to 6.10.
+   thesis, Örebro University, 2009, ch. 6, eq. 6.8.
 """
 
 from __future__ import annotations

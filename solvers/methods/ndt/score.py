@@ -19,7 +19,7 @@ one.
 Sources: Biber & Straßer 2003, The normal distributions transform: a new approach to
 laser scan matching; Magnusson 2009, The three-dimensional normal-distributions
 transform, ch. 6. Its uniform part for outliers enters where a share of them is given:
-`s_k = −d₁ exp(−½ d₂ q_kᵀ P_k q_k)` (eq. 6.9; `ndt.mixture`). By default it is left out.
+`s_k = −d₁ exp(−½ d₂ q_kᵀ P_k q_k)` (`ndt.mixture`). By default it is left out.
 """
 
 from __future__ import annotations
