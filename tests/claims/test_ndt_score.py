@@ -111,10 +111,12 @@ def test_400_draws_show_a_small_bias():
     assert 0.1 < -mean / np.linalg.norm(off, axis=1).mean() < 0.33
 
 
-def test_more_noise_moves_the_summit_further():
+def test_more_noise_moves_the_summit_further(why):
     """σ = 0.1 u: three times as far in a typical draw as at 0.03 u, or more; the mean in x is now more than two
     standard errors from zero."""
     calm, noisy = offsets(0.03), offsets(0.1)
+    typical = [np.linalg.norm(off, axis=1).mean() for off in (noisy, calm)]
+    why("the noise", {"0.1 u": f"{typical[0]:.3f} u off on average", "0.03 u": f"{typical[1]:.3f} u off"})
     assert np.linalg.norm(noisy, axis=1).mean() > 3 * np.linalg.norm(calm, axis=1).mean()
     assert abs(noisy[:, 0].mean()) > 2 * noisy[:, 0].std(ddof=1) / 5
 
@@ -170,9 +172,10 @@ def test_outliers_spoil_the_way_before_the_summit():
     assert 0 < arrivals(1, SEEDS[:6], outliers=0.4) < 2 / 3 * arrivals(1, SEEDS[:6])
 
 
-def test_smaller_cells_are_not_more_precise_here():
+def test_smaller_cells_are_not_more_precise_here(why):
     """σ = 0.03 u, 25 draws: the climb from the truth ends farther from it on cells of 0.5 u than of 2 u, on average."""
     small, large = (np.linalg.norm(offsets(0.03, size=size), axis=1).mean() for size in (0.5, 2.0))
+    why("the cells", {"0.5 u": f"{small:.4f} u off on average", "2 u": f"{large:.4f} u off"})
     assert small > 1.1 * large
 
 
@@ -209,9 +212,12 @@ def test_a_hundred_borders_on_one_unit_of_travel():
         assert len(jumps(seed, 1)) > 100
 
 
-def test_four_grids_make_jumps_smaller_and_more_of_them():
+def test_four_grids_make_jumps_smaller_and_more_of_them(why):
     """Along a line through the truth, three draws: the largest jump is at most 0.6 of that with one grid, and there are
     more than one and a half times as many; none of the two is continuous."""
+    first = {grids: jumps(SEEDS[0], grids) for grids in (4, 1)}
+    said = {n: f"{len(found)} jumps, the largest {found.max():.4f} a point and grid" for n, found in first.items()}
+    why("the grids", {"four": said[4], "one": said[1]})
     for seed in SEEDS[:3]:
         one, four = jumps(seed, 1), jumps(seed, 4)
         assert 0 < four.max() < 0.6 * one.max()
