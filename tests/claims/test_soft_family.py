@@ -72,6 +72,52 @@ def test_lowering_q_is_enough():
     assert lowered > 100
 
 
+def bird_error(**options):
+    """Where rigid CPD's 40 steps from the figure's start end: degrees off, and its σ."""
+    scene = bird(clutter=options.pop("junk"))
+    options = {"sigma": 1.1, "volume": AREA, "max_steps": 40, **options}
+    run = register(scene.source, scene.target, "cpd-rigid", start=scene.start, **options)
+    return float(np.degrees(rre(run.pose, scene.truth))), float(run.detail("sigma"))
+
+
+def test_the_clutter_weight_saves_the_run(why):
+    """The bird with ten clutter points: with a weight of 0.1 the run ends within 1°, without one more than 80° off."""
+    off, near = bird_error(junk=10, clutter=0.0)[0], bird_error(junk=10, clutter=0.1)[0]
+    why("the clutter weight, with ten clutter points", {"none": f"{off:.1f}° off", "0.1": f"{near:.1f}° off"})
+    assert near < 1.0
+    assert off > 80.0
+
+
+def test_stray_points_hold_sigma_up(why):
+    """Without a clutter weight: with ten clutter points σ stays above 1 u and the run ends more than 80° off; without
+    them σ falls below 0.2 u and the run ends within 1°."""
+    (off, wide), (near, narrow) = (bird_error(junk=junk, clutter=0.0) for junk in (10, 0))
+    why(
+        "the clutter points, without a clutter weight",
+        {
+            "ten in each cloud": f"σ stays at {wide:.2f} u, {off:.1f}° off",
+            "none": f"σ falls to {narrow:.2f} u, {near:.1f}° off",
+        },
+    )
+    assert wide > 1.0
+    assert off > 80.0
+    assert narrow < 0.2
+    assert near < 1.0
+
+
+def test_a_wider_first_sigma_avoids_the_local_maximum(why):
+    """From a turn of 50°, with as many steps as it takes: a first σ of 1.1 u ends over 70° off, one of 1.5 u within
+    1°."""
+    scene, off = bird(), {}
+    for sigma in (1.1, 1.5):
+        options = {"sigma": sigma, "clutter": 0.1, "volume": AREA, "max_steps": 300}
+        pose = register(scene.source, scene.target, "cpd-rigid", start=bird_start(-50.0), **options).pose
+        off[sigma] = float(np.degrees(rre(pose, scene.truth)))
+    why("the first σ", {f"{sigma:g} u": f"{error:.1f}° off" for sigma, error in off.items()})
+    assert off[1.1] > 70.0
+    assert off[1.5] < 1.0
+
+
 def test_a_local_maximum_of_the_likelihood():
     """From a turn of 50° and a first σ of 1.1 u rigid CPD converges over 70° off, less likely than the end of a run
     from the truth."""
