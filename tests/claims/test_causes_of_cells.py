@@ -133,6 +133,19 @@ def test_the_scans_outliers_cost_more_arrivals_than_the_targets(why):
     assert 0.6 < counts["the target"] / counts["neither"] < 0.75
 
 
+def test_noise_alone_moves_the_summit_of_the_map(why):
+    """Cells of 1 u, 25 draws, climbs over translations from the truth: they end more than 0.003 u off with noise of
+    0.03 u, and stay to 0.0001 u without any."""
+    off = {}
+    for noise in (0.03, 0.0):
+        scenes = [ndt_room(seed=seed, noise=noise) for seed in SEEDS]
+        ends = [climb(build(s.target[None], 1.0), s.source, np.zeros(2)).places[-1] for s in scenes]
+        off[noise] = float(np.linalg.norm(ends, axis=1).mean())
+    why("the noise", {"0.03 u": f"{off[0.03]:.3f} u off on average", "none": f"{off[0.0]:.3f} u off"})
+    assert off[0.03] > 0.003
+    assert off[0.0] < 1e-4
+
+
 def test_the_bias_comes_from_where_the_cells_stand(why):
     """σ = 0.03 u, 400 draws: the mean offset in x is more than three standard errors from zero, with the grid as it
     lies and a quarter of a cell to the right, and less than two with it a quarter of a cell to the left."""

@@ -127,9 +127,9 @@ def test_a_smaller_first_sigma_lets_the_clutter_weight_help(why):
     right = {sigma: [part_missing(w, sigma)[0].sum() for w in WEIGHTS] for sigma in (None, 0.5, 0.7, 1.0)}
     counts = {sigma: f"{min(of)}" if min(of) == max(of) else f"{min(of)} to {max(of)}" for sigma, of in right.items()}
     why(
-        "the first σ",
+        "the first σ, with clutter weights from 0.02 to 0.99",
         {
-            f"{sigma:g} u" if sigma else "the default, over 3 u": f"{count} of 12 right at each weight from 0.02 to 0.99"
+            f"{sigma:g} u" if sigma else "the default, over 3 u": f"{count} of 12 right at each weight"
             for sigma, count in counts.items()
         },
     )

@@ -260,6 +260,27 @@ def test_who_may_be_claimed_more_than_once():
     assert set(sums["hypothesis"]) == {1}
 
 
+def test_rivals_keep_the_marginals_unlinked(why):
+    """The tip of the tail with the source 2.4 u away: the one-to-one marginals leave more than 60 % of it unlinked, and
+    less than 20 % where it is the only point of the source. Soft targets leave as much of it either way."""
+    scene, start = bird(), bird_start(0.0, 2.4)
+
+    def unlinked(method, source):
+        (one,) = contestants([method])
+        found = register(source, scene.target, method, start=start, max_steps=0, seed=40, **one.options)
+        return 1.0 - float(found.detail("support")[0])
+
+    rivals, alone = (unlinked("association-bp", source) for source in (scene.source, scene.source[:1]))
+    why(
+        "the other points of the source",
+        {"they are there": f"{100 * rivals:.0f} % of the tip unlinked", "there are none": f"{100 * alone:.0f} %"},
+    )
+    assert rivals > 0.6
+    assert alone < 0.2
+    soft = [unlinked("soft-annealed", source) for source in (scene.source, scene.source[:1])]
+    assert soft[0] == pytest.approx(soft[1], abs=1e-12)
+
+
 def test_mmd_looks_at_no_pair():
     """The residual is made of one phase for each moving point and wave; the target enters by its mean alone, taken
     once for a length scale. No pair of points is looked at."""

@@ -300,7 +300,7 @@ def test_from_near_robust_weights_halve_the_error(why):
         weight: np.median(runs("outliers", "icp", NEAR, weight=weight)[1])
         for weight in ("none", "huber", "tukey", "welsch")
     }
-    why("the weight, of point pairs", {w: f"{error:.2f}° off in the median" for w, error in off.items()})
+    why("the weight, of point pairs", {w.capitalize(): f"{error:.2f}° off in the median" for w, error in off.items()})
     for method in ("icp", "point-to-plane", "gicp"):
         plain = np.median(runs("outliers", method, NEAR)[1])
         for weight in ("huber", "tukey", "welsch"):

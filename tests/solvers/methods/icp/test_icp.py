@@ -290,13 +290,17 @@ def test_one_wall_leaves_the_slide_to_the_sampling(rng):
     assert result.pose.t[0] == pytest.approx(1.0, abs=0.11)
 
 
-def test_a_circle_leaves_the_turn_to_the_start(rng):
+def test_a_circle_leaves_the_turn_to_the_start(why):
     """On a circle every rotation fits: the centre is found, the turn comes from the start alone."""
     angle = np.linspace(-np.pi, np.pi, 721)[:-1]
     ring = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     turns = [0.3, 1.4]
-    for turn in turns:
-        result = register(ring[::4], ring, start=Pose.from_angle(turn, (0.2, 0.1)))
+    results = [register(ring[::4], ring, start=Pose.from_angle(turn, (0.2, 0.1))) for turn in turns]
+    why(
+        "the turn of the start",
+        {f"{turn} rad": f"ends at {float(r.pose.angle):.2f} rad" for turn, r in zip(turns, results, strict=True)},
+    )
+    for turn, result in zip(turns, results, strict=True):
         assert result.status is Status.CONVERGED
         assert np.linalg.norm(result.pose.t) < 2e-2
         assert abs(float(result.pose.angle) - turn) < 0.2
