@@ -1,5 +1,6 @@
 """The checkable claims of the chapter 'The race', against the solvers' own benchmark."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -51,11 +52,11 @@ def test_no_contestant_is_best_on_every_seed():
 
 
 def test_a_median_can_tell_of_one_heap_only():
-    """Point to plane has a median of 2°: fourteen seeds end below 4°, the other eleven beyond 40°, none between."""
+    """Point to plane has a median of 1.4°: seventeen seeds end below 4°, the other eight beyond 29°, none between."""
     found = lines(("point-to-plane",))["point-to-plane"]
-    assert (found.rre < 4.0).sum() == 14
-    assert (found.rre > 40.0).sum() == 11
-    assert 1.9 < found.median_rre < 2.1
+    assert (found.rre < 4.0).sum() == 17
+    assert (found.rre > 29.0).sum() == 8
+    assert 1.3 < found.median_rre < 1.5
 
 
 def test_two_thresholds_order_the_field_differently():
@@ -66,14 +67,14 @@ def test_two_thresholds_order_the_field_differently():
 
 
 def test_from_the_truth_nearly_all_stay(why):
-    """Started at the true pose in the same noisy room with junk, all end within 5°, and all but one method within 0.2 u
-    on every seed: 223 of 225 runs in place of 139 from 45° and 1.43 u."""
+    """Started at the true pose in the same noisy room with junk, all end within 5°, and all but two methods within
+    0.2 u on every seed: 222 of 225 runs in place of 148 from 45° and 1.43 u."""
     found = lines(degrees=0.0, distance=0.0)
     far, near = (sum(x.close for x in of.values()) for of in (lines(), found))
     why("the start", {"45° and 1.43 u": f"{far} of 225 runs are right", "the truth": f"{near} of 225"})
-    assert (far, near) == (139, 223)
+    assert (far, near) == (148, 222)
     assert all(x.turned == 25 for x in found.values())
-    assert {name for name, x in found.items() if x.close < 25} == {"mmd"}
+    assert {name for name, x in found.items() if x.close < 25} == {"gicp", "mmd"}
 
 
 def test_mmd_reaches_the_same_optimum_from_far():
@@ -121,12 +122,11 @@ def test_density_costs_association_bp_its_reach(why):
 
 def test_less_overlap_moves_some_optima_away():
     """Started at the truth in the clean room with 60 % overlap, ICP with its wide gate leaves it on every seed and
-    MMD-Reg on most; six others stay within 5° and 0.2 u on all."""
+    MMD-Reg on most; the other seven stay within 5° and 0.2 u on all."""
     found = lines(setting="clean", overlap=0.6, degrees=0.0, distance=0.0)
     assert found["icp"].turned == 0
     assert found["mmd"].close < 13
-    stay = {"gicp", "ransac-congruent", "ndt", "soft-annealed", "association-bp", "hypothesis-mixture"}
-    assert {name for name, x in found.items() if x.close == 25} == stay
+    assert {name for name, x in found.items() if x.close == 25} == found.keys() - {"icp", "mmd"}
 
 
 def with_options(method, controls, **options):
@@ -188,16 +188,14 @@ def test_stripes_split_the_field_by_what_they_compare(why):
 
 
 def test_another_25_seeds_say_otherwise():
-    """On the usual seeds point to plane and GICP tie at 14; on one later set of 25 GICP leads by seven, on another they
-    tie again at 18."""
+    """On the usual seeds GICP leads point to plane by three; of the next two sets of 25, point to plane by one on the
+    first, GICP by seven on the second."""
     counts = []
     for part in (0, 1, 2):
         seeds = tuple(40 + 13 * (25 * part + k) for k in range(25))
         found = lines(("point-to-plane", "gicp"), seeds)
         counts.append((found["point-to-plane"].close, found["gicp"].close))
-    assert counts[0] == (14, 14)
-    assert counts[1] == (18, 18)
-    assert counts[2][1] - counts[2][0] == 7
+    assert [gicp - plane for plane, gicp in counts] == [3, -1, 7]
 
 
 def test_steps_do_not_tell_work():
@@ -208,3 +206,15 @@ def test_steps_do_not_tell_work():
     assert icp.pairing.rows.shape == (b, m)
     assert mixture.assignments.shape == (b, 12, m)
     assert all(len(np.unique(mixture.assignments[i], axis=0)) > 1 for i in range(b))
+
+
+def test_eight_neighbours_place_most():
+    """Point to plane and GICP with normals from 4, 6, 8 and 12 neighbours, in the six settings from 45° and 1.43 u, 25
+    seeds each: eight place most of the 300 runs within 5° and 0.2 u, the others at least ten fewer."""
+    placed, both = {}, contestants(("point-to-plane", "gicp"))
+    for k in (4, 6, 8, 12):
+        field = [replace(one, options={**one.options, "neighbours": k}) for one in both]
+        runs = [benchmark(Controls(setting=setting), contestants=field) for setting in ROOM_SETTINGS]
+        placed[k] = sum(line.close for of in runs for line in of)
+    eight = placed.pop(8)
+    assert eight >= 10 + max(placed.values()), (eight, placed)

@@ -189,24 +189,24 @@ def test_a_hasty_proposal_is_not_repaired():
 
 
 def test_a_third_of_what_converges_is_wrong():
-    """At the race's usual settings 195 to 200 of 225 runs say that they have converged (a run that needs the last step
-    allowed does so on one processor and not on another), and a third of these are wrong."""
+    """At the race's usual settings 196 to 204 of 225 runs say that they have converged (a run that needs the last step
+    allowed does so on one processor and not on another), and nearly a third of these are wrong."""
     good, _, converged = race(45.0)
-    assert 195 <= converged.sum() <= 200
-    assert 0.32 < (converged & ~good).sum() / converged.sum() < 0.37
+    assert 196 <= converged.sum() <= 204
+    assert 0.30 < (converged & ~good).sum() / converged.sum() < 0.33
 
 
 def test_from_half_a_turn_most_of_what_converges_is_wrong():
-    """From 180°, 195 of 225 runs say that they have converged; only RANSAC's 25 are right."""
+    """From 180°, 198 of 225 runs say that they have converged; only RANSAC's 25 are right."""
     good, _, converged = race(180.0)
-    assert converged.sum() == 195
+    assert converged.sum() == 198
     assert (converged & good).sum() == good.sum() == 25
 
 
 def test_overlap_tells_most_wrong_fits():
-    """Asking for three quarters of the source within 0.3 u accepts every right run of the race and 1 wrong of 86; from
+    """Asking for three quarters of the source within 0.3 u accepts every right run of the race and 2 wrong of 77; from
     180° no wrong one of 200."""
-    for degrees, wrong, accepted in ((45.0, 86, 1), (180.0, 200, 0)):
+    for degrees, wrong, accepted in ((45.0, 77, 2), (180.0, 200, 0)):
         good, explained, _ = race(degrees)
         assert (~good).sum() == wrong
         assert (good & ~explained).sum() == 0
