@@ -26,17 +26,22 @@ const PATIENCE = 3000; // ms for an answer from the network where there is a kep
 const IMMUTABLE = __IMMUTABLE__;
 const ANY = { ignoreVary: true };
 
+/** @param {Listed[]} files */
 const bytes = (files) => files.reduce((sum, [, size]) => sum + size, 0);
 
+/** @param {string} file */
 const immutable = (file) => IMMUTABLE.some((folder) => file.startsWith(folder));
+/** @param {string} file */
 const addressOf = (file) => new URL(file, scope).href;
 const INTEGRITY = new Map(FILES.map(([file, , integrity]) => [addressOf(file), integrity]));
 
+/** @param {Response} response */
 async function integrityOf(response) {
   const hash = await crypto.subtle.digest("SHA-256", await response.arrayBuffer());
   return `sha256-${btoa(String.fromCharCode(...new Uint8Array(hash)))}`;
 }
 
+/** @param {string} url */
 async function drop(url) {
   for (const name of await caches.keys()) {
     if (name.startsWith(OURS)) await (await caches.open(name)).delete(url, ANY);
@@ -53,7 +58,9 @@ async function kept(url, { cacheName, integrity } = {}) {
   const find = () => caches.match(url, { ...ANY, cacheName });
   try {
     const found = await find();
-    if (!found || !integrity || integrity === (await integrityOf(await find()))) return found;
+    if (!found || !integrity) return found;
+    const copy = await find();
+    if (copy && integrity === (await integrityOf(copy))) return found;
     await drop(url);
   } catch {
     // as if it were not there
@@ -61,11 +68,19 @@ async function kept(url, { cacheName, integrity } = {}) {
   return undefined;
 }
 
-/** A response that may answer a navigation: one that was reached through a redirect may not. */
+/**
+ * A response that may answer a navigation: one that was reached through a redirect may not.
+ * @param {Response} response
+ */
 const plain = (response) =>
   response.redirected ? new Response(response.body, { status: response.status, headers: response.headers }) : response;
 
-/** From the network, the very bytes that were built; past the browser's cache where that holds others. */
+/**
+ * From the network, the very bytes that were built; past the browser's cache where that holds others.
+ * @param {string} url
+ * @param {string} integrity
+ * @param {RequestCache} cache
+ */
 async function load(url, integrity, cache) {
   const response = await fetch(url, { integrity, cache, priority: "low" }).catch((error) => {
     if (cache !== "default") throw error;
@@ -75,11 +90,16 @@ async function load(url, integrity, cache) {
   return plain(response);
 }
 
+/** @param {string} name @param {Listed[]} files */
 async function whole(name, files) {
   return (await caches.has(name)) && (await (await caches.open(name)).keys()).length === files.length;
 }
 
-/** Puts what is missing into a cache, from an older one where names tell the content; or leaves no new cache. */
+/**
+ * Puts what is missing into a cache, from an older one where names tell the content; or leaves no new cache.
+ * @param {string} name
+ * @param {Listed[]} files
+ */
 async function keep(name, files) {
   if (await whole(name, files)) return;
   const begun = await caches.has(name);
@@ -119,7 +139,10 @@ async function activate() {
   await worker.clients.claim();
 }
 
-/** This version's page for an address: folders and names without .html are what hosts make of pages. */
+/**
+ * This version's page for an address: folders and names without .html are what hosts make of pages.
+ * @param {string} url
+ */
 async function ownPage(url) {
   const { origin, pathname } = new URL(url);
   for (const path of [pathname, `${pathname}index.html`, `${pathname}.html`]) {
@@ -129,7 +152,10 @@ async function ownPage(url) {
   return undefined;
 }
 
-/** The network's answer, or what is kept where that is late, absent or a failure of the server. */
+/**
+ * The network's answer, or what is kept where that is late, absent or a failure of the server.
+ * @param {Request} request
+ */
 async function newest(request) {
   const own = await ownPage(request.url);
   if (!own) return fetch(request);
@@ -140,7 +166,10 @@ async function newest(request) {
   return Promise.race([fresh, new Promise((resolve) => void setTimeout(resolve, PATIENCE, own))]);
 }
 
-/** A file that is named by its content; `reload` is asked for where what came before was wrong. */
+/**
+ * A file that is named by its content; `reload` is asked for where what came before was wrong.
+ * @param {Request} request
+ */
 async function fixed(request) {
   if (request.cache === "reload") await drop(request.url);
   return (await kept(request.url, { integrity: INTEGRITY.get(request.url) })) ?? fetch(request);

@@ -19,21 +19,30 @@ const network = self.fetch.bind(self); // what start() puts in its place is for 
 const PROGRESS_EVERY = 100; // ms
 const WASM = "application/wasm";
 
-let python = null; // Pyodide, once it is up
+/** @type {Pyodide | null} */
+let python = null; // once it is up
+/** @type {Answers | null} */
 let answers = null; // frame, job, give and forget of the one widgets.engine.host.Host, the Python objects that are held
 let failed = false;
 
+/** @param {object} message */
 const post = (message) => self.postMessage(message);
 
+/** @param {string} message @param {any} error */
 function fail(message, error) {
   if (failed) return; // the first failure names the cause; what follows from it does not help
   failed = true;
   post({ type: "failed", message, detail: String(error?.stack ?? error ?? "") });
 }
 
-// Promises that other code waits for as well must not count as unhandled when they fail here first.
+/**
+ * Promises that other code waits for as well must not count as unhandled when they fail here first.
+ * @template T
+ * @param {Promise<T>} promise
+ */
 const shared = (promise) => (promise.catch(() => {}), promise);
 
+/** @param {RuntimeFile[]} files @returns {Count} */
 function progressTeller(files) {
   const total = files.reduce((sum, file) => sum + file.size, 0);
   let loaded = 0;
@@ -47,12 +56,15 @@ function progressTeller(files) {
   };
 }
 
+/** @param {RuntimeFile} file @returns {(error: any) => never} */
 const lost = (file) => (error) => {
   throw new Error(`${file.name} could not be loaded: ${error.message}`);
 };
 
-const integrity = ({ sha256 }) => `sha256-${btoa(String.fromCharCode(...sha256.match(/../g).map((byte) => parseInt(byte, 16))))}`;
+/** @param {RuntimeFile} file */
+const integrity = ({ sha256 }) => `sha256-${btoa(String.fromCharCode(...(sha256.match(/../g) ?? []).map((byte) => parseInt(byte, 16))))}`;
 
+/** @param {string} url @param {RuntimeFile} file @param {RequestCache} cache */
 async function open(url, file, cache) {
   const held = self.crypto?.subtle ? {} : { integrity: integrity(file) }; // which a browser does without telling how far it is
   const response = await network(url, { cache, ...held }).catch(lost(file));
@@ -60,6 +72,7 @@ async function open(url, file, cache) {
   return response;
 }
 
+/** @param {Response} response @param {Count} count */
 function counted(response, count) {
   const counter = new TransformStream({
     transform(chunk, controller) {
@@ -67,18 +80,24 @@ function counted(response, count) {
       controller.enqueue(chunk);
     },
   });
-  return response.body.pipeThrough(counter);
+  return /** @type {ReadableStream} */ (response.body).pipeThrough(counter);
 }
 
+/** @param {ArrayBuffer} buffer */
 const hex = (buffer) => Array.from(new Uint8Array(buffer), (byte) => byte.toString(16).padStart(2, "0")).join("");
 
-// Holds bytes to the file's pin; where a page has no crypto.subtle, the browser has held them to it as they came.
+/**
+ * Holds bytes to the file's pin; where a page has no crypto.subtle, the browser has held them to it as they came.
+ * @param {ArrayBuffer} bytes
+ * @param {RuntimeFile} file
+ */
 async function hold(bytes, file) {
   if (self.crypto?.subtle && hex(await crypto.subtle.digest("SHA-256", bytes)) !== file.sha256) {
     throw new Error(`${file.name} is not the file that was built: its checksum differs`);
   }
 }
 
+/** @param {string} url @param {RuntimeFile} file @param {Count} count @param {RequestCache} cache */
 async function checked(url, file, count, cache) {
   const response = await open(url, file, cache);
   const type = response.headers.get("content-type");
@@ -90,10 +109,20 @@ async function checked(url, file, count, cache) {
   return bytes;
 }
 
-// The file's bytes, as they were built. A wrong answer may have stayed in the browser's cache: then once more past it.
+/**
+ * The file's bytes, as they were built. A wrong answer may have stayed in the browser's cache: then once more past it.
+ * @param {string} url
+ * @param {RuntimeFile} file
+ * @param {Count} count
+ */
 const sound = (url, file, count) => checked(url, file, count, "default").catch(() => checked(url, file, count, "reload"));
 
-// A .pack is a gzipped zip of stored members: it travels compressed from any host, and the browser inflates it.
+/**
+ * A .pack is a gzipped zip of stored members: it travels compressed from any host, and the browser inflates it.
+ * @param {string} url
+ * @param {RuntimeFile} file
+ * @param {Count} count
+ */
 async function bytesOf(url, file, count) {
   const packed = await sound(url, file, count);
   if (!file.name.endsWith(".pack")) return new Uint8Array(packed);
@@ -102,16 +131,21 @@ async function bytesOf(url, file, count) {
     const inflated = /** @type {ReadableStream} */ (body).pipeThrough(new DecompressionStream("gzip"));
     return new Uint8Array(await new Response(inflated).arrayBuffer());
   } catch (error) {
-    throw new Error(`${file.name} is damaged: ${error.message}`);
+    throw new Error(`${file.name} is damaged: ${/** @type {Error} */ (error).message}`);
   }
 }
 
-// The members of a zip whose members are stored, as views into it.
+/**
+ * The members of a zip whose members are stored, as views into it.
+ * @param {Uint8Array<ArrayBuffer>} zip
+ * @returns {[name: string, bytes: Uint8Array<ArrayBuffer>][]}
+ */
 function members(zip) {
   const view = new DataView(zip.buffer, zip.byteOffset, zip.byteLength);
   const text = new TextDecoder();
   const end = zip.byteLength - 22;
   if (view.getUint32(end, true) !== 0x06054b50) throw new Error("not a zip as the build writes it");
+  /** @type {[string, Uint8Array<ArrayBuffer>][]} */
   const found = [];
   for (let at = view.getUint32(end + 16, true), left = view.getUint16(end + 10, true); left > 0; left--) {
     const size = view.getUint32(at + 24, true);
@@ -124,6 +158,7 @@ function members(zip) {
   return found;
 }
 
+/** @param {FileSystem} FS @param {string} folder @param {Uint8Array<ArrayBuffer>} zip */
 function install(FS, folder, zip) {
   const made = new Set();
   for (const [name, bytes] of members(zip)) {
@@ -137,19 +172,20 @@ function install(FS, folder, zip) {
   }
 }
 
+/** @param {Start} asked */
 async function start({ runtime, files, again = false, known = false, modules = ["solvers", "widgets.engine.host"] }) {
   const began = performance.now();
   post({ type: "stage", stage: "download" });
   const count = progressTeller(files);
-  const pick = (ending) => {
+  const pick = (/** @type {string} */ ending) => {
     const file = files.find(({ name }) => name.endsWith(ending));
     if (!file) throw new Error(`the page names no ${ending} among the runtime's files`);
     return file;
   };
-  const address = (file) => new URL(file.name, runtime).href;
-  const load = (file) => shared(bytesOf(address(file), file, count));
-  const alike = (file) => sound(address(file), file, () => {});
-  const script = async (file) => {
+  const address = (/** @type {RuntimeFile} */ file) => new URL(file.name, runtime).href;
+  const load = (/** @type {RuntimeFile} */ file) => shared(bytesOf(address(file), file, count));
+  const alike = (/** @type {RuntimeFile} */ file) => sound(address(file), file, () => {});
+  const script = async (/** @type {RuntimeFile} */ file) => {
     await sound(address(file), file, count); // and import() takes what the browser keeps of that
     return import(address(file)).catch(lost(file));
   };
@@ -160,6 +196,7 @@ async function start({ runtime, files, again = false, known = false, modules = [
 
   // Everything at once.
   // The engine compiles while the rest still loads; instantiation, later, finds the module ready.
+  /** @type {Promise<void> | undefined} */
   let intact; // told once all is up: a compiler may take what is not as it was built
   const compileCore = async () => {
     if (again) return WebAssembly.compile(await sound(address(wasm), wasm, count));
@@ -212,9 +249,9 @@ async function start({ runtime, files, again = false, known = false, modules = [
       stdLibURL: address(stdlibFile),
       lockFileContents: lock,
       packageBaseUrl: runtime,
-      stdout: (line) => console.log(line),
-      stderr: (line) => console.warn(line),
-      fsInit: async (FS, { sitePackages }) => {
+      stdout: (/** @type {string} */ line) => console.log(line),
+      stderr: (/** @type {string} */ line) => console.warn(line),
+      fsInit: async (/** @type {FileSystem} */ FS, /** @type {{ sitePackages: string }} */ { sitePackages }) => {
         for (const archive of archives) install(FS, sitePackages, await archive);
         post({ type: "stage", stage: "python" });
       },
@@ -223,17 +260,17 @@ async function start({ runtime, files, again = false, known = false, modules = [
   // A download that fails must be told as such, not as what Python makes of its absence.
   const up = shared(begin());
   await downloads;
-  python = await up;
+  const pyodide = (python = /** @type {Pyodide} */ (await up));
   self.fetch = network;
   WebAssembly.instantiateStreaming = instantiateStreaming;
 
   post({ type: "stage", stage: "numpy" });
-  python.runPython("import numpy.random, numpy.linalg");
+  pyodide.runPython("import numpy.random, numpy.linalg");
   post({ type: "stage", stage: "widgets" });
-  for (const name of modules) python.pyimport(name).destroy();
+  for (const name of modules) pyodide.pyimport(name).destroy();
   if (modules.includes("widgets.engine.host")) {
-    const host = python.runPython("import widgets.engine.host; widgets.engine.host.Host()");
-    const taking = python.runPython("lambda give: lambda request, data: give(request, data.to_bytes())");
+    const host = pyodide.runPython("import widgets.engine.host; widgets.engine.host.Host()");
+    const taking = pyodide.runPython("lambda give: lambda request, data: give(request, data.to_bytes())");
     answers = { frame: host.frame, job: host.job, give: taking(host.give), forget: host.forget };
   }
   await Promise.allSettled(compiled);
@@ -243,13 +280,15 @@ async function start({ runtime, files, again = false, known = false, modules = [
 
 const NAMES = { frame: "frame", job: "slice", give: "told" };
 
+/** @param {Question} question */
 function answer({ type, id, request, data }) {
   const began = performance.now();
   try {
-    const text = data ? answers[type](request, data) : answers[type](request);
+    const ask = /** @type {Answers} */ (answers)[type];
+    const text = data ? ask(request, data) : ask(request);
     post({ type, id, [NAMES[type]]: text, python_ms: performance.now() - began });
   } catch (error) {
-    const trace = String(error?.message ?? error).trim();
+    const trace = String(/** @type {any} */ (error)?.message ?? error).trim();
     post({ type: "error", id, message: trace.slice(trace.lastIndexOf("\n") + 1), trace });
   }
 }
