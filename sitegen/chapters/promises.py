@@ -22,7 +22,7 @@ EXPECTED = re.compile(
     r"(?P<name>\w+)\s+(?:(?P<than>[<>])\s*(?P<number>-?\d+(?:\.\d+)?)|is\s+(?P<words>.+)|(?P<goes>falls|rises|stays))"
 )
 WRITTEN = "an expectation is NAME < 1.5, NAME > 1.5, NAME is WORDS, NAME falls, NAME rises or NAME stays"
-NUMBER = re.compile(r"−?\d[\d,]*(?:\.\d+)?")
+NUMBER = re.compile(r"−?\d[\d,\u202f]*(?:\.\d+)?")
 Readouts = Callable[[Figure, Plain], Mapping[str, str]]
 
 
@@ -114,4 +114,4 @@ def _holds(one: Expectation, before: str, now: str) -> bool:
 def _number(text: str) -> float | None:
     """The number that a readout begins with."""
     match = NUMBER.match(text)
-    return float(match[0].replace(",", "").replace("−", "-")) if match else None
+    return float(re.sub("[,\u202f]", "", match[0]).replace("−", "-")) if match else None
