@@ -7,13 +7,13 @@ rises or stays does so against the figure as it opens.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 from sitegen.chapters.placing import changed, presses
 from sitegen.figures.model import Figure
 from sitegen.figures.wire import Plain
-from sitegen.markup.directives import Attribute, Directive
+from sitegen.markup.directives import Attribute, Directive, DirectiveError, read
 from sitegen.problems import Place, Problems, hint
 from widgets.engine.contract import MAX_LOG, parsed
 
@@ -22,6 +22,10 @@ EXPECTED = re.compile(
     r"(?P<name>\w+)\s+(?:(?P<than>[<>])\s*(?P<number>-?\d+(?:\.\d+)?)|is\s+(?P<words>.+)|(?P<goes>falls|rises|stays))"
 )
 WRITTEN = "an expectation is NAME < 1.5, NAME > 1.5, NAME is WORDS, NAME falls, NAME rises or NAME stays"
+PROMISING = re.compile(
+    r"\b(?:arrives?|breaks?|fails?|falls?|fallen|jumps?|loses?|recovers?|refused|refuses?|rises?)\b", re.IGNORECASE
+)
+HELD = ("promise", "claim", "readout")  # what the build or a test answers for
 NUMBER = re.compile(r"−?\d[\d,\u202f]*(?:\.\d+)?")
 Readouts = Callable[[Figure, Plain], Mapping[str, str]]
 
@@ -83,6 +87,28 @@ def _expected(
             found.append(Expectation(match[0], place, name, than or "", float(number or 0), words or "", goes or ""))
         start += len(part) + 1
     return tuple(found)
+
+
+def unheld(directive: Directive) -> Iterator[tuple[str, int]]:
+    """The promising words of a text, with their offsets, that stand in nothing that is held to."""
+    text, i = directive.text, 0
+    while (colon := text.find(":", i)) >= 0:
+        try:
+            inside = read(text, colon, len(text), ":")
+        except DirectiveError:  # which is told
+            inside = None
+        i = colon + 1
+        if inside is not None and inside.name in HELD:
+            i = inside.end
+            text = text[:colon] + " " * (i - colon) + text[i:]
+    for match in PROMISING.finditer(text):
+        yield match[0], directive.text_start + match.start()
+
+
+def tell_unheld(directive: Directive, at: Callable[[int], Place], problems: Problems) -> None:
+    """Tell of each promising word in a caption or a button's text that nothing holds."""
+    for word, offset in unheld(directive):
+        problems.add(at(offset), f"{word!r} promises what nothing tests: :promise[…]{{press=finish expect=\"rms < 0.1\"}}")
 
 
 def hold(promised: Promise, readouts: Readouts, problems: Problems) -> None:

@@ -16,7 +16,7 @@ from markupsafe import Markup
 from sitegen.chapters.content import Chapter
 from sitegen.chapters.placing import changed, id_of, listed, placed
 from sitegen.chapters.plot_placing import placed as placed_plot
-from sitegen.chapters.promises import OWN, Promise, promise
+from sitegen.chapters.promises import OWN, Promise, promise, tell_unheld
 from sitegen.chapters.slides import Slide
 from sitegen.figures.gallery import Placed, Plot
 from sitegen.figures.model import Figure
@@ -201,6 +201,7 @@ def _is_own(name: str) -> bool:
 def _figure(found: Survey, token: Token, widgets: Mapping[str, Widget], problems: Problems) -> None:
     figure = placed(token.meta["directive"], token.meta["at"], _next(found), widgets, problems)
     token.meta["figure"] = figure
+    tell_unheld(token.meta["directive"], token.meta["at"], problems)
     if figure is not None:
         _anchor(found, figure.dom_id, figure.place, f"the figure {figure.id!r}", problems)
         found.figures.setdefault(figure.id, figure)
@@ -317,6 +318,8 @@ def _try(found: Survey, token: Token, problems: Problems) -> None:
         if promised is not None:
             token.meta["promise"] = promised
             found.promises.append(promised)
+        elif not any(a.name in OWN for a in given):
+            tell_unheld(token.meta["directive"], at, problems)
 
 
 def _staged(found: Survey, slide: Slide, problems: Problems) -> Staged:
