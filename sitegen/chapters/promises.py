@@ -107,8 +107,9 @@ def unheld(directive: Directive) -> Iterator[tuple[str, int]]:
 
 def tell_unheld(directive: Directive, at: Callable[[int], Place], problems: Problems) -> None:
     """Tell of each promising word in a caption or a button's text that nothing holds."""
+    written = ':promise[…]{press=finish expect="rms < 0.1"}'
     for word, offset in unheld(directive):
-        problems.add(at(offset), f"{word!r} promises what nothing tests: :promise[…]{{press=finish expect=\"rms < 0.1\"}}")
+        problems.add(at(offset), f"{word!r} promises what nothing tests: {written}")
 
 
 def hold(promised: Promise, readouts: Readouts, problems: Problems) -> None:

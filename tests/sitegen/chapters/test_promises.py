@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import pytest
 
-from tests.sitegen.conftest import START, TOY, Project
-from widgets.drawing.picture import Readout
+from tests.sitegen.conftest import START, TOY, Project, State, fresh_cache
+from widgets.drawing.picture import Picture, Readout
 
 Fails = Callable[[str], list[str]]
 
@@ -71,7 +71,7 @@ def test_what_is_promised_and_holds(desk: Project, expected: str) -> None:
     ],
 )
 def test_what_is_promised_and_does_not_hold(desk: Project, expected: str, said: str) -> None:
-    """In a caption, in the text and in a button each is told once, at its own place, with the numbers that are there."""
+    """In a caption, in the text and in a button each is told once, at its own place, with what is there instead."""
     set_by = f'noise=0.25 press=go*2 expect="{expected.replace("¦", "")}"'
     figure = f"\n::figure[:promise[This]{{{set_by}}}.]{{toy id=demo noise=0.5}}\n\n"
     found = told(desk, f"{figure}:promise[A]{{demo {set_by}}}\n\n::try[A]{{demo {set_by}}}\n")
@@ -112,6 +112,7 @@ def test_what_is_wrong_with_the_writing_of_a_promise(desk: Project, written: str
         ("−7.25", "x < -7", True),
         ("22,500", "x > 22499", True),
         ("22 of 40", "x < 23", True),
+        ("1\u202f840", "x > 1839", True),
         ("–", "x < 5", False),
         ("–", "x > 5", False),
         ("converged, step 12", "x is converged", True),
@@ -132,3 +133,60 @@ def test_what_a_readout_says(desk: Project, value: str, expected: str, holds: bo
         desk.build()
     else:
         assert desk.problems() == [f"content/01-second.md:10:26: promised {expected}; it is {value}"]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("It falls.", ["falls"]),
+        ("To break it, press. It Arrives, and jumps.", ["break", "Arrives", "jumps"]),
+        ("A waterfall breaking; failure, arrival.", []),
+        ("Notice :promise[that it falls]{press=go expect=\"presses > 0\"} and rises.", ["rises"]),
+        (":claim[It falls.]{tests/test_claimed.py::test_it_holds}", []),
+        ("A `:b` is :readout[demo presses]{press=go}: it recovers.", ["recovers"]),
+        (":term[what fails]{pose}", ["fails"]),
+    ],
+)
+def test_a_promising_word_is_held_by_something(desk: Project, text: str, words: list[str]) -> None:
+    """In a caption and on a button, unless the button itself expects something; in a paragraph nobody looks."""
+    desk.write("content/glossary.yaml", "pose:\n  term: pose\n  says: Where.\n  chapter: second\n")
+    button = '::try[It falls.]{demo loud=true expect="noise < 1"}'
+    desk.chapter(f"\nIt falls and breaks.\n\n::figure[{text}]{{toy id=demo}}\n\n{button}\n")
+    if not words:
+        desk.build()
+        return
+    places = [f"content/01-second.md:10:{len('::figure[') + text.rindex(word) + 1}" for word in words]
+    assert [problem.split(": ")[0] for problem in desk.problems()] == places
+
+
+def test_a_button_that_promises_expects_something(desk: Project) -> None:
+    ((at, says),) = told(desk, "\n::figure[C]{toy id=demo}\n\n::try[And it rises.]{demo press=go}\n")
+    assert at.startswith("rises.]")
+    assert says == "'rises' promises what nothing tests: :promise[…]{press=finish expect=\"rms < 0.1\"}"
+
+
+def test_readouts_that_are_known_are_not_drawn_again(desk: Project) -> None:
+    """Those of a state on the figure's tape come from there; a second build draws nothing at all."""
+    desk.cache = fresh_cache(desk.root / "cache")
+    drawn: list[int] = []
+
+    def draw(state: State) -> Picture:
+        drawn.append(state.presses)
+        return TOY.draw(state)
+
+    desk.widgets["toy"] = replace(TOY, draw=draw)
+    desk.chapter(
+        '\n::figure[:promise[On the tape]{press=go expect="presses is 1"}, :promise[not on it]'
+        '{press=go*7 expect="presses is 7"}.]{toy id=demo}\n'
+    )
+    desk.build()
+    on_the_tape = drawn.count(1)
+    assert drawn.count(7) == 1
+    desk.chapter('\n::figure[C]{toy id=demo}\n')
+    desk.cache = fresh_cache(desk.root / "other")
+    drawn.clear()
+    desk.build()
+    assert drawn.count(1) == on_the_tape
+    drawn.clear()
+    desk.build()
+    assert drawn == []
