@@ -10,7 +10,7 @@ import ast
 import hashlib
 import inspect
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -19,31 +19,40 @@ from typing import Any, Literal
 from sitegen.cache.files import content, digest, fingerprint, write
 from sitegen.cache.memo import Remembered
 from sitegen.cache.memory import Memory
+from sitegen.chapters import whys
 from sitegen.chapters.content import Chapter, read_chapters, read_docs, read_site
-from sitegen.problems import Problems
+from sitegen.chapters.placing import listed
+from sitegen.markup.directives import Directive, DirectiveError, attributes
+from sitegen.problems import Place, Problems, hint
 
-FORMAT = "1"  # of what is remembered of test files; raised when the reading changes
+FORMAT = "2"  # of what is remembered of test files; raised when the reading changes
 RESULTS = Path("tests/results.json")
 TESTED = ("solvers", "widgets")
+KINDS = ("why",)  # beside the plain one, which is not named
 Outcome = Literal["passed", "failed"]
 
 
 @dataclass(frozen=True)
 class Test:
-    """A test function: id (file::function or file::Class::function), docstring, source, line in its file."""
+    """A test function: id (file::function or file::Class::function), docstring, source, line in its file.
+
+    changes: it takes the fixture `why`, and so records what changing one factor does.
+    """
 
     id: str
     doc: str
     source: str
     line: int
+    changes: bool = False
 
 
 @dataclass(frozen=True)
 class Result:
-    """What a test last said. `current`: on the code as it is now."""
+    """What a test last said, and what its change of one factor did. `current`: on the code as it is now."""
 
     outcome: Outcome
     current: bool
+    change: whys.Change | None = None
 
 
 def standing(result: Result | None) -> str:
@@ -83,7 +92,8 @@ def _tests_in(name: str, source: str) -> list[list[Any]]:
             if isinstance(member, (ast.FunctionDef, ast.AsyncFunctionDef)) and member.name.startswith("test"):
                 first = min([member.lineno, *(d.lineno for d in member.decorator_list)])
                 text = inspect.cleandoc("\n" + "\n".join(lines[first - 1 : member.end_lineno]))
-                found.append([f"{name}::{owner}{member.name}", ast.get_docstring(member) or "", text, first])
+                changes = any(argument.arg == whys.FIXTURE for argument in member.args.args)
+                found.append([f"{name}::{owner}{member.name}", ast.get_docstring(member) or "", text, first, changes])
     return found
 
 
@@ -119,6 +129,38 @@ def _code_hash(test_id: str, files: Mapping[str, str], packages: Mapping[str, st
     return hashlib.sha256("".join([own, *(packages[name] for name in names)]).encode()).hexdigest()[:16]
 
 
+def test_of(directive: Directive) -> str:
+    """The id of the test that a claim names; nothing where it names none."""
+    try:
+        return next((one.value for one in attributes(directive) if not one.name), "")
+    except DirectiveError:
+        return ""
+
+
+def kind_of(directive: Directive, at: Callable[[int], Place], problems: Problems) -> str:
+    """The kind that a claim names, if any; what else stands beside its test goes to `problems`."""
+    given = listed(directive, at, problems) or []
+    for extra in [one for one in given if not one.name][1:]:
+        near = f"; did you mean kind={extra.value}?" if extra.value in KINDS else ""
+        problems.add(at(extra.start), f"name=value is expected, not {extra.value!r}{near}")
+    for other in (one for one in given if one.name not in ("", "kind")):
+        problems.add(at(other.start), f"a claim has no attribute {other.name!r}{hint(other.name, ['kind'])}")
+    for kind in (one for one in given if one.name == "kind"):
+        if kind.value in KINDS:
+            return kind.value
+        problems.add(at(kind.value_start), f"no kind of claim {kind.value!r}{hint(kind.value, KINDS)}")
+    return ""
+
+
+def lacking(test: Test, result: Result | None) -> str:
+    """What a claim of kind *why* lacks: a test that records two outcomes, and, of a run on this code, the record."""
+    if not test.changes:
+        return f"{test.id} changes no factor: a claim of kind why has a test that takes the fixture `{whys.FIXTURE}`"
+    if result is not None and standing(result) == "passed" and result.change is None:
+        return f"{test.id} has passed on this code and left no outcomes in {RESULTS.as_posix()}: run the tests again"
+    return ""
+
+
 def claimed(root: Path) -> list[str]:
     """The ids of all tests that chapters, drafts too, and docs name."""
     problems = Problems()
@@ -133,7 +175,7 @@ def claimed_by(chapters: Iterable[Chapter]) -> list[str]:
         flows = [chapter.document.tokens, *chapter.document.footnotes.values()]
         for child in (child for flow in flows for token in flow for child in token.children or []):
             if child.type == "claim_open":
-                ids.add(child.meta["directive"].attributes.strip())
+                ids.add(test_of(child.meta["directive"]))
     return sorted(ids)
 
 
@@ -153,18 +195,29 @@ def read_results(root: Path, kept: Memory | None = None) -> dict[str, Result]:
     results = json.loads(path.read_text("utf-8"))
     files = {name: _file_hash(root / name) for name in {test_id.partition("::")[0] for test_id in results}}
     return {
-        test_id: Result(entry["outcome"], entry["code"] == _code_hash(test_id, files, packages))
+        test_id: Result(
+            entry["outcome"],
+            entry["code"] == _code_hash(test_id, files, packages),
+            whys.read(entry[whys.FIXTURE]) if whys.FIXTURE in entry else None,
+        )
         for test_id, entry in sorted(results.items())
     }
 
 
-def write_results(root: Path, outcomes: Mapping[str, Outcome]) -> None:
-    """Keep the outcomes of the claimed tests that ran; those that did not run keep what they had."""
+def write_results(
+    root: Path, outcomes: Mapping[str, Outcome], changes: Mapping[str, whys.Change] | None = None
+) -> None:
+    """Keep the outcomes of the claimed tests that ran, with what they changed; the others keep what they had."""
     path = root / RESULTS
     kept = json.loads(path.read_text("utf-8")) if path.is_file() else {}
     wanted = claimed(root)
     packages = tested_code(root)
-    new = {i: {"outcome": outcomes[i], "code": code_hash(root, i, packages)} for i in wanted if i in outcomes}
+    new: dict[str, dict[str, Any]] = {
+        i: {"outcome": outcomes[i], "code": code_hash(root, i, packages)} for i in wanted if i in outcomes
+    }
+    for i, change in (changes or {}).items():
+        if i in new:
+            new[i][whys.FIXTURE] = change.plain()
     result = {i: new.get(i) or kept[i] for i in wanted if i in new or i in kept}
     text = json.dumps(result, indent=1, sort_keys=True) + "\n"
     if not path.is_file() or path.read_text("utf-8") != text:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import groupby, takewhile
@@ -15,7 +14,7 @@ from markdown_it.token import Token
 from markupsafe import Markup, escape
 
 from sitegen.chapters.citations import NAME as REFERENCES
-from sitegen.chapters.claims import anchor, standing
+from sitegen.chapters.claims import anchor, kind_of, lacking, standing, test_of
 from sitegen.chapters.glossary import NAME as GLOSSARY
 from sitegen.chapters.glossary import named
 from sitegen.chapters.known import Known
@@ -27,17 +26,18 @@ from sitegen.chapters.values import CallError, printed, read_call
 from sitegen.figures.wire import dumps
 from sitegen.markup.code import highlighted
 from sitegen.markup.images import Image, read_image
-from sitegen.markup.parser import parser, text_of
-from sitegen.problems import hint
+from sitegen.markup.parser import parser, text_of, unbroken
+from sitegen.problems import Place, hint
 
 
 @dataclass(frozen=True)
 class Claim:
-    """A claim in a chapter: its sentence and the test that checks it."""
+    """A claim in a chapter: its sentence, the test that checks it, and its kind, "why" where it tells a cause."""
 
     html: Markup
     test_id: str
     anchor: str
+    kind: str = ""
 
 
 @dataclass
@@ -76,14 +76,6 @@ def pieces(survey: Survey, known: Known, page: str = "") -> Pieces:
     """What renders them, for the chapter's page or another one; what is wrong goes to known.problems."""
     renderer = _Renderer(survey, known, page)
     return Pieces(renderer._body, renderer.flow, lambda tokens: Markup(renderer._inline(tokens)))
-
-
-UNIT = re.compile(r"(?:(?<=\d)|^) (?=(?:%|u²?|rad)(?!\w))")  # a text that begins with a unit follows a computed number
-
-
-def unbroken(text: str) -> str:
-    """The text with each unit held to its number, so that no line begins with one."""
-    return UNIT.sub("\u00a0", text)
 
 
 class _Renderer:
@@ -314,30 +306,38 @@ class _Renderer:
     def _claim_open(self, tokens: Sequence[Token], idx: int, options: object, env: object) -> str:
         token = tokens[idx]
         directive, at = token.meta["directive"], token.meta["at"]
-        test_id = directive.attributes.strip()
+        test_id, kind = test_of(directive), kind_of(directive, at, self._problems)
         lead = len(directive.attributes) - len(directive.attributes.lstrip())
         if test_id not in self._known.tests:
             where = at(directive.attributes_start + lead)
             near = hint(test_id, self._known.tests) if test_id else ""
             says = f"no test {test_id!r}{near}" if test_id else "a claim names its test: {tests/file.py::test_name}"
             self._problems.add(where, says)
-        elif not self._known.tests[test_id].doc:
-            self._problems.warn(
-                at(directive.attributes_start + lead), f"{test_id} has no docstring that tells readers what it checks"
-            )
+        else:
+            self._hold(test_id, kind, at(directive.attributes_start + lead))
         number = len(self._body.claims) + 1
         inner = list(takewhile(lambda t: t.type != "claim_close", tokens[idx + 1 :]))
-        claim = Claim(Markup(self._inline(_unlinked(inner))), test_id, f"claim-{number}")
+        claim = Claim(Markup(self._inline(_unlinked(inner))), test_id, f"claim-{number}", kind)
         self._body.claims.append(claim)
         return f'<span class="claim" id="claim-{number}">'
 
+    def _hold(self, test_id: str, kind: str, where: Place) -> None:
+        """A claim's test says for readers what it checks; that of a cause records what its change did."""
+        test = self._known.tests[test_id]
+        if not test.doc:
+            self._problems.warn(where, f"{test_id} has no docstring that tells readers what it checks")
+        if kind and (lacks := lacking(test, self._known.results.get(test_id))):
+            self._problems.add(where, lacks)
+
     def _claim_close(self, token: Token) -> str:
         number = len(self._body.claims)
-        test_id = token.meta["directive"].attributes.strip()
-        state = standing(self._known.results.get(test_id))
+        claim = self._body.claims[-1]
+        state = standing(self._known.results.get(claim.test_id))
         said = {"passed": "checked", "failed": "check failed", "unknown": "check not yet run on this code"}[state]
+        if claim.kind and state == "passed":
+            said = "checked by changing this one thing"
         return (
-            f'<a class="claim-mark" data-outcome="{state}" href="checks.html#{anchor(test_id)}" '
+            f'<a class="claim-mark" data-outcome="{state}" href="checks.html#{anchor(claim.test_id)}" '
             f'title="{said}: see how" aria-label="Claim {number}, {said}: see how"></a></span>'
         )
 

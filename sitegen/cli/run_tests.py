@@ -14,21 +14,26 @@ from pathlib import Path
 
 import pytest
 
-from sitegen.chapters import claims
+from sitegen.chapters import claims, whys
 from sitegen.check import browsers, scripts
 from sitegen.check.command import prove_sweep, publish_and_check
 from sitegen.pipeline.attempt import build_command
 
 
 class Ledger:
-    """A pytest plugin: notes every outcome for the claims, and closes with what failed before pytest began."""
+    """A pytest plugin: notes for the claims every outcome, and what tests of a cause have changed; closes with what
+    failed before pytest began."""
 
     def __init__(self, failed: Sequence[str]) -> None:
         self.failed = failed
         self.reports: list[tuple[str, claims.Outcome]] = []
+        self.changes: dict[str, whys.Change] = {}
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """A test has passed when its call did; set-up and tear-down can only fail it."""
+        change = whys.recorded(report.user_properties)
+        if change is not None:
+            self.changes[report.nodeid] = change
         if report.failed:
             self.reports.append((report.nodeid, "failed"))
         elif report.when == "call" and report.passed:
@@ -122,7 +127,7 @@ def test(root: Path, engines: Sequence[str], given: Path | None, further: Sequen
     ledger = Ledger(failed)
     code = int(pytest.main([*further], plugins=[ledger]))
     if ledger.reports and not engines:
-        claims.write_results(root, claims.merged(ledger.reports))
+        claims.write_results(root, claims.merged(ledger.reports), ledger.changes)
     return 1 if code or failed else 0
 
 

@@ -34,6 +34,7 @@ HEADING_ID = re.compile(r"\s*\{#([^}]*)\}\s*$")
 ANCHOR = re.compile(r"[a-z][a-z0-9-]*")
 NO_HEADING = re.compile(r"^#{2,6}(?=\w)", re.MULTILINE)
 INDENTED = re.compile(r"^\s*::[a-z]+\[", re.MULTILINE)
+UNIT = re.compile(r"(?:(?<=\d)|^) (?=(?:%|u²?|rad)(?!\w))")  # a text that begins with a unit follows a computed number
 CONTAINER = re.compile(r"^:::\s*(\w*)", re.MULTILINE)
 
 
@@ -122,6 +123,11 @@ def parser() -> MarkdownIt:
 def text_of(tokens: list[Token]) -> str:
     """What inline tokens say, without markup."""
     return "".join(" " if t.type in ("softbreak", "hardbreak") else t.content for t in tokens)
+
+
+def unbroken(text: str) -> str:
+    """The text with each unit held to its number, so that no line begins with one."""
+    return UNIT.sub("\u00a0", text)
 
 
 def ascii_slug(text: str) -> str:

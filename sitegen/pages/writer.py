@@ -212,11 +212,13 @@ class Writer:
         claimed: dict[str, list[dict[str, Any]]] = {}
         for chapter, body in bodies:
             for claim in body.claims:
-                entry = {"page": chapter.page, "chapter": chapter.title, "id": claim.anchor, "html": claim.html}
+                entry = {"page": chapter.page, "chapter": chapter.title, "id": claim.anchor}
+                entry |= {"html": claim.html, "kind": claim.kind}
                 claimed.setdefault(claim.test_id, []).append(entry)
         checks = []
         for test_id, claims in claimed.items():
-            state = standing(results.get(test_id))
+            result = results.get(test_id)
+            state = standing(result)
             checks.append(
                 {
                     "anchor": anchor(test_id),
@@ -225,6 +227,7 @@ class Writer:
                     "source": sources[test_id],
                     "state": state,
                     "said": SAID[state],
+                    "change": result.change if result is not None and result.current else None,
                 }
             )
         page = self._page(

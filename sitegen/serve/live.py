@@ -29,7 +29,8 @@ SETTLE_MS = 20  # an editor's save is over when nothing has changed for so long
 SWAP_SECONDS = 30.0  # how long a request may wait for a build that has just moved its file away
 PORTS = 50
 PREVIEW = Path(__file__).with_name("preview")
-RELOAD = "/.ladder/reload.js"
+SCRIPTS = {f"/.ladder/{path.name}": path for path in PREVIEW.glob("*.js")}
+FOLLOW = "/.ladder/follow.js"  # imports the others
 
 # A worker of an earlier visit would answer with what it keeps; this one takes its place and goes.
 NO_SERVICE_WORKER = b"""\
@@ -123,10 +124,9 @@ class LiveHandler(StaticHandler):
         self.build = self.server.live.build
         path = self.path.partition("?")[0]
         if self.headers.get("Service-Worker") == "script":
-            self.answer(HTTPStatus.OK, NO_SERVICE_WORKER, content_type(Path(RELOAD)), {})
-        elif path == RELOAD:
-            scripts = b"".join(script.read_bytes() for script in sorted(PREVIEW.glob("*.js")))
-            self.answer(HTTPStatus.OK, scripts, content_type(Path(RELOAD)), {})
+            self.answer(HTTPStatus.OK, NO_SERVICE_WORKER, content_type(Path(FOLLOW)), {})
+        elif path in SCRIPTS:
+            self.answer(HTTPStatus.OK, SCRIPTS[path].read_bytes(), content_type(SCRIPTS[path]), {})
         elif path == "/.ladder/events":
             self.stream()
         else:
@@ -142,7 +142,7 @@ class LiveHandler(StaticHandler):
     def answer(self, status: HTTPStatus, data: bytes, kind: str, headers: dict[str, str]) -> None:
         if kind.startswith("text/html"):
             # Nothing is painted before it has run: a page that comes anew stands where its author was.
-            tag = f'<script src="{RELOAD}" data-build="{self.build}" defer blocking="render"></script>'.encode()
+            tag = f'<script type="module" src="{FOLLOW}" data-build="{self.build}" blocking="render"></script>'.encode()
             before, head, after = data.partition(b"</head>")
             data = before + tag + head + after
             headers = {name: value for name, value in headers.items() if name.lower() != "cache-control"}

@@ -30,6 +30,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray
+from solvers.numerics.fits import rms_radius
 
 KERNELS = ("none", "huber", "tukey", "welsch", "geman-mcclure")
 TUNING: Mapping[str, float] = MappingProxyType(
@@ -37,18 +38,30 @@ TUNING: Mapping[str, float] = MappingProxyType(
 )
 """The usual constants, for a threshold of `TUNING[kernel] · s`: each is 95 % efficient on Gaussian residuals."""
 
-FLOOR = 1e-3
-"""The smallest scale taken from data, in world units: perfect pairs do not make all others worthless."""
+FLOOR = 3e-4
+"""The smallest scale taken from data, as a fraction of the target's RMS radius: perfect pairs do not make all others
+worthless. 0.001 u in the rooms here, whose radius is some 3.4 u."""
+_LEAST = 1e-100
 
 
-def mad_scale(distances: FloatArray, among: BoolArray | None = None, floor: float = FLOOR) -> FloatArray:
+def least_scale(target: FloatArray) -> FloatArray:
+    """`FLOOR` times the RMS radius of target clouds (b, n, d), (b,): a length of the
+    scene itself, so that another unit changes no weight. Equal points count as having a
+    radius of 1.
+    """
+    return FLOOR * rms_radius(target)
+
+
+def mad_scale(
+    distances: FloatArray, among: BoolArray | None = None, floor: FloatArray | float = _LEAST
+) -> FloatArray:
     """`s = max(1.4826 · median(r), floor)` of the pair distances (b, m) that are
     `among`, (b,).
 
     The median absolute deviation about zero, where a perfect pair lies. About the
     median itself the scale would be smaller at a far start, and a redescending weight
-    would reject some pairs there. Without any pair it is `floor`, an absolute length:
-    for clouds given in small numbers it makes every weight one.
+    would reject some pairs there. Without any pair it is `floor`, one length or (b,):
+    `least_scale` of the targets, for the scale to follow their unit.
     """
     m = distances.shape[-1]
     if among is None:
@@ -105,14 +118,15 @@ def threshold(
     among: BoolArray | None = None,
     tuning: float | None = None,
     scale: FloatArray | float | None = None,
+    floor: FloatArray | float = _LEAST,
 ) -> FloatArray:
     """`k = tuning · s`, (b,), for distances (b, m): s is `scale`, one or (b,), where
-    given, else `mad_scale` of the pairs `among`. Infinite for 'none'.
+    given, else `mad_scale` of the pairs `among`, at least `floor`. Infinite for 'none'.
     """
     if kernel == "none":
         return np.full(distances.shape[:-1], np.inf)
     c = TUNING[kernel] if tuning is None else tuning
-    s = mad_scale(distances, among) if scale is None else np.broadcast_to(scale, distances.shape[:-1])
+    s = mad_scale(distances, among, floor) if scale is None else np.broadcast_to(scale, distances.shape[:-1])
     return c * s
 
 

@@ -165,7 +165,7 @@ class Contestant:
 
 
 _GATE = MappingProxyType({"gate": 2.6})
-_SURFACE = MappingProxyType({"gate": 2.6, "neighbours": 6, "max_turn": 0.5, "max_shift": 1.5})
+_SURFACE = MappingProxyType({"gate": 2.6, "neighbours": 8, "max_turn": 0.5, "max_shift": 1.5})
 _WIDTHS = MappingProxyType({"first": 1.1, "shrink": 0.9, "last": 0.12, "least_support": 0.15, "tolerance": 1e-3})
 
 CONTESTANTS: tuple[Contestant, ...] = (

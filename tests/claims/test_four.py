@@ -63,18 +63,23 @@ def test_cpd_forgets_how_far_away_it_began():
         assert rte(other, poses[0]).max() < 0.01
 
 
-def test_a_wide_first_sigma_makes_cpd_forget():
+def test_a_wide_first_sigma_makes_cpd_forget(why):
     """From the same shifts, on three draws: rigid CPD, whose scale is fixed, ends in the same place to 0.1° and 0.01 u,
     as CPD with a scale does. With a first σ of 0.05 u neither does: two ends lie more than 4 u apart."""
     drawn = scenes(seeds=(40, 53, 66), name="noisy")
     source, target = (np.stack([getattr(scene, name) for scene in drawn]) for name in ("source", "target"))
+    apart = {}
     for method in ("cpd-rigid", "cpd-similarity"):
         for sigma in (None, 0.05):
             starts = [fish_start(60.0, shift) for shift in ((0.7, -0.45), (2.0, -1.2), (4.0, -2.0))]
             ends = [register(source, target, method, start=start, sigma=sigma).pose for start in starts]
             turns = max(np.degrees(rre(other, ends[0])).max() for other in ends[1:])
             shifts = max(rte(other, ends[0]).max() for other in ends[1:])
-            assert (turns < 0.1 and shifts < 0.01) if sigma is None else shifts > 2.5, (method, sigma)
+            apart[method, sigma] = turns, shifts
+    said = [f"up to {apart['cpd-rigid', sigma][1]:.3f} u apart" for sigma in (None, 0.05)]
+    why("the first σ of rigid CPD", {"as usual, of all distances": said[0], "0.05 u": said[1]})
+    for (method, sigma), (turns, shifts) in apart.items():
+        assert (turns < 0.1 and shifts < 0.01) if sigma is None else shifts > 2.5, (method, sigma)
 
 
 def test_clutter_is_sought_among_the_observations():
@@ -95,13 +100,18 @@ def test_clutter_is_sought_among_the_observations():
     assert state.column[junk].mean() < 0.1 * state.column[~junk].mean()
 
 
-def test_mmd_has_no_place_for_clutter():
+def test_mmd_has_no_place_for_clutter(why):
     """Even from the truth, with a fifth of the fixed cloud junk, MMD-Reg ends farther off than CPD and FilterReg on the
     median of five draws, by more than four times; without junk it ends within 0.1°."""
     junk = scenes("clutter", noise=0.0, clutter=(0.0, 0.2))
     off = {method: np.median(ended(method, junk, 0.0, (0.0, 0.0))[2]) for method in ("cpd", "filterreg", "mmd")}
+    clean = ended("mmd", scenes(), 0.0, (0.0, 0.0))[2]
+    why(
+        "the junk in the fixed cloud",
+        {"a fifth of it": f"MMD-Reg {off['mmd']:.2f}° off in the median", "none": f"{np.median(clean):.2f}° off"},
+    )
     assert off["mmd"] > 4.0 * max(off["cpd"], off["filterreg"])
-    assert ended("mmd", scenes(), 0.0, (0.0, 0.0))[2].max() < 0.1
+    assert clean.max() < 0.1
 
 
 @pytest.mark.parametrize("name", ["clean", "noisy", "clutter"])
@@ -113,13 +123,16 @@ def test_only_cpd_finds_the_size(name):
         assert (found(begin_walk(method, drawn, [fish_start()] * 5), [fish_start()] * 5).scale == 1.0).all()
 
 
-def test_a_size_that_is_not_sought_costs_the_rest():
+def test_a_size_that_is_not_sought_costs_the_rest(why):
     """In the clean scene the switch takes the median translation error of MMD-Reg and of the flow to more than five
     times what it was, and leaves CPD's where it was."""
-    ratio = {}
-    for method in ("cpd", "mmd", "flow"):
+    ratio, errors = {}, []
+    for method in ("mmd", "flow", "cpd"):
         same, smaller = (np.median(ended(method, scenes(smaller=flag))[3]) for flag in (False, True))
         ratio[method] = smaller / same
+        errors.append((smaller, same))
+    said = [" · ".join(f"{pair[k]:.3f} u" for pair in errors) for k in (0, 1)]
+    why("the moving cloud (MMD-Reg · flow · CPD)", {"15 % smaller": said[0], "at its size": said[1]})
     assert ratio["cpd"] < 1.3
     assert min(ratio["mmd"], ratio["flow"]) > 5.0
 
@@ -134,6 +147,18 @@ def test_at_a_quarter_turn_they_part():
     assert arrived["flow", 90.0] == 3
     assert arrived["cpd", 90.0] == arrived["filterreg", 90.0] == 0
     assert all(arrived[method, 120.0] == 0 for method in FOUR)
+
+
+def test_from_a_quarter_turn_mixtures_find_the_other_way_round(why):
+    """Three clean draws, CPD and FilterReg: from 75° both end within 1° of the truth, from 90° more than 175° off."""
+    off = {
+        degrees: np.concatenate([ended(m, scenes(seeds=(40, 53, 66)), degrees)[2] for m in ("cpd", "filterreg")])
+        for degrees in (90.0, 75.0)
+    }
+    said = f"{off[90.0].min():.0f}° off or more", f"{off[75.0].max():.1f}° off or less"
+    why("the start", {"90°": said[0], "75°": said[1]})
+    assert off[90.0].min() > 175.0
+    assert off[75.0].max() < 1.0
 
 
 def test_a_stop_says_nothing_of_the_place():
@@ -167,11 +192,14 @@ def test_rigid_copies_prove_nothing():
     assert far.objective()[wrong > 90.0].min() < near.objective()[right < 5.0].max()
 
 
-def test_how_a_cloud_is_turned_matters_to_the_flow():
+def test_how_a_cloud_is_turned_matters_to_the_flow(why):
     """The same two clouds, one handed over at 60° and at 150°: within 5° of the truth the first time, beyond 10° the
     second, on five draws. CPD's failure from there is half a turn instead, to 5°."""
-    assert ended("flow", scenes())[2].max() < 5.0
-    assert ended("flow", scenes(), 150.0)[2].min() > 10.0
+    near, far = ended("flow", scenes())[2], ended("flow", scenes(), 150.0)[2]
+    said = f"{far.min():.0f}° off or more", f"{near.max():.0f}° off or less"
+    why("how the clouds are handed over", {"at 150°": said[0], "at 60°": said[1]})
+    assert near.max() < 5.0
+    assert far.min() > 10.0
     assert ended("cpd", scenes(), 150.0)[2].min() > 175.0
 
 
@@ -195,10 +223,14 @@ def test_a_finer_filter_holds_more():
     assert last.sigma[0] < 0.05 * first.sigma[0]
 
 
-def test_clutter_in_both_clouds_costs_the_flow_most():
+def test_clutter_in_both_clouds_costs_the_flow_most(why):
     """A fifth of both clouds junk, twelve draws from 60°: CPD arrives on all, the flow on at most ten."""
     drawn = scenes("clutter", seeds=range(40, 40 + 13 * 12, 13))
     arrived = {method: int(close(*ended(method, drawn)[2:]).sum()) for method in ("cpd", "flow")}
+    clean = scenes("clutter", seeds=range(40, 40 + 13 * 12, 13), clutter=(0.0, 0.0))
+    without = int(close(*ended("flow", clean)[2:]).sum())
+    why("the junk", {"a fifth of both clouds": f"the flow arrives on {arrived['flow']} of 12", "none": f"on {without}"})
+    assert without == 12
     assert arrived["cpd"] == 12
     assert arrived["flow"] <= 10
 

@@ -66,9 +66,11 @@ def test_false_minima_stay_when_the_rotation_is_free(scene):
         assert abs(np.degrees(run.pose.angle)) < 3.0
 
 
-def test_a_larger_length_scale_often_leaves_fewer_minima(scene):
+def test_a_larger_length_scale_often_leaves_fewer_minima(scene, why):
     """Ten draws of 32 frequencies: more than one minimum in nine at ℓ = 0.3 u, in six at 0.6 u, in none at 1.2 u."""
     several = [sum(deepest(mmd(scene, length, draw))[1] > 1 for draw in DRAWS) for length in (0.3, 0.6, 1.2)]
+    at = ("0.3 u", "0.6 u", "1.2 u")
+    why("the length scale", {at[k]: f"{several[k]} of ten draws have several minima" for k in (2, 1, 0)})
     assert several == [9, 6, 0]
 
 
@@ -77,16 +79,24 @@ def test_a_larger_length_scale_can_shrink_the_basin(scene):
     assert [basin(mmd(scene, length, draw=44)) for length in (0.5, 0.6)] == [38, 20]
 
 
-def test_a_large_length_scale_moves_the_minimum(scene):
+def test_a_large_length_scale_moves_the_minimum(scene, why):
     """At ℓ = 2.4 u and 128 frequencies the only minimum is 0.35 to 0.45 u off, in each of ten draws; if the target ends
     where the source does, it is within 0.05 u of the truth in each."""
     ends = np.array([mmd(scene, 2.4, draw, 128).path(np.zeros(2)).points[-1] for draw in DRAWS])
-    assert ((np.hypot(*ends.T) > 0.35) & (np.hypot(*ends.T) < 0.45)).all()
-    assert all(deepest(mmd(scene, 2.4, draw, 128))[1] == 1 for draw in DRAWS)
-    seen = overlapping(scene)
+    seen, cut = overlapping(scene), []
     for draw in DRAWS:
         frequencies = unit_frequencies(np.array([draw]), 128, 2)[0] / 2.4
-        assert np.hypot(*mmd_field(scene.source, seen, frequencies).path(np.zeros(2)).points[-1]) < 0.05
+        cut.append(np.hypot(*mmd_field(scene.source, seen, frequencies).path(np.zeros(2)).points[-1]))
+    why(
+        "what the target has seen",
+        {
+            "the whole room": f"{np.hypot(*ends.T).mean():.2f} u off on average",
+            "what the source has seen": f"{np.mean(cut):.2f} u off",
+        },
+    )
+    assert ((np.hypot(*ends.T) > 0.35) & (np.hypot(*ends.T) < 0.45)).all()
+    assert all(deepest(mmd(scene, 2.4, draw, 128))[1] == 1 for draw in DRAWS)
+    assert max(cut) < 0.05
 
 
 def test_resampling_moves_the_minima(scene):
@@ -97,14 +107,16 @@ def test_resampling_moves_the_minima(scene):
     assert (min(basins), max(basins)) == (20, 49)
 
 
-def test_more_frequencies_agree_on_the_deepest_place(scene):
+def test_more_frequencies_agree_on_the_deepest_place(scene, why):
     """Ten draws at ℓ = 0.6 u: with 128 frequencies the deepest tile is the same in all, with 8, some lie more than
     0.4 u apart."""
-    for count, apart in ((128, False), (8, True)):
+    spread = {}
+    for count in (128, 8):
         lowest = np.array([deepest(mmd(scene, 0.6, draw, count))[0] for draw in DRAWS])
-        spread = np.linalg.norm(lowest[:, None] - lowest, axis=-1).max()
-        assert (spread > 0.4) == apart
-        assert apart or spread == 0.0
+        spread[count] = np.linalg.norm(lowest[:, None] - lowest, axis=-1).max()
+    why("the frequencies", {str(n): f"ten draws lie up to {far:.2f} u apart" for n, far in spread.items()})
+    assert spread[128] == 0.0
+    assert spread[8] > 0.4
 
 
 def test_a_mean_over_the_pairs_in_reach_rewards_losing_points():
@@ -157,11 +169,12 @@ def test_the_capped_slope_is_the_mean_offset(scene):
     assert field.values([30.0, 0.0]) == field.values([30.1, 0.2]) == pytest.approx(0.36)
 
 
-def test_a_wider_cap_leaves_fewer_minima_but_not_at_every_step(scene):
+def test_a_wider_cap_leaves_fewer_minima_but_not_at_every_step(scene, why):
     """At all 29 positions of the slider, 0.2 to 3 u: from 197 minima on the map down to one from 2.1 u on. Three steps
     to a wider cap have one more: 0.7 to 0.8 u, 1.1 to 1.2 u and 1.4 to 1.5 u."""
     tenths = range(2, 31)
     counts = {t: deepest(capped_field(scene.source, scene.target, t / 10))[1] for t in tenths}
+    why("the cap", {f"{t / 10:g} u": f"{counts[t]} minima" for t in (20, 10, 3, 2)})
     assert counts[2] == 197
     assert [t for t in tenths if counts[t] == 1] == list(range(21, 31))
     rises = {(a, b): counts[b] - counts[a] for a, b in pairwise(tenths) if counts[b] > counts[a]}
@@ -175,15 +188,23 @@ def overlapping(scene):
     return scene.target[first : last + 1]
 
 
-def test_missing_dense_parts_move_mmd_and_not_the_nearest_distances():
+def test_missing_dense_parts_move_mmd_and_not_the_nearest_distances(why):
     """A room sampled ever more thinly, six draws: the lowest MMD² tile (ℓ = 0.6 u, 128 frequencies) lies over 0.5 u
     from the truth, that of the capped distances (τ = 1 u) within 0.1 u. Cut the target where the source ends, which
     takes over a sixth of its points, and MMD's is within 0.1 u as well."""
     frequencies = unit_frequencies(np.array([40]), 128, 2)[0] / 0.6
-    for seed in range(40, 40 + 6 * 13, 13):
-        scene = room("gradient", seed=seed)
-        seen = overlapping(scene)
-        assert len(seen) < 5 / 6 * len(scene.target)
-        assert np.hypot(*deepest(mmd(scene, 0.6, 40, 128))[0]) > 0.5
-        assert np.hypot(*deepest(mmd_field(scene.source, seen, frequencies))[0]) < 0.1
+    scenes = [room("gradient", seed=seed) for seed in range(40, 40 + 6 * 13, 13)]
+    whole = [np.hypot(*deepest(mmd(scene, 0.6, 40, 128))[0]) for scene in scenes]
+    cut = [np.hypot(*deepest(mmd_field(scene.source, overlapping(scene), frequencies))[0]) for scene in scenes]
+    why(
+        "what the target has seen",
+        {
+            "the whole room": f"MMD's deepest tile is {min(whole):.2f} to {max(whole):.2f} u off",
+            "what the source has seen": f"{min(cut):.2f} to {max(cut):.2f} u off",
+        },
+    )
+    assert min(whole) > 0.5
+    assert max(cut) < 0.1
+    for scene in scenes:
+        assert len(overlapping(scene)) < 5 / 6 * len(scene.target)
         assert np.hypot(*deepest(capped_field(scene.source, scene.target, 1.0))[0]) < 0.1

@@ -105,14 +105,15 @@ def test_units_do_not_change_a_scaled_step():
     assert np.abs(steps["bare"][0] - steps["bare"][1]).max() > 0.01
 
 
-def test_coarse_to_fine_from_the_figures_start(draws):
+def test_coarse_to_fine_from_the_figures_start(draws, why):
     """From 25° and 1.4 u: cells of 0.8 u alone arrive in one of 25 draws, 3.2 → 1.6 → 0.8 u in every one."""
     start = Pose.from_angle(np.full(25, np.radians(25.0)), 1.4 * DOWN_RIGHT)
     counts = [int(arrived(register(*draws, "ndt", start=start, cells=h, **CAPS).pose).sum()) for h in (0.8, FINE)]
+    why("the cells", {"3.2, 1.6, then 0.8 u": f"{counts[1]} of 25 arrive", "0.8 u": f"{counts[0]} of 25 arrive"})
     assert counts == [1, 25]
 
 
-def test_reach_around_the_truth(draws):
+def test_reach_around_the_truth(draws, why):
     """Sixteen starts 20° and 1 u off around each of six draws: 2 of 96 arrive at one cell size, 93 coarse to fine."""
     counts = []
     for h in (0.8, FINE):
@@ -121,6 +122,7 @@ def test_reach_around_the_truth(draws):
             for source, target in zip(draws[0][:6], draws[1][:6], strict=True)
         ]
         counts.append(sum(int(arrived(run.pose).sum()) for run in runs))
+    why("the cells", {"3.2, 1.6, then 0.8 u": f"{counts[1]} of 96 arrive", "0.8 u": f"{counts[0]} of 96 arrive"})
     assert counts == [2, 93]
 
 

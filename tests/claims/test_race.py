@@ -1,5 +1,6 @@
 """The checkable claims of the chapter 'The race', against the solvers' own benchmark."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -51,11 +52,11 @@ def test_no_contestant_is_best_on_every_seed():
 
 
 def test_a_median_can_tell_of_one_heap_only():
-    """Point to plane has a median of 2°: fourteen seeds end below 4°, the other eleven beyond 40°, none between."""
+    """Point to plane has a median of 1.4°: seventeen seeds end below 4°, the other eight beyond 29°, none between."""
     found = lines(("point-to-plane",))["point-to-plane"]
-    assert (found.rre < 4.0).sum() == 14
-    assert (found.rre > 40.0).sum() == 11
-    assert 1.9 < found.median_rre < 2.1
+    assert (found.rre < 4.0).sum() == 17
+    assert (found.rre > 29.0).sum() == 8
+    assert 1.3 < found.median_rre < 1.5
 
 
 def test_two_thresholds_order_the_field_differently():
@@ -65,12 +66,15 @@ def test_two_thresholds_order_the_field_differently():
     assert (mmd < 1.0).sum() + 5 < (mixture < 1.0).sum()
 
 
-def test_from_the_truth_nearly_all_stay():
-    """Started at the true pose in the same noisy room with junk, all end within 5°, and all but one method within 0.2 u
-    on every seed."""
+def test_from_the_truth_nearly_all_stay(why):
+    """Started at the true pose in the same noisy room with junk, all end within 5°, and all but two methods within
+    0.2 u on every seed: 222 of 225 runs in place of 148 from 45° and 1.43 u."""
     found = lines(degrees=0.0, distance=0.0)
+    far, near = (sum(x.close for x in of.values()) for of in (lines(), found))
+    why("the start", {"45° and 1.43 u": f"{far} of 225 runs are right", "the truth": f"{near} of 225"})
+    assert (far, near) == (148, 222)
     assert all(x.turned == 25 for x in found.values())
-    assert {name for name, x in found.items() if x.close < 25} == {"mmd"}
+    assert {name for name, x in found.items() if x.close < 25} == {"gicp", "mmd"}
 
 
 def test_mmd_reaches_the_same_optimum_from_far():
@@ -81,7 +85,7 @@ def test_mmd_reaches_the_same_optimum_from_far():
     assert np.abs(far.rte - near.rte).max() < 1e-4
 
 
-def test_more_frequencies_bring_the_optimum_nearer():
+def test_more_frequencies_bring_the_optimum_nearer(why):
     """From the truth in the clean room, MMD-Reg's median error falls as its 32 frequencies become 512."""
     controls = Controls(setting="clean", degrees=0.0, distance=0.0)
     usual = dict(contestants(["mmd"])[0].options)
@@ -89,35 +93,40 @@ def test_more_frequencies_bring_the_optimum_nearer():
     for count in (32, 512):
         (found,) = benchmark(controls, contestants=[Contestant("mmd", "MMD", {**usual, "count": count})])
         medians.append(found.median_rre)
+    why("the waves", {"32": f"{medians[0]:.2f}° off in the median", "512": f"{medians[1]:.2f}° off"})
     assert medians[1] < 0.5 * medians[0]
 
 
-def test_density_alone_changes_who_arrives():
+def test_density_alone_changes_who_arrives(why):
     """In the clean room with the source sampled twice as densely, association BP falls from 25 seeds to none and the
     hypothesis mixture to 20; ICP, its variants and the soft targets keep all 25."""
     names = ("icp", "point-to-plane", "gicp", "soft-annealed", "association-bp", "hypothesis-mixture")
     usual, dense = lines(names, setting="clean"), lines(names, setting="clean", density=2.0)
+    said = [" · ".join(f"{of[name].close}" for name in names[-2:]) for of in (dense, usual)]
+    why("the source's density (association BP · hypothesis mixture)", {"twice": said[0], "as usual": said[1]})
     assert all(usual[name].close == 25 for name in names)
     kept = {"association-bp": 0, "hypothesis-mixture": 20}
     assert {name: dense[name].close for name in names} == {name: kept.get(name, 25) for name in names}
 
 
-@pytest.mark.parametrize(("degrees", "distance"), [(0.0, 0.0), (30.0, 1.0)])
-def test_density_costs_association_bp_its_reach(degrees, distance):
-    """Only the start is another: from the truth, and from 30° and 1 u, association BP is right on all 25 seeds at twice
-    the density."""
-    near = lines(("association-bp",), setting="clean", density=2.0, degrees=degrees, distance=distance)
-    assert near["association-bp"].close == 25
+def test_density_costs_association_bp_its_reach(why):
+    """At twice the density association BP is right on no seed from 45° and 1.43 u. Only the start is another: from 30°
+    and 1 u, and from the truth, it is right on all 25."""
+    right = {}
+    for degrees, distance in ((45.0, 1.43), (30.0, 1.0), (0.0, 0.0)):
+        found = lines(("association-bp",), setting="clean", density=2.0, degrees=degrees, distance=distance)
+        right[f"{degrees:g}° and {distance:g} u" if degrees else "the truth"] = found["association-bp"].close
+    why("the start, at twice the density", {start: f"{count} of 25 are right" for start, count in right.items()})
+    assert list(right.values()) == [0, 25, 25]
 
 
 def test_less_overlap_moves_some_optima_away():
     """Started at the truth in the clean room with 60 % overlap, ICP with its wide gate leaves it on every seed and
-    MMD-Reg on most; six others stay within 5° and 0.2 u on all."""
+    MMD-Reg on most; the other seven stay within 5° and 0.2 u on all."""
     found = lines(setting="clean", overlap=0.6, degrees=0.0, distance=0.0)
     assert found["icp"].turned == 0
     assert found["mmd"].close < 13
-    stay = {"gicp", "ransac-congruent", "ndt", "soft-annealed", "association-bp", "hypothesis-mixture"}
-    assert {name for name, x in found.items() if x.close == 25} == stay
+    assert {name for name, x in found.items() if x.close == 25} == found.keys() - {"icp", "mmd"}
 
 
 def with_options(method, controls, **options):
@@ -129,13 +138,14 @@ def with_options(method, controls, **options):
 LESS_SEEN = Controls(setting="clean", overlap=0.6, degrees=0.0, distance=0.0)
 
 
-def test_a_narrower_gate_keeps_icp_at_the_truth():
+def test_a_narrower_gate_keeps_icp_at_the_truth(why):
     """With 60 % overlap and from the truth only the gate is another: 1 u keeps all 25 seeds, the race's 2.6 u none."""
-    assert with_options("icp", LESS_SEEN).close == 0
-    assert with_options("icp", LESS_SEEN, gate=1.0).close == 25
+    wide, narrow = with_options("icp", LESS_SEEN).close, with_options("icp", LESS_SEEN, gate=1.0).close
+    why("the gate", {"2.6 u": f"{wide} of 25 stay", "1 u": f"{narrow} of 25 stay"})
+    assert (wide, narrow) == (0, 25)
 
 
-def test_mmds_coarse_stages_lose_what_the_fine_one_keeps():
+def test_mmds_coarse_stages_lose_what_the_fine_one_keeps(why):
     """With 60 % overlap and from the truth MMD-Reg's schedule keeps 10 of 25 seeds, its last length scale alone 23. Of
     the 15 that leave, 14 end at a higher objective of that length scale than the run that had only this one."""
     problem, truth = race_problem(LESS_SEEN)
@@ -147,35 +157,45 @@ def test_mmds_coarse_stages_lose_what_the_fine_one_keeps():
         ends[name] = register(problem.source, problem.target, "mmd", start=problem.start, seed=problem.seed, **options)
         turn, shift = np.degrees(rre(ends[name].pose, truth)), rte(ends[name].pose, truth)
         near[name] = (turn < 5.0) & (shift < 0.2)
+    why(
+        "the length scales",
+        {
+            "2.4, 1.2, 0.6, 0.3 u": f"{near['schedule'].sum()} of 25 stay",
+            "0.3 u alone": f"{near['last'].sum()} of 25 stay",
+        },
+    )
     assert (near["schedule"].sum(), near["last"].sum()) == (10, 23)
     assert (ends["schedule"].objective > ends["last"].objective)[~near["schedule"]].sum() == 14
 
 
-def test_more_waves_keep_more_of_the_schedule():
+def test_more_waves_keep_more_of_the_schedule(why):
     """Only the number of waves is another: 512 in place of 32 keep 20 of 25 seeds where these keep 10."""
-    assert [with_options("mmd", LESS_SEEN, count=count).close for count in (32, 512)] == [10, 20]
+    kept = {count: with_options("mmd", LESS_SEEN, count=count).close for count in (32, 512)}
+    why("the waves", {str(count): f"{stay} of 25 stay" for count, stay in kept.items()})
+    assert kept == {32: 10, 512: 20}
 
 
-def test_stripes_split_the_field_by_what_they_compare():
+def test_stripes_split_the_field_by_what_they_compare(why):
     """Where the sampling is striped, four methods that pull point towards point find no seed, while point to plane,
-    GICP, RANSAC and MMD-Reg find 21 or more."""
-    found = lines(setting="striped")
+    GICP, RANSAC and MMD-Reg find 21 or more. In the clean room the four find all 25."""
+    found, clean = lines(setting="striped"), lines(setting="clean")
     none = {"icp", "soft-annealed", "association-bp", "hypothesis-mixture"}
+    said = [", ".join(sorted({f"{of[name].close} of 25" for name in none})) for of in (found, clean)]
+    why("the sampling", {"in stripes": f"{said[0]} for each of the four", "even": f"{said[1]} for each"})
+    assert all(clean[name].close == 25 for name in none)
     assert all(found[name].close == 0 for name in none)
     assert all(found[name].close >= 21 for name in ("point-to-plane", "gicp", "ransac-congruent", "mmd"))
 
 
 def test_another_25_seeds_say_otherwise():
-    """On the usual seeds point to plane and GICP tie at 14; on one later set of 25 GICP leads by seven, on another they
-    tie again at 18."""
+    """On the usual seeds GICP leads point to plane by three; of the next two sets of 25, point to plane by one on the
+    first, GICP by seven on the second."""
     counts = []
     for part in (0, 1, 2):
         seeds = tuple(40 + 13 * (25 * part + k) for k in range(25))
         found = lines(("point-to-plane", "gicp"), seeds)
         counts.append((found["point-to-plane"].close, found["gicp"].close))
-    assert counts[0] == (14, 14)
-    assert counts[1] == (18, 18)
-    assert counts[2][1] - counts[2][0] == 7
+    assert [gicp - plane for plane, gicp in counts] == [3, -1, 7]
 
 
 def test_steps_do_not_tell_work():
@@ -186,3 +206,15 @@ def test_steps_do_not_tell_work():
     assert icp.pairing.rows.shape == (b, m)
     assert mixture.assignments.shape == (b, 12, m)
     assert all(len(np.unique(mixture.assignments[i], axis=0)) > 1 for i in range(b))
+
+
+def test_eight_neighbours_place_most():
+    """Point to plane and GICP with normals from 4, 6, 8 and 12 neighbours, in the six settings from 45° and 1.43 u, 25
+    seeds each: eight place most of the 300 runs within 5° and 0.2 u, the others at least ten fewer."""
+    placed, both = {}, contestants(("point-to-plane", "gicp"))
+    for k in (4, 6, 8, 12):
+        field = [replace(one, options={**one.options, "neighbours": k}) for one in both]
+        runs = [benchmark(Controls(setting=setting), contestants=field) for setting in ROOM_SETTINGS]
+        placed[k] = sum(line.close for of in runs for line in of)
+    eight = placed.pop(8)
+    assert eight >= 10 + max(placed.values()), (eight, placed)

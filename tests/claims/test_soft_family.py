@@ -72,6 +72,52 @@ def test_lowering_q_is_enough():
     assert lowered > 100
 
 
+def bird_error(**options):
+    """Where rigid CPD's 40 steps from the figure's start end: degrees off, and its σ."""
+    scene = bird(clutter=options.pop("junk"))
+    options = {"sigma": 1.1, "volume": AREA, "max_steps": 40, **options}
+    run = register(scene.source, scene.target, "cpd-rigid", start=scene.start, **options)
+    return float(np.degrees(rre(run.pose, scene.truth))), float(run.detail("sigma"))
+
+
+def test_the_clutter_weight_saves_the_run(why):
+    """The bird with ten clutter points: with a weight of 0.1 the run ends within 1°, without one more than 80° off."""
+    off, near = bird_error(junk=10, clutter=0.0)[0], bird_error(junk=10, clutter=0.1)[0]
+    why("the clutter weight, with ten clutter points", {"none": f"{off:.1f}° off", "0.1": f"{near:.1f}° off"})
+    assert near < 1.0
+    assert off > 80.0
+
+
+def test_stray_points_hold_sigma_up(why):
+    """Without a clutter weight: with ten clutter points σ stays above 1 u and the run ends more than 80° off; without
+    them σ falls below 0.2 u and the run ends within 1°."""
+    (off, wide), (near, narrow) = (bird_error(junk=junk, clutter=0.0) for junk in (10, 0))
+    why(
+        "the clutter points, without a clutter weight",
+        {
+            "ten in each cloud": f"σ stays at {wide:.2f} u, {off:.1f}° off",
+            "none": f"σ falls to {narrow:.2f} u, {near:.1f}° off",
+        },
+    )
+    assert wide > 1.0
+    assert off > 80.0
+    assert narrow < 0.2
+    assert near < 1.0
+
+
+def test_a_wider_first_sigma_avoids_the_local_maximum(why):
+    """From a turn of 50°, with as many steps as it takes: a first σ of 1.1 u ends over 70° off, one of 1.5 u within
+    1°."""
+    scene, off = bird(), {}
+    for sigma in (1.1, 1.5):
+        options = {"sigma": sigma, "clutter": 0.1, "volume": AREA, "max_steps": 300}
+        pose = register(scene.source, scene.target, "cpd-rigid", start=bird_start(-50.0), **options).pose
+        off[sigma] = float(np.degrees(rre(pose, scene.truth)))
+    why("the first σ", {f"{sigma:g} u": f"{error:.1f}° off" for sigma, error in off.items()})
+    assert off[1.1] > 70.0
+    assert off[1.5] < 1.0
+
+
 def test_a_local_maximum_of_the_likelihood():
     """From a turn of 50° and a first σ of 1.1 u rigid CPD converges over 70° off, less likely than the end of a run
     from the truth."""
@@ -212,6 +258,27 @@ def test_who_may_be_claimed_more_than_once():
     assert min(sums["soft"]) > 3.0
     assert max(sums["bp"]) < 1.25
     assert set(sums["hypothesis"]) == {1}
+
+
+def test_rivals_keep_the_marginals_unlinked(why):
+    """The tip of the tail with the source 2.4 u away: the one-to-one marginals leave more than 60 % of it unlinked, and
+    less than 20 % where it is the only point of the source. Soft targets leave as much of it either way."""
+    scene, start = bird(), bird_start(0.0, 2.4)
+
+    def unlinked(method, source):
+        (one,) = contestants([method])
+        found = register(source, scene.target, method, start=start, max_steps=0, seed=40, **one.options)
+        return 1.0 - float(found.detail("support")[0])
+
+    rivals, alone = (unlinked("association-bp", source) for source in (scene.source, scene.source[:1]))
+    why(
+        "the other points of the source",
+        {"they are there": f"{100 * rivals:.0f} % of the tip unlinked", "there are none": f"{100 * alone:.0f} %"},
+    )
+    assert rivals > 0.6
+    assert alone < 0.2
+    soft = [unlinked("soft-annealed", source) for source in (scene.source, scene.source[:1])]
+    assert soft[0] == pytest.approx(soft[1], abs=1e-12)
 
 
 def test_mmd_looks_at_no_pair():

@@ -1,5 +1,7 @@
 """The checkable claims of the chapter 'Correspondences unknown', against the solvers."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -136,55 +138,132 @@ def test_a_gate_and_a_cap_take_the_same_steps():
     assert (np.diff(np.stack([state.pairing.rms for state in gated]), axis=0) > 1e-9).any()
 
 
-def test_a_gate_can_cost_steps():
+def test_a_gate_can_cost_steps(why):
     """From 45° in the clean room all 25 draws arrive with a gate of 0.6 u and without; without, in half the steps."""
     clouds = rooms()
     (plain, right), (gated, right_gated) = runs(clouds, USUAL), runs(clouds, USUAL, gate=0.6)
+    medians = [np.median(run.steps) for run in (gated, plain)]
+    why("the gate", {"0.6 u": f"{medians[0]:.0f} steps in the median", "none": f"{medians[1]:.0f} steps"})
     assert right.all()
     assert right_gated.all()
     assert 2 * np.median(plain.steps) <= np.median(gated.steps)
 
 
-def test_a_gate_can_narrow_the_reach():
+def test_a_gate_can_narrow_the_reach(why):
     """From 45° in the noisy room, all 25 draws come out right without a gate, at most three with 0.6 u."""
     clouds = rooms("noise")
-    assert runs(clouds, USUAL)[1].all()
-    assert runs(clouds, USUAL, gate=0.6)[1].sum() <= 3
+    free, gated = runs(clouds, USUAL)[1], runs(clouds, USUAL, gate=0.6)[1]
+    why("the gate", {"0.6 u": f"{gated.sum()} of 25 arrive", "none": f"{free.sum()} of 25 arrive"})
+    assert free.all()
+    assert gated.sum() <= 3
 
 
-def test_trimming_junk_lowers_the_error():
+def arrivals(clouds, start, used, steps=70):
+    """Which of 25 draws come out right where a step fits the pairs that `used(step, distances)` names."""
+    source, target = clouds
+    pose = Pose(*(np.broadcast_to(part, (len(source), *part.shape)) for part in (start.R, start.t)))
+    for k in range(steps):
+        squares = np.square(pose.apply(source)[:, :, None] - target[:, None]).sum(axis=3)
+        partners = np.take_along_axis(target, squares.argmin(axis=2)[..., None], axis=1)
+        weights = used(k, np.sqrt(squares.min(axis=2))).astype(float)
+        pose = solvers.fit_rigid(source, partners, weights).pose
+    return off_truth(pose)
+
+
+def off_truth(pose):
+    """Rotation errors, degrees, and translation errors, u."""
+    return np.degrees(metrics.rre(pose, Pose.identity())), metrics.rte(pose, Pose.identity())
+
+
+def test_a_gate_leaves_out_the_pairs_with_most_to_say(why):
+    """The same start and room: with the pairs beyond 0.6 u left out at most three of 25 draws arrive, with as many
+    left out at random all, and with the gate put in after ten steps all but two at most."""
+    rng = np.random.default_rng(1)
+
+    def at_random(k, distances):
+        count = (distances <= 0.6).sum(axis=1, keepdims=True)
+        return rng.random(distances.shape).argsort(axis=1).argsort(axis=1) < count
+
+    rules = {
+        "those beyond 0.6 u": lambda k, d: d <= 0.6,
+        "as many at random": at_random,
+        "those beyond 0.6 u, from the eleventh step on": lambda k, d: (d <= 0.6) | (k < 10),
+    }
+    ends = {name: arrivals(rooms("noise"), USUAL, rule) for name, rule in rules.items()}
+    counts = {name: int(((turn < 5.0) & (shift < 0.2)).sum()) for name, (turn, shift) in ends.items()}
+    why("which pairs are left out", {name: f"{count} of 25 arrive" for name, count in counts.items()})
+    gate, random, late = counts.values()
+    assert gate <= 3
+    assert random == 25
+    assert late >= 23
+
+
+def test_a_gate_lets_the_rms_rise_by_the_pairs_that_come_in(why):
+    """The same 25 runs: over all pairs used the RMS rises at hundreds of steps, over those that the step before had
+    used it rises at none of these."""
+    states = course(rooms(), USUAL, gate=0.6)
+    all_pairs = old_pairs = 0
+    for before, after in pairwise(states):
+        rises = after.pairing.rms > before.pairing.rms * (1 + 1e-9)
+        kept = np.where(before.pairing.used, np.square(after.pairing.distances), 0.0).sum(axis=1)
+        over_old = np.sqrt(kept / before.pairing.used.sum(axis=1))
+        all_pairs += int(rises.sum())
+        old_pairs += int((rises & (over_old > before.pairing.rms * (1 + 1e-9))).sum())
+    why(
+        "over which pairs the RMS is taken",
+        {
+            "all within the gate": f"it rises at {all_pairs} steps of 25 runs",
+            "without those that just came in": f"at {old_pairs} of them",
+        },
+    )
+    assert all_pairs > 200
+    assert old_pairs == 0
+
+
+def test_trimming_junk_lowers_the_error(why):
     """With a fifth of both scans junk, keeping 80 % of the pairs at least halves the median translation error."""
     clouds = rooms("outliers")
     (plain, right), (kept, right_kept) = runs(clouds, NEAR), runs(clouds, NEAR, "trimmed-icp", keep=0.8)
+    errors = [np.median(metrics.rte(result.pose, Pose.identity())) for result in (plain, kept)]
+    why(
+        "how many pairs are kept",
+        {"the nearest 80 %": f"{errors[1]:.3f} u off in the median", "all": f"{errors[0]:.3f} u off"},
+    )
     assert right.all()
     assert right_kept.all()
-    errors = [np.median(metrics.rte(result.pose, Pose.identity())) for result in (plain, kept)]
     assert errors[1] < errors[0] / 2
 
 
 # Starts, stops and wrong fits
 
 
-def test_near_starts_arrive_and_far_ones_stop_elsewhere():
+def test_near_starts_arrive_and_far_ones_stop_elsewhere(why):
     """From 15° all 25 draws of the clean room come out right; from −110° none does, and nearly all say converged."""
     clouds = rooms()
-    near, right = runs(clouds, NEAR)
+    (near, right), (far, right_far) = runs(clouds, NEAR), runs(clouds, FAR)
+    why(
+        "the start",
+        {"−110° and 1.43 u": f"{right_far.sum()} of 25 arrive", "15° and 0.5 u": f"{right.sum()} of 25 arrive"},
+    )
     assert right.all()
     assert (near.status == Status.CONVERGED).all()
-    far, right = runs(clouds, FAR)
-    assert not right.any()
+    assert not right_far.any()
     assert (far.status == Status.CONVERGED).sum() >= 23
     assert (metrics.rre(far.pose, Pose.identity()) > np.radians(90.0)).all()
 
 
-def test_a_loose_tolerance_only_stops_sooner():
+def test_a_loose_tolerance_only_stops_sooner(why):
     """Stopping where the RMS changes by less than 5 % instead of a millionth: fewer steps in every draw, and on average
     a larger error."""
     clouds = rooms()
     (tight, _), (loose, _) = (runs(clouds, USUAL, rms_tolerance=t) for t in (1e-6, 0.05))
+    errors = [np.degrees(metrics.rre(result.pose, Pose.identity())).mean() for result in (tight, loose)]
+    why(
+        "the change of the RMS at which a run stops",
+        {"5 %": f"{errors[1]:.2f}° off on average", "a millionth": f"{errors[0]:.2f}° off"},
+    )
     assert (loose.steps < tight.steps).all()
     assert (loose.status == Status.CONVERGED).all()
-    errors = [metrics.rre(result.pose, Pose.identity()).mean() for result in (tight, loose)]
     assert errors[1] > errors[0]
 
 
@@ -202,31 +281,62 @@ def test_equal_pillars_fit_one_period_off():
         assert result.detail("pairing").rms < 1e-9
 
 
-def test_what_is_seen_once_pulls_on_every_fit():
+def test_what_is_seen_once_pulls_on_every_fit(why):
     """Where the target sees six tenths of the room, plain ICP fails from near in all 25 draws; a gate of 0.6 u brings
     all of them home."""
     clouds = rooms(overlap=0.6)
-    assert not runs(clouds, NEAR)[1].any()
-    assert runs(clouds, NEAR, gate=0.6)[1].all()
+    plain, gated = runs(clouds, NEAR)[1], runs(clouds, NEAR, gate=0.6)[1]
+    why("the gate", {"none": f"{plain.sum()} of 25 arrive", "0.6 u": f"{gated.sum()} of 25 arrive"})
+    assert not plain.any()
+    assert gated.all()
 
 
-def test_a_wall_alone_makes_a_better_fit_than_the_truth():
+def test_without_what_is_seen_once_plain_icp_arrives(why):
+    """The same rooms and start: plain ICP fails in all 25 draws, and arrives in all without the source points that lie,
+    at the truth, farther than 0.3 u from everything the target saw."""
+    clouds = rooms(overlap=0.6)
+    arrived = 0
+    for source, target in zip(*clouds, strict=True):
+        common = source[np.linalg.norm(source[:, None] - target, axis=2).min(axis=1) < 0.3]
+        degrees, units = off_truth(solvers.register(common, target, start=NEAR).pose)
+        arrived += int(degrees < 5.0 and units < 0.2)
+    plain = runs(clouds, NEAR)[1].sum()
+    why(
+        "which source points there are",
+        {"all": f"{plain} of 25 arrive", "those of walls that the target saw": f"{arrived} of 25 arrive"},
+    )
+    assert plain == 0
+    assert arrived == 25
+
+
+def test_a_wall_alone_makes_a_better_fit_than_the_truth(why):
     """Where the target sees little more than one wall, all 25 gated runs converge, and in at least 15 the pose is wrong
-    and its RMS below that of the same rule at the truth."""
+    and its RMS below that of the same rule at the truth. With six tenths seen all are right."""
     clouds = rooms("noise", overlap=0.35)
     result, right = runs(clouds, NEAR, gate=0.6)
     below = result.detail("pairing").rms < at_truth(clouds, gate=0.6).rms
+    right_more = runs(rooms("noise", overlap=0.6), NEAR, gate=0.6)[1]
+    why(
+        "how much of the room the target sees",
+        {"35 %": f"{(~right).sum()} of 25 wrong", "60 %": f"{(~right_more).sum()} of 25 wrong"},
+    )
+    assert right_more.all()
     assert (result.status == Status.CONVERGED).all()
     assert (below & ~right).sum() >= 15
 
 
-def test_stripes_pull_a_trimmed_fit_along_the_walls():
+def test_stripes_pull_a_trimmed_fit_along_the_walls(why):
     """In the striped room plain ICP comes out right from near in all 25 draws. Keeping 80 % of the pairs, at least 15
     end more than 0.2 u off, within half a degree, at an RMS below 0.075 u."""
     clouds = rooms("striped")
-    assert runs(clouds, NEAR)[1].all()
+    _, right = runs(clouds, NEAR)
     result, _ = runs(clouds, NEAR, "trimmed-icp", keep=0.8)
     off = metrics.rte(result.pose, Pose.identity()) > 0.2
+    why(
+        "how many pairs are kept",
+        {"the nearest 80 %": f"{off.sum()} of 25 more than 0.2 u off", "all": f"{(~right).sum()} of 25"},
+    )
+    assert right.all()
     assert off.sum() >= 15
     assert (metrics.rre(result.pose, Pose.identity())[off] < np.radians(0.5)).all()
     assert (result.detail("pairing").rms[off] < 0.075).all()
@@ -243,3 +353,24 @@ def test_stripes_trim_the_walls_that_would_object():
     out = [[(~used[i][vertical[i] == side]).mean() for i in off] for side in (True, False)]
     assert np.mean(out[0]) > 0.9
     assert 0.05 < np.mean(out[1]) < 0.15
+
+
+def test_sparing_the_walls_that_object_saves_the_trimmed_fit(why):
+    """The same rooms and start, a fifth of the pairs left out: the farthest of all leave at least 15 of 25 draws more
+    than 0.2 u off, the farthest on horizontal walls none."""
+    source, target = rooms("striped")
+    n = normals(nearest.build(source)).vectors
+    vertical, fifth = np.abs(n[..., 0]) > np.abs(n[..., 1]), round(0.2 * source.shape[1])
+
+    def farthest_left_out(distances):
+        return (-distances).argsort(axis=1).argsort(axis=1) >= fifth
+
+    rules = {
+        "the farthest of all": lambda k, d: farthest_left_out(d),
+        "the farthest on horizontal walls": lambda k, d: farthest_left_out(np.where(vertical, -1.0, d)),
+    }
+    off = [int((arrivals((source, target), NEAR, rule, 100)[1] > 0.2).sum()) for rule in rules.values()]
+    said = [f"{count} of 25 more than 0.2 u off" for count in off]
+    why("which fifth of the pairs is trimmed", dict(zip(rules, said, strict=True)))
+    assert off[0] >= 15
+    assert off[1] == 0

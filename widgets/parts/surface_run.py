@@ -93,7 +93,8 @@ class Run:
     def scale(self) -> float:
         """The s of the robust weight, u; without any weight, that of the pairs used all the same."""
         if self.ask.weight == "none":
-            return float(robust.mad_scale(self.pairing.distances, self.pairing.used)[0])
+            floor = robust.least_scale(self.state.index.points)
+            return float(robust.mad_scale(self.pairing.distances, self.pairing.used, floor)[0])
         return float(self.pairing.threshold[0] / robust.TUNING[self.ask.weight])
 
     @property

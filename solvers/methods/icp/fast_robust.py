@@ -11,7 +11,10 @@ each step also proposes a point extrapolated from the last `history` steps,
     x = G(x_k) − Σ_j θ_j (G(x_{k−j+1}) − G(x_{k−j})),
 
 which is kept only if its energy lies below that of x_k; else `G(x_k)` is, whose energy
-never lies above. The pose's coordinates x are a rotation vector times the source's RMS
+never lies above. After such a refusal the differences gathered so far are dropped; in
+the code that the authors of [1]_ published they stay, and the next proposal is made from
+them: `forget=False`. In the race's rooms that took more steps and found no more poses.
+The pose's coordinates x are a rotation vector times the source's RMS
 radius and the place of its moved centroid, both relative to `G(x_k)`: lengths of one
 kind, independent of unit and origin, and far from any wrap-around.
 
@@ -63,6 +66,9 @@ class FastRobustOptions:
         ν at the end, world units. None is the target's spacing over 3√3.
     history : int, default 5
         Past steps that an extrapolation uses, 0 for none.
+    forget : bool, default True
+        Whether the past steps are dropped when an extrapolated pose is refused. False
+        keeps them, as the authors' code does.
     tolerance : float, default 1e-6
         The last stage ends when a step moves the source points, root mean square, by at
         most this fraction of their RMS radius.
@@ -78,6 +84,7 @@ class FastRobustOptions:
     first: float | None = None
     last: float | None = None
     history: int = 5
+    forget: bool = True
     tolerance: float = 1e-6
     rough: float = 1e-3
 
@@ -86,6 +93,8 @@ class FastRobustOptions:
             if value is not None:
                 validate.number(value, name, 1e-100, 1e100)
         validate.count(self.history, "history")
+        if not isinstance(self.forget, bool):
+            raise ValueError(f"forget: expected True or False, got {self.forget!r}")
         validate.number(self.tolerance, "tolerance", 0.0)
         validate.number(self.rough, "rough", 0.0)
 
@@ -111,7 +120,7 @@ class FastRobustState:
     last: (b,) ν of the last stage. accelerated: (b,) whether the last step kept the
     extrapolated pose. past_x, past_g: the poses x_k and G(x_k) of the steps so far,
     newest first, (b, history + 1), of which `depth` (b,) count: those since the stage
-    began or an extrapolation failed. centre: (b, d) the source's centroid. radius,
+    began or, with `forget`, an extrapolation failed. centre: (b, d) the source's centroid. radius,
     change, condition: as in `icp.IcpState`.
     """
 
@@ -227,7 +236,7 @@ def _step(state: FastRobustState) -> FastRobustState:
     return replace(
         state, pose=pose, objective=pairing.energy, status=status, reason=reason, pairing=pairing, nu=nu,
         accelerated=proposed & ~worse, past_x=past_x, past_g=past_g,
-        depth=np.where(worse | (nu != state.nu), 0, depth), change=change, condition=condition,
+        depth=np.where((worse & options.forget) | (nu != state.nu), 0, depth), change=change, condition=condition,
     )  # fmt: skip
 
 

@@ -61,7 +61,7 @@ class GicpOptions(SurfaceOptions):
         The kernel's constant. None is the usual one.
     scale : float, optional
         The kernel's scale s, world units. None takes it from the median distance of the
-        pairs used, anew at every step.
+        pairs used, anew at every step, and never below 3e-4 of the target's RMS radius.
     neighbours : int, default 6
         Points besides itself that make a point's neighbourhood.
     roundness : float, default 0.9

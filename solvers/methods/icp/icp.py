@@ -68,7 +68,7 @@ class IcpOptions:
         The kernel's constant. None is the usual one.
     scale : float, optional
         The kernel's scale s, world units. None takes it from the median distance of the
-        pairs used, anew at every step.
+        pairs used, anew at every step, and never below 3e-4 of the target's RMS radius.
     tolerance : float, default 1e-6
         It stops when a step moves the source points, root mean square, by at most this
         fraction of their RMS radius.
@@ -113,7 +113,7 @@ class TrimmedOptions:
         The kernel's constant. None is the usual one.
     scale : float, optional
         The kernel's scale s, world units. None takes it from the median distance of the
-        pairs used, anew at every step.
+        pairs used, anew at every step, and never below 3e-4 of the target's RMS radius.
     tolerance : float, default 1e-6
         It stops when a step moves the source points, root mean square, by at most this
         fraction of their RMS radius.
@@ -156,7 +156,7 @@ class CappedOptions:
         The kernel's constant. None is the usual one.
     scale : float, optional
         The kernel's scale s, world units. None takes it from the median distance of the
-        pairs used, anew at every step.
+        pairs used, anew at every step, and never below 3e-4 of the target's RMS radius.
     tolerance : float, default 1e-6
         It stops when a step moves the source points, root mean square, by at most this
         fraction of their RMS radius.
@@ -294,8 +294,9 @@ def pair(
         elif isinstance(options, TrimmedOptions):
             among = nearest.smallest(squares, max(1, round(options.keep * squares.shape[1])), among)
         distances = np.sqrt(squares)
-        k = robust.threshold(options.weight, distances, among, options.tuning, scale)
         kernel = options.weight
+        floor = 0.0 if kernel == "none" or scale is not None else robust.least_scale(index.points)
+        k = robust.threshold(kernel, distances, among, options.tuning, scale, floor)
         weights = np.where(among, problem.weights * robust.weights(kernel, distances, k), 0.0)
         total = weights.sum(axis=1)
         used = weights > 0.0

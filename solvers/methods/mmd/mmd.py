@@ -16,9 +16,14 @@ that `feature_sums` gives all at once.
 
 Nothing is discounted: density, partial overlap and clutter move the minimum, and random
 features add minima of their own. Left out of [1]_: learned starts, scales and overlap
-weights; the frequencies of a Laplace kernel, which the authors' code also has.
-Different: one draw of frequencies is rescaled through all stages, the authors draw anew
-for each.
+weights.
+
+Different by default, and to be had by an option. The frequencies are Gaussian; the
+authors' code also offers "Laplace", and takes it outdoors. The word may mean the
+kernel, `kernel="laplace"`, or the law of the frequencies, whose kernel is then
+`kernel="cauchy"`: both are here. One draw is rescaled through all stages; the authors
+draw anew for each (`redraw=True`), with another number of waves (`count`, one for each
+stage).
 
 References
 ----------
@@ -43,8 +48,9 @@ from solvers.core.status import Status, mark, reasons, statuses
 from solvers.core.stepper import Method, Problem
 from solvers.core.tree import CONSTANT, SHARED, put, take
 from solvers.numerics.fits import rms_radius
-from solvers.numerics.fourier_features import feature_sums, mean_features, unit_frequencies
+from solvers.numerics.fourier_features import KERNELS, feature_sums, mean_features, unit_frequencies
 
+_FRACTIONS = (0.6, 0.3, 0.15, 0.075)
 _ATTEMPTS = 6
 _WEAK = 1e-10  # of the largest eigenvalue: below it a direction is not determined
 
@@ -58,8 +64,19 @@ class MmdOptions:
     lengths : tuple of float, optional
         The schedule of ℓ, world units, each positive. None is the target's RMS radius
         times 0.6, 0.3, 0.15 and 0.075.
-    count : int, default 32
-        D, the number of frequencies.
+    count : int or tuple of int, default 32
+        D, the number of frequencies, at least 1: one for all stages, or one for each of
+        the `lengths`. Without `redraw` a stage takes the first D of one draw.
+    kernel : str, default "gaussian"
+        What frequencies are drawn for, with x the difference of two points: "gaussian",
+        `exp(−‖x‖²/2ℓ²)`; "cauchy", `Π 1/(1 + x_j²/2ℓ²)`, Laplace frequencies along each
+        axis; "laplace", `exp(−‖x‖/ℓ)`, multivariate Cauchy frequencies. These last have
+        no variance, so JᵀJ has no mean and grows with D: the kernel has a kink where
+        points meet. The fastest waves rule the step, and a run stops short unless it
+        begins near.
+    redraw : bool, default False
+        Whether every stage has frequencies of its own, the first those of the one draw
+        that otherwise serves them all.
     damping : float, default 1e-3
         λ of each stage's first step, a fraction of the largest eigenvalue of JᵀJ.
     tolerance : float, default 1e-6
@@ -77,7 +94,9 @@ class MmdOptions:
     """
 
     lengths: tuple[float, ...] | None = None
-    count: int = 32
+    count: int | tuple[int, ...] = 32
+    kernel: str = "gaussian"
+    redraw: bool = False
     damping: float = 1e-3
     tolerance: float = 1e-6
     coarse: float = 1e-2
@@ -89,7 +108,17 @@ class MmdOptions:
                 raise ValueError(f"lengths: expected one or more lengths, got {self.lengths!r}")
             for length in self.lengths:
                 validate.number(length, "lengths", 1e-100, 1e100)
-        validate.count(self.count, "count", 1)
+        several = self.count if isinstance(self.count, tuple | list) else (self.count,)
+        for number in several:
+            validate.count(number, "count", 1)
+        if isinstance(self.count, tuple | list) and len(several) != len(self.lengths or _FRACTIONS):
+            raise ValueError(
+                f"count: expected one number or one for each of {len(self.lengths or _FRACTIONS)} stages, "
+                f"got {self.count!r}"
+            )
+        validate.one_of(self.kernel, KERNELS, "kernel")
+        if not isinstance(self.redraw, bool):
+            raise ValueError(f"redraw: expected True or False, got {self.redraw!r}")
         validate.number(self.damping, "damping", 1e-12, 1e12)
         for name in ("tolerance", "coarse", "decrease"):
             validate.number(getattr(self, name), name, 0.0)
@@ -99,22 +128,25 @@ class MmdOptions:
 class MmdState:
     """A pose and the two mean features at it; all are of the present length scale.
 
-    frequencies: (b, D, d) in units of 1/ℓ. lengths: (b, L) the schedule. fixed_means:
-    (b, L, 2D) of the target, one a stage. centred: (b, m, d) the source about its
-    centroid (b, d) `centroid`, `radius` (b,) its RMS radius. stage: (b,) counted from
-    0. length: (b,) ℓ, world units. moving_mean, fixed_mean: (b, 2D), cosines first, and
-    residual, their difference. jacobian: (b, 2D, p) of the residual in p = d + d(d −
-    1)/2 dimensionless parameters: the translation in ℓ, then a turn about the moved
-    centroid in ℓ over the RMS radius. The objective is ‖residual‖². damping: (b,) λ.
-    condition: (b,) of JᵀJ; weak: (b, p) its direction least determined, of length 1.
-    change: (b,) how far the last step moved the points, root mean square, as a fraction
-    of `radius`.
+    lengths: (b, L) the schedule. draws: (b, S, D, d) frequencies in units of 1/ℓ, S = L
+    sets, one a stage, or one for all. counts: (b, L) how many of them a stage takes;
+    where that is less than D, the rest of `frequencies` and the entries that belong to
+    it are zero. fixed_means: (b, L, 2D) of the target, one a stage. centred: (b, m, d)
+    the source about its centroid (b, d) `centroid`, `radius` (b,) its RMS radius.
+    stage: (b,) counted from 0. frequencies: (b, D, d) and length: (b,) ℓ, world units,
+    of the stage. moving_mean, fixed_mean: (b, 2D), cosines first, and residual, their
+    difference. jacobian: (b, 2D, p) of the residual in p = d + d(d − 1)/2 dimensionless
+    parameters: the translation in ℓ, then a turn about the moved centroid in ℓ over the
+    RMS radius. The objective is ‖residual‖². damping: (b,) λ. condition: (b,) of JᵀJ;
+    weak: (b, p) its direction least determined, of length 1. change: (b,) how far the
+    last step moved the points, root mean square, as a fraction of `radius`.
     """
 
     problem: Problem = field(metadata=CONSTANT)
     options: MmdOptions = field(metadata=SHARED)
-    frequencies: FloatArray = field(metadata=CONSTANT)
     lengths: FloatArray = field(metadata=CONSTANT)
+    draws: FloatArray = field(metadata=CONSTANT)
+    counts: IntArray = field(metadata=CONSTANT)
     fixed_means: FloatArray = field(metadata=CONSTANT)
     centred: FloatArray = field(metadata=CONSTANT)
     centroid: FloatArray = field(metadata=CONSTANT)
@@ -124,6 +156,7 @@ class MmdState:
     status: StatusArray
     reason: ReasonArray
     stage: IntArray
+    frequencies: FloatArray
     length: FloatArray
     moving_mean: FloatArray
     fixed_mean: FloatArray
@@ -167,14 +200,16 @@ def _evaluate(state: MmdState, pose: Pose) -> tuple[FloatArray, FloatArray]:
     """
     z, ell, radius = state.frequencies, state.length, state.radius
     b, m, d = state.centred.shape
-    D = z.shape[1]
+    D, count = z.shape[1], state.counts[np.arange(b), state.stage]
     R = pose.R
     # About the centroid the points only turn; where the centroid lies is one phase for
     # each frequency.
     with np.errstate(under="ignore"):
         unit = (state.centred @ R.swapaxes(-1, -2)) / radius[:, None, None]
         c, s = feature_sums(unit, z * (radius / ell)[:, None, None])
-    turning = (c + 1j * s) / (m * np.sqrt(D))
+    turning = (c + 1j * s) / (m * np.sqrt(count))[:, None, None]
+    if (count < D).any():
+        turning[np.arange(D) >= count[:, None]] = 0.0
     centre = (R @ state.centroid[..., None])[..., 0] + pose.t
     phase = (z @ (centre / ell[:, None])[..., None])[..., 0]
     turning *= np.exp(1j * phase)[..., None]
@@ -201,32 +236,48 @@ def _at(state: MmdState, pose: Pose) -> MmdState:
 def _at_stage(state: MmdState, stage: IntArray) -> MmdState:
     """The state at its pose with the length scale of `stage` (b,)."""
     rows = np.arange(len(stage))
+    z = state.draws[rows, stage if state.draws.shape[1] > 1 else 0]
+    few = np.arange(z.shape[1]) >= state.counts[rows, stage, None]
     state = replace(
-        state, stage=stage, length=state.lengths[rows, stage], fixed_mean=state.fixed_means[rows, stage],
-        damping=np.full(len(stage), state.options.damping),
+        state, stage=stage, frequencies=np.where(few[..., None], 0.0, z), length=state.lengths[rows, stage],
+        fixed_mean=state.fixed_means[rows, stage], damping=np.full(len(stage), state.options.damping),
     )  # fmt: skip
     return _at(state, state.pose)
 
 
+def _draws(problem: Problem, options: MmdOptions, stages: int) -> tuple[FloatArray, IntArray]:
+    """The frequencies (b, S, D, d) and how many each stage has, (L,), as in `MmdState`."""
+    several = options.count if isinstance(options.count, tuple | list) else (options.count,) * stages
+    counts = np.array(several, dtype=np.int64)
+    sets = range(stages if options.redraw else 1)
+    draws = [unit_frequencies(problem.seed, int(counts.max()), problem.dim, options.kernel, k) for k in sets]
+    return np.stack(draws, axis=1), counts
+
+
 def _start(problem: Problem, options: MmdOptions) -> MmdState:
     b, _, d = problem.source.shape
-    D, p = options.count, d + len(_planes(d))
-    z = unit_frequencies(problem.seed, D, d)
+    p = d + len(_planes(d))
     if options.lengths is None:
-        lengths = rms_radius(problem.target)[:, None] * np.array([0.6, 0.3, 0.15, 0.075])
+        lengths = rms_radius(problem.target)[:, None] * np.array(_FRACTIONS)
     else:
         lengths = np.tile(np.array(options.lengths, dtype=np.float64), (b, 1))
-    with np.errstate(over="ignore", under="ignore"):
-        means = [mean_features(problem.target, z / ell[:, None, None]) for ell in lengths.T]
+    draws, counts = _draws(problem, options, lengths.shape[1])
+    D, means = draws.shape[2], []
+    for stage, (ell, count) in enumerate(zip(lengths.T, counts, strict=True)):
+        z = draws[:, stage if options.redraw else 0, :count]
+        with np.errstate(over="ignore", under="ignore"):
+            mean = mean_features(problem.target, z / ell[:, None, None])
+        means.append(np.pad(mean.reshape(b, 2, count), ((0, 0), (0, 0), (0, D - count))).reshape(b, 2 * D))
     centroid = problem.source.mean(axis=1)
     nothing = np.zeros((b, 2 * D))
     state = MmdState(
-        problem=problem, options=options, frequencies=z, lengths=lengths, fixed_means=np.stack(means, axis=1),
-        centred=problem.source - centroid[:, None], centroid=centroid, radius=rms_radius(problem.source),
-        pose=Pose(problem.start.R, problem.start.t), objective=np.zeros(b), status=statuses((b,)), reason=reasons((b,)),
-        stage=np.zeros(b, dtype=np.int64), length=lengths[:, 0], moving_mean=nothing, fixed_mean=means[0],
-        residual=nothing, jacobian=np.zeros((b, 2 * D, p)), damping=np.full(b, options.damping),
-        condition=np.full(b, np.inf), weak=np.zeros((b, p)), change=np.full(b, np.inf),
+        problem=problem, options=options, lengths=lengths, draws=draws, counts=np.tile(counts, (b, 1)),
+        fixed_means=np.stack(means, axis=1), centred=problem.source - centroid[:, None], centroid=centroid,
+        radius=rms_radius(problem.source), pose=Pose(problem.start.R, problem.start.t), objective=np.zeros(b),
+        status=statuses((b,)), reason=reasons((b,)), stage=np.zeros(b, dtype=np.int64), frequencies=draws[:, 0],
+        length=lengths[:, 0], moving_mean=nothing, fixed_mean=means[0], residual=nothing,
+        jacobian=np.zeros((b, 2 * D, p)), damping=np.full(b, options.damping), condition=np.full(b, np.inf),
+        weak=np.zeros((b, p)), change=np.full(b, np.inf),
     )  # fmt: skip
     return _at_stage(state, state.stage)
 

@@ -46,6 +46,10 @@ class D2dOptions(NdtOptions):
         A level ends, too, when a step moves the source points, root mean square, by
         about this fraction of their RMS radius: converged where the step proposed was
         as short, stalled where only its halves were.
+    outliers : float, optional
+        The share of outliers, above 0 and below 1, that widens every Gaussian by one
+        factor (`ndt.mixture`). None leaves them as they are, the limit of a share of
+        one.
 
     Raises
     ------

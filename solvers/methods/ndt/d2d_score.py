@@ -24,7 +24,8 @@ weighed against each other by their counts.
 
 Source: Stoyanov, Magnusson, Andreasson & Lilienthal 2012, Fast and accurate scan
 registration through minimization of the distance between compact 3D NDT representations
-(the objective, here without its two scaling constants).
+(the objective). Its two scaling constants, d₁ and d₂ of `ndt.mixture`, enter where a
+share of outliers is given: `s_ij = −d₁ exp(−½ d₂ q_ijᵀ C_ij⁻¹ q_ij)`.
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ import numpy as np
 
 from solvers.core.arrays import FloatArray, IntArray
 from solvers.core.pose import Pose
+from solvers.methods.ndt.mixture import constants
 from solvers.methods.ndt.ndt_map import NdtMap, floored
 from solvers.methods.ndt.score import Score
 
@@ -47,13 +49,15 @@ def evaluate(
     pivot: FloatArray,
     which: IntArray | None = None,
     width: int | None = None,
+    outliers: float | None = None,
 ) -> Score:
     """The score of the poses (k,) with its derivatives about the pivots (k, 2); which:
     (k,) the clouds they belong to (None: each its own). In the answer `values` (k, 1,
     C) is the sum of each source cell's terms and `cells` (k, 1, C) the number of the
     target cell of its largest term, −1 where it has none; width: C, at least the
-    source's own (None).
+    source's own (None). outliers: the share of the uniform part, None for none.
     """
+    gain, sharpness = constants(outliers)
     k = len(pose.t)
     which = np.arange(k) if which is None else which
     width = source.mean.shape[1] if width is None else width
@@ -66,7 +70,7 @@ def evaluate(
         x, y = (s[:, None] * turned[c] + t[:, c, None] for c in (0, 1))
         near = np.square(x[:, :, None] - mu[:, None, :, 0]) + np.square(y[:, :, None] - mu[:, None, :, 1])
         reach = np.square(s)[:, None] * (S[..., 0, 0] + S[..., 1, 1])
-        close = near <= NEGLIGIBLE * (reach[:, :, None] + (Q[..., 0, 0] + Q[..., 1, 1])[:, None, :])
+        close = near <= NEGLIGIBLE / sharpness * (reach[:, :, None] + (Q[..., 0, 0] + Q[..., 1, 1])[:, None, :])
         close &= source.kept[which][:, :, None] & target.kept[which][:, None, :]
         b, i, j = np.nonzero(close)
         # A = s² R S Rᵀ = [[α, β], [β, γ]] of every source cell, then of every pair.
@@ -87,7 +91,7 @@ def evaluate(
         det = (d00 * d11 - np.square(d01)) * trace
         p00, p01, p11 = d11 / det, -d01 / det, d00 / det
         u0, u1 = p00 * q0 + p01 * q1, p01 * q0 + p11 * q1
-        values = np.exp(-0.5 * (q0 * u0 + q1 * u1))
+        values = gain * np.exp(-0.5 * sharpness * (q0 * u0 + q1 * u1))
         # A' = [[−2β, α − γ], [α − γ, 2β]], A'' = [[−2δ, −4β], [−4β, 2δ]], δ = α − γ
         delta = alpha - gamma
         w0, w1 = -ly + 2.0 * beta * u0 - delta * u1, lx - delta * u0 - 2.0 * beta * u1
@@ -95,6 +99,10 @@ def evaluate(
         uphi = u1 * lx - u0 * ly - (beta * (np.square(u1) - np.square(u0)) + delta * u0 * u1)
         second = delta * (np.square(u1) - np.square(u0)) - 4.0 * beta * u0 * u1
         phi2 = w0 * v0 + w1 * v1 - (u0 * lx + u1 * ly) - second
+        if outliers is not None:  # every derivative of the exponent has its factor
+            u0, u1, uphi, p00, p01, p11, v0, v1, phi2 = (
+                sharpness * x for x in (u0, u1, uphi, p00, p01, p11, v0, v1, phi2)
+            )
 
         def total(v: FloatArray) -> FloatArray:
             # Of nothing, bincount makes integers.

@@ -13,7 +13,9 @@ aligned.
 The score at a cell's border jumps, so a run often ends stalled there rather than where
 the gradient vanishes.
 
-Left out of [2]_: the mixture of each Gaussian with a uniform part for outliers.
+The mixture of each Gaussian with a uniform part for outliers, in [2]_ part of the
+score, is an option here, `outliers`, and left out by default; it divides all
+covariances by one number (`ndt.mixture`).
 
 References
 ----------
@@ -37,7 +39,7 @@ from solvers.core.status import Status, mark, reasons, statuses
 from solvers.core.stepper import Method, Problem
 from solvers.core.tree import CONSTANT, SHARED, put, take
 from solvers.geometry.spectral import symmetric_eigen
-from solvers.methods.ndt import d2d_score, ndt_map
+from solvers.methods.ndt import d2d_score, mixture, ndt_map
 from solvers.methods.ndt.ndt_map import NdtMap
 from solvers.methods.ndt.score import Score, evaluate
 from solvers.numerics import newton
@@ -74,6 +76,10 @@ class NdtOptions:
         A level ends, too, when a step moves the source points, root mean square, by
         about this fraction of their RMS radius: converged where the step proposed was
         as short, stalled where only its halves were.
+    outliers : float, optional
+        The share of outliers, above 0 and below 1, that widens every Gaussian by one
+        factor (`ndt.mixture`). None leaves them as they are, the limit of a share of
+        one.
 
     Raises
     ------
@@ -88,6 +94,7 @@ class NdtOptions:
     max_turn: float = 0.2
     halvings: int = 4
     tolerance: float = 1e-4
+    outliers: float | None = None
 
     def __post_init__(self) -> None:
         sizes(self.cells)
@@ -102,6 +109,7 @@ class NdtOptions:
         validate.number(self.max_turn, "max_turn", 1e-100, 1e100)
         validate.count(self.halvings, "halvings")
         validate.number(self.tolerance, "tolerance", 0.0)
+        mixture.check_share(self.outliers)
 
 
 def sizes(cells: float | Sequence[float] | None) -> tuple[float, ...] | None:
@@ -182,7 +190,7 @@ def start(problem: Problem, options: NdtOptions, sources: tuple[NdtMap, ...] | N
     shift = 0.5 * steps[0] if options.max_shift is None else np.full(b, options.max_shift)
     level = np.zeros(b, dtype=np.int64)
     centre = problem.source.mean(axis=1)
-    at = _score(problem, maps, sources, level, centre, problem.start, np.arange(b))
+    at = _score(problem, maps, sources, level, centre, problem.start, np.arange(b), options.outliers)
     status, reason = statuses((b,)), reasons((b,))
     for name, several in (("target", maps), ("source", sources or ())):
         for one in several:
@@ -208,6 +216,7 @@ def _score(
     centre: FloatArray,
     pose: Pose,
     which: IntArray,
+    outliers: float | None,
 ) -> Score:
     """The score of the problems `which` (k,), each at its pose and on the map of its
     level, both (k,).
@@ -220,8 +229,8 @@ def _score(
 
     def of(at: int, rows: IntArray) -> Score:
         if sources:
-            return d2d_score.evaluate(sources[at], maps[at], pose[rows], pivot[rows], which[rows], width)
-        return evaluate(maps[at], moved[rows], pivot[rows], which[rows])
+            return d2d_score.evaluate(sources[at], maps[at], pose[rows], pivot[rows], which[rows], width, outliers)
+        return evaluate(maps[at], moved[rows], pivot[rows], which[rows], outliers=outliers)
 
     out = Score(
         np.zeros(k), np.zeros((k, 3)), np.zeros((k, 3, 3)), np.zeros(shape, dtype=np.int64), np.zeros(shape)
@@ -282,7 +291,7 @@ def step(state: NdtState) -> NdtState:
     move, damping = newton_step(old.gradient, old.hessian, state.radius, state.max_shift, options.max_turn)
     proposed = _size(move, state.radius)
     pose = moved_by(state.pose, move, pivot)
-    at = _score(problem, maps, sources, state.level, state.centre, pose, np.arange(problem.size))
+    at = _score(problem, maps, sources, state.level, state.centre, pose, np.arange(problem.size), options.outliers)
     better = at.score > old.score
     halved = np.zeros(len(better), dtype=np.int64)
     for done in range(0, options.halvings, TOGETHER):
@@ -295,7 +304,7 @@ def step(state: NdtState) -> NdtState:
         many = np.repeat(rows, several)
         shorter = move[many] * np.tile(0.5 ** np.arange(1, several + 1), len(rows))[:, None]
         tried = moved_by(state.pose[many], shorter, pivot[many])
-        again = _score(problem, maps, sources, state.level[many], state.centre, tried, many)
+        again = _score(problem, maps, sources, state.level[many], state.centre, tried, many, options.outliers)
         good = (again.score > old.score[many]).reshape(len(rows), several)
         helped = good.any(axis=1)
         chosen = np.where(helped, good.argmax(axis=1), several - 1)
@@ -314,7 +323,8 @@ def step(state: NdtState) -> NdtState:
     level = state.level + up
     if up.any():
         rows = np.flatnonzero(up)
-        at = put(at, rows, _score(problem, maps, sources, level[rows], state.centre, pose[rows], rows))
+        higher = _score(problem, maps, sources, level[rows], state.centre, pose[rows], rows, options.outliers)
+        at = put(at, rows, higher)
     condition, ratio, weak = _condition(at.hessian, state.radius)
     outside = np.asarray((at.cells < 0).all(axis=(1, 2)))
     status, reason = mark(state.status, state.reason, outside, Status.DEGENERATE, OUTSIDE)

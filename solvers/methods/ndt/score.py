@@ -18,7 +18,8 @@ one.
 
 Sources: Biber & Straßer 2003, The normal distributions transform: a new approach to
 laser scan matching; Magnusson 2009, The three-dimensional normal-distributions
-transform, ch. 6, without its uniform part for outliers (d₁ and d₂).
+transform, ch. 6. Its uniform part for outliers enters where a share of them is given:
+`s_k = −d₁ exp(−½ d₂ q_kᵀ P_k q_k)` (`ndt.mixture`). By default it is left out.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from solvers.core.arrays import FloatArray, IntArray
+from solvers.methods.ndt.mixture import constants
 from solvers.methods.ndt.ndt_map import NdtMap
 
 BLOCK = 2**17
@@ -51,13 +53,18 @@ class Score:
 
 
 def evaluate(
-    cells: NdtMap, moved: FloatArray, pivot: FloatArray, which: IntArray | None = None, derivatives: bool = True
+    cells: NdtMap,
+    moved: FloatArray,
+    pivot: FloatArray,
+    which: IntArray | None = None,
+    derivatives: bool = True,
+    outliers: float | None = None,
 ) -> Score:
     """The score of the moved points (k, m, 2), with its derivatives about the pivots
     (k, 2).
 
     which: (k,) the cloud in whose map each set of points stands (None: one set for
-    each, in their order).
+    each, in their order). outliers: the share of the uniform part, None for none.
     """
     b = len(moved)
     which = np.arange(b) if which is None else which
@@ -69,9 +76,14 @@ def evaluate(
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         x, y = moved[:, None, :, 0], moved[:, None, :, 1]
         p00, p01, p11 = P[:, 0][at], P[:, 1][at], P[:, 3][at]
+        gain, sharpness = constants(outliers)
+        if outliers is not None:
+            p00, p01, p11 = sharpness * p00, sharpness * p01, sharpness * p11
         q0, q1 = x - mean[:, 0][at], y - mean[:, 1][at]
         u0, u1 = p00 * q0 + p01 * q1, p01 * q0 + p11 * q1
         values = np.where(rows >= 0, np.exp(-0.5 * np.where(rows >= 0, q0 * u0 + q1 * u1, 0.0)), 0.0)
+        if outliers is not None:
+            values *= gain
         score = values.reshape(b, -1).sum(axis=1)
         if derivatives:
             # A point in no cell may lie anywhere, also where products overflow.
@@ -96,20 +108,24 @@ def evaluate(
     return Score(score, gradient, hessian, rows, values)
 
 
-def score_map(cells: NdtMap, points: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
+def score_map(
+    cells: NdtMap, points: FloatArray, x: FloatArray, y: FloatArray, outliers: float | None = None
+) -> FloatArray:
     """The score of the points (m, 2), turned beforehand, moved by every (x_i, y_j):
     (len(y), len(x)), one cloud's map.
 
     A point's column of cells depends on x alone and its row on y alone, so a place in
     the table is two look-ups and a sum; only pairs that meet a kept cell are evaluated.
     Rows are independent: a caller may ask for a few at a time, or for a coarse lattice
-    first. Raises ValueError for the map of more than one cloud.
+    first. outliers: as in `evaluate`. Raises ValueError for the map of more than one
+    cloud.
     """
     if len(cells.size) != 1:
         raise ValueError(f"cells: expected the map of one cloud, got {len(cells.size)}")
     x, y = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
     m, nx, ny = len(points), len(x), len(y)
-    h, mean, P = cells.size[0], cells.mean[0], cells.precision[0]
+    gain, sharpness = constants(outliers)
+    h, mean, P = cells.size[0], cells.mean[0], cells.precision[0] * sharpness
     # With P = LLᵀ, qᵀPq = ‖Lᵀq‖²: two products for a pair instead of four.
     l00 = np.sqrt(P[:, 0, 0])
     l10 = P[:, 0, 1] / np.where(l00 > 0.0, l00, 1.0)
@@ -139,7 +155,7 @@ def score_map(cells: NdtMap, points: FloatArray, x: FloatArray, y: FloatArray) -
                 s = np.exp(-(np.square(a[cell] * q0 + c[cell] * q1) + np.square(e[cell] * q1)))
                 count = len(py[some]) * nx
                 out[some] += np.bincount(where, weights=s, minlength=count).reshape(-1, nx)
-    return out
+    return out * gain
 
 
 def _place(at: FloatArray, origin: float, size: float, first: float, count: int) -> IntArray:

@@ -32,7 +32,7 @@ run_tests.scripts.script_lint, run_tests.scripts.script_types = notes("eslint"),
 run_tests.imports = notes("imports")
 run_tests.build_command = notes("build", builds)
 run_tests.browsers.found = lambda *_: told.append("browser") or Path("a-browser")
-run_tests.claims.write_results = lambda root, outcomes: told.append(f"results of {len(outcomes)}")
+run_tests.claims.write_results = lambda root, outcomes, changes: told.append(f"results of {len(outcomes)}")
 found = []
 for words in runs:
     told.clear()

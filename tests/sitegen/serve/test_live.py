@@ -64,12 +64,15 @@ def test_a_page_carries_the_reload_script_and_the_built_file_does_not(
     """The script is a file of the same origin, so the site's own policy lets it run; pages are never kept by caches."""
     status, headers, text = get(live_site)
     assert status == 200
-    tag = f'<script src="/.ladder/reload.js" data-build="{live_site.live.build}" defer blocking="render"></script>'
-    assert f"{tag}</head>" in text
+    attributes = f'type="module" src="/.ladder/follow.js" data-build="{live_site.live.build}" blocking="render"'
+    assert f"<script {attributes}></script></head>" in text
     assert headers["Content-Security-Policy"].startswith("default-src 'none'; script-src 'self'")
     assert headers["Cache-Control"] == "no-cache"
     assert ".ladder" not in (small_checkout / "site" / "index.html").read_text("utf-8")
-    assert "EventSource" in get(live_site, "/.ladder/reload.js")[2]
+    for name in ("follow.js", "messages.js", "place.js", "swap.js"):
+        status, headers, _ = get(live_site, f"/.ladder/{name}")
+        assert (status, headers["Content-Type"]) == (200, "text/javascript; charset=utf-8")
+    assert "EventSource" in get(live_site, "/.ladder/follow.js")[2]
 
 
 def test_an_edit_is_built_and_told(live_site: live.LiveSite, events: Events, small_checkout: Path) -> None:

@@ -5,6 +5,7 @@ import pytest
 
 from solvers.numerics import robust
 from solvers.numerics.robust import KERNELS, TUNING
+from solvers.scenes.rooms import ROOM_SETTINGS, room
 
 ROBUST = [k for k in KERNELS if k != "none"]
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
@@ -84,10 +85,29 @@ def test_the_scale_takes_only_the_pairs_it_is_told(rng):
     for i in range(5):
         own = r[i, among[i]]
         assert found[i] == pytest.approx(1.4826 * np.median(own) if own.size else 1e-9)
-    assert robust.mad_scale(np.zeros((1, 3)))[0] == robust.FLOOR
+    assert robust.mad_scale(np.zeros((2, 3)), None, np.array([0.1, 0.2])).tolist() == [0.1, 0.2]
     assert robust.threshold("huber", r, scale=0.2).tolist() == [1.345 * 0.2] * 5
     assert robust.threshold("huber", r, tuning=2.0, scale=np.arange(1.0, 6.0)).tolist() == [2.0, 4.0, 6.0, 8.0, 10.0]
     assert np.all(robust.threshold("none", r, scale=0.2) == np.inf)
+
+
+def test_the_least_scale_is_a_fraction_of_the_clouds_size_and_a_thousandth_in_the_rooms(rng):
+    """FLOOR of the RMS radius, in any unit and any place; 0.001 u in every room of the race, to a tenth."""
+    clouds = rng.standard_normal((3, 40, 2)) * np.array([1.0, 5.0, 0.1])[:, None, None]
+    radius = np.sqrt(clouds.var(axis=1).sum(axis=1))
+    for unit in (1e-9, 1.0, 1e6):
+        assert np.allclose(robust.least_scale(unit * (clouds + 7.0)), unit * robust.FLOOR * radius, rtol=1e-9)
+    rooms = [room(setting, seed=40).target for setting in ROOM_SETTINGS]
+    assert np.allclose([robust.least_scale(q[None])[0] for q in rooms], 1e-3, rtol=0.1)
+
+
+def test_perfect_pairs_without_a_floor_are_no_division_by_zero():
+    """Zero distances have a positive threshold all the same, and full weight."""
+    r = np.array([[0.0, 0.0, 0.0, 1.0]])
+    for kernel in ROBUST:
+        k = robust.threshold(kernel, r)
+        assert k[0] > 0.0
+        assert robust.weights(kernel, r, k)[0].round(6).tolist() == [1.0, 1.0, 1.0, 0.0]
 
 
 def test_reweighting_finds_the_loss_minimum_of_a_line(rng):

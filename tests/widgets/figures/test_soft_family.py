@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Mapping
 from itertools import pairwise
 from typing import Any
 
@@ -18,6 +19,7 @@ from widgets.figures.soft_family.figure import ANCHOR, METHODS, STEPS, VIEW, WID
 from widgets.figures.soft_family.links import links, threads
 
 STEP, FINISH = Action("press", "step"), Action("press", "finish")
+Why = Callable[[str, Mapping[str, str]], None]
 WIDTHS = ["held", "estimated", "scheduled"]
 
 
@@ -92,8 +94,21 @@ def test_what_is_promised_is_kept(method: str, width: str) -> None:
         assert state.run.done
 
 
-def test_a_schedule_makes_the_likelihood_fall() -> None:
-    """σ by schedule, CPD and FilterReg: the negative log-likelihood rises at some steps, and diamonds mark them."""
+def rises(method: str, **controls: Any) -> int:
+    """At how many steps of a run to the end the negative log-likelihood rises."""
+    return len(run(FINISH, method=method, **controls).run.rises)
+
+
+def test_a_schedule_makes_the_likelihood_fall(why: Why) -> None:
+    """σ by schedule, CPD and FilterReg: the negative log-likelihood rises at some steps, and diamonds mark them. With σ
+    estimated it rises at none."""
+    methods, widths = ("cpd-rigid", "filterreg"), ("scheduled", "estimated")
+    counts = [" · ".join(str(rises(method, width=width)) for method in methods) for width in widths]
+    why(
+        "how σ is chosen (steps at which the curve rises, CPD · FilterReg)",
+        {"on a schedule": counts[0], "estimated": counts[1]},
+    )
+    assert counts[1] == "0 · 0"
     for method in ("cpd-rigid", "filterreg"):
         shown = frame([["press", "finish"]], method=method, width="scheduled")
         values = {r["name"]: r["value"] for r in shown["readouts"]}
@@ -102,23 +117,34 @@ def test_a_schedule_makes_the_likelihood_fall() -> None:
         assert "diamond outlier" in shown["panels"][1]["svg"]
 
 
-def test_an_approximate_filter_loses_the_promise() -> None:
+def test_an_approximate_filter_loses_the_promise(why: Why) -> None:
     """With σ estimated and the lattice in place of exact sums the negative log-likelihood rises somewhere."""
-    assert not run(FINISH, method="filterreg", filter="exact").run.rises
-    assert run(FINISH, method="filterreg", filter="lattice").run.rises
+    lattice, exact = (rises("filterreg", filter=sums) for sums in ("lattice", "exact"))
+    why("the sums", {"on the lattice": f"the curve rises at {lattice} steps", "exact": f"at {exact}"})
+    assert lattice > 0
+    assert exact == 0
 
 
-def test_estimated_sigma_need_not_fall() -> None:
-    """From a first σ that is believed too much, it grows first."""
-    course = run(FINISH, sigma=0.3).run.course
+def test_estimated_sigma_need_not_fall(why: Why) -> None:
+    """From a first σ of 0.3 u it grows first, from the figure's own it does not."""
+    course, usual = run(FINISH, sigma=0.3).run.course, run(FINISH).run.course
+    why(
+        "the first σ",
+        {
+            "0.3 u": f"{course[1].sigma:.2f} u after a step",
+            f"{usual[0].sigma:.2g} u": f"{usual[1].sigma:.2f} u after a step",
+        },
+    )
+    assert usual[1].sigma < usual[0].sigma
     assert course[1].sigma > course[0].sigma
     assert course[-1].sigma < course[0].sigma
 
 
-def test_similarity_collapses_where_the_rigid_form_keeps_its_size() -> None:
+def test_similarity_collapses_where_the_rigid_form_keeps_its_size(why: Why) -> None:
     """From a turn of 60° with a wide σ the similarity shrinks below 0.3 of its size; the rigid form stays at 1."""
     shrunk = run(FINISH, name="similarity").run.course[-1]
     rigid = run(FINISH, name="similarity", method="cpd-rigid").run.course[-1]
+    why("the scale", {"free": f"{shrunk.scale:.2f} of its size", "fixed": f"{rigid.scale:.2f}"})
     assert shrunk.scale < 0.3
     assert rigid.scale == 1.0
     assert "scaled by 0." in frame([["press", "finish"]], name="similarity")["description"]

@@ -1,0 +1,95 @@
+/* Keeps the page in step with what `python3 build.py serve` builds. Only that server serves this; no published page has it. */
+
+import { elsewhere, hide, problems } from "./messages.js";
+import { keep, place, restore } from "./place.js";
+import { same, swap } from "./swap.js";
+
+const KEPT = "ladder-preview";
+let shown = document.querySelector("script[data-build]").dataset.build;
+let source = null; // the page as it was built, which scripts have changed since
+let events = null;
+let reloading = false;
+
+async function fetched() {
+  const answer = await fetch(location.pathname + location.search, { cache: "no-cache" });
+  return new DOMParser().parseFromString(await answer.text(), "text/html");
+}
+
+const buildOf = (page) => page.querySelector("script[data-build]")?.dataset.build;
+const here = () => location.pathname.split("/").at(-1) || "index.html";
+
+function reload() {
+  reloading = true;
+  try {
+    sessionStorage.setItem(KEPT, JSON.stringify(keep()));
+  } catch {
+    // forbidden or full: the page comes back at its beginning
+  }
+  location.reload();
+}
+
+/** A build has been published: the page becomes what it is now, with as little stir as can be. */
+async function update({ build, edited }) {
+  if (build === shown || reloading) return;
+  const now = await fetched();
+  if (!same(source, now) && !swap(source, now)) return reload();
+  [source, shown] = [now, buildOf(now)];
+  const [other] = edited;
+  if (other && edited.every(({ page }) => page !== here())) elsewhere(other.page, other.file);
+}
+
+let last = Promise.resolve();
+function open() {
+  events = new EventSource("/.ladder/events");
+  events.onmessage = ({ data }) => {
+    const state = JSON.parse(data);
+    hide();
+    if (state.lines.length) problems(state.title, state.lines);
+    else last = last.then(() => update(state)).catch(() => {}); // the server has gone: the next message comes with it
+  };
+}
+
+// A browser holds six connections to one server, so a page that nobody sees gives its own back.
+function follow() {
+  if (document.hidden) {
+    events?.close();
+    events = null;
+  } else if (!events) open();
+}
+
+/** After a reload: the place is taken before anything is painted, and held until fonts and pictures are there. */
+function comeBack() {
+  let kept = null;
+  try {
+    kept = JSON.parse(sessionStorage.getItem(KEPT));
+    sessionStorage.removeItem(KEPT);
+  } catch {
+    // forbidden: nothing was kept
+  }
+  if (kept?.page !== location.pathname) return;
+  restore(kept);
+  const moved = new AbortController();
+  for (const type of ["wheel", "touchstart", "pointerdown", "keydown"]) {
+    addEventListener(type, () => moved.abort(), { once: true, passive: true, signal: moved.signal });
+  }
+  const hold = () => moved.signal.aborted || place(kept);
+  document.fonts.ready.then(hold);
+  addEventListener("load", hold, { once: true });
+}
+
+comeBack();
+addEventListener("pagehide", () => {
+  history.scrollRestoration = reloading ? "manual" : "auto"; // the browser's own would go by pixels
+  events?.close();
+  events = null;
+});
+addEventListener("pageshow", ({ persisted }) => persisted && follow());
+fetched().then(
+  (page) => {
+    source = page;
+    if (buildOf(page) !== shown) return reload();
+    document.addEventListener("visibilitychange", follow);
+    follow();
+  },
+  () => {}, // the server has gone
+);

@@ -1,0 +1,67 @@
+/* What the author is told in the page: what a build found wrong, and that another page has changed. */
+
+const FACE = "font: 15px/1.5 ui-monospace, Menlo, Consolas, monospace; color: #f6f2ec; background: #1d1b1a;";
+const BUTTON =
+  "min-height: 44px; padding: 4px 16px; font: inherit; color: inherit; background: transparent;" +
+  "border: 1px solid #8a827a; border-radius: 6px; cursor: pointer;";
+
+// The site's styles stay out by a shadow root; styles are set by script, since the page's policy blocks style attributes.
+const element = (parent, tag, style, text = "") => {
+  const made = parent.appendChild(document.createElement(tag));
+  made.style.cssText = style;
+  made.textContent = text;
+  return made;
+};
+
+function box(id, role, style) {
+  document.getElementById(id)?.remove();
+  const host = element(document.body, "div", `position: fixed; z-index: 2147483647; box-sizing: border-box; ${FACE} ${style}`);
+  host.id = id;
+  host.setAttribute("role", role);
+  return { host, inside: host.attachShadow({ mode: "open" }) };
+}
+
+function hideButton(host, parent, style) {
+  const button = element(parent, "button", BUTTON + style, "Hide");
+  button.type = "button";
+  button.addEventListener("click", () => host.remove());
+}
+
+/** The list of problems: file, line and column, and below what is wrong. */
+export function problems(title, lines) {
+  const { host, inside } = box(
+    "build-problems",
+    "alert",
+    "inset: auto 0 0 0; max-height: 60vh; overflow: auto; padding: 16px 24px 20px; border-top: 4px solid #e5674c;",
+  );
+  const head = element(inside, "div", "display: flex; gap: 16px; justify-content: space-between; align-items: center; margin-bottom: 8px");
+  element(head, "strong", "color: #ffb4a2", title);
+  hideButton(host, head, "");
+  const list = element(inside, "div", "display: grid; gap: 8px");
+  for (const line of lines) {
+    const placed = /^(\S+?:\d+:\d+: )(.*)$/s.exec(line);
+    const row = element(list, "div", "white-space: pre-wrap; overflow-wrap: anywhere", placed ? "" : line);
+    if (!placed) continue;
+    element(row, "span", "color: #c9bfb4", placed[1]);
+    element(row, "span", "display: block; padding-left: 2ch", placed[2]);
+  }
+}
+
+/** A small line with a link to the page of the chapter that was edited. */
+export function elsewhere(page, file) {
+  const { host, inside } = box(
+    "build-elsewhere",
+    "status",
+    "inset: auto 16px 16px auto; max-width: calc(100vw - 32px); padding: 8px 8px 8px 16px; border-radius: 8px; border: 1px solid #8a827a;",
+  );
+  const row = element(inside, "div", "display: flex; flex-wrap: wrap; gap: 4px 16px; align-items: center");
+  element(row, "span", "", `${file} was edited.`);
+  const link = element(row, "a", "color: #cfc4ff; padding: 10px 0", `Go to ${page}`);
+  link.href = page;
+  hideButton(host, row, "border-color: transparent;");
+}
+
+/** Takes away what was told. */
+export function hide() {
+  for (const id of ["build-problems", "build-elsewhere"]) document.getElementById(id)?.remove();
+}

@@ -1,0 +1,76 @@
+/* What of a page has changed, from its source before and now: nothing, its style, some of its text, or more than can be
+   put in place. */
+
+import { keep, place, restore } from "./place.js";
+
+const TEXT = "main .text";
+const STYLE = "link[rel=stylesheet]";
+
+/** A page without its text, its style, and what changes in all pages with any of them: what has to be equal. */
+function frame(page) {
+  const rest = page.cloneNode(true);
+  rest.querySelector(TEXT)?.replaceChildren();
+  rest.querySelectorAll(`${STYLE}, link[as=font], script[data-build], .site-footer li:has(> [download])`).forEach((node) => node.remove());
+  rest.body.removeAttribute("data-search-data");
+  return rest.documentElement.outerHTML.replace(/\s+/g, " ");
+}
+
+const blocksOf = (page) => [...(page.querySelector(TEXT)?.children ?? [])];
+
+/** The run of blocks that differs, as two lists: of what was, with the place of its first, and of what is now. */
+function difference(was, now) {
+  const [a, b] = [was, now].map((nodes) => nodes.map((node) => node.outerHTML));
+  let first = 0;
+  while (first < Math.min(a.length, b.length) && a[first] === b[first]) first += 1;
+  let left = 0;
+  while (left < Math.min(a.length, b.length) - first && a.at(-1 - left) === b.at(-1 - left)) left += 1;
+  return { first, gone: a.length - left - first, come: now.slice(first, b.length - left) };
+}
+
+/** Puts the text that has changed in the place of what it was. Tells whether it could: figures need a new page. */
+function swapText(was, now) {
+  const { first, gone, come } = difference(blocksOf(was), blocksOf(now));
+  const shown = blocksOf(document);
+  const old = shown.slice(first, first + gone);
+  const live = (node) => node.matches("figure") || node.querySelector("figure");
+  if (shown.length !== blocksOf(was).length || [...old, ...come].some(live)) return false;
+  if (!old.length && !come.length) return true;
+  const nodes = come.map((node) => document.importNode(node, true));
+  if (shown[first]) shown[first].before(...nodes);
+  else document.querySelector(TEXT).append(...nodes);
+  old.forEach((node) => node.remove());
+  return true;
+}
+
+/** The new style sheet takes the old one's place once it is there. */
+function swapStyle(now) {
+  const link = document.querySelector(STYLE);
+  const next = now.querySelector(STYLE);
+  if (!link || !next || link.getAttribute("href") === next.getAttribute("href")) return;
+  const fresh = document.importNode(next);
+  const kept = keep();
+  fresh.addEventListener("load", () => {
+    link.remove();
+    place(kept);
+  });
+  link.after(fresh);
+}
+
+/** Makes the page what its source is now, where that can be done in place. Tells whether it is done. */
+export function swap(was, now) {
+  if (frame(was) !== frame(now)) return false;
+  const kept = keep();
+  if (!swapText(was, now)) return false;
+  globalThis.Ladder?.describeCards();
+  restore(kept);
+  swapStyle(now);
+  const { searchData } = now.body.dataset;
+  if (searchData) document.body.dataset.searchData = searchData;
+  return true;
+}
+
+/** Whether two sources are one page; the name of its build is no part of it. */
+export function same(was, now) {
+  const [a, b] = [was, now].map((page) => page.documentElement.outerHTML.replace(/ data-build="[^"]*"/, ""));
+  return a === b;
+}

@@ -1,0 +1,259 @@
+"""Causes that the three chapters on distributions for points name: each test changes that one factor."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from solvers import Pose, register
+from solvers.core.stepper import Problem
+from solvers.methods.ndt import ndt
+from solvers.methods.ndt.ndt_map import build
+from solvers.methods.ndt.score import evaluate, score_map
+from solvers.methods.ndt.translation import climb
+from solvers.metrics import rre, rte
+from solvers.scenes.walls import NDT_ROOM, PILLAR, ndt_room, sampled
+
+SEEDS = [40 + 13 * k for k in range(25)]
+FRESH = range(10_000, 10_400)  # draws that no other test has
+AT = np.linspace(-1.5, 1.5, 31)
+DOWN_RIGHT = np.array([0.83205, -0.5547])
+CAPS = {"max_shift": 0.5, "max_turn": 0.2, "max_steps": 45}
+
+
+# The map
+
+
+def test_the_spacing_of_the_points_decides_which_cells_are_lost(why):
+    """25 draws: cells of 0.3 u cover less than half of the room's points at a spacing of 0.13 u, and more than 95 % at
+    half of that."""
+    covered = {}
+    for spacing in (0.13, 0.065):
+        outline = np.vstack([sampled(NDT_ROOM, spacing), sampled(PILLAR, spacing)])
+        parts = []
+        for seed in SEEDS:
+            cells = build((outline + 0.03 * np.random.default_rng(seed).standard_normal(outline.shape))[None], 0.3)
+            parts.append(cells.count[0][cells.kept[0]].sum() / len(outline))
+        covered[spacing] = float(np.mean(parts))
+    why(
+        "the spacing of the points",
+        {f"{spacing:g} u": f"cells of 0.3 u cover {100 * part:.0f} %" for spacing, part in covered.items()},
+    )
+    assert covered[0.13] < 0.5
+    assert covered[0.065] > 0.95
+
+
+# The score
+
+
+def total(cells, points):
+    return float(evaluate(cells, points[None], np.zeros((1, 2)), derivatives=False).score[0])
+
+
+def test_a_ridge_comes_from_the_walls_along_it(why):
+    """25 draws: half a unit along x keeps more than half of the score a point at the truth. Without the scan's points
+    on walls that run along x it keeps less than a quarter, about what half a unit along the diagonals does."""
+    exact = np.vstack([sampled(NDT_ROOM, 0.16, 0.05, 0.75), sampled(PILLAR, 0.16)])
+    step = np.abs(np.gradient(exact, axis=0))
+    along = step[:, 0] > step[:, 1]
+    kept, without, diagonal = [], [], []
+    for seed in SEEDS:
+        scene = ndt_room(seed=seed)
+        cells = build(scene.target[None], 1.0)
+        ways = 0.5 * np.array([(1.0, 0.0), (-1.0, 0.0)])
+        slants = 0.5 / np.sqrt(2.0) * np.array([(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)])
+        rest, here = scene.source[~along], total(cells, scene.source) / len(scene.source)
+        kept.append(np.mean([total(cells, scene.source + way) for way in ways]) / len(scene.source) / here)
+        without.append(np.mean([total(cells, rest + way) for way in ways]) / len(rest) / here)
+        diagonal.append(np.mean([total(cells, scene.source + way) for way in slants]) / len(scene.source) / here)
+    why(
+        "the scan's points on walls along x",
+        {
+            "they are there": f"half a unit along x keeps {100 * np.mean(kept):.0f} % of the score a point",
+            "they are left out": f"it keeps {100 * np.mean(without):.0f} %",
+        },
+    )
+    assert min(kept) > 0.5
+    assert max(without) < 0.25
+    assert np.mean(without) < 1.5 * np.mean(diagonal)
+
+
+def maps(seeds, **changed):
+    """Score maps with the change in neither cloud, in the scan alone, in the target alone, and in both."""
+    fields = {"neither": [], "the scan": [], "the target": [], "both": []}
+    for seed in seeds:
+        usual, other = ndt_room(seed=seed), ndt_room(seed=seed, **changed)
+        pairs = [(usual, usual), (other, usual), (usual, other), (other, other)]
+        for found, (scan, target) in zip(fields.values(), pairs, strict=True):
+            found.append(score_map(build(target.target[None], 1.0), scan.source, AT, AT) / len(scan.source))
+    return fields
+
+
+def test_the_score_at_the_truth_falls_with_the_scans_noise(why):
+    """Ten draws, σ from 0.03 to 0.2 u: the score at the truth falls by more than half where the scan alone is noisier.
+    Where the target alone is, it rises."""
+    truth = {name: float(np.mean([f[15, 15] for f in found])) for name, found in maps(SEEDS[:10], noise=0.2).items()}
+    why(
+        "which cloud has noise of 0.2 u in place of 0.03 u",
+        {name: f"{truth[name]:.2f} a point at the truth" for name in ("both", "the scan", "the target", "neither")},
+    )
+    assert truth["the scan"] < 0.5 * truth["neither"]
+    assert truth["the target"] > truth["neither"]
+    assert truth["both"] < truth["neither"]
+
+
+def test_the_plain_rises_with_the_targets_outliers(why):
+    """Ten draws with 40 % outliers: the median of the map rises more than threefold where the target alone has them,
+    and by less than a half where the scan alone has."""
+    fields = maps(SEEDS[:10], outliers=0.4)
+    plain = {name: float(np.mean([np.median(field) for field in found])) for name, found in fields.items()}
+    why(
+        "which cloud has 40 % outliers",
+        {name: f"the plain lies at {plain[name]:.3f}" for name in ("both", "the target", "the scan", "neither")},
+    )
+    assert plain["the target"] > 3.0 * plain["neither"]
+    assert plain["the scan"] < 1.5 * plain["neither"]
+
+
+def test_the_scans_outliers_cost_more_arrivals_than_the_targets(why):
+    """Six draws, 25 starts each, with 40 % outliers: the climbs that arrive are about two thirds as many where the
+    target alone has them, and less than a third as many where the scan alone has."""
+    ways, counts = np.linspace(-1.4, 1.4, 5), dict.fromkeys(("the scan", "the target", "neither"), 0)
+    for seed in SEEDS[:6]:
+        usual, other = ndt_room(seed=seed), ndt_room(seed=seed, outliers=0.4)
+        for name, scan, target in (
+            ("the scan", other, usual), ("the target", usual, other), ("neither", usual, usual),
+        ):  # fmt: skip
+            cells = build(target.target[None], 1.0)
+            ends = [climb(cells, scan.source, np.array([x, y])).places[-1] for x in ways for y in ways]
+            counts[name] += int((np.linalg.norm(ends, axis=1) < 0.1).sum())
+    why("which cloud has 40 % outliers", {name: f"{count} of 150 starts arrive" for name, count in counts.items()})
+    assert counts["the scan"] < counts["neither"] / 3
+    assert 0.6 < counts["the target"] / counts["neither"] < 0.75
+
+
+def test_noise_alone_moves_the_summit_of_the_map(why):
+    """Cells of 1 u, 25 draws, climbs over translations from the truth: they end 0.01 u off on average with noise
+    of 0.03 u, and stay to 0.0001 u without any."""
+    off = {}
+    for noise in (0.03, 0.0):
+        scenes = [ndt_room(seed=seed, noise=noise) for seed in SEEDS]
+        ends = [climb(build(s.target[None], 1.0), s.source, np.zeros(2)).places[-1] for s in scenes]
+        off[noise] = float(np.linalg.norm(ends, axis=1).mean())
+    why("the noise", {"0.03 u": f"{off[0.03]:.3f} u off on average", "none": f"{off[0.0]:.3f} u off"})
+    assert off[0.03] == pytest.approx(0.01, abs=0.002)
+    assert off[0.0] < 1e-4
+
+
+def test_the_bias_comes_from_where_the_cells_stand(why):
+    """σ = 0.03 u, 400 draws: the mean offset in x is more than three standard errors from zero, with the grid as it
+    lies and a quarter of a cell to the right, and less than two with it a quarter of a cell to the left."""
+    found, names = {}, ("as it does", "a quarter of a cell to the right", "a quarter of a cell to the left")
+    for nudge in (0.0, 0.25, -0.25):
+        off = []
+        for seed in FRESH:
+            scene = ndt_room(seed=seed)
+            cells = build(scene.target[None], 1.0, offset=np.array([nudge, 0.0]))
+            off.append(climb(cells, scene.source, np.zeros(2)).places[-1][0])
+        found[nudge] = float(np.mean(off)), float(np.std(off, ddof=1) / 20)
+    why(
+        "where the grid lies",
+        {
+            name: f"{mean:.4f} ± {error:.4f} u in x on average".replace("-", "−")
+            for name, (mean, error) in zip(names, found.values(), strict=True)
+        },
+    )
+    assert found[0.0][0] < -3.0 * found[0.0][1]
+    assert found[0.25][0] < -3.0 * found[0.25][1]
+    assert abs(found[-0.25][0]) < 2.0 * found[-0.25][1]
+
+
+# The climb
+
+
+@cache
+def rooms(noise=0.03):
+    """Source and target of 25 draws of the room."""
+    scenes = [ndt_room(seed=seed, noise=noise) for seed in SEEDS]
+    return np.stack([s.source for s in scenes]), np.stack([s.target for s in scenes])
+
+
+def arrived(pose):
+    """How many are within 2° and 0.1 u of the truth, which is the identity."""
+    truth = Pose.identity(batch=pose.batch)
+    return int(((np.degrees(rre(pose, truth)) < 2.0) & (rte(pose, truth) < 0.1)).sum())
+
+
+def climbed(pose, size, wider=1.0):
+    """Where 45 steps lead on cells of one size, all of whose Gaussians are wider by a factor."""
+    source, target = rooms()
+    problem = Problem(source, target, np.ones(source.shape[:2]), pose, np.arange(len(source)))
+    state = ndt.start(problem, ndt.NdtOptions(cells=size, max_shift=0.5, max_turn=0.2))
+    cells = replace(state.maps[0], precision=state.maps[0].precision / wider**2)
+    moved = pose.apply(source)
+    at = evaluate(cells, moved, moved.mean(axis=1), np.arange(len(source)))
+    state = replace(state, maps=(cells,), at=at, objective=-at.score)
+    for _ in range(45):
+        state = ndt.step(state)
+    return state.pose, float((at.values < 0.01).mean())
+
+
+START = Pose.from_angle(np.full(25, np.radians(25.0)), 1.4 * DOWN_RIGHT)
+
+
+def test_the_width_of_the_gaussians_is_the_reach(why):
+    """The figure's start, 25 draws, cells of 0.8 u: with the Gaussians as they are one run arrives, and nine in ten
+    look-ups at the start score below a hundredth. With the same Gaussians eight times as wide all arrive."""
+    (usual, faint), (wide, _) = climbed(START, 0.8), climbed(START, 0.8, 8.0)
+    why(
+        "how wide the Gaussians are, in cells of 0.8 u",
+        {"as measured": f"{arrived(usual)} of 25 arrive", "eight times as wide": f"{arrived(wide)} of 25 arrive"},
+    )
+    assert arrived(usual) == 1
+    assert faint == pytest.approx(0.9, abs=0.02)
+    assert arrived(wide) == 25
+
+
+def test_narrow_gaussians_take_the_reach_of_large_cells(why):
+    """The same start on cells of 3.2, 1.6 and 0.8 u: all 25 arrive, and at most six where the Gaussians of the first
+    two are a quarter as wide."""
+    counts = []
+    for wider in (1.0, 0.25):
+        pose = START
+        for size in (3.2, 1.6):
+            pose, _ = climbed(pose, size, wider)
+        counts.append(arrived(climbed(pose, 0.8)[0]))
+    why(
+        "how wide the Gaussians of the two coarse levels are",
+        {"as measured": f"{counts[0]} of 25 arrive", "a quarter as wide": f"{counts[1]} of 25 arrive"},
+    )
+    assert counts[0] == 25
+    assert counts[1] <= 6
+
+
+def test_noise_moves_the_summit_off_the_truth(why):
+    """Started at the truth on cells of 0.8 u: with noise of 0.03 u, 22 of 25 draws leave it for a higher score, without
+    any noise none does."""
+    left = {}
+    for noise in (0.03, 0.0):
+        source, target = rooms(noise)
+        run = register(source, target, "ndt", start=Pose.identity(batch=(25,)), cells=0.8, **CAPS)
+        truth = evaluate(build(target, 0.8, grids=4), source, source.mean(axis=1)).score
+        left[noise] = int((-run.objective > truth + 1e-9).sum())
+    why("the noise", {"0.03 u": f"{left[0.03]} of 25 leave the truth", "none": f"{left[0.0]} of 25"})
+    assert left[0.03] == 22
+    assert left[0.0] == 0
+
+
+def test_the_first_level_loses_the_good_start(why):
+    """One grid, 5° and 0.2 u off: the run over 4.8, 2.4 and 1.2 u ends over 10° away, the run over 2.4 and 1.2 u within
+    1°."""
+    scene, start = ndt_room(), Pose.from_angle(np.radians(5.0), 0.2 * DOWN_RIGHT)
+    off = {}
+    for cells in ((4.8, 2.4, 1.2), (2.4, 1.2)):
+        pose = register(scene.source, scene.target, "ndt", start=start, cells=cells, grids=1, **CAPS).pose
+        off[cells] = float(np.degrees(rre(pose, scene.truth)))
+    why("the first level", {f"{cells[0]:g} u": f"{error:.1f}° off" for cells, error in off.items()})
+    assert off[4.8, 2.4, 1.2] > 10.0
+    assert off[2.4, 1.2] < 1.0

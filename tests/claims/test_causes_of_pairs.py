@@ -1,0 +1,213 @@
+"""Causes that the chapters 'Start here', 'Correspondences known' and '… corrupted' name: each test changes that one."""
+
+import numpy as np
+import pytest
+
+from solvers import Pose, fit_rigid
+from solvers.metrics import rre, rte
+from solvers.scenes.facade import FACADE, FACADE_TRUTH, facade_scene
+from solvers.scenes.rooms import KABSCH_TRUTH, MAST, kabsch_scene
+from solvers.scenes.scans import WALLS, ranges, two_scans
+
+SEEDS = range(40, 40 + 13 * 10, 13)
+FRONTS = range(40, 40 + 13 * 25, 13)
+WALLS_FROM, WALLS_TO = (np.concatenate(ends) for ends in ([w[:-1] for w in WALLS], [w[1:] for w in WALLS]))
+
+
+def nearest_distance(pose, source, target):
+    """The RMS distance from a moved source point to the target point nearest to it."""
+    apart = np.linalg.norm(pose.apply(source)[:, None] - target, axis=2).min(axis=1)
+    return float(np.sqrt((apart**2).mean()))
+
+
+def seen_by_both(scans):
+    """Which points of the source scan the robot of the target scan can see as well."""
+    way = scans.source_pose.apply(scans.source) - scans.target_pose.t
+    far = np.linalg.norm(way, axis=1)
+    return ranges(scans.target_pose.t, way / far[:, None], WALLS_FROM, WALLS_TO) > far - 1e-6
+
+
+def test_hidden_walls_are_part_of_the_distance(why):
+    """Ten rooms without noise, at the true pose: leaving out the source points that the other robot cannot see lowers
+    the RMS distance to the nearest points in each, by a quarter or more in the median."""
+    whole, part = [], []
+    for seed in SEEDS:
+        scans = two_scans(seed=seed, noise=0.0)
+        whole.append(nearest_distance(scans.truth, scans.source, scans.target))
+        part.append(nearest_distance(scans.truth, scans.source[seen_by_both(scans)], scans.target))
+    why(
+        "which source points are counted",
+        {
+            "all of them": f"{np.median(whole):.2f} u in the median of ten rooms",
+            "those that both robots see": f"{np.median(part):.2f} u",
+        },
+    )
+    assert all(less < more for less, more in zip(part, whole, strict=True))
+    assert np.median(part) < 0.75 * np.median(whole)
+    assert min(part) > 0.05
+
+
+def test_different_spots_are_the_rest_of_the_distance(why):
+    """The same ten rooms, of the walls that both see: where the target is measured at the source's own spots the
+    distance at the true pose is rounding error."""
+    other, same = [], []
+    for seed in SEEDS:
+        scans = two_scans(seed=seed, noise=0.0)
+        seen = scans.source[seen_by_both(scans)]
+        other.append(nearest_distance(scans.truth, seen, scans.target))
+        same.append(nearest_distance(scans.truth, seen, scans.truth.apply(seen)))
+    why(
+        "where the target's rays hit the walls that both see",
+        {
+            "at spots of their own": f"{np.median(other):.2f} u in the median of ten rooms",
+            "at the source's spots": f"{np.median(same):.2f} u",
+        },
+    )
+    assert min(other) > 0.05
+    assert max(same) < 1e-12
+
+
+def test_a_thin_cloud_asks_for_reflections(why):
+    """Of 4,000 draws of the noise nearly half ask for a reflection of the mast, none of a mast bowed a hundred times as
+    far."""
+    shares = {}
+    for bow in (1.0, 100.0):
+        mast = MAST * [bow, 1.0]
+        noise = 0.12 * np.random.default_rng(11).standard_normal((4000, *mast.shape))
+        shares[bow] = float((fit_rigid(mast, KABSCH_TRUTH.apply(mast) + noise).determinant == -1).mean())
+    why(
+        "how far the mast is bowed",
+        {f"{0.008 * bow:g} u": f"{100 * share:.0f} % ask for a reflection" for bow, share in shares.items()},
+    )
+    assert 0.42 < shares[1.0] < 0.5
+    assert shares[100.0] == 0.0
+
+
+def test_guessed_pairs_break_the_valley(why):
+    """The sum of squares of the clean bird by the angle, the centroids on each other, in steps of a quarter degree: one
+    minimum over its pairs, more than twenty over the nearest points of each angle."""
+    scene = kabsch_scene("clean")
+    p, q = scene.source - scene.source.mean(axis=0), scene.target - scene.target.mean(axis=0)
+    turned = np.einsum("kij,nj->kni", Pose.from_angle(np.radians(np.arange(0.0, 360.0, 0.25))).R, p)
+    paired = np.square(turned - q).sum(axis=(1, 2))
+    nearest = np.square(turned[:, :, None] - q).sum(axis=3).min(axis=2).sum(axis=1)
+    valleys = [int(((v < np.roll(v, 1)) & (v <= np.roll(v, -1))).sum()) for v in (nearest, paired)]
+    why("the pairs", {"nearest points": f"{valleys[0]} minima over the circle", "those given": f"{valleys[1]} minimum"})
+    assert valleys[0] > 20
+    assert valleys[1] == 1
+
+
+def test_the_sixth_partner_pulls_the_other_way(why):
+    """The bird with five and with six wrong partners: the fit's angle is 35° and 3° off to one side; the sixth alone
+    turns it 15° to the other, and put as far on its opposite side it makes the error 45°."""
+    five, six = kabsch_scene("outliers", outliers=5), kabsch_scene("outliers", outliers=6)
+    (new,) = np.flatnonzero(six.source_outlier & ~five.source_outlier)
+    right = five.truth.apply(five.source)
+    alone, opposite = right.copy(), six.target.copy()
+    alone[new], opposite[new] = six.target[new], 2.0 * right[new] - six.target[new]
+    off = {
+        name: float(np.degrees(fit_rigid(five.source, target).pose.angle - five.truth.angle))
+        for name, target in {"five": five.target, "six": six.target, "alone": alone, "opposite": opposite}.items()
+    }
+    why(
+        "where the sixth wrong partner lies",
+        {
+            "where it was drawn": f"{abs(off['six']):.0f}° off, after {abs(off['five']):.0f}° with five",
+            "as far on the opposite side": f"{abs(off['opposite']):.0f}° off",
+        },
+    )
+    assert -36.0 < off["five"] < -34.0
+    assert -4.0 < off["six"] < -2.0
+    assert 14.0 < off["alone"] < 16.0
+    assert -46.0 < off["opposite"] < -44.0
+
+
+def test_taking_the_source_for_exact_makes_the_scales_disagree(why):
+    """Least squares one way and the other, with noise: the scales multiply to less than 0.96. The ratio of the two
+    clouds' spreads takes neither for exact, and the ratios of both ways multiply to one."""
+    rng = np.random.default_rng(7)
+    source = rng.standard_normal((15, 2)) * [1.0, 2.0]
+    target = Pose.from_angle(2.0, (0.5, -2.0)).apply(source) + 0.3 * rng.standard_normal((15, 2))
+    least = [fit_rigid(a, b, scale=True).pose.scale for a, b in ((source, target), (target, source))]
+    spread = [np.sqrt(np.square(cloud - cloud.mean(axis=0)).sum()) for cloud in (source, target)]
+    ratios = [spread[1] / spread[0], spread[0] / spread[1]]
+    why(
+        "which cloud a fit takes for exact",
+        {
+            "its own source": f"the scales multiply to {float(np.prod(least)):.2f}",
+            "neither: the ratio of the spreads": f"to {np.prod(ratios):.2f}",
+        },
+    )
+    assert np.prod(least) < 0.96
+    assert abs(np.prod(ratios) - 1.0) < 1e-12
+
+
+def test_wrong_pairs_alone_move_the_optimum(why):
+    """The bird without noise: three wrong partners put the fit more than 5° and 0.3 u off, none leaves it exact."""
+    errors = []
+    for wrong in (3, 0):
+        scene = kabsch_scene("outliers", outliers=wrong)
+        pose = fit_rigid(scene.source, scene.target).pose
+        errors.append((float(np.degrees(rre(pose, scene.truth))), float(rte(pose, scene.truth))))
+    why(
+        "how many partners are wrong",
+        {name: f"{a:.1f}° and {t:.2f} u off" for name, (a, t) in zip(("three", "none"), errors, strict=True)},
+    )
+    assert errors[0][0] > 5.0
+    assert errors[0][1] > 0.3
+    assert max(errors[1]) < 1e-6
+
+
+# Corrupted pairs
+
+
+def squares_miss(moved):
+    """25 draws with some partners moved by `moved(scene, offsets, rng)`: least squares' median errors, u and degrees.
+
+    offsets: how far each partner lies from where it belongs, (40, 2).
+    """
+    off = []
+    for seed in FRONTS:
+        scene = facade_scene(seed=seed)
+        home = FACADE_TRUTH.apply(FACADE)
+        target = home + moved(scene, scene.target - home, np.random.default_rng(seed))
+        pose = fit_rigid(scene.source, target).pose
+        off.append((rte(pose, scene.truth), np.degrees(rre(pose, scene.truth))))
+    return np.median(off, axis=0)
+
+
+def scattered(scene, offsets, rng):
+    """The wrong partners as far off as they are, each in a direction of its own."""
+    ways = rng.uniform(0.0, 2.0 * np.pi, len(offsets))
+    away = np.linalg.norm(offsets, axis=1)[:, None] * np.column_stack([np.cos(ways), np.sin(ways)])
+    return np.where(scene.target_outlier[:, None], away, offsets)
+
+
+def test_partners_that_lean_to_one_side_move_the_fit(why):
+    """18 of 40 wrong, 25 draws: least squares misses by 1.4 u in the median, and by less than 0.4 u where the same
+    partners are as far off in directions of their own. The angle is less than a third better for it."""
+    leaning, spread = squares_miss(lambda scene, offsets, rng: offsets), squares_miss(scattered)
+    why(
+        "in which directions the 18 wrong partners lie",
+        {
+            "all to the right": f"{leaning[0]:.1f} u and {leaning[1]:.0f}° off in the median",
+            "each its own": f"{spread[0]:.1f} u and {spread[1]:.0f}° off",
+        },
+    )
+    assert leaning[0] == pytest.approx(1.38, abs=0.02)
+    assert spread[0] < 0.4
+    assert spread[1] > 0.67 * leaning[1]
+
+
+def test_many_wrong_partners_move_the_fit(why):
+    """25 draws of the scene: with 18 of 40 wrong least squares misses by 1.4 u in the median, with four by 0.4 u."""
+    misses = []
+    for wrong in (18, 4):
+        scenes = [facade_scene(seed=seed, outliers=wrong / 40) for seed in FRONTS]
+        misses.append(np.median([rte(fit_rigid(s.source, s.target).pose, s.truth) for s in scenes]))
+    why(
+        "how many partners are wrong",
+        {f"{n} of 40": f"{off:.1f} u off in the median" for n, off in zip((18, 4), misses, strict=True)},
+    )
+    assert misses[0] == pytest.approx(1.38, abs=0.02)
+    assert misses[1] == pytest.approx(0.39, abs=0.02)

@@ -1,0 +1,69 @@
+"""Fast and robust ICP's Anderson steps: their coordinates, what they save, what a refusal does to the history."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from solvers import Pose, Status, register
+from solvers.methods.icp.fast_robust import _coordinates, _posed
+from solvers.scenes.rooms import room, room_start
+
+pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
+
+SEEDS = [40 + 13 * k for k in range(25)]
+
+
+def rooms(setting, degrees, distance=1.43):
+    scenes = [room(setting, seed=s) for s in SEEDS]
+    return np.stack([s.source for s in scenes]), np.stack([s.target for s in scenes]), room_start(degrees, distance)
+
+
+def test_coordinates_of_poses_go_there_and_back(rng, random_pose):
+    """Extrapolation works on a rotation vector and a moved centre relative to a pose: there and back is exact."""
+    for d in (2, 3):
+        origin = random_pose(rng, d, (50,))
+        near = Pose(random_pose(rng, d, (50,)).R, origin.t + rng.standard_normal((50, d)))
+        radius, centre = rng.uniform(0.1, 9.0, 50), rng.standard_normal((50, d))
+        back = _posed(_coordinates(near, origin, radius, centre), origin, radius, centre)
+        assert np.allclose(back.matrix, near.matrix, atol=1e-12)
+
+
+def test_extrapolated_steps_are_kept_only_where_the_energy_falls_and_save_steps():
+    """Over 25 rooms the accelerated run takes fewer steps, and has nothing to extrapolate from at its first."""
+    source, target, start = rooms("combo", 15.0)
+    kept = []
+    fast = register(
+        source, target, "fast-robust-icp", start=start, max_steps=200,
+        callback=lambda k, state: kept.append(state.accelerated.copy()),
+    )  # fmt: skip
+    plain = register(source, target, "fast-robust-icp", start=start, max_steps=200, history=0)
+    assert np.median(fast.steps) < 0.8 * np.median(plain.steps)
+    kept = np.stack(kept)
+    assert kept[1:10].mean() > 0.3
+    assert not kept[0].any()
+    assert np.all(fast.status == Status.CONVERGED)
+    assert np.all(fast.detail("nu") == fast.detail("last"))
+
+
+@pytest.mark.parametrize("forget", [True, False])
+def test_a_refused_extrapolation_empties_the_history_or_leaves_it(forget):
+    """The history grows by one a step up to its cap. After a refusal it is empty, or, as in the authors' code, as long
+    as ever, with the poses that the run was at. Only a new stage empties it then."""
+    source, target, start = rooms("combo", 30.0)
+    seen = []
+    register(
+        source, target, "fast-robust-icp", start=start, max_steps=40, forget=forget,
+        callback=lambda k, state: seen.append(state),
+    )  # fmt: skip
+    refusals = 0
+    for old, new in pairwise(seen):
+        same = (old.status == Status.RUNNING) & (new.nu == old.nu)
+        refused = same & (old.depth > 0) & ~new.accelerated
+        refusals += refused.sum()
+        wanted = np.where(refused & forget, 0, np.minimum(old.depth + 1, 6))
+        assert np.array_equal(new.depth[same], wanted[same])
+        assert np.array_equal(new.past_x.t[same, 0], old.pose.t[same])
+        assert np.array_equal(new.past_x.t[same, 1:], old.past_x.t[same, :-1])
+        assert np.all(new.depth[new.nu != old.nu] == 0)
+    assert refusals > 50
