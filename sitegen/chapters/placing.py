@@ -85,6 +85,24 @@ def merged(widget: Widget, base: Record, changes: Mapping[str, Any]) -> dict[str
     return {**values(base.controls), **brought, **changes}
 
 
+def presses(
+    widget: Widget, attribute: Attribute, at: Callable[[int], Place], problems: Problems
+) -> list[list[str | float]]:
+    """The log entries of `press=a,b*3`; what is wrong goes to `problems`."""
+    known = {b.name for b in widget.buttons if b.does == "press"}
+    offset, log = attribute.value_start, list[list[str | float]]()
+    for written in attribute.value.split(","):
+        name, star, times = written.partition("*")
+        if name not in known:
+            problems.add(at(offset), f"{widget.name} has no button {name!r} to press{hint(name, known)}")
+        elif star and not (times.isascii() and times.isdigit() and 0 < int(times[:9]) <= MAX_LOG):
+            problems.add(at(offset), f"{written!r}: how often is a whole number from 1 to {MAX_LOG}")
+        else:
+            log += [["press", name]] * (int(times) if star else 1)
+        offset += len(written) + 1
+    return log
+
+
 def changed(
     widget: Widget,
     base: Record,
@@ -98,7 +116,6 @@ def changed(
     more: what else may be named where this is written.
     """
     known = specs(widget.controls)
-    presses = {b.name for b in widget.buttons if b.does == "press"}
     controls: dict[str, Any] = {}
     seed, log = base.seed, []
     for attribute in given:
@@ -113,16 +130,7 @@ def changed(
             else:
                 seed = attribute.plain
         elif attribute.name == "press":
-            offset = attribute.value_start
-            for written in attribute.value.split(","):
-                name, star, times = written.partition("*")
-                if name not in presses:
-                    problems.add(at(offset), f"{widget.name} has no button {name!r} to press{hint(name, presses)}")
-                elif star and not (times.isascii() and times.isdigit() and 0 < int(times[:9]) <= MAX_LOG):
-                    problems.add(at(offset), f"{written!r}: how often is a whole number from 1 to {MAX_LOG}")
-                else:
-                    log += [["press", name]] * (int(times) if star else 1)
-                offset += len(written) + 1
+            log += presses(widget, attribute, at, problems)
         elif attribute.name not in known:
             near = hint(attribute.name, [*known, "seed", "press", *more])
             if attribute.name in ("preset", "id"):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import groupby, takewhile
@@ -21,12 +20,13 @@ from sitegen.chapters.glossary import named
 from sitegen.chapters.known import Known
 from sitegen.chapters.links import Links
 from sitegen.chapters.placing import changed, listed
+from sitegen.chapters.promises import hold
 from sitegen.chapters.survey import LINKS, Heading, Survey
 from sitegen.chapters.values import CallError, printed, read_call
 from sitegen.figures.wire import dumps
 from sitegen.markup.code import highlighted
 from sitegen.markup.images import Image, read_image
-from sitegen.markup.parser import parser, text_of
+from sitegen.markup.parser import parser, text_of, unbroken
 from sitegen.problems import Place, hint
 
 
@@ -78,14 +78,6 @@ def pieces(survey: Survey, known: Known, page: str = "") -> Pieces:
     return Pieces(renderer._body, renderer.flow, lambda tokens: Markup(renderer._inline(tokens)))
 
 
-UNIT = re.compile(r"(?:(?<=\d)|^) (?=(?:%|u²?|rad)(?!\w))")  # a text that begins with a unit follows a computed number
-
-
-def unbroken(text: str) -> str:
-    """The text with each unit held to its number, so that no line begins with one."""
-    return UNIT.sub("\u00a0", text)
-
-
 class _Renderer:
     """Renders what belongs to a chapter for one page: the chapter's, or its deck's where `page` names that."""
 
@@ -124,6 +116,8 @@ class _Renderer:
             "aside": lambda token: f'<div class="aside" role="note"><p>{self._inline(token.children)}</p></div>\n',
             "value": self._value,
             "readout": self._readout,
+            "promise_open": self._promise,
+            "promise_close": lambda token: "",
             "claim_close": self._claim_close,
             "ref": self._ref,
             "cite": self._cite,
@@ -257,9 +251,16 @@ class _Renderer:
         text = self._inline(token.children)
         if "record" not in token.meta:
             return ""
+        self._promise(token)
         dom_id = escape(token.meta["figure"].dom_id)
         record = escape(dumps(token.meta["record"].plain()))
         return f'<button type="button" class="try" data-figure="{dom_id}" data-record="{record}">{text}</button>'
+
+    def _promise(self, token: Token) -> str:
+        """What is promised is held to the figure; of a promise the page shows its text alone."""
+        if "promise" in token.meta:
+            hold(token.meta["promise"], self._known.readouts, self._problems)
+        return ""
 
     def _value(self, token: Token) -> str:
         directive, at = token.meta["directive"], token.meta["at"]
@@ -295,10 +296,10 @@ class _Renderer:
         for extra in (a for a in given if not a.name):
             self._problems.add(at(extra.start), f"name=value is expected, not {extra.value!r}")
         record = changed(figure.widget, figure.record, [a for a in given if a.name], at, self._problems)
-        for frame in self._known.frames(figure, [record.plain()]):
-            readouts = {r["name"]: r["value"] for r in frame["readouts"]}
-            if name in readouts:
-                return f'<span class="computed">{escape(readouts[name])}</span>'
+        readouts = self._known.readouts(figure, record.plain())
+        if name in readouts:
+            return f'<span class="computed">{escape(readouts[name])}</span>'
+        if readouts:
             self._problems.add(at(directive.text_start + name_at), f"no readout {name!r}{hint(name, readouts)}")
         return ""
 

@@ -16,6 +16,7 @@ from markupsafe import Markup
 from sitegen.chapters.content import Chapter
 from sitegen.chapters.placing import changed, id_of, listed, placed
 from sitegen.chapters.plot_placing import placed as placed_plot
+from sitegen.chapters.promises import OWN, Promise, promise, tell_unheld
 from sitegen.chapters.slides import Slide
 from sitegen.figures.gallery import Placed, Plot
 from sitegen.figures.model import Figure
@@ -67,6 +68,7 @@ class Survey:
     labelled: dict[str, Formula] = field(default_factory=dict)
     formulas: list[Asked] = field(default_factory=list)
     slides: list[Staged] = field(default_factory=list)
+    promises: list[Promise] = field(default_factory=list)
     lost: set[str] = field(default_factory=set)
     """Figures and equations ("fig:id", "eq:label") that are named and could not be made: that is told once."""
 
@@ -122,15 +124,18 @@ def survey(chapter: Chapter, widgets: Mapping[str, Widget], plots: Mapping[str, 
                 _figure(found, token, widgets, problems)
             case "plot":
                 _plot(found, token, plots, problems)
-    _within(found, [*flow, *(t for tokens in chapter.document.footnotes.values() for t in tokens)], widgets, problems)
+    _within(found, [*flow, *(t for tokens in chapter.document.footnotes.values() for t in tokens)], problems)
     for slide in chapter.slides:
-        _within(found, [*slide.title, *slide.text, *slide.notes], widgets, problems)
+        _within(found, [*slide.title, *slide.text, *slide.notes], problems, found.figures.get(slide.figure))
         found.slides.append(_staged(found, slide, problems))
     return found
 
 
-def _within(found: Survey, tokens: list[Token], widgets: Mapping[str, Widget], problems: Problems) -> None:
-    """The formulas of some text and its buttons, for which the chapter's figures must be known."""
+def _within(found: Survey, tokens: list[Token], problems: Problems, shown: Figure | None = None) -> None:
+    """The formulas of some text, its buttons and its promises, for which the chapter's figures must be known.
+
+    shown: the figure that the text stands beside, if it does.
+    """
     for token in tokens:
         if token.type in ("math_block", "math_block_label"):
             _equation(found, token, problems)
@@ -141,7 +146,10 @@ def _within(found: Survey, tokens: list[Token], widgets: Mapping[str, Widget], p
                 found.formulas.append(Asked(formula, _shifted(child)))
     for token in tokens:
         if token.type == "try":
-            _try(found, token, widgets, problems)
+            _try(found, token, problems)
+        for child in token.children or []:
+            if child.type == "promise_open":
+                _promise(found, child, (token.meta or {}).get("figure") or shown, problems)
         if token.type in ("figure", "plot", "try", "aside") and not token.children:
             problems.add(token.meta["place"], f"::{token.type} has no text")
 
@@ -193,6 +201,7 @@ def _is_own(name: str) -> bool:
 def _figure(found: Survey, token: Token, widgets: Mapping[str, Widget], problems: Problems) -> None:
     figure = placed(token.meta["directive"], token.meta["at"], _next(found), widgets, problems)
     token.meta["figure"] = figure
+    tell_unheld(token.meta["directive"], token.meta["at"], problems)
     if figure is not None:
         _anchor(found, figure.dom_id, figure.place, f"the figure {figure.id!r}", problems)
         found.figures.setdefault(figure.id, figure)
@@ -274,18 +283,43 @@ def figure_of(found: Survey, given: list[Attribute], token: Token, problems: Pro
     return figure
 
 
-def _try(found: Survey, token: Token, widgets: Mapping[str, Widget], problems: Problems) -> None:
+def _promise(found: Survey, token: Token, figure: Figure | None, problems: Problems) -> None:
+    """What is promised of a figure: the one that is named, or else the text's own."""
+    directive, at = token.meta["directive"], token.meta["at"]
+    token.meta.pop("promise", None)  # of an earlier survey
+    given = listed(directive, at, problems)
+    if given is not None and (figure is None or not all(a.name for a in given)):
+        figure = figure_of(found, given, token, problems)
+    if given is None or figure is None:
+        return
+    promised = promise(figure, directive, given, at, problems)
+    if promised is None:
+        problems.add(at(directive.start), 'a promise says what holds: {figure press=finish expect="rms < 0.1"}')
+    else:
+        token.meta["promise"] = promised
+        found.promises.append(promised)
+
+
+def _try(found: Survey, token: Token, problems: Problems) -> None:
     at = token.meta["at"]
-    token.meta.pop("record", None)  # of an earlier survey
+    for name in ("record", "promise"):  # of an earlier survey
+        token.meta.pop(name, None)
     given = listed(token.meta["directive"], at, problems)
     figure = None if given is None else figure_of(found, given, token, problems)
     for child in token.children or []:
         if child.type in LINKS:
             problems.add(child.meta.get("place", token.meta["place"]), "a button's text holds no links")
     if figure is not None and given is not None:
-        record = changed(figure.widget, figure.record, [a for a in given if a.name], at, problems)
+        set_by = [a for a in given if a.name and a.name not in OWN]
+        record = changed(figure.widget, figure.record, set_by, at, problems, OWN)
         figure.remember(record)
         token.meta["figure"], token.meta["record"] = figure, record
+        promised = promise(figure, token.meta["directive"], given, at, problems)
+        if promised is not None:
+            token.meta["promise"] = promised
+            found.promises.append(promised)
+        elif not any(a.name in OWN for a in given):
+            tell_unheld(token.meta["directive"], at, problems)
 
 
 def _staged(found: Survey, slide: Slide, problems: Problems) -> Staged:

@@ -97,6 +97,28 @@ class Bakery:
 
         return _frames(self._store.get(self._frames_key(dom_id, records), made))
 
+    def readouts(self, figure: Figure, record: Plain) -> dict[str, str]:
+        """The readouts of a figure in a state, by name; of one on its tape as they are drawn there.
+
+        Raises FigureFault.
+        """
+
+        def made() -> bytes:
+            taped = record in figure.records
+            records = figure.records if taped else [record]
+            frame = self.frames(figure.dom_id, records)[records.index(record)]
+            return _plain([{readout["name"]: readout["value"] for readout in frame["readouts"]}])
+
+        (found,) = _frames(self._store.get(self._readouts_key(figure, record), made))
+        return found
+
+    def lacks_readouts(self, figure: Figure, record: Plain) -> bool:
+        """Whether any frame has to be drawn for these readouts."""
+        return not self._store.has(self._readouts_key(figure, record)) and self.lacks_frames(figure.dom_id, [record])
+
+    def _readouts_key(self, figure: Figure, record: Plain) -> str:
+        return f"{self._frames_key(figure.dom_id, [record])} readouts"
+
     def _frame(self, dom_id: str, record: Plain) -> Plain:
         widget = self._widgets[record["widget"]]
         try:
@@ -165,6 +187,15 @@ def frames_of(bakery: Bakery, problems: Problems, figure: Figure, records: Seque
     except FigureFault as fault:
         fault.tell(problems, figure.place)
         return []
+
+
+def readouts_of(bakery: Bakery, problems: Problems, figure: Figure, record: Plain) -> dict[str, str]:
+    """The readouts of a figure in a state, by name; none, and a problem, where it cannot be drawn."""
+    try:
+        return bakery.readouts(figure, record)
+    except FigureFault as fault:
+        fault.tell(problems, figure.place)
+        return {}
 
 
 def make_ahead(dom_id: str, records: Sequence[Plain], cache: Path) -> None:

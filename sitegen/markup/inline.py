@@ -12,7 +12,8 @@ from sitegen.markup.unclosed import fault, lose
 from sitegen.problems import hint
 
 BLOCK = ("figure", "plot", "try", "aside")
-INLINE = ("value", "readout", "claim", "ref", "term")
+INLINE = ("value", "readout", "promise", "claim", "ref", "term")
+AROUND = ("promise", "claim")  # their text is Markdown: a token opens it, and one closes it
 CITATION = re.compile(r"\[(@[^\]]*)\]")
 CITED = re.compile(r"\s*@(?P<key>[^\s,;\]]*)(?:,\s*(?P<locator>[^;\]]*?))?\s*(?:;|$)")
 MISPLACED = re.compile(r"(:+)([a-z][a-z-]*) ?[\[{]")
@@ -38,8 +39,8 @@ def directive_in_line(state: StateInline, silent: bool) -> bool:
             )
             fault(state, start, f"no directive :{directive.name}{why}")
             lose(state.env, directive.attributes)
-        elif directive.name == "claim":
-            _claim(state, directive)
+        elif directive.name in AROUND:
+            _around(state, directive)
         else:
             token = state.push(directive.name, "", 0)
             token.meta = {"offset": start, "directive": directive}
@@ -77,14 +78,14 @@ def misplaced(state: StateInline, silent: bool) -> bool:
     return True
 
 
-def _claim(state: StateInline, directive: Directive) -> None:
-    token = state.push("claim_open", "", 1)
+def _around(state: StateInline, directive: Directive) -> None:
+    token = state.push(f"{directive.name}_open", "", 1)
     token.meta = {"offset": directive.start, "directive": directive}
     stop = state.posMax
     state.pos, state.posMax = directive.text_start, directive.text_start + len(directive.text)
     state.md.inline.tokenize(state)
     state.posMax = stop
-    state.push("claim_close", "", -1).meta = {"directive": directive}
+    state.push(f"{directive.name}_close", "", -1).meta = {"directive": directive}
 
 
 def citation(state: StateInline, silent: bool) -> bool:

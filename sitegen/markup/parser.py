@@ -1,7 +1,8 @@
 """Markdown → tokens: markdown-it with formulas, footnotes and directives, every token that can be wrong with its place.
 
 After parsing, directives are single tokens ("figure", "plot", "try", "aside", "value", "readout", "ref", "term",
-"cite") or pairs ("claim_open", "claim_close"), and footnote definitions are taken out of the flow.
+"cite") or pairs ("claim_open", "claim_close", and so for "promise"), and footnote definitions are taken out of the
+flow.
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ HEADING_ID = re.compile(r"\s*\{#([^}]*)\}\s*$")
 ANCHOR = re.compile(r"[a-z][a-z0-9-]*")
 NO_HEADING = re.compile(r"^#{2,6}(?=\w)", re.MULTILINE)
 INDENTED = re.compile(r"^\s*::[a-z]+\[", re.MULTILINE)
+UNIT = re.compile(r"(?:(?<=\d)|^) (?=(?:%|u²?|rad)(?!\w))")  # a text that begins with a unit follows a computed number
 CONTAINER = re.compile(r"^:::\s*(\w*)", re.MULTILINE)
 
 
@@ -121,6 +123,11 @@ def parser() -> MarkdownIt:
 def text_of(tokens: list[Token]) -> str:
     """What inline tokens say, without markup."""
     return "".join(" " if t.type in ("softbreak", "hardbreak") else t.content for t in tokens)
+
+
+def unbroken(text: str) -> str:
+    """The text with each unit held to its number, so that no line begins with one."""
+    return UNIT.sub("\u00a0", text)
 
 
 def ascii_slug(text: str) -> str:

@@ -16,7 +16,7 @@ from sitegen.chapters.glossary import Term
 from sitegen.chapters.known import Known
 from sitegen.chapters.render import Body, headings, render
 from sitegen.chapters.survey import OWN_IDS, Outline, Survey, outline
-from sitegen.figures.bakery import Bakery, frames_of
+from sitegen.figures.bakery import Bakery, frames_of, readouts_of
 from sitegen.figures.gallery import Gallery, Placed
 from sitegen.figures.model import Figure
 from sitegen.figures.tape import Tape
@@ -53,6 +53,7 @@ class Pen:
             known,
             mathematics=Mathematics(formulas, ""),
             frames=partial(frames_of, self.bakery, problems),
+            readouts=partial(readouts_of, self.bakery, problems),
             figure_html=partial(self._figure, one.chapter),
             plot_html=partial(self._plot, problems),
             problems=problems,

@@ -209,7 +209,7 @@ class _Writer:
             case "value" | "readout" | "ref" | "term":
                 directive = meta["directive"]
                 yield self._offset(meta["place"]), self._offset(meta["at"](directive.end)), self._plain([token])
-            case "claim_open":
+            case "claim_open" | "promise_open":
                 directive = meta["directive"]
                 text_end = directive.text_start + len(directive.text)
                 yield self._offset(meta["place"]), self._offset(meta["at"](directive.text_start)), ""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -43,10 +43,12 @@ from sitegen.chapters.render import Body
 from sitegen.chapters.survey import Survey, survey
 from sitegen.chapters.values import Values
 from sitegen.external import fetch
-from sitegen.figures.bakery import Bakery, code_hash, frames_of, make_ahead
+from sitegen.figures.bakery import Bakery, code_hash, draw_ahead, frames_of, make_ahead, readouts_of
 from sitegen.figures.gallery import Gallery, Plot, version
+from sitegen.figures.model import Figure
 from sitegen.figures.tape import Tape
 from sitegen.figures.widget_faults import sound
+from sitegen.figures.wire import Plain
 from sitegen.markup.code import highlighted
 from sitegen.markup.math import Mathematics
 from sitegen.markup.math import render as render_formulas
@@ -161,6 +163,7 @@ def build(
         mathematics,
         values,
         partial(frames_of, bakery, problems),
+        partial(readouts_of, bakery, problems),
         lambda figure, caption: Markup(""),
         lambda placed, caption: Markup(""),
         problems,
@@ -234,7 +237,16 @@ def _missing(surveys: Sequence[Survey], gallery: Gallery, bakery: Bakery, cache:
     return [
         *((registry.make_ahead, (p.plot.name, p.id, cache)) for p in ours if gallery.lacks(p)),
         *((make_ahead, (f.dom_id, f.records, cache)) for f in known if bakery.lacks(f.dom_id, f.records)),
+        *((draw_ahead, (f.dom_id, [record], cache)) for f, record in _promised(surveys, bakery)),
     ]
+
+
+def _promised(surveys: Sequence[Survey], bakery: Bakery) -> Iterator[tuple[Figure, Plain]]:
+    """The states beside the tapes that promises are held to, and the cache does not have."""
+    for figure, record in ((promise.figure, promise.record) for one in surveys for promise in one.promises):
+        ours = WIDGETS.get(figure.widget.name) is figure.widget
+        if ours and record not in figure.records and bakery.lacks_readouts(figure, record):
+            yield figure, record
 
 
 def _codes() -> dict[str, str]:

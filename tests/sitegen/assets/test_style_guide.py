@@ -9,7 +9,7 @@ import pytest
 
 from sitegen.assets.swatches import MEANING, contrast, swatches
 from sitegen.chapters.content import read_docs
-from sitegen.markup.inline import BLOCK, INLINE
+from sitegen.markup.inline import AROUND, BLOCK, INLINE
 from sitegen.problems import Problems
 from tests.sitegen.conftest import START, Project
 from widgets.drawing.picture import ROLES
@@ -32,7 +32,7 @@ def test_every_directive_stands_in_an_example() -> None:
         if inside:
             shown |= {token.type, *(child.type for child in token.children or [])}
     assert problems.found == []
-    wanted = {*BLOCK, *INLINE, *MARKDOWN} - {"claim"} | {"claim_open"}
+    wanted = {*BLOCK, *INLINE, *MARKDOWN} - {*AROUND} | {f"{name}_open" for name in AROUND}
     assert wanted - shown == set()
 
 

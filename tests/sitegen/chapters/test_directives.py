@@ -9,11 +9,11 @@ import pytest
 
 from sitegen.chapters import claims
 from sitegen.chapters.citations import family_name, read_references
-from sitegen.chapters.render import unbroken
 from sitegen.chapters.values import CallError, Values, evaluate, printed, read_call
 from sitegen.figures.bakery import FIGURES, code_hash, code_of
 from sitegen.figures.gallery import Gallery
 from sitegen.markup.directives import Attribute, DirectiveError, attributes, read
+from sitegen.markup.parser import unbroken
 from sitegen.problems import Problems, hint
 from tests.sitegen.conftest import Project
 from widgets.engine.registry import WIDGETS

@@ -72,6 +72,8 @@ def contents(folder: Path) -> dict[str, bytes]:
 def again(project: Project) -> Again:
     front, _, text = SECOND.partition("redirects")
     project.write("content/00-start.md", WITH_ALL)
+    text = text.replace("::figure[The", '::figure[:promise[Press twice]{press=go*2 expect="presses > 1"}. The')
+    text = text.replace("press=go,go}", 'press=go,go expect="noise falls"}')
     project.write("content/01-second.md", f"{front}{SLIDES}redirects{text}")
     project.write("content/glossary.yaml", GLOSSARY)
     project.write("content/dot.svg", DOT)
@@ -126,6 +128,11 @@ EDITS = {
     "an equation's label": swap(OTHER, "$$ (energy)", "$$ (mass)"),
     "an equation before": swap(OTHER, "A first", "$$\na\n$$ (before)\n\nA first"),
     "a formula": swap(OTHER, "$a^2", "$b^3"),
+    "a promise of no readout": swap(OTHER, "presses > 1", "press > 1"),
+    "a promise that is not kept": swap(OTHER, "presses > 1", "presses > 4"),
+    "what a promise is held to": swap(OTHER, "twice]{press=go*2", "twice]{press=go"),
+    "a button's promise": swap(OTHER, "noise falls", "noise rises"),
+    "a word that promises": swap(FIRST, "::plot[D.]", "::figure[It falls.]{toy}\n\n::plot[D.]"),
     "a plot's place": swap(FIRST, "{toy-plot}", "{toy-plot id=dots}"),
     "a slide": swap(OTHER, "noise=0.25\n", "noise=0.35\n"),
     "no slides": swap(OTHER, SLIDES, ""),

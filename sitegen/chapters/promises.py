@@ -1,0 +1,144 @@
+"""What a caption or a button promises of a figure's readouts: read by the survey, held to the figure by the rendering.
+
+A promise is a record and what is expected there: `rms < 0.1; stop is converged; rotation_error falls`. What falls,
+rises or stays does so against the figure as it opens.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+
+from sitegen.chapters.placing import changed, presses
+from sitegen.figures.model import Figure
+from sitegen.figures.wire import Plain
+from sitegen.markup.directives import Attribute, Directive, DirectiveError, read
+from sitegen.problems import Place, Problems, hint
+from widgets.engine.contract import MAX_LOG, parsed
+
+OWN = ("expect", "then")
+EXPECTED = re.compile(
+    r"(?P<name>\w+)\s+(?:(?P<than>[<>])\s*(?P<number>-?\d+(?:\.\d+)?)|is\s+(?P<words>.+)|(?P<goes>falls|rises|stays))"
+)
+WRITTEN = "an expectation is NAME < 1.5, NAME > 1.5, NAME is WORDS, NAME falls, NAME rises or NAME stays"
+PROMISING = re.compile(
+    r"\b(?:arrives?|breaks?|fails?|falls?|fallen|jumps?|loses?|recovers?|refused|refuses?|rises?)\b", re.IGNORECASE
+)
+HELD = ("promise", "claim", "readout")  # what the build or a test answers for
+NUMBER = re.compile(r"−?\d[\d,\u202f]*(?:\.\d+)?")
+Readouts = Callable[[Figure, Plain], Mapping[str, str]]
+
+
+@dataclass(frozen=True)
+class Expectation:
+    """What one readout is expected to be: less or more than a number, some words, or another than before."""
+
+    text: str
+    place: Place
+    name: str
+    than: str
+    number: float
+    words: str
+    goes: str
+
+
+@dataclass(frozen=True)
+class Promise:
+    """What is expected of a figure in a state."""
+
+    figure: Figure
+    record: Plain
+    expected: tuple[Expectation, ...]
+
+
+def promise(
+    figure: Figure, directive: Directive, given: Iterable[Attribute], at: Callable[[int], Place], problems: Problems
+) -> Promise | None:
+    """The promise that a directive's attributes make of a figure: control values, `press=` and, for what the text asks
+    to press after that, `then=`. None where nothing is expected; what is wrong goes to `problems`."""
+    named = {a.name: a for a in given if a.name}
+    own = {name: named.pop(name) for name in OWN if name in named}
+    record = changed(figure.widget, figure.record, named.values(), at, problems, OWN).plain()
+    if "expect" not in own:
+        if "then" in own:
+            problems.add(at(own["then"].start), "then= is what is pressed before expect= holds, and that is not there")
+        return None
+    log = [*record["log"], *(presses(figure.widget, own["then"], at, problems) if "then" in own else [])]
+    if len(log) > MAX_LOG:
+        problems.add(at(own["then"].start), f"a log holds at most {MAX_LOG} actions")
+        return None
+    record = parsed(figure.widget, {**record, "log": log}).plain()
+    return Promise(figure, record, _expected(directive, own["expect"], at, problems))
+
+
+def _expected(
+    directive: Directive, attribute: Attribute, at: Callable[[int], Place], problems: Problems
+) -> tuple[Expectation, ...]:
+    quoted = directive.attributes[attribute.value_start - directive.attributes_start] == '"'
+    start, found = attribute.value_start + quoted, []
+    for part in attribute.value.split(";"):
+        place = at(start + len(part) - len(part.lstrip()))
+        match = EXPECTED.fullmatch(part.strip())
+        if match is None:
+            problems.add(place, f"{part.strip()!r}: {WRITTEN}")
+        else:
+            name, than, number, words, goes = match.group("name", "than", "number", "words", "goes")
+            found.append(Expectation(match[0], place, name, than or "", float(number or 0), words or "", goes or ""))
+        start += len(part) + 1
+    return tuple(found)
+
+
+def unheld(directive: Directive) -> Iterator[tuple[str, int]]:
+    """The promising words of a text, with their offsets, that stand in nothing that is held to."""
+    text, i = directive.text, 0
+    while (colon := text.find(":", i)) >= 0:
+        try:
+            inside = read(text, colon, len(text), ":")
+        except DirectiveError:  # which is told
+            inside = None
+        i = colon + 1
+        if inside is not None and inside.name in HELD:
+            i = inside.end
+            text = text[:colon] + " " * (i - colon) + text[i:]
+    for match in PROMISING.finditer(text):
+        yield match[0], directive.text_start + match.start()
+
+
+def tell_unheld(directive: Directive, at: Callable[[int], Place], problems: Problems) -> None:
+    """Tell of each promising word in a caption or a button's text that nothing holds."""
+    written = ':promise[…]{press=finish expect="rms < 0.1"}'
+    for word, offset in unheld(directive):
+        problems.add(at(offset), f"{word!r} promises what nothing tests: {written}")
+
+
+def hold(promised: Promise, readouts: Readouts, problems: Problems) -> None:
+    """Hold a figure to what is promised of it; a promise that is not kept is a problem, with what is there instead."""
+    now = readouts(promised.figure, promised.record)
+    for one in promised.expected if now else ():  # a figure that cannot be drawn is told
+        if one.name not in now:
+            problems.add(one.place, f"no readout {one.name!r}{hint(one.name, now)}")
+            continue
+        before = readouts(promised.figure, promised.figure.record.plain())[one.name] if one.goes else ""
+        if not _holds(one, before, now[one.name]):
+            here = f"it goes from {before} to {now[one.name]}" if one.goes else f"it is {now[one.name]}"
+            problems.add(one.place, f"promised {one.text}; {here}")
+
+
+def _holds(one: Expectation, before: str, now: str) -> bool:
+    """Whether a readout's text is as expected. Words may be followed by a comma and more; what is no number is neither
+    less nor more than one."""
+    if one.words:
+        return now == one.words or now.startswith(f"{one.words},")
+    if one.goes == "stays":
+        return now == before
+    value, other = _number(now), _number(before) if one.goes else one.number
+    if value is None or other is None:
+        return False
+    return value < other if one.than == "<" or one.goes == "falls" else value > other
+
+
+def _number(text: str) -> float | None:
+    """The number that a readout begins with."""
+    match = NUMBER.match(text)
+    return float(re.sub("[,\u202f]", "", match[0]).replace("−", "-")) if match else None

@@ -1,0 +1,192 @@
+"""Promises of captions and buttons: each is held to what the figure shows, and one that is not kept is told."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
+
+from tests.sitegen.conftest import START, TOY, Project, State, fresh_cache
+from widgets.drawing.picture import Picture, Readout
+
+Fails = Callable[[str], list[str]]
+
+
+@pytest.fixture
+def desk(project: Project) -> Project:
+    """The small site with a first chapter that names no other."""
+    project.write("content/00-start.md", START.partition("Read")[0])
+    return project
+
+
+def told(desk: Project, body: str) -> list[tuple[str, str]]:
+    """The problems of a body with marks ¦, each with the text that follows its place up to the line's end."""
+    desk.chapter(body)
+    lines = (desk.root / "content/01-second.md").read_text("utf-8").split("\n")
+    found = []
+    for problem in desk.problems():
+        _, line, column, says = problem.split(":", 3)
+        found.append((lines[int(line) - 1][int(column) - 1 :], says.strip()))
+    return found
+
+
+@pytest.mark.parametrize(
+    "expected",
+    [
+        *("presses < 3", "presses > 1.5", "presses is 2", "presses rises", "noise falls", "noise > -1; noise < 0.3"),
+        *("noise is 0.25; presses rises", "  presses   rises ; noise < 1"),
+    ],
+)
+def test_what_is_promised_and_holds(desk: Project, expected: str) -> None:
+    """In a caption, in the chapter's text, in a button's, and in a slide's."""
+    own = f'{{noise=0.25 press=go*2 expect="{expected}"}}'
+    other = own.replace("{", "{demo ")
+    slide = f"slides:\n  - title: S\n    figure: demo\n    text: 'A :promise[slide]{own}.'\n"
+    desk.chapter(
+        f"\n::figure[A :promise[*caption* of $x$]{own}.]{{toy id=demo noise=0.5}}\n\nA :promise[text]{other}.\n\n"
+        f"::try[B.]{other}\n",
+        f'title: T\nrung: "1"\nslug: second\nsummary: S\n{slide}',
+    )
+    desk.build()
+    page = desk.page("second.html")
+    assert "A <em>caption</em> of <math" in page
+    assert "<p>A text.</p>" in page
+    assert "expect" not in page
+
+
+@pytest.mark.parametrize(
+    ("expected", "said"),
+    [
+        ("¦presses < 2", "promised presses < 2; it is 2"),
+        ("¦presses > 2", "promised presses > 2; it is 2"),
+        ("¦noise is 0.3", "promised noise is 0.3; it is 0.25"),
+        ("¦presses falls", "promised presses falls; it goes from 0 to 2"),
+        ("¦noise rises", "promised noise rises; it goes from 0.50 to 0.25"),
+        ("¦noise stays", "promised noise stays; it goes from 0.50 to 0.25"),
+        ("presses > 1; ¦noise > 1", "promised noise > 1; it is 0.25"),
+        ("¦nose < 1", "no readout 'nose'; did you mean 'noise'?"),
+        ("presses > 1; ¦noise =< 1", "'noise =< 1': an expectation is NAME < 1.5, NAME > 1.5, NAME is WORDS"),
+        ("presses > 1;¦", "'': an expectation is"),
+    ],
+)
+def test_what_is_promised_and_does_not_hold(desk: Project, expected: str, said: str) -> None:
+    """In a caption, in the text and in a button each is told once, at its own place, with what is there instead."""
+    set_by = f'noise=0.25 press=go*2 expect="{expected.replace("¦", "")}"'
+    figure = f"\n::figure[:promise[This]{{{set_by}}}.]{{toy id=demo noise=0.5}}\n\n"
+    found = told(desk, f"{figure}:promise[A]{{demo {set_by}}}\n\n::try[A]{{demo {set_by}}}\n")
+    assert len(found) == 3
+    for at, says in found:
+        assert at.startswith(expected.partition("¦")[2] or '"')
+        assert says.startswith(said)
+
+
+def test_what_the_text_asks_to_press_comes_after_the_button(desk: Project) -> None:
+    """A button leaves the figure to the reader, and what is promised of it holds when that is done."""
+    desk.chapter('\n::figure[C]{toy id=demo}\n\n::try[Go on.]{demo press=go then=go*2 expect="presses is 3"}\n')
+    desk.build()
+    assert '&#34;log&#34;:[[&#34;press&#34;,&#34;go&#34;]]}' in desk.page("second.html")
+
+
+@pytest.mark.parametrize(
+    ("written", "said"),
+    [
+        (":promise[A]{demo ¦prss=go expect=x}", "no control 'prss'; did you mean 'press'?"),
+        (":promise[A]{¦dmo expect=x}", "no figure 'dmo' in this chapter; did you mean 'demo'?"),
+        (":promise[A]{¦expect=x}", "a figure's id is expected first"),
+        ("¦:promise[A]{demo press=go}", "a promise says what holds"),
+        ("::try[A]{demo ¦then=go}", "then= is what is pressed before expect= holds"),
+        ('::try[A]{demo then=¦goo expect="presses > 0"}', "no button 'goo' to press; did you mean 'go'?"),
+        ('::try[A]{demo ¦then=go*2000 press=go expect="presses > 0"}', "a log holds at most 2000 actions"),
+        ('::try[A]{demo ¦expct="presses > 0"}', "no control 'expct'; did you mean 'expect'?"),
+    ],
+)
+def test_what_is_wrong_with_the_writing_of_a_promise(desk: Project, written: str, said: str) -> None:
+    found = told(desk, f"\n::figure[C]{{toy id=demo}}\n\n{written.replace('¦', '')}\n")
+    assert [at for at, says in found if said in says] == [written.partition("¦")[2]]
+
+
+@pytest.mark.parametrize(
+    ("value", "expected", "holds"),
+    [
+        ("−7.25", "x < -7", True),
+        ("22,500", "x > 22499", True),
+        ("22 of 40", "x < 23", True),
+        ("1\u202f840", "x > 1839", True),
+        ("–", "x < 5", False),
+        ("–", "x > 5", False),
+        ("converged, step 12", "x is converged", True),
+        ("converged, step 12", "x is converge", False),
+        ("not converged", "x is converged", False),
+    ],
+)
+def test_what_a_readout_says(desk: Project, value: str, expected: str, holds: bool) -> None:
+    """Numbers as the site prints them, and words."""
+
+    def draw(state: object) -> object:
+        return replace(TOY.draw(state), readouts=(Readout("x", "X", value),))
+
+    desk.widgets["toy"] = replace(TOY, draw=draw)  # type: ignore[arg-type]
+    desk.cache = desk.root / "cache"
+    desk.chapter(f'\n::figure[C]{{toy id=demo}}\n\n:promise[A]{{demo expect="{expected}"}}\n')
+    if holds:
+        desk.build()
+    else:
+        assert desk.problems() == [f"content/01-second.md:10:26: promised {expected}; it is {value}"]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("It falls.", ["falls"]),
+        ("To break it, press. It Arrives, and jumps.", ["break", "Arrives", "jumps"]),
+        ("A waterfall breaking; failure, arrival.", []),
+        ("Notice :promise[that it falls]{press=go expect=\"presses > 0\"} and rises.", ["rises"]),
+        (":claim[It falls.]{tests/test_claimed.py::test_it_holds}", []),
+        ("A `:b` is :readout[demo presses]{press=go}: it recovers.", ["recovers"]),
+        (":term[what fails]{pose}", ["fails"]),
+    ],
+)
+def test_a_promising_word_is_held_by_something(desk: Project, text: str, words: list[str]) -> None:
+    """In a caption and on a button, unless the button itself expects something; in a paragraph nobody looks."""
+    desk.write("content/glossary.yaml", "pose:\n  term: pose\n  says: Where.\n  chapter: second\n")
+    button = '::try[It falls.]{demo loud=true expect="noise < 1"}'
+    desk.chapter(f"\nIt falls and breaks.\n\n::figure[{text}]{{toy id=demo}}\n\n{button}\n")
+    if not words:
+        desk.build()
+        return
+    places = [f"content/01-second.md:10:{len('::figure[') + text.rindex(word) + 1}" for word in words]
+    assert [problem.split(": ")[0] for problem in desk.problems()] == places
+
+
+def test_a_button_that_promises_expects_something(desk: Project) -> None:
+    ((at, says),) = told(desk, "\n::figure[C]{toy id=demo}\n\n::try[And it rises.]{demo press=go}\n")
+    assert at.startswith("rises.]")
+    assert says == "'rises' promises what nothing tests: :promise[…]{press=finish expect=\"rms < 0.1\"}"
+
+
+def test_readouts_that_are_known_are_not_drawn_again(desk: Project) -> None:
+    """Those of a state on the figure's tape come from there; a second build draws nothing at all."""
+    desk.cache = fresh_cache(desk.root / "cache")
+    drawn: list[int] = []
+
+    def draw(state: State) -> Picture:
+        drawn.append(state.presses)
+        return TOY.draw(state)
+
+    desk.widgets["toy"] = replace(TOY, draw=draw)
+    desk.chapter(
+        '\n::figure[:promise[On the tape]{press=go expect="presses is 1"}, :promise[not on it]'
+        '{press=go*7 expect="presses is 7"}.]{toy id=demo}\n'
+    )
+    desk.build()
+    on_the_tape = drawn.count(1)
+    assert drawn.count(7) == 1
+    desk.chapter('\n::figure[C]{toy id=demo}\n')
+    desk.cache = fresh_cache(desk.root / "other")
+    drawn.clear()
+    desk.build()
+    assert drawn.count(1) == on_the_tape
+    drawn.clear()
+    desk.build()
+    assert drawn == []
