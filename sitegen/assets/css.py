@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import tinycss2
+
+SHEETS = 64  # that are remembered: `serve` reads the same ones at every build
 
 
 @dataclass(frozen=True)
@@ -26,16 +29,18 @@ class Url:
     column: int
 
 
-def rules(text: str) -> list[Rule]:
+@lru_cache(maxsize=SHEETS)
+def rules(text: str) -> tuple[Rule, ...]:
     """The rules at a sheet's top, in order. Those within @media, @container and the like are left out."""
     parts = tinycss2.parse_stylesheet(text, skip_comments=True, skip_whitespace=True)
     plain = [part for part in parts if part.type == "qualified-rule"]
-    return [Rule(_selectors(part.prelude), _declarations(part.content)) for part in plain]
+    return tuple(Rule(_selectors(part.prelude), _declarations(part.content)) for part in plain)
 
 
-def urls(text: str) -> Iterator[Url]:
+@lru_cache(maxsize=SHEETS)
+def urls(text: str) -> tuple[Url, ...]:
     """Every address of a sheet, wherever it stands."""
-    return _urls(tinycss2.parse_component_value_list(text))
+    return tuple(_urls(tinycss2.parse_component_value_list(text)))
 
 
 def imports(text: str) -> Iterator[Url]:

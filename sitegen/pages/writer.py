@@ -99,11 +99,17 @@ class Writer:
         fill = partial(self.templates.get_template(template).render, given)
         return Inside(page, Markup(self.kept.answer(("inside", page.name), made_of, fill)))
 
-    def framed(self, inside: Inside, assets: Assets) -> str:
+    def framed(self, inside: Inside, assets: Assets) -> bytes:
         """The whole page with the files that it loads."""
+        size = assets.download.size if assets.download else ""
+        named = replace(assets, files={})
         frame = self.templates.get_template("frame.html")
-        html = hosted(inside.html, assets.download.size if assets.download else "")
-        return frame.render(site=self.site, page=inside.page, policy=POLICY, assets=assets, inside=html)
+
+        def whole() -> bytes:
+            html = hosted(inside.html, size)
+            return frame.render(site=self.site, page=inside.page, policy=POLICY, assets=named, inside=html).encode()
+
+        return self.kept.answer(("page", inside.page.name, bool(size)), (inside, named, self.site), whole)
 
     def _ladder(self, current: str) -> list[dict[str, Any]]:
         """Every rung in order: those published as links, the rest as text; chapters without a rung stand at the end."""

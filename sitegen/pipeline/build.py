@@ -383,9 +383,8 @@ def _pages(content: _Content, writer: Writer, insides: Mapping[str, Inside], ass
     """Every page by name: framed, and those that load nothing."""
     pages = {name: writer.framed(inside, assets) for name, inside in insides.items()}
     written = [*content.chapters, *(doc for doc, _ in content.docs)]
-    pages |= {f"{name}.html": writer.redirect(chapter) for chapter in written for name in _old_names(chapter)}
-    pages["404.html"] = writer.lost(assets)
-    return {name: html.encode() for name, html in pages.items()}
+    pages |= {f"{name}.html": writer.redirect(one).encode() for one in written for name in _old_names(one)}
+    return pages | {"404.html": writer.lost(assets).encode()}
 
 
 def _old_names(chapter: Chapter) -> list[str]:

@@ -14,7 +14,7 @@ SHEET = """\
 
 def test_rules_are_those_of_every_screen() -> None:
     """Commas within brackets and strings divide no selectors; comments are left out, and conditional rules."""
-    assert rules(SHEET) == [
+    assert list(rules(SHEET)) == [
         Rule((".a:is(.b, .c) > d", '[x="e, f"]'), (("color", "red"), ("--tone", "light-dark(#ffffff, rgb(0, 0, 0))"))),
         Rule((".g",), (("margin", "0 auto !important"), ("padding", "1px"))),
     ]
