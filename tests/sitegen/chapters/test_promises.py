@@ -127,7 +127,7 @@ def test_what_a_readout_says(desk: Project, value: str, expected: str, holds: bo
         return replace(TOY.draw(state), readouts=(Readout("x", "X", value),))
 
     desk.widgets["toy"] = replace(TOY, draw=draw)  # type: ignore[arg-type]
-    desk.cache = desk.root / "cache"
+    desk.cache = fresh_cache(desk.root / "cache")
     desk.chapter(f'\n::figure[C]{{toy id=demo}}\n\n:promise[A]{{demo expect="{expected}"}}\n')
     if holds:
         desk.build()
