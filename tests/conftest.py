@@ -5,15 +5,15 @@ from __future__ import annotations
 import os
 import shutil
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from sitegen.chapters import whys
 from sitegen.serve import live
 
 ROOT = Path(__file__).resolve().parents[1]
+pytest_plugins = ["tests.recorded"]
 PATIENCE = 30.0  # seconds until a wait counts as failed
 
 # A generator of one page. It says how often it ran by a module of its own, so that an edit of Python shows too.
@@ -68,24 +68,6 @@ def site() -> Path:
     built = Path(os.environ.get("LADDER_SITE", ROOT / "site"))
     assert (built / "index.html").is_file(), f"no built site in {built}: run `python3 build.py` first"
     return built
-
-
-@pytest.fixture
-def why(request: pytest.FixtureRequest) -> Iterator[Callable[[str, Mapping[str, str]], None]]:
-    """Records a cause, for the page of checks: one factor, {as it is: its outcome, changed: its outcome, ...}.
-
-    A test that takes this and records nothing has failed, unless it has failed anyhow.
-    """
-    node, failed = request.node, request.session.testsfailed
-
-    def record(factor: str, outcomes: Mapping[str, str]) -> None:
-        assert not hasattr(node, "callspec"), "one claim has one pair of outcomes, so its test has no cases"
-        assert whys.recorded(node.user_properties) is None, "one claim names one factor"
-        node.user_properties.append((whys.FIXTURE, whys.change(factor, outcomes).plain()))
-
-    yield record
-    if request.session.testsfailed == failed and whys.recorded(node.user_properties) is None:
-        pytest.fail("this test takes the fixture `why` and has recorded no outcomes")
 
 
 def copied(name: str, folder: Path) -> None:

@@ -126,15 +126,18 @@ def survey(chapter: Chapter, widgets: Mapping[str, Widget], plots: Mapping[str, 
                 _plot(found, token, plots, problems)
     _within(found, [*flow, *(t for tokens in chapter.document.footnotes.values() for t in tokens)], problems)
     for slide in chapter.slides:
-        _within(found, [*slide.title, *slide.text, *slide.notes], problems, found.figures.get(slide.figure))
+        shown, lost = found.figures.get(slide.figure), f"fig:{slide.figure}" in found.lost
+        _within(found, [*slide.title, *slide.text, *slide.notes], problems, shown, lost)
         found.slides.append(_staged(found, slide, problems))
     return found
 
 
-def _within(found: Survey, tokens: list[Token], problems: Problems, shown: Figure | None = None) -> None:
+def _within(
+    found: Survey, tokens: list[Token], problems: Problems, shown: Figure | None = None, lost: bool = False
+) -> None:
     """The formulas of some text, its buttons and its promises, for which the chapter's figures must be known.
 
-    shown: the figure that the text stands beside, if it does.
+    shown: the figure that the text stands beside, if it does; lost: it stands beside one whose faults are told.
     """
     for token in tokens:
         if token.type in ("math_block", "math_block_label"):
@@ -147,9 +150,10 @@ def _within(found: Survey, tokens: list[Token], problems: Problems, shown: Figur
     for token in tokens:
         if token.type == "try":
             _try(found, token, problems)
+        own = token.meta["figure"] if token.type == "figure" else shown
         for child in token.children or []:
             if child.type == "promise_open":
-                _promise(found, child, (token.meta or {}).get("figure") or shown, problems)
+                _promise(found, child, own, lost or (token.type == "figure" and own is None), problems)
         if token.type in ("figure", "plot", "try", "aside") and not token.children:
             problems.add(token.meta["place"], f"::{token.type} has no text")
 
@@ -283,12 +287,12 @@ def figure_of(found: Survey, given: list[Attribute], token: Token, problems: Pro
     return figure
 
 
-def _promise(found: Survey, token: Token, figure: Figure | None, problems: Problems) -> None:
-    """What is promised of a figure: the one that is named, or else the text's own."""
+def _promise(found: Survey, token: Token, figure: Figure | None, lost: bool, problems: Problems) -> None:
+    """What is promised of a figure: the one that is named, or else the text's own, of which nothing is said if lost."""
     directive, at = token.meta["directive"], token.meta["at"]
     token.meta.pop("promise", None)  # of an earlier survey
     given = listed(directive, at, problems)
-    if given is not None and (figure is None or not all(a.name for a in given)):
+    if given is not None and not (all(a.name for a in given) and (figure or lost)):
         figure = figure_of(found, given, token, problems)
     if given is None or figure is None:
         return

@@ -25,7 +25,7 @@ def test_the_tests_of_what_runs_in_the_page_pass_inside_pyodide(folder: str) -> 
     answer = run_python_in_complete_runtime(
         SUITE.read_text("utf-8"),
         # The conftest above is the site's: it serves and drives a browser.
-        {"args": [folder, f"--confcutdir={folder}", "-m", "not native", "-q"]},
+        {"args": [folder, f"--confcutdir={folder}", "-p", "tests.recorded", "-m", "not native", "-q"]},
         mounts={"/repo": ROOT, "/venv": Path(sysconfig.get_path("purelib"))},
     )
     assert answer["code"] == 0, answer["output"]

@@ -106,6 +106,22 @@ def test_what_is_wrong_with_the_writing_of_a_promise(desk: Project, written: str
     assert [at for at, says in found if said in says] == [written.partition("¦")[2]]
 
 
+def test_what_is_promised_of_a_figure_with_a_fault_is_one_problem(desk: Project) -> None:
+    """In the caption, on the slide and in the text; what names another figure is read all the same."""
+    own = "{press=go expect=x}"
+    figures = (
+        f"::figure[A :promise[caption]{own}.]{{tyo id=lost}}\n\n"
+        "::figure[B :promise[falls]{other expect=x}.]{toy id=demo}\n\n"
+    )
+    slide = f"slides:\n  - title: S\n    figure: lost\n    text: 'A :promise[slide]{own}.'\n"
+    desk.chapter(
+        f"\n{figures}:promise[Text]{{lost press=go expect=x}}\n",
+        f'title: T\nrung: "1"\nslug: second\nsummary: S\n{slide}',
+    )
+    said = [problem.split(": ", 1)[1] for problem in desk.problems()]
+    assert said == ["no widget 'tyo'; did you mean 'toy'?", "no figure 'other' in this chapter; there are demo"]
+
+
 @pytest.mark.parametrize(
     ("value", "expected", "holds"),
     [

@@ -127,7 +127,7 @@ print("SAID", json.dumps([claims.merged(ledger.reports), {k: v.plain() for k, v 
 def test_a_run_notes_the_outcomes_and_refuses_tests_without(tmp_path: Path, processes: str) -> None:
     """In one process and in several: a record comes through, a test without one has failed, once."""
     (tmp_path / "pyproject.toml").write_text("[tool.pytest.ini_options]\n", "utf-8")
-    (tmp_path / "conftest.py").write_text("from tests.conftest import why\n", "utf-8")
+    (tmp_path / "conftest.py").write_text("from tests.recorded import why\n", "utf-8")
     (tmp_path / "test_runs.py").write_text(RUNS, "utf-8")
     command = [sys.executable, "-c", RUNNER, "-n", processes, str(tmp_path)]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)

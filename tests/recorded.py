@@ -1,0 +1,27 @@
+"""The fixture `why`, a plugin of its own: tests that run inside Pyodide take it too, without the site's conftest."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+
+import pytest
+
+from sitegen.chapters import whys
+
+
+@pytest.fixture
+def why(request: pytest.FixtureRequest) -> Iterator[Callable[[str, Mapping[str, str]], None]]:
+    """Records a cause, for the page of checks: one factor, {as it is: its outcome, changed: its outcome, ...}.
+
+    A test that takes this and records nothing has failed, unless it has failed anyhow.
+    """
+    node, failed = request.node, request.session.testsfailed
+
+    def record(factor: str, outcomes: Mapping[str, str]) -> None:
+        assert not hasattr(node, "callspec"), "one claim has one pair of outcomes, so its test has no cases"
+        assert whys.recorded(node.user_properties) is None, "one claim names one factor"
+        node.user_properties.append((whys.FIXTURE, whys.change(factor, outcomes).plain()))
+
+    yield record
+    if request.session.testsfailed == failed and whys.recorded(node.user_properties) is None:
+        pytest.fail("this test takes the fixture `why` and has recorded no outcomes")
