@@ -74,7 +74,7 @@ def _register_parser() -> argparse.ArgumentParser:
     parser.add_argument("--points", type=_whole, metavar="N", help="thin each cloud to at most N points first")
     parser.add_argument("--above", action="store_true", help="register clouds in space seen from above, by x and y")
     parser.add_argument("--reach", type=float, help="how near explains a source point (3 spacings of the target)")
-    parser.add_argument("--out", type=Path, metavar="PICTURE.svg", help="draw both clouds before and after")
+    parser.add_argument("--out", type=Path, metavar="PICTURE.svg", help="draw both clouds, with matplotlib")
     return parser
 
 

@@ -28,11 +28,13 @@ NAMES = {
     "ndt_translation": "Path climb",
     "race": "CONTESTANTS Contestant Controls EXTRAS MAX_STEPS SEEDS contestants race_problem",
     "ransac": "RANSAC RansacOptions RansacState capped_sum trials",
+    "robust": "FLOOR KERNELS TUNING check_options least_scale loss mad_scale threshold weights",
     "scans": "PILLARS Scans WALLS ranges two_scans",
     "scenes": (
         "BIRD KABSCH_SCENES KABSCH_START KABSCH_TRUTH MAST ROOM ROOM_SETTINGS ROOM_START_DIRECTION Scene "
         "kabsch_scene room room_start"
     ),
+    "soft_shares": "clutter_weight filterreg_shares gmmreg_overlaps",
     "stepper": "Batch Callback History Method NoOptions Problem S State T advance begin run",
     "thinning": "FINEST slab spacing thinned",
     "verify": "Evidence evidence halves",

@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -12,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from sitegen.cli.run_tests import PROCESSES, is_part, processes
+from sitegen.cli.run_tests import PROCESSES, imports, is_part, processes
 
 ROOT = Path(__file__).resolve().parents[3]
 SPREAD = ["--dist=loadfile", "--no-loadscope-reorder"]
@@ -141,3 +143,27 @@ def test_a_word_on_it_is_left_alone(option: dict[str, Any]) -> None:
 def test_the_folder_of_all_tests_is_no_part() -> None:
     assert not is_part(ROOT, asked(file_or_dir=[str(ROOT / "tests")]))
     assert is_part(ROOT, asked(file_or_dir=[str(ROOT / "tests" / "solvers")]))
+
+
+def test_an_import_against_the_direction_of_the_rooms_fails(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Upwards between rooms, inside a function as well, and between two families of methods."""
+    for name in ("solvers", "widgets", "sitegen"):
+        shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(ROOT / "pyproject.toml", tmp_path)
+    monkeypatch.chdir(tmp_path)
+    assert imports() == 0
+    wrong = {
+        "solvers/core/pose.py": "def _late():\n    import solvers.geometry.rigid\n",
+        "solvers/methods/mmd/mmd.py": "import solvers.methods.soft.cpd\n",
+        "sitegen/cache/files.py": "import sitegen.pages.writer\n",
+    }
+    for path, line in wrong.items():
+        with (tmp_path / path).open("a", encoding="utf-8") as file:
+            file.write(f"\n\n{line}")
+    capfd.readouterr()
+    assert imports() == 1
+    told = capfd.readouterr().out
+    for broken in ("The rooms of solvers", "No family of methods knows another", "The rooms of the generator"):
+        assert re.search(rf"{broken}.* BROKEN", told)
