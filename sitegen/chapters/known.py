@@ -40,6 +40,6 @@ class Known:
     values: Values = field(compare=False)
     frames: Callable[[Figure, Sequence[Plain]], list[Plain]] = field(compare=False)
     readouts: Callable[[Figure, Plain], Mapping[str, str]] = field(compare=False)
-    figure_html: Callable[[Figure, Markup], Markup] = field(compare=False)
+    figure_html: Callable[[Figure, Markup, Markup], Markup] = field(compare=False)
     plot_html: Callable[[Placed, Markup], Markup] = field(compare=False)
     problems: Problems = field(compare=False)

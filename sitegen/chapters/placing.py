@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
+from sitegen.chapters.leads import LEADING, lead_of
 from sitegen.figures.model import Figure
 from sitegen.figures.widget_faults import module_file
 from sitegen.markup.directives import Attribute, Directive, DirectiveError, attributes
@@ -61,9 +62,13 @@ def placed(
     figure_id = named.pop("id", None)
     if (figure_id and not figure_id.value.replace("-", "").isalnum()) or (figure_id and not figure_id.value.isascii()):
         problems.add(at(figure_id.value_start), f"{figure_id.value!r} is no id: ASCII letters, digits and hyphens")
+    leading = [named.pop(part) for part in LEADING if part in named]
+    lead, led = lead_of(widget, leading, at, problems)
     base = preset(widget, name)
-    record = changed(widget, base, named.values(), at, problems, ("preset", "id"))
-    figure = Figure(figure_id.value if figure_id else widget.name, number, widget, record, at(directive.start))
+    record = changed(widget, base, named.values(), at, problems, ("preset", "id", *LEADING))
+    figure = Figure(
+        figure_id.value if figure_id else widget.name, number, widget, record, at(directive.start), lead=lead, led=led
+    )
     figure.records.append(record.plain())  # its own comes first, also where presses lead to it
     figure.remember(record)
     for changes, presses in widget.tape:

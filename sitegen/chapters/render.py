@@ -18,6 +18,7 @@ from sitegen.chapters.claims import anchor, kind_of, lacking, standing, test_of
 from sitegen.chapters.glossary import NAME as GLOSSARY
 from sitegen.chapters.glossary import named
 from sitegen.chapters.known import Known
+from sitegen.chapters.leads import halves
 from sitegen.chapters.links import Links
 from sitegen.chapters.placing import changed, listed
 from sitegen.chapters.promises import hold
@@ -241,7 +242,8 @@ class _Renderer:
 
     def _figure(self, token: Token) -> str:
         figure = token.meta["figure"]
-        return "" if figure is None else str(self._known.figure_html(figure, Markup(self._inline(token.children))))
+        says, caption = (Markup(self._inline(half)) for half in halves(token.children or []))
+        return "" if figure is None else str(self._known.figure_html(figure, says, caption))
 
     def _plot(self, token: Token) -> str:
         plot = token.meta["plot"]

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from sitegen.figures.wire import Plain
 from sitegen.problems import Place
-from widgets.engine.contract import Record, Widget
+from widgets.engine.contract import Lead, Record, Widget
 
 
 @dataclass
 class Figure:
-    """A figure in a chapter. `records` are the states of its tape, the first of them its own."""
+    """A figure in a chapter. `records` are the states of its tape, the first of them its own.
+
+    lead: what is seen of it at first; led: where the placement says so, name by name, of "panels", "readouts" and the rest.
+    """
 
     id: str
     number: str
@@ -19,6 +23,8 @@ class Figure:
     record: Record
     place: Place
     records: list[Plain] = field(default_factory=list)
+    lead: Lead | None = None
+    led: Mapping[str, tuple[Place, ...]] = field(default_factory=dict)
 
     @property
     def dom_id(self) -> str:

@@ -14,6 +14,7 @@ from sitegen.chapters.citations import Reference
 from sitegen.chapters.content import FIXED_PAGES, Chapter
 from sitegen.chapters.glossary import Term
 from sitegen.chapters.known import Known
+from sitegen.chapters.leads import check_drawn
 from sitegen.chapters.render import Body, headings, render
 from sitegen.chapters.survey import OWN_IDS, Outline, Survey, outline
 from sitegen.figures.bakery import Bakery, frames_of, readouts_of
@@ -54,7 +55,7 @@ class Pen:
             mathematics=Mathematics(formulas, ""),
             frames=partial(frames_of, self.bakery, problems),
             readouts=partial(readouts_of, self.bakery, problems),
-            figure_html=partial(self._figure, one.chapter),
+            figure_html=partial(self._figure, one.chapter, problems),
             plot_html=partial(self._plot, problems),
             problems=problems,
         )
@@ -69,11 +70,12 @@ class Pen:
         slides = deck(one, self.tapes, own, figure_html(self.templates)) if one.slides else None
         return Written(one.chapter, render(one, own), slides)
 
-    def _figure(self, chapter: Chapter, figure: Figure, caption: Markup) -> Markup:
+    def _figure(self, chapter: Chapter, problems: Problems, figure: Figure, says: Markup, caption: Markup) -> Markup:
         tape = self.tapes.get((chapter.name, figure.id))
         if tape is None:  # its widget fails, which is told
             return Markup("")
-        return figure_html(self.templates)(figure_view(figure, tape.first, tape.name, caption, tape.results))
+        check_drawn(figure, tape.first, problems)
+        return figure_html(self.templates)(figure_view(figure, tape.first, tape.name, says, caption, tape.results))
 
     def _plot(self, problems: Problems, placed: Placed, caption: Markup) -> Markup:
         try:

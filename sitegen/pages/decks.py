@@ -15,8 +15,9 @@ from sitegen.chapters.survey import Staged, Survey
 from sitegen.figures.model import Figure
 from sitegen.figures.tape import Tape
 from sitegen.pages.title_slide import check_title
-from sitegen.pages.views import Chosen, FigureView, figure_view
+from sitegen.pages.views import FigureView, figure_view
 from sitegen.problems import hint
+from widgets.engine.contract import Lead
 
 WIDE = 1.75  # as wide as a plot is that the words stand above
 IDS = re.compile(r' id="[^"]*"')
@@ -100,7 +101,8 @@ def _figure(one: Staged, figure: Figure, tape: Tape, known: Known) -> FigureView
         for i, name in enumerate(getattr(one.slide, f"{what}s")):
             if name not in names:
                 known.problems.add(one.slide.at(f"{what}s", i), f"no {what} {name!r}{hint(name, names)}")
-    view = figure_view(replace(figure, records=[plain]), frame, tape.name, Markup(), tape.results)
-    controls = {name: spec for name, spec in view.controls.items() if name in one.slide.controls}
+    view = figure_view(replace(figure, records=[plain]), frame, tape.name, Markup(), Markup(), tape.results)
     panels = one.slide.panels or tuple(panel["name"] for panel in frame["panels"])
-    return replace(view, controls=controls, jobs=(), chosen=Chosen(panels, one.slide.readouts))
+    buttons = tuple(button.name for button in figure.widget.buttons)
+    lead = Lead(panels, one.slide.readouts, one.slide.controls, buttons)
+    return replace(view, jobs=(), lead=lead, whole=False)

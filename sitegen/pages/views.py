@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from jinja2 import BytecodeCache, Environment, FileSystemLoader, StrictUndefined
 from jinja2.bccache import Bucket
@@ -16,25 +15,37 @@ from sitegen.figures.gallery import Drawn, Placed
 from sitegen.figures.model import Figure
 from sitegen.figures.wire import Plain, dumps, first_frame, spec
 from widgets.drawing.picture import number
-from widgets.engine.contract import Widget
+from widgets.engine.contract import Button, Lead, Widget
 from widgets.engine.controls import Spec, specs
 
-if TYPE_CHECKING:
-    pass
-
+WIDE = 500  # nominal px: a panel that is drawn wider is a picture by itself
 
 
 @dataclass(frozen=True)
-class Chosen:
-    """What a slide shows of a figure: names of panels and of readouts."""
+class Part:
+    """Some of a figure: what leads, or the rest."""
 
-    panels: tuple[str, ...]
-    readouts: tuple[str, ...]
+    panels: Sequence[Plain]
+    readouts: Sequence[Plain]
+    controls: Mapping[str, Spec]
+    buttons: Sequence[Button]
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How a figure stands on its page. stage: the panels that are the picture; charts: those among what is told of it."""
+
+    name: str
+    stage: Sequence[Plain]
+    charts: Sequence[Plain]
 
 
 @dataclass(frozen=True)
 class FigureView:
-    """What the figure's template shows."""
+    """What the figure's template shows.
+
+    lead: what is seen at first, all of it where None; whole: the rest is there as well, behind *More*.
+    """
 
     id: str
     number: str
@@ -45,12 +56,48 @@ class FigureView:
     tape: str
     caption: Markup
     jobs: tuple[JobView, ...] = ()
-    chosen: Chosen | None = None
+    says: Markup = Markup()
+    lead: Lead | None = None
+    whole: bool = True
 
     @property
-    def readouts(self) -> list[Plain]:
-        """The readouts beside the picture: all, or those that are chosen."""
-        return [r for r in self.frame["readouts"] if self.chosen is None or r["name"] in self.chosen.readouts]
+    def leading(self) -> Part:
+        """What is seen at first."""
+        return self._part(self._leads)
+
+    @property
+    def layout(self) -> Layout:
+        """How what leads is laid out: one picture, or many small ones, beside the desk; or a few in a row above it."""
+        panels = self.leading.panels
+        if not self.whole:
+            return Layout("", self.frame["panels"], ())
+        width = panels[0]["view"][4]
+        if len(panels) > 2 and width <= WIDE:
+            alike = [panel for panel in panels if panel["view"][4] == width]
+            others = [panel for panel in panels if panel["view"][4] != width]
+            return Layout("many row" if len(alike) == 3 else "many", alike, others)
+        if len(panels) == 1 or width > WIDE:
+            return Layout("beside", panels[:1], panels[1:])
+        return Layout("row", panels, ())
+
+    @property
+    def rest(self) -> Part | None:
+        """What waits behind *More*; None where nothing does."""
+        if self.lead is None or not self.whole:
+            return None
+        return self._part(lambda what, name: not self._leads(what, name))
+
+    def _leads(self, what: str, name: str) -> bool:
+        names = getattr(self.lead, what, None)
+        return names is None or name in names
+
+    def _part(self, has: Callable[[str, str], bool]) -> Part:
+        return Part(
+            [panel for panel in self.frame["panels"] if has("panels", panel["name"])],
+            [readout for readout in self.frame["readouts"] if has("readouts", readout["name"])],
+            {name: control for name, control in self.controls.items() if has("controls", name)},
+            [button for button in self.widget.buttons if has("buttons", button.name)],
+        )
 
 
 @dataclass(frozen=True)
@@ -106,8 +153,10 @@ def plain(value: float) -> str:
     return f"{value:.10g}"
 
 
-def figure_view(figure: Figure, frame: Plain, tape: str, caption: Markup, results: Sequence[Plain] = ()) -> FigureView:
-    """The view of a figure whose first frame is drawn, and whose jobs are done."""
+def figure_view(
+    figure: Figure, frame: Plain, tape: str, says: Markup, caption: Markup, results: Sequence[Plain] = ()
+) -> FigureView:
+    """The view of a figure whose first frame is drawn, and whose jobs are done. says: the sentence that leads."""
     record = {"record": figure.records[0], "frame": first_frame(frame), "spec": spec(figure.widget)}
     return FigureView(
         figure.dom_id,
@@ -122,6 +171,8 @@ def figure_view(figure: Figure, frame: Plain, tape: str, caption: Markup, result
             JobView(job.name, job.label, result, Markup(dumps(_undrawn(result))))
             for job, result in zip(figure.widget.jobs, results, strict=True)
         ),
+        says,
+        figure.lead,
     )
 
 

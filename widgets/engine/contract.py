@@ -108,6 +108,18 @@ class Motion:
 
 
 @dataclass(frozen=True)
+class Lead:
+    """What of a figure is seen at first, by name, None for all; the rest waits behind *More*. A placement may lead with
+    other things.
+    """
+
+    panels: tuple[str, ...] | None = None
+    readouts: tuple[str, ...] | None = None
+    controls: tuple[str, ...] | None = None
+    buttons: tuple[str, ...] | None = None
+
+
+@dataclass(frozen=True)
 class Widget:
     """A figure. See the module's first lines.
 
@@ -128,6 +140,7 @@ class Widget:
     the read thing says what it is by `words`. The record holds but a fingerprint of each: what was brought stays where
     it is, and may be missing.
     files: what a reader may take away in a state: file name → text.
+    lead: what is seen at first; without it, all there is.
     """
 
     name: str
@@ -152,6 +165,7 @@ class Widget:
     reads: Callable[[str, bytes], Any] | None = None
     files: Callable[[Any], Mapping[str, str]] = lambda state: {}
     shows: str = ""
+    lead: Lead | None = None
 
 
 @dataclass(frozen=True)

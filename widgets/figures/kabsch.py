@@ -26,7 +26,7 @@ from widgets.drawing.picture import (
     number,
     small,
 )
-from widgets.engine.contract import UNDONE, Action, Button, Key, Motion, Widget
+from widgets.engine.contract import UNDONE, Action, Button, Key, Lead, Motion, Widget
 from widgets.engine.controls import choice, slider, toggle
 from widgets.parts.placing import HANDLES, Placing, place, written
 
@@ -331,5 +331,10 @@ WIDGET = Widget(
     ),
     motion=motion,
     python=python,
+    lead=Lead(
+        readouts=("rms", "rotation_error", "determinant"),
+        controls=("noise",),
+        buttons=("solve", "reset", "new"),
+    ),
     shows="Moves a cloud of known pairs onto its target in closed form, from any start.",
 )

@@ -25,7 +25,7 @@ from widgets.drawing.picture import (
     View,
     number,
 )
-from widgets.engine.contract import Action, Button, Key, Widget
+from widgets.engine.contract import Action, Button, Key, Lead, Widget
 from widgets.engine.controls import slider
 
 VIEW = View(-3.0, 3.0, -2.5, 2.5, width=300.0)
@@ -321,5 +321,6 @@ WIDGET = Widget(
     ),
     tape=tuple(({"turn": turn}, ()) for turn in (-40.0, 0.0, 90.0, 180.0)),
     python=python,
+    lead=Lead(buttons=("new",)),
     shows="One small picture a rung: what links two clouds.",
 )

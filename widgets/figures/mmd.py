@@ -15,7 +15,7 @@ from solvers.numerics.fourier_features import mean_features, mean_kernel, unit_f
 from solvers.scenes.rooms import Scene, room, room_start
 from solvers.studies.race import CONTESTANTS
 from widgets.drawing.picture import Array, Mark, Panel, Picture, Readout, degrees, number
-from widgets.engine.contract import Action, Button, Key, Motion, Widget
+from widgets.engine.contract import Action, Button, Key, Lead, Motion, Widget
 from widgets.engine.controls import choice, slider
 from widgets.engine.script import called
 from widgets.parts.feature_marks import MAP, convergence, crests, phases, waves
@@ -329,5 +329,11 @@ WIDGET = Widget(
     tape=(({}, _presses("step", 8)), ({}, ("finish",)), ({}, ("resample",)), ({}, ("resample", "finish"))),
     motion=motion,
     python=python,
+    lead=Lead(
+        panels=("main", "phases"),
+        readouts=("exact", "wave", "rotation_error"),
+        controls=("wave",),
+        buttons=("step", "run", "finish", "reset"),
+    ),
     shows="Compares two clouds by random waves and moves one until the mean phases agree.",
 )

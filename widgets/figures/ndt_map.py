@@ -25,7 +25,7 @@ from widgets.drawing.picture import (
     number,
     small,
 )
-from widgets.engine.contract import UNDONE, Action, Button, Key, Widget
+from widgets.engine.contract import UNDONE, Action, Button, Key, Lead, Widget
 from widgets.engine.controls import slider, toggle
 from widgets.parts.field import scale_marks
 
@@ -309,5 +309,6 @@ WIDGET = Widget(
     hovers=("main",),
     tape=(({}, ("next", "next", "next")), ({"size": 0.4}, ()), ({"size": 2.0}, ()), ({"noise": 0.0}, ())),
     python=python,
+    lead=Lead(readouts=("cell", "count", "covered"), controls=("size",), buttons=("next", "reset")),
     shows="A scan summarised by one Gaussian in each cell of a grid, and what each cell forgets.",
 )

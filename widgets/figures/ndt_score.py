@@ -28,7 +28,7 @@ from widgets.drawing.picture import (
     View,
     number,
 )
-from widgets.engine.contract import UNDONE, Action, Button, Key, Widget
+from widgets.engine.contract import UNDONE, Action, Button, Key, Lead, Widget
 from widgets.engine.controls import choice, slider
 from widgets.parts.field import PAD, Field, axis_marks, scale_marks
 
@@ -276,5 +276,6 @@ WIDGET = Widget(
     clicks=("map",),
     tape=(({}, ("truth",)), ({"grids": "four"}, ())),
     python=python,
+    lead=Lead(readouts=("score", "truth", "away"), controls=("rotation",), buttons=("truth", "reset")),
     shows="The score of a scan on a map of Gaussians, for every translation at one rotation, and climbs on it.",
 )

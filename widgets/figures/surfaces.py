@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from solvers.scenes.rooms import room_start
 from widgets.drawing.picture import Mark, Panel, Picture, Readout, degrees, number
-from widgets.engine.contract import ITERATED, Action, Key, Motion, Widget
+from widgets.engine.contract import ITERATED, Action, Key, Lead, Motion, Widget
 from widgets.engine.controls import choice, slider
 from widgets.engine.script import called, named
 from widgets.parts.placing import HANDLES, place, written
@@ -236,5 +236,11 @@ WIDGET = Widget(
     tape=(({}, ("step",) * 4), *(({"residual": name}, ("finish",)) for name in RESIDUALS)),
     motion=motion,
     python=python,
+    lead=Lead(
+        panels=("main", "errors"),
+        readouts=("rms", "rotation_error", "translation_error"),
+        controls=("residual",),
+        buttons=("step", "run", "finish", "reset"),
+    ),
     shows="Pairs nearest points and measures them by point, plane or covariance, under four robust weights.",
 )

@@ -10,7 +10,7 @@ from solvers import Pose
 from solvers.scenes.rooms import room_start
 from widgets.drawing.chart import Series, chart
 from widgets.drawing.picture import Handle, Label, Mark, Panel, Picture, Readout, Role, Segments, View, degrees, number
-from widgets.engine.contract import ITERATED, Action, Key, Motion, Widget
+from widgets.engine.contract import ITERATED, Action, Key, Lead, Motion, Widget
 from widgets.engine.controls import choice, slider
 from widgets.engine.script import named
 from widgets.parts.placing import Placing, place, written
@@ -258,5 +258,11 @@ WIDGET = Widget(
     handles=tuple(f"{name}-{handle}" for name in NAMES for handle in ("source", "turn")),
     tape=(({}, ("step",) * 3), ({}, ("finish",))),
     python=python,
+    lead=Lead(
+        panels=("point", "plane", "gicp"),
+        readouts=("point_rotation", "plane_rotation", "gicp_rotation"),
+        controls=("start",),
+        buttons=("step", "run", "finish", "reset"),
+    ),
     shows="Steps point to point, point to plane and GICP together from one start.",
 )

@@ -25,7 +25,7 @@ from widgets.drawing.picture import (
     degrees,
     number,
 )
-from widgets.engine.contract import UNDONE, Action, Button, Key, Motion, Widget
+from widgets.engine.contract import UNDONE, Action, Button, Key, Lead, Motion, Widget
 from widgets.engine.controls import slider
 from widgets.parts.placing import HANDLES, Placing, place, written
 
@@ -215,5 +215,6 @@ WIDGET = Widget(
     tape=(({}, ("answer",)),),
     motion=motion,
     python=python,
+    lead=Lead(controls=("turn",), buttons=("answer", "reset", "new")),
     shows="Two scans of one room, to be aligned by hand.",
 )

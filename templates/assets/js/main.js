@@ -11,11 +11,13 @@ import { addAnnouncer } from "./figure/announcer.js";
 import { addButtons } from "./figure/buttons.js";
 import { addControls } from "./figure/controls.js";
 import { addPicks } from "./figure/crosshairs.js";
+import { addEnlarging } from "./figure/enlarge.js";
 import { addPictureButtons } from "./figure/export.js";
 import { Figure } from "./figure/figure.js";
 import { addHandles } from "./figure/handles.js";
 import { addJobs } from "./figure/jobs.js";
 import { addLinkButton, followLinks } from "./figure/links.js";
+import { addMore } from "./figure/more.js";
 import { createOverlay } from "./figure/overlay.js";
 import { addOwnClouds } from "./figure/own_clouds.js";
 import { drawing } from "./figure/panels.js";
@@ -64,6 +66,8 @@ function live(root) {
     part(() => addPicks(figure, overlay)),
     part(() => addControls(figure)),
     part(() => addButtons(figure)),
+    part(() => addMore(figure)),
+    part(() => addEnlarging(figure)),
     part(() => showReadouts(figure)),
     part(() => showWords(figure)),
     part(() => addJobs(figure)),

@@ -34,7 +34,7 @@ from widgets.drawing.picture import (
     degrees,
     number,
 )
-from widgets.engine.contract import UNDONE, Action, Key, Widget
+from widgets.engine.contract import UNDONE, Action, Key, Lead, Widget
 from widgets.engine.controls import slider
 from widgets.figures.contestants.links import LINKS, Linked
 from widgets.parts.placing import Placing, place, written
@@ -218,5 +218,6 @@ WIDGET = Widget(
     handles=("source",),
     tape=(({}, ()), ({"turn": 0.0, "offset": 0.0}, ()), ({"turn": 90.0}, ()), ({"point": 28.0}, ())),
     python=python,
+    lead=Lead(readouts=(), controls=("point",), buttons=("reset", "new")),
     shows="What each contestant of the race links one source point to, at a pose of your choice.",
 )

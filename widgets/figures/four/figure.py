@@ -8,7 +8,7 @@ from typing import Any
 from solvers import Pose
 from solvers.scenes.fish import FISH_SETTINGS, START_DEGREES, fish, fish_start
 from widgets.drawing.picture import Handle, Panel, Picture, Readout, degrees, number
-from widgets.engine.contract import Action, Button, Key, Widget
+from widgets.engine.contract import Action, Button, Key, Lead, Widget
 from widgets.engine.controls import choice, slider, toggle
 from widgets.engine.script import named
 from widgets.figures.four import cpd, filterreg, flow, mmd
@@ -217,5 +217,6 @@ WIDGET = Widget(
     handles=HANDLES,
     tape=(({}, ("next",) * (2 * STAGES - 1)), ({}, ("finish",))),
     python=python,
+    lead=Lead(readouts=(), controls=("scene",), buttons=("next", "auto", "iterate", "finish", "reset")),
     shows="Walks four registration methods through one step after another, side by side, stage by stage.",
 )

@@ -10,7 +10,7 @@ import numpy as np
 from solvers.scenes.rooms import room, room_start
 from widgets.drawing.chart import Series, chart
 from widgets.drawing.picture import Array, Mark, Panel, Picture, Points, Readout, degrees, number
-from widgets.engine.contract import ITERATED, Action, Key, Motion, Widget
+from widgets.engine.contract import ITERATED, Action, Key, Lead, Motion, Widget
 from widgets.engine.controls import choice, slider
 from widgets.engine.script import called, named
 from widgets.figures.icp.run import Rule, Run, begun
@@ -321,5 +321,11 @@ WIDGET = Widget(
     tape=(({}, _presses("step", 16)), ({}, ("finish",)), ({"start": "far"}, _presses("step", 3))),
     motion=motion,
     python=python,
+    lead=Lead(
+        panels=("main", "rms"),
+        readouts=("rms", "rotation_error", "translation_error"),
+        controls=("start",),
+        buttons=("step", "run", "finish", "reset"),
+    ),
     shows="Pairs each point with its nearest, fits the pairs, and repeats, from any start.",
 )

@@ -11,7 +11,7 @@ from solvers.core.arrays import BoolArray
 from solvers.scenes.rooms import Scene, room
 from widgets.drawing.chart import Series, chart
 from widgets.drawing.picture import Array, Mark, Panel, Path, Picture, Points, Readout, Ring, View, number
-from widgets.engine.contract import UNDONE, Action, Button, Key, Widget
+from widgets.engine.contract import UNDONE, Action, Button, Key, Lead, Widget
 from widgets.engine.controls import choice, slider
 from widgets.figures.landscape.terrain import Descent, Objective, Terrain, minima, places, within
 from widgets.parts.field import PAD, axis_marks, scale_marks
@@ -376,5 +376,6 @@ WIDGET = Widget(
     clicks=("map",),
     tape=(({}, ("sow", "sow")), ({}, ("sow", "resample"))),
     python=python,
+    lead=Lead(("map", "room"), ("reached", "lowest", "truth"), ("length",), ("sow", "clear", "reset")),
     shows="Draws two objectives over translations as terrain, with descents from many starts.",
 )

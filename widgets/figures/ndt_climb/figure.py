@@ -27,7 +27,7 @@ from widgets.drawing.picture import (
     View,
     number,
 )
-from widgets.engine.contract import UNDONE, Action, Button, Key, Widget
+from widgets.engine.contract import UNDONE, Action, Button, Key, Lead, Widget
 from widgets.engine.controls import slider, toggle
 from widgets.engine.script import called, named
 from widgets.figures.ndt_climb import climb
@@ -348,5 +348,11 @@ WIDGET = Widget(
     handles=HANDLES,
     tape=(({}, ("step",) * 17),),
     python=python,
+    lead=Lead(
+        panels=("one", "fine"),
+        readouts=("rotation_one", "rotation_fine", "stop_fine"),
+        controls=("cell",),
+        buttons=("run", "step", "reset"),
+    ),
     shows="Climbs the score of the cells' Gaussians in three parameters, at one cell size beside coarse to fine.",
 )

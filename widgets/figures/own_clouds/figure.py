@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from widgets.drawing.picture import Picture, Readout, number, worded
-from widgets.engine.contract import Action, Button, Key, Motion, Widget
+from widgets.engine.contract import Action, Button, Key, Lead, Motion, Widget
 from widgets.engine.controls import Value, choice, slider
 from widgets.figures.own_clouds.clouds import EXAMPLES, Clouds, Given, brought, example, prepared, reads
 from widgets.figures.own_clouds.downloads import pose_csv, pose_json, script
@@ -209,5 +209,6 @@ WIDGET = Widget(
     takes=("source", "target"),
     reads=reads,
     files=files,
+    lead=Lead(("main",), ("explained", "rms", "stop"), ("method",), ("step", "run", "finish", "reset")),
     shows="Registers two clouds that the reader brings, and judges the pose by the clouds alone.",
 )

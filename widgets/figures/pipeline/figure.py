@@ -22,7 +22,7 @@ from widgets.drawing.picture import (
     degrees,
     number,
 )
-from widgets.engine.contract import UNDONE, Action, Button, Key, Motion, Widget
+from widgets.engine.contract import UNDONE, Action, Button, Key, Lead, Motion, Widget
 from widgets.engine.controls import choice, slider
 from widgets.figures.pipeline.run import (
     CALLS,
@@ -321,5 +321,11 @@ WIDGET = Widget(
     tape=(({}, ("next", "next", "next")), ({}, ("finish",))),
     motion=motion,
     python=python,
+    lead=Lead(
+        panels=("main",),
+        readouts=("verdict", "rotation_error", "translation_error"),
+        controls=("scene",),
+        buttons=("next", "finish", "reset"),
+    ),
     shows="A pose is proposed by sampling, refined by nearest points, and accepted or refused by five signs.",
 )

@@ -9,7 +9,7 @@ from solvers.scenes.rooms import Scene, room_start
 from solvers.studies import race as racing
 from solvers.studies.race import EXTRAS, MAX_STEPS
 from widgets.drawing.picture import Mark, Picture, Readout, number
-from widgets.engine.contract import Action, Button, Key, Widget
+from widgets.engine.contract import Action, Button, Key, Lead, Widget
 from widgets.engine.controls import choice, slider
 from widgets.engine.script import called, named
 from widgets.figures.race.benchmark import BENCHMARK
@@ -232,5 +232,11 @@ WIDGET = Widget(
     jobs=(BENCHMARK,),
     tape=(({}, ("finish",)), ({}, ("step",) * MAX_STEPS)),
     python=python,
+    lead=Lead(
+        panels=(*(entry.contestant.method for entry in field(STAND_IN)[:8]), "ninth"),
+        readouts=("turned", "close", "running"),
+        controls=("setting",),
+        buttons=("run", "finish", "reset", "new"),
+    ),
     shows="Nine registration methods race on the same scans from the same start.",
 )

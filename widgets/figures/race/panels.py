@@ -11,13 +11,27 @@ from solvers import Pose
 from solvers.scenes.rooms import Scene
 from solvers.studies.race import MAX_STEPS
 from widgets.drawing.chart import axes, axis_names, decades, powers
-from widgets.drawing.picture import Array, Handle, Label, Mark, Panel, Path, Points, Segments, View, degrees, number
+from widgets.drawing.picture import (
+    Array,
+    Handle,
+    Label,
+    Mark,
+    Panel,
+    Path,
+    Points,
+    Role,
+    Segments,
+    View,
+    degrees,
+    number,
+)
 from widgets.figures.race.field import CLOSE_TURN, ENTRIES, Run
 from widgets.parts.placing import Placing
 from widgets.parts.room import ANCHOR
 
 VIEW = View(-6.4, 6.4, -4.4, 4.4, width=300.0)
 PLACING = Placing(VIEW, limit=(3.6, 1.8), reach=3.4, least=2.5)
+BORDER = np.array([(-6.35, -4.35), (6.35, -4.35), (6.35, 4.35), (-6.35, 4.35)])
 KEY = np.array([(-6.1, 4.0), (-4.6, 4.0)])  # a sample of its line, in the corner of a contestant's panel
 
 SAMPLES = {name: Path(KEY, one.role, dashed=one.dashed, dotted=one.dotted, thick=True) for name, one in ENTRIES.items()}
@@ -71,10 +85,19 @@ def drawn(run: Run, stage: Stage) -> Run:
         return run
     entry = run.entry
     cloud = stage.source if run.steps == 0 else _cloud(stage.scene, run.pose)
-    marks = (*stage.behind, cloud, SAMPLES[entry.contestant.method])
+    marks = (*stage.behind, cloud, SAMPLES[entry.contestant.method], *verdict(run))
     name = f"{entry.contestant.label}, {standing(run)}"
     caption = "\n".join((entry.contestant.label, errors(run), standing(run), entry.note))
     return replace(run, panel=Panel(run.seat, name, VIEW, marks, caption=caption))
+
+
+def verdict(run: Run) -> tuple[Mark, ...]:
+    """A frame and a word round a panel whose run has stopped: whether it is within the two limits of the truth."""
+    if not run.done:
+        return ()
+    role: Role = "truth" if run.close else "outlier"
+    word = Label([6.1, -4.0], "right" if run.close else "wrong", role, "end")
+    return (Path(BORDER, role, closed=True, thick=True, dashed=not run.close), word)
 
 
 def errors(run: Run) -> str:

@@ -15,7 +15,7 @@ from solvers.metrics import rre, rte
 from solvers.scenes.facade import facade_scene
 from solvers.scenes.rooms import Scene
 from widgets.drawing.picture import Array, Picture, Readout, number
-from widgets.engine.contract import UNDONE, Action, Button, Key, Widget
+from widgets.engine.contract import UNDONE, Action, Button, Key, Lead, Widget
 from widgets.engine.controls import choice, slider
 from widgets.engine.script import called
 from widgets.figures.ransac.budget_chart import budget_chart, whole
@@ -334,5 +334,10 @@ WIDGET = Widget(
     handles=(HANDLE,),
     tape=(({}, ("finish",)), ({}, ("step",) * 14)),
     python=python,
+    lead=Lead(
+        readouts=("count", "rotation_error", "ghost_rotation"),
+        controls=("epsilon",),
+        buttons=("run", "step", "finish", "reset"),
+    ),
     shows="Finds the pose that most of forty proposed matches agree on, by trials of two.",
 )

@@ -23,7 +23,7 @@ from widgets.drawing.picture import (
     degrees,
     number,
 )
-from widgets.engine.contract import ITERATED, Action, Key, Motion, Widget
+from widgets.engine.contract import ITERATED, Action, Key, Lead, Motion, Widget
 from widgets.engine.controls import choice, slider
 from widgets.engine.script import called, named
 from widgets.figures.soft_family.links import Links, circles, crosses, links, targets, threads
@@ -363,5 +363,11 @@ WIDGET = Widget(
     ),
     motion=motion,
     python=python,
+    lead=Lead(
+        panels=("main", "objective"),
+        readouts=("partners", "sigma", "rotation_error"),
+        controls=("method",),
+        buttons=("step", "run", "finish", "reset"),
+    ),
     shows="Shares each point out over the other cloud by CPD or FilterReg, or overlaps densities by GMMReg.",
 )

@@ -10,10 +10,9 @@ import * as records from "../base/record.js";
 /** @param {Figure} figure */
 export function addButtons(figure) {
   const { root, spec } = figure;
-  const box = /** @type {HTMLElement | null} */ (root.querySelector(".buttons"));
-  if (!box) return () => {};
+  const boxes = /** @type {HTMLElement[]} */ ([...root.querySelectorAll(".buttons")]);
   const specs = new Map(spec.buttons.map((each) => [each.name, each]));
-  const nodes = /** @type {HTMLElement[]} */ ([...box.querySelectorAll("[data-button]")]);
+  const nodes = /** @type {HTMLElement[]} */ ([...root.querySelectorAll("[data-button]")]);
   /** @param {HTMLElement} node */
   const buttonOf = (node) => /** @type {Button} */ (specs.get(node.dataset.button ?? ""));
   /** @type {{ button: Button, due: ReturnType<typeof setTimeout> | undefined, at: number } | null} */
@@ -90,7 +89,7 @@ export function addButtons(figure) {
   }
 
   const disposers = [
-    on(box, "click", press),
+    ...boxes.map((box) => on(box, "click", press)),
     on(document, "visibilitychange", again),
     figure.on("seen", again),
     figure.on("frame", () => {
@@ -103,7 +102,7 @@ export function addButtons(figure) {
     figure.on("state", show),
     stop,
   ];
-  box.hidden = false;
+  for (const box of boxes) box.hidden = false;
   show();
   return together(disposers);
 }

@@ -17,13 +17,14 @@ export function shownValue(spec, value) {
 }
 
 /**
- * @param {HTMLFormElement} form
+ * @param {HTMLFormElement[]} forms
  * @param {string} name
  * @param {Control} spec
  * @param {Value} value
  */
-function write(form, name, spec, value) {
-  const field = /** @type {HTMLInputElement | null} */ (form.elements.namedItem(name));
+function write(forms, name, spec, value) {
+  const found = forms.map(({ elements }) => elements.namedItem(name)).find(Boolean);
+  const field = /** @type {HTMLInputElement | undefined} */ (found);
   if (!field) return;
   if (spec.kind === "toggle") field.checked = Boolean(value);
   else if (spec.kind === "choice") field.value = String(value);
@@ -43,14 +44,12 @@ function read(input, spec) {
 
 /** @param {Figure} figure */
 export function addControls(figure) {
-  const form = /** @type {HTMLFormElement | null} */ (figure.root.querySelector("form.controls"));
-  if (!form) return () => {};
+  const forms = /** @type {HTMLFormElement[]} */ ([...figure.root.querySelectorAll("form.controls")]);
   const specs = figure.spec.controls;
 
   /** @param {Values} values */
   function show(values) {
-    if (!form) return;
-    for (const [name, spec] of Object.entries(specs)) if (name in values) write(form, name, spec, values[name]);
+    for (const [name, spec] of Object.entries(specs)) if (name in values) write(forms, name, spec, values[name]);
   }
 
   /** @param {Event} event */
@@ -65,15 +64,17 @@ export function addControls(figure) {
   }
 
   const disposers = [
-    on(form, "input", changed),
-    on(form, "change", changed),
-    on(form, "submit", (event) => event.preventDefault()),
+    ...forms.flatMap((form) => [
+      on(form, "input", changed),
+      on(form, "change", changed),
+      on(form, "submit", (event) => event.preventDefault()),
+    ]),
     figure.on("asked", () => show(figure.record.controls)),
     figure.on("frame", (frame) => {
       if (!figure.pending) show(frame.controls);
     }),
   ];
-  form.hidden = false;
+  for (const form of forms) form.hidden = false;
   show(figure.frame.controls);
   return together(disposers);
 }

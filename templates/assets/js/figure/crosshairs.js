@@ -24,11 +24,11 @@ const clamp = (value, low, high) => Math.min(high, Math.max(low, value));
  * @param {(at: number) => void} moved
  */
 export function crosshair(figure, overlay, name, { does, hint }, moved) {
-  const shown = drawing(figure.stage, name)?.getAttribute("aria-label");
+  const shown = drawing(figure.root, name)?.getAttribute("aria-label");
   const says = { role: "slider", "aria-label": `${does}: ${shown}`, "aria-description": hint };
   const attributes = { type: "button", class: "crosshair", "data-pick": name, ...says };
   const button = overlay.layer.appendChild(make("button", attributes));
-  const panel = /** @type {HTMLElement} */ (panelOf(figure.stage, name));
+  const panel = /** @type {HTMLElement} */ (panelOf(figure.root, name));
   const view = () => figure.viewOf(name);
   const [x0, x1, y0, y1] = view();
   /** @type {Point} */
@@ -68,8 +68,12 @@ export function crosshair(figure, overlay, name, { does, hint }, moved) {
     moved(event.timeStamp);
   }
 
+  const seen = () => {
+    button.hidden = !onStage(figure.root, name);
+  };
   put(at);
-  const off = [on(button, "keydown", key), () => overlay.remove(button)];
+  seen();
+  const off = [on(button, "keydown", key), figure.on("scaled", seen), () => overlay.remove(button)];
   return {
     get at() {
       return at;
@@ -152,11 +156,9 @@ function pointed(figure, overlay, name) {
  * @param {Overlay} overlay
  */
 export function addPicks(figure, overlay) {
-  /** @param {string} name */
-  const seen = (name) => onStage(figure.stage, name);
   const disposers = [
-    ...(figure.spec.clicks ?? []).filter(seen).flatMap((name) => picked(figure, overlay, name)),
-    ...(figure.spec.hovers ?? []).filter(seen).flatMap((name) => pointed(figure, overlay, name)),
+    ...(figure.spec.clicks ?? []).flatMap((name) => picked(figure, overlay, name)),
+    ...(figure.spec.hovers ?? []).flatMap((name) => pointed(figure, overlay, name)),
   ];
   return together(disposers);
 }

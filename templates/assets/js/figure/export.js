@@ -154,6 +154,15 @@ function written(span, origin) {
   });
 }
 
+const PARTS = [
+  ".figure-stage",
+  ".figure-desk > .figure-charts",
+  ".figure-rest[open] > .figure-rest-panels",
+]
+  .map((part) => `:scope > .figure-body > ${part}`)
+  .concat(":scope > [role=img]")
+  .join();
+
 /**
  * The figure once more, unseen and in light colours, for as long as `use` looks at it.
  * @template T
@@ -163,7 +172,7 @@ function written(span, origin) {
  */
 function inLight(root, use) {
   const twin = /** @type {HTMLElement} */ (root.cloneNode(false));
-  const parts = root.querySelectorAll(":scope > .figure-stage, :scope > [role=img]");
+  const parts = root.querySelectorAll(PARTS);
   twin.append(...[...parts].map((part) => part.cloneNode(true)));
   twin.removeAttribute("id");
   twin.inert = true;

@@ -9,6 +9,7 @@ import { limits, mark } from "../base/limits.js";
 import * as records from "../base/record.js";
 import { runtime } from "../runtime/runtime.js";
 import { onTape, taped } from "../runtime/tape.js";
+import { MORE, moreOf } from "./more.js";
 import { motionLength, startMotion } from "./motion.js";
 import { swapPanels } from "./panels.js";
 import { FigureState } from "./state.js";
@@ -259,7 +260,7 @@ export class Figure {
     this.#endMotion();
     this.#state.show(record, frame, source);
     if (source === "live") this.#warmed = this.#ready = true;
-    swapPanels(this.stage, frame.panels);
+    swapPanels(this.root, frame.panels);
     this.root.dataset.frame = String(Number(this.root.dataset.frame ?? 0) + 1);
     mark(this.#finer ? "ladder:finer" : "ladder:swap", this.id);
     if (motion) {
@@ -384,7 +385,8 @@ export class Figure {
 
   /** The address of the figure in the state that is seen. */
   link() {
-    return `${location.href.split("#")[0]}#${this.id}?s=${records.encode(this.shown)}`;
+    const more = moreOf(this.root)?.open ? MORE : "";
+    return `${location.href.split("#")[0]}#${this.id}?s=${records.encode(this.shown)}${more}`;
   }
 
   dispose() {

@@ -62,7 +62,7 @@ export function addHandles(figure, overlay) {
 
   function update() {
     /** @param {string} panel */
-    const seen = (panel) => onStage(figure.stage, panel);
+    const seen = (panel) => onStage(figure.root, panel);
     const places = figure.frame.handles.flatMap((handle) =>
       [handle.panel, ...(handle.also ?? [])]
         .filter(seen)
@@ -114,6 +114,7 @@ export function addHandles(figure, overlay) {
     figure.on("asked", (by) => {
       if (by !== "key") keys = [];
     }),
+    figure.on("scaled", update),
     on(overlay.layer, "keydown", key),
     drags.dispose,
   ];

@@ -5,6 +5,7 @@
 import { sound } from "../base/checked_record.js";
 import { around, calm, copy, messageOf, on, together } from "../base/dom.js";
 import * as records from "../base/record.js";
+import { MORE, moreOf } from "./more.js";
 import { figures } from "./registry.js";
 import { runtime } from "../runtime/runtime.js";
 import { taped } from "../runtime/tape.js";
@@ -45,9 +46,12 @@ function tried(event) {
 }
 
 function linked() {
-  const [id, data] = location.hash.slice(1).split("?s=");
+  const [id, given] = location.hash.slice(1).split("?s=");
   const figure = figures.get(id);
-  if (!figure || data === undefined) return;
+  if (!figure || given === undefined) return;
+  const [data, more] = given.split(MORE);
+  const rest = moreOf(figure.root);
+  if (rest && more !== undefined) rest.open = true;
   visit(figure);
   try {
     const { record, ignored } = sound(records.decode(data, figure.initial), figure.initial, figure.spec);

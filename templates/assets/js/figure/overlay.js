@@ -14,7 +14,7 @@ import { drawing } from "./panels.js";
  * @param {Figure} figure
  */
 export function createOverlay(figure) {
-  const { stage } = figure;
+  const { root, stage } = figure;
   const there = /** @type {HTMLElement | null} */ (stage.querySelector(".figure-handles"));
   const layer = there ?? stage.appendChild(make("div", { class: "figure-handles" }));
   /** @type {Map<string, [x: number, y: number, width: number, height: number]>} */
@@ -28,9 +28,9 @@ export function createOverlay(figure) {
   function measure() {
     const from = (origin = layer.getBoundingClientRect());
     scale = from.width / layer.offsetWidth || 1;
-    for (const { dataset } of /** @type {NodeListOf<HTMLElement>} */ (stage.querySelectorAll(".figure-panel"))) {
+    for (const { dataset } of /** @type {NodeListOf<HTMLElement>} */ (root.querySelectorAll(".figure-panel[data-panel]"))) {
       const name = dataset.panel ?? "";
-      const box = drawing(stage, name)?.getBoundingClientRect();
+      const box = drawing(root, name)?.getBoundingClientRect();
       if (box) boxes.set(name, [box.left - from.left, box.top - from.top, box.width, box.height]);
     }
     for (const button of places.keys()) settle(button);
@@ -45,7 +45,7 @@ export function createOverlay(figure) {
   }
 
   const watch = new ResizeObserver(measure);
-  [stage, ...stage.querySelectorAll(".figure-panel")].forEach((each) => watch.observe(each));
+  [stage, ...root.querySelectorAll(".figure-panel[data-panel]")].forEach((each) => watch.observe(each));
   measure();
   const scaled = figure.on("scaled", measure); // by a slide, which no observer tells
   const scrolled = on(document, "scroll", () => (origin = null), { capture: true, passive: true });

@@ -1,23 +1,27 @@
-// Swaps a frame's panels into the stage. The handles' overlay stays, so that focus and pointer capture survive.
+// Swaps a frame's panels in, on the stage and behind More. The handles' overlay stays, so that focus and pointer capture
+// survive.
 
 /** @import { Panel } from "../base/types.js" */
 
 import { find, make, text } from "../base/dom.js";
 
-/** @type {(stage: HTMLElement, name: string) => HTMLElement | null} */
-export const panelOf = (stage, name) => stage.querySelector(`.figure-panel[data-panel="${CSS.escape(name)}"]`);
+/** @type {(root: HTMLElement, name: string) => HTMLElement | null} */
+export const panelOf = (root, name) => root.querySelector(`.figure-panel[data-panel="${CSS.escape(name)}"]`);
 
 /**
  * The drawing of a panel.
- * @type {(stage: HTMLElement, name: string) => SVGSVGElement | null}
+ * @type {(root: HTMLElement, name: string) => SVGSVGElement | null}
  */
-export const drawing = (stage, name) => panelOf(stage, name)?.querySelector("svg.plot") ?? null;
+export const drawing = (root, name) => panelOf(root, name)?.querySelector("svg.plot") ?? null;
 
 /**
- * Whether a panel is to be seen: a slide may show some of a figure's panels only.
- * @type {(stage: HTMLElement, name: string) => boolean}
+ * Whether a panel is to be seen: a slide may show some of a figure's panels only, and some wait behind More.
+ * @type {(root: HTMLElement, name: string) => boolean}
  */
-export const onStage = (stage, name) => !panelOf(stage, name)?.hidden;
+export function onStage(root, name) {
+  const panel = panelOf(root, name);
+  return Boolean(panel && !panel.hidden && !panel.closest("details:not([open])"));
+}
 
 /**
  * The drawing that each panel element holds, as text: what has not changed is left alone.
@@ -40,16 +44,16 @@ function caption(panel, words) {
 }
 
 /**
- * @param {HTMLElement} stage
+ * @param {HTMLElement} root
  * @param {Panel[]} panels
  */
-export function swapPanels(stage, panels) {
+export function swapPanels(root, panels) {
   const names = new Set(panels.map(({ name }) => name));
-  for (const gone of /** @type {NodeListOf<HTMLElement>} */ (stage.querySelectorAll(".figure-panel"))) {
+  for (const gone of /** @type {NodeListOf<HTMLElement>} */ (root.querySelectorAll(".figure-panel[data-panel]"))) {
     if (!names.has(gone.dataset.panel ?? "")) gone.remove();
   }
   for (const { name, svg, caption: words } of panels) {
-    const there = panelOf(stage, name);
+    const there = panelOf(root, name);
     if (there) {
       if (held.get(there) !== svg) find(there, "svg.plot").outerHTML = svg;
       held.set(there, svg);
@@ -58,6 +62,7 @@ export function swapPanels(stage, panels) {
     }
     const panel = make("div", { class: "figure-panel", "data-panel": name });
     panel.innerHTML = svg;
+    const stage = find(root, ".figure-stage");
     stage.insertBefore(panel, stage.querySelector(".figure-handles"));
   }
 }

@@ -14,12 +14,11 @@ const row = ({ name, label, role }) =>
   );
 
 /**
- * @param {HTMLElement | null} list
+ * @param {HTMLElement} list
  * @param {Frame} frame
  */
 function readouts(list, frame) {
-  if (!list) return;
-  const chosen = list.dataset.chosen?.split(" "); // on a slide not all of them stand beside the picture
+  const chosen = list.dataset.chosen?.split(" "); // here stand some of them, the others elsewhere or nowhere
   const shown = frame.readouts.filter(({ name }) => chosen?.includes(name) ?? true);
   const there = /** @type {HTMLElement[]} */ ([...list.children]).map((each) => each.dataset.readout).join();
   if (there !== shown.map(({ name }) => name).join()) list.replaceChildren(...shown.map(row));
@@ -32,8 +31,8 @@ function readouts(list, frame) {
 
 /** @param {Figure} figure */
 export const showReadouts = (figure) => {
-  const list = /** @type {HTMLElement | null} */ (figure.root.querySelector(".readouts"));
-  return figure.on("frame", (frame) => readouts(list, frame));
+  const lists = /** @type {HTMLElement[]} */ ([...figure.root.querySelectorAll(".readouts")]);
+  return figure.on("frame", (frame) => lists.forEach((list) => readouts(list, frame)));
 };
 
 /** @param {Figure} figure */

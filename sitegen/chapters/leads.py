@@ -1,0 +1,65 @@
+"""What leads in a figure: the sentence before the bar in its caption, and what `panels=`, `controls=` and so on name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+
+from markdown_it.token import Token
+
+from sitegen.figures.model import Figure
+from sitegen.figures.wire import Plain
+from sitegen.markup.directives import Attribute
+from sitegen.problems import Place, Problems, hint
+from widgets.engine.contract import Lead, Widget
+from widgets.engine.controls import specs
+
+LEADING = ("panels", "readouts", "controls", "buttons")
+BAR = " | "
+
+
+def lead_of(
+    widget: Widget, given: Iterable[Attribute], at: Callable[[int], Place], problems: Problems
+) -> tuple[Lead | None, dict[str, tuple[Place, ...]]]:
+    """What leads: the widget's own choice with what a placement names in its stead, and where that stands.
+
+    Controls and buttons are checked here; panels and readouts where the figure is drawn (`check_drawn`).
+    """
+    known = {"controls": tuple(specs(widget.controls)), "buttons": tuple(b.name for b in widget.buttons)}
+    lead, led = widget.lead, dict[str, tuple[Place, ...]]()
+    for attribute in given:
+        names = tuple(attribute.value.split(",")) if attribute.value else ()
+        offsets = [attribute.value_start + sum(len(name) + 1 for name in names[:i]) for i in range(len(names))]
+        led[attribute.name] = tuple(map(at, offsets))
+        if attribute.name in known:
+            check(attribute.name, names, known[attribute.name], led[attribute.name], problems)
+        lead = replace(lead or Lead(), **{attribute.name: names})
+    return lead, led
+
+
+def check(what: str, names: Sequence[str], known: Sequence[str], places: Sequence[Place], problems: Problems) -> None:
+    """Tell of names that are to lead and that the figure does not have."""
+    for name, place in zip(names, places, strict=True):
+        if name not in known:
+            problems.add(place, f"no {what.removesuffix('s')} {name!r}{hint(name, known)}")
+
+
+def check_drawn(figure: Figure, frame: Plain, problems: Problems) -> None:
+    """Tell of panels and readouts that a placement leads with and that the drawn figure does not have."""
+    if figure.lead is None:
+        return
+    for what, names in (("panels", figure.lead.panels or ()), ("readouts", figure.lead.readouts or ())):
+        drawn = [each["name"] for each in frame[what]]
+        check(what, names, drawn, figure.led.get(what, [figure.place] * len(names)), problems)
+
+
+def halves(tokens: Sequence[Token]) -> tuple[list[Token], list[Token]]:
+    """A caption's tokens before and after its bar; without a bar nothing leads."""
+    depth = 0
+    for i, token in enumerate(tokens):
+        depth += token.nesting
+        if depth == 0 and token.type == "text" and BAR in token.content:
+            before, _, after = token.content.partition(BAR)
+            parts = [Token("text", "", 0, content=part, meta=token.meta) for part in (before, after)]
+            return [*tokens[:i], parts[0]], [parts[1], *tokens[i + 1 :]]
+    return [], list(tokens)

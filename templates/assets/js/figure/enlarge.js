@@ -1,0 +1,40 @@
+// Of many small panels one can be large. On a phone one always is: it takes the hand, and the others are buttons.
+/** @import { Figure } from "./figure.js" */
+
+import { make, on, together } from "../base/dom.js";
+
+const PHONE = "(max-width: 40rem)";
+
+/** @param {Figure} figure */
+export function addEnlarging(figure) {
+  const panels = /** @type {HTMLElement[]} */ ([...figure.root.querySelectorAll(".many > .figure-stage > .figure-panel")]);
+  if (!panels.length) return () => {};
+  const phone = matchMedia(PHONE);
+  const buttons = panels.map((panel) => {
+    const button = make("button", { type: "button", class: "enlarge", "aria-pressed": "false" });
+    panel.append(button);
+    return button;
+  });
+
+  /** @param {HTMLElement | undefined} large */
+  function show(large) {
+    panels.forEach((panel, i) => {
+      const name = panel.querySelector(".panel-caption > :first-child")?.textContent ?? panel.dataset.panel ?? "";
+      panel.classList.toggle("large", panel === large);
+      buttons[i].setAttribute("aria-pressed", String(panel === large));
+      buttons[i].setAttribute("aria-label", `Enlarge ${name}`);
+    });
+    figure.rescaled();
+  }
+
+  const large = () => panels.find((panel) => panel.classList.contains("large"));
+  const fit = () => show(phone.matches ? (large() ?? panels[0]) : undefined);
+  fit();
+  return together([
+    ...buttons.map((button, i) =>
+      on(button, "click", () => show(large() === panels[i] && !phone.matches ? undefined : panels[i])),
+    ),
+    on(phone, "change", fit),
+    () => buttons.forEach((button) => button.remove()),
+  ]);
+}
