@@ -1,4 +1,4 @@
-"""What leads in a figure: the sentence before the bar in its caption, and what `panels=`, `controls=` and so on name."""
+"""What leads in a figure: the sentence before the bar in its caption, and what `panels=`, `controls=` … name."""
 
 from __future__ import annotations
 

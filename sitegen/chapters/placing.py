@@ -62,17 +62,22 @@ def placed(
     figure_id = named.pop("id", None)
     if (figure_id and not figure_id.value.replace("-", "").isalnum()) or (figure_id and not figure_id.value.isascii()):
         problems.add(at(figure_id.value_start), f"{figure_id.value!r} is no id: ASCII letters, digits and hyphens")
+    after = named.pop("after", None)
     leading = [named.pop(part) for part in LEADING if part in named]
     lead, led = lead_of(widget, leading, at, problems)
     base = preset(widget, name)
-    record = changed(widget, base, named.values(), at, problems, ("preset", "id", *LEADING))
+    record = changed(widget, base, named.values(), at, problems, ("preset", "id", "after", *LEADING))
     figure = Figure(
         figure_id.value if figure_id else widget.name, number, widget, record, at(directive.start), lead=lead, led=led
     )
     figure.records.append(record.plain())  # its own comes first, also where presses lead to it
     figure.remember(record)
-    for changes, presses in widget.tape:
-        log = [["press", press] for press in presses]
+    if after is not None:
+        comes = parsed(widget, {**record.plain(), "log": presses(widget, after, at, problems)})
+        figure.after = comes.plain()
+        figure.remember(comes)
+    for changes, pressed in widget.tape:
+        log = [["press", press] for press in pressed]
         figure.remember(parsed(widget, {**record.plain(), "controls": merged(widget, record, changes), "log": log}))
     return figure
 

@@ -14,7 +14,8 @@ from widgets.engine.contract import Lead, Record, Widget
 class Figure:
     """A figure in a chapter. `records` are the states of its tape, the first of them its own.
 
-    lead: what is seen of it at first; led: where the placement says so, name by name, of "panels", "readouts" and the rest.
+    lead: what is seen of it at first; led: where the placement says so, name by name, of "panels", "readouts" ….
+    after: the state that shows without scripts and on paper what the figure comes to.
     """
 
     id: str
@@ -24,6 +25,7 @@ class Figure:
     place: Place
     records: list[Plain] = field(default_factory=list)
     lead: Lead | None = None
+    after: Plain | None = None
     led: Mapping[str, tuple[Place, ...]] = field(default_factory=dict)
 
     @property

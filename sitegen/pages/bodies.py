@@ -75,7 +75,9 @@ class Pen:
         if tape is None:  # its widget fails, which is told
             return Markup("")
         check_drawn(figure, tape.first, problems)
-        return figure_html(self.templates)(figure_view(figure, tape.first, tape.name, says, caption, tape.results))
+        view = figure_view(figure, tape.first, tape.name, says, caption, tape.results)
+        after = frames_of(self.bakery, problems, figure, [figure.after]) if figure.after else [None]
+        return figure_html(self.templates)(replace(view, after=next(iter(after), None)))
 
     def _plot(self, problems: Problems, placed: Placed, caption: Markup) -> Markup:
         try:

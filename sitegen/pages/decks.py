@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
@@ -15,12 +14,11 @@ from sitegen.chapters.survey import Staged, Survey
 from sitegen.figures.model import Figure
 from sitegen.figures.tape import Tape
 from sitegen.pages.title_slide import check_title
-from sitegen.pages.views import FigureView, figure_view
+from sitegen.pages.views import IDS, FigureView, figure_view
 from sitegen.problems import hint
 from widgets.engine.contract import Lead
 
 WIDE = 1.75  # as wide as a plot is that the words stand above
-IDS = re.compile(r' id="[^"]*"')
 
 
 @dataclass(frozen=True)

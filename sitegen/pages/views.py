@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +19,7 @@ from widgets.drawing.picture import number
 from widgets.engine.contract import Button, Lead, Widget
 from widgets.engine.controls import Spec, specs
 
+IDS = re.compile(r' id="[^"]*"')
 WIDE = 500  # nominal px: a panel that is drawn wider is a picture by itself
 
 
@@ -33,7 +35,7 @@ class Part:
 
 @dataclass(frozen=True)
 class Layout:
-    """How a figure stands on its page. stage: the panels that are the picture; charts: those among what is told of it."""
+    """How a figure stands on its page. stage: the panels that are the picture; charts: those that tell of it."""
 
     name: str
     stage: Sequence[Plain]
@@ -44,7 +46,8 @@ class Layout:
 class FigureView:
     """What the figure's template shows.
 
-    lead: what is seen at first, all of it where None; whole: the rest is there as well, behind *More*.
+    says: the sentence that leads; lead: what is seen at first, all of it where None; whole: the rest is there as well, behind *More*; after:
+    the frame that the figure comes to, for those without scripts and for paper.
     """
 
     id: str
@@ -54,11 +57,12 @@ class FigureView:
     frame: Plain
     record: Markup
     tape: str
+    says: Markup
     caption: Markup
     jobs: tuple[JobView, ...] = ()
-    says: Markup = Markup()
     lead: Lead | None = None
     whole: bool = True
+    after: Plain | None = None
 
     @property
     def leading(self) -> Part:
@@ -79,6 +83,13 @@ class FigureView:
         if len(panels) == 1 or width > WIDE:
             return Layout("beside", panels[:1], panels[1:])
         return Layout("row", panels, ())
+
+    @property
+    def outcome(self) -> Sequence[Markup]:
+        """The drawings of the figure's picture in the end, without ids, which stand in the page once."""
+        names = [panel["name"] for panel in self.layout.stage]
+        panels = self.after["panels"] if self.after else ()
+        return [Markup(IDS.sub("", panel["svg"])) for panel in panels if panel["name"] in names]
 
     @property
     def rest(self) -> Part | None:
@@ -166,12 +177,12 @@ def figure_view(
         frame,
         Markup(dumps(record)),
         tape,
+        says,
         caption,
         tuple(
             JobView(job.name, job.label, result, Markup(dumps(_undrawn(result))))
             for job, result in zip(figure.widget.jobs, results, strict=True)
         ),
-        says,
         figure.lead,
     )
 

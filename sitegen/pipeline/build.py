@@ -164,7 +164,7 @@ def build(
         values,
         partial(frames_of, bakery, problems),
         partial(readouts_of, bakery, problems),
-        lambda figure, caption: Markup(""),
+        lambda figure, says, caption: Markup(""),
         lambda placed, caption: Markup(""),
         problems,
     )

@@ -36,16 +36,23 @@ class Figure:
         return self
 
     def button(self, name: str) -> Locator:
-        return self.root.locator(f'[data-button="{name}"]')
+        return self.reached(f'[data-button="{name}"]')
+
+    def reached(self, selector: str) -> Locator:
+        """A thing of the figure; where it waits behind More, that is opened first, as a reader would."""
+        more = self.root.locator("details.figure-rest:not([open])")
+        if more.locator(selector).count():
+            more.locator("summary").click()
+        return self.root.locator(selector)
 
     def handle(self, name: str) -> Locator:
         return self.root.locator(f'[data-handle="{name}"]')
 
     def control(self, name: str) -> Locator:
-        return self.root.locator(f'[name="{name}"]')
+        return self.reached(f'[name="{name}"]')
 
     def readout(self, name: str) -> str:
-        return self.root.locator(f'[data-readout="{name}"] .value').inner_text()
+        return self.root.locator(f'[data-readout="{name}"] .value').text_content() or ""
 
     def shows(self, name: str, value: str) -> Figure:
         expect(self.root.locator(f'[data-readout="{name}"] .value')).to_have_text(value, timeout=LIVE)
