@@ -16,6 +16,7 @@ from widgets.engine.controls import specs
 
 LEADING = ("panels", "readouts", "controls", "buttons")
 BAR = " | "
+NONE = "none"  # in place of names
 
 
 def lead_of(
@@ -28,7 +29,7 @@ def lead_of(
     known = {"controls": tuple(specs(widget.controls)), "buttons": tuple(b.name for b in widget.buttons)}
     lead, led = widget.lead, dict[str, tuple[Place, ...]]()
     for attribute in given:
-        names = tuple(attribute.value.split(",")) if attribute.value else ()
+        names = () if attribute.value == NONE else tuple(attribute.value.split(","))
         offsets = [attribute.value_start + sum(len(name) + 1 for name in names[:i]) for i in range(len(names))]
         led[attribute.name] = tuple(map(at, offsets))
         if attribute.name in known:
@@ -45,7 +46,12 @@ def check(what: str, names: Sequence[str], known: Sequence[str], places: Sequenc
 
 
 def check_drawn(figure: Figure, frame: Plain, problems: Problems) -> None:
-    """Tell of panels and readouts that a placement leads with and that the drawn figure does not have."""
+    """Tell of panels and readouts that a placement leads with and that the drawn figure does not have; and of a main
+    button that has nothing left to do."""
+    for button in figure.widget.buttons:
+        if button.primary and {button.name, button.repeats} & {*frame["disabled"]}:
+            says = f"the figure opens with its main button {button.label!r} off: after= shows what it comes to"
+            problems.add(figure.place, says)
     if figure.lead is None:
         return
     for what, names in (("panels", figure.lead.panels or ()), ("readouts", figure.lead.readouts or ())):

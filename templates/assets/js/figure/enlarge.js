@@ -21,6 +21,7 @@ export function addEnlarging(figure) {
     panels.forEach((panel, i) => {
       const name = panel.querySelector(".panel-caption > :first-child")?.textContent ?? panel.dataset.panel ?? "";
       panel.classList.toggle("large", panel === large);
+      panel.toggleAttribute("data-thumb", phone.matches && panel !== large);
       buttons[i].setAttribute("aria-pressed", String(panel === large));
       buttons[i].setAttribute("aria-label", `Enlarge ${name}`);
     });

@@ -15,12 +15,13 @@ export const panelOf = (root, name) => root.querySelector(`.figure-panel[data-pa
 export const drawing = (root, name) => panelOf(root, name)?.querySelector("svg.plot") ?? null;
 
 /**
- * Whether a panel is to be seen: a slide may show some of a figure's panels only, and some wait behind More.
+ * Whether a panel is there for the hand: a slide may show some of a figure's panels only, some wait behind More, and on a
+ * phone a small one is a button.
  * @type {(root: HTMLElement, name: string) => boolean}
  */
 export function onStage(root, name) {
   const panel = panelOf(root, name);
-  return Boolean(panel && !panel.hidden && !panel.closest("details:not([open])"));
+  return Boolean(panel && !panel.hidden && !("thumb" in panel.dataset) && !panel.closest("details:not([open])"));
 }
 
 /**

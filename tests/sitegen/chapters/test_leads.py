@@ -1,0 +1,94 @@
+"""What leads in a figure: chosen by the widget, by the placement in its stead, and by the sentence before the bar."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import pytest
+
+from tests.sitegen.conftest import START, TOY, Project, fresh_cache
+from widgets.drawing.picture import Picture
+from widgets.engine.contract import Lead
+
+
+@pytest.fixture
+def desk(project: Project) -> Project:
+    """The small site with a first chapter that names no other."""
+    project.write("content/00-start.md", START.partition("Read")[0])
+    return project
+
+
+def led(desk: Project, attributes: str, caption: str = "C") -> str:
+    """The figure's HTML, with these attributes."""
+    desk.chapter(f"\n::figure[{caption}]{{toy id=demo {attributes}}}\n")
+    desk.build()
+    found = re.search(r'<figure class="figure".*?</figure>', desk.page("second.html"), re.DOTALL)
+    assert found is not None
+    return found[0]
+
+
+def parts(html: str) -> tuple[str, str]:
+    """What leads, and what waits behind More."""
+    lead, _, rest = html.partition('<details class="figure-rest"')
+    return lead, rest.partition("</details>")[0]
+
+
+def test_without_a_choice_everything_leads(desk: Project) -> None:
+    lead, rest = parts(led(desk, ""))
+    assert 'name="noise"' in lead
+    assert 'data-readout="presses"' in lead
+    assert rest == ""
+
+
+def test_a_placement_chooses_in_the_widgets_stead(desk: Project) -> None:
+    desk.widgets["toy"] = replace(TOY, lead=Lead(readouts=("presses",), buttons=("go",)))
+    desk.cache = fresh_cache(desk.root / "cache")
+    lead, rest = parts(led(desk, "controls=none readouts=noise"))
+    assert 'name="noise"' not in lead
+    assert 'name="noise"' in rest
+    assert 'data-readout="noise"' in lead
+    assert 'data-readout="presses"' in rest
+    assert 'data-button="go"' in lead
+    assert 'data-button="back"' in rest
+
+
+def test_the_sentence_before_the_bar_stands_above_the_picture(desk: Project) -> None:
+    html = led(desk, "", "Press **Go**. | Notice *this*, a | b and `c | d`.")
+    assert '<p class="figure-lead">Press <strong>Go</strong>.</p>' in html
+    assert "Notice <em>this</em>, a | b and <code>c | d</code>." in html
+    assert "figure-lead" not in led(desk, "", "No *bar | here* at all.")
+
+
+@pytest.mark.parametrize(
+    ("attributes", "said"),
+    [
+        ("controls=noise,¦nois", "no control 'nois'; did you mean 'noise'?"),
+        ("buttons=¦og", "no button 'og'; there are back, go, new"),
+        ("readouts=¦pressed", "no readout 'pressed'; did you mean 'presses'?"),
+        ("panels=main,¦man", "no panel 'man'; did you mean 'main'?"),
+        ("after=¦og", "toy has no button 'og' to press; there are go"),
+    ],
+)
+def test_what_leads_and_is_not_there(desk: Project, attributes: str, said: str) -> None:
+    line = f"::figure[C]{{toy id=demo {attributes}}}"
+    desk.chapter(f"\n{line.replace('¦', '')}\n")
+    assert desk.problems() == [f"content/01-second.md:8:{1 + line.index('¦')}: {said}"]
+
+
+def test_a_figure_does_not_open_with_its_main_button_off(desk: Project) -> None:
+    def draw(state: object) -> Picture:
+        picture = TOY.draw(state)
+        done = next(readout.value for readout in picture.readouts if readout.name == "presses") != "0"
+        return replace(picture, disabled=frozenset({"go"} if done else ()))
+
+    desk.widgets["toy"] = replace(TOY, draw=draw)
+    desk.cache = fresh_cache(desk.root / "cache")
+    desk.chapter("\n::figure[C]{toy id=demo press=go}\n")
+    (problem,) = desk.problems()
+    assert "opens with its main button" in problem
+    html = led(desk, "after=go")
+    drawn = re.findall(r'<div class="figure-panel [^>]*>(<svg.*?</svg>)', html, re.DOTALL)
+    as_it_opens, what_it_comes_to, _of_the_job = drawn
+    assert as_it_opens != what_it_comes_to
+    assert html.index('<div class="figure-after">') < html.index(what_it_comes_to)
