@@ -73,7 +73,8 @@ FAULTS = """async () => {
   for (const figure of figures.values()) {
     const say = (words) => wrong.push(`${figure.id}: ${words}`);
     const { root, stage, frame, spec } = figure;
-    const markup = stage.innerHTML;
+    const parts = [stage, ...root.querySelectorAll(".figure-panel")];
+    const markup = parts.map((part) => part.innerHTML).join(" ");
     const lines = [".readouts", ".figure-status", ".figure-words", ".controls", ".runs", ".job-found", ".own"];
     const shown = lines.map((part) => root.querySelector(part)?.textContent ?? "").join(" ");
     for (const text of [markup, shown]) {
@@ -84,23 +85,24 @@ FAULTS = """async () => {
     if (figure.running) continue;
     if (!["static", "tape", "live"].includes(root.dataset.state)) say(`its state is ${root.dataset.state}`);
     if (records.key(figure.record) !== records.key(figure.shown)) say("what is asked is not what is shown");
-    const drawn = frame.panels.map(({ name, svg }) => [name, svg, Ladder.drawing(stage, name)]);
+    const drawn = frame.panels.map(({ name, svg }) => [name, svg, Ladder.drawing(root, name)]);
     const template = document.createElement("template");
     for (const [name, svg, there] of drawn) {
       if (!svg) continue; // the build's own
       template.innerHTML = svg;
       if (there?.outerHTML !== template.innerHTML) say(`panel ${name} is not the frame's`);
     }
-    if (stage.querySelectorAll(".figure-panel").length !== drawn.length) say("another number of panels");
+    if (root.querySelectorAll(".figure-panel[data-panel]").length !== drawn.length) say("another number of panels");
     const told = [...root.querySelectorAll(".readout")].map((e) => [e.dataset.readout,
       e.querySelector(".value").textContent]);
-    const chosen = root.querySelector(".readouts")?.dataset.chosen?.split(" "); // on a slide
-    const wanted = frame.readouts.filter(({ name }) => chosen?.includes(name) ?? true);
+    const wanted = [...root.querySelectorAll(".readouts")].flatMap(({ dataset }) =>
+      frame.readouts.filter(({ name }) => dataset.chosen?.split(" ").includes(name) ?? true));
+    if (!root.closest(".slide") && wanted.length !== frame.readouts.length) say("readouts are missing");
     if (String(told) !== String(wanted.map(({ name, value }) => [name, value]))) say(`readouts: ${told}`);
     if (root.querySelector(".figure-words")?.textContent !== frame.description) say("words of another frame");
-    const form = root.querySelector("form.controls");
+    const forms = [...root.querySelectorAll("form.controls")];
     for (const [name, { kind, step }] of Object.entries(spec.controls)) {
-      const field = form?.elements.namedItem(name);
+      const field = forms.map((form) => form.elements.namedItem(name)).find(Boolean);
       if (!field) continue;
       const [has, value] = [kind === "toggle" ? field.checked : field.value, figure.shown.controls[name]];
       const same = kind === "slider" ? Math.abs(has - value) <= step / 2 + 1e-9 : has === value;
@@ -112,9 +114,10 @@ FAULTS = """async () => {
       if (does === "back" && off !== !figure.record.log.length) say(`button ${name} is ${off ? "off" : "on"}`);
     }
     for (const { name, panel, left, top } of frame.handles) {
+      if (!Ladder.onStage(root, panel)) continue;
       const button = root.querySelector(`.handle[data-handle="${name}"]:not(.copy)`);
       if (button && !button.checkVisibility()) continue; // the pen is in the reader's hand
-      const [own, box] = [button?.getBoundingClientRect(), Ladder.drawing(stage, panel).getBoundingClientRect()];
+      const [own, box] = [button?.getBoundingClientRect(), Ladder.drawing(root, panel).getBoundingClientRect()];
       const dx = own ? own.left + own.width / 2 - box.left - (left / 100) * box.width : NaN;
       const dy = own ? own.top + own.height / 2 - box.top - (top / 100) * box.height : NaN;
       if (!(Math.hypot(dx, dy) < 1.5)) say(`handle ${name} is off by ${dx}, ${dy} px`);
@@ -124,10 +127,10 @@ FAULTS = """async () => {
 }"""
 # A figure as it is seen, to be compared with another page's.
 SEEN = """id => {
-  const { root, stage, shown } = Ladder.figures.get(id);
+  const { root, shown } = Ladder.figures.get(id);
   const text = (part) => [...root.querySelectorAll(part)].map((e) => e.textContent);
   return {
-    svg: [...stage.querySelectorAll("svg.plot")].map((svg) => svg.outerHTML),
+    svg: [...root.querySelectorAll(".figure-panel[data-panel] > svg.plot")].map((svg) => svg.outerHTML),
     captions: text(".panel-caption span"),
     readouts: text(".readout .value"),
     words: text(".figure-words"),

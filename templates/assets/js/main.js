@@ -20,7 +20,7 @@ import { addLinkButton, followLinks } from "./figure/links.js";
 import { addMore } from "./figure/more.js";
 import { createOverlay } from "./figure/overlay.js";
 import { addOwnClouds } from "./figure/own_clouds.js";
-import { drawing } from "./figure/panels.js";
+import { drawing, onStage } from "./figure/panels.js";
 import { addPins } from "./figure/pins.js";
 import { showReadouts, showWords } from "./figure/readouts.js";
 import { figures } from "./figure/registry.js";
@@ -154,6 +154,7 @@ globalThis.Ladder = Object.freeze({
   record,
   sound,
   drawing,
+  onStage,
   offline,
   describeCards,
 });

@@ -61,7 +61,7 @@ def test_axe_finds_nothing_on_any_page(reader: Callable[..., Reader], pages: lis
         page = one.open(path)
         for figure in figures(page)[:1]:
             figure.live()
-            figure.root.locator("[data-pin]").click()
+            figure.reached("[data-pin]").click()
             expect(figure.root.locator(".runs table")).to_be_visible()
         page.evaluate(OPEN)
         found += violations(page, path)

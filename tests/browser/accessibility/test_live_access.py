@@ -56,7 +56,7 @@ def test_a_drag_is_told_now_and_then_and_its_end_always(reader: Callable[..., Re
     solve.button("solve").click()
     says(page, "Solved in closed form")
     assert f"RMS residual now {solve.readout('rms')} u" in heard(page)[-1][1]
-    solve.root.locator("[data-link]").click()
+    solve.reached("[data-link]").click()
     says(page, "Link")
 
 

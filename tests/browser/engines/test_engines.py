@@ -154,7 +154,7 @@ def test_every_figure_of_a_page_answers(reading: Reading, page: str) -> None:
     for name in reading.names():
         figure = reading.figure(name).live().settled()
         before = figure.frame()["panels"]
-        figure.click(f".buttons [data-button]:not({NOTHING_YET})")
+        figure.click(f".figure-desk > .buttons [data-button]:not({NOTHING_YET})")
         figure.becomes("live").settled()
         assert figure.frame()["panels"] != before, name
     for width in (1280, 390):
@@ -181,7 +181,7 @@ def test_a_deck_turns_and_its_figure_answers(reading: Reading, deck: str) -> Non
     figure = Figure(reading, name).live().settled()
     before = figure.frame()["panels"]
     # The slide is seen as it stands: bringing the button into the middle would turn the page half way.
-    reading.window.pointer([figure.middle(f".buttons [data-button]:not({NOTHING_YET})")])
+    reading.window.pointer([figure.middle(f".figure-desk > .buttons [data-button]:not({NOTHING_YET})")])
     figure.becomes("live").settled()
     assert figure.frame()["panels"] != before
     reading.window.press("ArrowRight")

@@ -66,11 +66,11 @@ def test_a_picture_stands_alone(reader: Callable[..., Reader], tmp_path: Path, n
 def test_pinned_runs_are_saved_as_csv(reader: Callable[..., Reader], tmp_path: Path) -> None:
     """Every control, the seed and the readouts, as numbers that a spreadsheet reads."""
     solve = Figure(reader(reduced_motion="reduce").open("kabsch.html"), "fig-solve").live()
-    solve.root.locator("[data-pin]").click()
+    solve.reached("[data-pin]").click()
     before = solve.readout("rms")
     solve.button("solve").click()
     after = solve.changes("rms", before)
-    solve.root.locator("[data-pin]").click()
+    solve.reached("[data-pin]").click()
     path = saved(solve.page, solve.root.locator('.runs [data-do="Save"]'), tmp_path)
     assert path.name == "kabsch-fig-solve-runs.csv"
     rows = list(csv.DictReader(path.read_text("utf-8").splitlines()))

@@ -91,7 +91,7 @@ def test_no_address_becomes_markup(reader: Callable[..., Reader]) -> None:
 def test_no_storage_becomes_markup(reader: Callable[..., Reader]) -> None:
     """Pins and themes that somebody else wrote: what is no pin is passed over, the rest is text, the page is alive."""
     page = reader(reduced_motion="reduce").open("kabsch.html")
-    Figure(page, "fig-solve").seen().root.locator("[data-pin]").click()
+    Figure(page, "fig-solve").seen().reached("[data-pin]").click()
     sound = page.evaluate(
         "JSON.parse(localStorage.getItem(Object.keys(localStorage).find(name => name.startsWith('ladder-pins:'))))[0]"
     )

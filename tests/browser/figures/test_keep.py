@@ -18,10 +18,10 @@ def test_pins_hold_controls_and_readouts_and_restore(reader: Callable[..., Reade
     before = solve.readout("rms")
     solve.button("solve").click()
     first = solve.changes("rms", before)
-    solve.root.locator("[data-pin]").click()
+    solve.reached("[data-pin]").click()
     solve.set("noise", "0.4")
     second = solve.changes("rms", first)
-    solve.root.locator("[data-pin]").click()
+    solve.reached("[data-pin]").click()
     rows = solve.root.locator(".runs tbody tr")
     expect(rows).to_have_count(2)
     expect(rows.nth(0)).to_contain_text(first)
@@ -41,7 +41,7 @@ def test_a_pin_from_before_a_control_was_there_is_still_a_pin(reader: Callable[.
     """Its record is filled up as a link's is: nothing in the table is missing, and the page comes alive."""
     page = reader(reduced_motion="reduce").open("kabsch.html")
     solve = Figure(page, "fig-solve").seen()
-    solve.root.locator("[data-pin]").click()
+    solve.reached("[data-pin]").click()
     page.evaluate(
         """() => {
           const key = Object.keys(localStorage).find(name => name.startsWith("ladder-pins:"));
@@ -64,7 +64,7 @@ def test_a_pin_that_is_not_stored_or_that_drops_another_says_so(reader: Callable
     """Where nothing more can be stored the run is pinned for this page alone; the 51st takes the place of the first."""
     page = reader(reduced_motion="reduce").open("kabsch.html")
     solve = Figure(page, "fig-solve").seen()
-    pin, status = solve.root.locator("[data-pin]"), solve.root.locator(".figure-status")
+    pin, status = solve.reached("[data-pin]"), solve.root.locator(".figure-status")
     rows = solve.root.locator(".runs tbody tr")
     pin.click()
     expect(status).to_have_text(re.compile(r"^Run 1 pinned\.\s*$"))

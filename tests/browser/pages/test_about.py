@@ -19,7 +19,7 @@ def test_what_is_kept_can_be_forgotten(reader: Callable[..., Reader]) -> None:
     one = reader()
     page = one.open("kabsch.html")
     page.locator("button.theme").click()
-    Figure(page, "fig-solve").root.locator("[data-pin]").click()
+    Figure(page, "fig-solve").reached("[data-pin]").click()
     page.locator(".site-footer").get_by_role("link", name="About", exact=True).click()
     expect(page.get_by_role("row", name="NumPy")).to_contain_text(np.__version__)
     stored = "Object.keys(localStorage).filter(key => key.startsWith('ladder-')).length"

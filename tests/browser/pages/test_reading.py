@@ -35,7 +35,7 @@ def test_an_answer_that_takes_long_is_announced(reader: Callable[..., Reader]) -
 def test_a_column_of_pinned_runs_keeps_its_unit(reader: Callable[..., Reader]) -> None:
     """The error of a reflection has no unit, that of the rotation pinned before it has."""
     mirror = Figure(reader().open("kabsch.html"), "fig-mirror").live()
-    pin = mirror.root.locator("[data-pin]")
+    pin = mirror.reached("[data-pin]")
     pin.click()
     mirror.set("correct", False)
     mirror.shows("rotation_error", "not a rotation")

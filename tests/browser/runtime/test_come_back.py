@@ -22,7 +22,7 @@ def test_two_tabs_share_pins_and_theme(reader: Callable[..., Reader]) -> None:
     figures = [Figure(tab, "fig-solve").seen() for tab in tabs]
     rows = [figure.root.locator(".runs tbody tr") for figure in figures]
     for i, figure in enumerate(figures):
-        figure.root.locator("[data-pin]").click()
+        figure.reached("[data-pin]").click()
         for seen in rows:
             expect(seen).to_have_count(i + 1)
     rows[0].nth(0).get_by_role("button", name="Remove").click()
@@ -55,7 +55,7 @@ def test_a_page_from_the_history_is_alive(playwright: Playwright, server: SiteSe
         page.goto(f"{server.origin}/references.html")
         other = context.new_page()
         other.goto(f"{server.origin}/kabsch.html")
-        Figure(other, "fig-solve").seen().root.locator("[data-pin]").click()
+        Figure(other, "fig-solve").seen().reached("[data-pin]").click()
         other.close()
         page.go_back(wait_until="commit")  # a page from the history does not load
         assert page.evaluate("window.persisted") is True, page.evaluate(

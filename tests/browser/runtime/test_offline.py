@@ -273,7 +273,7 @@ def test_a_browser_that_keeps_nothing_shows_the_site(reader: Callable[..., Reade
     page = one.open("kabsch.html")
     answers(page)
     solve = Figure(page, "fig-solve")
-    solve.root.locator("[data-pin]").click()
+    solve.reached("[data-pin]").click()
     expect(solve.root.locator(".runs tbody tr")).to_have_count(1)
     page.locator("button.theme").click()
     assert page.locator("html").get_attribute("data-theme") != "auto"

@@ -39,7 +39,7 @@ def test_chips_back_and_a_toggle_live(reader: Callable[..., Reader]) -> None:
     assert four.settled().frame()["readouts"] == Host().render("fig-four", four.record())["readouts"]
     four.button("back").click()
     four.shows("cpd_rotation", one)
-    four.root.locator("[name=smaller]").click()
+    four.reached("[name=smaller]").click()
     four.shows("mmd_scale", "−15.0")
     frame, native = four.settled().frame(), Host().render("fig-four", four.record())
     assert frame["readouts"] == native["readouts"]

@@ -38,7 +38,7 @@ def test_a_wrong_pose_is_accepted_and_then_refused(reader: Callable[..., Reader]
     page = reader(reduced_motion="reduce").open("reading.html")
     hall = Figure(page, "fig-hall").live()
     assert (hall.readout("verdict"), hall.readout("right")) == ("accepted", "no")
-    trust = hall.root.locator('input[name="trust"]')
+    trust = hall.reached('input[name="trust"]')
     trust.focus()
     trust.press("Home")
     hall.shows("verdict", "refused")

@@ -9,17 +9,19 @@ import { MORE, moreOf } from "./more.js";
 import { figures } from "./registry.js";
 import { runtime } from "../runtime/runtime.js";
 import { taped } from "../runtime/tape.js";
+import { goTo, offerWayBack } from "./way_back.js";
 
 /**
- * Brings the stage into view, if it is not, and puts the focus on it.
+ * Brings the stage into view, if it is not, and puts the focus on it; tells whether it went anywhere.
  * @param {Figure} figure
  */
 function visit(figure) {
   const { stage } = figure;
   const { top, bottom } = stage.getBoundingClientRect();
-  const behavior = calm() ? "auto" : "smooth";
-  if (top < 0 || bottom > innerHeight) stage.scrollIntoView({ block: "center", behavior });
+  const away = top < 0 || bottom > innerHeight;
+  if (away) goTo(stage);
   figure.focus();
+  return away;
 }
 
 /**
@@ -36,12 +38,13 @@ function show(figure, wanted) {
 
 /** @param {MouseEvent} event */
 function tried(event) {
-  const { figure: id = "", record = "{}" } = around(event, "button.try")?.dataset ?? {};
+  const button = around(event, "button.try");
+  const { figure: id = "", record = "{}" } = button?.dataset ?? {};
   const figure = figures.get(id);
-  if (!figure) return;
+  if (!button || !figure) return;
   const given = JSON.parse(record);
   const { initial } = figure;
-  visit(figure);
+  if (visit(figure)) offerWayBack(button);
   show(figure, { ...initial, ...given, controls: { ...initial.controls, ...given.controls } });
 }
 

@@ -1,0 +1,34 @@
+// A button in the text may lead far away: the way back stays on the screen until it is taken or no longer needed.
+
+import { calm, make } from "../base/dom.js";
+
+/** @type {(() => void) | undefined} takes the last offer away */
+let withdraw;
+
+/** @param {Element} place */
+export const goTo = (place) => place.scrollIntoView({ block: "center", behavior: calm() ? "auto" : "smooth" });
+
+/**
+ * @param {HTMLElement} from  what the reader pressed
+ */
+export function offerWayBack(from) {
+  withdraw?.();
+  const back = make("button", { type: "button", class: "way-back" }, "Back to where you were");
+  let left = false; // the place that one comes from is out of sight
+  const watch = new IntersectionObserver(([{ isIntersecting }]) => {
+    if (left && isIntersecting) withdraw?.();
+    left ||= !isIntersecting;
+  });
+  withdraw = () => {
+    watch.disconnect();
+    back.remove();
+    withdraw = undefined;
+  };
+  back.addEventListener("click", () => {
+    withdraw?.();
+    goTo(from);
+    from.focus({ preventScroll: true });
+  });
+  document.body.append(back);
+  watch.observe(from);
+}
