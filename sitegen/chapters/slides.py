@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from markdown_it.token import Token
 
 from sitegen.chapters import yaml_schema
+from sitegen.markup.located import place_of
 from sitegen.markup.parser import Source, parse
 from sitegen.problems import Place, Problems
 
@@ -42,9 +44,9 @@ class Slide:
     at: the front matter, and the path of the slide in it, for places.
     """
 
-    title: list[Token]
-    text: list[Token]
-    notes: list[Token]
+    title: Sequence[Token]
+    text: Sequence[Token]
+    notes: Sequence[Token]
     equation: str
     figure: str
     set: str
@@ -74,7 +76,7 @@ def read_slides(front: yaml_schema.Yaml, chapter: Source, problems: Problems) ->
 def _read(front: yaml_schema.Yaml, i: int, chapter: Source, problems: Problems) -> Slide:
     values = yaml_schema.validated(front, SLIDE, problems, "slides", i)
 
-    def parsed(name: str) -> list[Token]:
+    def parsed(name: str) -> Sequence[Token]:
         start = front.text_at("slides", i, name)
         source = Source(chapter.path, "\n" * (start.line - 1) + values[name], problems, start.column - 1)
         tokens = parse(source).tokens
@@ -82,8 +84,8 @@ def _read(front: yaml_schema.Yaml, i: int, chapter: Source, problems: Problems) 
         wrong = [each for each in every if each.type in ELSEWHERE or (each.type == "try" and name != "text")]
         for each in wrong:
             why = ELSEWHERE.get(each.type, "a button stands in the slide's text")
-            problems.add((each.meta or {}).get("place") or front.at("slides", i, name), why)
-        return [] if wrong else tokens
+            problems.add(place_of(each) or front.at("slides", i, name), why)
+        return () if wrong else tokens
 
     slide = Slide(
         parsed("title"),

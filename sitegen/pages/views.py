@@ -11,6 +11,7 @@ from jinja2 import BytecodeCache, Environment, FileSystemLoader, StrictUndefined
 from jinja2.bccache import Bucket
 from markupsafe import Markup
 
+from sitegen.assets.panel_classes import WIDEST, panel_class
 from sitegen.cache.store import Store
 from sitegen.figures.gallery import Drawn, Placed
 from sitegen.figures.model import Figure
@@ -20,7 +21,6 @@ from widgets.engine.contract import Button, Lead, Widget
 from widgets.engine.controls import Spec, specs
 
 IDS = re.compile(r' id="[^"]*"')
-WIDE = 500  # nominal px: a panel that is drawn wider is a picture by itself
 
 
 @dataclass(frozen=True)
@@ -46,8 +46,8 @@ class Layout:
 class FigureView:
     """What the figure's template shows.
 
-    says: the sentence that leads; lead: what is seen at first, all of it where None; whole: the rest is there as well, behind *More*; after:
-    the frame that the figure comes to, for those without scripts and for paper.
+    says: the sentence that leads; lead: what is seen at first, all of it where None; whole: the rest is there as well,
+    behind *More*; after: the frame that the figure comes to, for those without scripts and for paper.
     """
 
     id: str
@@ -76,11 +76,12 @@ class FigureView:
         if not self.whole:
             return Layout("", self.frame["panels"], ())
         width = panels[0]["view"][4]
-        if len(panels) > 2 and width <= WIDE:
+        wide = panel_class(width) == WIDEST
+        if len(panels) > 2 and not wide:
             alike = [panel for panel in panels if panel["view"][4] == width]
             others = [panel for panel in panels if panel["view"][4] != width]
             return Layout("many row" if len(alike) == 3 else "many", alike, others)
-        if len(panels) == 1 or width > WIDE:
+        if len(panels) == 1 or wide:
             return Layout("beside", panels[:1], panels[1:])
         return Layout("row", panels, ())
 
@@ -149,7 +150,7 @@ def environment(root: Path, cache: Path) -> Environment:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    made.globals |= {"shown": shown, "plain": plain, "wheel": ""}
+    made.globals |= {"shown": shown, "plain": plain, "panel_class": panel_class, "wheel": ""}
     return made
 
 
