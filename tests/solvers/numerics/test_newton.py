@@ -37,7 +37,6 @@ def test_capping_the_parts_of_a_step_separately_can_climb():
     sizes = (np.array([3.0 / 0.5]), np.array([1.7 / 0.2]))
     shift, turn = (newton.capped(step, (size,)) for size in sizes)
     apart = np.column_stack([shift[:, :2], turn[:, 2:]])
-    np.testing.assert_allclose(apart, [[0.5, 0.0, -0.2]])
     assert (g * apart).sum() > 0.0
     one = newton.capped(step, sizes)
     assert (g * one).sum() < 0.0
