@@ -16,7 +16,7 @@ from markupsafe import Markup
 from sitegen.chapters.content import Chapter
 from sitegen.chapters.placing import changed, id_of, listed, placed
 from sitegen.chapters.plot_placing import placed as placed_plot
-from sitegen.chapters.promises import OWN, Promise, promise, tell_unheld
+from sitegen.chapters.promises import HOLDS, OWN, TESTED, Promise, promise, tell_unheld
 from sitegen.chapters.slides import Slide
 from sitegen.figures.gallery import Placed, Plot
 from sitegen.figures.model import Figure
@@ -205,7 +205,7 @@ def _is_own(name: str) -> bool:
 def _figure(found: Survey, token: Token, widgets: Mapping[str, Widget], problems: Problems) -> None:
     figure = placed(token.meta["directive"], token.meta["at"], _next(found), widgets, problems)
     token.meta["figure"] = figure
-    tell_unheld(token.meta["directive"], token.meta["at"], problems)
+    _unheld(token, problems)
     if figure is not None:
         _anchor(found, figure.dom_id, figure.place, f"the figure {figure.id!r}", problems)
         found.figures.setdefault(figure.id, figure)
@@ -216,6 +216,7 @@ def _figure(found: Survey, token: Token, widgets: Mapping[str, Widget], problems
 def _plot(found: Survey, token: Token, plots: Mapping[str, Plot], problems: Problems) -> None:
     plot = placed_plot(token.meta["directive"], token.meta["at"], _next(found), plots, problems)
     token.meta["plot"] = plot
+    _unheld(token, problems, TESTED)
     if plot is not None:
         _anchor(found, plot.dom_id, plot.place, f"the figure {plot.id!r}", problems)
         found.plots.setdefault(plot.id, plot)
@@ -304,6 +305,11 @@ def _promise(found: Survey, token: Token, figure: Figure | None, lost: bool, pro
         found.promises.append(promised)
 
 
+def _unheld(token: Token, problems: Problems, held: str = HOLDS) -> None:
+    directive, at = token.meta["directive"], token.meta["at"]
+    tell_unheld(directive.text, lambda offset: at(directive.text_start + offset), problems, held)
+
+
 def _try(found: Survey, token: Token, problems: Problems) -> None:
     at = token.meta["at"]
     for name in ("record", "promise"):  # of an earlier survey
@@ -323,7 +329,7 @@ def _try(found: Survey, token: Token, problems: Problems) -> None:
             token.meta["promise"] = promised
             found.promises.append(promised)
         elif not any(a.name in OWN for a in given):
-            tell_unheld(token.meta["directive"], at, problems)
+            _unheld(token, problems)
 
 
 def _staged(found: Survey, slide: Slide, problems: Problems) -> Staged:
