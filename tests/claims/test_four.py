@@ -55,9 +55,8 @@ def test_cpds_cloud_shrinks_at_first_and_comes_back():
 
 
 def test_the_scale_falls_deepest_near_a_right_angle():
-    """CPD in the clean scene from 90°, 85°, 60° and 180°: the least scale on the way is the larger the farther the start
-    is from a right angle, and the last is 0.99 where it ends within 1° of the truth, 0.96 where it ends half a turn
-    off."""
+    """CPD in the clean scene from 90°, 85°, 60° and 180°: the least scale on the way is larger, the farther the
+    start is from a right angle; the last is 0.99 where it ends within 1° of the truth, 0.96 half a turn off."""
     least, last, off = [], [], []
     for angle in (90.0, 85.0, 60.0, 180.0):
         starts = [fish_start(angle)]

@@ -47,7 +47,7 @@ def test_a_drag_is_replayed_everywhere(desk: Project) -> None:
     page = desk.page("second.html")
     assert ">0.85<" in page
     assert "&#34;log&#34;:[[&#34;drag&#34;,&#34;turn&#34;,0.1,0.0],[&#34;drag&#34;,&#34;point&#34;,0.5,-0.25]]}" in page
-    assert "[&#34;press&#34;,&#34;go&#34;],[&#34;drag&#34;,&#34;point&#34;,1.0,0.5]" in desk.page("slides-second.html")
+    assert '"log":[["press","go"],["drag","point",1.0,0.5]]' in desk.page("slides-second.html")
 
 
 @pytest.mark.parametrize(

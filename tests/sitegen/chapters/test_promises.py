@@ -194,7 +194,8 @@ def test_a_promising_word_on_a_slide_is_held_by_something(desk: Project) -> None
       ::try[It rises.]{{demo loud=true expect="noise < 1"}}
     notes: It ¦recovers.
 """
-    desk.chapter("\n::figure[C]{toy id=demo}\n", f'title: T\nrung: "1"\nslug: second\nsummary: S\n{slide}'.replace("¦", ""))
+    front = f'title: T\nrung: "1"\nslug: second\nsummary: S\n{slide}'
+    desk.chapter("\n::figure[C]{toy id=demo}\n", front.replace("¦", ""))
     lines = (desk.root / "content/01-second.md").read_text("utf-8").split("\n")
     found = []
     for problem in desk.problems():
