@@ -10,6 +10,7 @@ from sitegen.assets.bundle import Bundle, Entry, bundled, read_files
 from sitegen.assets.css import urls
 from sitegen.assets.download import Download
 from sitegen.assets.hosting import MAP
+from sitegen.assets.panel_classes import filled
 from sitegen.cache.files import hashed_name
 from sitegen.problems import Place, Problems, hint
 from sitegen.progress import Progress, quiet
@@ -82,6 +83,7 @@ def read_assets(
     files: dict[str, str] = {}
     for folder, pattern in (("js", "*.js"), ("css", "*.css"), ("", "*.mjs")):
         files |= read_files(root, f"templates/assets/{folder}".rstrip("/"), pattern, problems)
+    files = {name: filled(text) for name, text in files.items()}
     wanted = [entry for entry in _entries(files, assets, problems) if entry.path in files]
     before = "\n".join(styles) + "\n"
     for entry, made in zip(wanted, bundled(wanted, cache, problems, progress), strict=True):

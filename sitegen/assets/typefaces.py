@@ -15,7 +15,6 @@ import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from functools import partial
-from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +25,7 @@ from sitegen.cache.files import cache_dir, content, short_hash
 from sitegen.cache.memo import Remembered
 from sitegen.cache.store import Store
 from sitegen.external import fetch
+from sitegen.html_reader import Tag, read
 from sitegen.progress import Progress, quiet
 
 BUNDLES = ("serif", "sans", "math-font")
@@ -48,6 +48,9 @@ ITALIC = {
     **dict(zip("ϵϑϰϕϱϖ", "𝜖𝜗𝜘𝜙𝜚𝜛", strict=True)),
 }
 MATHEMATICS = "".join(chr(c) for c in range(0x20, 0x7F)) + "".join(ITALIC.values()) + "·×±−≤≥≠≈→∈∞∑∏√∂⊤‖′… ,"
+
+
+SHOWN = ("title", "placeholder", "value")  # attributes whose text a reader sees
 
 
 @dataclass(frozen=True)
@@ -134,35 +137,31 @@ class FontSet:
     missing: str
 
 
-class _Characters(HTMLParser):
+class _Characters:
     """Collects the characters that a page shows, those in mathematics apart."""
 
     def __init__(self) -> None:
-        super().__init__(convert_charrefs=True)
-        self.text: set[str] = set()
+        self.shown: set[str] = set()
         self.mathematics: set[str] = set()
-        self._math = 0
+        self._formulas = 0  # how many stand around
 
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self._math += tag == "math"
-        self.text.update(*(value for name, value in attrs if value and name in ("title", "placeholder", "value")))
+    def opened(self, tag: Tag) -> None:
+        self._formulas += tag.name == "math"
+        self.shown.update(*(value for name, value in tag.attributes.items() if name in SHOWN))
 
-    def handle_endtag(self, tag: str) -> None:
-        self._math -= tag == "math"
+    def closed(self, tag: Tag) -> None:
+        self._formulas -= tag.name == "math"
 
-    def handle_data(self, data: str) -> None:
-        (self.mathematics if self._math > 0 else self.text).update(data)
+    def text(self, text: str) -> None:
+        (self.mathematics if self._formulas else self.shown).update(text)
 
 
 def characters(pages: Iterable[str]) -> tuple[str, str]:
     """The characters that HTML pages use: (in text, in mathematics), each sorted and once."""
-    parser = _Characters()
+    found = _Characters()
     for page in pages:
-        parser.feed(page)
-        parser.close()
-        parser.reset()
-        parser._math = 0
-    return "".join(sorted(parser.text)), "".join(sorted(parser.mathematics))
+        read(page, found)
+    return "".join(sorted(found.shown)), "".join(sorted(found.mathematics))
 
 
 def make(

@@ -23,6 +23,7 @@ from sitegen.chapters import whys
 from sitegen.chapters.content import Chapter, read_chapters, read_docs, read_site
 from sitegen.chapters.placing import listed
 from sitegen.markup.directives import Directive, DirectiveError, attributes
+from sitegen.markup.located import located
 from sitegen.problems import Place, Problems, hint
 
 FORMAT = "2"  # of what is remembered of test files; raised when the reading changes
@@ -175,7 +176,7 @@ def claimed_by(chapters: Iterable[Chapter]) -> list[str]:
         flows = [chapter.document.tokens, *chapter.document.footnotes.values()]
         for child in (child for flow in flows for token in flow for child in token.children or []):
             if child.type == "claim_open":
-                ids.add(test_of(child.meta["directive"]))
+                ids.add(test_of(located(child, Directive).thing))
     return sorted(ids)
 
 

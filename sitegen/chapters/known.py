@@ -11,7 +11,7 @@ from markupsafe import Markup
 from sitegen.chapters.citations import Reference
 from sitegen.chapters.claims import Result, Test
 from sitegen.chapters.glossary import Term
-from sitegen.chapters.survey import Outline
+from sitegen.chapters.surveyed import Outline
 from sitegen.chapters.values import Values
 from sitegen.figures.gallery import Placed
 from sitegen.figures.model import Figure

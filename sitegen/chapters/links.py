@@ -9,7 +9,7 @@ from pathlib import Path
 from markupsafe import Markup
 
 from sitegen.chapters.content import is_draft
-from sitegen.chapters.survey import Outline
+from sitegen.chapters.surveyed import Outline
 from sitegen.problems import Place, Problems, hint
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import groupby, takewhile
 from pathlib import Path
 from urllib.parse import unquote
@@ -21,35 +21,18 @@ from sitegen.chapters.known import Known
 from sitegen.chapters.links import Links
 from sitegen.chapters.placing import changed, listed
 from sitegen.chapters.promises import hold
-from sitegen.chapters.survey import LINKS, Heading, Survey
+from sitegen.chapters.rendered import Body, Claim
+from sitegen.chapters.survey import LINKS
+from sitegen.chapters.surveyed import Heading, Survey
 from sitegen.chapters.values import CallError, printed, read_call
 from sitegen.figures.wire import dumps
 from sitegen.markup.code import highlighted
+from sitegen.markup.directives import Directive
 from sitegen.markup.images import Image, read_image
+from sitegen.markup.located import Citation, NoteMark, located
+from sitegen.markup.math import formula_of
 from sitegen.markup.parser import parser, text_of, unbroken
 from sitegen.problems import Place, hint
-
-
-@dataclass(frozen=True)
-class Claim:
-    """A claim in a chapter: its sentence, the test that checks it, and its kind, "why" where it tells a cause."""
-
-    html: Markup
-    test_id: str
-    anchor: str
-    kind: str = ""
-
-
-@dataclass
-class Body:
-    """A rendered chapter: its text, its contents (level, id, HTML), cited keys, marked terms, claims, images."""
-
-    html: Markup = field(default_factory=Markup)
-    contents: list[tuple[int, str, Markup]] = field(default_factory=list)
-    cited: list[str] = field(default_factory=list)
-    terms: list[str] = field(default_factory=list)
-    claims: list[Claim] = field(default_factory=list)
-    images: list[Image] = field(default_factory=list)
 
 
 def render(survey: Survey, known: Known) -> Body:
@@ -65,9 +48,9 @@ def headings(survey: Survey, known: Known) -> dict[str, Markup]:
 
 @dataclass(frozen=True)
 class Pieces:
-    """Renders pieces of a chapter apart from its body. found: what was cited, marked and shown on the way."""
+    """Renders pieces of a chapter apart from its body. found: what has been cited, marked and shown on the way."""
 
-    found: Body
+    found: Callable[[], Body]
     flow: Callable[[Sequence[Token]], Markup]
     inline: Callable[[Sequence[Token]], Markup]
 
@@ -75,7 +58,7 @@ class Pieces:
 def pieces(survey: Survey, known: Known, page: str = "") -> Pieces:
     """What renders them, for the chapter's page or another one; what is wrong goes to known.problems."""
     renderer = _Renderer(survey, known, page)
-    return Pieces(renderer._body, renderer.flow, lambda tokens: Markup(renderer._inline(tokens)))
+    return Pieces(lambda: renderer.found(Markup()), renderer.flow, lambda tokens: Markup(renderer._inline(tokens)))
 
 
 class _Renderer:
@@ -85,7 +68,10 @@ class _Renderer:
         self._survey, self._known = survey, known
         self._chapter = survey.chapter
         self._problems = known.problems
-        self._body = Body()
+        self._cited: list[str] = []
+        self._terms: list[str] = []
+        self._claims: list[Claim] = []
+        self._images: list[Image] = []
         self._links = Links(
             page or survey.chapter.page,
             survey.chapter.page,
@@ -104,7 +90,7 @@ class _Renderer:
             "code_block": self._fence,
             "table_open": lambda token: '<div class="table" tabindex="0">\n<table>\n',
             "table_close": lambda token: "</table>\n</div>\n",
-            "math_inline": lambda token: self._known.mathematics.mathml[token.meta["formula"]],
+            "math_inline": lambda token: self._known.mathematics.mathml[formula_of(token)],
             "math_block": self._equation,
             "math_block_label": self._equation,
             "image": self._image,
@@ -128,11 +114,15 @@ class _Renderer:
         self._html.rules["claim_open"] = self._claim_open  # type: ignore[assignment]
 
     def body(self) -> Body:
-        self._body.html = self.flow(self._chapter.document.tokens)
-        for heading in self._survey.headings:
-            if heading.level in (2, 3):
-                self._body.contents.append((heading.level, heading.id, self.heading(heading)))
-        return self._body
+        html = self.flow(self._chapter.document.tokens)
+        shown = [heading for heading in self._survey.headings if heading.level in (2, 3)]
+        return self.found(html, tuple((heading.level, heading.id, self.heading(heading)) for heading in shown))
+
+    def found(self, html: Markup, contents: tuple[tuple[int, str, Markup], ...] = ()) -> Body:
+        """What has been cited, marked, claimed and shown so far."""
+        return Body(
+            html, contents, tuple(self._cited), tuple(self._terms), tuple(self._claims), tuple(self._images)
+        )
 
     def heading(self, heading: Heading) -> Markup:
         """A heading's text without links."""
@@ -162,8 +152,7 @@ class _Renderer:
     def _noted(self, block: Sequence[Token]) -> str:
         """A block with the notes beside it that it is the first to refer to."""
         html = self._blocks(block)
-        labels = [child.meta["label"] for token in block for child in token.children or [] if child.meta.get("first")]
-        notes = "".join(map(self._note, labels))
+        notes = "".join(map(self._note, self._survey.first_notes(block)))
         return f'<div class="noted">\n{html}<div class="notes">\n{notes}</div>\n</div>\n' if notes else html
 
     def _blocks(self, tokens: Sequence[Token]) -> str:
@@ -173,7 +162,7 @@ class _Renderer:
         return str(self._html.renderInline(tokens or [], self._options, {}))
 
     def _heading_open(self, token: Token) -> str:
-        return f'<{token.tag} id="{escape(token.meta["id"])}">'
+        return f'<{token.tag} id="{escape(self._survey.anchor(token))}">'
 
     def _heading_close(self, token: Token) -> str:
         return f"</{token.tag}>\n"
@@ -183,14 +172,14 @@ class _Renderer:
         try:
             code = highlighted(token.content, language)
         except ValueError as error:
-            self._problems.add(token.meta["place"], str(error))
+            self._problems.add(located(token, object).place, str(error))
             return ""
         return f'<pre class="code" tabindex="0"><code>{code}</code></pre>\n'
 
     def _equation(self, token: Token) -> str:
-        mathml = self._known.mathematics.mathml[token.meta["formula"]]
-        number = token.meta.get("number")
-        if number is None:
+        mathml = self._known.mathematics.mathml[formula_of(token)]
+        number = self._survey.number(token)
+        if not number:
             return f'<div class="equation"><div class="formula">{mathml}</div></div>\n'
         name = f"eq-{token.info}"
         return (
@@ -199,7 +188,7 @@ class _Renderer:
         )
 
     def _image(self, token: Token) -> str:
-        place, source = token.meta["place"], unquote(str(token.attrs["src"]))
+        place, source = located(token, object).place, unquote(str(token.attrs["src"]))
         alt = text_of(token.children or []).strip()
         if not alt:
             self._problems.add(place, f"the image {source} needs a text in its place: ![what it shows]({source})")
@@ -217,19 +206,19 @@ class _Renderer:
         except ValueError as error:
             self._problems.add(place, str(error))
             return ""
-        self._body.images.append(image)
+        self._images.append(image)
         title = f' title="{escape(token.attrs["title"])}"' if "title" in token.attrs else ""
         size = f'width="{image.width}" height="{image.height}"'
         return f'<img src="{escape(image.name)}" alt="{escape(alt)}"{title} {size} loading="lazy" decoding="async">'
 
     def _link_open(self, token: Token) -> str:
-        href = self._links.target(str(token.attrs["href"]), token.meta["place"])
+        href = self._links.target(str(token.attrs["href"]), located(token, object).place)
         title = f' title="{escape(token.attrs["title"])}"' if "title" in token.attrs else ""
         return f'<a href="{escape(href)}"{title}>'
 
     def _note_reference(self, token: Token) -> str:
-        number = self._survey.notes.get(token.meta["label"], 0)
-        name = f' id="noteref-{number}"' if token.meta.get("first") else ""
+        number = self._survey.notes.get(located(token, NoteMark).thing.label, 0)
+        name = f' id="noteref-{number}"' if self._survey.is_first(token) else ""
         return f'<sup class="note-mark"><a href="#note-{number}"{name} aria-label="Note {number}">{number}</a></sup>'
 
     def _note(self, label: str) -> str:
@@ -240,30 +229,32 @@ class _Renderer:
         return f'<div class="note" role="note" id="note-{number}">{back}\n{self._blocks(tokens)}</div>\n'
 
     def _figure(self, token: Token) -> str:
-        figure = token.meta["figure"]
+        figure = self._survey.figure(token)
         return "" if figure is None else str(self._known.figure_html(figure, Markup(self._inline(token.children))))
 
     def _plot(self, token: Token) -> str:
-        plot = token.meta["plot"]
+        plot = self._survey.plot(token)
         return "" if plot is None else str(self._known.plot_html(plot, Markup(self._inline(token.children))))
 
     def _try(self, token: Token) -> str:
         text = self._inline(token.children)
-        if "record" not in token.meta:
+        button = self._survey.button(token)
+        if button is None:
             return ""
         self._promise(token)
-        dom_id = escape(token.meta["figure"].dom_id)
-        record = escape(dumps(token.meta["record"].plain()))
+        dom_id = escape(button.figure.dom_id)
+        record = escape(dumps(button.record.plain()))
         return f'<button type="button" class="try" data-figure="{dom_id}" data-record="{record}">{text}</button>'
 
     def _promise(self, token: Token) -> str:
         """What is promised is held to the figure; of a promise the page shows its text alone."""
-        if "promise" in token.meta:
-            hold(token.meta["promise"], self._known.readouts, self._problems)
+        promise = self._survey.promise(token)
+        if promise is not None:
+            hold(promise, self._known.readouts, self._problems)
         return ""
 
     def _value(self, token: Token) -> str:
-        directive, at = token.meta["directive"], token.meta["at"]
+        directive, at = _directive(token)
         try:
             call = read_call(directive.text)
             number = self._known.values.value(call)
@@ -278,7 +269,7 @@ class _Renderer:
         return f'<span class="computed">{escape(text)}</span>'
 
     def _readout(self, token: Token) -> str:
-        directive, at = token.meta["directive"], token.meta["at"]
+        directive, at = _directive(token)
         words = [(word, directive.text.index(word)) for word in directive.text.split()]
         if len(words) != 2:
             self._problems.add(at(directive.text_start), "a readout is named :readout[figure readout]{changes}")
@@ -305,7 +296,7 @@ class _Renderer:
 
     def _claim_open(self, tokens: Sequence[Token], idx: int, options: object, env: object) -> str:
         token = tokens[idx]
-        directive, at = token.meta["directive"], token.meta["at"]
+        directive, at = _directive(token)
         test_id, kind = test_of(directive), kind_of(directive, at, self._problems)
         lead = len(directive.attributes) - len(directive.attributes.lstrip())
         if test_id not in self._known.tests:
@@ -315,10 +306,10 @@ class _Renderer:
             self._problems.add(where, says)
         else:
             self._hold(test_id, kind, at(directive.attributes_start + lead))
-        number = len(self._body.claims) + 1
+        number = len(self._claims) + 1
         inner = list(takewhile(lambda t: t.type != "claim_close", tokens[idx + 1 :]))
         claim = Claim(Markup(self._inline(_unlinked(inner))), test_id, f"claim-{number}", kind)
-        self._body.claims.append(claim)
+        self._claims.append(claim)
         return f'<span class="claim" id="claim-{number}">'
 
     def _hold(self, test_id: str, kind: str, where: Place) -> None:
@@ -330,8 +321,8 @@ class _Renderer:
             self._problems.add(where, lacks)
 
     def _claim_close(self, token: Token) -> str:
-        number = len(self._body.claims)
-        claim = self._body.claims[-1]
+        number = len(self._claims)
+        claim = self._claims[-1]
         state = standing(self._known.results.get(claim.test_id))
         said = {"passed": "checked", "failed": "check failed", "unknown": "check not yet run on this code"}[state]
         if claim.kind and state == "passed":
@@ -342,26 +333,27 @@ class _Renderer:
         )
 
     def _ref(self, token: Token) -> str:
-        directive = token.meta["directive"]
-        return str(self._links.reference(directive.text.strip(), token.meta["at"](directive.text_start)))
+        written = located(token, Directive)
+        return str(self._links.reference(written.thing.text.strip(), written.at(written.thing.text_start)))
 
     def _cite(self, token: Token) -> str:
         parts = []
-        for key, locator, offset in token.meta["cited"]:
-            reference = self._known.references.get(key)
+        citation = located(token, Citation)
+        for work in citation.thing.works:
+            reference = self._known.references.get(work.key)
             if reference is None:
-                near = hint(key, self._known.references)
-                self._problems.lacks(REFERENCES, token.meta["at"](offset), f"no reference {key!r}{near}")
+                near = hint(work.key, self._known.references)
+                self._problems.lacks(REFERENCES, citation.at(work.offset), f"no reference {work.key!r}{near}")
                 continue
-            if key not in self._body.cited:
-                self._body.cited.append(key)
-            more = f", {escape(locator)}" if locator else ""
-            attributes = f'class="cite" href="references.html#ref-{key}" data-card="card-{key}"'
+            if work.key not in self._cited:
+                self._cited.append(work.key)
+            more = f", {escape(work.locator)}" if work.locator else ""
+            attributes = f'class="cite" href="references.html#ref-{work.key}" data-card="card-{work.key}"'
             parts.append(f"<a {attributes}>{escape(reference.label)}</a>{more}")
         return f'<span class="cites">({"; ".join(parts)})</span>'
 
     def _term(self, token: Token) -> str:
-        directive, at = token.meta["directive"], token.meta["at"]
+        directive, at = _directive(token)
         key = directive.attributes.strip()
         term = named(directive.text, key, self._known.terms)
         if term is None:
@@ -370,10 +362,16 @@ class _Renderer:
             says = f"no term {name!r} in the glossary{hint(name, self._known.terms)}"
             self._problems.lacks(GLOSSARY, where, says)
             return escapeHtml(directive.text)
-        if term.key not in self._body.terms:
-            self._body.terms.append(term.key)
+        if term.key not in self._terms:
+            self._terms.append(term.key)
         attributes = f'class="term" href="glossary.html#{term.anchor}" data-card="card-{term.anchor}"'
         return f"<a {attributes}>{escape(unbroken(directive.text))}</a>"
+
+
+def _directive(token: Token) -> tuple[Directive, Callable[[int], Place]]:
+    """The directive that a token stands for, and what gives places in it."""
+    written = located(token, Directive)
+    return written.thing, written.at
 
 
 def _simple(rule: Callable[[Token], str]) -> Callable[..., str]:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from markdown_it.token import Token
 
 from sitegen.chapters import yaml_schema
 from sitegen.chapters.promises import tell_unheld
+from sitegen.markup.located import place_of
 from sitegen.markup.parser import Source, parse
 from sitegen.problems import Place, Problems
 
@@ -43,9 +45,9 @@ class Slide:
     at: the front matter, and the path of the slide in it, for places.
     """
 
-    title: list[Token]
-    text: list[Token]
-    notes: list[Token]
+    title: Sequence[Token]
+    text: Sequence[Token]
+    notes: Sequence[Token]
     equation: str
     figure: str
     set: str
@@ -75,7 +77,7 @@ def read_slides(front: yaml_schema.Yaml, chapter: Source, problems: Problems) ->
 def _read(front: yaml_schema.Yaml, i: int, chapter: Source, problems: Problems) -> Slide:
     values = yaml_schema.validated(front, SLIDE, problems, "slides", i)
 
-    def parsed(name: str) -> list[Token]:
+    def parsed(name: str) -> Sequence[Token]:
         start = front.text_at("slides", i, name)
         source = Source(chapter.path, "\n" * (start.line - 1) + values[name], problems, start.column - 1)
         tokens = parse(source).tokens
@@ -83,10 +85,10 @@ def _read(front: yaml_schema.Yaml, i: int, chapter: Source, problems: Problems) 
         wrong = [each for each in every if each.type in ELSEWHERE or (each.type == "try" and name != "text")]
         for each in wrong:
             why = ELSEWHERE.get(each.type, "a button stands in the slide's text")
-            problems.add((each.meta or {}).get("place") or front.at("slides", i, name), why)
+            problems.add(place_of(each) or front.at("slides", i, name), why)
         if name != "title":  # which names what the slide shows, as a heading does
             tell_unheld(source.text, source.at, problems)
-        return [] if wrong else tokens
+        return () if wrong else tokens
 
     slide = Slide(
         parsed("title"),

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
+
+from sitegen.html_reader import Tag, read
 
 # Attributes whose file the browser loads by itself when it meets the element.
 LOADED = {
@@ -84,48 +85,47 @@ class Page:
         return found
 
 
-class _Collector(HTMLParser):
+class _Collector:
+    """Collects a page's elements, and what the telling ones say."""
+
     def __init__(self, page: Page) -> None:
-        super().__init__(convert_charrefs=True)
-        self.page = page
-        self.open: list[tuple[Element, list[str]]] = []
-        self.inline: tuple[Element, list[str]] | None = None
+        self._page = page
+        self._around: list[tuple[Tag, Element, list[str]]] = []  # those that tell something, with what they said so far
 
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        line, column = self.getpos()
-        element = Element(tag, {name: value or "" for name, value in attrs}, line, column + 1)
-        self.page.elements.append(element)
-        for _, said in self.open:
+    def opened(self, tag: Tag) -> None:
+        element = Element(tag.name, dict(tag.attributes), tag.line, tag.column)
+        self._page.elements.append(element)
+        for _, _, said in self._around:
             said.append(element.get("alt") or element.get("aria-label"))
-        if tag in TELLING:
-            self.open.append((element, []))
-        if tag == "style" or (tag == "script" and "src" not in element.attributes):
-            self.inline = (element, [])
+        if tag.name in TELLING or _is_inline(tag):
+            self._around.append((tag, element, []))
 
-    def handle_data(self, data: str) -> None:
-        if self.inline:
-            self.inline[1].append(data)
-        for _, said in self.open:
-            said.append(data)
+    def text(self, text: str) -> None:
+        for _, _, said in self._around:
+            said.append(text)
 
-    def handle_endtag(self, tag: str) -> None:
-        if self.inline and self.inline[0].tag == tag:
-            self.page.inline.append((self.inline[0], "".join(self.inline[1])))
-            self.inline = None
-        if self.open and self.open[-1][0].tag == tag:
-            element, said = self.open.pop()
-            self.page.texts.append((element, "".join(said).strip()))
+    def closed(self, tag: Tag) -> None:
+        if not self._around or self._around[-1][0] is not tag:
+            return
+        _, element, said = self._around.pop()
+        if _is_inline(tag):
+            self._page.inline.append((element, "".join(said)))
+        else:
+            self._page.texts.append((element, "".join(said).strip()))
+
+
+def _is_inline(tag: Tag) -> bool:
+    """Whether a style or a script stands in the page itself."""
+    return tag.name == "style" or (tag.name == "script" and "src" not in tag.attributes)
 
 
 def read_pages(site: Path) -> dict[str, Page]:
     """Every page of a built site by its name."""
     pages = {}
     for path in sorted(site.rglob("*.html")):
-        page = Page(site, path.relative_to(site).as_posix(), path.read_text("utf-8"))
-        collector = _Collector(page)
-        collector.feed(page.source)
-        collector.close()
-        pages[page.name] = page
+        name = path.relative_to(site).as_posix()
+        pages[name] = Page(site, name, path.read_text("utf-8"))
+        read(pages[name].source, _Collector(pages[name]))
     return pages
 
 

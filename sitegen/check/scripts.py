@@ -12,11 +12,12 @@ from sitegen.external.node import environment, node_command, run_node
 from sitegen.problems import Problem, Problems
 
 LINT = Path(__file__).with_name("lint.mjs")
-PROJECTS = ("templates/assets/js", "templates/assets")  # the page's own, and those of its workers
+# The page's own, those of its workers, and those of the preview.
+PROJECTS = ("templates/assets/js", "templates/assets", "sitegen/serve/preview")
 
 
 def script_types(root: Path) -> int:
-    """Check the types of the page's scripts and of its workers. The exit code is 1 where tsc has something to say."""
+    """Check the types of all scripts, project by project. The exit code is 1 where tsc has something to say."""
     compiler = fetch.gather(["typescript"])["typescript/lib/_tsc.js"]
     codes = []
     for project in PROJECTS:

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from markdown_it.rules_inline import StateInline
 
 from sitegen.markup.directives import Directive, DirectiveError, read
+from sitegen.markup.located import Citation, InLine, NoteMark, Work, footnote_label, note
 from sitegen.markup.unclosed import fault, lose
 from sitegen.problems import hint
 
@@ -42,8 +43,7 @@ def directive_in_line(state: StateInline, silent: bool) -> bool:
         elif directive.name in AROUND:
             _around(state, directive)
         else:
-            token = state.push(directive.name, "", 0)
-            token.meta = {"offset": start, "directive": directive}
+            note(state.push(directive.name, "", 0), InLine(directive, start))
     state.pos = directive.end
     return True
 
@@ -79,13 +79,12 @@ def misplaced(state: StateInline, silent: bool) -> bool:
 
 
 def _around(state: StateInline, directive: Directive) -> None:
-    token = state.push(f"{directive.name}_open", "", 1)
-    token.meta = {"offset": directive.start, "directive": directive}
+    note(state.push(f"{directive.name}_open", "", 1), InLine(directive, directive.start))
     stop = state.posMax
     state.pos, state.posMax = directive.text_start, directive.text_start + len(directive.text)
     state.md.inline.tokenize(state)
     state.posMax = stop
-    state.push(f"{directive.name}_close", "", -1).meta = {"directive": directive}
+    state.push(f"{directive.name}_close", "", -1)
 
 
 def citation(state: StateInline, silent: bool) -> bool:
@@ -100,15 +99,15 @@ def citation(state: StateInline, silent: bool) -> bool:
     if not silent:
         token = state.push("cite", "", 0)
         base = match.start(1)
-        found = [
-            (m["key"], (m["locator"] or "").strip(), base + m.start("key"))
+        works = tuple(
+            Work(m["key"], (m["locator"] or "").strip(), base + m.start("key"))
             for m in CITED.finditer(match[1])
             if m.group()
-        ]
-        token.meta = {"offset": state.pos, "cited": found}
-        if "".join(m.group() for m in CITED.finditer(match[1])) != match[1] or not all(key for key, _, _ in found):
+        )
+        if "".join(m.group() for m in CITED.finditer(match[1])) != match[1] or not all(work.key for work in works):
             fault(state, state.pos, "a citation is written [@key], [@key, p. 3] or [@one; @other]")
-            token.meta["cited"] = []
+            works = ()
+        note(token, InLine(Citation(works), state.pos))
     state.pos = match.end()
     return True
 
@@ -122,5 +121,6 @@ def placed(rule: Callable[[StateInline, bool], bool], state: StateInline, silent
         token = next((t for t in state.tokens[before:] if t.type != "text"), None)
         if token is not None:
             target = state.src.rfind("](", start, state.pos) if token.type in ("link_open", "image") else -1
-            token.meta = {**(token.meta or {}), "offset": target + 2 if target >= 0 else start}
+            thing = NoteMark(footnote_label(token)) if token.type == "footnote_ref" else None
+            note(token, InLine(thing, target + 2 if target >= 0 else start))
     return True

@@ -14,6 +14,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from markdown_it.token import Token
+
 from sitegen.cache.memo import Remembered
 from sitegen.cache.memory import Memory
 from sitegen.external import fetch
@@ -35,6 +37,12 @@ class Formula:
 
     source: str
     display: bool
+
+
+def formula_of(token: Token) -> Formula:
+    """The formula that a token stands for, in a line or as an equation."""
+    inline = token.type == "math_inline"
+    return Formula(token.content if inline else token.content.strip(), not inline)
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,8 @@ from __future__ import annotations
 import re
 import unicodedata
 from bisect import bisect_right
+from collections.abc import Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field
 from functools import lru_cache, partial
 from typing import Any
@@ -22,9 +24,21 @@ from mdit_py_plugins.container import container_plugin
 from mdit_py_plugins.dollarmath import dollarmath_plugin
 from mdit_py_plugins.footnote import footnote_plugin
 
-from sitegen.markup.directives import DirectiveError, read
+from sitegen.markup.directives import Directive, DirectiveError, read
 from sitegen.markup.fences import open_fence
 from sitegen.markup.inline import BLOCK, INLINE, citation, directive_in_line, misplaced, placed
+from sitegen.markup.located import (
+    Anchor,
+    EquationLabel,
+    Fault,
+    InLine,
+    Located,
+    TextStart,
+    footnote_label,
+    located,
+    note,
+    noted,
+)
 from sitegen.markup.unclosed import dollar, lose
 from sitegen.problems import Place, Problems, hint
 
@@ -64,16 +78,16 @@ class Source:
         return Place(self.path, line + 1, self.shift + offset - self.starts[line] + 1)
 
 
-@dataclass
+@dataclass(frozen=True)
 class Document:
     """A parsed file: the flow, and each footnote's tokens by label.
 
     lost: figures and equations ("fig:id", "eq:label") in what could not be read; to refer to them is no mistake.
     """
 
-    tokens: list[Token]
-    footnotes: dict[str, list[Token]]
-    lost: set[str]
+    tokens: Sequence[Token]
+    footnotes: Mapping[str, Sequence[Token]]
+    lost: AbstractSet[str]
 
 
 def parse(source: Source) -> Document:
@@ -120,7 +134,7 @@ def parser() -> MarkdownIt:
     return md
 
 
-def text_of(tokens: list[Token]) -> str:
+def text_of(tokens: Sequence[Token]) -> str:
     """What inline tokens say, without markup."""
     return "".join(" " if t.type in ("softbreak", "hardbreak") else t.content for t in tokens)
 
@@ -176,15 +190,11 @@ def _block_directive(state: StateBlock, start_line: int, end_line: int, silent: 
         lose(state.env, directive.attributes)
     state.line = last + 1
     token = state.push("directive_open", "", 1)
-    token.map, token.info, token.meta = (
-        [start_line, state.line],
-        directive.name,
-        {"directive": directive, "at": source.at},
-    )
-    token.meta["place"] = source.at(start)
+    token.map, token.info = [start_line, state.line], directive.name
+    note(token, Located(directive, source.at(start), source.at, start))
     inline = state.push("inline", "", 0)
     inline.map, inline.content, inline.children = [start_line, state.line], directive.text, []
-    inline.meta = {"start": directive.text_start}
+    note(inline, TextStart(directive.text_start))
     state.push("directive_close", "", -1)
     return True
 
@@ -195,17 +205,19 @@ def _heading_ids(state: StateCore) -> None:
     for heading, inline in zip(state.tokens, state.tokens[1:], strict=False):
         if heading.type != "heading_open":
             continue
+        name, start = "", source.starts[(heading.map or [0])[0]]
         if (match := HEADING_ID.search(inline.content)) is not None:
             line = (inline.map or [0])[0]
             place = source.at(source.starts[line] + source.lines[line].rfind("{#") + 2)
             if ANCHOR.fullmatch(match[1]):
-                heading.meta = {"id": match[1]}
+                name = match[1]
             else:
                 source.problems.add(
                     place, f"{match[1]!r} is no anchor: small letters, digits and hyphens, a letter first"
                 )
             inline.content = inline.content[: match.start()]
-        heading.meta = {**heading.meta, "place": Place(source.path, (heading.map or [0])[0] + 1, 1)}
+        place = Place(source.path, (heading.map or [0])[0] + 1, 1)
+        note(heading, Located(Anchor(name), place, source.at, start))
 
 
 def _places(state: StateCore) -> None:
@@ -217,15 +229,17 @@ def _places(state: StateCore) -> None:
         if token.type in ("math_block", "math_block_label") and token.map:
             first = source.starts[token.map[0]]
             dollars = source.text.index("$$", first)
-            token.meta = {"place": source.at(dollars), "at": partial(_offset_in, source, dollars + 2)}
+            label = None
             if token.type == "math_block_label":
-                label = source.text.rindex("(", 0, _line_end(source, token.map[1] - 1)) + 1
-                token.meta["label_place"] = source.at(label)
+                bracket = source.text.rindex("(", 0, _line_end(source, token.map[1] - 1))
+                label = EquationLabel(source.at(bracket + 1))
+            note(token, Located(label, source.at(dollars), partial(_offset_in, source, dollars + 2), -2))
         elif token.type.startswith("container_") and token.map and source.lines[token.map[1] :][:1] != [":::"]:
             where = Place(source.path, token.map[0] + 1, 1)
             source.problems.add(where, f"{token.markup}{token.info} is never closed by :::")
         elif token.type == "fence" and token.map:
-            token.meta = {"place": Place(source.path, token.map[0] + 1, 1)}
+            place = Place(source.path, token.map[0] + 1, 1)
+            note(token, Located(None, place, source.at, source.starts[token.map[0]]))
         elif token.type == "code_block" and token.map and INDENTED.match(token.content):
             line = source.lines[token.map[0]]
             where = Place(source.path, token.map[0] + 1, line.find("::") + 1)
@@ -240,11 +254,13 @@ def _places(state: StateCore) -> None:
         for match in NO_HEADING.finditer(token.content):
             source.problems.add(at(match.start()), f"a heading has a blank after its {match[0]}")
         for child in token.children or []:
-            if "offset" in (child.meta or {}):
-                child.meta["place"] = at(child.meta["offset"])
-                child.meta["at"] = at
-            if child.type == "fault":
-                source.problems.add(child.meta["place"], child.meta["message"])
+            if (found := noted(child, InLine)) is None:
+                continue
+            place = at(found.offset)
+            if isinstance(found.thing, Fault):
+                source.problems.add(place, found.thing.message)
+            else:
+                note(child, Located(found.thing, place, at, found.offset))
         token.children = [child for child in token.children or [] if child.type != "fault"]
 
 
@@ -258,8 +274,8 @@ def _offset_in(source: Source, base: int, offset: int) -> Place:
 
 def _inline_place(source: Source, inline: Token, cell: int, offset: int) -> Place:
     """The place of an offset in an inline token's content, whose lines lost their indentation and container marks."""
-    if "start" in (inline.meta or {}):
-        return source.at(inline.meta["start"] + offset)
+    if (start := noted(inline, TextStart)) is not None:
+        return source.at(start.offset + offset)
     before = inline.content[:offset]
     row = (inline.map or [0])[0] + before.count("\n")
     content = inline.content.split("\n")[before.count("\n")]
@@ -279,7 +295,7 @@ def _fold(state: StateCore) -> None:
     for token in state.tokens:
         match token.type:
             case "footnote_reference_open":
-                label = token.meta["label"]
+                label = footnote_label(token)
                 if label in notes:
                     source.problems.add(
                         Place(source.path, (token.map or [0])[0] + 1, 1), f"footnote [^{label}] is defined twice"
@@ -288,8 +304,9 @@ def _fold(state: StateCore) -> None:
             case "footnote_reference_close":
                 into = flow
             case "directive_open":
-                into.append(Token(token.info, "", 0, meta=token.meta, map=token.map, block=True, children=[]))
-            case "inline" if "start" in (token.meta or {}):
+                into.append(Token(token.info, "", 0, map=token.map, block=True, children=[]))
+                note(into[-1], located(token, Directive))
+            case "inline" if noted(token, TextStart) is not None:
                 into[-1].children = token.children
             case "directive_close":
                 pass

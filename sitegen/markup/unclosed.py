@@ -7,6 +7,8 @@ from typing import Any
 
 from markdown_it.rules_inline import StateInline
 
+from sitegen.markup.located import Fault, InLine, note
+
 LOST = re.compile(r"\bid=(?P<figure>[\w-]+)|\${2}\s*\((?P<equation>[\w-]+)\)")
 
 
@@ -32,7 +34,7 @@ def dollar(state: StateInline, silent: bool) -> bool:
 
 def fault(state: StateInline, offset: int, message: str) -> None:
     """A token that becomes a problem once its place in the file is known."""
-    state.push("fault", "", 0).meta = {"offset": offset, "message": message}
+    note(state.push("fault", "", 0), InLine(Fault(message), offset))
 
 
 def lose(env: Any, text: str) -> None:

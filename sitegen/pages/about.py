@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 import solvers
-from sitegen.chapters.render import Body
-from sitegen.chapters.survey import Survey
+from sitegen.chapters.rendered import Body
+from sitegen.chapters.surveyed import Survey
 from sitegen.external.fetch import read_manifest
 
 

@@ -14,8 +14,10 @@ from sitegen.chapters.citations import Reference
 from sitegen.chapters.content import FIXED_PAGES, Chapter
 from sitegen.chapters.glossary import Term
 from sitegen.chapters.known import Known
-from sitegen.chapters.render import Body, headings, render
-from sitegen.chapters.survey import OWN_IDS, Outline, Survey, outline
+from sitegen.chapters.render import headings, render
+from sitegen.chapters.rendered import Body
+from sitegen.chapters.survey import OWN_IDS
+from sitegen.chapters.surveyed import Outline, Survey, outline
 from sitegen.figures.bakery import Bakery, frames_of, readouts_of
 from sitegen.figures.gallery import Gallery, Placed
 from sitegen.figures.model import Figure

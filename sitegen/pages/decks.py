@@ -10,8 +10,9 @@ from markupsafe import Markup
 
 from sitegen.chapters.content import Chapter
 from sitegen.chapters.known import Known
-from sitegen.chapters.render import Body, Pieces, pieces
-from sitegen.chapters.survey import Staged, Survey
+from sitegen.chapters.render import Pieces, pieces
+from sitegen.chapters.rendered import Body
+from sitegen.chapters.surveyed import Staged, Survey
 from sitegen.figures.model import Figure
 from sitegen.figures.tape import Tape
 from sitegen.pages.title_slide import check_title
@@ -68,7 +69,7 @@ def deck(
         if shown:
             stills.append(Markup(IDS.sub("", shown.frame["panels"][0]["svg"])))
         views.append(_slide(one, write, draw(shown) if shown else Markup(), known))
-    return Deck(survey.chapter, tuple(views), next(iter(stills), Markup()), write.found)
+    return Deck(survey.chapter, tuple(views), next(iter(stills), Markup()), write.found())
 
 
 def _slide(one: Staged, write: Pieces, figure: Markup, known: Known) -> SlideView:

@@ -27,11 +27,14 @@ from sitegen.cache.store import Store
 from sitegen.chapters.citations import Reference
 from sitegen.chapters.content import Chapter, Site
 from sitegen.chapters.known import Known
-from sitegen.chapters.render import Body, blocks, pieces
-from sitegen.chapters.survey import Survey
+from sitegen.chapters.render import blocks, pieces
+from sitegen.chapters.rendered import Body
+from sitegen.chapters.surveyed import Survey
 from sitegen.figures.gallery import Drawn, Placed
 from sitegen.figures.model import Figure
 from sitegen.figures.wire import Plain
+from sitegen.markup.directives import Directive
+from sitegen.markup.located import Citation, NoteMark, located
 from sitegen.markup.parser import HEADING_ID
 from sitegen.pages.portable_svg import SHEETS, data_address, standalone
 from sitegen.problems import Place
@@ -122,28 +125,25 @@ class _Writer:
         """The chapter's blocks in order, each with the side notes that it is the first to refer to."""
         for block in blocks(self._survey.chapter.document.tokens):
             yield from self._block(block)
-            for token in block:
-                for child in token.children or []:
-                    if child.type == "footnote_ref" and child.meta.get("first"):
-                        yield "markdown", self._note(child.meta["label"])
+            for label in self._survey.first_notes(block):
+                yield "markdown", self._note(label)
 
     def _block(self, block: Sequence[Token]) -> Iterator[Cell]:
         first = block[0]
         match first.type:
-            case "figure" if first.meta["figure"] is not None:
-                yield from self._figure(first)
-            case "plot" if first.meta["plot"] is not None:
-                yield from self._plot(first)
+            case "figure" if figure := self._survey.figure(first):
+                yield from self._figure(first, figure)
+            case "plot" if plot := self._survey.plot(first):
+                yield from self._plot(first, plot)
             case "fence" if first.info.split()[:1] == ["python"]:
                 yield "code", first.content
-            case "try":
-                figure = first.meta["figure"]
-                way = f"[Figure {figure.number}]({self._address('#' + figure.dom_id)})"
+            case "try" if button := self._survey.button(first):
+                way = f"[Figure {button.figure.number}]({self._address('#' + button.figure.dom_id)})"
                 yield "markdown", f"- To try on the page, in {way}: {self._directive(first)}"
             case "aside":
                 yield "markdown", f"> {self._directive(first)}"
             case "math_block" | "math_block_label":
-                number = first.meta.get("number")
+                number = self._survey.number(first)
                 tag = f"\n\\tag{{{number}}}" if number else ""
                 yield "markdown", f"$$\n{self._expanded(first.content.strip())}{tag}\n$$"
             case _ if first.map is not None:
@@ -152,8 +152,7 @@ class _Writer:
             case _:
                 raise ValueError(f"{self._source.path}: a block {first.type!r} without its place")
 
-    def _figure(self, token: Token) -> Iterator[Cell]:
-        figure = token.meta["figure"]
+    def _figure(self, token: Token, figure: Figure) -> Iterator[Cell]:
         frame = self._shown.frame(self._survey.chapter.name, figure)
         pictures = [
             _image(panel["svg"], panel["view"][4], panel["view"][5], _alternative(frame, panel), panel["caption"])
@@ -165,8 +164,7 @@ class _Writer:
         if frame["python"]:
             yield "code", frame["python"]
 
-    def _plot(self, token: Token) -> Iterator[Cell]:
-        placed = token.meta["plot"]
+    def _plot(self, token: Token, placed: Placed) -> Iterator[Cell]:
         drawn = self._shown.drawn(placed)
         width, height = placed.plot.sizes["wide"]
         picture = _image(drawn.svgs["wide"], width, height, placed.plot.title)
@@ -183,7 +181,7 @@ class _Writer:
 
     def _directive(self, token: Token) -> str:
         """The text of a block directive."""
-        directive = token.meta["directive"]
+        directive = located(token, Directive).thing
         end = directive.text_start + len(directive.text)
         return " ".join(self._spliced(directive.text_start, end, token.children or []).split("\n"))
 
@@ -204,31 +202,34 @@ class _Writer:
 
     def _edits(self, token: Token) -> Iterator[tuple[int, int, str]]:
         """What takes the place of which piece of the file."""
-        meta = token.meta or {}
         match token.type:
             case "value" | "readout" | "ref" | "term":
-                directive = meta["directive"]
-                yield self._offset(meta["place"]), self._offset(meta["at"](directive.end)), self._plain([token])
+                written = located(token, Directive)
+                end = self._offset(written.at(written.thing.end))
+                yield self._offset(written.place), end, self._plain([token])
             case "claim_open" | "promise_open":
-                directive = meta["directive"]
+                written = located(token, Directive)
+                directive = written.thing
                 text_end = directive.text_start + len(directive.text)
-                yield self._offset(meta["place"]), self._offset(meta["at"](directive.text_start)), ""
+                yield self._offset(written.place), self._offset(written.at(directive.text_start)), ""
                 # The end is counted from the text's: it may be the end of a line, which is no place in the next.
-                after = self._offset(meta["at"](text_end))
+                after = self._offset(written.at(text_end))
                 yield after, after + directive.end - text_end, ""
             case "cite":
-                first = self._offset(meta["place"])
+                first = self._offset(located(token, Citation).place)
                 yield first, self._source.text.index("]", first) + 1, self._plain([token])
             case "footnote_ref":
-                first = self._offset(meta["place"])
-                number = self._survey.notes[meta["label"]]
+                mark = located(token, NoteMark)
+                first = self._offset(mark.place)
+                number = self._survey.notes[mark.thing.label]
                 yield first, self._source.text.index("]", first) + 1, f"<sup>{number}</sup>"
-            case "link_open" | "image" if "at" in meta:
-                first = self._offset(meta["at"](meta["offset"]))
-                written = re.compile(r"[^\s)]+").match(self._source.text, first)
+            case "link_open" | "image":
+                link = located(token, object)
+                first = self._offset(link.at(link.offset))
+                target = re.compile(r"[^\s)]+").match(self._source.text, first)
                 address = re.search(r'(?:href|src)="([^"]*)"', self._html([token]))
-                if written is not None and address is not None and self._source.text[first - 2 : first] == "](":
-                    yield first, written.end(), self._address(html.unescape(address[1]))
+                if target is not None and address is not None and self._source.text[first - 2 : first] == "](":
+                    yield first, target.end(), self._address(html.unescape(address[1]))
 
     def _plain(self, tokens: Sequence[Token]) -> str:
         """What the page shows of tokens, as Markdown: links, and else text."""

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import partial
-from html.parser import HTMLParser
 from pathlib import Path
 
 from sitegen.cache.memo import Remembered
@@ -16,6 +15,7 @@ from sitegen.cache.memory import Memory
 from sitegen.chapters.content import FIXED_PAGES
 from sitegen.external.fetch import gather
 from sitegen.figures.wire import dumps
+from sitegen.html_reader import Tag, read
 
 FORMAT = "1"  # of what is remembered; raised when the reading changes
 LEFT_OUT = tuple(fixed.page for fixed in FIXED_PAGES if not fixed.searched)
@@ -24,7 +24,6 @@ HEADINGS = ("h1", "h2", "h3")
 SILENT = ("script", "style", "svg", "math", "form", "nav", "button", "select", "template", "dialog", "details")
 SILENT_CLASSES = ("card", "figure-stage", "buttons", "readouts", "legend", "job", "runs", "chapter-footer", "pager")
 ENTRY_IDS = ("term-", "ref-")  # entries of the glossary and of the references are sections of their own
-VOID = ("area", "base", "br", "col", "embed", "hr", "img", "input", "link", "meta", "source", "track", "wbr")
 BLOCKS = ("p", "li", "dt", "dd", "td", "th", "figcaption", "div", "section", "pre", "tr", "blockquote")
 
 
@@ -74,72 +73,64 @@ def _searched(name: str) -> bool:
 def sections(name: str, html: str) -> list[Section]:
     """The sections of a page, in order; none for a page that only leads to another one."""
     reader = _Reader(name)
-    reader.feed(html)
-    reader.close()
+    read(html, reader)
     for section in reader.sections:
         section.heading = " ".join(section.heading.split())
         section.page = reader.title or section.heading
     return reader.sections
 
 
-class _Reader(HTMLParser):
+class _Reader:
     """Reads <main>: a heading or an entry's id begins a section, and what is silent is passed over."""
 
     def __init__(self, name: str) -> None:
-        super().__init__(convert_charrefs=True)
         self.name = name
         self.title = ""
         self.sections: list[Section] = []
-        self._open: list[str] = []  # the elements around, of <main> and inside it
-        self._silent = 0  # how deep inside something silent
-        self._heading = ""  # the heading or the term that is being read
+        self._main: Tag | None = None
+        self._silent: Tag | None = None  # the outermost silent element around
+        self._heading: Tag | None = None  # the heading or the term that is being read
 
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        given = {key: value or "" for key, value in attrs}
-        if not self._open and tag != "main":
+    def opened(self, tag: Tag) -> None:
+        if self._main is None:
+            self._main = tag if tag.name == "main" else None
             return
-        if tag in VOID:
-            if tag == "br" and not self._silent:
-                self._say(" ")
+        if self._silent is not None:
             return
-        self._open.append(tag)
-        classes = given.get("class", "").split()
-        if self._silent or tag in SILENT or set(classes) & set(SILENT_CLASSES) or "hidden" in given:
-            self._silent += 1
-            return
-        anchor = given.get("id", "")
-        if tag in HEADINGS:
-            self._begin("" if tag == "h1" else anchor)
+        classes, anchor = tag.get("class").split(), tag.get("id")
+        if tag.name in SILENT or set(classes) & set(SILENT_CLASSES) or "hidden" in tag.attributes:
+            self._silent = tag
+        elif tag.name in HEADINGS:
+            self._begin("" if tag.name == "h1" else anchor)
             self._heading = tag
         elif anchor.startswith(ENTRY_IDS):
             self._begin(anchor)
-        elif tag == "dt" and self.sections and not self.sections[-1].heading:
+        elif tag.name == "dt" and self.sections and not self.sections[-1].heading:
             self._heading = tag
-        elif tag in BLOCKS:
+        elif tag.name in BLOCKS or tag.name == "br":
             self._say(" ")
 
-    def handle_endtag(self, tag: str) -> None:
-        if tag not in self._open:
+    def closed(self, tag: Tag) -> None:
+        if self._main is None:
             return
-        while self._open:
-            closed = self._open.pop()
-            self._silent = max(0, self._silent - 1)
-            if closed == self._heading:
-                self._heading = ""
-                if closed == "h1":
-                    self.title = " ".join(self.sections[-1].heading.split())
-            if closed == tag:
-                break
-        if tag in BLOCKS:
+        if tag is self._main:
+            self._main = None
+        if tag is self._silent:
+            self._silent = None
+        if tag is self._heading:
+            self._heading = None
+            if tag.name == "h1":
+                self.title = " ".join(self.sections[-1].heading.split())
+        if tag.name in BLOCKS:
             self._say(" ")
 
-    def handle_data(self, data: str) -> None:
-        if not self._open or self._silent:
+    def text(self, text: str) -> None:
+        if self._main is None or self._silent is not None:
             return
-        if self._heading:
-            self.sections[-1].heading += data
+        if self._heading is not None:
+            self.sections[-1].heading += text
         else:
-            self._say(data)
+            self._say(text)
 
     def _begin(self, anchor: str) -> None:
         self.sections.append(Section(self.name + (f"#{anchor}" if anchor else ""), ""))

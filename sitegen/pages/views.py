@@ -11,6 +11,7 @@ from jinja2 import BytecodeCache, Environment, FileSystemLoader, StrictUndefined
 from jinja2.bccache import Bucket
 from markupsafe import Markup
 
+from sitegen.assets.panel_classes import panel_class
 from sitegen.cache.store import Store
 from sitegen.figures.gallery import Drawn, Placed
 from sitegen.figures.model import Figure
@@ -91,7 +92,7 @@ def environment(root: Path, cache: Path) -> Environment:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    made.globals |= {"shown": shown, "plain": plain, "wheel": ""}
+    made.globals |= {"shown": shown, "plain": plain, "panel_class": panel_class, "wheel": ""}
     return made
 
 

@@ -21,7 +21,7 @@ from sitegen.chapters.citations import Reference
 from sitegen.chapters.claims import Result, Test, anchor, standing
 from sitegen.chapters.content import Chapter, Site
 from sitegen.chapters.glossary import Term
-from sitegen.chapters.render import Body
+from sitegen.chapters.rendered import Body
 from sitegen.external.fetch import Licence
 from sitegen.pages import api_reference
 from sitegen.pages.about import Made, bibtex

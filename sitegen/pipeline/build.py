@@ -39,8 +39,9 @@ from sitegen.chapters.content import (
 )
 from sitegen.chapters.glossary import read_glossary
 from sitegen.chapters.known import Known
-from sitegen.chapters.render import Body
-from sitegen.chapters.survey import Survey, survey
+from sitegen.chapters.rendered import Body
+from sitegen.chapters.survey import survey
+from sitegen.chapters.surveyed import Survey
 from sitegen.chapters.values import Values
 from sitegen.external import fetch
 from sitegen.figures.bakery import Bakery, code_hash, draw_ahead, frames_of, make_ahead, readouts_of

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from sitegen.cache import pool
-from sitegen.chapters.survey import Survey
+from sitegen.chapters.surveyed import Survey
 from sitegen.figures.bakery import Bakery, draw_ahead
 from sitegen.figures.picture_faults import FigureFault
 from sitegen.figures.wire import Plain

@@ -7,7 +7,7 @@ from functools import partial
 
 from sitegen.cache.files import hashed_name
 from sitegen.cache.memory import Memory
-from sitegen.chapters.survey import Survey
+from sitegen.chapters.surveyed import Survey
 from sitegen.figures.bakery import Bakery
 from sitegen.figures.picture_faults import FigureFault
 from sitegen.figures.tape import Tape, tape_script

@@ -6,11 +6,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from sitegen.plots._numbers import at
+from sitegen.plots._sizes import sizes
 from sitegen.plots._sweep import LABELS, hits, read
 
 TITLE = "Success over starting rotation and offset, nine methods, two settings"
 READS = ("content/data/sweep/basins.json",)
-SIZES = {"wide": (720, 446), "narrow": (350, 930)}
+SIZES = sizes(446, 930)
 
 LEVELS = 23  # the deepest of the field's colours
 

@@ -9,11 +9,12 @@ import numpy as np
 
 from sitegen.plots._numbers import at
 from sitegen.plots._rates import close, clouds, interval, seeds, wilson
+from sitegen.plots._sizes import sizes
 from solvers import Pose, register
 from solvers.scenes.walls import ndt_room
 
 TITLE = "Success of NDT against starting angle and offset, one cell size and coarse to fine"
-SIZES = {"wide": (720, 330), "narrow": (350, 600)}
+SIZES = sizes(330, 600)
 SECONDS = 7
 
 RUNS = 30

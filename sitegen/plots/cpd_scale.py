@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 
 from sitegen.plots._numbers import at
+from sitegen.plots._sizes import sizes
 from solvers.core.stepper import run
 from solvers.metrics import rre
 from solvers.scenes.fish import fish, fish_start
 from solvers.studies.walkthrough import begin_walk, found
 
 TITLE = "The scale that similarity CPD has after each step, from four starting angles"
-SIZES = {"wide": (720, 330), "narrow": (350, 330)}
+SIZES = sizes(330, 330)
 
 ANGLES = (60, 85, 90, 180)
 ROLES = ("accent", "source", "target", "weak")

@@ -8,11 +8,12 @@ from typing import Any
 
 from sitegen.plots._numbers import at
 from sitegen.plots._rates import interval, wilson
+from sitegen.plots._sizes import sizes
 from sitegen.plots.registry import ROOT
 
 TITLE = "The held-out study: scenes on which the learned flows find the rotation to 5°"
 READS = ("solvers/methods/flow/trained/log.json",)
-SIZES = {"wide": (720, 330), "narrow": (350, 470)}
+SIZES = sizes(330, 470)
 
 SHOWN = {"flow": ("accent", "o"), "flow-from-source": ("source", "D")}
 

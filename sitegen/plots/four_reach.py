@@ -9,6 +9,7 @@ import numpy as np
 
 from sitegen.plots._numbers import at
 from sitegen.plots._rates import interval, seeds, wilson
+from sitegen.plots._sizes import sizes
 from solvers.core.stepper import run
 from solvers.metrics import rre, rte
 from solvers.scenes.fish import fish, fish_start
@@ -16,7 +17,7 @@ from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE
 from solvers.studies.walkthrough import begin_walk, found
 
 TITLE = "Success of the four methods against the starting angle, with and without clutter and the smaller cloud"
-SIZES = {"wide": (720, 330), "narrow": (350, 790)}
+SIZES = sizes(330, 790)
 SECONDS = 35
 
 SETTINGS = {"clean": "Clean", "smaller": "15 % smaller", "clutter": "A fifth clutter"}

@@ -7,11 +7,12 @@ from typing import Any
 
 from sitegen.plots._numbers import at
 from sitegen.plots._rates import close, clouds, interval, seeds, wilson
+from sitegen.plots._sizes import sizes
 from solvers import register
 from solvers.scenes.rooms import room, room_start
 
 TITLE = "Success of ICP against the starting angle, four settings of the room"
-SIZES = {"wide": (720, 300), "narrow": (350, 470)}
+SIZES = sizes(300, 470)
 SECONDS = 12
 
 SETTINGS = {"clean": "Clean", "striped": "Striped sampling", "outliers": "Outliers", "combo": "Noise and outliers"}

@@ -7,11 +7,12 @@ from typing import Any
 
 from sitegen.plots._numbers import at
 from sitegen.plots._rates import close, clouds, interval, seeds, span, wilson
+from sitegen.plots._sizes import sizes
 from solvers import register
 from solvers.scenes.rooms import room, room_start
 
 TITLE = "Success of residuals and robust weights, near and midway start"
-SIZES = {"wide": (720, 350), "narrow": (350, 640)}
+SIZES = sizes(350, 640)
 SECONDS = 8
 
 STARTS = {"near": (15.0, 0.5), "midway": (45.0, 1.43)}

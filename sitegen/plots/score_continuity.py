@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 
 from sitegen.plots._numbers import at
+from sitegen.plots._sizes import sizes
 from solvers.core.arrays import FloatArray
 from solvers.methods.ndt.ndt_map import NdtMap, build
 from solvers.methods.ndt.score import score_map
 from solvers.scenes.walls import ndt_room
 
 TITLE = "The NDT score along a line of translations, one grid and four"
-SIZES = {"wide": (720, 350), "narrow": (350, 640)}
+SIZES = sizes(350, 640)
 
 SEED, CELL, REACH, ZOOM = 40, 1.0, 1.2, 0.1
 BESIDE = 1e-9  # u: how far beside a border the score is read on either side

@@ -7,11 +7,12 @@ from typing import Any
 
 from sitegen.plots._numbers import at
 from sitegen.plots._rates import wilson
+from sitegen.plots._sizes import sizes
 from sitegen.plots._sweep import LABELS, hits, read
 
 TITLE = "Success of nine methods against noise, outliers, overlap and density"
 READS = ("content/data/sweep/curves.json",)
-SIZES = {"wide": (720, 528), "narrow": (350, 664)}
+SIZES = sizes(528, 664)
 
 CONTROLS = {
     "noise": ("Noise σ", "u", 1.0),

@@ -7,11 +7,12 @@ from typing import Any
 
 from sitegen.plots._numbers import at
 from sitegen.plots._rates import interval, wilson
+from sitegen.plots._sizes import sizes
 from sitegen.plots._sweep import LABELS, hits, read
 
 TITLE = "The race on a thousand seeds: success of nine methods in six settings"
 READS = ("content/data/sweep/table.json",)
-SIZES = {"wide": (720, 312), "narrow": (350, 860)}
+SIZES = sizes(312, 860)
 
 NAMES = {
     "clean": "Clean", "noise": "Noise", "gradient": "Gradient", "striped": "Striped", "outliers": "Outliers",

@@ -9,12 +9,13 @@ import numpy as np
 
 from sitegen.plots._numbers import at
 from sitegen.plots._rates import close, clouds, percent, seeds, wilson
+from sitegen.plots._sizes import sizes
 from solvers import register
 from solvers.methods.pairs.ransac import trials
 from solvers.scenes.facade import FACADE_TRUTH, facade_scene
 
 TITLE = "Trial budget against inlier fraction, and measured failures at the budget"
-SIZES = {"wide": (720, 360), "narrow": (350, 640)}
+SIZES = sizes(360, 640)
 SECONDS = 9
 
 PAIRS, NOISE, INLIER, SEPARATION = 40, 0.06, 0.25, 0.7

@@ -4,9 +4,13 @@ import { elsewhere, hide, problems } from "./messages.js";
 import { keep, place, restore } from "./place.js";
 import { same, swap } from "./swap.js";
 
+/** @import { BuildState, Kept } from "./types.js" */
+
 const KEPT = "ladder-preview";
-let shown = document.querySelector("script[data-build]").dataset.build;
-let source = null; // the page as it was built, which scripts have changed since
+let shown = buildOf(document);
+/** @type {Document | null} the page as it was built, which scripts have changed since */
+let source = null;
+/** @type {EventSource | null} */
 let events = null;
 let reloading = false;
 
@@ -15,7 +19,14 @@ async function fetched() {
   return new DOMParser().parseFromString(await answer.text(), "text/html");
 }
 
-const buildOf = (page) => page.querySelector("script[data-build]")?.dataset.build;
+/**
+ * The name of the build that a page is from.
+ * @param {Document} page
+ */
+function buildOf(page) {
+  return /** @type {HTMLScriptElement | null} */ (page.querySelector("script[data-build]"))?.dataset.build;
+}
+
 const here = () => location.pathname.split("/").at(-1) || "index.html";
 
 function reload() {
@@ -28,11 +39,14 @@ function reload() {
   location.reload();
 }
 
-/** A build has been published: the page becomes what it is now, with as little stir as can be. */
+/**
+ * A build has been published: the page becomes what it is now, with as little stir as can be.
+ * @param {BuildState} state
+ */
 async function update({ build, edited }) {
   if (build === shown || reloading) return;
   const now = await fetched();
-  if (!same(source, now) && !swap(source, now)) return reload();
+  if (!source || (!same(source, now) && !swap(source, now))) return reload();
   [source, shown] = [now, buildOf(now)];
   const [other] = edited;
   if (other && edited.every(({ page }) => page !== here())) elsewhere(other.page, other.file);
@@ -42,6 +56,7 @@ let last = Promise.resolve();
 function open() {
   events = new EventSource("/.ladder/events");
   events.onmessage = ({ data }) => {
+    /** @type {BuildState} */
     const state = JSON.parse(data);
     hide();
     if (state.lines.length) problems(state.title, state.lines);
@@ -59,9 +74,10 @@ function follow() {
 
 /** After a reload: the place is taken before anything is painted, and held until fonts and pictures are there. */
 function comeBack() {
+  /** @type {Kept | null} */
   let kept = null;
   try {
-    kept = JSON.parse(sessionStorage.getItem(KEPT));
+    kept = JSON.parse(sessionStorage.getItem(KEPT) ?? "null");
     sessionStorage.removeItem(KEPT);
   } catch {
     // forbidden: nothing was kept

@@ -5,7 +5,13 @@ const BUTTON =
   "min-height: 44px; padding: 4px 16px; font: inherit; color: inherit; background: transparent;" +
   "border: 1px solid #8a827a; border-radius: 6px; cursor: pointer;";
 
-// The site's styles stay out by a shadow root; styles are set by script, since the page's policy blocks style attributes.
+/**
+ * The site's styles stay out by a shadow root; styles are set by script, since the page's policy blocks style attributes.
+ * @template {keyof HTMLElementTagNameMap} T
+ * @param {Node} parent
+ * @param {T} tag
+ * @param {string} style
+ */
 const element = (parent, tag, style, text = "") => {
   const made = parent.appendChild(document.createElement(tag));
   made.style.cssText = style;
@@ -13,6 +19,11 @@ const element = (parent, tag, style, text = "") => {
   return made;
 };
 
+/**
+ * @param {string} id
+ * @param {string} role
+ * @param {string} style
+ */
 function box(id, role, style) {
   document.getElementById(id)?.remove();
   const host = element(document.body, "div", `position: fixed; z-index: 2147483647; box-sizing: border-box; ${FACE} ${style}`);
@@ -21,13 +32,22 @@ function box(id, role, style) {
   return { host, inside: host.attachShadow({ mode: "open" }) };
 }
 
+/**
+ * @param {HTMLElement} host
+ * @param {HTMLElement} parent
+ * @param {string} style
+ */
 function hideButton(host, parent, style) {
   const button = element(parent, "button", BUTTON + style, "Hide");
   button.type = "button";
   button.addEventListener("click", () => host.remove());
 }
 
-/** The list of problems: file, line and column, and below what is wrong. */
+/**
+ * The list of problems: file, line and column, and below what is wrong.
+ * @param {string} title
+ * @param {string[]} lines
+ */
 export function problems(title, lines) {
   const { host, inside } = box(
     "build-problems",
@@ -47,7 +67,11 @@ export function problems(title, lines) {
   }
 }
 
-/** A small line with a link to the page of the chapter that was edited. */
+/**
+ * A small line with a link to the page of the chapter that was edited.
+ * @param {string} page
+ * @param {string} file
+ */
 export function elsewhere(page, file) {
   const { host, inside } = box(
     "build-elsewhere",

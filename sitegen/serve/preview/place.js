@@ -1,14 +1,30 @@
 /* Where the author is in a page: kept as plain data, and brought back once the page is another one. */
 
+/** @import { Kept, Mark, PageLadder, State, Way } from "./types.js" */
+
 const TOLD = 200; // characters by which a block is known again
 const AROUND = 5; // blocks above and below the window that count where none in it is left
 const BLOCKS = "main :is(h1, h2, h3, h4, p, li, dt, dd, pre, tr, .equation, figure)";
 
-/** A thing's own name: its id, else what it is and says. Names are not unique. */
-const named = (node) => (node.id ? `#${node.id}` : `${node.localName}: ${node.textContent.trim().slice(0, TOLD)}`);
+/**
+ * What the page shows of itself, where its script has come.
+ * @returns {PageLadder | undefined}
+ */
+export const ladder = () => /** @type {any} */ (globalThis.Ladder);
 
-/** The way to an element: the nearest id, and from there the place among each parent's children. */
+/**
+ * A thing's own name: its id, else what it is and says. Names are not unique.
+ * @param {Element} node
+ */
+const named = (node) => (node.id ? `#${node.id}` : `${node.localName}: ${(node.textContent ?? "").trim().slice(0, TOLD)}`);
+
+/**
+ * The way to an element: the nearest id, and from there the place among each parent's children.
+ * @param {Element} node
+ * @returns {Way}
+ */
 function wayTo(node) {
+  /** @type {number[]} */
   const steps = [];
   while (!node.id && node.parentElement) {
     steps.unshift([...node.parentElement.children].indexOf(node));
@@ -17,17 +33,26 @@ function wayTo(node) {
   return { id: node.id, steps };
 }
 
+/**
+ * The element that a way leads to, if it still leads to one.
+ * @param {Way} way
+ */
 function at({ id, steps }) {
-  const from = id ? document.getElementById(id) : document.documentElement;
-  return steps.reduce((node, i) => node?.children[i], from) ?? null;
+  /** @type {Element | null | undefined} */
+  let node = id ? document.getElementById(id) : document.documentElement;
+  for (const i of steps) node = node?.children[i];
+  return node ?? null;
 }
 
-/** The blocks of the text in order, each with its name and how many of that name stand before it. What figures say
- * changes as they are used, so a figure is one block. */
+/**
+ * The blocks of the text in order, each with its name and how many of that name stand before it. What figures say
+ * changes as they are used, so a figure is one block.
+ */
 function blocks() {
+  /** @type {Map<string, number>} */
   const count = new Map();
   return [...document.querySelectorAll(BLOCKS)]
-    .filter((node) => !node.parentElement.closest("figure"))
+    .filter((node) => !node.parentElement?.closest("figure"))
     .map((node) => {
       const name = named(node);
       const nth = count.get(name) ?? 0;
@@ -36,7 +61,10 @@ function blocks() {
     });
 }
 
-/** Blocks to find the place by, the best first: what is focused, what begins in the window, what else is in or near it. */
+/**
+ * Blocks to find the place by, the best first: what is focused, what begins in the window, what else is in or near it.
+ * @returns {Mark[]}
+ */
 function marks() {
   const all = blocks().map((block) => ({ ...block, box: block.node.getBoundingClientRect() }));
   const seen = all.filter(({ box }) => box.height > 0);
@@ -44,6 +72,7 @@ function marks() {
   if (first < 0) return [];
   const last = seen.findLastIndex(({ box }) => box.top < innerHeight);
   const near = seen.slice(Math.max(0, first - AROUND), last + 1 + AROUND);
+  /** @type {(block: { node: Element, box: DOMRect }) => number} */
   const rank = ({ node, box }) => {
     const inside = box.top >= 0 && box.top < innerHeight;
     if (inside && node.contains(document.activeElement) && document.activeElement !== document.body) return 0;
@@ -52,15 +81,23 @@ function marks() {
   return near.sort((a, b) => rank(a) - rank(b)).map(({ name, nth, box }) => ({ name, nth, top: box.top }));
 }
 
-/** Figures that the author has changed: what they show, and what they showed first. */
+/**
+ * Figures that the author has changed.
+ * @returns {State[]}
+ */
 function states() {
-  const { figures, record } = globalThis.Ladder ?? { figures: new Map() };
+  const page = ladder();
+  if (!page) return [];
+  const { figures, record } = page;
   return [...figures.values()]
     .filter(({ initial, record: wanted }) => record.key(wanted) !== record.key(initial))
     .map(({ id, initial, record: wanted }) => ({ id, initial, record: wanted }));
 }
 
-/** Where the author is, for `restore`. */
+/**
+ * Where the author is, for `restore`.
+ * @returns {Kept}
+ */
 export function keep() {
   const focused = document.activeElement;
   const details = [...document.querySelectorAll("details")];
@@ -73,36 +110,48 @@ export function keep() {
   };
 }
 
-/** Scrolls so that the first mark that is still there stands where it stood in the window. */
+/**
+ * Scrolls so that the first mark that is still there stands where it stood in the window.
+ * @param {Kept} kept
+ */
 export function place(kept) {
   const there = new Map(blocks().map(({ node, name, nth }) => [`${nth} ${name}`, node]));
   const mark = kept.marks.find(({ name, nth }) => there.has(`${nth} ${name}`));
-  if (!mark) return;
-  const off = there.get(`${mark.nth} ${mark.name}`).getBoundingClientRect().top - mark.top;
+  const node = mark && there.get(`${mark.nth} ${mark.name}`);
+  if (!node) return;
+  const off = node.getBoundingClientRect().top - mark.top;
   if (Math.abs(off) >= 1) scrollBy({ top: off, behavior: "instant" });
 }
 
+/** @param {Kept} kept */
 function unfold(kept) {
   for (const each of kept.details) {
     const node = at(each);
-    if (node?.localName === "details" && node.open !== each.open) node.open = each.open;
+    if (node instanceof HTMLDetailsElement && node.open !== each.open) node.open = each.open;
   }
 }
 
-/** Focus goes to the very element; where it has moved, to the one that says the same. */
+/**
+ * Focus goes to the very element; where it has moved, to the one that says the same.
+ * @param {Kept} kept
+ */
 function focus({ focus: kept }) {
   if (!kept) return;
   const node = at(kept);
-  const same = (each) => each && named(each) === kept.name;
+  /** @param {Element | null} each */
+  const same = (each) => each !== null && named(each) === kept.name;
   const tag = /^[a-z][\w-]*(?=: )/.exec(kept.name)?.[0];
   const found = same(node) ? node : tag ? [...document.querySelectorAll(tag)].find(same) : null;
-  if (found !== document.activeElement) found?.focus({ preventScroll: true });
+  if (found !== document.activeElement) /** @type {HTMLElement | null} */ (found)?.focus({ preventScroll: true });
 }
 
-/** Figures go back to what the author made of them, as long as they begin where they began. */
+/**
+ * Figures go back to what the author made of them, as long as they begin where they began.
+ * @param {Kept} kept
+ */
 function play({ states: kept }) {
   for (const { id, initial, record: wanted } of kept) {
-    const { figures, record, sound } = globalThis.Ladder;
+    const { figures, record, sound } = /** @type {PageLadder} */ (ladder());
     const figure = figures.get(id);
     if (!figure || record.key(figure.initial) !== record.key(initial)) continue;
     if (record.key(figure.record) === record.key(wanted)) continue;
@@ -111,7 +160,10 @@ function play({ states: kept }) {
   }
 }
 
-/** Brings back all that was kept. */
+/**
+ * Brings back all that was kept.
+ * @param {Kept} kept
+ */
 export function restore(kept) {
   unfold(kept);
   play(kept);

@@ -1,23 +1,31 @@
 /* What of a page has changed, from its source before and now: nothing, its style, some of its text, or more than can be
    put in place. */
 
-import { keep, place, restore } from "./place.js";
+import { keep, ladder, place, restore } from "./place.js";
 
 const TEXT = "main .text";
 const STYLE = "link[rel=stylesheet]";
 
-/** A page without its text, its style, and what changes in all pages with any of them: what has to be equal. */
+/**
+ * A page without its text, its style, and what changes in all pages with any of them: what has to be equal.
+ * @param {Document} page
+ */
 function frame(page) {
-  const rest = page.cloneNode(true);
+  const rest = /** @type {Document} */ (page.cloneNode(true));
   rest.querySelector(TEXT)?.replaceChildren();
   rest.querySelectorAll(`${STYLE}, link[as=font], script[data-build], .site-footer li:has(> [download])`).forEach((node) => node.remove());
   rest.body.removeAttribute("data-search-data");
   return rest.documentElement.outerHTML.replace(/\s+/g, " ");
 }
 
+/** @param {Document} page */
 const blocksOf = (page) => [...(page.querySelector(TEXT)?.children ?? [])];
 
-/** The run of blocks that differs, as two lists: of what was, with the place of its first, and of what is now. */
+/**
+ * The run of blocks that differs: where it begins, how many there were of it, and what is there now.
+ * @param {Element[]} was
+ * @param {Element[]} now
+ */
 function difference(was, now) {
   const [a, b] = [was, now].map((nodes) => nodes.map((node) => node.outerHTML));
   let first = 0;
@@ -27,22 +35,30 @@ function difference(was, now) {
   return { first, gone: a.length - left - first, come: now.slice(first, b.length - left) };
 }
 
-/** Puts the text that has changed in the place of what it was. Tells whether it could: figures need a new page. */
+/**
+ * Puts the text that has changed in the place of what it was. Tells whether it could: figures need a new page.
+ * @param {Document} was
+ * @param {Document} now
+ */
 function swapText(was, now) {
   const { first, gone, come } = difference(blocksOf(was), blocksOf(now));
   const shown = blocksOf(document);
   const old = shown.slice(first, first + gone);
+  /** @param {Element} node */
   const live = (node) => node.matches("figure") || node.querySelector("figure");
   if (shown.length !== blocksOf(was).length || [...old, ...come].some(live)) return false;
   if (!old.length && !come.length) return true;
   const nodes = come.map((node) => document.importNode(node, true));
   if (shown[first]) shown[first].before(...nodes);
-  else document.querySelector(TEXT).append(...nodes);
+  else document.querySelector(TEXT)?.append(...nodes);
   old.forEach((node) => node.remove());
   return true;
 }
 
-/** The new style sheet takes the old one's place once it is there. */
+/**
+ * The new style sheet takes the old one's place once it is there.
+ * @param {Document} now
+ */
 function swapStyle(now) {
   const link = document.querySelector(STYLE);
   const next = now.querySelector(STYLE);
@@ -56,12 +72,16 @@ function swapStyle(now) {
   link.after(fresh);
 }
 
-/** Makes the page what its source is now, where that can be done in place. Tells whether it is done. */
+/**
+ * Makes the page what its source is now, where that can be done in place. Tells whether it is done.
+ * @param {Document} was
+ * @param {Document} now
+ */
 export function swap(was, now) {
   if (frame(was) !== frame(now)) return false;
   const kept = keep();
   if (!swapText(was, now)) return false;
-  globalThis.Ladder?.describeCards();
+  ladder()?.describeCards();
   restore(kept);
   swapStyle(now);
   const { searchData } = now.body.dataset;
@@ -69,7 +89,11 @@ export function swap(was, now) {
   return true;
 }
 
-/** Whether two sources are one page; the name of its build is no part of it. */
+/**
+ * Whether two sources are one page; the name of its build is no part of it.
+ * @param {Document} was
+ * @param {Document} now
+ */
 export function same(was, now) {
   const [a, b] = [was, now].map((page) => page.documentElement.outerHTML.replace(/ data-build="[^"]*"/, ""));
   return a === b;

@@ -47,10 +47,19 @@ def test_lint_tells_a_mistake_and_an_import_upwards(checkout: Path, capsys: pyte
 
 
 def test_types_are_told(checkout: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """Of the page's scripts, and of the workers."""
+    """Of the page's scripts, of the workers, and of the preview."""
     edit(checkout / SCRIPTS / "figure/motion.js", "calm() ||", "calm(1) ||")
     edit(checkout / "templates/assets/sw.js", "worker.registration", "worker.registrations")
+    edit(checkout / "sitegen/serve/preview/swap.js", "ladder()?.describeCards()", "ladder().describeCards()")
     assert script_types(checkout) == 1
     told = capfd.readouterr().out
     assert f"{SCRIPTS}/figure/motion.js(" in told
     assert "templates/assets/sw.js(" in told
+    assert "sitegen/serve/preview/swap.js(" in told
+
+
+def test_lint_reads_the_preview(checkout: Path) -> None:
+    """Its scripts as the page's."""
+    edit(checkout / "sitegen/serve/preview/swap.js", "const kept = keep();", "let kept = keep();")
+    (problem,) = lint_problems(checkout)
+    assert (problem.path, problem.message.rpartition("(")[2]) == ("sitegen/serve/preview/swap.js", "prefer-const)")

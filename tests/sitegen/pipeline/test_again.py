@@ -12,8 +12,8 @@ import pytest
 from sitegen.cache.memory import Memory
 from sitegen.chapters.claims import write_results
 from sitegen.chapters.known import Known
-from sitegen.chapters.render import Body
-from sitegen.chapters.survey import Survey
+from sitegen.chapters.rendered import Body
+from sitegen.chapters.surveyed import Survey
 from sitegen.pages import bodies
 from sitegen.pipeline.build import Parts, build
 from sitegen.problems import BuildFailed

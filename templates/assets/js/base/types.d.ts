@@ -205,6 +205,10 @@ declare global {
   var Ladder: Readonly<Record<string, unknown>>;
   /** Milliseconds that stand in for `limits.start`, where a test sets them. */
   var LADDER_PATIENCE: number | undefined;
+  /** The widest panels of their classes, in nominal px: the build puts the numbers there (panel_classes.py). */
+  const __PANEL_SMALL__: number;
+  const __PANEL_THIRD__: number;
+  const __PANEL_HALF__: number;
   var MiniSearch: new (options: object) => Index;
   interface Navigator {
     /** Not in every browser. */

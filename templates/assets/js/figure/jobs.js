@@ -53,7 +53,13 @@ function line(row, was) {
 
 /** @param {number} width */
 const size = (width) =>
-  width <= 220 ? "panel-small" : width <= 340 ? "panel-third" : width <= 500 ? "panel-half" : "panel-wide";
+  width <= __PANEL_SMALL__
+    ? "panel-small"
+    : width <= __PANEL_THIRD__
+      ? "panel-third"
+      : width <= __PANEL_HALF__
+        ? "panel-half"
+        : "panel-wide";
 
 /** @param {JobResult} result */
 function drawings({ panels }) {

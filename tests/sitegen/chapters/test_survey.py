@@ -1,0 +1,127 @@
+"""What a survey finds stands in the survey: the tokens stay as they were parsed."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from markdown_it.token import Token
+
+import sitegen
+from sitegen.chapters.content import Chapter
+from sitegen.chapters.survey import survey
+from sitegen.chapters.surveyed import Survey
+from sitegen.markup.directives import Directive
+from sitegen.markup.located import Anchor, NoteMark, located
+from sitegen.markup.parser import Source, parse
+from sitegen.problems import Problems
+from tests.sitegen.conftest import TOY, TOY_PLOT
+
+TEXT = """## One {#first}
+
+Text[^n] with a mark again[^n].
+
+[^n]: The note.
+
+## One
+
+$$
+a = b
+$$ (sum)
+
+::figure[A toy.]{toy id=a}
+
+::plot[A plot.]{toy-plot id=p}
+
+::try[More noise]{a noise=2}
+
+::figure[See :promise[here]{noise=2 expect="error rises"}.]{toy id=b}
+"""
+
+
+def chapter_of(text: str) -> Chapter:
+    """A chapter with this text, on rung 1."""
+    source = Source("content/01-a.md", text, Problems())
+    return Chapter(source, parse(source), "a", "a", "A", "1", "", "", (), False)
+
+
+def surveyed(chapter: Chapter, widgets: bool = True) -> tuple[Survey, Problems]:
+    """Its survey, and what is wrong."""
+    problems = Problems()
+    return survey(chapter, {"toy": TOY} if widgets else {}, {"toy-plot": TOY_PLOT}, problems), problems
+
+
+def of_type(chapter: Chapter, *types: str) -> list[Token]:
+    """The tokens of these types, those in lines of text among them."""
+    every = [each for token in chapter.document.tokens for each in (token, *(token.children or []))]
+    return [token for token in every if token.type in types]
+
+
+def test_each_token_is_looked_up_in_the_survey() -> None:
+    """What it has become, by the token alone."""
+    chapter = chapter_of(TEXT)
+    found, _ = surveyed(chapter)
+    assert [found.anchor(token) for token in of_type(chapter, "heading_open")] == ["first", "one"]
+    assert [found.is_first(token) for token in of_type(chapter, "footnote_ref")] == [True, False]
+    assert [found.number(token) for token in of_type(chapter, "math_block_label")] == ["1.1"]
+    assert [found.figure(token) for token in of_type(chapter, "figure")] == list(found.figures.values())
+    assert [found.plot(token) for token in of_type(chapter, "plot")] == list(found.plots.values())
+    (button,) = map(found.button, of_type(chapter, "try"))
+    assert button is not None
+    assert button.figure is found.figures["a"]
+    (promise,) = map(found.promise, of_type(chapter, "promise_open"))
+    assert promise is not None
+    assert promise.figure is found.figures["b"]
+    assert found.promises == [promise]
+
+
+def test_a_second_survey_of_the_same_tokens_knows_nothing_of_the_first() -> None:
+    """Without the widget nothing of its figures is left; with it again all is as it was."""
+    chapter = chapter_of(TEXT)
+    first, _ = surveyed(chapter)
+    without, problems = surveyed(chapter, widgets=False)
+    again, _ = surveyed(chapter)
+    assert [problem.message for problem in problems.found] == ["no widget 'toy'; there are none"] * 2
+    assert without.tokens.figures == {}
+    assert without.tokens.buttons == {}
+    assert without.promises == []
+    assert again.tokens == first.tokens
+
+
+def test_two_equal_lines_are_two_tokens() -> None:
+    """What is said of one is not said of the other."""
+    chapter = chapter_of("::figure[A toy.]{toy id=a}\n\n" * 2)
+    found, problems = surveyed(chapter)
+    first, second = map(found.figure, of_type(chapter, "figure"))
+    assert first is not None
+    assert second is not None
+    assert first.place.line < second.place.line
+    assert ["stands twice" in problem.message for problem in problems.found] == [True]
+
+
+@pytest.mark.parametrize("inside", ["::figure[A toy.]{toy id=a}", "::plot[A plot.]{toy-plot id=a}", "## A heading"])
+def test_a_footnote_holds_nothing_that_is_numbered(inside: str) -> None:
+    """That is told once, where it stands."""
+    found, problems = surveyed(chapter_of(f"Text[^n].\n\n[^n]: A note.\n\n    {inside}\n"))
+    assert [(problem.line, "not in a footnote" in problem.message) for problem in problems.found] == [(5, True)]
+    assert found.figures == {}
+
+
+def test_what_a_token_stands_for_is_asked_by_its_kind() -> None:
+    """Another kind is a mistake of the caller's."""
+    (token,) = of_type(chapter_of("Text[^n].\n\n[^n]: A note.\n"), "footnote_ref")
+    assert located(token, NoteMark).thing == NoteMark("n")
+    assert located(token, object).place.column == 5
+    for kind in (Directive, Anchor):
+        with pytest.raises(TypeError, match=f"'footnote_ref' stands for no {kind.__name__}"):
+            located(token, kind)
+
+
+def test_nobody_else_touches_what_the_parser_notes() -> None:
+    """A token's `meta` is read and written in one module."""
+    home = Path(sitegen.__file__).parent
+    files = {path.relative_to(home).as_posix(): path.read_text("utf-8") for path in home.rglob("*.py")}
+    assert [name for name, text in files.items() if re.search(r"\.meta\b", text) and "importlib" not in text] == [
+        "markup/located.py"
+    ]
