@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
+from sitegen.chapters.drags import drags
 from sitegen.chapters.leads import LEADING, lead_of
 from sitegen.figures.model import Figure
 from sitegen.figures.widget_faults import module_file
@@ -73,7 +74,8 @@ def placed(
     figure.records.append(record.plain())  # its own comes first, also where presses lead to it
     figure.remember(record)
     if after is not None:
-        comes = parsed(widget, {**record.plain(), "log": presses(widget, after, at, problems)})
+        plain = record.plain()
+        comes = parsed(widget, {**plain, "log": [*plain["log"], *presses(widget, after, at, problems)]})
         figure.after = comes.plain()
         figure.remember(comes)
     for changes, pressed in widget.tape:
@@ -121,7 +123,8 @@ def changed(
     problems: Problems,
     more: Sequence[str] = (),
 ) -> Record:
-    """A record with other control values, `seed=`, and `press=a,b*3` for a log; what is wrong goes to `problems`.
+    """A record with other control values, `seed=`, and for a log `press=a,b*3` and `drag="source 1.2 -0.5"`, in the
+    order they are written; what is wrong goes to `problems`.
 
     more: what else may be named where this is written.
     """
@@ -141,8 +144,10 @@ def changed(
                 seed = attribute.plain
         elif attribute.name == "press":
             log += presses(widget, attribute, at, problems)
+        elif attribute.name == "drag":
+            log += drags(widget, attribute, at, problems)
         elif attribute.name not in known:
-            near = hint(attribute.name, [*known, "seed", "press", *more])
+            near = hint(attribute.name, [*known, "seed", "press", "drag", *more])
             if attribute.name in ("preset", "id"):
                 near = ": that is the ::figure line's; controls, seed and press are set here"
             problems.add(at(attribute.start), f"{widget.name} has no control {attribute.name!r}{near}")

@@ -26,6 +26,9 @@ PROMISING = re.compile(
     r"\b(?:arrives?|breaks?|fails?|falls?|fallen|jumps?|loses?|recovers?|refused|refuses?|rises?)\b", re.IGNORECASE
 )
 HELD = ("promise", "claim", "readout")  # what the build or a test answers for
+HOLDS = ':promise[…]{press=finish expect="rms < 0.1"}'
+TESTED = ":claim[…]{tests/claims/test_race.py::test_…}"  # what a plot's caption can say: no readout stands there
+LINE = re.compile(r"^[ \t]*::.*$", re.MULTILINE)
 NUMBER = re.compile(r"−?\d[\d,\u202f]*(?:\.\d+)?")
 Readouts = Callable[[Figure, Plain], Mapping[str, str]]
 
@@ -89,9 +92,11 @@ def _expected(
     return tuple(found)
 
 
-def unheld(directive: Directive) -> Iterator[tuple[str, int]]:
-    """The promising words of a text, with their offsets, that stand in nothing that is held to."""
-    text, i = directive.text, 0
+def unheld(text: str) -> Iterator[tuple[str, int]]:
+    """The promising words of a text, with their offsets, that stand in nothing that is held to. A `::` line among its
+    lines looks after itself."""
+    text = LINE.sub(lambda match: " " * len(match[0]), text)
+    i = 0
     while (colon := text.find(":", i)) >= 0:
         try:
             inside = read(text, colon, len(text), ":")
@@ -102,14 +107,13 @@ def unheld(directive: Directive) -> Iterator[tuple[str, int]]:
             i = inside.end
             text = text[:colon] + " " * (i - colon) + text[i:]
     for match in PROMISING.finditer(text):
-        yield match[0], directive.text_start + match.start()
+        yield match[0], match.start()
 
 
-def tell_unheld(directive: Directive, at: Callable[[int], Place], problems: Problems) -> None:
-    """Tell of each promising word in a caption or a button's text that nothing holds."""
-    written = ':promise[…]{press=finish expect="rms < 0.1"}'
-    for word, offset in unheld(directive):
-        problems.add(at(offset), f"{word!r} promises what nothing tests: {written}")
+def tell_unheld(text: str, at: Callable[[int], Place], problems: Problems, held: str = HOLDS) -> None:
+    """Tell of each promising word of a text that nothing holds. at: from offsets in it; held: what would hold them."""
+    for word, offset in unheld(text):
+        problems.add(at(offset), f"{word!r} promises what nothing tests: {held}")
 
 
 def hold(promised: Promise, readouts: Readouts, problems: Problems) -> None:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from markdown_it.token import Token
 
 from sitegen.chapters import yaml_schema
+from sitegen.chapters.promises import tell_unheld
 from sitegen.markup.located import place_of
 from sitegen.markup.parser import Source, parse
 from sitegen.problems import Place, Problems
@@ -85,6 +86,8 @@ def _read(front: yaml_schema.Yaml, i: int, chapter: Source, problems: Problems) 
         for each in wrong:
             why = ELSEWHERE.get(each.type, "a button stands in the slide's text")
             problems.add(place_of(each) or front.at("slides", i, name), why)
+        if name != "title":  # which names what the slide shows, as a heading does
+            tell_unheld(source.text, source.at, problems)
         return () if wrong else tokens
 
     slide = Slide(

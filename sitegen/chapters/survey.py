@@ -15,7 +15,7 @@ from markdown_it.token import Token
 from sitegen.chapters.content import Chapter
 from sitegen.chapters.placing import changed, id_of, listed, placed
 from sitegen.chapters.plot_placing import placed as placed_plot
-from sitegen.chapters.promises import OWN, Promise, promise, tell_unheld
+from sitegen.chapters.promises import HOLDS, OWN, TESTED, Promise, promise, tell_unheld
 from sitegen.chapters.slides import Slide
 from sitegen.chapters.surveyed import Button, Heading, Staged, Survey, Tokens, is_mark
 from sitegen.figures.gallery import Placed, Plot
@@ -162,7 +162,7 @@ def _is_own(name: str) -> bool:
 def _figure(found: _Finding, token: Token, widgets: Mapping[str, Widget], problems: Problems) -> None:
     line = located(token, Directive)
     figure = placed(line.thing, line.at, _next(found), widgets, problems)
-    tell_unheld(line.thing, line.at, problems)
+    _unheld(line.thing, line.at, problems)
     if figure is not None:
         found.figure_of[line] = figure
         _anchor(found, figure.dom_id, figure.place, f"the figure {figure.id!r}", problems)
@@ -174,6 +174,7 @@ def _figure(found: _Finding, token: Token, widgets: Mapping[str, Widget], proble
 def _plot(found: _Finding, token: Token, plots: Mapping[str, Plot], problems: Problems) -> None:
     line = located(token, Directive)
     plot = placed_plot(line.thing, line.at, _next(found), plots, problems)
+    _unheld(line.thing, line.at, problems, TESTED)
     if plot is not None:
         found.plot_of[line] = plot
         _anchor(found, plot.dom_id, plot.place, f"the figure {plot.id!r}", problems)
@@ -264,6 +265,10 @@ def _promise(found: _Finding, token: Token, figure: Figure | None, lost: bool, p
         found.promise_of[written] = promised
 
 
+def _unheld(directive: Directive, at: Callable[[int], Place], problems: Problems, held: str = HOLDS) -> None:
+    tell_unheld(directive.text, lambda offset: at(directive.text_start + offset), problems, held)
+
+
 def _try(found: _Finding, token: Token, problems: Problems) -> None:
     written = located(token, Directive)
     directive, at = written.thing, written.at
@@ -281,7 +286,7 @@ def _try(found: _Finding, token: Token, problems: Problems) -> None:
         if promised is not None:
             found.promise_of[written] = promised
         elif not any(a.name in OWN for a in given):
-            tell_unheld(directive, at, problems)
+            _unheld(directive, at, problems)
 
 
 def _staged(found: _Finding, slide: Slide, problems: Problems) -> Staged:

@@ -233,7 +233,7 @@ def test_contradicting_pairs_let_a_low_confidence_do(why):
 
 def test_a_refit_lowers_the_capped_sum_and_sometimes_the_count():
     """Over 25 draws at ε = 0.1 u, for every trial that can be drawn: the plain least-squares fit of its consensus,
-    which no rule has yet accepted, does not raise the capped sum, and more than a hundred of them lose a pair or
+    which no rule has yet accepted, does not raise the capped sum, and nearly two hundred of them lose a pair or
     more."""
     fell = 0
     for seed in SEEDS:
@@ -247,7 +247,7 @@ def test_a_refit_lowers_the_capped_sum_and_sometimes_the_count():
         before, after = (np.minimum(s, 0.1**2).sum(axis=1)[fitted] for s in (squares, refitted))
         assert (after <= before * (1 + 1e-12)).all()
         fell += ((refitted <= 0.1**2).sum(axis=1) < inliers.sum(axis=1))[fitted].sum()
-    assert fell > 100
+    assert 180 < fell < 200
 
 
 def test_the_stable_consensus_is_its_own_fit():

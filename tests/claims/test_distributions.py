@@ -15,6 +15,9 @@ from solvers.numerics.fourier_features import exact_squared_mmd, mean_features, 
 from solvers.scenes.rooms import room, room_start
 from solvers.studies.benchmark import benchmark
 from solvers.studies.race import SEEDS, Controls, contestants
+from widgets.drawing.picture import Arrow
+from widgets.engine.contract import parsed
+from widgets.figures.mmd import WIDGET
 
 SCHEDULE = (2.4, 1.2, 0.6, 0.3)
 
@@ -71,6 +74,29 @@ def test_a_shift_turns_the_mean():
     assert after == pytest.approx(before * np.exp(1j * frequencies @ shift), abs=1e-12)
     turned = complex_means(Pose.from_angle(0.5).apply(points), frequencies)
     assert np.abs(np.abs(turned) - np.abs(before)).max() > 0.05
+
+
+def arrow(*drags):
+    """The source's arrow on the circle of the chapter's first figure, after drags of its handles."""
+    record = parsed(WIDGET, {"log": [["drag", *drag] for drag in drags]})
+    state = WIDGET.start(record.controls, record.seed)
+    for action in record.log:
+        state = WIDGET.act(state, action)
+    (circle,) = (panel for panel in WIDGET.draw(state).panels if panel.name == "phases")
+    (mark,) = (mark for mark in circle.marks if isinstance(mark, Arrow) and mark.role == "source")
+    return np.asarray(mark.b)
+
+
+def test_a_drag_turns_the_arrow_and_a_turn_changes_its_length():
+    """In the figure: three drags of the source's middle turn its arrow by more than 20° and leave its length alone; two
+    turns of the source change the length by a tenth or more."""
+    before = arrow()
+    for place in ((2.0, 1.0), (-1.5, 0.3), (0.4, -1.2)):
+        after = arrow(("source", *place))
+        assert np.hypot(*after) == pytest.approx(np.hypot(*before), abs=1e-12)
+        assert after @ before < np.cos(np.radians(20.0)) * (before @ before)
+    for place in ((0.0, 3.0), (3.0, -1.0)):
+        assert abs(np.hypot(*arrow(("turn", *place))) / np.hypot(*before) - 1.0) > 0.1
 
 
 def test_zero_only_for_the_same_cloud():

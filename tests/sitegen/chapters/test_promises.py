@@ -181,6 +181,40 @@ def test_a_button_that_promises_expects_something(desk: Project) -> None:
     assert says == "'rises' promises what nothing tests: :promise[…]{press=finish expect=\"rms < 0.1\"}"
 
 
+def test_a_promising_word_on_a_slide_is_held_by_something(desk: Project) -> None:
+    """In its text and its notes, each told at its own place; its title names what is shown, and a button on it looks
+    after itself."""
+    held = ':promise[It falls]{press=go expect="presses > 0"}'
+    slide = f"""slides:
+  - title: It never rises
+    figure: demo
+    text: |
+      {held}, and ¦breaks.
+
+      ::try[It rises.]{{demo loud=true expect="noise < 1"}}
+    notes: It ¦recovers.
+"""
+    front = f'title: T\nrung: "1"\nslug: second\nsummary: S\n{slide}'
+    desk.chapter("\n::figure[C]{toy id=demo}\n", front.replace("¦", ""))
+    lines = (desk.root / "content/01-second.md").read_text("utf-8").split("\n")
+    found = []
+    for problem in desk.problems():
+        _, line, column, says = problem.split(":", 3)
+        found.append((lines[int(line) - 1][int(column) - 1 :].split(".")[0].split(";")[0], says.split(" promises")[0]))
+    assert found == [("breaks", " 'breaks'"), ("recovers", " 'recovers'")]
+
+
+def test_a_promising_word_of_a_plot_is_held_by_a_claim(desk: Project) -> None:
+    """A plot has no readouts: what its caption promises is a claim, or a readout of some figure."""
+    claim = ":claim[Notice that it rises]{tests/test_claimed.py::test_it_holds}"
+    ((at, says),) = told(desk, f"\n::plot[{claim}, and falls.]{{toy-plot id=dots}}\n")
+    assert at.startswith("falls.]")
+    assert says.startswith("'falls' promises what nothing tests: :claim[")
+    desk.chapter(f"\n::plot[{claim}.]{{toy-plot id=dots}}\n")
+    desk.build()
+    assert "it rises" in desk.page("second.html")
+
+
 def test_readouts_that_are_known_are_not_drawn_again(desk: Project) -> None:
     """Those of a state on the figure's tape come from there; a second build draws nothing at all."""
     desk.cache = fresh_cache(desk.root / "cache")

@@ -34,9 +34,11 @@ def test_capping_the_parts_of_a_step_separately_can_climb():
     assert np.linalg.eigvalsh(hessian).min() > 0.0
     np.testing.assert_allclose(np.linalg.solve(hessian, -g[0]), step[0], atol=1e-12)
     assert (g * step).sum() < 0.0
-    clipped = np.array([[3.0, 0.0, -0.2]])
-    assert (g * clipped).sum() > 0.0
-    one = newton.capped(step, (np.array([3.0 / 0.5]), np.array([1.7 / 0.2])))
+    sizes = (np.array([3.0 / 0.5]), np.array([1.7 / 0.2]))
+    shift, turn = (newton.capped(step, (size,)) for size in sizes)
+    apart = np.column_stack([shift[:, :2], turn[:, 2:]])
+    assert (g * apart).sum() > 0.0
+    one = newton.capped(step, sizes)
     assert (g * one).sum() < 0.0
     np.testing.assert_allclose(one, step / 8.5)
 

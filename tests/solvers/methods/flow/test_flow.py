@@ -218,12 +218,13 @@ def test_both_are_methods_like_the_others():
 @pytest.mark.native
 def test_the_study_is_of_other_scenes_than_the_training():
     """Step s of a training draws its batch from the seed of its log plus s, as the log has it for both trainings. The
-    study's seed lies outside both ranges, and its scenes are not among a sample of the training's."""
+    study's seed lies outside both ranges. Drawn as many at a time, as equal seeds would give equal ones, its scenes are
+    not among a sample of the training's."""
     log = json.loads(Path(FOLDER, "log.json").read_text("utf-8"))
     studied = inspect.signature(study).parameters["seed"].default
     for first in (log["seed"], log["again"]["seed"]):
         assert studied not in range(first, first + log["steps"] + 1)
-    held_out = draw(TRAINING, 5, POINTS, studied).target
+    held_out = draw(TRAINING, log["batch"], POINTS, studied).target
     for seed in range(log["seed"], log["seed"] + log["steps"], 97):
         drawn = draw(TRAINING, log["batch"], POINTS, seed).target
         assert np.abs(held_out[:, None] - drawn[None]).max(axis=(2, 3)).min() > 0.1

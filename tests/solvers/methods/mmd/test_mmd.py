@@ -127,6 +127,28 @@ def test_the_objective_falls_within_a_stage_and_jumps_between():
         _falls_within_a_stage(room("combo", seed=seed))
 
 
+def test_steps_that_would_raise_the_objective_are_not_taken():
+    """Eight waves, from 90°, five draws: in some steps the damping grows, so a first attempt raised ‖r‖², and no step
+    that is taken does. From 45° with 32 waves none has to be refused."""
+    refused = {}
+    for degrees, count in ((90.0, 8), (45.0, 32)):
+        pairs = [pair for seed in (40, 53, 66, 79, 92) for pair in _within_stages(seed, degrees, count)]
+        assert all(b.objective[0] <= a.objective[0] for a, b in pairs)
+        refused[degrees] = sum(b.damping[0] > a.damping[0] for a, b in pairs)
+    assert refused[90.0] > 10
+    assert refused[45.0] == 0
+
+
+def _within_stages(seed, degrees, count):
+    """Neighbouring states of a run at one length scale, two by two."""
+    scene, seen = room("combo", seed=seed), []
+    register(
+        scene.source, scene.target, "mmd", start=room_start(degrees), seed=seed, lengths=(1.2, 0.6, 0.3), count=count,
+        callback=lambda k, s: seen.append(s) or False,
+    )  # fmt: skip
+    return [(a, b) for a, b in pairwise(seen) if a.length == b.length]
+
+
 def _falls_within_a_stage(scene):
     seen = []
     register(

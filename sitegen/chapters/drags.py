@@ -1,0 +1,30 @@
+"""`drag="source 1.2 -0.5, turn 0 3"`: where handles are put by hand, one after the other, as actions of a log."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from sitegen.markup.directives import Attribute
+from sitegen.problems import Place, Problems, hint
+from widgets.engine.contract import Widget, action
+
+WRITTEN = 'a drag is a handle and the place to put it at, in u: drag="source 1.2 -0.5"'
+
+
+def drags(
+    widget: Widget, attribute: Attribute, at: Callable[[int], Place], problems: Problems
+) -> list[list[str | float]]:
+    """The log entries of a `drag=`; what is wrong goes to `problems`."""
+    offset, log = attribute.value_start + (" " in attribute.value), list[list[str | float]]()  # blanks stand in quotes
+    for written in attribute.value.split(","):
+        where = at(offset + len(written) - len(written.lstrip()))
+        name, *place = written.split() or [""]
+        if name not in widget.handles:
+            problems.add(where, f"{widget.name} has no handle {name!r} to drag{hint(name, widget.handles)}")
+        else:
+            try:
+                log.append(action(widget, ["drag", name, *map(float, place)]).plain())
+            except ValueError:
+                problems.add(where, f"{written.strip()!r}: {WRITTEN}")
+        offset += len(written) + 1
+    return log
