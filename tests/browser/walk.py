@@ -127,12 +127,13 @@ FAULTS = """async () => {
 }"""
 # A figure as it is seen, to be compared with another page's.
 SEEN = """id => {
-  const { root, shown } = Ladder.figures.get(id);
+  const { root, shown, frame } = Ladder.figures.get(id);
   const text = (part) => [...root.querySelectorAll(part)].map((e) => e.textContent);
   return {
-    svg: [...root.querySelectorAll(".figure-panel[data-panel] > svg.plot")].map((svg) => svg.outerHTML),
+    svg: frame.panels.map(({ name }) => Ladder.drawing(root, name).outerHTML),
     captions: text(".panel-caption span"),
-    readouts: text(".readout .value"),
+    readouts: frame.readouts.map(({ name }) =>
+      root.querySelector(`.readout[data-readout="${name}"] .value`)?.textContent),
     words: text(".figure-words"),
     python: text(".figure-python code"),
     controls: shown.controls,

@@ -125,13 +125,13 @@ def test_a_panel_enlarged_at_a_touch(reader: Callable[..., Reader], name: str) -
     figure = Figure(reader(width=390, height=844, has_touch=True).open(f"{page}.html"), figure_id).seen()
     panels = figure.root.locator(".figure-stage > .figure-panel")
     first, second = panels.nth(0), panels.nth(1)
-    assert width(first) > 3 * width(second)
+    assert width(first) > 2 * width(second)
     second.locator(".enlarge").tap()
     expect(second.locator(".enlarge")).to_have_attribute("aria-pressed", "true")
-    assert width(second) > 3 * width(first)
+    assert width(second) > 2 * width(first)
     first.locator(".enlarge").focus()
     first.locator(".enlarge").press("Enter")
-    assert width(first) > 3 * width(second)
+    assert width(first) > 2 * width(second)
 
 
 def test_wide_a_panel_is_enlarged_and_let_go(reader: Callable[..., Reader]) -> None:

@@ -21,10 +21,11 @@ def terrain(reader: Callable[..., Reader]) -> Figure:
 
 
 def test_sowing_answers_before_python_is_up(reader: Callable[..., Reader], server: SiteServer) -> None:
-    """With the runtime held back: cleared by Reset, and sown again."""
+    """With the runtime held back: sown, cleared by Reset, and sown again."""
     server.hold("/runtime/")
     terrain = Figure(reader(reduced_motion="reduce").open("landscape.html"), "fig-mmd").seen()
-    sown = terrain.readout("reached")
+    terrain.button("sow").click()
+    sown = terrain.changes("reached", "–")
     terrain.button("reset").click()
     terrain.shows("reached", "–")
     terrain.button("sow").click()
@@ -33,8 +34,6 @@ def test_sowing_answers_before_python_is_up(reader: Callable[..., Reader], serve
 
 def test_picked_starts_stay_until_cleared(terrain: Figure) -> None:
     """A click adds a descent to those that are there; *Resample* keeps them, *Clear* forgets them."""
-    terrain.button("reset").click()
-    terrain.shows("reached", "–")
     box = terrain.settled().seen().root.locator('.figure-panel[data-panel="map"]').bounding_box()  # outlives swaps
     assert box
     for k, part in enumerate((0.3, 0.5), start=1):

@@ -14,11 +14,10 @@ from widgets.engine.host import Host
 
 
 def test_trials_answer_before_python_is_up(reader: Callable[..., Reader], server: SiteServer) -> None:
-    """With the runtime held back: Reset, one trial, another, and back."""
+    """With the runtime held back: one trial, another, and back."""
     server.hold("/runtime/")
     page = reader(reduced_motion="reduce").open("ransac.html")
     figure = Figure(page, "fig-consensus").seen()
-    figure.button("reset").click()
     figure.shows("trials", "0")
     for made in ("1", "2"):
         figure.button("step").click()
@@ -31,6 +30,8 @@ def test_a_run_ends_where_to_the_end_does(reader: Callable[..., Reader]) -> None
     """Run steps on until the consensus is stable, at the numbers that To the end gives; the frame is the build's."""
     page = reader(reduced_motion="reduce").open("ransac.html")
     figure = Figure(page, "fig-consensus").live()
+    figure.button("finish").click()
+    figure.changes("trials", "0")
     whole = {name: figure.readout(name) for name in ("trials", "count", "capped_sum", "rotation_error")}
     figure.button("reset").click()
     figure.shows("trials", "0")
@@ -45,6 +46,8 @@ def test_a_partner_pulled_by_keys_moves_the_ghost_and_leaves_the_consensus(reade
     """Two units to the left by the keyboard: least squares goes along, and the consensus has one pair fewer."""
     page = reader(reduced_motion="reduce").open("ransac.html")
     figure = Figure(page, "fig-consensus").live()
+    figure.button("finish").click()
+    figure.changes("trials", "0")
     ghost, count = figure.readout("ghost_translation"), int(figure.readout("count"))
     figure.handle("partner").focus()
     for _ in range(4):
@@ -60,8 +63,6 @@ def test_notes_fit_the_status_line_of_a_phone(reader: Callable[..., Reader], eps
     """Whatever a run has to say, nothing under it moves."""
     figure = Figure(reader(390, 844, reduced_motion="reduce").open("ransac.html"), "fig-consensus").live()
     line = figure.root.locator(".figure-status")
-    figure.button("reset").click()
-    figure.shows("trials", "0")
     empty = line.evaluate("node => node.getBoundingClientRect().height")
     figure.set("epsilon", epsilon)
     figure.set("outliers", "0.8")

@@ -236,7 +236,7 @@ WIDGET = Widget(
         panels=(*(entry.contestant.method for entry in field(STAND_IN)[:8]), "ninth"),
         readouts=("turned", "close", "running"),
         controls=("setting",),
-        buttons=("run", "finish", "reset", "new"),
+        buttons=("run", "reset", "new"),
     ),
     shows="Nine registration methods race on the same scans from the same start.",
 )
