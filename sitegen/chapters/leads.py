@@ -66,6 +66,6 @@ def halves(tokens: Sequence[Token]) -> tuple[list[Token], list[Token]]:
         depth += token.nesting
         if depth == 0 and token.type == "text" and BAR in token.content:
             before, _, after = token.content.partition(BAR)
-            parts = [Token("text", "", 0, content=part, meta=token.meta) for part in (before, after)]
+            parts = [replace(token, content=part) for part in (before, after)]
             return [*tokens[:i], parts[0]], [parts[1], *tokens[i + 1 :]]
     return [], list(tokens)

@@ -36,6 +36,8 @@ def test_a_column_of_pinned_runs_keeps_its_unit(reader: Callable[..., Reader]) -
     """The error of a reflection has no unit, that of the rotation pinned before it has."""
     mirror = Figure(reader().open("kabsch.html"), "fig-mirror").live()
     pin = mirror.reached("[data-pin]")
+    mirror.button("solve").click()
+    mirror.changes("rotation_error", "75.0")
     pin.click()
     mirror.set("correct", False)
     mirror.shows("rotation_error", "not a rotation")

@@ -68,9 +68,7 @@ export function crosshair(figure, overlay, name, { does, hint }, moved) {
     moved(event.timeStamp);
   }
 
-  const seen = () => {
-    button.hidden = !onStage(figure.root, name);
-  };
+  const seen = () => button.toggleAttribute("data-away", !onStage(figure.root, name));
   put(at);
   seen();
   const off = [on(button, "keydown", key), figure.on("scaled", seen), () => overlay.remove(button)];

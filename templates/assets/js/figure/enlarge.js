@@ -1,4 +1,5 @@
-// Of many small panels one can be large. On a phone one always is: it takes the hand, and the others are buttons.
+// Of many small panels one can be large. On a phone one always is, the first to begin with: it takes the hand, and the
+// others are buttons.
 /** @import { Figure } from "./figure.js" */
 
 import { make, on, together } from "../base/dom.js";
@@ -16,24 +17,29 @@ export function addEnlarging(figure) {
     return button;
   });
 
-  /** @param {HTMLElement | undefined} large */
-  function show(large) {
+  /**
+   * @param {HTMLElement} large
+   * @param {boolean} enlarged  on a wide page
+   */
+  function show(large, enlarged) {
+    figure.stage.classList.toggle("enlarged", enlarged);
     panels.forEach((panel, i) => {
       const name = panel.querySelector(".panel-caption > :first-child")?.textContent ?? panel.dataset.panel ?? "";
       panel.classList.toggle("large", panel === large);
       panel.toggleAttribute("data-thumb", phone.matches && panel !== large);
-      buttons[i].setAttribute("aria-pressed", String(panel === large));
+      buttons[i].setAttribute("aria-pressed", String(panel === large && (enlarged || phone.matches)));
       buttons[i].setAttribute("aria-label", `Enlarge ${name}`);
     });
     figure.rescaled();
   }
 
-  const large = () => panels.find((panel) => panel.classList.contains("large"));
-  const fit = () => show(phone.matches ? (large() ?? panels[0]) : undefined);
+  const large = () => panels.find((panel) => panel.classList.contains("large")) ?? panels[0];
+  const enlarged = () => figure.stage.classList.contains("enlarged");
+  const fit = () => show(large(), enlarged());
   fit();
   return together([
     ...buttons.map((button, i) =>
-      on(button, "click", () => show(large() === panels[i] && !phone.matches ? undefined : panels[i])),
+      on(button, "click", () => show(panels[i], !phone.matches && !(enlarged() && large() === panels[i]))),
     ),
     on(phone, "change", fit),
     () => buttons.forEach((button) => button.remove()),
