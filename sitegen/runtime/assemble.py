@@ -194,7 +194,7 @@ def compiled(
             if ours:
                 library, numpy = library_and_numpy(outside, cache, progress)
                 request |= mounted(library, [numpy], here)
-            run_node(RUNNER, request)
+            run_node(RUNNER, request, timeout=900)
             data = (here / "out.zip").read_bytes()
         progress(f"compiling {archive.name}", 1, 1)
         return data

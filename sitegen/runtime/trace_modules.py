@@ -38,7 +38,7 @@ def traced(cache: Path) -> list[str]:
             "python": (HERE / "exercise.py").read_text("utf-8"),
             "input": ALSO,
         }
-        origins = run_node(RUNNER, request)["origins"]
+        origins = run_node(RUNNER, request, timeout=900)["origins"]
     places = (STDLIB, SITE_PACKAGES + "numpy/")
     return sorted(name for name, origin in origins.items() if origin.startswith(places) and name not in LEFT_OUT)
 

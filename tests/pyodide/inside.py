@@ -31,7 +31,7 @@ def run_python_in_shipped_runtime(
             write(home / name, files[name])
         library = packs.pop("python_stdlib.pack")
         request = {"folder": temporary, **mounted(library, packs.values(), home), "python": code, "input": value}
-        return run_node(RUNNER, request, timeout=timeout)
+        return run_node(RUNNER, request, timeout=timeout, attempts=1)
 
 
 def run_python_in_complete_runtime(
@@ -53,4 +53,4 @@ def run_python_in_complete_runtime(
             "python": code,
             "input": value,
         }
-        return run_node(RUNNER, request, timeout=timeout)
+        return run_node(RUNNER, request, timeout=timeout, attempts=1)
