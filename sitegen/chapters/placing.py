@@ -8,7 +8,7 @@ from typing import Any
 
 from sitegen.chapters.drags import drags
 from sitegen.chapters.leads import LEADING, lead_of
-from sitegen.figures.model import Figure
+from sitegen.figures.model import Figure, distinct, ways
 from sitegen.figures.widget_faults import module_file
 from sitegen.markup.directives import Attribute, Directive, DirectiveError, attributes
 from sitegen.problems import Place, Problems, hint
@@ -68,20 +68,26 @@ def placed(
     lead, led = lead_of(widget, leading, at, problems)
     base = preset(widget, name)
     record = changed(widget, base, named.values(), at, problems, ("preset", "id", "after", *LEADING))
-    figure = Figure(
-        figure_id.value if figure_id else widget.name, number, widget, record, at(directive.start), lead=lead, led=led
-    )
-    figure.records.append(record.plain())  # its own comes first, also where presses lead to it
-    figure.remember(record)
+    own = record.plain()
+    comes = None
     if after is not None:
-        plain = record.plain()
-        comes = parsed(widget, {**plain, "log": [*plain["log"], *presses(widget, after, at, problems)]})
-        figure.after = comes.plain()
-        figure.remember(comes)
-    for changes, pressed in widget.tape:
-        log = [["press", press] for press in pressed]
-        figure.remember(parsed(widget, {**record.plain(), "controls": merged(widget, record, changes), "log": log}))
-    return figure
+        comes = parsed(widget, {**own, "log": [*own["log"], *presses(widget, after, at, problems)]})
+    taped = [
+        parsed(widget, {**own, "controls": merged(widget, record, changes), "log": [["press", each] for each in log]})
+        for changes, log in widget.tape
+    ]
+    led_to = [state for one in (record, *([comes] if comes else []), *taped) for state in ways(one)]
+    return Figure(
+        figure_id.value if figure_id else widget.name,
+        number,
+        widget,
+        record,
+        at(directive.start),
+        distinct([own, *led_to]),  # its own comes first, also where presses lead to it
+        lead,
+        comes.plain() if comes else None,
+        led,
+    )
 
 
 def id_of(directive: Directive) -> str:

@@ -19,7 +19,8 @@ from sitegen.chapters.promises import HOLDS, OWN, TESTED, Promise, promise, tell
 from sitegen.chapters.slides import Slide
 from sitegen.chapters.surveyed import Button, Heading, Staged, Survey, Tokens, is_mark
 from sitegen.figures.gallery import Placed, Plot
-from sitegen.figures.model import Figure
+from sitegen.figures.model import Figure, distinct, ways
+from sitegen.figures.wire import Plain
 from sitegen.markup.directives import Attribute, Directive
 from sitegen.markup.located import Anchor, EquationLabel, Located, NoteMark, located, place_of
 from sitegen.markup.math import Asked, Formula, formula_of
@@ -38,12 +39,13 @@ LINKS = ("link_open", "claim_open", "cite", "ref", "term", "footnote_ref")
 
 @dataclass
 class _Finding:
-    """A survey as it is made; what its parts are, Survey and Tokens say."""
+    """A survey as it is made; what its parts are, Survey and Tokens say. set: what figures are set to, in order."""
 
     chapter: Chapter
     lost: set[str]
     anchors: dict[str, Place] = field(default_factory=dict)
     figures: dict[str, Figure] = field(default_factory=dict)
+    set: dict[str, list[Record]] = field(default_factory=dict)
     plots: dict[str, Placed] = field(default_factory=dict)
     equations: dict[str, str] = field(default_factory=dict)
     notes: dict[str, int] = field(default_factory=dict)
@@ -57,6 +59,10 @@ class _Finding:
     promise_of: dict[Located[Directive], Promise] = field(default_factory=dict)
     first: dict[str, Located[NoteMark]] = field(default_factory=dict)
 
+    def taped(self, figure: Figure) -> tuple[Plain, ...]:
+        """The states of a figure's tape: its own, and what leads to those that it is set to."""
+        return distinct([*figure.states, *(state for record in self.set.get(figure.id, ()) for state in ways(record))])
+
     def survey(self) -> Survey:
         """What has been found, as others get it."""
         tokens = Tokens(
@@ -66,6 +72,7 @@ class _Finding:
             self.chapter,
             self.anchors,
             self.figures,
+            {name: self.taped(figure) for name, figure in self.figures.items()},
             self.plots,
             self.equations,
             self.notes,
@@ -280,7 +287,7 @@ def _try(found: _Finding, token: Token, problems: Problems) -> None:
     if figure is not None and given is not None:
         set_by = [a for a in given if a.name and a.name not in OWN]
         record = changed(figure.widget, figure.record, set_by, at, problems, OWN)
-        figure.remember(record)
+        found.set.setdefault(figure.id, []).append(record)
         found.button_of[written] = Button(figure, record)
         promised = promise(figure, directive, given, at, problems)
         if promised is not None:
@@ -311,12 +318,12 @@ def _staged(found: _Finding, slide: Slide, problems: Problems) -> Staged:
         slide,
         equation,
         figure,
-        _set(figure, slide, problems) if figure else None,
+        _set(found, figure, slide, problems) if figure else None,
         found.plots.get(slide.plot),
     )
 
 
-def _set(figure: Figure, slide: Slide, problems: Problems) -> Record:
+def _set(found: _Finding, figure: Figure, slide: Slide, problems: Problems) -> Record:
     """The state of a slide's figure: the chapter's own, or what `set` makes of it, which the tape then has as well."""
     known = specs(figure.widget.controls)
     for i, name in enumerate(slide.controls):
@@ -333,5 +340,5 @@ def _set(figure: Figure, slide: Slide, problems: Problems) -> Record:
     for extra in (a for a in given if not a.name):
         problems.add(at(extra.start), f"name=value is expected, not {extra.value!r}")
     record = changed(figure.widget, figure.record, [a for a in given if a.name], at, problems)
-    figure.remember(record)
+    found.set.setdefault(figure.id, []).append(record)
     return record

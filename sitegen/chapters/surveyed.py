@@ -13,6 +13,7 @@ from sitegen.chapters.promises import Promise
 from sitegen.chapters.slides import Slide
 from sitegen.figures.gallery import Placed
 from sitegen.figures.model import Figure
+from sitegen.figures.wire import Plain
 from sitegen.markup.directives import Directive
 from sitegen.markup.located import Anchor, Located, NoteMark, located
 from sitegen.markup.math import Asked, Formula
@@ -65,7 +66,8 @@ class Tokens:
 
 @dataclass(frozen=True)
 class Survey:
-    """What a chapter holds. `notes`: footnote label → number; `equations`: label → number, `labelled`: → formula.
+    """What a chapter holds. `notes`: footnote label → number; `equations`: label → number, `labelled`: → formula;
+    `taped`: figure → the states of its tape, also those that buttons and slides set.
 
     lost: figures and equations ("fig:id", "eq:label") that are named and could not be made: that is told once.
     """
@@ -73,6 +75,7 @@ class Survey:
     chapter: Chapter
     anchors: Mapping[str, Place]
     figures: Mapping[str, Figure]
+    taped: Mapping[str, Sequence[Plain]]
     plots: Mapping[str, Placed]
     equations: Mapping[str, str]
     notes: Mapping[str, int]

@@ -97,15 +97,14 @@ class Bakery:
 
         return _frames(self._store.get(self._frames_key(dom_id, records), made))
 
-    def readouts(self, figure: Figure, record: Plain) -> dict[str, str]:
-        """The readouts of a figure in a state, by name; of one on its tape as they are drawn there.
+    def readouts(self, figure: Figure, taped: Sequence[Plain], record: Plain) -> dict[str, str]:
+        """The readouts of a figure in a state, by name; of one on its tape, whose states are `taped`, as drawn there.
 
         Raises FigureFault.
         """
 
         def made() -> bytes:
-            taped = record in figure.records
-            records = figure.records if taped else [record]
+            records = taped if record in taped else [record]
             frame = self.frames(figure.dom_id, records)[records.index(record)]
             return _plain([{readout["name"]: readout["value"] for readout in frame["readouts"]}])
 
@@ -189,10 +188,15 @@ def frames_of(bakery: Bakery, problems: Problems, figure: Figure, records: Seque
         return []
 
 
-def readouts_of(bakery: Bakery, problems: Problems, figure: Figure, record: Plain) -> dict[str, str]:
-    """The readouts of a figure in a state, by name; none, and a problem, where it cannot be drawn."""
+def readouts_of(
+    bakery: Bakery, problems: Problems, tapes: Mapping[str, Sequence[Plain]], figure: Figure, record: Plain
+) -> dict[str, str]:
+    """The readouts of a figure in a state, by name; none, and a problem, where it cannot be drawn.
+
+    tapes: figure → the states of its tape.
+    """
     try:
-        return bakery.readouts(figure, record)
+        return bakery.readouts(figure, tapes.get(figure.id, ()), record)
     except FigureFault as fault:
         fault.tell(problems, figure.place)
         return {}

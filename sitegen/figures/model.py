@@ -1,8 +1,8 @@
-"""A figure in a chapter: its widget, its record, and the states of its tape."""
+"""A figure in a chapter: its widget, its record, and the states that it brings along."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from sitegen.figures.wire import Plain
@@ -10,9 +10,9 @@ from sitegen.problems import Place
 from widgets.engine.contract import Lead, Record, Widget
 
 
-@dataclass
+@dataclass(frozen=True)
 class Figure:
-    """A figure in a chapter. `records` are the states of its tape, the first of them its own.
+    """A figure in a chapter. `states` are those that its tape begins with, the first of them its own.
 
     lead: what is seen of it at first; led: where the placement says so, name by name, of "panels", "readouts" ….
     after: the state that shows without scripts and on paper what the figure comes to.
@@ -23,7 +23,7 @@ class Figure:
     widget: Widget
     record: Record
     place: Place
-    records: list[Plain] = field(default_factory=list)
+    states: tuple[Plain, ...] = ()
     lead: Lead | None = None
     after: Plain | None = None
     led: Mapping[str, tuple[Place, ...]] = field(default_factory=dict)
@@ -33,10 +33,17 @@ class Figure:
         """The id of its element, and what its SVG's ids begin with."""
         return f"fig-{self.id}"
 
-    def remember(self, record: Record) -> None:
-        """Put a state, and all that lead to it, on the tape."""
-        plain = record.plain()
-        for length in range(len(plain["log"]) + 1):
-            state = {**plain, "log": plain["log"][:length]}
-            if state not in self.records:
-                self.records.append(state)
+
+def ways(record: Record) -> list[Plain]:
+    """A state after all that lead to it, one action at a time."""
+    plain = record.plain()
+    return [{**plain, "log": plain["log"][:length]} for length in range(len(plain["log"]) + 1)]
+
+
+def distinct(states: Iterable[Plain]) -> tuple[Plain, ...]:
+    """The states, each where it first stands."""
+    found: list[Plain] = []
+    for state in states:
+        if state not in found:
+            found.append(state)
+    return tuple(found)

@@ -56,7 +56,7 @@ class Pen:
             known,
             mathematics=Mathematics(formulas, ""),
             frames=partial(frames_of, self.bakery, problems),
-            readouts=partial(readouts_of, self.bakery, problems),
+            readouts=partial(readouts_of, self.bakery, problems, one.taped),
             figure_html=partial(self._figure, one.chapter, problems),
             plot_html=partial(self._plot, problems),
             problems=problems,
@@ -77,7 +77,7 @@ class Pen:
         if tape is None:  # its widget fails, which is told
             return Markup("")
         check_drawn(figure, tape.first, problems)
-        view = figure_view(figure, tape.first, tape.name, says, caption, tape.results)
+        view = figure_view(figure, figure.record.plain(), tape.first, tape.name, says, caption, tape.results)
         after = frames_of(self.bakery, problems, figure, [figure.after]) if figure.after else [None]
         return figure_html(self.templates)(replace(view, after=next(iter(after), None)))
 

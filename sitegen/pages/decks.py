@@ -91,7 +91,7 @@ def _figure(one: Staged, figure: Figure, tape: Tape, known: Known) -> FigureView
     """The chapter's figure in the slide's state, with the controls and readouts that the slide chooses."""
     assert one.record is not None
     plain = one.record.plain()
-    frames = [tape.first] if plain == figure.records[0] else known.frames(figure, [plain])
+    frames = [tape.first] if plain == figure.record.plain() else known.frames(figure, [plain])
     if not frames:
         return None
     (frame,) = frames
@@ -100,7 +100,7 @@ def _figure(one: Staged, figure: Figure, tape: Tape, known: Known) -> FigureView
         for i, name in enumerate(getattr(one.slide, f"{what}s")):
             if name not in names:
                 known.problems.add(one.slide.at(f"{what}s", i), f"no {what} {name!r}{hint(name, names)}")
-    view = figure_view(replace(figure, records=[plain]), frame, tape.name, Markup(), Markup(), tape.results)
+    view = figure_view(figure, plain, frame, tape.name, Markup(), Markup(), tape.results)
     panels = one.slide.panels or tuple(panel["name"] for panel in frame["panels"])
     buttons = tuple(button.name for button in figure.widget.buttons)
     lead = Lead(panels, one.slide.readouts, one.slide.controls, buttons)

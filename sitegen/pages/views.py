@@ -166,10 +166,16 @@ def plain(value: float) -> str:
 
 
 def figure_view(
-    figure: Figure, frame: Plain, tape: str, says: Markup, caption: Markup, results: Sequence[Plain] = ()
+    figure: Figure,
+    state: Plain,
+    frame: Plain,
+    tape: str,
+    says: Markup,
+    caption: Markup,
+    results: Sequence[Plain] = (),
 ) -> FigureView:
-    """The view of a figure whose first frame is drawn, and whose jobs are done. says: the sentence that leads."""
-    record = {"record": figure.records[0], "frame": first_frame(frame), "spec": spec(figure.widget)}
+    """The view of a figure whose state is drawn, and whose jobs are done. says: the sentence that leads."""
+    record = {"record": state, "frame": first_frame(frame), "spec": spec(figure.widget)}
     return FigureView(
         figure.dom_id,
         figure.number,

@@ -164,7 +164,7 @@ def build(
         mathematics,
         values,
         partial(frames_of, bakery, problems),
-        partial(readouts_of, bakery, problems),
+        partial(readouts_of, bakery, problems, {}),
         lambda figure, says, caption: Markup(""),
         lambda placed, caption: Markup(""),
         problems,
@@ -233,20 +233,21 @@ def _missing(surveys: Sequence[Survey], gallery: Gallery, bakery: Bakery, cache:
     """The site's own plots and figures that the cache does not have; plots first, the longest to compute before all."""
     plots = registry.longest_first(placed for one in surveys for placed in one.plots.values())
     ours = [placed for placed in plots if registry.known().get(placed.plot.name) is placed.plot]
-    shown = [figure for one in surveys for figure in one.figures.values()]
-    known = [figure for figure in shown if WIDGETS.get(figure.widget.name) is figure.widget]
+    shown = [(figure, one.taped[figure.id]) for one in surveys for figure in one.figures.values()]
+    known = [(figure, taped) for figure, taped in shown if WIDGETS.get(figure.widget.name) is figure.widget]
     return [
         *((registry.make_ahead, (p.plot.name, p.id, cache)) for p in ours if gallery.lacks(p)),
-        *((make_ahead, (f.dom_id, f.records, cache)) for f in known if bakery.lacks(f.dom_id, f.records)),
+        *((make_ahead, (f.dom_id, taped, cache)) for f, taped in known if bakery.lacks(f.dom_id, taped)),
         *((draw_ahead, (f.dom_id, [record], cache)) for f, record in _promised(surveys, bakery)),
     ]
 
 
 def _promised(surveys: Sequence[Survey], bakery: Bakery) -> Iterator[tuple[Figure, Plain]]:
     """The states beside the tapes that promises are held to, and the cache does not have."""
-    for figure, record in ((promise.figure, promise.record) for one in surveys for promise in one.promises):
+    for taped, promise in ((one.taped, promise) for one in surveys for promise in one.promises):
+        figure, record = promise.figure, promise.record
         ours = WIDGETS.get(figure.widget.name) is figure.widget
-        if ours and record not in figure.records and bakery.lacks_readouts(figure, record):
+        if ours and record not in taped[figure.id] and bakery.lacks_readouts(figure, record):
             yield figure, record
 
 

@@ -31,8 +31,8 @@ def _tapes(one: Survey, bakery: Bakery, problems: Problems) -> dict[tuple[str, s
     tapes = {}
     for figure in one.figures.values():
         try:
-            script, first = bakery.tape(figure.dom_id, figure.records, tape_script)
-            results = bakery.results(figure.dom_id, figure.records[0])
+            script, first = bakery.tape(figure.dom_id, one.taped[figure.id], tape_script)
+            results = bakery.results(figure.dom_id, figure.record.plain())
         except FigureFault as fault:  # a widget's own mistake: the author sees where, which figure and why
             fault.tell(problems, figure.place)
             continue
