@@ -11,6 +11,7 @@ from markupsafe import Markup
 from sitegen.chapters.citations import Reference
 from sitegen.chapters.claims import Result, Test
 from sitegen.chapters.glossary import Term
+from sitegen.chapters.rendered import Question
 from sitegen.chapters.surveyed import Outline
 from sitegen.chapters.values import Values
 from sitegen.figures.gallery import Placed
@@ -40,6 +41,6 @@ class Known:
     values: Values = field(compare=False)
     frames: Callable[[Figure, Sequence[Plain]], list[Plain]] = field(compare=False)
     readouts: Callable[[Figure, Plain], Mapping[str, str]] = field(compare=False)
-    figure_html: Callable[[Figure, Markup, Markup], Markup] = field(compare=False)
+    figure_html: Callable[[Figure, Markup, Markup, Question | None], Markup] = field(compare=False)
     plot_html: Callable[[Placed, Markup], Markup] = field(compare=False)
     problems: Problems = field(compare=False)

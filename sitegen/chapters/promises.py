@@ -7,7 +7,7 @@ rises or stays does so against the figure as it opens.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from sitegen.chapters.placing import changed, presses
@@ -72,12 +72,13 @@ def promise(
         problems.add(at(own["then"].start), f"a log holds at most {MAX_LOG} actions")
         return None
     record = parsed(figure.widget, {**record, "log": log}).plain()
-    return Promise(figure, record, _expected(directive, own["expect"], at, problems))
+    return Promise(figure, record, expected(directive, own["expect"], at, problems))
 
 
-def _expected(
+def expected(
     directive: Directive, attribute: Attribute, at: Callable[[int], Place], problems: Problems
 ) -> tuple[Expectation, ...]:
+    """What `expect=` says, part by part."""
     quoted = directive.attributes[attribute.value_start - directive.attributes_start] == '"'
     start, found = attribute.value_start + quoted, []
     for part in attribute.value.split(";"):
@@ -118,15 +119,29 @@ def tell_unheld(text: str, at: Callable[[int], Place], problems: Problems, held:
 
 def hold(promised: Promise, readouts: Readouts, problems: Problems) -> None:
     """Hold a figure to what is promised of it; a promise that is not kept is a problem, with what is there instead."""
-    now = readouts(promised.figure, promised.record)
-    for one in promised.expected if now else ():  # a figure that cannot be drawn is told
+    for one, here in _unmet(promised.figure, promised.record, promised.expected, readouts, problems):
+        problems.add(one.place, f"promised {one.text}; {here}")
+
+
+def holds(
+    figure: Figure, record: Plain, what: Sequence[Expectation], readouts: Readouts, problems: Problems
+) -> bool:
+    """Whether a figure in a state is all that is expected; of a readout that it does not have it is told."""
+    return not list(_unmet(figure, record, what, readouts, problems))
+
+
+def _unmet(
+    figure: Figure, record: Plain, what: Sequence[Expectation], readouts: Readouts, problems: Problems
+) -> Iterator[tuple[Expectation, str]]:
+    """The expectations that are not met, with what is there instead."""
+    now = readouts(figure, record)
+    for one in what if now else ():  # a figure that cannot be drawn is told
         if one.name not in now:
             problems.add(one.place, f"no readout {one.name!r}{hint(one.name, now)}")
             continue
-        before = readouts(promised.figure, promised.figure.record.plain())[one.name] if one.goes else ""
+        before = readouts(figure, figure.record.plain())[one.name] if one.goes else ""
         if not _holds(one, before, now[one.name]):
-            here = f"it goes from {before} to {now[one.name]}" if one.goes else f"it is {now[one.name]}"
-            problems.add(one.place, f"promised {one.text}; {here}")
+            yield one, f"it goes from {before} to {now[one.name]}" if one.goes else f"it is {now[one.name]}"
 
 
 def _holds(one: Expectation, before: str, now: str) -> bool:

@@ -21,6 +21,7 @@ from sitegen.chapters.known import Known
 from sitegen.chapters.leads import halves
 from sitegen.chapters.links import Links
 from sitegen.chapters.placing import changed, listed
+from sitegen.chapters.predictions import judged
 from sitegen.chapters.promises import hold
 from sitegen.chapters.rendered import Body, Claim
 from sitegen.chapters.survey import LINKS
@@ -32,7 +33,7 @@ from sitegen.markup.directives import Directive
 from sitegen.markup.images import Image, read_image
 from sitegen.markup.located import Citation, NoteMark, located
 from sitegen.markup.math import formula_of
-from sitegen.markup.parser import parser, text_of, unbroken
+from sitegen.markup.parser import blocks, parser, text_of, unbroken
 from sitegen.problems import Place, hint
 
 
@@ -99,6 +100,7 @@ class _Renderer:
             "footnote_ref": self._note_reference,
             "figure": self._figure,
             "plot": self._plot,
+            "predict": lambda token: "",  # its figure asks
             "try": self._try,
             "aside": lambda token: f'<div class="aside" role="note"><p>{self._inline(token.children)}</p></div>\n',
             "value": self._value,
@@ -232,7 +234,10 @@ class _Renderer:
     def _figure(self, token: Token) -> str:
         figure = self._survey.figure(token)
         says, caption = (Markup(self._inline(half)) for half in halves(token.children or []))
-        return "" if figure is None else str(self._known.figure_html(figure, says, caption))
+        if figure is None:
+            return ""
+        question = judged(self._survey.predictions.get(figure.id), self._known, self._inline)
+        return str(self._known.figure_html(figure, says, caption, question))
 
     def _plot(self, token: Token) -> str:
         plot = self._survey.plot(token)
@@ -378,18 +383,6 @@ def _directive(token: Token) -> tuple[Directive, Callable[[int], Place]]:
 
 def _simple(rule: Callable[[Token], str]) -> Callable[..., str]:
     return lambda tokens, idx, options, env: rule(tokens[idx])
-
-
-def blocks(tokens: Sequence[Token]) -> list[list[Token]]:
-    """Top-level blocks, each with all the tokens inside it."""
-    blocks: list[list[Token]] = []
-    depth = 0
-    for token in tokens:
-        if depth == 0:
-            blocks.append([])
-        blocks[-1].append(token)
-        depth += token.nesting
-    return blocks
 
 
 def _unlinked(tokens: Sequence[Token]) -> list[Token]:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from markupsafe import Markup
 
+from sitegen.figures.wire import Plain
 from sitegen.markup.images import Image
 
 
@@ -17,6 +19,17 @@ class Claim:
     test_id: str
     anchor: str
     kind: str = ""
+
+
+@dataclass(frozen=True)
+class Question:
+    """What the page asks. answers: each with whether it is right; record: what the run comes to; within: how near, in
+    u, a ghost has to be placed, 0 where none is asked for."""
+
+    text: Markup
+    answers: Sequence[tuple[Markup, bool]]
+    record: Plain
+    within: float
 
 
 @dataclass(frozen=True)

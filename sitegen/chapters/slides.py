@@ -31,6 +31,7 @@ ELSEWHERE = {
     "heading_open": "a slide has one heading, its title",
     "figure": "a slide names a figure of its chapter: figure: id",
     "plot": "a slide names a plot of its chapter: plot: id",
+    "predict": "predictions stand in the chapter, with their figures",
     "aside": "what is said beside the slide are its notes",
     "math_block_label": "a numbered equation stands in the chapter; a slide shows it by equation: label",
     "footnote_ref": "side notes stand in the chapter",

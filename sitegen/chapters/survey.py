@@ -15,9 +15,10 @@ from markdown_it.token import Token
 from sitegen.chapters.content import Chapter
 from sitegen.chapters.placing import changed, id_of, listed, placed
 from sitegen.chapters.plot_placing import placed as placed_plot
+from sitegen.chapters.predictions import prediction
 from sitegen.chapters.promises import HOLDS, OWN, TESTED, Promise, promise, tell_unheld
 from sitegen.chapters.slides import Slide
-from sitegen.chapters.surveyed import Button, Heading, Staged, Survey, Tokens, is_mark
+from sitegen.chapters.surveyed import Button, Heading, Prediction, Staged, Survey, Tokens, is_mark
 from sitegen.figures.gallery import Placed, Plot
 from sitegen.figures.model import Figure, distinct, ways
 from sitegen.figures.wire import Plain
@@ -52,6 +53,7 @@ class _Finding:
     labelled: dict[str, Formula] = field(default_factory=dict)
     formulas: list[Asked] = field(default_factory=list)
     slides: list[Staged] = field(default_factory=list)
+    predictions: dict[str, Prediction] = field(default_factory=dict)
     heading_of: dict[Located[Anchor], Heading] = field(default_factory=dict)
     figure_of: dict[Located[Directive], Figure] = field(default_factory=dict)
     plot_of: dict[Located[Directive], Placed] = field(default_factory=dict)
@@ -79,6 +81,7 @@ class _Finding:
             self.labelled,
             self.formulas,
             self.slides,
+            self.predictions,
             frozenset(self.lost),
             tokens,
         )
@@ -121,11 +124,13 @@ def _within(
     for token in tokens:
         if token.type == "try":
             _try(found, token, problems)
+        if token.type == "predict":
+            _predict(found, token, problems)
         own = found.figure_of.get(located(token, Directive)) if token.type == "figure" else shown
         for child in token.children or []:
             if child.type == "promise_open":
                 _promise(found, child, own, lost or (token.type == "figure" and own is None), problems)
-        if token.type in ("figure", "plot", "try", "aside") and not token.children:
+        if token.type in ("figure", "plot", "predict", "try", "aside") and not token.children:
             problems.add(located(token, Directive).place, f"::{token.type} has no text")
 
 
@@ -294,6 +299,25 @@ def _try(found: _Finding, token: Token, problems: Problems) -> None:
             found.promise_of[written] = promised
         elif not any(a.name in OWN for a in given):
             _unheld(directive, at, problems)
+
+
+def _predict(found: _Finding, token: Token, problems: Problems) -> None:
+    written = located(token, Directive)
+    directive, at = written.thing, written.at
+    given = listed(directive, at, problems)
+    figure = None if given is None else _named(found, given, written, problems)
+    for child in token.children or []:
+        if child.type in LINKS:
+            problems.add(place_of(child) or written.place, "a prediction's text holds no links")
+    if figure is None or given is None:
+        return
+    if figure.id in found.predictions:
+        problems.add(written.place, f"a figure asks once, and {figure.id!r} does already")
+        return
+    made = prediction(figure, directive, token.children or [], given, at, problems)
+    if made is not None:
+        found.predictions[figure.id], record = made
+        found.set.setdefault(figure.id, []).append(record)
 
 
 def _staged(found: _Finding, slide: Slide, problems: Problems) -> Staged:

@@ -9,7 +9,7 @@ from markdown_it.token import Token
 from markupsafe import Markup
 
 from sitegen.chapters.content import Chapter
-from sitegen.chapters.promises import Promise
+from sitegen.chapters.promises import Expectation, Promise
 from sitegen.chapters.slides import Slide
 from sitegen.figures.gallery import Placed
 from sitegen.figures.model import Figure
@@ -36,6 +36,25 @@ class Button:
 
     figure: Figure
     record: Record
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """What a `::predict` line asks before a figure runs. record: what the run comes to, which decides.
+
+    expected: what holds where an answer is right, for each; panels: what is chosen from, right where it `says` so in
+    the end; within: how near, in u, a ghost of the source has to be placed.
+    """
+
+    figure: Figure
+    record: Plain
+    place: Place
+    question: Sequence[Token]
+    answers: Sequence[Sequence[Token]]
+    expected: Sequence[Sequence[Expectation]] = ()
+    panels: Sequence[str] = ()
+    says: str = ""
+    within: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -67,7 +86,8 @@ class Tokens:
 @dataclass(frozen=True)
 class Survey:
     """What a chapter holds. `notes`: footnote label → number; `equations`: label → number, `labelled`: → formula;
-    `taped`: figure → the states of its tape, also those that buttons and slides set.
+    `taped`: figure → the states of its tape, also those that buttons, predictions and slides set; `predictions`: figure
+    → what it asks.
 
     lost: figures and equations ("fig:id", "eq:label") that are named and could not be made: that is told once.
     """
@@ -82,6 +102,7 @@ class Survey:
     labelled: Mapping[str, Formula]
     formulas: Sequence[Asked]
     slides: Sequence[Staged]
+    predictions: Mapping[str, Prediction]
     lost: frozenset[str]
     tokens: Tokens
 

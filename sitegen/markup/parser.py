@@ -1,8 +1,8 @@
 """Markdown → tokens: markdown-it with formulas, footnotes and directives, every token that can be wrong with its place.
 
-After parsing, directives are single tokens ("figure", "plot", "try", "aside", "value", "readout", "ref", "term",
-"cite") or pairs ("claim_open", "claim_close", and so for "promise"), and footnote definitions are taken out of the
-flow.
+After parsing, directives are single tokens ("figure", "plot", "predict", "try", "aside", "value", "readout", "ref",
+"term", "cite") or pairs ("claim_open", "claim_close", and so for "promise"), and footnote definitions are taken out of
+the flow.
 """
 
 from __future__ import annotations
@@ -132,6 +132,18 @@ def parser() -> MarkdownIt:
     md.core.ruler.after("inline", "places", _places)
     md.core.ruler.push("fold", _fold)
     return md
+
+
+def blocks(tokens: Sequence[Token]) -> list[list[Token]]:
+    """Top-level blocks, each with all the tokens inside it."""
+    found: list[list[Token]] = []
+    depth = 0
+    for token in tokens:
+        if depth == 0:
+            found.append([])
+        found[-1].append(token)
+        depth += token.nesting
+    return found
 
 
 def text_of(tokens: Sequence[Token]) -> str:

@@ -16,7 +16,7 @@ from sitegen.chapters.glossary import Term
 from sitegen.chapters.known import Known
 from sitegen.chapters.leads import check_drawn
 from sitegen.chapters.render import headings, render
-from sitegen.chapters.rendered import Body
+from sitegen.chapters.rendered import Body, Question
 from sitegen.chapters.survey import OWN_IDS
 from sitegen.chapters.surveyed import Outline, Survey, outline
 from sitegen.figures.bakery import Bakery, frames_of, readouts_of
@@ -72,14 +72,22 @@ class Pen:
         slides = deck(one, self.tapes, own, figure_html(self.templates)) if one.slides else None
         return Written(one.chapter, render(one, own), slides)
 
-    def _figure(self, chapter: Chapter, problems: Problems, figure: Figure, says: Markup, caption: Markup) -> Markup:
+    def _figure(
+        self,
+        chapter: Chapter,
+        problems: Problems,
+        figure: Figure,
+        says: Markup,
+        caption: Markup,
+        question: Question | None,
+    ) -> Markup:
         tape = self.tapes.get((chapter.name, figure.id))
         if tape is None:  # its widget fails, which is told
             return Markup("")
         check_drawn(figure, tape.first, problems)
         view = figure_view(figure, figure.record.plain(), tape.first, tape.name, says, caption, tape.results)
         after = frames_of(self.bakery, problems, figure, [figure.after]) if figure.after else [None]
-        return figure_html(self.templates)(replace(view, after=next(iter(after), None)))
+        return figure_html(self.templates)(replace(view, after=next(iter(after), None), question=question))
 
     def _plot(self, problems: Problems, placed: Placed, caption: Markup) -> Markup:
         try:

@@ -27,7 +27,7 @@ from sitegen.cache.store import Store
 from sitegen.chapters.citations import Reference
 from sitegen.chapters.content import Chapter, Site
 from sitegen.chapters.known import Known
-from sitegen.chapters.render import blocks, pieces
+from sitegen.chapters.render import pieces
 from sitegen.chapters.rendered import Body
 from sitegen.chapters.surveyed import Survey
 from sitegen.figures.gallery import Drawn, Placed
@@ -35,7 +35,7 @@ from sitegen.figures.model import Figure
 from sitegen.figures.wire import Plain
 from sitegen.markup.directives import Directive
 from sitegen.markup.located import Citation, NoteMark, located
-from sitegen.markup.parser import HEADING_ID
+from sitegen.markup.parser import HEADING_ID, blocks
 from sitegen.pages.portable_svg import SHEETS, data_address, standalone
 from sitegen.problems import Place
 from widgets.engine.script import WHEEL
@@ -140,6 +140,8 @@ class _Writer:
             case "try" if button := self._survey.button(first):
                 way = f"[Figure {button.figure.number}]({self._address('#' + button.figure.dom_id)})"
                 yield "markdown", f"- To try on the page, in {way}: {self._directive(first)}"
+            case "predict":
+                yield "markdown", f"> Before you run it: {self._directive(first).replace(' | ', ' · ')}"
             case "aside":
                 yield "markdown", f"> {self._directive(first)}"
             case "math_block" | "math_block_label":

@@ -13,6 +13,7 @@ from markupsafe import Markup
 
 from sitegen.assets.panel_classes import WIDEST, panel_class
 from sitegen.cache.store import Store
+from sitegen.chapters.rendered import Question
 from sitegen.figures.gallery import Drawn, Placed
 from sitegen.figures.model import Figure
 from sitegen.figures.wire import Plain, dumps, first_frame, spec
@@ -47,7 +48,8 @@ class FigureView:
     """What the figure's template shows.
 
     says: the sentence that leads; lead: what is seen at first, all of it where None; whole: the rest is there as well,
-    behind *More*; after: the frame that the figure comes to, for those without scripts and for paper.
+    behind *More*; after: the frame that the figure comes to, for those without scripts and for paper; question: what it
+    asks before it runs.
     """
 
     id: str
@@ -63,6 +65,7 @@ class FigureView:
     lead: Lead | None = None
     whole: bool = True
     after: Plain | None = None
+    question: Question | None = None
 
     @property
     def leading(self) -> Part:
@@ -150,7 +153,7 @@ def environment(root: Path, cache: Path) -> Environment:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    made.globals |= {"shown": shown, "plain": plain, "panel_class": panel_class, "wheel": ""}
+    made.globals |= {"shown": shown, "plain": plain, "dumps": dumps, "panel_class": panel_class, "wheel": ""}
     return made
 
 

@@ -165,7 +165,7 @@ def build(
         values,
         partial(frames_of, bakery, problems),
         partial(readouts_of, bakery, problems, {}),
-        lambda figure, says, caption: Markup(""),
+        lambda figure, says, caption, question: Markup(""),
         lambda placed, caption: Markup(""),
         problems,
     )

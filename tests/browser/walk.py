@@ -17,13 +17,14 @@ OFFERS = {
     "slide": (4, "form.controls input[type=range]"),
     "choose": (3, "form.controls label:has(input[type=radio]:not(:checked))"),
     "toggle": (2, "form.controls label:has(input[type=checkbox])"),
-    "drag": (5, ".figure-handles .handle"),
-    "move": (3, ".figure-handles .handle:not(.copy)"),
+    "drag": (5, ".figure-handles :is(.handle, .ghost-handle)"),
+    "move": (3, ".figure-handles :is(.handle:not(.copy), .ghost-handle)"),
     "pick": (4, "figure.figure .figure-panel"),
     "point": (3, "figure.figure .figure-panel"),
     "cross": (3, ".figure-handles .crosshair"),
     "stroke": (4, ".figure-stage.drawing .figure-panel"),
     "try": (2, "button.try"),
+    "predict": (2, ".predict button:not([aria-disabled=true])"),
     "tool": (4, "[data-pin], [data-link], .runs [data-do], .job-found button, .own button:not([data-file])"),
     "take": (1, ".figure-tools button, .figure-take button"),
     "unfold": (1, "figure.figure summary"),
@@ -284,8 +285,9 @@ KEYED = {
     "move": ARROWS,
     "cross": [*ARROWS, "Enter", "Enter", "Enter"],
 }
+CLICKED = ("press", "choose", "toggle", "try", "predict", "tool", "take", "unfold", "job", "theme")
 WITH_POINTER: dict[str, Callable[[Walk, dict[str, Any]], None]] = {
-    **dict.fromkeys(("press", "choose", "toggle", "try", "tool", "take", "unfold", "job", "theme"), Walk.click),
+    **dict.fromkeys(CLICKED, Walk.click),
     "drag": Walk.drag,
     "pick": Walk.tap,
     "point": Walk.point,

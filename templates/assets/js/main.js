@@ -22,6 +22,7 @@ import { createOverlay } from "./figure/overlay.js";
 import { addOwnClouds } from "./figure/own_clouds.js";
 import { drawing, onStage } from "./figure/panels.js";
 import { addPins } from "./figure/pins.js";
+import { addPrediction } from "./figure/predict.js";
 import { showReadouts, showWords } from "./figure/readouts.js";
 import { figures } from "./figure/registry.js";
 import { addStatus } from "./figure/status.js";
@@ -68,6 +69,7 @@ function live(root) {
     part(() => addButtons(figure)),
     part(() => addMore(figure)),
     part(() => addEnlarging(figure)),
+    part(() => addPrediction(figure, overlay)),
     part(() => showReadouts(figure)),
     part(() => showWords(figure)),
     part(() => addJobs(figure)),

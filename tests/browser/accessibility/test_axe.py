@@ -115,6 +115,8 @@ def check_focus(page: Page, path: str) -> None:
 
 def check_tree(page: Page, path: str) -> None:
     """Pictures say what they show; handles and crosshairs are sliders with a value in words; nothing is nameless."""
+    page.evaluate("document.querySelectorAll('details.figure-rest').forEach((each) => (each.open = true))")
+    page.wait_for_function("!document.querySelector('.figure-handles > .crosshair[data-away]:not([hidden])')")
     tree = accessible(page)
     for node in tree:
         if role(node) in ("button", "link", "slider", "switch", "radio", "image", "figure"):
@@ -125,7 +127,7 @@ def check_tree(page: Page, path: str) -> None:
     pictures = [name(node) for node in tree if role(node) == "image"]
     assert sorted(pictures) == sorted(drawn), path
     assert all(len(label.split()) > 1 for label in drawn), f"{path}: {drawn}"
-    sliders = page.locator(".handle:not(.copy), .crosshair")
+    sliders = page.locator(".handle:not(.copy), .crosshair:not([hidden])")
     wanted = [figure.name for figure in figures(page) for _ in figure.frame()["handles"]]
     assert sliders.and_(page.locator(".handle")).count() == len(wanted), path
     for slider in sliders.all():

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from playwright.sync_api import expect
+from playwright.sync_api import Route, expect
 
 from tests.browser.conftest import Reader
 from tests.browser.figure import Figure
@@ -86,3 +86,32 @@ def test_the_hand_over_changes_nothing(reader: Callable[..., Reader], server: Si
     solve.changes("rms", start)
     solve.settled().becomes("live")
     assert solve.frame() == taped
+
+
+def test_from_disk_what_is_pressed_before_its_tape_is_there_waits_for_it(
+    site: Path, reader: Callable[..., Reader]
+) -> None:
+    """The answer comes with the tape; where that never comes, the figure says so and stays what it was."""
+    one = reader()
+    one.expect("Access to font", "ERR_FAILED", "A preload for", "ERR_FILE_NOT_FOUND")
+    held: list[Route] = []
+    one.context.route("**/tapes/kabsch-solve*", lambda route: held.append(route))
+    for comes in (True, False):
+        page = one.context.new_page()
+        with page.expect_request("**/tapes/kabsch-solve*"):
+            page.goto((site / "kabsch.html").as_uri())
+            solve = Figure(page, "fig-solve").seen()
+        start = solve.readout("rms")
+        solve.button("solve").click()
+        solve.becomes("waiting")
+        assert solve.readout("rms") == start
+        (route,) = held
+        held.clear()
+        if comes:
+            route.continue_()
+            solve.changes("rms", start)
+        else:
+            route.abort()
+            solve.becomes("failed")
+            expect(solve.root.locator(".figure-status")).to_contain_text("not on the figure's tape")
+            assert solve.readout("rms") == start

@@ -1,14 +1,17 @@
 // What the browser keeps for the page.
 
-/** localStorage as JSON; where it is forbidden or full, nothing is kept and nothing fails: `set` says so. */
-export const store = {
+/**
+ * A storage as JSON; where it is forbidden or full, nothing is kept and nothing fails: `set` says so.
+ * @param {() => Storage} storage
+ */
+const kept = (storage) => ({
   /**
    * @param {string} key
    * @returns {unknown}
    */
   get(key) {
     try {
-      return JSON.parse(localStorage.getItem(key) ?? "null");
+      return JSON.parse(storage().getItem(key) ?? "null");
     } catch {
       return null;
     }
@@ -19,10 +22,14 @@ export const store = {
    */
   set(key, value) {
     try {
-      localStorage.setItem(key, JSON.stringify(value));
+      storage().setItem(key, JSON.stringify(value));
       return true;
     } catch {
       return false;
     }
   },
-};
+});
+
+export const store = kept(() => localStorage);
+/** Until the tab is closed. */
+export const session = kept(() => sessionStorage);

@@ -8,7 +8,7 @@ import { emitter } from "../base/emitter.js";
 import { limits, mark } from "../base/limits.js";
 import * as records from "../base/record.js";
 import { runtime } from "../runtime/runtime.js";
-import { onTape, taped } from "../runtime/tape.js";
+import { arrived, onTape, taped } from "../runtime/tape.js";
 import { MORE, moreOf } from "./more.js";
 import { motionLength, startMotion } from "./motion.js";
 import { swapPanels } from "./panels.js";
@@ -140,10 +140,7 @@ export class Figure {
     this.#state.begin();
     this.#speaks ||= by !== "hover" && by !== "run";
     const frame = runtime.state === "live" ? undefined : taped(this.id, record);
-    if (!frame && runtime.state === "file") {
-      this.refuse("This state is not on the figure's tape, and a page opened from disk has no Python.");
-      return;
-    }
+    if (!frame && this.#untaped()) return;
     this.#state.record = record;
     this.#events.emit("asked", by);
     if (frame) {
@@ -155,6 +152,12 @@ export class Figure {
     runtime.start();
     this.#pump();
     this.tell();
+  }
+
+  #untaped() {
+    const none = runtime.state === "file" && arrived(this.id); // a page opened from disk has no Python
+    if (none) this.refuse("This state is not on the figure's tape, and a page opened from disk has no Python.");
+    return none;
   }
 
   /** Hands the oldest waiting question on, unless one is being drawn. */
@@ -365,7 +368,7 @@ export class Figure {
   #tapeArrived() {
     if (runtime.state === "live" || !this.waiting) return;
     const frame = taped(this.id, this.record);
-    if (!frame) return;
+    if (!frame) return void this.#untaped();
     this.#state.clear();
     this.#show(this.record, frame, "tape");
   }

@@ -28,12 +28,13 @@ function visit(figure) {
  * Shows a record. Where it ends in a press that can be seen as a motion, the state before the press comes first.
  * @param {Figure} figure
  * @param {FigureRecord} wanted
+ * @param {string} [by]
  */
-function show(figure, wanted) {
+export function approach(figure, wanted, by = "") {
   const before = records.back(wanted);
   const pressed = wanted.log.at(-1)?.[0] === "press" && !records.pressed(figure.shown, wanted);
-  if (pressed && !calm() && (runtime.state === "live" || taped(figure.id, before))) figure.ask(before);
-  figure.ask(wanted);
+  if (pressed && !calm() && (runtime.state === "live" || taped(figure.id, before))) figure.ask(before, { by });
+  figure.ask(wanted, { by });
 }
 
 /** @param {MouseEvent} event */
@@ -45,7 +46,7 @@ function tried(event) {
   const given = JSON.parse(record);
   const { initial } = figure;
   if (visit(figure)) offerWayBack(button);
-  show(figure, { ...initial, ...given, controls: { ...initial.controls, ...given.controls } });
+  approach(figure, { ...initial, ...given, controls: { ...initial.controls, ...given.controls } });
 }
 
 function linked() {

@@ -38,6 +38,12 @@ export function receiveTape(id, drawings, entries) {
 export const taped = (id, record) => tapes.get(id)?.get(records.key(record));
 
 /**
+ * Whether a figure's tape is here, or will not come.
+ * @param {string} id
+ */
+export const arrived = (id) => tapes.has(id);
+
+/**
  * Adds the figure's tape once the figure comes near the screen; without it the runtime answers all the same.
  * @param {HTMLElement} root
  * @returns {Dispose}
@@ -49,7 +55,9 @@ export function loadTape(root) {
     (entries) => {
       if (!entries.some((entry) => entry.isIntersecting)) return;
       watch.disconnect();
-      document.head.append(make("script", { src: tape }));
+      const script = make("script", { src: tape });
+      script.addEventListener("error", () => receiveTape(root.id, [], []), { once: true });
+      document.head.append(script);
     },
     { rootMargin: "600px" },
   );

@@ -1,0 +1,142 @@
+"""A `::predict` line: what a figure asks before it runs, and which answer the run bears out.
+
+`::predict[Does it find the room? | It does. | It does not.]{solve press=finish expect="rms < 0.1 | rms > 0.1"}` has an
+expectation for each answer; `panels=icp,gicp says=right` has a panel for each, right where that word stands in it in
+the end; `within=0.5` has the reader place a ghost of the source where the run will stop, right within so many u.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+
+from markdown_it.token import Token
+from markupsafe import Markup
+
+from sitegen.chapters.known import Known
+from sitegen.chapters.leads import BAR, check
+from sitegen.chapters.placing import changed
+from sitegen.chapters.promises import Expectation, expected, holds
+from sitegen.chapters.rendered import Question
+from sitegen.chapters.surveyed import Prediction
+from sitegen.figures.model import Figure
+from sitegen.markup.directives import Attribute, Directive
+from sitegen.problems import Place, Problems
+from widgets.engine.contract import Record
+
+OWN = ("expect", "panels", "says", "within")
+GHOST = "main", "source"  # the panel and the group that a ghost is of
+WRITTEN = 'a prediction says what decides it: expect="rms < 0.1 | rms > 0.1", panels=icp,gicp says=right, or within=0.5'
+
+
+def prediction(
+    figure: Figure,
+    directive: Directive,
+    tokens: Sequence[Token],
+    given: Iterable[Attribute],
+    at: Callable[[int], Place],
+    problems: Problems,
+) -> tuple[Prediction, Record] | None:
+    """What a directive asks of a figure, and the state that decides it. None, and a problem, where nothing does."""
+    named = {a.name: a for a in given if a.name}
+    own = {name: named.pop(name) for name in OWN if name in named}
+    record = changed(figure.widget, figure.record, named.values(), at, problems, OWN)
+    asked, *answers = parts(tokens)
+    made = Prediction(figure, record.plain(), at(directive.start), asked, answers)
+    kinds = {frozenset(["expect"]), frozenset(["panels", "says"]), frozenset(["within"])}
+    if frozenset(own) not in kinds:
+        problems.add(at(directive.start), WRITTEN)
+        return None
+    if "expect" in own:
+        made = replace(made, expected=_expected(directive, own["expect"], at, problems))
+        if len(made.expected) != len(answers) or len(answers) < 2:
+            says = f"{len(answers)} answers, {len(made.expected)} expectations: two or more, and one for each"
+            problems.add(at(own["expect"].start), says)
+            return None
+    elif answers:
+        problems.add(at(directive.text_start), "answers after a bar are for expect=; panels and ghosts bring their own")
+        return None
+    elif "panels" in own:
+        names = tuple(own["panels"].value.split(","))
+        made = replace(made, panels=names, says=own["says"].value)
+    else:
+        within = own["within"].plain
+        if isinstance(within, (bool, str)) or not within > 0:
+            problems.add(at(own["within"].value_start), f"{own['within'].value!r} is no distance in u")
+            return None
+        made = replace(made, within=float(within))
+    return made, record
+
+
+def _expected(
+    directive: Directive, attribute: Attribute, at: Callable[[int], Place], problems: Problems
+) -> tuple[tuple[Expectation, ...], ...]:
+    """What is expected for each answer."""
+    quoted = directive.attributes[attribute.value_start - directive.attributes_start] == '"'
+    pieces, start, found = attribute.value.split("|"), attribute.value_start + quoted, []
+    for piece in pieces:
+        found.append(expected(directive, replace(attribute, value=piece, value_start=start), at, problems))
+        start += len(piece) + 1
+    return tuple(found)
+
+
+def parts(tokens: Sequence[Token]) -> list[list[Token]]:
+    """Inline tokens, cut at the bars that stand outside of emphasis and the like."""
+    found: list[list[Token]] = [[]]
+    depth = 0
+    for token in tokens:
+        depth += token.nesting
+        pieces = token.content.split(BAR) if depth == 0 and token.type == "text" else [token.content]
+        found[-1].append(replace(token, content=pieces[0]))
+        found += [[replace(token, content=piece)] for piece in pieces[1:]]
+    return found
+
+
+def judged(asked: Prediction | None, known: Known, inline: Callable[[Sequence[Token]], str]) -> Question | None:
+    """The question as the page asks it, None where nothing is asked; that no answer or every one is right is a
+    problem."""
+    if asked is None:
+        return None
+    figure, problems = asked.figure, known.problems
+    if asked.within:
+        if not _has_ghost(asked, known):
+            return None
+        return Question(Markup(inline(asked.question)), (), asked.record, asked.within)
+    answers = _panels(asked, known) if asked.panels else _expectations(asked, known, inline)
+    rights = [right for _, right in answers]
+    if answers and (all(rights) or not any(rights)):
+        problems.add(asked.place, f"{'every' if all(rights) else 'no'} answer is right of figure {figure.id!r} then")
+    return Question(Markup(inline(asked.question)), answers, asked.record, 0.0) if answers else None
+
+
+def _expectations(
+    asked: Prediction, known: Known, inline: Callable[[Sequence[Token]], str]
+) -> list[tuple[Markup, bool]]:
+    return [
+        (Markup(inline(tokens)), holds(asked.figure, asked.record, each, known.readouts, known.problems))
+        for tokens, each in zip(asked.answers, asked.expected, strict=True)
+    ]
+
+
+def _panels(asked: Prediction, known: Known) -> list[tuple[Markup, bool]]:
+    """Each panel by its caption's first line, and whether its word stands in it."""
+    for frame in known.frames(asked.figure, [asked.record]):
+        drawn = {panel["name"]: panel for panel in frame["panels"]}
+        check("panels", asked.panels, tuple(drawn), [asked.place] * len(asked.panels), known.problems)
+        return [
+            (Markup.escape(drawn[name]["caption"].split("\n")[0]), f">{asked.says}</text>" in drawn[name]["svg"])
+            for name in asked.panels
+            if name in drawn
+        ]
+    return []
+
+
+def _has_ghost(asked: Prediction, known: Known) -> bool:
+    """Whether there is a source to place a ghost of; where there is none, that is a problem."""
+    panel, group = GHOST
+    for frame in known.frames(asked.figure, [asked.record]):
+        svg = next((each["svg"] for each in frame["panels"] if each["name"] == panel), "")
+        if f'id="{asked.figure.dom_id}-{panel}-{group}"' in svg:
+            return True
+        known.problems.add(asked.place, f"{asked.figure.widget.name} draws no group {group!r} in a panel {panel!r}")
+    return False

@@ -1,0 +1,177 @@
+// A ghost of the source over its panel: a reader takes it to where they think the source will stop.
+/** @import { Point } from "../base/types.js" */
+/** @import { Figure } from "./figure.js" */
+/** @import { Overlay } from "./overlay.js" */
+
+import { around, make, on, together } from "../base/dom.js";
+import { percent, world } from "./coordinates.js";
+import { drawing, panelOf } from "./panels.js";
+import { away, mean, placed, points } from "./rigid.js";
+
+const PANEL = "main";
+const GROUP = "source";
+const ARM = 92; // nominal px from the ghost's middle to the handle that turns it
+const SVG = "http://www.w3.org/2000/svg";
+/** @type {Record<string, Point>} */
+const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+
+/** @type {(figure: Figure) => Element | null} */
+const groupOf = (figure) =>
+  drawing(figure.root, PANEL)?.querySelector(`[id="${figure.id}-${PANEL}-${GROUP}"]`) ?? null;
+
+/**
+ * @param {Figure} figure
+ * @param {Overlay} overlay
+ */
+export function createGhost(figure, overlay) {
+  const panel = /** @type {HTMLElement} */ (panelOf(figure.root, PANEL));
+  const view = figure.viewOf(PANEL);
+  const [x0, x1, , , width, , left, , right] = view;
+  const unit = (width - left - right) / (x1 - x0); // nominal px
+  const svg = document.createElementNS(SVG, "svg");
+  const box = drawing(figure.root, PANEL)?.getAttribute("viewBox") ?? "0 0 1 1";
+  const fine = Number(box.split(" ")[2]) / width; // units of the drawing to a nominal px
+  svg.setAttribute("viewBox", box);
+  svg.setAttribute("class", "plot predict-ghost");
+  svg.setAttribute("aria-hidden", "true");
+  const own = groupOf(figure);
+  const body = document.createElementNS(SVG, "g");
+  for (const each of own?.children ?? []) body.append(each.cloneNode(true));
+  svg.append(body);
+  panel.append(svg);
+
+  const start = points(own);
+  /** @type {Point} the middle, in units of the drawing */
+  const middle = mean(start);
+  let turn = 0; // degrees, as the drawing turns
+  /** @type {Point} */
+  let shift = [0, 0];
+  let compared = false;
+
+  const handles = { move: handle("move", "Ghost, place"), turn: handle("turn", "Ghost, turn") };
+
+  /** @param {"move" | "turn"} kind @param {string} label */
+  function handle(kind, label) {
+    const attributes = { type: "button", class: `ghost-handle ${kind}`, role: "slider", "aria-label": label };
+    const button = make("button", { ...attributes, "aria-describedby": "handle-hint", "data-ghost": kind });
+    return overlay.layer.appendChild(button);
+  }
+
+  /** A place of the drawing in the world. @param {Point} place @returns {Point} */
+  function there([x, y]) {
+    const rect = { left: 0, top: 0, width: width * fine, height: Number(box.split(" ")[3]) };
+    return world(rect, view, x, y);
+  }
+
+  /** @type {() => Point} */
+  const now = () => [middle[0] + shift[0], middle[1] + shift[1]];
+
+  function show() {
+    body.setAttribute("transform", `translate(${shift.join(" ")}) rotate(${turn} ${middle.join(" ")})`);
+    const at = now();
+    const angle = (turn - 60) * (Math.PI / 180);
+    /** @type {Point} */
+    const knob = [at[0] + ARM * fine * Math.cos(angle), at[1] + ARM * fine * Math.sin(angle)];
+    const [x, y] = there(at);
+    overlay.put(handles.move, PANEL, ...percent(view, [x, y]));
+    overlay.put(handles.turn, PANEL, ...percent(view, there(knob)));
+    const degrees = Math.round(-turn);
+    slide(handles.move, `x ${x.toFixed(2)} u, y ${y.toFixed(2)} u`, x0, x1, x);
+    slide(handles.turn, `${degrees}° from where the source stands`, -180, 180, degrees);
+  }
+
+  /** @param {HTMLElement} button @param {string} words @param {number} least @param {number} most @param {number} is */
+  function slide(button, words, least, most, is) {
+    const told = { "aria-valuetext": words, "aria-valuemin": least, "aria-valuemax": most, "aria-valuenow": is.toFixed(2) };
+    for (const [name, each] of Object.entries(told)) button.setAttribute(name, String(each));
+  }
+
+  /** @param {number} degrees */
+  const turned = (degrees) => ((((degrees + 180) % 360) + 360) % 360) - 180;
+
+  /** The middle stays in the panel. @param {Point} to */
+  function move(to) {
+    const [, , wide, high] = box.split(" ").map(Number);
+    const kept = [Math.min(Math.max(to[0], 0), wide), Math.min(Math.max(to[1], 0), high)];
+    shift = [kept[0] - middle[0], kept[1] - middle[1]];
+  }
+
+  /** @type {{ pointer: number, kind: string, grip: Point } | null} */
+  let held = null;
+
+  /** The pointer's place in the drawing. @param {PointerEvent} event @returns {Point} */
+  function where(event) {
+    const rect = overlay.rect(PANEL);
+    return [
+      ((event.clientX - rect.left) / rect.width) * width * fine,
+      ((event.clientY - rect.top) / rect.width) * width * fine,
+    ];
+  }
+
+  /** @param {PointerEvent} event */
+  function take(event) {
+    const button = around(event, ".ghost-handle");
+    if (!button || held || compared || event.button !== 0) return;
+    overlay.measure();
+    const [x, y] = where(event);
+    const [a, b] = now();
+    held = { pointer: event.pointerId, kind: button.dataset.ghost ?? "", grip: [x - a, y - b] };
+    button.setPointerCapture(event.pointerId);
+    button.focus({ preventScroll: true });
+  }
+
+  /** @param {PointerEvent} event */
+  function follow(event) {
+    if (!held || event.pointerId !== held.pointer) return;
+    const [x, y] = where(event);
+    const [a, b] = now();
+    if (held.kind === "move") move([x - held.grip[0], y - held.grip[1]]);
+    else turn = turned((Math.atan2(y - b, x - a) * 180) / Math.PI + 60);
+    show();
+  }
+
+  /** @param {PointerEvent} event */
+  function release(event) {
+    if (held?.pointer === event.pointerId) held = null;
+  }
+
+  /** @param {KeyboardEvent} event */
+  function key(event) {
+    const kind = around(event, ".ghost-handle")?.dataset.ghost;
+    const arrow = ARROWS[event.key];
+    if (!kind || !arrow || compared || event.altKey || event.ctrlKey || event.metaKey) return;
+    event.preventDefault();
+    const step = event.shiftKey ? 5 : 1;
+    if (kind === "turn") turn = turned(turn - 3 * step * (arrow[0] + arrow[1]));
+    else {
+      const [a, b] = now();
+      move([a + 0.1 * step * arrow[0] * unit * fine, b - 0.1 * step * arrow[1] * unit * fine]);
+    }
+    show();
+  }
+
+  const dispose = together([
+    on(overlay.layer, "pointerdown", take),
+    on(overlay.layer, "pointermove", follow),
+    on(overlay.layer, "pointerup", release),
+    on(overlay.layer, "pointercancel", release),
+    on(overlay.layer, "keydown", key),
+    () => Object.values(handles).forEach((each) => overlay.remove(each)),
+    () => svg.remove(),
+  ]);
+  show();
+  return {
+    dispose,
+    focus: () => handles.move.focus({ preventScroll: true }),
+    /** It stays where it is. */
+    fix() {
+      compared = true;
+      for (const each of Object.values(handles)) overlay.remove(each);
+    },
+    get compared() {
+      return compared;
+    },
+    /** How far its points are, on average, from those that are seen now, in u. */
+    compare: () => away(placed(start, turn, middle, shift), points(groupOf(figure))) / fine / unit,
+  };
+}

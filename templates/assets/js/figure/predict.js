@@ -1,0 +1,162 @@
+// A prediction before the run: the reader picks an answer or places a ghost, then the figure runs, and both are shown
+// together. The score stays in the tab.
+/** @import { Figure } from "./figure.js" */
+/** @import { Overlay } from "./overlay.js" */
+
+import { around, find, findButton, make, on, text, together } from "../base/dom.js";
+import * as records from "../base/record.js";
+import { session } from "../base/store.js";
+import { createGhost } from "./ghost.js";
+import { approach } from "./links.js";
+
+const KEY = "ladder:predictions";
+
+/** What was predicted in this tab so far, by page and figure; the first answer counts. */
+function score() {
+  const kept = session.get(KEY);
+  return /** @type {Record<string, boolean>} */ (kept && typeof kept === "object" ? kept : {});
+}
+
+/**
+ * @param {string} name
+ * @param {boolean} right
+ */
+function count(name, right) {
+  const all = { [name]: right, ...score() };
+  session.set(KEY, all);
+  const of = Object.values(all);
+  return `${of.filter(Boolean).length} of ${of.length} right in this tab`;
+}
+
+/**
+ * @param {Figure} figure
+ * @param {Overlay} overlay
+ */
+export function addPrediction(figure, overlay) {
+  const box = /** @type {HTMLElement | null} */ (figure.root.querySelector(".predict"));
+  if (!box) return () => {};
+  const answers = /** @type {HTMLElement[]} */ ([...box.querySelectorAll("[data-right]")]);
+  const says = find(box, ".predict-says");
+  const wanted = { ...figure.initial, ...JSON.parse(box.dataset.record ?? "{}") };
+  const within = Number(box.dataset.within ?? 0);
+  const name = `${location.pathname.split("/").at(-1)}#${figure.id}`;
+  /** @type {ReturnType<typeof createGhost> | null} */
+  let ghost = null;
+  /** @type {(() => void) | null} what is done once the run's end is seen */
+  let compare = null;
+
+  /** @type {(record: import("../base/types.js").FigureRecord) => boolean} */
+  const seen = (record) => records.key(figure.shown) === records.key(record) && !figure.pending;
+
+  /** @param {boolean} right @param {string | Node} words */
+  function tell(right, words) {
+    box?.setAttribute("data-told", right ? "right" : "wrong");
+    says.replaceChildren(
+      make("strong", {}, right ? "Right." : "Not so."),
+      " ",
+      words,
+      " ",
+      make("span", { class: "predict-score" }, `${count(name, right)}.`),
+      " ",
+      make("button", { type: "button", "data-do": "again" }, "Ask again"),
+    );
+  }
+
+  /** @param {() => void} then */
+  function run(then) {
+    compare = then;
+    approach(figure, wanted, "predict");
+    look();
+  }
+
+  function look() {
+    if (!seen(wanted)) {
+      if (ghost?.compared && !compare) clear(); // what it is compared with has gone
+      return;
+    }
+    const does = compare;
+    compare = null;
+    does?.();
+  }
+
+  /** @param {HTMLElement} chosen */
+  function answer(chosen) {
+    for (const each of answers) {
+      each.setAttribute("aria-pressed", String(each === chosen));
+      each.setAttribute("aria-disabled", "true");
+    }
+    const right = chosen.dataset.right === "yes";
+    run(() => {
+      for (const each of answers) each.classList.toggle("is-right", each.dataset.right === "yes");
+      const rights = answers.filter((each) => each.dataset.right === "yes").map((each) => each.textContent?.trim());
+      tell(right, make("span", { class: "visually-hidden" }, `${rights.join(", ").replace(/\.?$/, ".")}`));
+    });
+  }
+
+  /** A ghost where the source stands, to be taken where it will stop. */
+  function place() {
+    if (!seen(figure.initial)) figure.ask(figure.initial);
+    const begin = () => {
+      if (ghost || !seen(figure.initial)) return;
+      waits();
+      ghost = createGhost(figure, overlay);
+      findButton(/** @type {HTMLElement} */ (box), "[data-do=place]").hidden = true;
+      findButton(/** @type {HTMLElement} */ (box), "[data-do=run]").hidden = false;
+      text(says, "Drag the ghost to where the source will stop; the dashed handle turns it.");
+      ghost.focus();
+    };
+    const waits = figure.on("frame", begin);
+    begin();
+  }
+
+  function stop() {
+    ghost?.fix();
+    run(() => {
+      const far = ghost?.compare() ?? 0;
+      const right = far <= within;
+      const limit = right ? "" : `, and right is within ${within} u`;
+      tell(right, `Your ghost's points are ${far.toFixed(2)} u away on average${limit}.`);
+    });
+  }
+
+  /** As if nothing had been asked. */
+  function clear() {
+    ghost?.dispose();
+    ghost = null;
+    compare = null;
+    box?.removeAttribute("data-told");
+    for (const each of answers) {
+      each.classList.remove("is-right");
+      each.setAttribute("aria-pressed", "false");
+      each.removeAttribute("aria-disabled");
+    }
+    const [to, go] = ["place", "run"].map((each) => box?.querySelector(`[data-do=${each}]`));
+    to?.removeAttribute("hidden");
+    go?.setAttribute("hidden", "");
+    says.replaceChildren();
+  }
+
+  /** @param {MouseEvent} event */
+  function press(event) {
+    const button = around(event, "button");
+    if (!button || button.getAttribute("aria-disabled") === "true") return;
+    if (button.dataset.right) answer(button);
+    else if (button.dataset.do === "place") place();
+    else if (button.dataset.do === "run") stop();
+    else {
+      clear();
+      figure.ask(figure.initial);
+      findButton(/** @type {HTMLElement} */ (box), ".predict-answers button").focus();
+    }
+  }
+
+  box.hidden = false;
+  return together([
+    on(box, "click", press),
+    figure.on("frame", look),
+    figure.on("asked", (by) => {
+      if (compare && by !== "predict") clear(); // the reader went elsewhere before the run was seen
+    }),
+    clear,
+  ]);
+}

@@ -1,0 +1,219 @@
+"""Predictions: a reader answers before the run, by pointer, keys or touch; the run decides; the tab keeps the score."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from playwright.sync_api import Locator, Page, expect
+
+from tests.browser.conftest import Reader
+from tests.browser.figure import Figure, finger
+from widgets.drawing.picture import Group, Points
+from widgets.engine.contract import parsed
+from widgets.engine.registry import WIDGETS
+
+RUNGS = ["index", "kabsch", "ransac", "icp", "surfaces", "ndt-map", "ndt-score", "ndt-climb"]
+CHAPTERS = [*RUNGS, "contestants", "soft", "mmd", "race", "landscape", "reading", "four", "clouds"]
+WRONG = "fig-wrong"
+
+
+def source(page: Page, state: str) -> np.ndarray[Any, Any]:
+    """The source's points in a figure's state, as Python draws them: that of its "record" or of its "prediction"."""
+    root = page.locator(f"#{WRONG}")
+    plain = json.loads(root.locator("script.figure-record").text_content() or "")["record"]
+    if state == "prediction":
+        plain |= json.loads(root.locator(".predict").get_attribute("data-record") or "")
+    widget = WIDGETS[plain["widget"]]
+    record = parsed(widget, plain)
+    now = widget.start(record.controls, record.seed)
+    for action in record.log:
+        now = widget.act(now, action)
+    panel = next(panel for panel in widget.draw(now).panels if panel.name == "main")
+    group = next(mark for mark in panel.marks if isinstance(mark, Group) and mark.name == "source")
+    return np.concatenate([np.asarray(mark.xy) for mark in group.marks if isinstance(mark, Points)])
+
+
+def asks(page: Page, name: str) -> tuple[Figure, Locator]:
+    """A figure, on screen, and its question."""
+    figure = Figure(page, name).seen()
+    return figure, figure.root.locator(".predict")
+
+
+def test_every_chapter_asks_and_every_question_is_answered_from_disk(browser_page: Callable[[str], Page]) -> None:
+    """Each chapter has a question; each is decided without Python, by what the page was built with."""
+    for chapter in CHAPTERS:
+        page = browser_page(f"{chapter}.html")
+        boxes = page.locator(".predict")
+        assert boxes.count() > 0, chapter
+        for box in boxes.all():
+            first = box.locator(".predict-answers button").first
+            first.click()
+            if first.get_attribute("data-right") is None:
+                box.get_by_role("button", name="Run").click()
+            expect(box, f"{chapter}: {box.inner_text()}").to_have_attribute("data-told", re.compile("right|wrong"))
+            right = first.get_attribute("data-right")
+            assert right is None or box.get_attribute("data-told") == {"yes": "right", "no": "wrong"}[right]
+            expect(box.get_by_role("status")).to_contain_text("in this tab")
+            root = box.locator("xpath=ancestor::figure")
+            expect(root.locator(".figure-status")).not_to_contain_text("tape")
+
+
+@pytest.fixture
+def browser_page(reader: Callable[..., Reader], site: Path) -> Callable[[str], Page]:
+    """A page of the site as it lies on disk."""
+    one = reader(reduced_motion="reduce")
+    one.expect("Access to font", "ERR_FAILED", "A preload for", "was preloaded using link preload")
+
+    def opened(name: str) -> Page:
+        page = one.context.new_page()
+        page.goto((site / name).as_uri())
+        return page
+
+    return opened
+
+
+def test_an_answer_by_keyboard_is_told_and_can_be_given_again(reader: Callable[..., Reader]) -> None:
+    page = reader(reduced_motion="reduce").open("icp.html")
+    figure, box = asks(page, "fig-wall")
+    wrong, right = (box.locator(f"[data-right={answer}]") for answer in ("no", "yes"))
+    wrong.focus()
+    page.keyboard.press("Enter")
+    expect(box).to_have_attribute("data-told", "wrong")
+    expect(wrong).to_have_attribute("aria-pressed", "true")
+    assert figure.record()["log"] == [["press", "finish"]], "the figure has run"
+    status = box.get_by_role("status")
+    expect(status).to_contain_text((right.text_content() or "").strip())
+    expect(status).to_contain_text("0 of 1 right in this tab")
+    right.focus()
+    page.keyboard.press("Enter")
+    expect(box).to_have_attribute("data-told", "wrong")  # it has been answered
+    status.get_by_role("button", name="Ask again").press("Enter")
+    expect(box).not_to_have_attribute("data-told", re.compile("."))
+    assert box.locator(".predict-answers :focus").count() == 1
+    assert figure.record()["log"] == []
+    right.press("Space")
+    expect(box).to_have_attribute("data-told", "right")
+    expect(status).to_contain_text("0 of 1 right in this tab")  # the first answer counts
+
+
+def test_the_score_goes_through_the_tab_and_no_further(reader: Callable[..., Reader]) -> None:
+    one = reader(reduced_motion="reduce")
+    page = one.open("icp.html")
+    asks(page, "fig-wall")[1].locator("[data-right=yes]").click()
+    expect(asks(page, "fig-wall")[1].get_by_role("status")).to_contain_text("1 of 1 right")
+    page.goto(f"{one.origin}/surfaces.html")
+    box = asks(page, "fig-wall")[1]
+    box.locator("[data-right=no]").first.click()
+    expect(box.get_by_role("status")).to_contain_text("1 of 2 right in this tab")
+    other = one.open("mmd.html")
+    box = asks(other, "fig-overlap")[1]
+    box.locator("[data-right=yes]").click()
+    expect(box.get_by_role("status")).to_contain_text("1 of 1 right in this tab")
+    assert not one.foreign
+
+
+def test_a_ghost_by_keyboard_is_as_far_off_as_it_was_put(reader: Callable[..., Reader]) -> None:
+    """Moved three steps right and a large one up, turned by 15°: the distance told is that from where Python stops."""
+    page = reader(reduced_motion="reduce").open("kabsch.html")
+    figure, box = asks(page, WRONG)
+    start, end = source(page, "record"), source(page, "prediction")
+    box.get_by_role("button", name="Place a ghost").press("Enter")
+    move = figure.root.get_by_role("slider", name="Ghost, place")
+    expect(move).to_be_focused()
+    for key in ("ArrowRight",) * 3 + ("Shift+ArrowUp",):
+        page.keyboard.press(key)
+    turn = figure.root.get_by_role("slider", name="Ghost, turn")
+    turn.press("Shift+ArrowUp")
+    expect(turn).to_have_attribute("aria-valuenow", "15.00")
+    box.get_by_role("button", name="Run").press("Enter")
+    expect(box).to_have_attribute("data-told", "wrong")
+    angle, middle = math.radians(15), start.mean(axis=0)
+    turned = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+    ghost = (start - middle) @ turned.T + middle + (0.3, 0.5)
+    far = np.linalg.norm(ghost - end, axis=1).mean()
+    said = re.search(r"are ([\d.]+) u away", box.get_by_role("status").inner_text())
+    assert said
+    assert abs(float(said[1]) - far) < 0.02  # the drawing is in tenths of a px
+    expect(figure.root.locator(".predict-ghost")).to_have_count(1)
+    figure.button("reset").click()
+    expect(figure.root.locator(".predict-ghost")).to_have_count(0)
+    expect(box.get_by_role("button", name="Place a ghost")).to_be_visible()
+
+
+def test_a_ghost_taken_where_the_run_stops_is_right(reader: Callable[..., Reader]) -> None:
+    """By mouse: the place first, then the turn."""
+    page = reader(reduced_motion="reduce").open("kabsch.html")
+    figure, box = asks(page, WRONG)
+    start, end = source(page, "record"), source(page, "prediction")
+    box.get_by_role("button", name="Place a ghost").click()
+    view = figure.frame()["panels"][0]["view"]
+    drawn = figure.root.locator('[data-panel="main"] > svg.plot').first.bounding_box()
+    assert drawn
+    scale = drawn["width"] / view[4] * (view[4] - view[6] - view[8]) / (view[1] - view[0])  # px to a u
+
+    def drag(name: str, to: Callable[[float, float], tuple[float, float]]) -> None:
+        box = figure.root.get_by_role("slider", name=name).bounding_box()
+        assert box
+        x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+        page.mouse.move(x, y)
+        page.mouse.down()
+        page.mouse.move(*to(x, y), steps=6)
+        page.mouse.up()
+
+    a, b = start - start.mean(axis=0), end - end.mean(axis=0)
+    angle = math.atan2((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum(), (a * b).sum())
+    dx, dy = (end.mean(axis=0) - start.mean(axis=0)) * scale
+    drag("Ghost, place", lambda x, y: (x + dx, y - dy))
+    middle = figure.root.get_by_role("slider", name="Ghost, place").bounding_box()
+    assert middle
+    mx, my = middle["x"] + middle["width"] / 2, middle["y"] + middle["height"] / 2
+
+    def around(x: float, y: float) -> tuple[float, float]:
+        c, s = math.cos(-angle), math.sin(-angle)  # down the screen
+        return mx + c * (x - mx) - s * (y - my), my + s * (x - mx) + c * (y - my)
+
+    drag("Ghost, turn", around)
+    box.get_by_role("button", name="Run").click()
+    expect(box).to_have_attribute("data-told", "right")
+    expect(box.get_by_role("status")).to_contain_text("1 of 1 right in this tab")
+
+
+def test_a_finger_takes_the_ghost(reader: Callable[..., Reader]) -> None:
+    page = reader(width=390, height=844, has_touch=True, is_mobile=True, reduced_motion="reduce").open("kabsch.html")
+    figure, box = asks(page, WRONG)
+    box.get_by_role("button", name="Place a ghost").tap()
+    move = figure.root.get_by_role("slider", name="Ghost, place")
+    before, at = move.get_attribute("aria-valuetext"), move.bounding_box()
+    assert at
+    x, y = at["x"] + at["width"] / 2, at["y"] + at["height"] / 2
+    finger(page, [(x, y), (x + 40, y + 10), (x + 60, y + 20)])
+    expect(move).not_to_have_attribute("aria-valuetext", before or "")
+    now = move.bounding_box()
+    assert now
+    assert (round(now["x"] - at["x"]), round(now["y"] - at["y"])) == (60, 20)
+
+
+def test_whoever_goes_elsewhere_is_asked_anew(reader: Callable[..., Reader]) -> None:
+    """A reader who presses the figure's own button takes nothing of the question away; its ghost goes with Reset."""
+    page = reader(reduced_motion="reduce").open("kabsch.html")
+    figure, box = asks(page, WRONG)
+    figure.button("solve").click()
+    figure.settled()
+    box.get_by_role("button", name="Place a ghost").click()
+    expect(figure.root.locator(".predict-ghost")).to_have_count(1)
+    assert figure.record()["log"] == [], "the ghost begins where the figure does"
+    expect(figure.handle("source")).to_be_hidden()
+
+
+def test_without_scripts_nothing_is_asked(reader: Callable[..., Reader]) -> None:
+    page = reader(java_script_enabled=False).open("kabsch.html")
+    assert page.locator(".predict").count() > 0
+    for box in page.locator(".predict").all():
+        expect(box).to_be_hidden()

@@ -1,0 +1,132 @@
+"""What a figure asks before it runs: the build finds out which answer is right, and refuses what has none."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+from html import unescape
+from typing import Any
+
+import pytest
+
+from tests.sitegen.conftest import START, TOY, Project, fresh_cache
+from widgets.drawing.picture import Group, Label, Picture
+
+FIGURE = "::figure[C]{toy id=demo}"
+ASK = '::predict[How many? | One. | Two.]{demo press=go,go expect="presses < 2 | presses > 1"}'
+
+
+@pytest.fixture(autouse=True)
+def alone(project: Project) -> None:
+    """A first chapter that names no other."""
+    project.write("content/00-start.md", START.partition("Read")[0])
+
+
+def asked(project: Project, line: str) -> tuple[dict[str, Any], list[tuple[str, str]], str]:
+    """The record that decides, each answer with whether it is right, and all that stands in the question's section."""
+    project.chapter(f"\n{FIGURE}\n\n{line}\n")
+    project.build()
+    found = re.search(r'<section class="predict".*?</section>', project.page("second.html"), re.DOTALL)
+    assert found
+    record = re.search(r'data-record="([^"]*)"', found[0])
+    assert record
+    answers = re.findall(r'data-right="(\w+)"[^>]*>(.*?)</button>', found[0])
+    return json.loads(unescape(record[1])), [(words, right) for right, words in answers], found[0]
+
+
+def drawn_with(project: Project, mark: Any) -> None:
+    """Has the small site's figure draw something more in its panel."""
+
+    def draw(state: object) -> Picture:
+        picture = TOY.draw(state)
+        (panel,) = picture.panels
+        return replace(picture, panels=(replace(panel, marks=(*panel.marks, mark)),))
+
+    project.widgets["toy"] = replace(TOY, draw=draw)
+    project.cache = fresh_cache(project.root / "cache")
+
+
+def test_the_run_decides_which_answer_is_right(project: Project) -> None:
+    record, answers, section = asked(project, ASK)
+    assert record["log"] == [["press", "go"], ["press", "go"]]
+    assert answers == [("One.", "no"), ("Two.", "yes")]
+    assert " hidden>" in section.partition("\n")[0], "without scripts there is nothing to answer"
+    (other,) = ((r, a) for r, a, _ in [asked(project, ASK.replace("press=go,go", "press=go"))])
+    assert other[1] == [("One.", "yes"), ("Two.", "no")]
+
+
+def test_what_decides_is_on_the_tape(project: Project) -> None:
+    """Also where nothing else presses so often; and it is there with all that leads to it."""
+    record, _, _ = asked(project, ASK.replace("go,go", "go*5").replace("presses > 1", "presses > 4"))
+    (tape,) = (project.site / "tapes").glob("second-demo.*.js")
+    states = re.findall(r'"log":(\[\]|\[\[.*?\]\])', tape.read_text("utf-8"))
+    assert [json.loads(state) for state in states].count(record["log"]) == 1
+    assert max(len(json.loads(state)) for state in states) == 5
+
+
+def test_of_panels_the_one_is_right_whose_drawing_says_so(project: Project) -> None:
+    ask = "::predict[Which one?]{demo press=go panels=main says=right}"
+    project.chapter(f"\n{FIGURE}\n\n{ask}\n")
+    assert project.problems() == ["content/01-second.md:10:1: no answer is right of figure 'demo' then"]
+    drawn_with(project, Label((0.0, 0.0), "right", "truth"))
+    assert project.problems() == ["content/01-second.md:10:1: every answer is right of figure 'demo' then"]
+
+
+def test_a_ghost_is_of_a_source(project: Project) -> None:
+    ask = "::predict[Where to?]{demo press=go within=0.5}"
+    project.chapter(f"\n{FIGURE}\n\n{ask}\n")
+    (problem,) = project.problems()
+    assert problem == "content/01-second.md:10:1: toy draws no group 'source' in a panel 'main'"
+    drawn_with(project, Group("source", ()))
+    _, answers, section = asked(project, ask)
+    assert answers == []
+    assert 'data-within="0.5"' in section
+    assert "Place a ghost" in section
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ('::predict[Q | a | b]{demo press=go ¦expect="presses < 2"}', "2 answers, 1 expectations: two or"),
+        ('::predict[Q | a]{demo press=go ¦expect="presses < 2"}', "1 answers, 1 expectations: two or"),
+        ('¦::predict[Q | a | b]{demo press=go expect="presses < 9 | presses > 0"}', "every answer is right of figure"),
+        ('¦::predict[Q | a | b]{demo press=go expect="presses < 1 | presses > 1"}', "no answer is right of figure"),
+        ('::predict[Q | a | b]{demo expect="presses < 1 | ¦pressed > 1"}', "no readout 'pressed'; did you mean"),
+        ('::predict[Q | a | b]{demo expect="presses < 1 | ¦so it is"}', "'so it is': an expectation is NAME < 1.5"),
+        ('::predict[Q | a | b]{demo press=¦og expect="presses < 1 | presses > 1"}', "toy has no button 'og' to press"),
+        ("¦::predict[Q | a | b]{demo press=go}", "a prediction says what decides it: expect="),
+        ("¦::predict[Q]{demo press=go panels=main}", "a prediction says what decides it: expect="),
+        ("::predict[¦Q | a | b]{demo press=go within=0.5}", "answers after a bar are for expect="),
+        ("::predict[Q]{demo press=go within=¦near}", "'near' is no distance in u"),
+        ("::predict[Q]{demo press=go within=¦-1}", "'-1' is no distance in u"),
+        ("¦::predict[Q]{demo press=go panels=man says=right}", "no panel 'man'; did you mean 'main'?"),
+        ("::predict[Q]{¦demon press=go within=1}", "no figure 'demon' in this chapter; did you mean 'demo'?"),
+        ("¦::predict[]{demo press=go within=1}", "::predict has no text"),
+        (f"{ASK}\n\n¦{ASK}", "a figure asks once, and 'demo' does already"),
+    ],
+)
+def test_what_is_wrong_with_a_question(project: Project, line: str, said: str) -> None:
+    before, _, _ = line.partition("¦")
+    drawn_with(project, Group("source", ()))
+    project.chapter(f"\n{FIGURE}\n\n{line.replace('¦', '')}\n")
+    where = f"content/01-second.md:{10 + before.count(chr(10))}:{1 + len(before.rpartition(chr(10))[2])}"
+    found = project.problems()
+    assert any(problem.startswith(f"{where}: {said}") for problem in found), found
+
+
+def test_a_slide_asks_nothing(project: Project) -> None:
+    front = 'title: T\nrung: "1"\nslug: second\nsummary: S\nslides:\n  - title: S\n    figure: demo\n    text: |\n'
+    project.chapter(f"\n{FIGURE}\n", f"{front}      {ASK}")
+    assert any("predictions stand in the chapter, with their figures" in each for each in project.problems())
+    project.chapter(f"\n{FIGURE}\n\n{ASK}\n", f"{front}      Look.")
+    project.build()
+    assert 'class="predict"' in project.page("second.html")
+    assert 'class="predict"' not in project.page("slides-second.html")
+
+
+def test_a_notebook_asks_as_well(project: Project) -> None:
+    project.chapter(f"\n{FIGURE}\n\n{ASK}\n")
+    project.build()
+    (notebook,) = (project.site / "notebooks").glob("second*.ipynb")
+    assert "Before you run it: How many? · One. · Two." in notebook.read_text("utf-8")
