@@ -150,6 +150,8 @@ class _Renderer:
             source = escape("\n".join(self._chapter.source.lines[first + 1 : last]))
             code = f'<pre class="code" tabindex="0"><code>{source}</code></pre>'
             inside = Markup(f'{code}\n<div class="example-result">\n{inside}</div>\n')
+        if name == "try-this":
+            return f'<details class="{name}">\n<summary>Try this</summary>\n{inside}</details>\n'
         return f'<div class="{name}">\n{inside}</div>\n'
 
     def _noted(self, block: Sequence[Token]) -> str:

@@ -42,14 +42,14 @@ from sitegen.markup.located import (
 from sitegen.markup.unclosed import dollar, lose
 from sitegen.problems import Place, Problems, hint
 
-CONTAINERS = ("example", "anatomy")
+CONTAINERS = ("example", "anatomy", "try-this")
 PLACED = ("link", "image", "math_inline", "footnote_ref", "autolink")
 HEADING_ID = re.compile(r"\s*\{#([^}]*)\}\s*$")
 ANCHOR = re.compile(r"[a-z][a-z0-9-]*")
 NO_HEADING = re.compile(r"^#{2,6}(?=\w)", re.MULTILINE)
 INDENTED = re.compile(r"^\s*::[a-z]+\[", re.MULTILINE)
 UNIT = re.compile(r"(?:(?<=\d)|^) (?=(?:%|u²?|rad)(?!\w))")  # a text that begins with a unit follows a computed number
-CONTAINER = re.compile(r"^:::\s*(\w*)", re.MULTILINE)
+CONTAINER = re.compile(r"^:::\s*([\w-]*)", re.MULTILINE)
 
 
 @dataclass

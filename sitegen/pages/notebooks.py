@@ -123,7 +123,8 @@ class _Writer:
 
     def body(self) -> Iterator[Cell]:
         """The chapter's blocks in order, each with the side notes that it is the first to refer to."""
-        for block in blocks(self._survey.chapter.document.tokens):
+        flow = self._survey.chapter.document.tokens
+        for block in blocks([token for token in flow if not token.type.startswith("container_")]):
             yield from self._block(block)
             for label in self._survey.first_notes(block):
                 yield "markdown", self._note(label)

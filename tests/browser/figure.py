@@ -100,6 +100,14 @@ class Figure:
         self.page.mouse.up()
 
 
+def experiments(page: Page, name: str) -> Locator:
+    """The buttons to try with a figure, all of them unfolded."""
+    folds = page.locator("details.try-this:not([open])")
+    while folds.count():
+        folds.first.locator("summary").click()
+    return page.locator(f'button.try[data-figure="{name}"]')
+
+
 def figures(page: Page) -> list[Figure]:
     return [Figure(page, node.get_attribute("id") or "") for node in page.locator("figure.figure").all()]
 

@@ -27,7 +27,7 @@ OFFERS = {
     "predict": (2, ".predict button:not([aria-disabled=true])"),
     "tool": (4, "[data-pin], [data-link], .runs [data-do], .job-found button, .own button:not([data-file])"),
     "take": (1, ".figure-tools button, .figure-take button"),
-    "unfold": (1, "figure.figure summary"),
+    "unfold": (1, "figure.figure summary, .try-this > summary"),
     "job": (3, ".job-head [data-do]"),
     "theme": (1, "button.theme"),
     "resize": (1, "html"),

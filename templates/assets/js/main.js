@@ -27,6 +27,7 @@ import { showReadouts, showWords } from "./figure/readouts.js";
 import { figures } from "./figure/registry.js";
 import { addStatus } from "./figure/status.js";
 import { addCards, describeCards } from "./page/cards.js";
+import { revealNamed } from "./page/reveal.js";
 import { addSearch, receiveSections } from "./page/search.js";
 import { addCopyButton, addForgetButton } from "./page/storage.js";
 import { addThemeButton } from "./page/theme.js";
@@ -174,6 +175,7 @@ each(".stored", addForgetButton);
 each("pre.copied", addCopyButton);
 each("main.deck", runDeck); // before the cards: Escape closes one first
 apart(addCards);
+apart(revealNamed);
 apart(followLinks);
 apart(() => startWhenSeen(document.querySelectorAll(FIGURES)));
 apart(keepOffline);

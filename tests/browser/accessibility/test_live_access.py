@@ -11,7 +11,7 @@ from playwright.sync_api import Page, expect
 from sitegen.bench.pages import until
 from tests.browser.accessibility.test_axe import violations
 from tests.browser.conftest import Reader
-from tests.browser.figure import LIVE, Figure
+from tests.browser.figure import LIVE, Figure, experiments
 from tests.browser.figures.test_hover import place
 
 # Every change of every live region: when, and what it says then.
@@ -122,7 +122,7 @@ def test_nothing_moves_where_that_is_asked(reader: Callable[..., Reader]) -> Non
     page.evaluate(WATCH)
     solve.button("solve").click()
     solve.shows("rotation_error", "0.0").settled()
-    page.locator("button.try").first.click()
+    experiments(page, solve.name).first.click()
     solve.settled()
     assert page.evaluate("[seen.frames > 3, seen.moved, document.getAnimations().length]") == [True, 0, 0]
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from playwright.sync_api import expect
 
 from tests.browser.conftest import Reader
-from tests.browser.figure import Figure
+from tests.browser.figure import Figure, experiments
 
 
 def test_pins_hold_controls_and_readouts_and_restore(reader: Callable[..., Reader]) -> None:
@@ -124,10 +124,10 @@ def test_experiments_set_the_figure(reader: Callable[..., Reader]) -> None:
     """Every Try this button sets the controls that it names and brings the figure into view."""
     page = reader(reduced_motion="reduce").open("kabsch.html")
     Figure(page, "fig-solve").live()
-    buttons = page.locator("button.try")
-    assert buttons.count() >= 4
-    for i in range(buttons.count()):
-        button = buttons.nth(i)
+    names = page.locator("button.try").evaluate_all("all => [...new Set(all.map((each) => each.dataset.figure))]")
+    buttons = [button for name in names for button in experiments(page, name).all()]
+    assert len(buttons) >= 4
+    for button in buttons:
         figure = Figure(page, button.get_attribute("data-figure") or "")
         button.click()
         wanted = page.evaluate("b => JSON.parse(b.dataset.record)", button.element_handle())

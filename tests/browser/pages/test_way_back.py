@@ -7,19 +7,19 @@ from collections.abc import Callable
 from playwright.sync_api import expect
 
 from tests.browser.conftest import Reader
-from tests.browser.figure import Figure
+from tests.browser.figure import Figure, experiments
 
 
 def test_back_to_where_you_were(reader: Callable[..., Reader]) -> None:
     page = reader(reduced_motion="reduce").open("icp.html")
     Figure(page, "fig-nearest").live()
     back = page.get_by_role("button", name="Back to where you were")
-    tried = page.locator("button.try").last
+    tried = experiments(page, "fig-nearest").last
     tried.scroll_into_view_if_needed()
     place = page.evaluate("scrollY")
     tried.click()
     expect(page.locator(f"#{tried.get_attribute('data-figure')} .figure-stage")).to_be_in_viewport()
-    assert abs(page.evaluate("scrollY") - place) > 1000
+    assert abs(page.evaluate("scrollY") - place) > 500
     back.click()
     expect(tried).to_be_in_viewport()
     expect(tried).to_be_focused()
@@ -30,7 +30,7 @@ def test_who_walks_back_needs_no_button(reader: Callable[..., Reader]) -> None:
     page = reader(reduced_motion="reduce").open("icp.html")
     Figure(page, "fig-nearest").live()
     back = page.get_by_role("button", name="Back to where you were")
-    tried = page.locator("button.try").last
+    tried = experiments(page, "fig-nearest").last
     tried.scroll_into_view_if_needed()
     tried.focus()
     tried.press("Enter")

@@ -1,0 +1,38 @@
+"""What there is to try is folded beneath its figure: an address inside opens it, and paper has it open."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from playwright.sync_api import expect
+
+from tests.browser.conftest import Reader
+
+
+def test_an_address_inside_opens_it(reader: Callable[..., Reader]) -> None:
+    """At the page's start, and on a page that is open already."""
+    one = reader(reduced_motion="reduce")
+    page = one.open("surfaces.html")
+    names = page.locator(".try-this [id]").evaluate_all("all => all.map(({ id }) => id)")
+    assert names
+    expect(page.locator(f"#{names[0]}")).to_be_hidden()
+    page.evaluate("name => { location.hash = name; }", names[0])
+    expect(page.locator(f"#{names[0]}")).to_be_in_viewport()
+    other = one.open(f"surfaces.html#{names[-1]}")
+    expect(other.locator(f"#{names[-1]}")).to_be_in_viewport()
+
+
+def test_paper_has_it_open(reader: Callable[..., Reader]) -> None:
+    page = reader().open("surfaces.html")
+    inside = page.locator(".try-this > p").first
+    expect(inside).to_be_hidden()
+    page.emulate_media(media="print")
+    expect(inside).to_be_visible()
+    assert not page.locator(".try-this[open]").count()
+
+
+def test_without_scripts_it_opens_at_a_press(reader: Callable[..., Reader]) -> None:
+    page = reader(java_script_enabled=False).open("surfaces.html")
+    fold = page.locator(".try-this").first
+    fold.locator("summary").click()
+    expect(fold.locator("> p").first).to_be_visible()
