@@ -81,7 +81,9 @@ class Figure:
         """Moves a control as a reader would, by the keyboard's or pointer's end result."""
         control = self.control(name)
         kind = control.first.get_attribute("type")
-        if kind == "radio":
+        if control.first.evaluate("e => e.localName") == "select":
+            control.select_option(str(value))
+        elif kind == "radio":
             self.root.locator(f'[name="{name}"][value="{value}"]').check(force=True)
         elif kind == "checkbox":
             control.set_checked(bool(value), force=True)

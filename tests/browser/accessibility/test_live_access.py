@@ -103,7 +103,7 @@ def test_the_focus_stays_where_something_is(reader: Callable[..., Reader]) -> No
     four.page.close()
 
     race = Figure(one.open("race.html"), "fig-race").live()
-    begin, stop = (race.root.locator(f'[data-do="{what}"]') for what in ("begin", "stop"))
+    begin, stop = (race.reached(f'.job [data-do="{what}"]') for what in ("begin", "stop"))
     begin.focus()
     race.page.keyboard.press("Enter")
     expect(stop).to_be_focused()

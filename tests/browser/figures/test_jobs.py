@@ -23,7 +23,7 @@ def race(reader: Callable[..., Reader]) -> Figure:
 
 
 def job(figure: Figure) -> Locator:
-    return figure.root.locator('section.job[data-job="benchmark"]')
+    return figure.reached('section.job[data-job="benchmark"]')
 
 
 def rows(figure: Figure) -> list[list[str]]:
@@ -115,6 +115,7 @@ def test_a_kept_run_stays_beside_the_next(race: Figure) -> None:
 def test_the_table_is_there_without_scripts(reader: Callable[..., Reader]) -> None:
     """The native table for the figure's settings stands in the page, with its drawings and no button."""
     page = reader(java_script_enabled=False).open("race.html")
+    page.locator(".figure-rest > summary").click()
     box = page.locator("section.job")
     expect(box.locator("tbody tr")).to_have_count(9)
     expect(box.locator("svg.plot")).to_have_count(2)

@@ -138,7 +138,7 @@ def test_a_worker_killed_at_its_start_or_at_work_is_replaced(reader: Callable[..
 def test_a_worker_killed_in_a_job_ends_the_job(reader: Callable[..., Reader]) -> None:
     """The job says so, its table stays, and the button that began it begins it anew."""
     race = Figure(reader(reduced_motion="reduce").open("race.html"), "fig-race").live()
-    job = race.root.locator("section.job").first
+    job = race.reached("section.job").first
     rows = job.locator("tbody tr").count()
     race.page.evaluate("Ladder.limits.frame = 1500")
     job.locator('[data-do="begin"]').click()

@@ -209,6 +209,6 @@ WIDGET = Widget(
     takes=("source", "target"),
     reads=reads,
     files=files,
-    lead=Lead(("main",), ("explained", "rms", "stop"), ("clouds",), ("step", "run", "finish", "reset")),
+    lead=Lead(("main",), ("explained", "rms", "stop"), ("clouds", "method"), ("step", "run", "finish", "reset")),
     shows="Registers two clouds that the reader brings, and judges the pose by the clouds alone.",
 )
