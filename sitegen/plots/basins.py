@@ -13,7 +13,7 @@ TITLE = "Success over starting rotation and offset, nine methods, two settings"
 READS = ("content/data/sweep/basins.json",)
 SIZES = sizes(446, 930)
 
-LEVELS = 23  # the deepest of the field's colours
+LEVELS = 23  # the strongest of the field's colours
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ def words(result: Result) -> str:
     return (
         f"A map for each of nine methods in the {' and the '.join(result.settings)} room. Across: the starting "
         f"rotation, {first} to {result.angles[-1]}°. Up: the starting offset, 0 to {result.offsets[-1]:g} u in the "
-        f"race's direction. The deeper the colour, the more of {result.seeds} seeds ended within 5° and 0.2 u of the "
+        f"race's direction. The stronger the colour, the more of {result.seeds} seeds ended within 5° and 0.2 u of the "
         f"truth. Of all starts of a map arrived, in the {' and the '.join(result.settings)} room: {', '.join(said)}. "
         "RANSAC ignores the start; the basins of the others lie about no rotation."
     )

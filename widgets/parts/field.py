@@ -23,7 +23,7 @@ STRIDE = 3
 PAD = (46.0, 26.0, 74.0, 42.0)  # px about a field's window for its numbers and, at the right, the scale
 BAR = (12.0, 26.0, 46.0)  # px from the window to the scale's left and right side, and from there to its name's end
 Index = NDArray[np.int64]
-Deep = Literal["high", "low"]
+Strong = Literal["high", "low"]
 
 
 class Field:
@@ -47,7 +47,7 @@ class Field:
         self._of = of
         self._values: Array = np.full((side, side), np.nan)
         self._level = -1
-        self._heats: dict[tuple[int, float, float, Deep], Heat] = {}  # the very same mark is not drawn twice
+        self._heats: dict[tuple[int, float, float, Strong], Heat] = {}  # the very same mark is not drawn twice
 
     @property
     def details(self) -> int:
@@ -84,13 +84,13 @@ class Field:
             row, column = row // STRIDE * STRIDE + STRIDE // 2, column // STRIDE * STRIDE + STRIDE // 2
         return np.array([self.x[column], self.y[row]]), float(self._values[row, column])
 
-    def heat(self, level: int, low: float, high: float, deep: Deep = "high") -> Heat:
-        """The field's mark at a level, its highest or its lowest values in the deepest colour."""
-        key = level, low, high, deep
+    def heat(self, level: int, low: float, high: float, strong: Strong = "high") -> Heat:
+        """The field's mark at a level, its highest or its lowest values in the strongest colour."""
+        key = level, low, high, strong
         if key not in self._heats:
             values = self.values(level)
             self._heats[key] = (
-                Heat(values, self.window, low, high) if deep == "high" else Heat(-values, self.window, -high, -low)
+                Heat(values, self.window, low, high) if strong == "high" else Heat(-values, self.window, -high, -low)
             )
         return self._heats[key]
 
@@ -118,7 +118,7 @@ class Field:
 
 @cache
 def scale_marks(
-    view: View, low: float, high: float, name: str, decimals: int = 1, deep: Deep = "high"
+    view: View, low: float, high: float, name: str, decimals: int = 1, strong: Strong = "high"
 ) -> tuple[Mark, ...]:
     """The bar of a field's colours with its numbers, in the padding at the right of the view, `name` above it.
 
@@ -133,7 +133,7 @@ def scale_marks(
 
     left, right, window = across(BAR[0]), across(BAR[1]), (across(BAR[0]), across(BAR[1]), view.y0, view.y1)
     steps = (np.arange(HEAT_LEVELS) + 0.5) / HEAT_LEVELS
-    steps = steps if deep == "high" else 1.0 - steps
+    steps = steps if strong == "high" else 1.0 - steps
     rim = [[left, view.y0], [right, view.y0], [right, view.y1], [left, view.y1]]
     marks: list[Mark] = [Heat(steps[:, None], window, 0.0, 1.0), Path(rim, "guide", closed=True)]
     for v in ticks(low, high):  # the one at the top a little lower: on a phone the name comes down to it

@@ -103,10 +103,14 @@ def test_the_race_s_families_stay_apart(theme, sight) -> None:
 
 
 @THEMES
-def test_heat_gets_deeper_in_even_steps(theme) -> None:
+def test_heat_gets_stronger_in_even_steps(theme) -> None:
+    """The first step is close to the panel's ground; each stands out from it more than the last, in both themes."""
     ramp = np.array([lab(linear(colours()[f"h{i}"][theme])) for i in range(24)])
     steps = np.linalg.norm(np.diff(ramp, axis=0), axis=1)
-    assert (np.diff(ramp[:, 0]) < 0).all(), "deep is high, in both themes"
+    ground = lab(linear(colours()["panel"][theme]))[0]
+    assert (np.diff(np.abs(ramp[:, 0] - ground)) > 0).all()
+    assert abs(ramp[0, 0] - ground) < 10
+    assert abs(ramp[-1, 0] - ground) > 55
     assert steps.min() > 0.4 * steps.mean()
     assert steps.max() < 1.6 * steps.mean()
 

@@ -160,10 +160,10 @@ def _map(state: State, said: _Numbers, detail: int) -> Panel:
     unit = "MMD²" if state.controls.objective == "mmd" else "mean of min(d², τ²), u²"
     decimals = 2 if top < 0.4 else 1
     marks: tuple[Mark, ...] = (
-        field.heat(detail, 0.0, top, deep="low"),
+        field.heat(detail, 0.0, top, strong="low"),
         state.terrain.lines if detail == BANDS else state.terrain.coarse_lines,
         *axis_marks(MAP, "shift in x, u", "shift in y, u"),
-        *scale_marks(MAP, 0.0, top, f"{unit}: deep is low", decimals, deep="low"),
+        *scale_marks(MAP, 0.0, top, f"{unit}: strong is low", decimals, strong="low"),
         Ring([0.0, 0.0], "truth", radius=10.0),
         *_ways(state, said),
     )
@@ -294,7 +294,7 @@ def _description(state: State, said: _Numbers) -> str:
     x, y = said.lowest.tolist()
     words = [
         f"{what} is drawn over shifts of up to {number(REACH, 1)} u along each axis, the rotation being the true one;"
-        f" deep is low. The room is '{c.setting}', with noise of σ = {number(c.noise)} u and"
+        f" strong colours are low. The room is '{c.setting}', with noise of σ = {number(c.noise)} u and"
         f" {number(c.outliers, 0)} % outliers. The deepest tile lies at ({number(x)}, {number(y)}) u, and the objective"
         f" at the truth, a green ring at the centre, is {number(said.truth, 4)}."
     ]
