@@ -50,7 +50,7 @@ from sitegen.figures.model import Figure
 from sitegen.figures.tape import Tape
 from sitegen.figures.widget_faults import sound
 from sitegen.figures.wire import Plain
-from sitegen.markup.code import highlighted
+from sitegen.markup.code import WAY, highlighted
 from sitegen.markup.math import Mathematics
 from sitegen.markup.math import render as render_formulas
 from sitegen.pages import about, search_index
@@ -258,7 +258,7 @@ def _codes() -> dict[str, str]:
 
 def _sources(claimed: Mapping[str, str], cache: Path) -> dict[str, Markup]:
     """The claimed tests' sources as code."""
-    shown = Remembered(cache, f"code-{version('pygments')}")
+    shown = Remembered(cache, f"code-{version('pygments')}, {WAY}")
     made = {name: shown.answer(text, partial(highlighted, text, "python")) for name, text in claimed.items()}
     shown.keep()
     return {name: Markup(code) for name, code in made.items()}

@@ -294,8 +294,7 @@ def test_a_chapter_off_the_ladder_counts_without_a_rung(project: Project) -> Non
 
 def test_code_tables_and_asides(built: Project) -> None:
     page = built.page("second.html")
-    assert '<span class="nb">print</span>' in page
-    assert "&lt;hello&gt;" in page
+    assert 'print(<span class="s2">"&lt;hello&gt;"</span>)' in page
     assert "<td><code>code</code></td>" in page
     assert '<div class="aside" role="note"><p>Beside the <em>point</em>.</p></div>' in page
 
