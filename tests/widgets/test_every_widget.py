@@ -17,7 +17,7 @@ from widgets.engine.controls import specs
 from widgets.engine.host import Host
 from widgets.engine.registry import WIDGETS
 
-SHAPES = {"dot", "square", "cross", "ring", "diamond", "line", "dashed", "area"}
+SHAPES = {"dot", "square", "cross", "ring", "diamond", "line", "dashed", "dotted", "area"}
 
 
 def prefixes(presses: int) -> list[int]:

@@ -93,7 +93,7 @@ class Key:
 
     role: Role
     label: str
-    shape: Shape | Literal["line", "dashed", "area"] = "dot"
+    shape: Shape | Literal["line", "dashed", "dotted", "area"] = "dot"
 
 
 @dataclass(frozen=True)

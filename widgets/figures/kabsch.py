@@ -166,7 +166,8 @@ def draw(state: State) -> Picture:
 
 def _outline(scene: Scene, pose: Pose, role: Role, dashed: bool = False) -> tuple[Path, ...]:
     thick = role == "truth"  # shows as a rim under a source that lies on it
-    return tuple(Path(pose.apply(line), role, dashed=dashed, thick=thick) for line in scene.outline)
+    dotted = role == "ghost" and not dashed
+    return tuple(Path(pose.apply(line), role, dashed=dashed, thick=thick, dotted=dotted) for line in scene.outline)
 
 
 def _reflection_label(state: State) -> Label:
@@ -319,7 +320,7 @@ WIDGET = Widget(
         Key("pair", "known pair", "line"),
         Key("outlier", "wrong partner", "cross"),
         Key("truth", "source at the true pose", "line"),
-        Key("ghost", "where it started", "line"),
+        Key("ghost", "where it started", "dotted"),
     ),
     handles=HANDLES,
     tape=(

@@ -116,6 +116,11 @@ def feature_means(state: State) -> tuple[Array, Array]:
     return mean(state.moved), mean(state.target)
 
 
+def _links(a: Array, b: Array) -> Segments:
+    """What links points to points, fainter than the points."""
+    return Segments(a, b, "ink", weight=np.full(len(a), 0.6))
+
+
 def draw(state: State) -> Picture:
     """One small panel a rung, and what the pictures have in numbers."""
     p, q = state.moved, state.target
@@ -130,7 +135,7 @@ def draw(state: State) -> Picture:
         Points(p, "source", radius=2.5),
     )
     rungs: tuple[tuple[str, str, tuple[Mark, ...]], ...] = (
-        ("pairs", "1 · Pairs, all right", (Segments(p, q, "pair"), *clouds)),
+        ("pairs", "1 · Pairs, all right", (_links(p, q), *clouds)),
         ("corrupted", "2 · Pairs, some wrong", (*_corrupted(state), *clouds)),
         ("nearest", "3 · The nearest point", (*_nearest(state), *clouds)),
         ("surface", "3½ · The nearest surface", (*_surface(state), *clouds)),
@@ -156,14 +161,14 @@ def _faint(points: Array, role: Role) -> Segments:
 def _corrupted(state: State) -> tuple[Mark, ...]:
     a, b, wrong = state.moved, state.target[state.proposed], state.wrong
     return (
-        Segments(a[~wrong], b[~wrong], "pair"),
+        _links(a[~wrong], b[~wrong]),
         Segments(a[wrong], b[wrong], "outlier", dashed=True),
         Points((a[wrong] + b[wrong]) / 2, "outlier", "cross", radius=4.0),
     )
 
 
 def _nearest(state: State) -> tuple[Mark, ...]:
-    return (Segments(state.moved, state.target[state.near], "pair"),)
+    return (_links(state.moved, state.target[state.near]),)
 
 
 def _surface(state: State) -> tuple[Mark, ...]:
@@ -172,7 +177,7 @@ def _surface(state: State) -> tuple[Mark, ...]:
     near = state.near
     away = ((state.moved - state.target[near]) * normals[near]).sum(axis=1, keepdims=True)
     return (
-        Segments(state.moved, state.moved - away * normals[near], "pair"),
+        _links(state.moved, state.moved - away * normals[near]),
         Ticks(state.target, normals, "normal", 15.0),
     )
 
@@ -222,7 +227,7 @@ def _soft(state: State) -> tuple[Mark, ...]:
     """A thread from each source point to each target point with a weight that can be seen."""
     w = weights(state)
     i, j = np.nonzero(np.round(w, 9) >= 0.04)
-    return (Segments(state.moved[i], state.target[j], "pair", weight=np.sqrt(w[i, j])),)
+    return (Segments(state.moved[i], state.target[j], "ink", weight=np.sqrt(w[i, j])),)
 
 
 def _wave(state: State) -> tuple[Mark, ...]:
@@ -313,7 +318,7 @@ WIDGET = Widget(
     legend=(
         Key("source", "source"),
         Key("target", "target", "square"),
-        Key("pair", "what links them", "line"),
+        Key("ink", "what links them", "line"),
         Key("outlier", "wrong pair", "cross"),
         Key("normal", "normal of a surface", "line"),
         Key("guide", "cells, or crests of a wave", "line"),

@@ -323,7 +323,7 @@ WIDGET = Widget(
         Key("target", "target", "square"),
         Key("truth", "the room, source at the true pose", "line"),
         Key("accent", "crests of the wave shown; its two means joined", "line"),
-        Key("ghost", "where the run began", "line"),
+        Key("ghost", "where the run began", "dotted"),
     ),
     handles=HANDLES,
     tape=(({}, _presses("step", 8)), ({}, ("finish",)), ({}, ("resample",)), ({}, ("resample", "finish"))),

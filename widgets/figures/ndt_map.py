@@ -193,7 +193,7 @@ def _counts(state: State) -> tuple[int, int, int]:
 def draw(state: State) -> Picture:
     """The room under its grid, and the chosen cell."""
     h, corner = state.controls.size, state.cells.origin[0, 0] + state.controls.size * np.array(state.chosen)
-    rim = Path(corner + h * SQUARE, "accent", closed=True, thick=True)
+    rim = Path(corner + h * SQUARE, "accent", closed=True, thick=True, filled=True)
     name = "The room's scan under the grid, each kept cell's Gaussian at two standard deviations"
     room = Panel("main", name, ROOM, (*state.grid, rim), grid=False, caption="The map")
     return Picture((room, state.close), _readouts(state), _description(state), note=_note(state))
@@ -303,7 +303,7 @@ WIDGET = Widget(
         Key("target", "Gaussian of a kept cell, two σ", "line"),
         Key("outlier", "discarded: too few points", "cross"),
         Key("outlier", "discarded: all at one place", "diamond"),
-        Key("accent", "this cell", "line"),
+        Key("accent", "this cell", "area"),
         Key("normal", "its mean; its Gaussian at one and two σ", "diamond"),
     ),
     hovers=("main",),

@@ -53,8 +53,8 @@ def single(pose: Pose) -> Pose:
 
 
 def outline(scene: Scene, pose: Pose, role: Role) -> tuple[Path, ...]:
-    """The room at a pose; a broad band at the truth."""
-    return tuple(Path(pose.apply(line), role, thick=role == "truth") for line in scene.outline)
+    """The room at a pose; a broad band at the truth, dotted where something was."""
+    return tuple(Path(pose.apply(line), role, thick=role == "truth", dotted=role == "ghost") for line in scene.outline)
 
 
 @lru_cache(maxsize=8)

@@ -213,7 +213,7 @@ WIDGET = Widget(
         Key("normal", "wall through the nearest point", "line"),
         Key("target", "covariance of a point (GICP) or cell (NDT)", "ring"),
         Key("source", "the guessed pair, and its partner (RANSAC)", "line"),
-        Key("weak", "crests of a wave; its troughs dashed", "line"),
+        Key("guide", "crests of a wave; its troughs dashed", "line"),
     ),
     handles=("source",),
     tape=(({}, ()), ({"turn": 0.0, "offset": 0.0}, ()), ({"turn": 90.0}, ()), ({"point": 28.0}, ())),

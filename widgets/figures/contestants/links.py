@@ -153,8 +153,8 @@ def mmd(state: Any, i: int, view: View) -> Linked:
     troughs = crests + 0.5 * length * along
     return Linked(
         (
-            Segments(crests - across, crests + across, "weak", weight=np.full(len(crests), 0.67)),
-            Segments(troughs - across, troughs + across, "weak", dashed=True, weight=np.full(len(troughs), 0.5)),
+            Segments(crests - across, crests + across, "guide", weight=np.full(len(crests), 0.67)),
+            Segments(troughs - across, troughs + across, "guide", dashed=True, weight=np.full(len(troughs), 0.5)),
             Label((view.x0, view.y0), f"one of {len(waves)} waves", "ink", dx=8.0, dy=-9.0),
         ),
         f"{2 * len(waves)}",

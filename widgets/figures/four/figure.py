@@ -209,7 +209,7 @@ WIDGET = Widget(
         Key("source", "moving cloud"),
         Key("target", "fixed cloud", "square"),
         Key("truth", "where the moving cloud belongs", "line"),
-        Key("ghost", "before this step", "line"),
+        Key("ghost", "before this step", "dotted"),
         Key("accent", "what the stage found", "line"),
         Key("pair", "responsibilities, of six fixed points", "line"),
         Key("outlier", "share given to clutter", "cross"),

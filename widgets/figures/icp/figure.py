@@ -312,7 +312,7 @@ WIDGET = Widget(
         Key("outlier", "not used: beyond the gate or cap", "dashed"),
         Key("weak", "not used: trimmed", "dashed"),
         Key("truth", "the room, source at the true pose", "line"),
-        Key("ghost", "where the run began", "line"),
+        Key("ghost", "where the run began", "dotted"),
         Key("source", "RMS along a move", "line"),
         Key("target", "RMS along a matching", "line"),
         Key("outlier", "a rise", "diamond"),

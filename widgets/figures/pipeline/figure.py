@@ -314,7 +314,7 @@ WIDGET = Widget(
         Key("outlier", "source point that nothing explains", "cross"),
         Key("target", "target", "square"),
         Key("truth", "the true place, not known to any stage", "line"),
-        Key("ghost", "the prediction, where it began", "line"),
+        Key("ghost", "the prediction, where it began", "dotted"),
         Key("inlier", "what a sign may be, and one that is met", "line"),
     ),
     handles=HANDLES,

@@ -225,7 +225,7 @@ WIDGET = Widget(
         Key("source", "source, where the solver has it"),
         Key("target", "target", "square"),
         Key("truth", "where the source belongs", "line"),
-        Key("ghost", "the start", "line"),
+        Key("ghost", "the start", "dotted"),
     ),
     handles=HANDLES,
     clicks=("errors",),

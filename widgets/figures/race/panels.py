@@ -63,7 +63,7 @@ class Stage:
     @classmethod
     def of(cls, scene: Scene, start: Pose, behind: Sequence[Mark]) -> Stage:
         """The stage of a start; `behind` is the scene's `scenery`, which all starts share."""
-        ghost: list[Mark] = [Path(start.apply(line), "ghost", weight=0.7) for line in scene.outline]
+        ghost: list[Mark] = [Path(start.apply(line), "ghost", dotted=True) for line in scene.outline]
         return cls(scene, (*behind, PLACING.stalk(start, ANCHOR), *ghost), _cloud(scene, start))
 
 

@@ -329,7 +329,7 @@ WIDGET = Widget(
         Key("accent", "this trial and its pose", "dashed"),
         Key("ghost", "least squares on all pairs", "line"),
         Key("truth", "true pose", "line"),
-        Key("guide", "ε round a partner", "ring"),
+        Key("ghost", "ε round a partner", "ring"),
     ),
     handles=(HANDLE,),
     tape=(({}, ("finish",)), ({}, ("step",) * 14)),

@@ -64,7 +64,7 @@ def match_panel(shown: Shown) -> Panel:
     else:
         marks.append(Segments(p, q, "pair", weight=np.full(len(p), 0.66)))
     marks += [
-        Points(q, "guide", "ring", radius=shown.epsilon * VIEW.scale),
+        Points(q, "ghost", "ring", radius=shown.epsilon * VIEW.scale),
         Path(scene.truth.apply(front) + RIGHT, "truth", thick=True),
         Path(shown.ghost.apply(front) + RIGHT, "ghost", thick=True),
         Points(shown.ghost.apply(scene.source) + RIGHT, "ghost", radius=2.5),

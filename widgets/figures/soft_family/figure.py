@@ -135,7 +135,7 @@ def _marks(run: Run, found: Links) -> tuple[Mark, ...]:
     moved = run.pose.apply(scene.source)
     marks: list[Mark] = []
     if run.steps:
-        marks += [Path(run.began.apply(line), "ghost") for line in scene.outline]
+        marks += [Path(run.began.apply(line), "ghost", dotted=True) for line in scene.outline]
     marks += [Path(scene.truth.apply(line), "truth", thick=True) for line in scene.outline]
     for side, centres in (("source", moved), ("target", scene.target)):
         if method == "gmmreg" or found.side == side:
@@ -352,7 +352,7 @@ WIDGET = Widget(
         Key("accent", "soft target (FilterReg)", "diamond"),
         Key("pair", "overlap (GMMReg)", "line"),
         Key("truth", "the bird, source at the true pose", "line"),
-        Key("ghost", "where the run began", "line"),
+        Key("ghost", "where the run began", "dotted"),
     ),
     handles=HANDLES,
     tape=(

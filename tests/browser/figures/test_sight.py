@@ -1,0 +1,42 @@
+"""Every figure after its main button, as readers see it who do not tell red from green: pictures to look at, in
+artefacts/sight. That the marks of a legend differ to them, tests/sitegen/assets/test_legends.py computes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from tests.browser.conftest import Reader
+from tests.browser.figure import figures
+
+DRAWN = "([id, frames]) => +document.getElementById(id).dataset.frame > frames"
+ARTEFACTS = Path(__file__).resolve().parents[3] / "artefacts" / "sight"
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+@pytest.mark.parametrize("sight", ["protanopia", "deuteranopia"])
+def test_what_a_reader_sees(reader: Callable[..., Reader], pages: list[str], theme: str, sight: str) -> None:
+    one = reader(color_scheme=theme, reduced_motion="reduce")
+    page = one.open()
+    emulated = page.context.new_cdp_session(page)
+    ARTEFACTS.mkdir(parents=True, exist_ok=True)
+    taken = 0
+    for path in pages:
+        page.goto(f"{one.origin}/{path}")
+        for figure in figures(page) if not path.startswith("docs-") else []:
+            button = figure.seen().root.locator(".buttons .primary")
+            if button.count():
+                before = figure.frames()
+                button.first.click()
+                page.wait_for_function(DRAWN, arg=[figure.name, before])
+                figure.settled()
+            body = figure.root.locator(".figure-body")
+            plain = body.screenshot()
+            emulated.send("Emulation.setEmulatedVisionDeficiency", {"type": sight})
+            seen = body.screenshot(path=ARTEFACTS / f"{path.removesuffix('.html')}-{figure.name}-{sight}-{theme}.png")
+            emulated.send("Emulation.setEmulatedVisionDeficiency", {"type": "none"})
+            assert seen != plain, figure.name
+            taken += 1
+    assert taken > 25

@@ -1,0 +1,36 @@
+"""What a legend names is told apart by readers who do not see red and green: by its shape, or by its colour."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from sitegen.assets.tokens import colours
+from tests.sitegen.assets.test_contrast import APART, SIMULATED, THEMES, lab, linear
+from widgets.engine.registry import WIDGETS
+
+BANDS = ("truth", "line")  # drawn and shown twice as broad as any other line
+
+
+@THEMES
+@pytest.mark.parametrize("sight", ["normal", "protanopia", "deuteranopia"])
+@pytest.mark.parametrize("name", sorted(WIDGETS))
+def test_marks_of_one_shape_differ_in_colour(name: str, sight: str, theme: int) -> None:
+    seen = {role: lab(SIMULATED[sight] @ linear(pair[theme])) for role, pair in colours().items()}
+    keys = [key for key in WIDGETS[name].legend if (key.role, key.shape) != BANDS]
+    alike = [(a, b) for a, b in combinations(keys, 2) if a.shape == b.shape and a.role != b.role]
+    far = {(a.label, b.label): float(np.linalg.norm(seen[a.role] - seen[b.role])) for a, b in alike}
+    assert not {pair: distance for pair, distance in far.items() if distance < APART["deuteranopia"]}
+
+
+def test_the_simulation_finds_what_is_alike() -> None:
+    """Red and green of one lightness are far apart, but not for those who see no difference."""
+    red, green = (linear(value) for value in ("#b0523c", "#757c36"))
+
+    def far(sight: str) -> float:
+        return float(np.linalg.norm(lab(SIMULATED[sight] @ red) - lab(SIMULATED[sight] @ green)))
+
+    assert far("normal") > 40
+    assert far("deuteranopia") < 20
