@@ -142,9 +142,9 @@ def _map(state: State, said: _Numbers, detail: int) -> Panel:
     top = next((t for t in TOPS if coarse <= t), TOPS[-1])
     name = "The score over translations, with the climb from the start"
     marks: tuple[Mark, ...] = (
-        state.field.heat(detail, 0.0, top),
+        state.field.roots(detail, top),
         *axis_marks(MAP, "shift in x, u", "shift in y, u"),
-        *scale_marks(MAP, 0.0, top, "score", 2 if top < 0.4 else 1),
+        *scale_marks(MAP, 0.0, top, "score", 2 if top < 0.4 else 1, roots=True),
         Ring([0.0, 0.0], "truth", radius=10.0),
         Points([said.best], "ink", "diamond", radius=4.0),
         *_steps(state.path),

@@ -94,6 +94,13 @@ class Field:
             )
         return self._heats[key]
 
+    def roots(self, level: int, high: float) -> Heat:
+        """The mark of the values' square roots, from 0: what is low, and most of the map, is told apart as well."""
+        key: tuple[int, float, float, Strong] = level, 0.0, -high, "high"  # as no other mark has it
+        if key not in self._heats:
+            self._heats[key] = Heat(np.sqrt(np.fmax(self.values(level), 0.0)), self.window, 0.0, np.sqrt(high))
+        return self._heats[key]
+
     def _edge(self, level: int) -> int:
         """The lowest row that is computed in full at a level, a multiple of 3."""
         coarse = self.side // STRIDE
@@ -118,9 +125,11 @@ class Field:
 
 @cache
 def scale_marks(
-    view: View, low: float, high: float, name: str, decimals: int = 1, strong: Strong = "high"
+    view: View, low: float, high: float, name: str, decimals: int = 1, strong: Strong = "high", roots: bool = False
 ) -> tuple[Mark, ...]:
     """The bar of a field's colours with its numbers, in the padding at the right of the view, `name` above it.
+
+    roots: the colours go by square roots, and the numbers stand where their roots are.
 
     The very same marks each time, which are then not drawn again.
     """
@@ -129,7 +138,8 @@ def scale_marks(
         return view.x1 + px / view.scale
 
     def up(value: float) -> float:
-        return view.y0 + (view.y1 - view.y0) * (value - low) / (high - low)
+        part = (value - low) / (high - low)
+        return view.y0 + (view.y1 - view.y0) * (part**0.5 if roots else part)
 
     left, right, window = across(BAR[0]), across(BAR[1]), (across(BAR[0]), across(BAR[1]), view.y0, view.y1)
     steps = (np.arange(HEAT_LEVELS) + 0.5) / HEAT_LEVELS

@@ -86,7 +86,7 @@ def test_ransac_ignores_the_pose() -> None:
 def test_mmd_links_nothing() -> None:
     """No mark of its panel starts at the point: only waves, and they stay where they are."""
     a, b = (frame([["drag", "source", x, 0.3]]) for x in (-1.0, 1.0))
-    waves = [re.findall(r'class="line weak[^>]*>', f["panels"][6]["svg"]) for f in (a, b)]
+    waves = [re.findall(r'class="line guide[^>]*>', f["panels"][6]["svg"]) for f in (a, b)]
     assert waves[0] == waves[1]
     assert len(waves[0]) == 2
 

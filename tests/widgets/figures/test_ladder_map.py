@@ -31,9 +31,9 @@ def ends(svg: str, classes: str) -> np.ndarray[Any, Any]:
 def test_known_pairs_know(turn: float) -> None:
     """Rung 1 joins partner to partner at every turn; on rung 2 ten of the partners are others."""
     state, drawn = start(Controls(turn), 40), panels(turn)
-    pairs = ends(drawn["pairs"], "line pair")
+    pairs = ends(drawn["pairs"], "line ink w4")
     np.testing.assert_allclose(pairs, np.hstack([state.moved, state.target]), atol=2e-3)
-    assert len(ends(drawn["corrupted"], "line pair")) == COUNT - WRONG
+    assert len(ends(drawn["corrupted"], "line ink w4")) == COUNT - WRONG
     false = ends(drawn["corrupted"], "line outlier dashed")
     np.testing.assert_allclose(false, np.hstack([state.moved, state.target[state.proposed]])[state.wrong], atol=2e-3)
     assert (state.proposed != np.arange(COUNT)).sum() == WRONG
@@ -43,10 +43,10 @@ def test_known_pairs_know(turn: float) -> None:
 def test_nearest_is_nearest(turn: float) -> None:
     """No target point is nearer than the one that rung 3 draws a line to; rung 3½'s line is no longer."""
     state, drawn = start(Controls(turn), 40), panels(turn)
-    lines = ends(drawn["nearest"], "line pair")
+    lines = ends(drawn["nearest"], "line ink w4")
     length = np.linalg.norm(lines[:, 2:] - lines[:, :2], axis=1)
     np.testing.assert_allclose(length, np.sqrt(state.squares.min(axis=1)), atol=4e-3)
-    feet = ends(drawn["surface"], "line pair")
+    feet = ends(drawn["surface"], "line ink w4")
     assert (np.linalg.norm(feet[:, 2:] - feet[:, :2], axis=1) <= length + 4e-3).all()
 
 

@@ -138,7 +138,7 @@ def test_what_the_threshold_gets_wrong_is_ringed() -> None:
         state = run(FINISH, **controls)
         rings = [m for m in draw(state).panels[0].marks if isinstance(m, Points) and m.shape == "ring"]
         ringed = {m.role: len(np.asarray(m.xy)) for m in rings}
-        assert ringed.pop("guide") == 40
+        assert ringed.pop("ghost") == 40
         said = shown(frame(["press", "finish"], **controls))
         assert ringed == {"outlier": int(said["admitted"]), "truth": int(said["lost"])}
     assert int(shown(frame(["press", "finish"], scene="repeated", outliers=0.6))["admitted"]) >= 20

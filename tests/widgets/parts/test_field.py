@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from widgets.drawing.picture import Array, Heat, View
+from widgets.drawing.picture import Array, Heat, Label, View
 from widgets.parts.field import PAD, STRIDE, Field, scale_marks
 
 WINDOW = (-1.0, 2.0, 0.0, 3.0)
@@ -101,13 +101,29 @@ def test_the_scale_stands_beside_the_window_and_numbers_its_ends() -> None:
     assert [getattr(label, "text", "") for label in labels] == ["0.0", "0.1", "0.2", "0.3", "0.4", "score"]
 
 
-def test_deep_may_be_low() -> None:
-    """The heat turned over: what was in the deepest colour is in the palest, on the field and on its scale."""
+def test_strong_may_be_low() -> None:
+    """The heat turned over: what was in the strongest colour is in the faintest, on the field and on its scale."""
     field, _ = counted(63, 4)
     high, low = (field.heat(4, -1.0, 3.0, deep) for deep in ("high", "low"))
     part = [(np.asarray(mark.values) - mark.low) / (mark.high - mark.low) for mark in (high, low)]
     np.testing.assert_allclose(part[0] + part[1], 1.0)
     view = View(*WINDOW, width=300.0, pad=PAD)
-    bars = [scale_marks(view, -1.0, 3.0, "value", deep=deep)[0] for deep in ("high", "low")]
+    bars = [scale_marks(view, -1.0, 3.0, "value", strong=strong)[0] for strong in ("high", "low")]
     assert all(isinstance(bar, Heat) for bar in bars)
     np.testing.assert_allclose(*[np.asarray(bar.values)[:: 1 if k else -1] for k, bar in enumerate(bars)])  # type: ignore[union-attr]
+
+
+def test_roots_and_their_scale_agree() -> None:
+    """A value's step of colour by its root, and its number's height beside the bar, are the same part of the whole."""
+    field = Field(lambda x, y: np.outer(y, np.ones_like(x)) - 0.5, WINDOW, 9, 1)
+    mark = field.roots(1, 4.0)
+    np.testing.assert_allclose(np.asarray(mark.values), np.sqrt(np.fmax(field.values(1), 0.0)))
+    assert (mark.low, mark.high) == (0.0, 2.0)
+    assert field.roots(1, 4.0) is mark
+    assert field.heat(1, 0.0, 4.0) is not mark
+    view = View(0.0, 1.0, 0.0, 2.0, pad=PAD)
+    labels = [each for each in scale_marks(view, 0.0, 4.0, "n", 0, roots=True) if isinstance(each, Label)]
+    heights = {each.text: float(np.asarray(each.xy)[1]) for each in labels if each.text != "n"}
+    assert heights["4"] == 2.0
+    assert heights["1"] == 1.0
+    assert heights["0"] == 0.0

@@ -58,16 +58,15 @@ def match_panel(shown: Shown) -> Panel:
     marks: list[Mark] = [Path(front + LEFT, "source"), _panes(scene, LEFT)]
     if known:
         marks += [
-            Segments(p[left], q[left], "outlier", weight=np.full(left.sum(), 0.5), dashed=True),
-            Segments(p[chosen], q[chosen], "inlier", weight=np.full(chosen.sum(), 0.66)),
+            Segments(p[left], q[left], "outlier", weight=np.full(left.sum(), 0.34), dashed=True),
+            Segments(p[chosen], q[chosen], "inlier", weight=np.full(chosen.sum(), 0.5)),
         ]
     else:
-        marks.append(Segments(p, q, "pair", weight=np.full(len(p), 0.66)))
+        marks.append(Segments(p, q, "pair", weight=np.full(len(p), 0.5)))
     marks += [
         Points(q, "ghost", "ring", radius=shown.epsilon * VIEW.scale),
         Path(scene.truth.apply(front) + RIGHT, "truth", thick=True),
         Path(shown.ghost.apply(front) + RIGHT, "ghost", thick=True),
-        Points(shown.ghost.apply(scene.source) + RIGHT, "ghost", radius=2.5),
     ]
     marks += [
         Points(q[~left], "target", "square", radius=4.0),
