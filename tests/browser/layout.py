@@ -6,7 +6,7 @@ from playwright.sync_api import Page
 
 SETTLED = 3_000  # ms: a figure's handles follow a new width a frame or two later
 # Where the focus can go, in its order: where it stands on the page and what it belongs to.
-STOPS = """() => [...document.querySelectorAll('a[href], button, input, summary, [tabindex="0"]')]
+STOPS = """() => [...document.querySelectorAll('a[href], button, input, select, summary, [tabindex="0"]')]
   .filter(e => e.tabIndex >= 0 && !e.disabled && e.checkVisibility({visibilityProperty: true}))"""
 # A link in a line of text is as tall as the line; so are the marks in it.
 SMALL = f"""() => ({STOPS})().map(e => e.matches('input[type=radio], input[type=checkbox]') ? e.closest('label') : e)

@@ -16,6 +16,7 @@ OFFERS = {
     "press": (6, "figure.figure .buttons [data-button]:not([aria-disabled=true])"),
     "slide": (4, "form.controls input[type=range]"),
     "choose": (3, "form.controls label:has(input[type=radio]:not(:checked))"),
+    "list": (3, "form.controls select"),
     "toggle": (2, "form.controls label:has(input[type=checkbox])"),
     "drag": (5, ".figure-handles :is(.handle, .ghost-handle)"),
     "move": (3, ".figure-handles :is(.handle:not(.copy), .ghost-handle)"),
@@ -282,6 +283,7 @@ SIDES = (("left", "width"), ("top", "height"))
 ARROWS = [f"{shift}Arrow{way}" for shift in ("", "Shift+") for way in ("Left", "Right", "Up", "Down")]
 KEYED = {
     "slide": ["ArrowLeft", "ArrowRight", "PageUp", "PageDown", "Home", "End"],
+    "list": ["ArrowDown", "ArrowUp", "Home", "End"],
     "move": ARROWS,
     "cross": [*ARROWS, "Enter", "Enter", "Enter"],
 }

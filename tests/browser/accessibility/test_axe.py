@@ -161,10 +161,10 @@ def test_every_stop_of_the_keyboard_is_seen(reader: Callable[..., Reader]) -> No
         unseen, met = [], 0
         page.keyboard.press("Tab")
         while page.evaluate("document.activeElement !== document.body") and met <= stops:
-            met += 1
-            shown = page.evaluate(SHOWN)
-            if not shown[0]:
-                unseen.append(shown[1])
+            seen, what, in_card = page.evaluate(SHOWN)
+            met += not in_card  # a card is a stop more, if the eye rests long enough on its link for it to open
+            if not seen:
+                unseen.append(what)
             page.keyboard.press("Tab")
         assert unseen == [], scheme
         radios = page.evaluate(RADIOS)
@@ -183,7 +183,7 @@ SHOWN = """() => {
     .map(s => [s.outlineStyle, parseFloat(s.outlineWidth)]);
   const seen = e.matches('.crosshair') ? getComputedStyle(e).opacity === '1'
     : e.matches('input[type=range]') || style.some(([line, width]) => line !== 'none' && width >= 2);
-  return [seen, e.outerHTML.slice(0, 90)];
+  return [seen, e.outerHTML.slice(0, 90), e.closest('.card') !== null];
 }"""
 RADIOS = """() => { const sets = [...document.querySelectorAll('.options')].filter(e => e.checkVisibility());
   return sets.reduce((sum, e) => sum + e.querySelectorAll('input').length - 1, 0); }"""

@@ -52,7 +52,8 @@ LINK = """id => {
   const figure = Ladder.figures.get(id);
   const { record: records, sound } = Ladder;
   const url = figure.link();
-  const { record, ignored } = sound(records.decode(url.split("?s=")[1], figure.initial), figure.initial, figure.spec);
+  const data = url.split("?s=")[1].split("&more")[0];
+  const { record, ignored } = sound(records.decode(data, figure.initial), figure.initial, figure.spec);
   return { url, record, ignored, key: records.key(record), same: records.key(figure.shown) === records.key(record) };
 }"""
 MARKUP = """svgs => {

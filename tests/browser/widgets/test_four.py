@@ -7,7 +7,7 @@ from collections.abc import Callable
 from playwright.sync_api import expect
 
 from tests.browser.conftest import Reader
-from tests.browser.figure import Figure
+from tests.browser.figure import Figure, experiments
 from tests.browser.server import SiteServer
 from widgets.engine.host import Host
 
@@ -24,7 +24,7 @@ def test_the_first_stages_and_the_end_answer_before_python_is_up(
         four.button("next").click()
     four.changes("mmd_rotation", first)
     expect(four.root.locator(".panel-caption").first).to_contain_text("4 of 5 · translation and scale")
-    page.get_by_role("button", name="The moving cloud 15 % smaller, to the end").click()
+    experiments(page, "fig-four").get_by_text("The moving cloud 15 % smaller, to the end").click()
     four.shows("mmd_scale", "−15.0")
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from playwright.sync_api import expect
 
 from tests.browser.conftest import Reader
-from tests.browser.figure import Figure
+from tests.browser.figure import Figure, experiments
 from tests.browser.server import SiteServer
 from widgets.engine.host import Host
 
@@ -23,7 +23,7 @@ def test_steps_and_a_try_answer_before_python_is_up(reader: Callable[..., Reader
     soft.button("step").click()
     third = soft.changes("objective", second)
     assert float(first) > float(second) > float(third)
-    page.get_by_role("button", name="Ten clutter points, no clutter term").click()
+    experiments(page, "fig-soft").get_by_text("Ten clutter points, no clutter term").click()
     soft.shows("stop", "step 40")
     assert float(soft.readout("rotation_error")) > 45
 

@@ -164,12 +164,12 @@ def test_solving_twice_is_solving_once() -> None:
 
 
 def test_the_last_starts_stay_as_ghosts() -> None:
-    """One grey outline for each of the last six starts."""
+    """One dotted outline for each of the last six starts."""
 
     def ghosts(solves: int) -> int:
         log = [entry for k in range(solves) for entry in (["drag", "source", -4 + k, -1], ["press", "solve"])]
         svg = Host().render("f", {**preset(WIDGET).plain(), "log": log})["panels"][0]["svg"]
-        return int(svg.count('class="line ghost"'))
+        return int(svg.count('class="line ghost dotted"'))
 
     assert [ghosts(k) for k in (0, 1, GHOSTS, GHOSTS + 2)] == [0, 1, GHOSTS, GHOSTS]
 

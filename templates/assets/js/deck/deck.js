@@ -2,21 +2,10 @@
 // to another; the slide that is seen is always known from where the column stands.
 /** @import { Options, Steps } from "./keys.js" */
 
+import { named } from "../base/address.js";
 import { around, find, findButton, on, text, together } from "../base/dom.js";
 import { addKeys, addSwipes } from "./keys.js";
 import { figures } from "../figure/registry.js";
-
-/**
- * A fragment as it was written; what cannot be decoded names nothing here.
- * @param {string} fragment
- */
-function decoded(fragment) {
-  try {
-    return decodeURI(fragment);
-  } catch {
-    return "";
-  }
-}
 
 /**
  * What goes with the current slide on other screens: the deck opened a second time follows, and leads.
@@ -155,8 +144,7 @@ export function runDeck(root) {
 
   /** The slide of whatever the address names: a number, or a figure with or without a state. */
   function addressed() {
-    const name = decoded(location.hash.slice(1)).split("?")[0];
-    const target = name && document.getElementById(name);
+    const target = named();
     return target ? slides.findIndex((slide) => slide.contains(target)) : -1;
   }
 

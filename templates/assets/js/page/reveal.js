@@ -1,12 +1,13 @@
 // What an address names may lie in something folded: that opens, in browsers that do not see to it themselves.
+import { named } from "../base/address.js";
 import { on } from "../base/dom.js";
 
 function reveal() {
-  const named = document.getElementById(decodeURIComponent(location.hash.slice(1).split("?")[0]));
-  const folded = named?.closest("details:not([open])");
+  const target = named();
+  const folded = target?.closest("details:not([open])");
   if (!(folded instanceof HTMLDetailsElement)) return;
   folded.open = true;
-  named?.scrollIntoView();
+  target?.scrollIntoView();
 }
 
 export function revealNamed() {
