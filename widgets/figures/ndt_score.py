@@ -37,6 +37,7 @@ WINDOW = (-REACH, REACH, -REACH, REACH)
 MAP = View(*WINDOW, width=460.0, pad=PAD)
 ROOM = View(-6.2, 6.2, -4.4, 4.4, width=480.0)
 START = (-0.7, -0.6)
+BEGINS = {"climb": START, "truth": (0.0, 0.0)}
 BANDS = 4
 TOPS = (0.1, 0.2, 0.4, 0.6)
 """The colour scale ends at the first of these that the coarse map does not exceed."""
@@ -58,8 +59,8 @@ class Controls:
 @dataclass(frozen=True, eq=False)
 class State:
     """scan: the source points, turned. field: their score by translation. truth: the score at the truth.
-    path: the climb from the last start. ground: the marks of the room that no climb changes. Scores are those of all
-    points and grids divided by their numbers.
+    path: the climb from the last start, before it is climbed the start alone. ground: the marks of the room that no
+    climb changes. Scores are those of all points and grids divided by their numbers.
     """
 
     controls: Controls
@@ -72,9 +73,14 @@ class State:
     path: Climb
     ground: tuple[Mark, ...]
 
+    @property
+    def climbed(self) -> bool:
+        """Whether a climb was taken, or tried."""
+        return len(self.path.tried) > 1 or self.path.status is not Status.CAPPED
+
 
 def start(controls: Controls, seed: int) -> State:
-    """The map of the target, the field of the turned scan, and a first climb."""
+    """The map of the target, the field of the turned scan, and where a first climb will begin."""
     scene = ndt_room(seed=seed, noise=controls.noise, outliers=controls.outliers)
     cells = build(scene.target[None], controls.size, grids=_grids(controls))
     scan = Pose.from_angle(np.radians(controls.rotation)).apply(scene.source)
@@ -86,12 +92,13 @@ def start(controls: Controls, seed: int) -> State:
         Ellipses(cells.mean[0][kept], floored(cells.covariance[0][kept]), "target", sigmas=2.0, filled=True),
         Points(scene.target, "target", "square", radius=2.0, weight=np.full(len(scene.target), 0.4)),
     )
-    return State(controls, seed, scene, cells, scan, field, truth, climb(cells, scan, np.array(START)), ground)
+    waiting = climb(cells, scan, np.array(START), max_steps=0)
+    return State(controls, seed, scene, cells, scan, field, truth, waiting, ground)
 
 
 def act(state: State, action: Action) -> State:
-    """Climb from elsewhere: the place picked, or the truth."""
-    begin = np.array([action.x, action.y]) if action.kind == "click" else np.zeros(2)
+    """Climb from the start, from the place picked, or from the truth."""
+    begin = np.array([action.x, action.y]) if action.kind == "click" else np.array(BEGINS[action.name])
     return replace(state, path=climb(state.cells, state.scan, np.clip(begin, -REACH, REACH)))
 
 
@@ -127,13 +134,14 @@ def _numbers(state: State, detail: int) -> _Numbers:
 
 
 def draw(state: State, detail: int = BANDS) -> Picture:
-    """The field with the climb on it, and the scan over the map where the climb ended."""
+    """The field with the climb on it, and the scan over the map where the climb has come to."""
     said = _numbers(state, detail)
     return Picture(
         (_map(state, said, detail), _room(state)),
         _readouts(said),
         _description(state, said),
         note=_note(state, said),
+        disabled=frozenset({"climb"} if state.climbed else ()),
     )
 
 
@@ -172,8 +180,9 @@ def _room(state: State) -> Panel:
         Points(state.scan + path.places[0], "ghost", radius=2.0),
         Points(state.scan + path.places[-1], "source", radius=2.0),
     )
-    name = "The scan where the climb ended, over the map's Gaussians at two standard deviations"
-    return Panel("room", name, ROOM, marks, caption="The scan over the map, where the climb ended")
+    where = "where the climb ended" if state.climbed else "where the climb will begin"
+    name = f"The scan {where}, over the map's Gaussians at two standard deviations"
+    return Panel("room", name, ROOM, marks, caption=f"The scan over the map, {where}")
 
 
 def _readouts(said: _Numbers) -> tuple[Readout, ...]:
@@ -199,6 +208,8 @@ ENDS = {
 def _note(state: State, said: _Numbers) -> str:
     if state.path.status is Status.DEGENERATE:
         return "No point of the scan lies in a cell of the map here: nothing to climb."
+    if not state.climbed:
+        return ""
     where = f"{number(said.away, 2)} u from the truth"
     return f"{said.steps} steps, {said.rejected} tries rejected; it {ENDS[state.path.status]}, {where}."
 
@@ -208,15 +219,19 @@ def _description(state: State, said: _Numbers) -> str:
     (x, y), (u, v) = path.places[0].tolist(), path.places[-1].tolist()
     p, q = said.best.tolist()
     grids = "one grid" if c.grids == "one" else "four grids"
+    course = (
+        f"took {said.steps} steps, rejected {said.rejected} tries and {ENDS[path.status]}, at"
+        f" ({number(u)}, {number(v)}) u with a score of {number(said.end, 3)}"
+        if state.climbed
+        else "has not begun"
+    )
     return (
         f"{len(state.scan)} scan points, turned by {number(c.rotation, 0)}° against the truth, are scored on a map of"
         f" {int(state.cells.kept.sum())} Gaussians from {grids} of cells of {number(c.size, 1)} u, with noise of σ ="
         f" {number(c.noise)} u and {number(100 * c.outliers, 0)} % outliers, for translations up to {number(REACH, 1)}"
         f" u along each axis. The darkest place is at ({number(p)}, {number(q)}) u; the truth, a green ring, is at the"
         f" centre and scores {number(said.truth, 3)} a point. A climb by translations alone from"
-        f" ({number(x)}, {number(y)}) u, where the score is {number(said.begin, 3)}, took {said.steps} steps, rejected"
-        f" {said.rejected} tries and {ENDS[path.status]}, at ({number(u)}, {number(v)}) u with a score of"
-        f" {number(said.end, 3)}."
+        f" ({number(x)}, {number(y)}) u, where the score is {number(said.begin, 3)}, {course}."
     )
 
 
@@ -234,7 +249,7 @@ from solvers.wall_scenes import ndt_room
 scene = ndt_room(seed={state.seed}, noise={c.noise!r}, outliers={c.outliers!r})
 cells = build(scene.target[None], {c.size!r}, grids={_grids(c)})
 scan = Pose.from_angle(np.radians({c.rotation!r})).apply(scene.source)
-path = climb(cells, scan, np.array([{x}, {y}]))
+path = climb(cells, scan, np.array([{x}, {y}]){"" if state.climbed else ", max_steps=0"})
 pairs = len(scan) * {_grids(c)}  # of a point and a grid
 truth = evaluate(cells, scene.source[None], np.zeros((1, 2)))
 
@@ -261,7 +276,8 @@ WIDGET = Widget(
     details=BANDS + 1,
     known=lambda state: state.field.known,
     buttons=(
-        Button("truth", "Climb from the truth", primary=True),
+        Button("climb", "Climb", primary=True),
+        Button("truth", "Climb from the truth"),
         *UNDONE,
     ),
     legend=(
@@ -274,8 +290,8 @@ WIDGET = Widget(
         Key("target", "map: points and Gaussians", "square"),
     ),
     clicks=("map",),
-    tape=(({}, ("truth",)), ({"grids": "four"}, ())),
+    tape=(({}, ("climb", "truth")), ({"grids": "four"}, ("climb",))),
     python=python,
-    lead=Lead(readouts=("score", "truth", "away"), controls=("rotation",), buttons=("truth", "reset")),
+    lead=Lead(readouts=("score", "truth", "away"), controls=("rotation",), buttons=("climb", "reset")),
     shows="The score of a scan on a map of Gaussians, for every translation at one rotation, and climbs on it.",
 )

@@ -134,6 +134,21 @@ def test_a_panel_enlarged_at_a_touch(reader: Callable[..., Reader], name: str) -
     assert width(first) > 2 * width(second)
 
 
+def test_on_a_phone_the_large_panel_has_the_handles_for_keys(reader: Callable[..., Reader]) -> None:
+    """Whichever panel is large: a handle is a slider there, and an arrow key moves the cloud."""
+    four = Figure(reader(width=390, height=844).open("four.html"), "fig-four").live()
+    handle = four.root.locator('.handle:not(.copy)[data-handle="source"]')
+    expect(handle).to_have_attribute("data-panel", "cpd")
+    four.root.locator('.figure-panel[data-panel="mmd"] .enlarge').click()
+    expect(handle).to_have_attribute("data-panel", "mmd")
+    handle.focus()
+    before = handle.get_attribute("aria-valuetext")
+    handle.press("ArrowLeft")
+    expect(handle).not_to_have_attribute("aria-valuetext", before or "")
+    expect(handle).to_be_focused()
+    assert four.settled().record()["log"][0][:2] == ["drag", "source"]
+
+
 def test_wide_a_panel_is_enlarged_and_let_go(reader: Callable[..., Reader]) -> None:
     race = Figure(reader().open("race.html"), "fig-race").seen()
     panel = race.root.locator('.figure-panel[data-panel="gicp"]')

@@ -14,7 +14,7 @@ from solvers import Pose, register
 from solvers.methods.soft import cpd
 from solvers.metrics import rre, rte
 from solvers.studies.walkthrough import AREA, EVERY, FOUR
-from widgets.drawing.picture import Heat, Panel, Segments
+from widgets.drawing.picture import Heat, Panel, Points, Segments
 from widgets.engine.contract import SEED, Action, preset
 from widgets.figures.four import mmd
 from widgets.figures.four.figure import PARTS, WIDGET, State, act, draw, start
@@ -112,6 +112,17 @@ def test_cpds_stages_lead_to_its_next_pose() -> None:
         composed = Pose(step.rotation, step.translation, step.scale)
         assert composed.apply(look.given) == pytest.approx(look.went.apply(look.walk.scene.source), abs=1e-9)
         assert step.sigma == pytest.approx(float(look.after.sigma[0]))
+
+
+def test_beside_the_bars_stand_the_clouds_that_they_were_made_of() -> None:
+    """The stage before in small: the same points, the same poses."""
+    state = run(stage(2))
+    look = next(look for look in state.walk.looks() if look.track.name == "mmd")
+    for index in (2, 3):
+        small = [m for m in panels(run(stage(index)))["mmd"].marks if isinstance(m, Points)]
+        for mark, cloud in zip(small, (state.walk.scene.target, look.moved), strict=True):
+            away = np.asarray(mark.xy) / mmd.SMALL - cloud
+            np.testing.assert_allclose(away - away[0], 0.0, atol=1e-12)
 
 
 def test_the_bars_are_the_96_means_and_their_difference() -> None:

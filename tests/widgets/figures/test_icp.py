@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from widgets.drawing.picture import Label, Points
 from widgets.engine.contract import SEED, Action, preset
 from widgets.engine.host import Host
 from widgets.figures.icp.figure import OPEN, STEPS, WIDGET, State, act, draw, motion, start
@@ -28,6 +29,18 @@ def run(*actions: Action, seed: int = SEED, name: str = "default", **controls: A
 
 def shown(state: State) -> dict[str, str]:
     return {readout.name: readout.value for readout in draw(state).readouts}
+
+
+def test_the_chart_goes_as_far_as_its_words_say() -> None:
+    """Eight steps at first, then more; the dot of the last step stands where the words put it."""
+    for actions, span in (((), 8), ((STEP,) * 8, 8), ((STEP,) * 9, 16), ((FINISH,), 40)):
+        state = run(*actions, start="far", turn=-110.0, offset=1.43)
+        panel = next(panel for panel in draw(state).panels if panel.name == "rms")
+        labels = [mark for mark in panel.marks if isinstance(mark, Label) and mark.anchor == "middle"]
+        words = [float(label.text) for label in labels if label.text.isdigit()]
+        assert words == [span * part / 4 for part in range(5)]
+        dots = np.concatenate([np.reshape(m.xy, (-1, 2)) for m in panel.marks if isinstance(m, Points)])
+        assert dots[:, 0].max() * span == pytest.approx(state.run.steps)
 
 
 @settings(max_examples=30, deadline=None)

@@ -13,7 +13,7 @@ from widgets.engine.contract import preset
 from widgets.engine.host import Host
 from widgets.figures.ndt_score import WIDGET
 
-TRUTH = ["press", "truth"]
+CLIMB, TRUTH = ["press", "climb"], ["press", "truth"]
 RANGES = {"rotation": (-45.0, 45.0), "noise": (0.0, 0.2), "outliers": (0.0, 0.6), "size": (0.4, 2.0)}
 
 
@@ -25,9 +25,20 @@ def shown(*log: Any, seed: int = 40, **controls: Any) -> tuple[dict[str, Any], d
     return {k: v if "·" in v else float(v) for k, v in values.items()}, frame
 
 
-def test_it_opens_on_a_climb_that_arrives() -> None:
-    """The first climb takes steps, has a try rejected and ends beside the truth, with a higher score than there."""
+def test_it_opens_before_its_climb() -> None:
+    """Nothing is climbed yet and the scan lies where the climb will begin; once climbed, there is nothing left to."""
     said, frame = shown()
+    assert said["steps"] == "0 · 0"
+    assert said["score"] == said["begin"]
+    assert "climb" not in frame["disabled"]
+    assert "where the climb will begin" in frame["panels"][1]["caption"]
+    assert "will begin" not in shown(CLIMB)[1]["panels"][1]["caption"]
+    assert shown(CLIMB)[1]["disabled"] == ["climb"]
+
+
+def test_its_first_climb_arrives() -> None:
+    """The first climb takes steps, has a try rejected and ends beside the truth, with a higher score than there."""
+    said, frame = shown(CLIMB)
     taken, rejected = (int(v) for v in said["steps"].split(" · "))
     assert taken > 3
     assert rejected > 0
@@ -51,7 +62,7 @@ def test_a_climb_starts_where_the_reader_picks_and_never_goes_down() -> None:
 def test_a_rotation_lowers_the_whole_map() -> None:
     """At 15° the readout of the rotation stays 15 whatever is climbed, the score at the truth is the same and out of
     reach, and the map's summit has moved."""
-    level, turned = shown()[0], shown(rotation=15.0)[0]
+    level, turned = shown(CLIMB)[0], shown(CLIMB, rotation=15.0)[0]
     assert turned["turn"] == 15
     assert turned["truth"] == level["truth"]
     assert turned["score"] < 0.5 * turned["truth"]
@@ -95,6 +106,7 @@ def test_coarse_levels_have_fewer_tiles() -> None:
     st.lists(
         st.one_of(
             st.just(TRUTH),
+            st.just(CLIMB),
             st.tuples(st.just("click"), st.just("map"), st.floats(-9e5, 9e5), st.floats(-9e5, 9e5)).map(list),
         ),
         max_size=3,

@@ -9,9 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from solvers import Pose
 from solvers.metrics import point_error
 from widgets.engine.contract import SEED, Action, preset
 from widgets.engine.host import Host
+from widgets.figures.pipeline.door import door
 from widgets.figures.pipeline.figure import WIDGET, State, act, draw, motion, start
 from widgets.figures.pipeline.run import right
 
@@ -115,6 +117,22 @@ def test_the_signs_accept_a_wrong_hall_unless_the_prediction_is_asked() -> None:
     assert not right(blind.scene, blind.pose)
     assert blind.accepted
     assert asked.judgement.failed == ("prediction",)
+
+
+def test_a_door_tells_the_ends_of_the_hall_apart() -> None:
+    """Half a turn off, its door lies at the other end; at the truth it lies on the true one; rooms have none."""
+    scene = run(name="hall").scene
+    wrong = run(FINISH, name="hall")
+
+    def middle(pose: Pose) -> Any:
+        (line,) = door(scene, pose, "source")
+        return np.mean(line.xy, axis=0)
+
+    true = middle(scene.truth)
+    np.testing.assert_allclose(middle(wrong.pose), -true, atol=0.1)
+    np.testing.assert_allclose(middle(run(FINISH, name="hall", draws=0.0, gate=2.6).pose), true, atol=0.1)
+    assert "at the other end of the hall from the true one" in draw(wrong).description
+    assert door(run().scene, Pose.identity(), "source") == ()
 
 
 def test_a_drag_starts_anew_from_there() -> None:

@@ -13,9 +13,10 @@ from widgets.parts.feature_marks import crests
 
 NAME = "MMD-Reg-inspired"
 STAGES = ("encode", "average", "compare", "optimise")
-LEFT, RIGHT = -4.1, 4.1  # u: where the first and the last of the bars stand
+LEFT, RIGHT = -2.3, 4.1  # u: where the first and the last of the bars stand
 TALL = 1.15  # u: a bar of a wave's mean whose length is 1
 ROW = 1.3  # u: how far above and below the middle the two rows of bars stand
+BESIDE, SMALL = -3.45, 0.32  # u: where a cloud stands beside its bars, and its size there
 
 
 def shown(look: Look) -> Shown:
@@ -48,16 +49,17 @@ def _average(look: Look) -> Shown:
         ("target", "fixed", state.fixed_mean[0], ROW),
         ("source", "moving", state.moving_mean[0], -ROW),
     )
-    marks: list[Mark] = [*_names()]
+    marks: list[Mark] = [*_names(), _beside(look, "target", ROW), _beside(look, "source", -ROW)]
     for role, name, mean, base in rows:
-        marks += [*_bars(look, mean, base, role), Label([LEFT, base], name, role, dy=18)]
+        marks += [*_bars(look, mean, base, role), Label([BESIDE, base], name, role, "middle", dy=52)]
     words = f"{len(state.fixed_mean[0])} means of each cloud, long waves first: all that is kept of it."
     return Shown(tuple(marks), words, grid=False)
 
 
 def _compare(look: Look) -> Shown:
     residual = look.before.residual[0]
-    marks = (*_names(), *_bars(look, residual, 0.0, "accent"))
+    clouds = (_beside(look, "target", 0.0), _beside(look, "source", 0.0))
+    marks = (*_names(), *clouds, *_bars(look, residual, 0.0, "accent"))
     words = f"The {len(residual)} differences; their squares add up to {_squares(look.before)}, an estimate of MMD²."
     return Shown(marks, words, grid=False)
 
@@ -95,11 +97,17 @@ def _bars(look: Look, entries: Array, base: float, role: Role) -> tuple[Mark, ..
     )
 
 
+def _beside(look: Look, role: Role, y: float) -> Points:
+    """A cloud in small, as the stage before showed it: what the bars beside it were made of."""
+    points = look.walk.scene.target if role == "target" else look.moved
+    return Points(SMALL * points + [BESIDE, y], role, "square" if role == "target" else "dot", radius=1.2)
+
+
 def _names() -> tuple[Mark, ...]:
-    y = VIEW.y0 + 0.2
+    y, quarter = VIEW.y0 + 0.2, 0.25 * (RIGHT - LEFT)
     return (
-        Label([0.5 * LEFT, y], "48 cosines", "guide", "middle"),
-        Label([0.5 * RIGHT, y], "48 sines", "guide", "middle"),
+        Label([LEFT + quarter, y], "48 cosines", "guide", "middle"),
+        Label([RIGHT - quarter, y], "48 sines", "guide", "middle"),
     )
 
 

@@ -35,6 +35,7 @@ from widgets.parts.room import (
 STEPS = 40
 OPEN = 3.0  # u: a gate that is as wide as its slider goes stands open
 HIGHEST = 1.2  # u, of the RMS in its chart
+SPANS = (8, 16, STEPS)  # its chart goes to the first of these that holds the steps taken: the first falls are large
 
 
 @dataclass(frozen=True)
@@ -142,13 +143,17 @@ def draw(state: State) -> Picture:
 
 
 def _rms_chart(run: Run) -> Panel:
-    """Two lines a step: the move, along which the pairs are kept, and the matching, which moves nothing."""
-    k = np.arange(len(run.course), dtype=float)
+    """Two lines a step: the move, along which the pairs are kept, and the matching, which moves nothing.
+
+    The axis is in parts of its span, and the words on it are steps, so that the panel's window stays.
+    """
+    span = next(span for span in SPANS if run.steps <= span)
+    k, step = np.arange(len(run.course)) / span, 1.0 / span
     rms, moved = (np.array([getattr(e, name) for e in run.course]) for name in ("rms", "moved"))
-    series = [Series([0.0, STEPS], [run.truth.rms[0]] * 2, "truth", "at the truth", dashed=True)]
+    series = [Series([0.0, 1.0], [run.truth.rms[0]] * 2, "truth", "at the truth", dashed=True)]
     if run.rule.objective_falls and not run.rule.rms_falls:
         series.append(Series(k, [e.mean for e in run.course], "accent", "√(objective/n)", dashed=True))
-    half, gap = k[1:] - 0.5, np.full(len(k) - 1, np.nan)
+    half, gap = k[1:] - 0.5 * step, np.full(len(k) - 1, np.nan)
     series += [
         Series(_woven(half, k[1:], gap), _woven(moved[1:], rms[1:], gap), "target"),
         Series(_woven(k[:-1], half, gap), _woven(rms[:-1], moved[1:], gap), "source"),
@@ -159,12 +164,13 @@ def _rms_chart(run: Run) -> Panel:
         series,
         x_label="step",
         y_label="RMS over the pairs used, u",
-        x_range=(0.0, float(STEPS)),
+        x_range=(0.0, 1.0),
+        x_ticks=[(part, f"{part * span:.0f}") for part in (0.0, 0.25, 0.5, 0.75, 1.0)],
         y_range=(0.0, HIGHEST),
-        now=float(run.steps),
+        now=run.steps * step,
         height=170.0,
     )
-    dots, up = np.stack([k, np.minimum(rms, HIGHEST)], axis=1), np.isin(k, run.rises)
+    dots, up = np.stack([k, np.minimum(rms, HIGHEST)], axis=1), np.isin(np.arange(len(k)), run.rises)
     return with_marks(
         panel, Points(dots[~up], "source", radius=2.5), Points(dots[up], "outlier", "diamond", radius=4.0)
     )

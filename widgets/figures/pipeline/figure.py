@@ -24,6 +24,7 @@ from widgets.drawing.picture import (
 )
 from widgets.engine.contract import UNDONE, Action, Button, Key, Lead, Motion, Widget
 from widgets.engine.controls import choice, slider
+from widgets.figures.pipeline.door import door
 from widgets.figures.pipeline.run import (
     CALLS,
     METHODS_OF,
@@ -141,11 +142,12 @@ def motion(before: State, after: State) -> Motion | None:
 def draw(state: State) -> Picture:
     """The scene as the present stage leaves it, and the signs there."""
     scene, found = state.scene, state.judgement.evidence
-    moved = state.pose.apply(scene.source)
+    moved, carried = state.pose.apply(scene.source), source(scene, state.pose, found.explained)
     marks: tuple[Mark, ...] = (
         *(outline(scene, state.stages[0].pose, "ghost") if len(state.stages) > 1 else ()),
         *state.backdrop,
-        source(scene, state.pose, found.explained),
+        *door(scene, scene.truth, "truth"),
+        replace(carried, marks=(*door(scene, state.pose, "source"), *carried.marks)),
         Points(moved[~found.explained], "outlier", "cross", radius=4.0),
         _heading(state),
     )
@@ -235,6 +237,7 @@ def _description(state: State) -> str:
     words = [
         f"{len(scene.source)} source and {len(scene.target)} target points, scene {SCENES[c.scene].lower()}, noise of"
         f" σ = {number(c.noise)} u, {number(c.outliers, 0)} % outliers.",
+        *([_ends(turn)] if scene.name == "hall" else []),
         f"Left out: {' and '.join(left_out)}." if left_out else "No stage is left out.",
         f"The stage shown is called {TITLES[state.stages[-1].name]}: the source lies turned by {degrees(heading)}° with"
         f" its origin at ({number(x)}, {number(y)}) u, {number(turn, 1)}° and {number(shift)} u from the truth.",
@@ -243,6 +246,11 @@ def _description(state: State) -> str:
     if state.verdict:
         words.append(_note(state))
     return " ".join(words)
+
+
+def _ends(turn: float) -> str:
+    end = "the other end of the hall from" if turn > 90.0 else "the same end of the hall as"
+    return f"A shut door, which no scan sees, lies at {end} the true one."
 
 
 def _told(sign: Sign) -> str:

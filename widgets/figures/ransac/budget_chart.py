@@ -34,7 +34,7 @@ def budget_chart(confidence: float, sample: int, cap: int, share: float | None) 
         y_range=(1.0, TOP),
         log=True,
         now=share,
-        height=300.0,
+        height=180.0,
     )
     if share is None:
         return panel

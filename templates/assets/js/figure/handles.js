@@ -18,15 +18,16 @@ function hint() {
 }
 
 /**
- * A handle's button in a panel. Those in the panels that it can `also` be taken in are for the pointer alone. It is a
- * slider to screen readers, which keep the arrow keys of a button to themselves.
+ * A handle's button in a panel: a slider to screen readers, which keep the arrow keys of a button to themselves. In all
+ * panels but one it is a copy, for the pointer alone.
  * @param {Handle} handle
  * @param {string} panel
+ * @param {boolean} copy
  */
-function made({ name, label, kind, radius, panel: own }, panel) {
+function made({ name, label, kind, radius }, panel, copy) {
   const shared = { type: "button", "data-handle": name, "data-panel": panel };
   const attributes =
-    panel === own
+    !copy
       ? { ...shared, class: `handle ${kind}`, role: "slider", "aria-label": label, "aria-describedby": HINT }
       : { ...shared, class: `handle ${kind} copy`, tabindex: "-1", "aria-hidden": "true" };
   const button = make("button", attributes);
@@ -50,12 +51,12 @@ function slide(button, { value, slider: [least, most, now] }) {
  * @param {Overlay} overlay
  */
 export function addHandles(figure, overlay) {
-  /** @type {Map<string, HTMLButtonElement>} "handle panel" → button */
-  const buttons = new Map();
+  /** @type {Map<string, HTMLButtonElement>} */
+  const buttons = new Map(); // by the handle's name; a copy by its panel's too
   /** @param {string} name */
   const of = (name) => figure.frame.handles.find((handle) => handle.name === name);
   /** @param {string} name */
-  const own = (name) => buttons.get(`${name} ${of(name)?.panel}`);
+  const own = (name) => buttons.get(name);
   const drags = addDrags(figure, overlay, { of, own, update });
   /** @type {[handle: string, key: string][]} pressed faster than frames come */
   let keys = [];
@@ -66,19 +67,19 @@ export function addHandles(figure, overlay) {
     const places = figure.frame.handles.flatMap((handle) =>
       [handle.panel, ...(handle.also ?? [])]
         .filter(seen)
-        .map((panel) => ({ key: `${handle.name} ${panel}`, handle, panel })),
+        .map((panel, i) => ({ key: i ? `${handle.name} ${panel}` : handle.name, handle, panel, copy: i > 0 })),
     );
-    const wanted = new Set(places.map(({ key }) => key));
+    const wanted = new Map(places.map(({ key, panel }) => [key, panel]));
     for (const [key, button] of buttons) {
-      if (wanted.has(key)) continue;
+      if (wanted.get(key) === button.dataset.panel) continue;
       if (button === document.activeElement) figure.focus();
       overlay.remove(button);
       buttons.delete(key);
     }
-    for (const { key, handle, panel } of places) {
-      const button = buttons.get(key) ?? overlay.layer.appendChild(made(handle, panel));
+    for (const { key, handle, panel, copy } of places) {
+      const button = buttons.get(key) ?? overlay.layer.appendChild(made(handle, panel, copy));
       buttons.set(key, button);
-      if (panel === handle.panel) slide(button, handle);
+      if (!copy) slide(button, handle);
       if (drags.held !== button) overlay.put(button, panel, handle.left, handle.top);
     }
   }
