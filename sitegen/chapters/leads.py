@@ -11,7 +11,7 @@ from sitegen.figures.model import Figure
 from sitegen.figures.wire import Plain
 from sitegen.markup.directives import Attribute
 from sitegen.problems import Place, Problems, hint
-from widgets.engine.contract import Lead, Widget
+from widgets.engine.contract import Button, Lead, Widget
 from widgets.engine.controls import specs
 
 LEADING = ("panels", "readouts", "controls", "buttons")
@@ -45,13 +45,14 @@ def check(what: str, names: Sequence[str], known: Sequence[str], places: Sequenc
             problems.add(place, f"no {what.removesuffix('s')} {name!r}{hint(name, known)}")
 
 
-def check_drawn(figure: Figure, frame: Plain, problems: Problems) -> None:
+def check_drawn(figure: Figure, main: Button | None, frame: Plain, problems: Problems) -> None:
     """Tell of panels and readouts that a placement leads with and that the drawn figure does not have; and of a main
-    button that has nothing left to do."""
-    for button in figure.widget.buttons:
-        if button.primary and {button.name, button.repeats} & {*frame["disabled"]}:
-            says = f"the figure opens with its main button {button.label!r} off: after= shows what it comes to"
-            problems.add(figure.place, says)
+    button that has nothing left to do, or waits behind *More*."""
+    if main and {main.name, main.repeats} & {*frame["disabled"]}:
+        says = f"the figure opens with its main button {main.label!r} off: after= shows what it comes to"
+        problems.add(figure.place, says)
+    if main and figure.lead and figure.lead.buttons is not None and main.name not in figure.lead.buttons:
+        problems.add(figure.place, f"the main button {main.label!r} does not lead: buttons= names what does")
     if figure.lead is None:
         return
     for what, names in (("panels", figure.lead.panels or ()), ("readouts", figure.lead.readouts or ())):

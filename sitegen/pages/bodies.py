@@ -84,8 +84,8 @@ class Pen:
         tape = self.tapes.get((chapter.name, figure.id))
         if tape is None:  # its widget fails, which is told
             return Markup("")
-        check_drawn(figure, tape.first, problems)
         view = figure_view(figure, figure.record.plain(), tape.first, tape.name, says, caption, tape.results)
+        check_drawn(figure, view.main, tape.first, problems)
         after = frames_of(self.bakery, problems, figure, [figure.after]) if figure.after else [None]
         return figure_html(self.templates)(replace(view, after=next(iter(after), None), question=question))
 

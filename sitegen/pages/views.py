@@ -22,6 +22,7 @@ from widgets.engine.contract import Button, Lead, Widget
 from widgets.engine.controls import Spec, specs
 
 IDS = re.compile(r' id="[^"]*"')
+_BOLD = re.compile(r"<strong>(.*?)</strong>")
 
 
 @dataclass(frozen=True)
@@ -66,6 +67,14 @@ class FigureView:
     whole: bool = True
     after: Plain | None = None
     question: Question | None = None
+
+    @property
+    def main(self) -> Button | None:
+        """The filled button: the first that the sentence names in bold, or else, if it leads, the widget's own."""
+        labels = {button.label: button for button in self.widget.buttons}
+        named = [labels[bold] for bold in _BOLD.findall(self.says) if bold in labels]
+        own = [button for button in self.leading.buttons if button.primary]
+        return next(iter([*named, *own]), None)
 
     @property
     def leading(self) -> Part:

@@ -32,7 +32,7 @@ BOTTOMS = """() => [...document.querySelectorAll('figure.figure')].map(figure =>
 # The part of the first panel that is in the window and under nothing, while something of its figure has the focus.
 SEEN = """([id, index]) => {
   const figure = document.getElementById(id);
-  const fields = figure.querySelectorAll('.figure-body :is(input, .buttons button)');
+  const fields = figure.querySelectorAll('.figure-body :is(input, select, .buttons button)');
   const field = fields[index];
   field.focus();
   const r = field.getBoundingClientRect(), at = document.elementFromPoint(r.left + r.width / 2, r.top + r.height / 2);
@@ -73,7 +73,7 @@ def test_a_phone_keeps_the_picture_in_sight(reader: Callable[..., Reader], pages
         page.goto(f"{one.origin}/{name}")
         page.evaluate("document.querySelectorAll('details.figure-rest').forEach(e => { e.open = true; })")
         for figure in figures(page):
-            fields = figure.root.locator(".figure-body :is(input, .buttons button)").count()
+            fields = figure.root.locator(".figure-body :is(input, select, .buttons button)").count()
             for index in range(fields):
                 shown, free = page.evaluate(SEEN, [figure.name, index])
                 assert shown >= 0.6, (name, figure.name, index, shown)

@@ -61,6 +61,22 @@ def test_the_sentence_before_the_bar_stands_above_the_picture(desk: Project) -> 
 
 
 @pytest.mark.parametrize(
+    ("sentence", "main"), [("Press **Go** | C", "go"), ("Press **New**, then **Go** | C", "new"), ("**Not** | C", "go")]
+)
+def test_the_filled_button_is_the_one_that_the_sentence_names(desk: Project, sentence: str, main: str) -> None:
+    """The first of them in bold; where it names none, the widget's own."""
+    html = led(desk, "", sentence)
+    assert re.findall(r'data-button="(\w+)" class="primary"', html) == [main]
+
+
+def test_a_main_button_leads(desk: Project) -> None:
+    desk.chapter("\n::figure[Press **Go** | C]{toy id=demo buttons=new}\n")
+    (problem,) = desk.problems()
+    assert "main button 'Go' does not lead" in problem
+    assert 'class="primary"' not in led(desk, "buttons=new")
+
+
+@pytest.mark.parametrize(
     ("attributes", "said"),
     [
         ("controls=noise,¦nois", "no control 'nois'; did you mean 'noise'?"),

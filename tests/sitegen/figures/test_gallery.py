@@ -223,6 +223,17 @@ def test_weights_help_from_near_and_not_from_midway() -> None:
     assert wilson(midway[0][0], found.runs)[0] < wilson(midway[0][1], found.runs)[1], "so this shows no harm"
 
 
+def test_point_pairs_crab_and_planes_do_not() -> None:
+    """Point pairs never overtake a mean that the long wall holds back, and stop short; planes arrive in two steps."""
+    found = result("crab-walk")
+    point, plane = found.gaps
+    held = [0.6 * (1.0 - found.facing) ** step for step in range(len(point))]
+    assert all(a >= b - 1e-9 for a, b in zip(point, held, strict=True))
+    assert point[-1] == point[-2] > 0.15
+    assert abs(plane[2]) < 0.01
+    assert [corners[0][2][0] for corners in found.corners] == pytest.approx([7.4, 7.4])
+
+
 def test_four_grids_jump_more_often_and_less_far() -> None:
     found = result("score-continuity")
     assert found.jumps[1] > found.jumps[0] > 100
