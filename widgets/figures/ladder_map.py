@@ -32,11 +32,12 @@ VIEW = View(-3.0, 3.0, -2.5, 2.5, width=300.0)
 COUNT = 36
 NOISE = 0.05  # u
 WRONG = 10  # wrong partners on rung 2
-SHIFT = np.array([-0.55, -0.35])
+SHIFT = np.array([-0.1, -0.07])  # u, a third of the way from point to point: without a turn the nearest are right
 CELL = 1.25  # u, the side of a cell on rung 4
 LEAST = 3  # points that a cell needs for a Gaussian
 SIGMA = 0.45  # u, the bandwidth of the soft weights on rung 5
 WAVELENGTH = 2.6  # u, of the one frequency shown on rung 5
+WAVES, LENGTH = 64, 0.6  # how many waves the readout compares, and the length scale (u) that they are drawn for
 DIAL = np.array([2.1, -1.6])
 
 
@@ -44,7 +45,7 @@ DIAL = np.array([2.1, -1.6])
 class Controls:
     """The one thing to change."""
 
-    turn: float = slider(-40.0, "Turn of the source", -180.0, 180.0, 5.0, "°")
+    turn: float = slider(-10.0, "Turn of the source", -180.0, 180.0, 5.0, "°")
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +54,7 @@ class State:
 
     proposed: (n,) the target row that rung 2 is told for each source row; `wrong` (n,) where that is not the partner.
     squares: (n, n) squared distances from each moved source point to each target point.
-    frequency: (2,) the plane wave of rung 5, radians a unit.
+    frequency: (2,) the plane wave of rung 5 that is shown, radians a unit; waves: (k, 2) those that are compared.
     """
 
     controls: Controls
@@ -64,6 +65,7 @@ class State:
     proposed: np.ndarray[tuple[int], np.dtype[np.int64]]
     squares: Array
     frequency: Array
+    waves: Array
 
     @property
     def near(self) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
@@ -89,9 +91,10 @@ def start(controls: Controls, seed: int) -> State:
     proposed[mixed] = np.roll(mixed, 1)
     way = np.pi * rng.uniform()
     frequency = 2 * np.pi / WAVELENGTH * np.array([np.cos(way), np.sin(way)])
+    waves = rng.standard_normal((WAVES, 2)) / LENGTH
     moved = Pose.from_angle(np.radians(controls.turn), SHIFT).apply(bird)
     squares = ((moved[:, None] - target) ** 2).sum(axis=2)
-    return State(controls, seed, bird, moved, target, proposed, np.asarray(squares), frequency)
+    return State(controls, seed, bird, moved, target, proposed, np.asarray(squares), frequency, waves)
 
 
 def act(state: State, action: Action) -> State:
@@ -106,12 +109,13 @@ def weights(state: State) -> Array:
     return np.asarray(kernel / kernel.sum(axis=1, keepdims=True))
 
 
-def feature_means(state: State) -> tuple[Array, Array]:
-    """Mean of (cos ω·x, sin ω·x) over the source and over the target: where each cloud lies on the wave, on average."""
+def feature_means(state: State, frequencies: Array) -> tuple[Array, Array]:
+    """Means of (cos ω·x, sin ω·x) over the source and over the target, each (…, 2) for frequencies ω (…, 2): where each
+    cloud lies on the waves, on average."""
 
     def mean(points: Array) -> Array:
-        phase = points @ state.frequency
-        return np.array([np.cos(phase).mean(), np.sin(phase).mean()])
+        phase = frequencies @ points.T
+        return np.stack([np.cos(phase).mean(axis=-1), np.sin(phase).mean(axis=-1)], axis=-1)
 
     return mean(state.moved), mean(state.target)
 
@@ -126,8 +130,9 @@ def draw(state: State) -> Picture:
     p, q = state.moved, state.target
     right = int((state.near == np.arange(COUNT)).sum())
     share = float(weights(state).diagonal().mean())
-    here, there = feature_means(state)
-    gap = float(np.hypot(*(here - there)))
+    here, there = feature_means(state, state.frequency)
+    means = feature_means(state, state.waves)
+    gap = float(np.sqrt(((means[0] - means[1]) ** 2).sum(axis=1).mean()))
     clouds = (
         _faint(q, "target"),
         _faint(p, "source"),
@@ -148,7 +153,7 @@ def draw(state: State) -> Picture:
     readouts = (
         Readout("right_nearest", f"Nearest points that are the true partner, of {COUNT}", str(right)),
         Readout("right_soft", "Soft weight on the true partner, mean", number(share)),
-        Readout("mean_gap", "Distance between the two means of the wave", number(gap)),
+        Readout("mean_gap", f"Distance between the means, RMS over {WAVES} waves", number(gap)),
     )
     return Picture(panels, readouts, _description(state, right, share, gap))
 
@@ -269,8 +274,9 @@ def _description(state: State, right: int, share: float, gap: float) -> str:
         f" tangent at the nearest point, with the target's normals. Four: an ellipse for the Gaussian of each cell of"
         f" {CELL} u with {LEAST} target points or more; source points in other cells are grey. Five: threads from each"
         f" source point to the target points around it, as strong as their weights, of which {number(share)} on average"
-        f" is on the true partner. Five again: a plane wave over both clouds and a dial with its mean over each,"
-        f" {number(gap)} apart. Nine: green arrows along the displacements that a flow has to produce."
+        f" is on the true partner. Five again: a plane wave over both clouds and a dial with its mean over each;"
+        f" over {WAVES} waves the means are {number(gap)} apart. Nine: green arrows along the displacements that a flow"
+        " has to produce."
     )
 
 
@@ -281,7 +287,7 @@ from solvers import Pose
 from solvers.scenes import BIRD
 
 # The bird as evenly spaced points, and the same points again with noise.
-n, sigma, wavelength = {COUNT}, {SIGMA}, {WAVELENGTH}
+n, sigma = {COUNT}, {SIGMA}
 closed = np.vstack([BIRD, BIRD[:1]])
 lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(closed, axis=0), axis=1))])
 along = np.arange(n) / n * lengths[-1]
@@ -290,19 +296,19 @@ bird -= bird.mean(axis=0)
 rng = np.random.default_rng({state.seed})
 target = bird + {NOISE} * rng.standard_normal((n, 2))
 rng.permutation(n)  # which pairs rung 2 gets wrong
-way = np.pi * rng.uniform()
-frequency = 2 * np.pi / wavelength * np.array([np.cos(way), np.sin(way)])
+rng.uniform()  # which way the wave of the picture goes
+waves = rng.standard_normal(({WAVES}, 2)) / {LENGTH}
 moved = Pose.from_angle(np.radians({state.controls.turn!r}), {tuple(SHIFT.tolist())!r}).apply(bird)
 
-# Partners: the nearest, soft shares, and the mean of one wave.
+# Partners: the nearest, soft shares, and the means of many waves.
 squares = ((moved[:, None] - target) ** 2).sum(axis=2)
 soft = np.exp((squares.min(axis=1, keepdims=True) - squares) / (2 * sigma**2))
 soft /= soft.sum(axis=1, keepdims=True)
-means = [np.exp(1j * points @ frequency).mean() for points in (moved, target)]
+means = [np.exp(1j * waves @ points.T).mean(axis=1) for points in (moved, target)]
 
 print("right_nearest", np.sum(squares.argmin(axis=1) == np.arange(n)))
 print("right_soft", soft.diagonal().mean())
-print("mean_gap", abs(means[0] - means[1]))
+print("mean_gap", np.sqrt(np.mean(np.abs(means[0] - means[1]) ** 2)))
 """
 
 
@@ -324,7 +330,7 @@ WIDGET = Widget(
         Key("guide", "cells, or crests of a wave", "line"),
         Key("truth", "displacement to the truth", "line"),
     ),
-    tape=tuple(({"turn": turn}, ()) for turn in (-40.0, 0.0, 90.0, 180.0)),
+    tape=tuple(({"turn": turn}, ()) for turn in (-10.0, 0.0, 90.0, 180.0)),
     python=python,
     lead=Lead(buttons=("new",)),
     shows="One small picture a rung: what links two clouds.",
