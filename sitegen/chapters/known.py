@@ -43,4 +43,5 @@ class Known:
     readouts: Callable[[Figure, Plain], Mapping[str, str]] = field(compare=False)
     figure_html: Callable[[Figure, Markup, Markup, Question | None], Markup] = field(compare=False)
     plot_html: Callable[[Placed, Markup], Markup] = field(compare=False)
+    picture_html: Callable[[Sequence[Plain], str, Markup], Markup] = field(compare=False)
     problems: Problems = field(compare=False)

@@ -31,17 +31,18 @@ def listed(directive: Directive, at: Callable[[int], Place], problems: Problems)
     return found
 
 
-def placed(
-    directive: Directive, at: Callable[[int], Place], number: str, widgets: Mapping[str, Widget], problems: Problems
-) -> Figure | None:
-    """The figure that a `::figure` line places, its tape as its widget wants it; None where it names no widget."""
-    given = listed(directive, at, problems)
-    if given is None:
-        return None
+def widget_of(
+    directive: Directive,
+    given: Sequence[Attribute],
+    at: Callable[[int], Place],
+    widgets: Mapping[str, Widget],
+    problems: Problems,
+) -> tuple[Widget, str] | None:
+    """The widget that a line names first, and the preset that it names; None, and a problem, where there is none."""
     bare = [a for a in given if not a.name]
     if not bare:
         problems.add(
-            at(directive.attributes_start), "a figure names its widget first: {kabsch preset=default id=solve}"
+            at(directive.attributes_start), f"a {directive.name} names its widget first: {{kabsch preset=default}}"
         )
         return None
     if bare[0].value not in widgets:
@@ -50,9 +51,7 @@ def placed(
         return None
     for extra in bare[1:]:
         problems.add(at(extra.start), f"name=value is expected, not {extra.value!r}")
-    widget = widgets[bare[0].value]
-    named = {a.name: a for a in given if a.name}
-    chosen = named.pop("preset", None)
+    widget, chosen = widgets[bare[0].value], next((a for a in given if a.name == "preset"), None)
     name = chosen.value if chosen else "default"
     if name not in widget.presets:
         problems.add(
@@ -60,6 +59,19 @@ def placed(
             f"{widget.name} has no preset {name!r}{hint(name, widget.presets)}",
         )
         return None
+    return widget, name
+
+
+def placed(
+    directive: Directive, at: Callable[[int], Place], number: str, widgets: Mapping[str, Widget], problems: Problems
+) -> Figure | None:
+    """The figure that a `::figure` line places, its tape as its widget wants it; None where it names no widget."""
+    given = listed(directive, at, problems)
+    found = widget_of(directive, given, at, widgets, problems) if given is not None else None
+    if given is None or found is None:
+        return None
+    widget, name = found
+    named = {a.name: a for a in given if a.name and a.name != "preset"}
     figure_id = named.pop("id", None)
     if (figure_id and not figure_id.value.replace("-", "").isalnum()) or (figure_id and not figure_id.value.isascii()):
         problems.add(at(figure_id.value_start), f"{figure_id.value!r} is no id: ASCII letters, digits and hyphens")

@@ -20,6 +20,7 @@ from sitegen.chapters.glossary import named
 from sitegen.chapters.known import Known
 from sitegen.chapters.leads import halves
 from sitegen.chapters.links import Links
+from sitegen.chapters.pictures import drawn
 from sitegen.chapters.placing import changed, listed
 from sitegen.chapters.predictions import judged
 from sitegen.chapters.promises import hold
@@ -100,6 +101,7 @@ class _Renderer:
             "footnote_ref": self._note_reference,
             "figure": self._figure,
             "plot": self._plot,
+            "picture": self._picture,
             "predict": lambda token: "",  # its figure asks
             "try": self._try,
             "aside": lambda token: f'<div class="aside" role="note"><p>{self._inline(token.children)}</p></div>\n',
@@ -244,6 +246,11 @@ class _Renderer:
     def _plot(self, token: Token) -> str:
         plot = self._survey.plot(token)
         return "" if plot is None else str(self._known.plot_html(plot, Markup(self._inline(token.children))))
+
+    def _picture(self, token: Token) -> str:
+        picture, caption = self._survey.picture(token), Markup(self._inline(token.children))
+        found = drawn(picture, self._known) if picture else None
+        return str(self._known.picture_html(*found, caption)) if found else ""
 
     def _try(self, token: Token) -> str:
         text = self._inline(token.children)

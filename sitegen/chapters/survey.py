@@ -13,12 +13,13 @@ from dataclasses import dataclass, field
 from markdown_it.token import Token
 
 from sitegen.chapters.content import Chapter
+from sitegen.chapters.pictures import still
 from sitegen.chapters.placing import changed, id_of, listed, placed
 from sitegen.chapters.plot_placing import placed as placed_plot
 from sitegen.chapters.predictions import prediction
 from sitegen.chapters.promises import HOLDS, OWN, TESTED, Promise, promise, tell_unheld
 from sitegen.chapters.slides import Slide
-from sitegen.chapters.surveyed import Button, Heading, Prediction, Staged, Survey, Tokens, is_mark
+from sitegen.chapters.surveyed import Button, Heading, Prediction, Staged, Still, Survey, Tokens, is_mark
 from sitegen.figures.gallery import Placed, Plot
 from sitegen.figures.model import Figure, distinct, ways
 from sitegen.figures.wire import Plain
@@ -34,7 +35,7 @@ from widgets.engine.controls import specs
 OWN_IDS = ("main", "cite-this-page", "notebook", "slides")
 OWN_PREFIXES = ("fig-", "eq-", "note-", "noteref-", "claim-", "card-")
 SENTENCE = re.compile(r"\s*[.,]((?:\s*\\end\{\w+\})*)\s*$")
-NUMBERED = ("heading_open", "figure", "plot")
+DISPLAYED = ("heading_open", "figure", "picture", "plot")
 LINKS = ("link_open", "claim_open", "cite", "ref", "term", "footnote_ref")
 
 
@@ -57,6 +58,7 @@ class _Finding:
     heading_of: dict[Located[Anchor], Heading] = field(default_factory=dict)
     figure_of: dict[Located[Directive], Figure] = field(default_factory=dict)
     plot_of: dict[Located[Directive], Placed] = field(default_factory=dict)
+    picture_of: dict[Located[Directive], Still] = field(default_factory=dict)
     button_of: dict[Located[Directive], Button] = field(default_factory=dict)
     promise_of: dict[Located[Directive], Promise] = field(default_factory=dict)
     first: dict[str, Located[NoteMark]] = field(default_factory=dict)
@@ -68,7 +70,7 @@ class _Finding:
     def survey(self) -> Survey:
         """What has been found, as others get it."""
         tokens = Tokens(
-            self.heading_of, self.figure_of, self.plot_of, self.button_of, self.promise_of, self.first
+            self.heading_of, self.figure_of, self.plot_of, self.picture_of, self.button_of, self.promise_of, self.first
         )
         return Survey(
             self.chapter,
@@ -100,6 +102,8 @@ def survey(chapter: Chapter, widgets: Mapping[str, Widget], plots: Mapping[str, 
                 _figure(found, token, widgets, problems)
             case "plot":
                 _plot(found, token, plots, problems)
+            case "picture":
+                _picture(found, token, widgets, problems)
     _within(found, [*flow, *(t for tokens in chapter.document.footnotes.values() for t in tokens)], problems)
     for slide in chapter.slides:
         shown, lost = found.figures.get(slide.figure), f"fig:{slide.figure}" in found.lost
@@ -130,7 +134,7 @@ def _within(
         for child in token.children or []:
             if child.type == "promise_open":
                 _promise(found, child, own, lost or (token.type == "figure" and own is None), problems)
-        if token.type in ("figure", "plot", "predict", "try", "aside") and not token.children:
+        if token.type in ("figure", "picture", "plot", "predict", "try", "aside") and not token.children:
             problems.add(located(token, Directive).place, f"::{token.type} has no text")
 
 
@@ -195,6 +199,15 @@ def _plot(found: _Finding, token: Token, plots: Mapping[str, Plot], problems: Pr
         found.lost.add(f"fig:{id_of(line.thing)}")
 
 
+def _picture(found: _Finding, token: Token, widgets: Mapping[str, Widget], problems: Problems) -> None:
+    line = located(token, Directive)
+    shown = still(line.thing, line.at, len(found.picture_of) + 1, widgets, problems)
+    if shown is not None:
+        found.picture_of[line] = shown
+        if shown.promise is None:
+            _unheld(line.thing, line.at, problems)
+
+
 def _next(found: _Finding) -> str:
     """The number of the next figure: one series for live ones and plots."""
     return found.chapter.numbered(len(found.figures) + len(found.plots) + 1)
@@ -227,8 +240,8 @@ def _notes(found: _Finding, problems: Problems) -> None:
         for mark in _marks(tokens):
             problems.add(mark.place, "a footnote cannot refer to a footnote")
         for token in tokens:
-            if token.type in NUMBERED:
-                says = "headings, figures and plots stand in the chapter itself, not in a footnote"
+            if token.type in DISPLAYED:
+                says = "headings, figures, pictures and plots stand in the chapter itself, not in a footnote"
                 problems.add(located(token, object).place, says)
         if label not in found.notes:
             line = next((t.map[0] + 1 for t in tokens if t.map), 1)

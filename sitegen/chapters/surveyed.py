@@ -58,6 +58,17 @@ class Prediction:
 
 
 @dataclass(frozen=True)
+class Still:
+    """What a `::picture` line shows: panels of a figure in a state, the first where it names none, and what is expected
+    there."""
+
+    figure: Figure
+    record: Plain
+    panels: Sequence[str] = ()
+    promise: Promise | None = None
+
+
+@dataclass(frozen=True)
 class Staged:
     """A slide with what it shows of its chapter; `record` is the state that its figure stands in."""
 
@@ -78,6 +89,7 @@ class Tokens:
     headings: Mapping[Located[Anchor], Heading]
     figures: Mapping[Located[Directive], Figure]
     plots: Mapping[Located[Directive], Placed]
+    pictures: Mapping[Located[Directive], Still]
     buttons: Mapping[Located[Directive], Button]
     promises: Mapping[Located[Directive], Promise]
     first: Mapping[str, Located[NoteMark]]
@@ -128,6 +140,10 @@ class Survey:
     def plot(self, token: Token) -> Placed | None:
         """The plot that a `::plot` line places."""
         return self.tokens.plots.get(located(token, Directive))
+
+    def picture(self, token: Token) -> Still | None:
+        """What a `::picture` line shows."""
+        return self.tokens.pictures.get(located(token, Directive))
 
     def button(self, token: Token) -> Button | None:
         """What a `::try` line does."""

@@ -12,7 +12,7 @@ from sitegen.markup.located import Citation, InLine, NoteMark, Work, footnote_la
 from sitegen.markup.unclosed import fault, lose
 from sitegen.problems import hint
 
-BLOCK = ("figure", "plot", "predict", "try", "aside")
+BLOCK = ("figure", "picture", "plot", "predict", "try", "aside")
 INLINE = ("value", "readout", "promise", "claim", "ref", "term")
 AROUND = ("promise", "claim")  # their text is Markdown: a token opens it, and one closes it
 CITATION = re.compile(r"\[(@[^\]]*)\]")

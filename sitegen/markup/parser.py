@@ -1,8 +1,8 @@
 """Markdown → tokens: markdown-it with formulas, footnotes and directives, every token that can be wrong with its place.
 
-After parsing, directives are single tokens ("figure", "plot", "predict", "try", "aside", "value", "readout", "ref",
-"term", "cite") or pairs ("claim_open", "claim_close", and so for "promise"), and footnote definitions are taken out of
-the flow.
+After parsing, directives are single tokens ("figure", "picture", "plot", "predict", "try", "aside", "value", "readout",
+"ref", "term", "cite") or pairs ("claim_open", "claim_close", and so for "promise"), and footnote definitions are taken
+out of the flow.
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ from sitegen.figures.model import Figure
 from sitegen.figures.tape import Tape
 from sitegen.markup.math import Mathematics
 from sitegen.pages.decks import Deck, deck
-from sitegen.pages.views import figure_html, figure_view, plot_html
+from sitegen.pages.views import figure_html, figure_view, picture_html, plot_html
 from sitegen.problems import Problems
 
 Tapes = Mapping[tuple[str, str], Tape]
@@ -59,6 +59,7 @@ class Pen:
             readouts=partial(readouts_of, self.bakery, problems, one.taped),
             figure_html=partial(self._figure, one.chapter, problems),
             plot_html=partial(self._plot, problems),
+            picture_html=picture_html(self.templates),
             problems=problems,
         )
 

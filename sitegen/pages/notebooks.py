@@ -27,6 +27,7 @@ from sitegen.cache.store import Store
 from sitegen.chapters.citations import Reference
 from sitegen.chapters.content import Chapter, Site
 from sitegen.chapters.known import Known
+from sitegen.chapters.pictures import drawn
 from sitegen.chapters.render import pieces
 from sitegen.chapters.rendered import Body
 from sitegen.chapters.surveyed import Survey
@@ -136,6 +137,10 @@ class _Writer:
                 yield from self._figure(first, figure)
             case "plot" if plot := self._survey.plot(first):
                 yield from self._plot(first, plot)
+            case "picture" if picture := self._survey.picture(first):
+                panels, words = drawn(picture, self._shown.known) or ((), "")
+                images = [_image(panel["svg"], panel["view"][4], panel["view"][5], words) for panel in panels]
+                yield "markdown", f"{' '.join(images)}\n\n*{self._directive(first)}*"
             case "fence" if first.info.split()[:1] == ["python"]:
                 yield "code", first.content
             case "try" if button := self._survey.button(first):

@@ -221,3 +221,9 @@ def plot_html(templates: Environment) -> Callable[[Placed, Drawn, Markup], Marku
     """The plot macro of the templates."""
     macro = templates.get_template("graph.html").module.graph  # type: ignore[attr-defined]
     return lambda placed, drawn, caption: Markup(macro(placed, drawn, caption))
+
+
+def picture_html(templates: Environment) -> Callable[[Sequence[Plain], str, Markup], Markup]:
+    """The picture macro of the templates, of panels, what they show in words, and a caption."""
+    macro = templates.get_template("figure.html").module.picture  # type: ignore[attr-defined]
+    return lambda panels, words, caption: Markup(macro(panels, words, caption))

@@ -167,6 +167,7 @@ def build(
         partial(readouts_of, bakery, problems, {}),
         lambda figure, says, caption, question: Markup(""),
         lambda placed, caption: Markup(""),
+        lambda panels, words, caption: Markup(""),
         problems,
     )
     known, texts = write(surveys, known, Pen(templates, tapes, bakery, gallery), kept)

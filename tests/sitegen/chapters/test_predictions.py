@@ -27,7 +27,7 @@ def asked(project: Project, line: str) -> tuple[dict[str, Any], list[tuple[str, 
     """The record that decides, each answer with whether it is right, and all that stands in the question's section."""
     project.chapter(f"\n{FIGURE}\n\n{line}\n")
     project.build()
-    found = re.search(r'<section class="predict".*?</section>', project.page("second.html"), re.DOTALL)
+    found = re.search(r'<div class="predict" .*?role="status"></p>\s*</div>', project.page("second.html"), re.DOTALL)
     assert found
     record = re.search(r'data-record="([^"]*)"', found[0])
     assert record

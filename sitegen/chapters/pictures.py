@@ -1,0 +1,55 @@
+"""A `::picture` line: what a widget draws in a state, without its controls.
+
+`::picture[Two steps on.]{icp start=middle press=step,step panels=main expect="rms < 0.5"}` names a widget, a record as
+`::figure` and `::try` write it, and the panels that are shown. What `expect=` says is held to the readouts there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+from sitegen.chapters.known import Known
+from sitegen.chapters.leads import check
+from sitegen.chapters.placing import changed, listed, widget_of
+from sitegen.chapters.promises import Promise, expected, hold
+from sitegen.chapters.surveyed import Still
+from sitegen.figures.model import Figure
+from sitegen.figures.wire import Plain
+from sitegen.markup.directives import Directive
+from sitegen.problems import Place, Problems
+from widgets.engine.contract import Widget, preset
+
+OWN = ("preset", "panels", "expect")
+
+
+def still(
+    directive: Directive, at: Callable[[int], Place], count: int, widgets: Mapping[str, Widget], problems: Problems
+) -> Still | None:
+    """What a line shows, the `count`-th picture of its chapter; None where it names no widget."""
+    given = listed(directive, at, problems)
+    found = widget_of(directive, given, at, widgets, problems) if given is not None else None
+    if given is None or found is None:
+        return None
+    widget, name = found
+    named = {a.name: a for a in given if a.name}
+    own = {each: named.pop(each) for each in OWN if each in named}
+    base = preset(widget, name)
+    record = changed(widget, base, named.values(), at, problems, OWN)
+    figure = Figure(f"picture-{count}", "", widget, base, at(directive.start))
+    promise = None
+    if "expect" in own:
+        promise = Promise(figure, record.plain(), expected(directive, own["expect"], at, problems))
+    panels = tuple(own["panels"].value.split(",")) if "panels" in own else ()
+    return Still(figure, record.plain(), panels, promise)
+
+
+def drawn(one: Still, known: Known) -> tuple[Sequence[Plain], str] | None:
+    """The panels that it shows and the picture in words, its expectations held; None where it cannot be drawn."""
+    if one.promise is not None:
+        hold(one.promise, known.readouts, known.problems)
+    for frame in known.frames(one.figure, [one.record]):
+        names = one.panels or (frame["panels"][0]["name"],)
+        there = [panel["name"] for panel in frame["panels"]]
+        check("panels", names, there, [one.figure.place] * len(names), known.problems)
+        return [panel for panel in frame["panels"] if panel["name"] in names], frame["description"]
+    return None

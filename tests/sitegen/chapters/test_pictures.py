@@ -1,0 +1,77 @@
+"""Small pictures: drawn in the state that their line names, held to what it expects, told to who does not see them."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import pytest
+
+from tests.sitegen.conftest import START, Project
+
+FIGURE = re.compile(r'<figure class="picture">.*?</figure>', re.DOTALL)
+
+
+@pytest.fixture(autouse=True)
+def alone(project: Project) -> None:
+    """A first chapter that names no other."""
+    project.write("content/00-start.md", START.partition("Read")[0])
+
+
+def drawn(project: Project, attributes: str, caption: str = "C") -> str:
+    """The picture's HTML, with these attributes."""
+    project.chapter(f"\n::picture[{caption}]{{toy {attributes}}}\n")
+    project.build()
+    found = FIGURE.search(project.page("second.html"))
+    assert found is not None
+    return found[0]
+
+
+def test_a_picture_is_drawn_in_its_state_and_has_nothing_to_do(project: Project) -> None:
+    one, other = drawn(project, ""), drawn(project, "press=go,go", "With **Go** pressed")
+    assert one.count("<svg") == other.count("<svg") == 1
+    assert one.replace("C</", "") != other.replace("With <strong>Go</strong> pressed</", "")
+    assert "<figcaption>With <strong>Go</strong> pressed</figcaption>" in other
+    assert "<button" not in other
+    assert "data-tape" not in other
+    words = re.search(r'<p class="visually-hidden">(.+?)</p>', other)
+    assert words, "who cannot see it is told"
+
+
+def test_two_pictures_share_no_id(project: Project) -> None:
+    project.chapter("\n::picture[A]{toy}\n\n::picture[B]{toy press=go}\n\n::figure[C]{toy id=demo}\n")
+    project.build()
+    ids = re.findall(r'\bid="([^"]+)"', project.page("second.html"))
+    assert len(ids) == len(set(ids))
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("::picture[C]{¦ty}", "no widget 'ty'"),
+        ("::picture[C]{¦id=a}", "a picture names its widget first"),
+        ("¦::picture[C]{toy panels=man}", "no panel 'man'; did you mean 'main'?"),
+        ("::picture[C]{toy press=¦og}", "toy has no button 'og' to press"),
+        ("::picture[C]{toy ¦controls=noise}", "toy has no control 'controls'"),
+        ("::picture[C]{toy preset=¦none}", "toy has no preset 'none'"),
+        ('::picture[C]{toy expect="¦presses > 1"}', "promised presses > 1; it is 0"),
+        ("::picture[It ¦fails]{toy}", "'fails' promises what nothing tests"),
+        ("¦::picture[]{toy}", "::picture has no text"),
+    ],
+)
+def test_what_is_wrong_with_a_picture(project: Project, line: str, said: str) -> None:
+    project.chapter(f"\n{line.replace('¦', '')}\n")
+    (problem,) = project.problems()
+    assert said in problem
+    assert problem.startswith(f"content/01-second.md:8:{1 + line.index('¦')}: ")
+
+
+def test_what_is_expected_holds_a_promising_caption(project: Project) -> None:
+    assert drawn(project, 'press=go,go expect="presses > 1"', "It rises")
+
+
+def test_a_notebook_has_it_as_an_image(project: Project) -> None:
+    drawn(project, "press=go", "A bar")
+    cells = json.loads((project.root / "site/notebooks/second.ipynb").read_text("utf-8"))["cells"]
+    (own,) = [cell["source"] for cell in cells if "*A bar*" in "".join(cell["source"])]
+    assert "".join(own).startswith("<img alt=")
