@@ -153,7 +153,7 @@ def draw(state: State) -> Picture:
     readouts = (
         Readout("right_nearest", f"Nearest points that are the true partner, of {COUNT}", str(right)),
         Readout("right_soft", "Soft weight on the true partner, mean", number(share)),
-        Readout("mean_gap", f"Distance between the means, RMS over {WAVES} waves", number(gap)),
+        Readout("mean_gap", f"Root mean square gap of the means of {WAVES} waves", number(gap)),
     )
     return Picture(panels, readouts, _description(state, right, share, gap))
 
