@@ -1,0 +1,354 @@
+"""Every rung: its objective over all headings as a ring round the room, and the run from the heading that is chosen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from solvers import Pose, Status
+from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE
+from widgets.drawing.chart import Series, chart
+from widgets.drawing.picture import (
+    Handle,
+    Mark,
+    Panel,
+    Picture,
+    Points,
+    Readout,
+    View,
+    degrees,
+    number,
+    turn_keys,
+)
+from widgets.engine.contract import UNDONE, Action, Button, Key, Lead, Motion, Widget
+from widgets.engine.controls import choice, slider
+from widgets.parts import dial_marks as marks
+from widgets.parts.dial import (
+    COARSE,
+    DEFAULTS,
+    EVERY,
+    HEADINGS,
+    MOST,
+    RUNGS,
+    SLICES,
+    STARTS,
+    Course,
+    Dial,
+    headings,
+    made,
+    valleys,
+)
+from widgets.parts.room import with_marks
+
+SIZE = 9.05
+VIEW = View(-SIZE, SIZE, -SIZE, SIZE, width=480.0)
+DETAILS = 2 + SLICES  # the coarse ring; the full one; every start, slice by slice
+
+
+@dataclass(frozen=True)
+class Controls:
+    """Which rung, where the robot faces, and what was measured."""
+
+    rung: str = choice(
+        "nearest",
+        "Rung",
+        {rung.name: f"{rung.number} · {rung.says}" for rung in RUNGS.values()},
+        keeps="log",
+        sets=DEFAULTS,
+    )
+    turn: float = slider(100.0, "Heading at the start, off by", -180.0, 180.0, 5.0, "°")
+    length: float = slider(6.0, "Length", 0.2, 6.0, 0.1, "u", "; ".join(
+        f"rung {rung.number}: {rung.means}" for rung in RUNGS.values() if rung.means
+    ))  # fmt: skip
+    noise: float = slider(0.02, "Noise σ", 0.0, 0.3, 0.01, "u")
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """heading: where the run starts, radians, the truth being 0. rolled: whether it is run. every: whether all are."""
+
+    controls: Controls
+    dial: Dial
+    heading: float
+    rolled: bool = False
+    every: bool = False
+
+    @cached_property
+    def course(self) -> Course | None:
+        """The run from the heading, once the ball is let go."""
+        return self.dial.course(self.heading) if self.rolled else None
+
+    @cached_property
+    def value(self) -> float:
+        """The objective at the start."""
+        return float(self.dial.objective(np.array([self.heading]))[0])
+
+    @cached_property
+    def apart(self) -> float:
+        """How far the shown source's points lie from their nearest target points, root mean square."""
+        clouds = self.dial.clouds
+        _, distances = marks.partners(self.pose.apply(clouds.source), clouds.target)
+        return float(np.sqrt(np.mean(distances**2)))
+
+    @property
+    def begun(self) -> Pose:
+        """The start."""
+        return Pose.from_angle(self.heading)
+
+    @property
+    def pose(self) -> Pose:
+        """Where the source is drawn."""
+        return self.course.pose if self.course else self.begun
+
+
+def start(controls: Controls, seed: int) -> State:
+    """The robot in its true place, facing elsewhere; nothing run."""
+    dial = made(controls.rung, seed, controls.noise, controls.length)
+    return State(controls, dial, float(np.radians(controls.turn)))
+
+
+def act(state: State, action: Action) -> State:
+    """Let the ball go, run every start, or turn the robot."""
+    if action.kind == "press":
+        return replace(state, rolled=True) if action.name == "roll" else replace(state, every=True)
+    if np.hypot(action.x, action.y) < 1e-9:
+        return state
+    return replace(state, heading=float(np.arctan2(-action.x, action.y)))
+
+
+def motion(before: State, after: State) -> Motion | None:
+    """From the start to the end, turned about the robot."""
+    if before.rolled or not after.rolled or before.heading != after.heading:
+        return None
+    x, y = after.pose.t.tolist()
+    return Motion("source", float(after.pose.compose(before.pose.inverse()).angle), (0.0, 0.0), (x, y))
+
+
+def known(state: State) -> int:
+    """The finest level that is drawn already, or that no finer one differs from."""
+    if "ring" not in state.dial.__dict__:  # where what is computed is kept
+        return 0
+    return 1 + state.dial.ran if state.every else DETAILS - 1
+
+
+def draw(state: State, detail: int = DETAILS - 1) -> Picture:
+    """The dial, the ring unrolled, the numbers and the words."""
+    dial, full = state.dial, detail > 0
+    arrived = dial.arrivals(max(0, detail - 1) if state.every else 0)
+    shown: tuple[Mark, ...] = (
+        marks.rim(),
+        *marks.ring(dial, full),
+        *marks.room(dial),
+        *marks.links(dial, state.pose, state.course),
+        marks.scan(dial, state.pose),
+        *marks.arrivals(arrived),
+        *marks.ball(dial, full, state.heading, state.course),
+    )
+    label = "The room and the robot's scan, the objective over all headings round them"
+    count = valleys(dial.ring) if full and not dial.rung.flat else None
+    some = int(arrived.sum()) if len(arrived) == STARTS else None
+    return Picture(
+        (Panel("main", label, VIEW, shown, grid=False), _unrolled(state, full)),
+        _readouts(state, count, some, full),
+        _description(state, count, some),
+        (_handle(state),),
+        _note(state),
+        frozenset([*(["roll"] if state.rolled else []), *(["every"] if state.every else [])]),
+    )
+
+
+def _handle(state: State) -> Handle:
+    x, y = marks.place(state.heading, marks.HAND).tolist()
+    keys = turn_keys((0.0, 0.0), marks.HAND, state.heading + np.pi / 2)
+    value = f"{degrees(state.heading)}° from the truth"
+    return Handle("turn", "Turn the robot", (x, y), value, keys, "turn", angle=float(np.degrees(state.heading)))
+
+
+def _unrolled(state: State, full: bool) -> Panel:
+    """The ring as a chart."""
+    dial = state.dial
+    turns = np.degrees(headings()[:: 1 if full else COARSE])
+    share = (marks.heights(dial, full) - marks.INNER) / (marks.OUTER - marks.INNER)
+    panel = chart(
+        "unrolled",
+        "The ring unrolled: the objective over the heading",
+        [Series(np.append(turns, 180.0), np.append(share, share[0]), "accent")],
+        x_label="heading, ° from the truth",
+        y_label="Objective, from its lowest to its highest",
+        x_range=(-180.0, 180.0),
+        y_range=(0.0, 1.05),
+        x_ticks=[(t, number(t, 0)) for t in (-180.0, -90.0, 0.0, 90.0, 180.0)],
+        y_ticks=[(0.0, "lowest"), (1.0, "highest")],
+        width=480.0,
+        height=220.0,
+    )
+
+    def spot(turn: float) -> list[float]:
+        value = np.interp(np.degrees(turn), turns, share, period=360.0)
+        return [float(np.degrees(turn)), float(value)]
+
+    if state.course is None:
+        return with_marks(panel, Points(spot(state.heading), "source", radius=5.5))
+    ended = spot(float(state.course.headings[-1]))
+    return with_marks(
+        panel, Points(spot(state.heading), "ghost", "ring", radius=5.5), Points(ended, "source", radius=5.5)
+    )
+
+
+def _readouts(state: State, count: int | None, some: int | None, full: bool) -> tuple[Readout, ...]:
+    course, flat = state.course, state.dial.rung.flat
+    waits = "–" if not state.every else "…"
+    return (
+        Readout("rotation_start", "Rotation error at the start", number(abs(np.degrees(state.heading)), 1), "°",
+                "ghost"),
+        Readout("rotation_error", "Rotation error at the end", number(course.rotation, 1) if course else "–",
+                "°" if course else "", "source"),
+        Readout("translation_error", "Translation error at the end", number(course.translation) if course else "–",
+                "u" if course else "", "source"),
+        Readout("steps", "Steps", str(len(course.headings) - 1) if course else "–"),
+        Readout("objective_start", "Objective at the start", number(state.value, 3), state.dial.rung.unit, "ghost"),
+        Readout("apart", "Nearest points apart, root mean square", number(state.apart, 3), "u"),
+        Readout("valleys", f"Valleys of the ring, of {HEADINGS} headings",
+                "–" if flat else "…" if count is None else str(count)),
+        Readout("arrive", f"Starts that end at the truth, of {STARTS}", waits if some is None else str(some)),
+    )  # fmt: skip
+
+
+ENDS = {
+    Status.CONVERGED: "came to rest",
+    Status.STALLED: "stalled",
+    Status.CAPPED: "met the cap on its steps",
+    Status.DEGENERATE: "found nothing to go by",
+}
+
+
+def _note(state: State) -> str:
+    if state.course is None:
+        return ""
+    how, end = ENDS[state.course.status], f"{number(state.course.rotation, 1)}° off"
+    return f"It {how} {end}: {'the truth' if state.course.arrived else 'not the truth'}."
+
+
+def _description(state: State, count: int | None, some: int | None) -> str:
+    rung, course = state.dial.rung, state.course
+    words = [
+        f"Rung {rung.number}, {rung.says.lower()}. A room in the middle, with noise of σ ="
+        f" {number(state.controls.noise)} u, and round it a ring: {rung.objective}, for every heading of the robot,"
+        f" which stands in its true place; high is outside, and the truth is at the top. The robot begins"
+        f" {degrees(state.heading)}° from the truth."
+    ]
+    if count is not None:
+        words.append(f"The ring has {count} {'valley' if count == 1 else 'valleys'}.")
+    if course:
+        words.append(
+            f"The run {ENDS[course.status]} after {len(course.headings) - 1} steps, {number(course.rotation, 1)}° and"
+            f" {number(course.translation)} u from the truth."
+        )
+    if some is not None:
+        words.append(
+            f"Of {STARTS} starts all round, each marked inside the ring, {some} end at the truth: a square for each"
+            " that does, a cross for each that does not."
+        )
+    return " ".join(words)
+
+
+def python(state: State) -> str:
+    """The same numbers from the solvers package alone."""
+    rung, c = state.dial.rung, state.controls
+    options = "".join(f", {name}={value!r}" for name, value in rung.options(c.length).items())
+    seed = state.dial.seed
+    lines = [
+        "import numpy as np",
+        "from solvers import Pose, register",
+        "from solvers.metrics import rre, rte",
+        "from solvers.scenes import room",
+        "",
+        f'scene = room("clean", seed={seed}, noise={c.noise!r})',
+        f"source, target = scene.source[::{EVERY}], scene.target[::{EVERY}]",
+    ]
+    if rung.paired:
+        lines += [
+            "# The source's own spots, measured a second time.",
+            f"rng = np.random.default_rng({seed})",
+            f'spots = room("clean", seed={seed}, noise=0.0).source[::{EVERY}]',
+            f"target = spots + {c.noise!r} * rng.standard_normal(spots.shape)",
+        ]
+    if state.dial.clouds.wrong.any():
+        lines += [
+            f"mixed = rng.permutation(len(source))[:{int(state.dial.clouds.wrong.sum())}]",
+            "target[mixed] = target[np.roll(mixed, 1)]",
+        ]
+    lines += [
+        "",
+        "",
+        "def run(turns, **more):",
+        "    turns = np.atleast_1d(turns)",
+        "    R = np.stack([Pose.from_angle(turn).R for turn in turns])",
+        "    start = Pose(R, np.zeros((len(turns), 2)))",
+        f'    return register(source, target, "{rung.method}", start=start, seed={seed}{options}, **more)',
+        "",
+        "",
+        f"heading = {state.heading!r}",
+        f"result = run(heading, max_steps={MOST})",
+        "",
+        f"pose = {'result.pose' if state.course else 'Pose.from_angle(heading)  # once let go: result.pose'}",
+        "moved = pose.apply(source).reshape(-1, 2)",
+        "squares = ((moved[:, None] - target) ** 2).sum(axis=2).min(axis=1)",
+        "",
+        'print("rotation_start", abs(np.degrees(heading)))',
+        'print("objective_start", run(heading, max_steps=0).objective[0])',
+        'print("apart", np.sqrt(squares.mean()))',
+    ]
+    if not rung.flat:
+        lines += [
+            f"ring = run(np.radians(np.arange({HEADINGS}) * {360.0 / HEADINGS!r} - 180.0), max_steps=0).objective",
+            "steps = np.round((ring - ring.min()) / np.ptp(ring), 6)",
+            "steps = steps[steps != np.roll(steps, 1)]  # of equal neighbours one",
+            'print("valleys", ((steps < np.roll(steps, 1)) & (steps < np.roll(steps, -1))).sum())',
+        ]
+    if state.course:
+        lines += [
+            'print("rotation_error", np.degrees(rre(result.pose, Pose.identity())[0]))',
+            'print("translation_error", rte(result.pose, Pose.identity())[0])',
+            'print("steps", result.steps[0])',
+        ]
+    if state.every:
+        lines += [
+            f"ends = run(np.radians(np.arange({STARTS}) * {360.0 / STARTS!r} - 180.0), max_steps={MOST}).pose",
+            "turned, shifted = np.degrees(rre(ends, Pose.identity())), rte(ends, Pose.identity())",
+            f'print("arrive", np.sum((turned < {CLOSE_DEGREES!r}) & (shifted < {CLOSE_DISTANCE!r})))',
+        ]
+    return "\n".join(lines) + "\n"
+
+
+WIDGET = Widget(
+    name="dial",
+    title="The objective over all headings",
+    controls=Controls,
+    presets={"default": {}} | {name: {"rung": name, **sets} for name, sets in DEFAULTS.items() if name != "nearest"},
+    start=start,
+    act=act,
+    draw=draw,
+    details=DETAILS,
+    known=known,
+    buttons=(Button("roll", "Let it roll", primary=True), Button("every", "Every start"), *UNDONE),
+    legend=(
+        Key("accent", "the objective over the heading, high outside", "area"),
+        Key("source", "source; the ball is its heading", "dot"),
+        Key("target", "target", "square"),
+        Key("truth", "truth; a start that ends there", "square"),
+        Key("weak", "a start that does not", "cross"),
+        Key("ghost", "where it started", "ring"),
+    ),
+    handles=("turn",),
+    # All starts of a flow take a while, in the build as in the page.
+    tape=tuple(
+        ({"rung": name, **sets}, ("roll",) if name == "flow" else ("roll", "every")) for name, sets in DEFAULTS.items()
+    ),
+    motion=motion,
+    python=python,
+    lead=Lead(("main",), ("rotation_error", "valleys", "arrive"), ("rung",), ("roll", "every", "reset")),
+    shows="A rung's objective over all headings as a ring, and where its method ends from any of them.",
+)

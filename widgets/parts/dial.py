@@ -1,0 +1,256 @@
+"""What a rung of the ladder is to the dial: its method and options, the clouds that it gets, its objective over all
+headings, and the run from one of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any
+
+import numpy as np
+
+from solvers import METHODS, Pose, Status
+from solvers.core.arrays import BoolArray
+from solvers.core.stepper import Batch, Problem, advance, begin
+from solvers.metrics import rre, rte
+from solvers.scenes.rooms import Scene, room
+from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE
+from widgets.drawing.picture import Array
+
+HEADINGS = 180  # on the full ring, 2° apart
+COARSE = 3  # every which of them is on the coarse ring
+STARTS = 36  # all round the circle, 10° apart, when every start is run
+SLICES = 4  # in which they are run: the page is not held up by all of them
+MOST = 70  # steps, as in the race
+EVERY = 2  # of whose points one is taken: the ring is many evaluations
+WRONG = 0.4  # of the pairs on rung 2
+
+
+@dataclass(frozen=True)
+class Rung:
+    """A method with the options that it has for a length (u).
+
+    number, says: what a small dial is called. length: where the slider stands at first; None: it plays no part.
+    means: what the length is. objective: what the ring shows, in words and with its unit; paired: whether row i of the
+    target is what row i of the source is matched with. searches: whether the method takes no account of its start.
+    flat: whether there is no objective.
+    """
+
+    name: str
+    number: str
+    says: str
+    method: str
+    objective: str
+    unit: str = ""
+    length: float | None = None
+    means: str = ""
+    options: Callable[[float], Mapping[str, Any]] = lambda length: {}
+    paired: bool = False
+    searches: bool = False
+    flat: bool = False
+
+
+RUNGS: Mapping[str, Rung] = {
+    rung.name: rung
+    for rung in (
+        Rung("pairs", "1", "Pairs, all right", "kabsch", "the sum of the pairs' squared distances", "u²", paired=True),
+        Rung(
+            "corrupted", "2", "Pairs, some wrong", "ransac", "the sum of the pairs' squared distances, each capped",
+            "u²", 0.3, "distance up to which a pair is an inlier", lambda u: {"inlier": u}, paired=True, searches=True,
+        ),
+        Rung(
+            "nearest", "3", "The nearest point", "capped-icp",
+            "the sum of the squared distances to the nearest points, each capped", "u²", 6.0, "cap on a distance",
+            lambda u: {"cap": u},
+        ),
+        Rung(
+            "surface", "3½", "The nearest surface", "point-to-plane",
+            "the sum of the squared distances to the tangents at the nearest points", "u²",
+            options=lambda u: {"neighbours": 8},
+        ),
+        Rung(
+            "cells", "4", "The Gaussian of a cell", "ndt",
+            "NDT's score with its sign turned, on the coarser of two maps", "", 2.4, "side of a coarse cell",
+            lambda u: {"cells": (u, u / 2)},
+        ),
+        Rung(
+            "soft", "5", "Weights over all points", "cpd-rigid", "CPD's negative log-likelihood at its first σ", "",
+            2.0, "first σ", lambda u: {"sigma": u},
+        ),
+        Rung(
+            "means", "5", "Means of waves", "mmd",
+            "the mean squared distance of the waves' means at the first ℓ", "", 2.4, "first length scale ℓ",
+            lambda u: {"lengths": (u, u / 2, u / 4, u / 8)},
+        ),
+        Rung(
+            "flow", "9", "A flow to follow", "flow", "nothing, for a flow has no objective",
+            options=lambda u: {"samples": 1}, flat=True,
+        ),
+    )
+}  # fmt: skip
+DEFAULTS = {rung.name: {"length": rung.length or 1.0} for rung in RUNGS.values()}
+
+
+@dataclass(frozen=True, eq=False)
+class Clouds:
+    """What a rung is given: the source (m, 2) and the target (n, 2), whose true pose is the identity.
+
+    wrong: (m,) where a pair is wrong; all False where there are none. scene: where they were measured.
+    """
+
+    scene: Scene
+    source: Array
+    target: Array
+    wrong: BoolArray
+
+
+def clouds(rung: Rung, seed: int, noise: float) -> Clouds:
+    """Both scans of the room; for pairs the target is the source's own spots, measured a second time."""
+    scene = room("clean", seed=seed, noise=noise)
+    source = scene.source[::EVERY]
+    wrong = np.zeros(len(source), dtype=np.bool_)
+    if not rung.paired:
+        return Clouds(scene, source, scene.target[::EVERY], wrong)
+    rng = np.random.default_rng(seed)
+    spots = room("clean", seed=seed, noise=0.0).source[::EVERY]
+    target = spots + noise * rng.standard_normal(spots.shape)
+    mixed = rng.permutation(len(source))[: round(WRONG * len(source))]
+    if rung.name == "corrupted":
+        wrong[mixed] = True
+        target[mixed] = target[np.roll(mixed, 1)]
+    return Clouds(scene, source, target, wrong)
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """A run from one heading (radians, the truth being 0): its headings (k + 1,) and where and how it ended."""
+
+    headings: Array
+    pose: Pose
+    objective: float
+    status: Status
+    rotation: float
+    translation: float
+
+    @property
+    def arrived(self) -> bool:
+        """Whether it ended at the truth, by the race's measure."""
+        return self.rotation < CLOSE_DEGREES and self.translation < CLOSE_DISTANCE
+
+
+@dataclass(frozen=True, eq=False)
+class Dial:
+    """A rung on its clouds. What is computed is kept, so that a turn of the robot computes its own run alone."""
+
+    rung: Rung
+    clouds: Clouds
+    length: float
+    seed: int
+
+    @cached_property
+    def coarse(self) -> Array:
+        """The objective at every `COARSE`-th heading, (60,)."""
+        return self.objective(headings()[::COARSE])
+
+    @cached_property
+    def ring(self) -> Array:
+        """The objective at all headings, (180,), the robot held in its true place."""
+        values = np.empty(HEADINGS)
+        rest = np.arange(HEADINGS) % COARSE != 0
+        values[~rest], values[rest] = self.coarse, self.objective(headings()[rest])
+        return values
+
+    def objective(self, turns: Array) -> Array:
+        """The rung's objective at these headings (k,)."""
+        return np.zeros(len(turns)) if self.rung.flat else np.asarray(self.begun(turns).objective())
+
+    def course(self, heading: float) -> Course:
+        """The run from a heading."""
+        batch = self.begun(np.array([heading]))
+        turns = [_angle(batch.pose())]
+        while not batch.done:
+            batch = advance(batch)
+            turns.append(_angle(batch.pose()))
+        state, pose = batch.state(), batch.pose()
+        single = Pose(pose.R[0], pose.t[0])
+        truth = Pose.identity()
+        return Course(
+            np.concatenate(turns),
+            single,
+            float(batch.objective()[0]),
+            Status(int(state.status[0])),
+            float(np.degrees(rre(single, truth))),
+            float(rte(single, truth)),
+        )
+
+    def arrivals(self, slices: int = SLICES) -> BoolArray:
+        """Which of the starts in the first slices end at the truth, (9 · slices,)."""
+        return np.concatenate([np.zeros(0, dtype=np.bool_), *(self._slices[k] for k in range(slices))])
+
+    @property
+    def ran(self) -> int:
+        """How many of the first slices have been run."""
+        return next((k for k in range(SLICES) if k not in self._slices), SLICES)
+
+    @cached_property
+    def _slices(self) -> _Slices:
+        return _Slices(self)
+
+    def begun(self, turns: Array) -> Batch[Any]:
+        """The rung's method at these headings (k,), the robot in its true place, no step taken."""
+        k, source, target = len(turns), self.clouds.source, self.clouds.target
+        x, y = np.cos(turns), np.sin(turns)
+        poses = Pose(np.stack([np.stack([x, -y], axis=-1), np.stack([y, x], axis=-1)], axis=-2), np.zeros((k, 2)))
+        source, target = (np.broadcast_to(cloud, (k, *cloud.shape)).copy() for cloud in (source, target))
+        problem = Problem(source, target, np.ones(source.shape[:2]), poses, np.full(k, self.seed))
+        method = METHODS[self.rung.method]
+        return begin(method, problem, method.options(**self.rung.options(self.length)), MOST)
+
+
+@lru_cache(maxsize=32)
+def made(name: str, seed: int, noise: float, length: float) -> Dial:
+    """A rung on the clouds of a seed; asked for again it is the same, with what was computed."""
+    rung = RUNGS[name]
+    return Dial(rung, clouds(rung, seed, noise), length, seed)
+
+
+class _Slices(dict[int, BoolArray]):
+    """The arrivals of each slice, run when first asked for."""
+
+    def __init__(self, dial: Dial) -> None:
+        self._dial = dial
+
+    def __missing__(self, k: int) -> BoolArray:
+        size = STARTS // SLICES
+        batch = self._dial.begun(starts()[k * size : (k + 1) * size])
+        while not batch.done:
+            batch = advance(batch)
+        pose, truth = batch.pose(), Pose.identity()
+        close = (np.degrees(rre(pose, truth)) < CLOSE_DEGREES) & (rte(pose, truth) < CLOSE_DISTANCE)
+        self[k] = np.asarray(close)
+        return self[k]
+
+
+def headings() -> Array:
+    """Those of the full ring, radians from −π, the truth being 0."""
+    return np.asarray(np.radians(np.arange(HEADINGS) * (360.0 / HEADINGS) - 180.0))
+
+
+def starts() -> Array:
+    """Those that are run when every start is, radians."""
+    return np.asarray(np.radians(np.arange(STARTS) * (360.0 / STARTS) - 180.0))
+
+
+def _angle(pose: Pose) -> Array:
+    return np.asarray(np.arctan2(pose.R[:, 1, 0], pose.R[:, 0, 0]))
+
+
+def valleys(ring: Array) -> int:
+    """How many headings of a ring are lower than both their neighbours; differences of rounding are none."""
+    spread = float(ring.max() - ring.min())
+    if spread <= 1e-9 * max(1.0, float(np.abs(ring).max())):
+        return 0
+    steps = np.round((ring - ring.min()) / spread, 6)
+    steps = steps[steps != np.roll(steps, 1)]
+    return int(((steps < np.roll(steps, 1)) & (steps < np.roll(steps, -1))).sum())
