@@ -59,9 +59,9 @@ class Controls:
         sets=DEFAULTS,
     )
     turn: float = slider(100.0, "Heading at the start, off by", -180.0, 180.0, 5.0, "°")
-    length: float = slider(6.0, "Length", 0.2, 6.0, 0.1, "u", "; ".join(
-        f"rung {rung.number}: {rung.means}" for rung in RUNGS.values() if rung.means
-    ))  # fmt: skip
+    length: float = slider(
+        6.0, "Length", 0.2, 6.0, 0.1, "u", "The rung's inlier distance, cap, cell, first σ or first ℓ"
+    )
     noise: float = slider(0.02, "Noise σ", 0.0, 0.3, 0.01, "u")
 
 

@@ -19,7 +19,7 @@ SIZE = 7.75  # u from the middle to the border: a small dial has no handle
 VIEW = View(-SIZE, SIZE, -SIZE, SIZE, width=300.0)
 NOISE = 0.02  # u
 NAMES: Mapping[str, str] = {name: f"{rung.number} · {rung.says}" for name, rung in RUNGS.items()}
-DETAILS = 2  # the coarse rings; the full ones, with the ends
+DETAILS = 3  # the coarse rings; the ends; the full rings
 
 
 @dataclass(frozen=True)
@@ -56,16 +56,17 @@ def act(state: State, action: Action) -> State:
 
 
 def known(state: State) -> int:
-    """1 where the rings are there, and the runs that are asked for."""
-    full = all("ring" in dial.__dict__ for dial in state.dials)
-    return int(full and (not state.rolled or "courses" in state.__dict__))
+    """How far what is asked for has been computed: the runs, then the full rings."""
+    if state.rolled and "courses" not in state.__dict__:
+        return 0
+    return 2 if all("ring" in dial.__dict__ for dial in state.dials) else int(state.rolled)
 
 
 def draw(state: State, detail: int = DETAILS - 1) -> Picture:
     """One small dial a rung, and what they come to."""
     courses = state.courses if state.rolled and detail > 0 else None
-    panels = tuple(_panel(state, k, detail > 0, courses[k] if courses else None) for k in range(len(RUNGS)))
-    rings = {dial.rung.name: valleys(dial.ring) for dial in state.dials} if detail > 0 else None
+    panels = tuple(_panel(state, k, detail > 1, courses[k] if courses else None) for k in range(len(RUNGS)))
+    rings = {dial.rung.name: valleys(dial.ring) for dial in state.dials} if detail > 1 else None
     return Picture(
         panels,
         _readouts(state, courses, rings),

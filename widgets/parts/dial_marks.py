@@ -97,14 +97,18 @@ def ball(dial: Dial, full: bool, heading: float, course: Course | None) -> tuple
     roll: a dotted line joins start and end."""
     began = at(dial, full, np.array([heading]))
     if course is None:
-        return (Points(began, "source", radius=7.0), Segments(place(heading, NOSE), place(heading, HAND), "guide"))
+        return (*_ball(began), Segments(place(heading, NOSE), place(heading, HAND), "guide"))
     ended = at(dial, full, course.headings[-1:])
     marks: list[Mark] = [Segments(place(heading, NOSE), place(heading, HAND), "guide", dashed=True)]
     if dial.rung.searches or dial.rung.flat or len(course.headings) < 3:
         marks.append(Path(np.concatenate([began, ended]), "ghost", dotted=True))
     else:
         marks.append(Path(at(dial, full, _between(course.headings)), "source", thick=True))
-    return (*marks, Points(began, "ghost", "ring", radius=7.0), Points(ended, "source", radius=7.0))
+    return (*marks, Points(began, "ghost", "ring", radius=7.0), *_ball(ended))
+
+
+def _ball(spot: Array) -> tuple[Mark, ...]:
+    return (Points(spot, "source", radius=7.0), Points(spot, "source", "ring", radius=8.0))
 
 
 def _between(turns: Array, step: float = 2.0 * np.pi / HEADINGS) -> Array:

@@ -1,0 +1,215 @@
+"""The dial: its ring is the method's own objective, its ball ends where `register` ends, its band counts arrivals."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from solvers import Pose, fit_rigid, register
+from solvers.metrics import rre, rte
+from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE
+from widgets.engine.contract import Action, preset
+from widgets.engine.host import Host
+from widgets.figures import dial as figure
+from widgets.figures import ladder_map
+from widgets.parts import dial_marks as marks
+from widgets.parts.dial import COARSE, RUNGS, Dial, headings, made, starts, valleys
+
+LOCAL = ["nearest", "surface", "cells", "soft", "means"]
+
+
+def of(name: str, length: float | None = None, seed: int = 40, noise: float = 0.02) -> Dial:
+    return made(name, seed, noise, length or RUNGS[name].length or 1.0)
+
+
+def fresh(name: str) -> Dial:
+    """A dial on which nothing has been computed."""
+    known = of(name)
+    return Dial(known.rung, known.clouds, known.length, known.seed)
+
+
+def run(dial: Dial, turn: float, **more: Any) -> Any:
+    clouds, start = dial.clouds, Pose.from_angle(turn)
+    options = dial.rung.options(dial.length)
+    return register(
+        clouds.source, clouds.target, dial.rung.method, start=start, seed=dial.seed, max_steps=70, **options, **more
+    )
+
+
+def shown(name: str, *presses: str, **changes: Any) -> dict[str, str]:
+    plain = preset(figure.WIDGET, name, changes).plain()
+    frame = Host().render("f", {**plain, "log": [["press", press] for press in presses]})
+    return {readout["name"]: readout["value"] for readout in frame["readouts"]}
+
+
+def test_the_ring_of_known_pairs_is_the_sum_of_squares() -> None:
+    """Written out, and as the cosine that the expansion of the squares gives."""
+    dial = of("pairs")
+    p, q = dial.clouds.source, dial.clouds.target
+    turned = [Pose.from_angle(turn).apply(p) for turn in headings()]
+    np.testing.assert_allclose(dial.ring, [((one - q) ** 2).sum() for one in turned])
+    cosine, sine = (p * q).sum(), (p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]).sum()
+    closed = (p**2).sum() + (q**2).sum() - 2 * (cosine * np.cos(headings()) + sine * np.sin(headings()))
+    np.testing.assert_allclose(dial.ring, closed)
+    assert valleys(dial.ring) == 1
+
+
+def test_the_ring_of_nearest_points_is_the_sum_of_capped_squares() -> None:
+    dial = of("nearest", 1.0)
+    p, q = dial.clouds.source, dial.clouds.target
+    for k in (0, 31, 90, 139):
+        squares = ((Pose.from_angle(headings()[k]).apply(p)[:, None] - q) ** 2).sum(axis=2).min(axis=1)
+        np.testing.assert_allclose(dial.ring[k], np.minimum(squares, 1.0).sum())
+
+
+@pytest.mark.parametrize("name", [name for name in RUNGS if name != "flow"])
+def test_a_ring_is_the_objective_with_which_the_method_begins(name: str) -> None:
+    dial = fresh(name)
+    np.testing.assert_array_equal(dial.coarse, dial.ring[::COARSE])
+    for k in (7, 90, 133):
+        assert run(dial, headings()[k]).history.objective[0] == pytest.approx(dial.ring[k], rel=1e-9, abs=1e-12)
+
+
+def test_a_flow_has_no_objective() -> None:
+    """Its steps make nothing small: the residual that it reports rises as well as falls."""
+    dial = of("flow")
+    assert not dial.ring.any()
+    steps = np.diff(run(dial, 1.0).history.objective[1:])
+    assert steps.min() < 0.0 < steps.max()
+    assert np.ptp(marks.heights(dial, True)) == 0.0
+
+
+@pytest.mark.parametrize("name", RUNGS)
+@pytest.mark.parametrize("turn", [-2.5, 0.0, 1.2])
+def test_the_ball_ends_where_the_method_does(name: str, turn: float) -> None:
+    course, result = of(name).course(turn), run(of(name), turn)
+    np.testing.assert_allclose(course.pose.matrix, result.pose.matrix, atol=1e-9)
+    assert course.status == result.status
+    assert len(course.headings) - 1 == result.steps
+    assert course.headings[0] == pytest.approx(turn)
+    assert course.rotation == pytest.approx(np.degrees(rre(result.pose, Pose.identity())), abs=1e-6)
+    assert course.translation == pytest.approx(rte(result.pose, Pose.identity()), abs=1e-9)
+
+
+@pytest.mark.parametrize("name", ["pairs", "corrupted"])
+def test_what_knows_its_pairs_takes_no_account_of_the_start(name: str) -> None:
+    dial = of(name)
+    ends = np.stack([dial.course(turn).pose.matrix for turn in (-3.0, -1.0, 0.5, 2.0)])
+    np.testing.assert_allclose(ends, np.broadcast_to(ends[0], ends.shape), atol=1e-9)
+    right = ~dial.clouds.wrong
+    fit = fit_rigid(dial.clouds.source[right], dial.clouds.target[right]).pose
+    np.testing.assert_allclose(ends[0], fit.matrix, atol=1e-6)
+    assert dial.arrivals().all()
+
+
+def test_four_pairs_in_ten_are_wrong_on_rung_2() -> None:
+    one, other = of("pairs").clouds, of("corrupted").clouds
+    assert not one.wrong.any()
+    assert other.wrong.sum() == round(0.4 * len(other.source))
+    np.testing.assert_array_equal((one.target != other.target).any(axis=1), other.wrong)
+
+
+@pytest.mark.parametrize("name", LOCAL)
+def test_every_start_is_a_run_of_its_own(name: str) -> None:
+    """The slices are the runs one by one, however many are asked for, and in whatever order."""
+    dial, again = fresh(name), fresh(name)
+    all_of_them = dial.arrivals()
+    assert len(all_of_them) == len(starts())
+    assert again.ran == 0
+    np.testing.assert_array_equal(again.arrivals(2), all_of_them[:18])
+    assert again.ran == 2
+    for k in (0, 14, 18, 25):
+        course = dial.course(starts()[k])
+        close = course.rotation < CLOSE_DEGREES and course.translation < CLOSE_DISTANCE
+        assert course.arrived == close == all_of_them[k]
+    assert 0 < all_of_them.sum() < len(all_of_them)
+
+
+def test_valleys_are_counted_round_the_circle() -> None:
+    turn = np.linspace(0.0, 2.0 * np.pi, 180, endpoint=False)
+    for count in (1, 3, 8):
+        for shift in (0.0, 0.3):
+            assert valleys(np.cos(count * turn + shift)) == count
+    assert valleys(np.zeros(180)) == 0
+    assert valleys(np.full(180, 7.0) + 1e-13 * np.cos(turn)) == 0
+    assert valleys(np.repeat([1.0, 0.0, 2.0, 0.0], 45)) == 2, "a flat bottom is one valley"
+
+
+@pytest.mark.parametrize("turn", [-179.0, -90.0, 0.0, 33.0, 180.0])
+def test_the_robot_faces_where_it_is_dragged(turn: float) -> None:
+    """The truth is at the top; a positive turn is anticlockwise, as on the scan; the keys turn it by what they say."""
+    state = figure.start(figure.Controls(), 40)
+    x, y = marks.place(np.radians(turn), 5.0).tolist()
+    dragged = figure.act(state, Action("drag", "turn", x, y))
+    assert np.degrees(dragged.heading) == pytest.approx(turn) or abs(turn) == 180
+    nose = Pose.from_angle(dragged.heading).apply(np.array([[0.0, 1.0]]))[0]
+    np.testing.assert_allclose(nose * 5.0, [x, y], atol=1e-9)
+    handle = figure.draw(dragged).handles[0]
+    np.testing.assert_allclose(handle.xy, nose * marks.HAND, atol=1e-9)
+    left = figure.act(dragged, Action("drag", "turn", *handle.keys["ArrowLeft"]))
+    assert np.sin(left.heading - dragged.heading) == pytest.approx(np.sin(np.radians(1.0)))
+
+
+def test_a_turn_of_the_robot_leaves_the_ring() -> None:
+    """While it is dragged its own run is all that is computed."""
+    state = figure.start(figure.Controls(), 40)
+    assert figure.act(state, Action("drag", "turn", 1.0, 2.0)).dial is state.dial
+
+
+def test_dragging_after_the_first_run_runs_again() -> None:
+    state = figure.act(figure.start(figure.Controls(), 40), Action("press", "roll"))
+    at = marks.place(0.1, 5.0).tolist()
+    near = figure.act(state, Action("drag", "turn", *at))
+    assert state.course
+    assert near.course
+    assert not state.course.arrived
+    assert near.course.arrived
+
+
+def test_the_band_grows_slice_by_slice_and_the_count_waits_for_all() -> None:
+    state = figure.State(figure.Controls(rung="surface"), fresh("surface"), 1.0, every=True)
+    counts = []
+    for detail in range(figure.DETAILS):
+        picture = figure.draw(state, detail)
+        counts.append({r.name: r.value for r in picture.readouts}["arrive"])
+        assert figure.known(state) == detail
+    assert counts[:-1] == ["…"] * (figure.DETAILS - 1)
+    assert counts[-1] == str(state.dial.arrivals().sum())
+
+
+def test_known_pairs_have_one_valley_and_guessed_ones_several() -> None:
+    """Over ten draws: what the first rung's dial shows is not one draw's luck."""
+    for seed in range(40, 50):
+        one, other = made("pairs", seed, 0.02, 1.0), made("nearest", seed, 0.02, 6.0)
+        assert valleys(one.ring) == 1 < valleys(other.ring)
+        assert one.arrivals().all()
+        assert other.arrivals().sum() < len(starts()) / 2
+
+
+def test_shorter_waves_make_more_valleys() -> None:
+    counts = [int(shown("means", length=length)["valleys"]) for length in (2.4, 1.2, 0.6)]
+    assert counts == sorted(counts)
+    assert counts[0] < counts[-1]
+
+
+def test_the_map_is_eight_dials_of_one_heading() -> None:
+    """What the map tells is what the dials tell, one by one."""
+    state = ladder_map.act(ladder_map.start(ladder_map.Controls(60.0), 40), Action("press", "roll"))
+    frame = ladder_map.draw(state)
+    assert [panel.name for panel in frame.panels] == list(RUNGS)
+    values = {readout.name: readout.value for readout in frame.readouts}
+    own = {name: shown("default" if name == "nearest" else name, "roll", turn=60.0) for name in RUNGS}
+    assert values["rotation_pairs"] == own["pairs"]["rotation_error"]
+    assert values["rotation_nearest"] == own["nearest"]["rotation_error"]
+    assert values["valleys_nearest"] == own["nearest"]["valleys"]
+    assert values["arrive"] == str(sum(course.arrived for course in state.courses))
+
+
+def test_the_map_tells_ends_before_full_rings() -> None:
+    state = ladder_map.act(ladder_map.start(ladder_map.Controls(-35.0), 47), Action("press", "roll"))
+    for detail, (arrive, rings) in enumerate([(False, False), (True, False), (True, True)]):
+        values = {readout.name: readout.value for readout in ladder_map.draw(state, detail).readouts}
+        assert (values["arrive"] != "…", values["valleys_soft"] != "…") == (arrive, rings)
+        assert ladder_map.known(state) == detail
