@@ -11,13 +11,16 @@ import json
 import re
 import tempfile
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
+from sitegen.assets import emblems as emblem_of
 from sitegen.assets import typefaces
 from sitegen.assets.tokens import colours
 from sitegen.cache.files import cache_dir
@@ -31,9 +34,21 @@ RAILS = (7, 17)
 SAFE = 0.72  # the ladder's corners stay within the circle of 80 % that no shape of an icon cuts
 
 
-def make(title: str, line: str, faces: typefaces.FontSet, *, cache: Path | None = None) -> dict[str, bytes]:
+Emblems = Mapping[str, tuple[str, str, str]]
+"""Of each page that has a share picture of its own: the rung's emblem, the title and the line."""
+
+
+def make(
+    title: str,
+    line: str,
+    faces: typefaces.FontSet,
+    emblems: Emblems = MappingProxyType({}),
+    *,
+    cache: Path | None = None,
+) -> dict[str, bytes]:
     """The pictures by name: favicon.svg, favicon.png (32 px), touch-icon.png (180 px), share.png (1200 × 630 px), and
-    for the installed site icon-192.png, icon-512.png and icon-maskable.png (512 px, to be cut to any shape).
+    for the installed site icon-192.png, icon-512.png and icon-maskable.png (512 px, to be cut to any shape); and for
+    each page with an emblem share-PAGE.png.
 
     title, line: what the share picture says, the line in some hundred characters, set in the title and sans of `faces`.
     Kept in the cache by what they are made of.
@@ -55,6 +70,10 @@ def make(title: str, line: str, faces: typefaces.FontSet, *, cache: Path | None 
     files = {"favicon.svg": _svg().encode()}
     for name, draw in drawn.items():
         files[name] = store.get(f"{name} {key}", draw)
+    for page, (emblem, *words) in emblems.items():
+        own = json.dumps([key, emblem, emblem_of.path(emblem), words])
+        name = f"share-{page}.png"
+        files[name] = store.get(f"{name} {own}", partial(_share, words[0], words[1], faces, emblem))
     return files
 
 
@@ -113,16 +132,20 @@ def _icon(size: int, drawn: float = 1.0) -> bytes:
     return _png(figure)
 
 
-def _share(title: str, line: str, faces: typefaces.FontSet, scene: Scene) -> bytes:
+def _share(title: str, line: str, faces: typefaces.FontSet, shown: Scene | str) -> bytes:
+    """shown: the first figure's scene, or a rung's emblem by name."""
     from matplotlib.font_manager import FontProperties
 
     theme = {name: light for name, (light, _) in colours().items()}
     figure, axes = _canvas(*SHARE, theme["paper"])
     _ladder(axes, theme, 76.0, 132.0, SHARE[1])
-    _scene(axes, theme, scene)
+    if isinstance(shown, str):
+        emblem_of.draw(axes, theme, shown, np.array([930.0, 315.0]), 31.0)
+    else:
+        _scene(axes, theme, shown)
     with tempfile.TemporaryDirectory(prefix="ladder-emblem-") as folder:
         for face, text, wrap, size, top, colour, leading in (
-            ("title", title, 17, 70, 78, "ink", 0.9),
+            ("title", title, 17, 54 if isinstance(shown, str) else 70, 78, "ink", 0.9),
             ("sans", line, 36, 27, 456, "soft", 1.08),
         ):
             font = FontProperties(fname=_font(faces, face, Path(folder)), size=_px(size))

@@ -11,6 +11,7 @@ from itertools import pairwise, takewhile
 from pathlib import Path
 from typing import Any
 
+from sitegen.assets import emblems
 from sitegen.cache.memory import Memory
 from sitegen.chapters import yaml_schema
 from sitegen.chapters.slides import Slide, read_slides
@@ -52,6 +53,7 @@ FRONT = {
     "rung": yaml_schema.text(),
     "question": yaml_schema.text(),
     "summary": yaml_schema.text(),
+    "emblem": yaml_schema.text(),
     "redirects": yaml_schema.texts(),
     "draft": yaml_schema.flag(),
     "slides": yaml_schema.Field("a list of slides", lambda v: isinstance(v, list), default=[]),
@@ -113,7 +115,7 @@ class Site:
 @dataclass(frozen=True)
 class Chapter:
     """One chapter, or a page of the docs, parsed. `name` is its page without .html; `front` its front matter, for
-    places; `hidden` keeps a page of the docs from searches and the site map."""
+    places; `hidden` keeps a page of the docs from searches and the site map; `emblem` names the rung's dial."""
 
     source: Source
     document: Document
@@ -128,6 +130,7 @@ class Chapter:
     front: yaml_schema.Yaml | None = None
     slides: tuple[Slide, ...] = ()
     hidden: bool = False
+    emblem: str = ""
 
     def at(self, *path: str | int) -> Place:
         """The place of a thing in the front matter."""
@@ -283,6 +286,9 @@ def _parsed(name: str, text: str, first: bool, problems: Problems) -> Chapter:
         ]:
             if slug and not SLUG.fullmatch(slug):
                 problems.add(document.at(*where), f"{slug!r} is no page name: small ASCII letters, digits and hyphens")
+        if values["emblem"] and values["emblem"] not in emblems.NAMES:
+            said = f"no dial {values['emblem']!r}{hint(values['emblem'], emblems.NAMES)}"
+            problems.add(document.at("emblem"), said)
         if not values["summary"]:
             problems.warn(document.at(), "summary is missing: it describes the page to search engines and shared links")
     file = Path(name)
@@ -304,6 +310,7 @@ def _parsed(name: str, text: str, first: bool, problems: Problems) -> Chapter:
         document,
         read_slides(document, source, problems) if document is not None and fields is FRONT else (),
         values["hidden"],
+        values["emblem"],
     )
 
 

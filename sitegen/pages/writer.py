@@ -13,7 +13,7 @@ from xml.sax.saxutils import escape as xml_escape
 from jinja2 import Environment
 from markupsafe import Markup
 
-from sitegen.assets import swatches
+from sitegen.assets import emblems, swatches
 from sitegen.assets.assets import Assets
 from sitegen.assets.hosting import POLICY
 from sitegen.cache.memory import Memory
@@ -43,7 +43,8 @@ SAID = {
 
 @dataclass(frozen=True)
 class Page:
-    """What the templates need of a page. hidden keeps it from search engines; mathematics: whether it shows some."""
+    """What the templates need of a page. hidden keeps it from search engines; mathematics: whether it shows some;
+    share: the picture that a link to it shows, where it has one of its own."""
 
     name: str
     title: str
@@ -54,6 +55,7 @@ class Page:
     home: bool = False
     hidden: bool = False
     mathematics: bool = False
+    share: str = ""
     previous: Chapter | None = None
     next: Chapter | None = None
 
@@ -123,6 +125,7 @@ class Writer:
                 "title": chapter.title if chapter else title,
                 "page": chapter.page if chapter else "",
                 "current": chapter is not None and chapter.page == current,
+                "emblem": emblems.path(chapter.emblem) if chapter and chapter.emblem else "",
             }
             for rung, title, chapter in [*planned, *rest]
         ]
@@ -138,6 +141,7 @@ class Writer:
             chapter.summary or self.site.description,
             "chapter-page",
             home=i == 0,
+            share=f"share-{chapter.name}.png" if chapter.emblem else "",
             previous=self.chapters[i - 1] if i else None,
             next=self.chapters[i + 1] if i + 1 < len(self.chapters) else None,
         )

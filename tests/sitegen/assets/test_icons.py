@@ -84,3 +84,18 @@ def test_no_shape_of_an_icon_cuts_the_ladder(made) -> None:
         y, x = np.nonzero(drawn)
         reach[name] = np.hypot(x - 255.5, y - 255.5).max()
     assert 180 < reach["icon-maskable.png"] <= 0.4 * 512 < reach["icon-512.png"]
+
+
+def test_a_page_with_an_emblem_has_a_share_picture_of_its_own(made, faces, tmp_path) -> None:
+    """In the site's colours, by its own words and its own dial; the others stay as they are."""
+    pages = {"icp": ("nearest", "Unknown pairs", LINE), "kabsch": ("pairs", "Unknown pairs", LINE)}
+    more = icons.make(TITLE, LINE, faces, pages, cache=tmp_path)
+    assert set(more) - set(made) == {"share-icp.png", "share-kabsch.png"}
+    assert {name: more[name] for name in made} == made
+    assert more["share-icp.png"] != more["share-kabsch.png"]
+    for name in ("share-icp.png", "share-kabsch.png"):
+        assert Image.open(io.BytesIO(more[name])).size == (1200, 630)
+        assert len(more[name]) < 150_000
+        seen = {tuple(p) for p in np.unique(pixels(more[name]), axis=0).tolist()}
+        for colour in ("paper", "ink", "source", "target"):
+            assert tuple(bytes.fromhex(colours()[colour][0][1:])) in seen, colour

@@ -142,6 +142,10 @@ FILES = {
     "28-bare.md": ("¦Text.\n", ["front matter is missing"]),
     "29-empty.md": ("¦", ["the file is empty"]),
     "30-slug.md": ("---\ntitle: T\n¦slug: second\nsummary: S\n---\n", ["is taken by content/01-second.md"]),
+    "30b-emblem.md": (
+        "---\ntitle: T\nslug: emblem\nsummary: S\n¦emblem: neares\n---\n",
+        ["no dial 'neares'; did you mean 'nearest'?"],
+    ),
     "31-latin.md": ("---\ntitle: T\nslug: latin\nsummary: S\n---\n\nA caf¦é.\n", ["not UTF-8 from here on"]),
     "32-utf16.md": ("¦---\ntitle: T\nslug: utf16\nsummary: S\n---\n", ["UTF-16, and UTF-8 is expected"]),
     "33-windows.md": ("---\ntitle: T\nslug: windows\nsummary: S\n---\n\n[@¦no]\n", ["no reference 'no'"]),

@@ -1,0 +1,70 @@
+"""A rung's emblem: the ring of its dial, beside its name in the ladder and on the picture that a shared link shows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from widgets.drawing.picture import Array
+from widgets.parts import dial_marks as marks
+from widgets.parts.dial import RUNGS, Dial, made
+
+NAMES: Sequence[str] = tuple(RUNGS)
+SEED, NOISE = 40, 0.02  # those that the dials of the chapters open with
+TURN = np.radians(100.0)
+BOX = 24  # units across, as icons have them
+CIRCLE = np.linspace(0.0, 2.0 * np.pi, 91)
+
+
+@cache
+def dial(name: str) -> Dial:
+    """The dial as its chapter opens with it."""
+    return made(name, SEED, NOISE, RUNGS[name].length or 1.0)
+
+
+def profile(name: str) -> Array:
+    """The ring's outer line, (60, 2) u from the middle, the truth at the top; a flat one lies on the inner circle."""
+    turns = np.radians(np.arange(60) * 6.0 - 180.0)
+    return marks.place(turns, marks.heights(dial(name), full=False))
+
+
+def path(name: str) -> str:
+    """The ring as the path of an icon of 24 units, to be filled by the even-odd rule; y downwards."""
+    scale = BOX / 2 / (marks.OUTER + 0.1)
+    inside = marks.INNER * scale
+    outside = (profile(name) * (scale, -scale) + BOX / 2).round(1)
+    if RUNGS[name].flat:  # a line, where there is nothing to fill
+        return _circle(inside + 0.4) + _circle(inside - 0.4)
+    return "M" + "L".join(f"{x:g} {y:g}" for x, y in outside.tolist()) + "z" + _circle(inside - 0.4)
+
+
+def _circle(radius: float) -> str:
+    r = round(radius, 1)
+    return f"M{BOX / 2 - r:g} {BOX // 2}a{r:g} {r:g} 0 1 0 {2 * r:g} 0a{r:g} {r:g} 0 1 0 {-2 * r:g} 0z"
+
+
+def draw(axes: Any, theme: dict[str, str], name: str, middle: Array, scale: float) -> None:
+    """The dial on matplotlib axes whose y points down: ring, room, the robot's scan turned away, its ball. scale: px a
+    world unit."""
+    one = dial(name)
+
+    def px(points: Any) -> Any:
+        return middle + np.asarray(points) * (scale, -scale)
+
+    ring, circle = profile(name), marks.place(CIRCLE, marks.INNER)
+    both = px(np.concatenate([np.roll(ring, 30, axis=0), np.roll(ring, 30, axis=0)[:1], circle[::-1]]))
+    axes.fill(*both.T, color=theme["accent"], alpha=0.16, lw=0)
+    for line in (np.concatenate([ring, ring[:1]]), circle):
+        axes.plot(*px(line).T, color=theme["accent"], lw=2.0)
+    axes.plot(*px(marks.place(np.zeros(2), np.array([marks.INNER - 0.35, marks.OUTER + 0.1]))).T, color=theme["truth"])
+    turn = np.array([[np.cos(TURN), -np.sin(TURN)], [np.sin(TURN), np.cos(TURN)]])
+    for curve in one.clouds.scene.outline:
+        axes.plot(*px(curve).T, color=theme["truth"], alpha=0.5, lw=5.0, solid_joinstyle="round")
+        axes.plot(*px(curve @ turn.T).T, color=theme["source"], lw=1.8)
+    axes.scatter(*px(one.clouds.target).T, s=22.0, marker="s", color=theme["target"], lw=0, zorder=3)
+    axes.scatter(*px(one.clouds.source @ turn.T).T, s=26.0, color=theme["source"], lw=0, zorder=4)
+    ball = px(marks.at(one, False, np.array([TURN])))
+    axes.scatter(*ball.T, s=300.0, color=theme["source"], lw=0, zorder=5)
