@@ -299,7 +299,7 @@ def _files(
         problems.note(Place("content"), f"no typeface of the site has {' '.join(fontset.missing)}")
     pictures: Mapping[str, bytes] = {}
     if fontset is not None and parts.draw_emblem is not None:
-        emblems = {c.name: (c.emblem, c.title, c.question) for c in content.chapters if c.emblem}
+        emblems = {c.name: (c.emblem, c.title, c.question) for c in content.chapters if c.emblem and content.site.url}
         says = content.site.title, content.site.description, fontset, emblems
         pictures = content.kept.answer("emblem", says, partial(parts.draw_emblem, *says, cache=cache))
     assets = read_assets(
