@@ -341,6 +341,8 @@ WIDGET = Widget(
         Key("truth", "truth; a start that ends there", "square"),
         Key("weak", "a start that does not", "cross"),
         Key("ghost", "where it started", "ring"),
+        Key("pair", "what links them", "line"),
+        Key("outlier", "wrong pair", "dashed"),
     ),
     handles=("turn",),
     # All starts of a flow take a while, in the build as in the page.

@@ -21,7 +21,7 @@ from widgets.drawing.picture import Array
 HEADINGS = 180  # on the full ring, 2° apart
 COARSE = 3  # every which of them is on the coarse ring
 STARTS = 36  # all round the circle, 10° apart, when every start is run
-SLICES = 4  # in which they are run: the page is not held up by all of them
+SLICES = 12  # in which they are run: none holds the page up for long
 MOST = 70  # steps, as in the race
 EVERY = 2  # of whose points one is taken: the ring is many evaluations
 WRONG = 0.4  # of the pairs on rung 2
@@ -180,7 +180,7 @@ class Dial:
         )
 
     def arrivals(self, slices: int = SLICES) -> BoolArray:
-        """Which of the starts in the first slices end at the truth, (9 · slices,)."""
+        """Which of the starts in the first slices end at the truth, (3 · slices,)."""
         return np.concatenate([np.zeros(0, dtype=np.bool_), *(self._slices[k] for k in range(slices))])
 
     @property

@@ -23,7 +23,6 @@ from widgets.drawing.picture import (
     Path,
     Points,
     Ring,
-    Role,
     Segments,
     Ticks,
 )
@@ -206,10 +205,9 @@ def _flow(dial: Dial, moved: Array, course: Course | None) -> tuple[Mark, ...]:
     """After the run, from where some of the points began to where they ended."""
     if course is None:
         return ()
-    role: Role = "normal"
     ends = course.pose.apply(dial.clouds.source)
     began = Pose.from_angle(float(course.headings[0])).apply(dial.clouds.source)
-    return tuple(Arrow(a, b, role, head=6.0) for a, b in zip(began[::THREADED], ends[::THREADED], strict=True))
+    return tuple(Arrow(a, b, "pair", head=6.0) for a, b in zip(began[::THREADED], ends[::THREADED], strict=True))
 
 
 def rim() -> Mark:
