@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -41,19 +42,23 @@ def shown(state: State, level: int = 0) -> dict[str, str]:
 # The lattice
 
 
-def test_levels_add_up_to_the_full_lattice_and_no_start_is_run_twice() -> None:
-    counts = sum(basins.new(level).astype(int) for level in range(LEVELS))
-    np.testing.assert_array_equal(counts, np.ones((ROWS, COLUMNS)))
+def test_levels_add_up_to_the_full_lattice() -> None:
+    """Each holds the one before it and as many starts more as all others do; the last one has all."""
+    levels = [basins.run_at(level) for level in range(-1, LEVELS)]
+    assert not levels[0].any()
+    assert levels[-1].all()
     assert ROWS >= 48
     assert COLUMNS >= 64
-    assert {int(basins.new(level).sum()) for level in range(LEVELS)} == {ROWS * COLUMNS // LEVELS}  # equally long
+    for before, after in pairwise(levels):
+        assert (after | ~before).all()
+        assert after.sum() - before.sum() == ROWS * COLUMNS // LEVELS
 
 
 @pytest.mark.parametrize("level", range(LEVELS))
 def test_what_a_level_shows_is_known_by_then(level: int) -> None:
     """A tile shows its own start's end or that of one at most three tiles off, and all show their own in the end."""
     rows, columns = basins.seen(level)
-    known = sum(basins.new(k).astype(int) for k in range(level + 1)) > 0
+    known = basins.run_at(level)
     assert known[rows, columns].all()
     np.testing.assert_array_equal(rows[known], np.nonzero(known)[0])
     np.testing.assert_array_equal(columns[known], np.nonzero(known)[1])
@@ -164,8 +169,7 @@ def test_the_shares_are_the_maps_own(level: int) -> None:
     """Of the starts that were run so far, each counted once."""
     state = run(gate=0.4)
     said, ends = shown(state, level), state.atlas.ends(level)
-    mine = sum(basins.new(k).astype(int) for k in range(level + 1)) > 0
-    kinds = ends.kind[mine]
+    kinds = ends.kind[basins.run_at(level)]
     for name, kind in (("reached", basins.TRUTH), ("shifted", SHIFTED), ("quarter", QUARTER), ("unfit", NONE)):
         assert float(said[name]) == pytest.approx(100.0 * (kinds == kind).mean(), abs=0.051)
 

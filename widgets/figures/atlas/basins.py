@@ -116,9 +116,9 @@ class Atlas:
 
     def ends(self, level: int) -> Ends:
         """What each tile shows at a level, (ROWS, COLUMNS), row 0 at no offset."""
-        for step in range(self._level + 1, level + 1):
-            self._compute(new(step))
-        self._level = max(self._level, level)
+        if level > self._level:
+            self._compute(run_at(level) & ~run_at(self._level))
+            self._level = level
         if self._shown is None or self._shown[0] != level:
             rows, columns = seen(level)
             self._shown = level, Ends(self._pose[rows, columns], self._kind[rows, columns])
@@ -174,13 +174,11 @@ def tile_at(turn: float, offset: float) -> tuple[int, int]:
     return int(np.clip(row, 0, ROWS - 1)), int(np.clip(column, 0, COLUMNS - 1))
 
 
-def new(level: int) -> BoolArray:
-    """The tiles whose starts are run for a level and for none before it, (ROWS, COLUMNS)."""
-    return _has(level) & ~_has(level - 1) if level else _has(0)
-
-
-def _has(level: int) -> BoolArray:
-    """The tiles whose starts are run at a level. The higher offsets come first, where the map is the most torn."""
+def run_at(level: int) -> BoolArray:
+    """The tiles whose starts are run at a level, (ROWS, COLUMNS); none before level 0. The higher offsets come first,
+    where the map is the most torn."""
+    if level < 0:
+        return np.zeros((ROWS, COLUMNS), dtype=np.bool_)
     rows, columns = np.arange(ROWS)[:, None], np.arange(COLUMNS)
     quarter, half = ((rows % s == 1) & (columns % s == 1) for s in (4, 2))
     halves, bands = min(level, HALVES), max(level - HALVES, 0)
@@ -190,7 +188,7 @@ def _has(level: int) -> BoolArray:
 
 def seen(level: int) -> tuple[IntArray, IntArray]:
     """Row and column of the start whose end each tile shows, (ROWS, COLUMNS) each: its own, or the finest lattice's."""
-    has = _has(level)
+    has = run_at(level)
     rows, columns = np.broadcast_arrays(np.arange(ROWS)[:, None], np.arange(COLUMNS))
     row, column = rows // 4 * 4 + 1, columns // 4 * 4 + 1
     second = rows // 2 * 2 + 1, columns // 2 * 2 + 1
@@ -214,7 +212,7 @@ class Count:
 
 def count(ends: Ends, level: int) -> Count:
     """Over the starts that were run for a level, not over the tiles that show them."""
-    own = ends.kind[_has(level)]
+    own = ends.kind[run_at(level)]
     return Count(len(own), tuple(np.bincount(own, minlength=len(KINDS)).tolist()))
 
 
