@@ -346,23 +346,16 @@ export class Figure {
     this.stage.focus({ preventScroll: true });
   }
 
-  /**
-   * Has what is seen drawn once, unseen, when Python is up and has nothing better to do: modules are imported and the
-   * state is known when the reader's first touch comes. What the page came with is as fine as can be, so all levels are
-   * drawn, for as long as the figure is on screen and nothing is asked of it: the first touch does not coarsen it.
-   */
-  #warm() {
-    if (this.#warmed || runtime.state !== "live" || !this.#visible || this.pending) return;
+  /** Has what is seen drawn unseen, level by level, while Python is idle: a first touch waits for no import. */
+  #warm(detail = 0) {
+    if ((this.#warmed && !detail) || runtime.state !== "live" || !this.#visible || this.pending) return;
     this.#warmed = true;
-    const { shown } = this;
-    /** @param {number | undefined} detail */
-    const draw = async (detail) => {
-      const drawn = await runtime.frame({ figure: this.id, record: shown, detail, finer: true }).catch(() => null);
-      this.#ready = true;
-      const idle = this.#visible && !this.pending && this.shown === shown;
-      if (drawn && idle && drawn.detail + 1 < this.spec.details) void draw(drawn.detail + 1);
-    };
-    void draw(this.spec.details > 1 ? 0 : undefined);
+    const { shown, spec } = this;
+    const asked = { figure: this.id, record: shown, detail: spec.details > 1 ? detail : undefined, finer: true };
+    void runtime.frame(asked).then((frame) => {
+      this.#ready = true; // and known that finely: the touch coarsens nothing
+      if (frame.detail + 1 < spec.details && this.shown === shown) this.#warm(frame.detail + 1);
+    }, () => (this.#ready = true));
   }
 
   #runtimeChanged() {
