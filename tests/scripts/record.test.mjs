@@ -49,6 +49,14 @@ test("a drag and what is pointed at replace the last of their kind, and a click 
   assert.equal(records.click(records.click(INITIAL, "main", [1, 1]), "main", [2, 2]).log.length, 2);
 });
 
+test("what is pointed at no longer leaves the log, and nothing else does", () => {
+  const picked = records.click(INITIAL, "main", [1, 1]);
+  assert.deepEqual(records.left(records.hover(picked, "main", [2, 2]), "main"), picked);
+  assert.equal(records.left(picked, "main"), picked);
+  const elsewhere = records.hover(picked, "map", [2, 2]);
+  assert.equal(records.left(elsewhere, "main"), elsewhere);
+});
+
 test("no action changes the record that it begins from", () => {
   const frozen = Object.freeze({ ...INITIAL, controls: Object.freeze({ ...INITIAL.controls }), log: Object.freeze([]) });
   records.reseed(records.back(records.press(frozen, "go")));

@@ -20,6 +20,8 @@ Role = Literal[
     "source", "target", "truth", "inlier", "outlier", "ghost", "pair", "normal", "weak", "guide", "ink", "accent",
     # The lines of the race's solvers, by what links the clouds for them.
     "by-nearest", "by-samples", "by-cells", "by-weights", "by-means", "by-marginals",
+    # Where runs that miss the truth end, by how far they are turned: areas of a map, told apart by hatching as well.
+    "end-shifted", "end-turned", "end-quarter", "end-half", "end-none",
 ]  # fmt: skip
 Shape = Literal["dot", "square", "cross", "ring", "diamond"]
 Anchor = Literal["start", "middle", "end"]
@@ -121,6 +123,18 @@ class Heat:
 
 
 @dataclass(frozen=True, eq=False)
+class Tiles:
+    """A window (x0, x1, y0, y1) in tiles of a few kinds: (rows, columns), row 0 at y0, each a number into `roles`.
+
+    A negative number is left empty. What hatching a role has besides its colour, `widgets.drawing.hatching` says.
+    """
+
+    kinds: ArrayLike
+    window: tuple[float, float, float, float]
+    roles: tuple[Role, ...]
+
+
+@dataclass(frozen=True, eq=False)
 class Ring:
     """A circle of `radius` px about xy (2,) world, or of `reach` world units where that is given."""
 
@@ -151,7 +165,7 @@ class Group:
     marks: tuple[Mark, ...]
 
 
-Mark = Points | Segments | Path | Ellipses | Ticks | Arrow | Heat | Ring | Label | Group
+Mark = Points | Segments | Path | Ellipses | Ticks | Arrow | Heat | Tiles | Ring | Label | Group
 
 
 @dataclass(frozen=True)

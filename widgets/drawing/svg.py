@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from widgets.drawing.hatching import hatched
 from widgets.drawing.picture import (
     Array,
     Arrow,
@@ -32,6 +33,7 @@ from widgets.drawing.picture import (
     Ring,
     Segments,
     Ticks,
+    Tiles,
     View,
     rows,
 )
@@ -223,20 +225,47 @@ def _arrow(mark: Arrow, view: View, prefix: str) -> str:
 
 def _heat(mark: Heat, view: View, prefix: str) -> str:
     values = np.asarray(mark.values, dtype=float)
-    ny, nx = values.shape
-    x0, x1, y0, y1 = mark.window
-    across = snap(view.px(np.stack([np.linspace(x0, x1, nx + 1), np.full(nx + 1, y0)], axis=1))[:, 0])
-    down = snap(view.px(np.stack([np.full(ny + 1, x0), np.linspace(y0, y1, ny + 1)], axis=1))[:, 1])
     span = mark.high - mark.low
     part = np.clip((values - mark.low) / (span if span > 0 else np.inf), 0.0, 1.0)
     level = np.where(
         np.isnan(values), -1, np.minimum(np.floor(np.nan_to_num(part) * HEAT_LEVELS + NUDGE), HEAT_LEVELS - 1)
     )
-    runs: list[list[str]] = [[] for _ in range(HEAT_LEVELS)]
-    for here, left, right, first, last in _blocks(level.astype(np.int64)).tolist():
+    drawn = _rectangles(level.astype(np.int64), mark.window, view, HEAT_LEVELS)
+    return '<g class="heat">' + "".join(_path(f"h{i}", d) for i, d in enumerate(drawn)) + "</g>"
+
+
+def _tiles(mark: Tiles, view: View, prefix: str) -> str:
+    kinds = np.asarray(mark.kinds, dtype=np.int64)
+    areas = _rectangles(kinds, mark.window, view, len(mark.roles))
+    parts = [_path(f"tile {role}", d) for role, d in zip(mark.roles, areas, strict=True)]
+    across, down = _lattice(kinds.shape, mark.window, view)
+    for k, role in enumerate(mark.roles):
+        ends = [(across[i], down[j], across[u], down[v]) for i, j, u, v in hatched(kinds == k, role)]
+        parts.append(_path(f"hatch {role}", "".join(f"M{x} {y}l{u - x} {v - y}" for x, y, u, v in ends)))
+    return '<g class="heat">' + "".join(parts) + "</g>"
+
+
+def _lattice(
+    shape: tuple[int, ...], window: tuple[float, float, float, float], view: View
+) -> tuple[list[int], list[int]]:
+    """Where the borders of a window's columns and rows lie, in SVG units."""
+    ny, nx = shape
+    x0, x1, y0, y1 = window
+    across = snap(view.px(np.stack([np.linspace(x0, x1, nx + 1), np.full(nx + 1, y0)], axis=1))[:, 0])
+    down = snap(view.px(np.stack([np.full(ny + 1, x0), np.linspace(y0, y1, ny + 1)], axis=1))[:, 1])
+    return across, down
+
+
+def _rectangles(
+    level: NDArray[np.int64], window: tuple[float, float, float, float], view: View, count: int
+) -> list[str]:
+    """The areas of a window whose tiles have the levels 0 … count − 1, one path each."""
+    across, down = _lattice(level.shape, window, view)
+    runs: list[list[str]] = [[] for _ in range(count)]
+    for here, left, right, first, last in _blocks(level).tolist():
         width, height = across[right] - across[left], down[last] - down[first]
         runs[here].append(f"M{across[left]} {down[first]}h{width}v{height}h{-width}z")
-    return '<g class="heat">' + "".join(_path(f"h{i}", "".join(run)) for i, run in enumerate(runs)) + "</g>"
+    return ["".join(run) for run in runs]
 
 
 def _blocks(level: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -301,6 +330,7 @@ _DRAW: dict[type, Callable[[Any, View, str], str]] = {
     Ticks: _ticks,
     Arrow: _arrow,
     Heat: _heat,
+    Tiles: _tiles,
     Ring: _ring,
     Label: _label,
     Group: group_svg,

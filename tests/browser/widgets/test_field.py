@@ -90,6 +90,9 @@ HELD = """() => {
 
 def test_a_finer_drawing_that_comes_too_late_is_dropped(score: Figure) -> None:
     """While a finer drawing is on its way the control is moved: the old value's map is not put over the new one's."""
+    score.set("rotation", "7")  # what is drawn unseen, before the first touch, is over
+    score.settled()
+    levels(score)
     score.page.evaluate(HELD)
     for value in ("8", "9"):
         score.set("rotation", value)

@@ -115,6 +115,18 @@ def test_heat_gets_stronger_in_even_steps(theme) -> None:
     assert steps.max() < 1.6 * steps.mean()
 
 
+@THEMES
+@pytest.mark.parametrize("sight", SIMULATED)
+def test_the_ends_of_runs_get_stronger_and_the_truth_stands_out(theme, sight) -> None:
+    """The more an end is turned, the farther its colour's lightness from the ground's; the truth's is like none."""
+    text = (CSS / "figure" / "legend.css").read_text("utf-8")
+    used = dict(re.findall(r"\.end-(\w+) \{\s*--colour: var\(--(\w+)\)", text))
+    names = [used[kind] for kind in ("none", "shifted", "turned", "quarter", "half")]
+    *ends, truth = (lab(SIMULATED[sight] @ linear(colours()[name][theme])) for name in (*names, "truth"))
+    assert min(np.diff([abs(end[0] - ends[0][0]) for end in ends])) > 4
+    assert min(float(np.linalg.norm(end - truth)) for end in ends) > APART[sight]
+
+
 def test_every_colour_used_is_a_token() -> None:
     """Outside the tokens no colour is written out, save where a rule names both themes' values itself."""
     defined = set(re.findall(r"(--[a-z0-9-]+):", "".join(p.read_text("utf-8") for p in CSS.rglob("*.css"))))

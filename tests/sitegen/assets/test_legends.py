@@ -1,4 +1,4 @@
-"""What a legend names is told apart by readers who do not see red and green: by its shape, or by its colour."""
+"""What a legend names is told apart by readers who do not see red and green: by shape, by hatching or by colour."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import pytest
 
 from sitegen.assets.tokens import colours
 from tests.sitegen.assets.test_contrast import APART, SIMULATED, THEMES, lab, linear
+from widgets.drawing.hatching import LINES
 from widgets.engine.registry import WIDGETS
 
 BANDS = ("truth", "line")  # drawn and shown twice as broad as any other line
@@ -20,7 +21,9 @@ BANDS = ("truth", "line")  # drawn and shown twice as broad as any other line
 def test_marks_of_one_shape_differ_in_colour(name: str, sight: str, theme: int) -> None:
     seen = {role: lab(SIMULATED[sight] @ linear(pair[theme])) for role, pair in colours().items()}
     keys = [key for key in WIDGETS[name].legend if (key.role, key.shape) != BANDS]
-    alike = [(a, b) for a, b in combinations(keys, 2) if a.shape == b.shape and a.role != b.role]
+    shapes = [(key.shape, LINES.get(key.role)) for key in keys]
+    pairs = combinations(zip(keys, shapes, strict=True), 2)
+    alike = [(a, b) for (a, shape), (b, other) in pairs if shape == other and a.role != b.role]
     far = {(a.label, b.label): float(np.linalg.norm(seen[a.role] - seen[b.role])) for a, b in alike}
     assert not {pair: distance for pair, distance in far.items() if distance < APART["deuteranopia"]}
 

@@ -61,8 +61,8 @@ def test_an_example_is_its_source_and_its_result(project: Project) -> None:
 
 
 def test_colours_are_told_with_their_least_contrast() -> None:
-    """Each role of pictures has a meaning; those of the race's lines are its legend's to tell."""
-    assert {role for role in ROLES if not role.startswith("by-")} <= set(MEANING)
+    """Each role of pictures has a meaning; those of the race's lines and of a map's areas are a legend's to tell."""
+    assert {role for role in ROLES if not role.startswith(("by-", "end-"))} <= set(MEANING)
     assert contrast("#000000", "#ffffff") == pytest.approx(21.0)
     for swatch in swatches():
         assert swatch.mark >= 3.0, swatch

@@ -24,8 +24,10 @@ from widgets.drawing.picture import (
     Path,
     Points,
     Ring,
+    Role,
     Segments,
     Ticks,
+    Tiles,
     View,
 )
 from widgets.drawing.svg import HEAT_LEVELS, WEIGHT_LEVELS, panel_svg, snap
@@ -97,7 +99,7 @@ def body(*marks: Mark, view: View = VIEW) -> str:
         ),
         (
             Label([1, 2], "q̄ < p & 'r'", "ink", "middle", dx=1, dy=-2),
-            "<text class=\"label ink middle\" x=\"110\" y=\"780\">q̄ &lt; p &amp; 'r'</text>",
+            '<text class="label ink middle" x="110" y="780">q̄ &lt; p &amp; \'r\'</text>',
         ),
         (
             Group("source", (Points([1, 2], "source"),)),
@@ -268,6 +270,37 @@ def test_a_value_on_the_edge_of_a_level_has_reached_it_whatever_rounding_says() 
 
 def test_flat_heat_is_the_lowest_level() -> None:
     assert re.findall(r"h\d+", body(Heat([[3.0, np.nan]], (0, 2, 0, 1), 3.0, 3.0)).split("d=")[0]) == ["h0"]
+
+
+# Tiles
+
+
+def test_tiles_are_areas_of_their_roles_and_a_negative_kind_is_empty() -> None:
+    """One path a role, in the order of the roles; the truth and what is only shifted are not hatched."""
+    kinds = [[0, 0, 1], [0, 0, -1]]
+    text = body(Tiles(kinds, (0, 3, 0, 2), ("truth", "end-shifted")), view=View(0, 3, 0, 2, width=30))
+    assert text == (
+        '<g class="heat"><path class="tile truth" d="M0 200h200v-200h-200z"/>'
+        '<path class="tile end-shifted" d="M200 200h100v-100h-100z"/></g>'
+    )
+
+
+def test_hatching_ends_where_its_area_does() -> None:
+    """A diagonal through two tiles is one line from corner to corner; what is left of an area has a line of its own."""
+    view = View(0, 3, 0, 3, width=30)
+
+    def hatch(kinds: list[list[int]], role: Role) -> str:
+        return "".join(
+            re.findall(r'class="hatch [\w-]+" d="([^"]*)"', body(Tiles(kinds, (0, 3, 0, 3), (role,)), view=view))
+        )
+
+    lone = [[0, -1, -1], [-1, 0, -1], [-1, -1, -1]]
+    assert hatch(lone, "end-turned") == "M0 300l200 -200"
+    assert hatch([[0, -1, -1], [-1, -1, -1], [-1, -1, 0]], "end-turned") == "M0 300l100 -100M200 100l100 -100"
+    assert hatch([[-1, -1, 0], [-1, 0, -1], [-1, -1, -1]], "end-quarter") == "M300 300l-200 -200"
+    assert hatch([[0, -1, -1]] * 3, "end-none") == "M0 300l0 -300"
+    both = hatch([[0] * 3] * 3, "end-half")
+    assert both.count("M") == 6  # every second diagonal of three by three tiles, both ways
 
 
 # The grid

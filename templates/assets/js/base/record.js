@@ -38,6 +38,15 @@ export const drag = (record, handle, place) => latest(record, "drag", handle, pl
  */
 export const hover = (record, panel, place) => latest(record, "hover", panel, place);
 
+/**
+ * Nothing of the panel is pointed at any more. The record itself where nothing was.
+ * @type {(record: FigureRecord, panel: string) => FigureRecord}
+ */
+export function left(record, panel) {
+  const last = record.log.at(-1);
+  return last && last[0] === "hover" && last[1] === panel ? back(record) : record;
+}
+
 /** @type {(record: FigureRecord, kind: "drag" | "hover", name: string, place: Point) => FigureRecord} */
 function latest(record, kind, name, [x, y]) {
   const last = record.log.at(-1);

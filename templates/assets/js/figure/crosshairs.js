@@ -108,18 +108,16 @@ function picked(figure, overlay, name) {
 
 /**
  * The pointer asks only while Python is up: passing over a picture must not set it waiting. A tap or a key may.
- * @type {(figure: Figure, overlay: Overlay, name: string) => Dispose[]}
+ * @param {ReturnType<typeof crosshair>} cross
+ * @param {(at: number) => void} ask
+ * @returns {Dispose[]}
  */
-function pointed(figure, overlay, name) {
-  const words = { does: "Look at a place", hint: "Arrow keys move, Shift for larger steps." };
-  /** @param {number} at */
-  const ask = (at) =>
-    figure.ask(records.hover(figure.record, name, cross.at), { merge: `hover:${name}`, by: "hover", at });
-  const cross = crosshair(figure, overlay, name, words, (at) => {
-    ask(at);
-    figure.speak();
-  });
+function following(cross, ask) {
   let ahead = 0; // the animation frame that will ask
+  const stop = () => {
+    cancelAnimationFrame(ahead);
+    ahead = 0;
+  };
 
   /** @param {PointerEvent} event */
   function follow(event) {
@@ -134,9 +132,23 @@ function pointed(figure, overlay, name) {
     });
   }
 
+  return [on(cross.panel, "pointermove", follow), on(cross.panel, "pointerleave", stop), stop];
+}
+
+/** @type {(figure: Figure, overlay: Overlay, name: string) => Dispose[]} */
+function pointed(figure, overlay, name) {
+  const words = { does: "Look at a place", hint: "Arrow keys move, Shift for larger steps." };
+  /** @param {number} at */
+  const ask = (at) =>
+    figure.ask(records.hover(figure.record, name, cross.at), { merge: `hover:${name}`, by: "hover", at });
+  const cross = crosshair(figure, overlay, name, words, (at) => {
+    ask(at);
+    figure.speak();
+  });
+
   return [
     ...cross.off,
-    on(cross.panel, "pointermove", follow),
+    ...following(cross, ask),
     on(cross.panel, "click", (event) => {
       overlay.measure();
       const place = cross.where(event);
@@ -145,7 +157,46 @@ function pointed(figure, overlay, name) {
       ask(event.timeStamp);
       figure.speak();
     }),
-    () => cancelAnimationFrame(ahead),
+  ];
+}
+
+/**
+ * A panel that does both: what is pointed at is shown for as long as the pointer or the focus is there, and a click, a
+ * tap or Enter picks it for good.
+ * @type {(figure: Figure, overlay: Overlay, name: string) => Dispose[]}
+ */
+function explored(figure, overlay, name) {
+  const hint = "Arrow keys move and show what is there, Shift for larger steps; Enter picks it.";
+  const asking = (/** @type {number} */ at) => ({ merge: `hover:${name}`, by: "hover", at });
+  /** @param {number} at */
+  const look = (at) => figure.ask(records.hover(figure.record, name, cross.at), asking(at));
+  const cross = crosshair(figure, overlay, name, { does: "Look at a place or pick it", hint }, (at) => {
+    look(at);
+    figure.speak();
+  });
+  const pick = () => figure.ask(records.click(records.left(figure.record, name), name, cross.at));
+
+  /** @param {Event} event */
+  function leave(event) {
+    const kept = records.left(figure.record, name);
+    if (kept !== figure.record) figure.ask(kept, asking(event.timeStamp));
+  }
+
+  return [
+    ...cross.off,
+    ...following(cross, look),
+    on(cross.panel, "pointerleave", leave),
+    on(cross.button, "blur", leave),
+    on(cross.button, "click", (event) => {
+      if (event.detail === 0) pick();
+    }),
+    on(cross.panel, "click", (event) => {
+      overlay.measure();
+      const place = cross.where(event);
+      if (!place) return;
+      cross.put(place);
+      pick();
+    }),
   ];
 }
 
@@ -154,9 +205,13 @@ function pointed(figure, overlay, name) {
  * @param {Overlay} overlay
  */
 export function addPicks(figure, overlay) {
-  const disposers = [
-    ...(figure.spec.clicks ?? []).flatMap((name) => picked(figure, overlay, name)),
-    ...(figure.spec.hovers ?? []).flatMap((name) => pointed(figure, overlay, name)),
-  ];
-  return together(disposers);
+  const { clicks = [], hovers = [] } = figure.spec;
+  const both = clicks.filter((name) => hovers.includes(name));
+  /** @param {string} name */
+  const single = (name) => !both.includes(name);
+  return together([
+    ...clicks.filter(single).flatMap((name) => picked(figure, overlay, name)),
+    ...hovers.filter(single).flatMap((name) => pointed(figure, overlay, name)),
+    ...both.flatMap((name) => explored(figure, overlay, name)),
+  ]);
 }

@@ -346,16 +346,16 @@ export class Figure {
     this.stage.focus({ preventScroll: true });
   }
 
-  /**
-   * Has what is seen drawn once, unseen, when Python is up and has nothing better to do: modules are imported and the
-   * state is known when the reader's first touch comes.
-   */
-  #warm() {
-    if (this.#warmed || runtime.state !== "live" || !this.#visible || this.pending) return;
+  /** Has what is seen drawn unseen, level by level, while Python is idle: a first touch waits for no import. */
+  #warm(detail = 0) {
+    if ((this.#warmed && !detail) || runtime.state !== "live" || !this.#visible || this.pending) return;
     this.#warmed = true;
-    const detail = this.spec.details > 1 ? 0 : undefined;
-    const drawn = runtime.frame({ figure: this.id, record: this.shown, detail, finer: true }).catch(() => {});
-    drawn.finally(() => (this.#ready = true));
+    const { shown, spec } = this;
+    const asked = { figure: this.id, record: shown, detail: spec.details > 1 ? detail : undefined, finer: true };
+    void runtime.frame(asked).then((frame) => {
+      this.#ready = true; // and known that finely: the touch coarsens nothing
+      if (frame.detail + 1 < spec.details && this.shown === shown) this.#warm(frame.detail + 1);
+    }, () => (this.#ready = true));
   }
 
   #runtimeChanged() {

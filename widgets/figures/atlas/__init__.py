@@ -1,0 +1,1 @@
+"""The figure `atlas`: where runs from every start end."""

@@ -1,0 +1,248 @@
+"""Runs from a lattice of starts, coarse first: where each ends, what that end is called, and which ends are one.
+
+The starts lie at the centres of ROWS × COLUMNS tiles, the turn along the columns and the offset along the rows. Level 0
+has every fourth of both, the levels after it have first every second and then all, a few rows more each. A tile whose
+own start is not yet run shows the end of the nearest lattice start below it, so what a level shows are ends of the full
+map. What is computed is remembered, and no start is run twice.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any
+
+import numpy as np
+
+from solvers import Pose, register
+from solvers.core.arrays import BoolArray, IntArray
+from solvers.core.status import Status
+from solvers.metrics import rre, rte
+from solvers.scenes.rooms import ROOM_START_DIRECTION, Scene, room
+from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE
+from widgets.drawing.picture import Array, Role
+
+ROWS, COLUMNS = 48, 64
+LOW, HIGH = -180.0, 180.0  # the starts' turn, degrees
+FARTHEST = 3.0  # u, the starts' offset
+THINNED = 2  # every second source point is used: a map is thousands of runs
+HALVES, BANDS = 3, 12  # slices of the lattice of every second start, and of the full one: each as long as level 0
+LEVELS = 1 + HALVES + BANDS
+
+METHODS = {"icp": "Point to point", "point-to-plane": "Point to plane", "ndt": "NDT"}
+
+TRUTH, SHIFTED, TURNED, QUARTER, HALF, NONE = range(6)
+KINDS: tuple[Role, ...] = ("truth", "end-shifted", "end-turned", "end-quarter", "end-half", "end-none")
+EDGES = (15.0, 75.0, 135.0)  # degrees, between the four kinds of a wrong end
+NAMES = ("the truth", "shifted", "turned", "quarter turn", "half turn", "no fit")
+
+
+@dataclass(frozen=True)
+class Ask:
+    """What is run from every start. gate: u, infinite for none; NDT has none. outliers: the fraction of each cloud."""
+
+    method: str
+    gate: float
+    setting: str
+    seed: int
+    noise: float
+    outliers: float
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """Those of the solver that differ from its own."""
+        return {"gate": self.gate} if np.isfinite(self.gate) and self.method != "ndt" else {}
+
+
+@dataclass(frozen=True, eq=False)
+class Ends:
+    """Where runs ended: poses (…,), and KINDS' number of each."""
+
+    pose: Pose
+    kind: IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """One run: its poses (k + 1,), the RMS distance to the nearest target points at each, why it stopped, its kind."""
+
+    poses: Pose
+    rms: Array
+    status: Status
+    reason: str
+    kind: int
+
+    @property
+    def steps(self) -> int:
+        """Taken until it stopped."""
+        return len(self.rms) - 1
+
+
+def starts(turn: Array, offset: Array) -> Pose:
+    """The poses turned by `turn` degrees about the room's origin, then moved by `offset` u; both of one shape."""
+    return Pose.from_angle(np.radians(turn), np.asarray(offset)[..., None] * ROOM_START_DIRECTION)
+
+
+def kinds(pose: Pose, truth: Pose, status: Any) -> IntArray:
+    """What ends are called, by their errors against the truth and by whether the run came to an end of its own."""
+    turn, away = np.degrees(rre(pose, truth)), rte(pose, truth)
+    failed = np.isin(status, (int(Status.CAPPED), int(Status.DEGENERATE)))
+    near = (turn < CLOSE_DEGREES) & (away < CLOSE_DISTANCE)
+    return np.where(near, TRUTH, np.where(failed, NONE, SHIFTED + np.searchsorted(EDGES, turn, "right")))
+
+
+def alike(a: Pose, b: Pose) -> BoolArray:
+    """Which ends are one: as near to each other as an end must be to the truth."""
+    return np.asarray((np.degrees(rre(a, b)) < CLOSE_DEGREES) & (rte(a, b) < CLOSE_DISTANCE))
+
+
+class Atlas:
+    """The ends of the runs from all starts, as far as they were asked for."""
+
+    def __init__(self, ask: Ask) -> None:
+        self.ask = ask
+        self.scene: Scene = room(ask.setting, seed=ask.seed, noise=ask.noise, outliers=ask.outliers)
+        self.source = self.scene.source[::THINNED]
+        self._pose = Pose.identity(batch=(ROWS, COLUMNS))
+        self._kind: IntArray = np.full((ROWS, COLUMNS), NONE)
+        self._level = -1
+        self._shown: tuple[int, Ends] | None = None  # the last level that was asked for
+        self._tracks: dict[tuple[int, int], Track] = {}
+
+    @property
+    def known(self) -> int:
+        """The finest level that costs nothing more; 0 also where nothing is computed yet."""
+        return max(self._level, 0)
+
+    def ends(self, level: int) -> Ends:
+        """What each tile shows at a level, (ROWS, COLUMNS), row 0 at no offset."""
+        if level > self._level:
+            self._compute(run_at(level) & ~run_at(self._level))
+            self._level = level
+        if self._shown is None or self._shown[0] != level:
+            rows, columns = seen(level)
+            self._shown = level, Ends(self._pose[rows, columns], self._kind[rows, columns])
+        return self._shown[1]
+
+    def track(self, row: int, column: int) -> Track:
+        """The run from a tile's own start."""
+        if (row, column) not in self._tracks:
+            self._tracks[row, column] = self._track(start_of(row, column))
+        return self._tracks[row, column]
+
+    def _compute(self, which: BoolArray) -> None:
+        rows, columns = np.nonzero(which)
+        turn, offset = TURNS[columns], OFFSETS[rows]
+        found = register(
+            self.source, self.scene.target, self.ask.method, start=starts(turn, offset), **self.ask.options
+        )
+        R, t = self._pose.R.copy(), self._pose.t.copy()
+        R[rows, columns], t[rows, columns] = found.pose.R, found.pose.t
+        self._pose = Pose(R, t)
+        self._kind[rows, columns] = kinds(found.pose, self.scene.truth, found.status)
+
+    def _track(self, start: Pose) -> Track:
+        found = register(self.source, self.scene.target, self.ask.method, start=start, **self.ask.options)
+        poses = found.history.poses
+        moved = poses.apply(self.source)
+        squares = ((moved[:, :, None] - self.scene.target) ** 2).sum(axis=-1).min(axis=-1)
+        status, reason = Status(int(found.status)), str(found.reason)
+        kind = int(kinds(found.pose, self.scene.truth, status))
+        return Track(poses, np.sqrt(squares.mean(axis=-1)), status, reason, kind)
+
+
+@lru_cache(maxsize=8)
+def atlas(ask: Ask) -> Atlas:
+    """The atlas of what is asked; a gate that was just left is come back to without a run."""
+    return Atlas(ask)
+
+
+TURNS = LOW + (np.arange(COLUMNS) + 0.5) * (HIGH - LOW) / COLUMNS
+OFFSETS = (np.arange(ROWS) + 0.5) * FARTHEST / ROWS
+TURNS.flags.writeable = OFFSETS.flags.writeable = False
+
+
+def start_of(row: int, column: int) -> Pose:
+    """The start of one tile."""
+    return starts(TURNS[column], OFFSETS[row])
+
+
+def tile_at(turn: float, offset: float) -> tuple[int, int]:
+    """Row and column of the tile at a place of the map, the nearest one for a place beside it."""
+    column = np.floor((turn - LOW) / (HIGH - LOW) * COLUMNS)
+    row = np.floor(offset / FARTHEST * ROWS)
+    return int(np.clip(row, 0, ROWS - 1)), int(np.clip(column, 0, COLUMNS - 1))
+
+
+def run_at(level: int) -> BoolArray:
+    """The tiles whose starts are run at a level, (ROWS, COLUMNS); none before level 0. The higher offsets come first,
+    where the map is the most torn."""
+    if level < 0:
+        return np.zeros((ROWS, COLUMNS), dtype=np.bool_)
+    rows, columns = np.arange(ROWS)[:, None], np.arange(COLUMNS)
+    quarter, half = ((rows % s == 1) & (columns % s == 1) for s in (4, 2))
+    halves, bands = min(level, HALVES), max(level - HALVES, 0)
+    half &= rows >= ROWS - ROWS * halves // HALVES
+    return np.asarray(quarter | half | (rows >= ROWS - ROWS * bands // BANDS))
+
+
+def seen(level: int) -> tuple[IntArray, IntArray]:
+    """Row and column of the start whose end each tile shows, (ROWS, COLUMNS) each: its own, or the finest lattice's."""
+    has = run_at(level)
+    rows, columns = np.broadcast_arrays(np.arange(ROWS)[:, None], np.arange(COLUMNS))
+    row, column = rows // 4 * 4 + 1, columns // 4 * 4 + 1
+    second = rows // 2 * 2 + 1, columns // 2 * 2 + 1
+    there = has[second]
+    row, column = np.where(there, second[0], row), np.where(there, second[1], column)
+    return np.where(has, rows, row), np.where(has, columns, column)
+
+
+@dataclass(frozen=True)
+class Count:
+    """What a level's own runs, each counted once, came to. by_kind: how many of each of KINDS."""
+
+    starts: int
+    by_kind: tuple[int, ...]
+
+    @cached_property
+    def reached(self) -> float:
+        """Percent of the starts that reach the truth."""
+        return 100.0 * self.by_kind[TRUTH] / self.starts
+
+
+def count(ends: Ends, level: int) -> Count:
+    """Over the starts that were run for a level, not over the tiles that show them."""
+    own = ends.kind[run_at(level)]
+    return Count(len(own), tuple(np.bincount(own, minlength=len(KINDS)).tolist()))
+
+
+def borders(differ_across: BoolArray, differ_up: BoolArray) -> tuple[Array, Array]:
+    """Both ends (k, 2), in degrees and u, of the lines between tiles that differ from their neighbours.
+
+    differ_across: (ROWS, COLUMNS − 1), differ_up: (ROWS − 1, COLUMNS). Pieces in line are one.
+    """
+    x, y = np.linspace(LOW, HIGH, COLUMNS + 1), np.linspace(0.0, FARTHEST, ROWS + 1)
+    column, first, last = _pieces(differ_across.T)
+    upright = [np.stack([x[column + 1], y[edge]], axis=1) for edge in (first, last)]
+    row, first, last = _pieces(differ_up)
+    level = [np.stack([x[edge], y[row + 1]], axis=1) for edge in (first, last)]
+    return np.concatenate([upright[0], level[0]]), np.concatenate([upright[1], level[1]])
+
+
+def _pieces(marked: BoolArray) -> tuple[IntArray, IntArray, IntArray]:
+    """The runs of true values along the rows of an array: row, first column, column after the last."""
+    padded = np.pad(marked, ((0, 0), (1, 1))).astype(np.int8)
+    row, first = np.nonzero(np.diff(padded, axis=1) == 1)
+    _, last = np.nonzero(np.diff(padded, axis=1) == -1)
+    return row, first, last
+
+
+def between(ends: Ends) -> tuple[Array, Array]:
+    """The borders between tiles whose runs end in different places."""
+    p = ends.pose
+    return borders(~alike(p[:, 1:], p[:, :-1]), ~alike(p[1:], p[:-1]))
+
+
+def around(inside: BoolArray) -> tuple[Array, Array]:
+    """The rim of a set of tiles, without the map's own edge."""
+    return borders(inside[:, 1:] != inside[:, :-1], inside[1:] != inside[:-1])
