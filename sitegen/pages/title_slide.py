@@ -25,7 +25,7 @@ def in_part(rungs: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def _more(count: int, where: str) -> dict[str, Any]:
-    return {"rung": "…", "title": f"{count} more {where}", "page": "slides.html", "current": False}
+    return {"rung": "…", "title": f"{count} more {where}", "page": "slides.html", "current": False, "emblem": ""}
 
 
 def check_title(chapter: Chapter, problems: Problems) -> None:
