@@ -43,8 +43,9 @@ def test_live_frames_are_the_build_s_byte_for_byte(reader: Callable[..., Reader]
     Figure(page, "fig-solve").live()
     host = Host()
     for record in records():
-        request = {"figure": "fig-x", "record": record}
-        live = page.evaluate("request => Ladder.runtime.frame(request)", request)
+        for level in range(WIDGETS[record["widget"]].details):  # one after the other, as a page asks: none takes long
+            request = {"figure": "fig-x", "record": record, "detail": level}
+            live = page.evaluate("request => Ladder.runtime.frame(request)", request)
         assert live == host.render("fig-x", record), record
 
 
