@@ -100,8 +100,10 @@ class Clouds:
     wrong: BoolArray
 
 
-def clouds(rung: Rung, seed: int, noise: float) -> Clouds:
-    """Both scans of the room; for pairs the target is the source's own spots, measured a second time."""
+@lru_cache(maxsize=16)
+def clouds(name: str, seed: int, noise: float) -> Clouds:
+    """Both scans of the room for a rung; for pairs the target is the source's own spots, measured a second time."""
+    rung = RUNGS[name]
     scene = room("clean", seed=seed, noise=noise)
     source = scene.source[::EVERY]
     wrong = np.zeros(len(source), dtype=np.bool_)
@@ -136,24 +138,30 @@ class Course:
 
 @dataclass(frozen=True, eq=False)
 class Dial:
-    """A rung on its clouds. What is computed is kept, so that a turn of the robot computes its own run alone."""
+    """A rung on the clouds of a seed. What is computed is kept: a turn of the robot computes its own run alone."""
 
     rung: Rung
-    clouds: Clouds
-    length: float
     seed: int
+    noise: float
+    length: float
+
+    @property
+    def clouds(self) -> Clouds:
+        """What the rung is given."""
+        return clouds(self.rung.name, self.seed, self.noise)
 
     @cached_property
     def coarse(self) -> Array:
         """The objective at every `COARSE`-th heading, (60,)."""
-        return self.objective(headings()[::COARSE])
+        return _objectives(self.rung.name, self.seed, self.noise, self.length)
 
     @cached_property
     def ring(self) -> Array:
         """The objective at all headings, (180,), the robot held in its true place."""
         values = np.empty(HEADINGS)
         rest = np.arange(HEADINGS) % COARSE != 0
-        values[~rest], values[rest] = self.coarse, self.objective(headings()[rest])
+        values[~rest] = self.coarse
+        values[rest] = _objectives(self.rung.name, self.seed, self.noise, self.length, rest=True)
         return values
 
     def objective(self, turns: Array) -> Array:
@@ -203,11 +211,19 @@ class Dial:
         return begin(method, problem, method.options(**self.rung.options(self.length)), MOST)
 
 
-@lru_cache(maxsize=32)
 def made(name: str, seed: int, noise: float, length: float) -> Dial:
-    """A rung on the clouds of a seed; asked for again it is the same, with what was computed."""
-    rung = RUNGS[name]
-    return Dial(rung, clouds(rung, seed, noise), length, seed)
+    """A rung on the clouds of a seed, nothing computed."""
+    return Dial(RUNGS[name], seed, noise, length)
+
+
+@lru_cache(maxsize=48)
+def _objectives(name: str, seed: int, noise: float, length: float, rest: bool = False) -> Array:
+    """Those of the coarse ring, or of the rest of the full one: a dial made anew, as a slider has it, finds them here.
+    How finely a dial is drawn is its own affair, so a frame does not depend on what was drawn before."""
+    among = (np.arange(HEADINGS) % COARSE != 0) == rest
+    values = made(name, seed, noise, length).objective(headings()[among])
+    values.flags.writeable = False
+    return values
 
 
 class _Slices(dict[int, BoolArray]):
