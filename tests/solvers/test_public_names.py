@@ -26,6 +26,9 @@ NAMES = {
     ),
     "ndt_score": "BLOCK Score evaluate score_map",
     "ndt_translation": "Path climb",
+    "posegraph": (
+        "KERNELS THRESHOLD Edges GraphResult GraphRun advance begin chi_squared jacobians marginals optimise residuals"
+    ),
     "race": "CONTESTANTS Contestant Controls EXTRAS MAX_STEPS SEEDS contestants race_problem",
     "ransac": "RANSAC RansacOptions RansacState capped_sum trials",
     "robust": "FLOOR KERNELS TUNING check_options least_scale loss mad_scale threshold weights",
