@@ -5,10 +5,10 @@ the poses that agree with all measurements best.
 """
 
 from solvers.core.edges import Edges
+from solvers.posegraph.covariance import marginals
+from solvers.posegraph.errors import chi_squared, jacobians, residuals
 from solvers.posegraph.graph import GraphResult, GraphRun, advance, begin, optimise
 from solvers.posegraph.kernels import KERNELS, THRESHOLD
-from solvers.posegraph.marginals import marginals
-from solvers.posegraph.residuals import chi_squared, jacobians, residuals
 
 __all__ = [
     "KERNELS",

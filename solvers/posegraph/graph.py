@@ -1,7 +1,7 @@
 """The poses that agree best with all that was measured between them.
 
 Minimised is `F = Σ ρ(χ²)` over the edges, with χ² = eᵀ Ω e and the residuals of
-`solvers.posegraph.residuals`, by Levenberg–Marquardt on reweighted squares: damping in
+`solvers.posegraph.errors`, by Levenberg–Marquardt on reweighted squares: damping in
 proportion to the diagonal, so that lengths and angles may have any units. A step is
 taken only where it lowers F. Poses come from relative measurements alone, so at least
 one node is held where it is.
@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,12 +26,26 @@ from solvers.core.edges import Edges, rigid, within
 from solvers.core.pose import Pose
 from solvers.core.status import Status
 from solvers.core.stepper import History
-from solvers.posegraph import kernels, linear
+from solvers.posegraph import checks, kernels, linear
+from solvers.posegraph.errors import chi_squared, jacobians, moved, residuals
 from solvers.posegraph.linear import Plan
-from solvers.posegraph.residuals import chi_squared, jacobians, moved, residuals
 
 _ROUNDING = 1e-14
 _FIRST, _LEAST, _MOST = 1e-6, 1e-12, 1e12
+
+
+@dataclass(frozen=True, eq=False)
+class _Setting:
+    """What stays the same in a run: what `optimise` was told, and the order of
+    elimination.
+    """
+
+    kernel: str
+    threshold: float
+    robust: BoolArray
+    max_steps: int
+    tolerance: float
+    plan: Plan
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,14 +54,16 @@ class GraphRun:
 
     Attributes
     ----------
-    poses : Pose of shape (n,)
-        The nodes.
+    setting : object
+        What `begin` was told.
     edges : Edges
         What was measured.
+    poses : Pose of shape (n,)
+        The nodes.
     chi2 : ndarray of shape (e,)
-        χ² of each edge at `poses`.
+        χ² of each edge at `poses`, without the kernel.
     weights : ndarray of shape (e,)
-        What the kernel leaves of each edge's information, in (0, 1].
+        What the kernel leaves of each edge's information, in [0, 1].
     objective : float
         F = Σ ρ(χ²); without a kernel the sum of χ².
     status : Status
@@ -57,23 +74,31 @@ class GraphRun:
         The steps taken.
     damping : float
         λ of the next step, as a fraction of the diagonal.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers import Pose
+    >>> from solvers.posegraph import Edges, advance, begin
+    >>> poses = Pose.from_angle([0.0, 1.0], [[0.0, 0.0], [1.0, 0.0]])
+    >>> edges = Edges.between(poses, [0], [1], np.eye(3))
+    >>> run = begin(Pose.from_angle([0.0, 0.0], [[0.0, 0.0], [2.0, 0.0]]), edges)
+    >>> while not run.done:
+    ...     run = advance(run)
+    >>> run.poses.angle.round(6)
+    array([0., 1.])
     """
 
-    poses: Pose
+    setting: _Setting
     edges: Edges
+    poses: Pose
     chi2: FloatArray
     weights: FloatArray
     objective: float
-    status: Status
-    reason: str
-    steps: int
-    damping: float
-    kernel: str
-    threshold: float
-    robust: BoolArray
-    max_steps: int
-    tolerance: float
-    plan: Plan
+    status: Status = Status.RUNNING
+    reason: str = ""
+    steps: int = 0
+    damping: float = _FIRST
 
     @property
     def done(self) -> bool:
@@ -92,7 +117,7 @@ class GraphResult:
     chi2 : ndarray of shape (e,)
         χ² of each edge, without the kernel.
     weights : ndarray of shape (e,)
-        What the kernel leaves of each edge's information, in (0, 1]; 1 where it does
+        What the kernel leaves of each edge's information, in [0, 1]; 1 where it does
         not apply.
     objective : float
         F = Σ ρ(χ²); without a kernel the sum of χ².
@@ -104,6 +129,16 @@ class GraphResult:
         The steps taken.
     history : History
         Poses (k + 1, n) and objective (k + 1,) from the start to the last of k steps.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers import Pose
+    >>> from solvers.posegraph import Edges, optimise
+    >>> poses = Pose.from_angle([0.0, 0.0], [[0.0, 0.0], [2.0, 0.0]])
+    >>> edges = Edges([0, 0], [1, 1], Pose.from_angle([0.0, 0.0], [[1.0, 0.0], [3.0, 0.0]]), np.eye(3))
+    >>> optimise(poses, edges)
+    GraphResult(converged, steps=0, nodes=2, edges=2, total=2)
     """
 
     poses: Pose
@@ -125,19 +160,19 @@ class GraphResult:
         return f"GraphResult({said}, nodes={self.poses.batch[0]}, edges={len(self.chi2)}, total={self.total:.6g})"
 
 
-def begin(
-    poses: Pose,
-    edges: Edges,
-    *,
-    fixed: int | Sequence[int] = 0,
-    kernel: str = "none",
-    robust: ArrayLike | None = None,
-    threshold: float = kernels.THRESHOLD,
-    max_steps: int = 100,
-    tolerance: float = 1e-9,
-    sparse: bool | None = None,
-) -> GraphRun:
-    """An optimisation at its start, no step taken; all as for `optimise`.
+def begin(poses: Pose, edges: Edges, *, fixed: int | Sequence[int] = 0, **options: Any) -> GraphRun:
+    """An optimisation at its start, no step taken.
+
+    Parameters
+    ----------
+    poses : Pose of shape (n,)
+        Where the nodes start.
+    edges : Edges
+        What was measured between nodes.
+    fixed : int or sequence of int, default 0
+        The nodes that stay where they are.
+    **options
+        As for `optimise`.
 
     Returns
     -------
@@ -160,6 +195,21 @@ def begin(
     >>> run.objective, advance(run).objective < 1e-9
     (21.0, True)
     """
+    return _begun(poses, edges, fixed, **options)
+
+
+def _begun(
+    poses: Pose,
+    edges: Edges,
+    fixed: int | Sequence[int],
+    *,
+    kernel: str = "none",
+    robust: ArrayLike | None = None,
+    threshold: float = kernels.THRESHOLD,
+    max_steps: int = 100,
+    tolerance: float = 1e-9,
+    sparse: bool | None = None,
+) -> GraphRun:
     poses = rigid(poses, "poses")
     if len(poses.batch) != 1 or not poses.batch[0]:
         raise ValueError(f"poses: expected shape (n,) with at least one node, got {poses.batch}")
@@ -168,22 +218,20 @@ def begin(
     n = poses.batch[0]
     for nodes, name in ((edges.i, "edges.i"), (edges.j, "edges.j")):
         within(nodes, n, name)
-    still = _fixed(fixed, n)
-    _joined(edges, still)
-    validate.one_of(kernel, kernels.KERNELS, "kernel")
-    validate.number(threshold, "threshold", 1e-6, 1e6)
-    validate.count(max_steps, "max_steps")
-    validate.number(tolerance, "tolerance", 0.0, 1.0)
-    under = _mask(robust, len(edges))
-    chi2 = chi_squared(poses, edges)
-    run = GraphRun(
-        poses, edges, chi2, np.ones(len(edges)), 0.0, Status.RUNNING, "", 0, _FIRST, kernel, threshold, under,
-        max_steps, tolerance, linear.plan(n, edges.i, edges.j, still, sparse),
+    still = checks.fixed(fixed, n)
+    checks.joined(edges, still)
+    setting = _Setting(
+        validate.one_of(kernel, kernels.KERNELS, "kernel"),
+        validate.number(threshold, "threshold", 1e-6, 1e6),
+        checks.mask(robust, len(edges)),
+        validate.count(max_steps, "max_steps"),
+        validate.number(tolerance, "tolerance", 0.0, 1.0),
+        linear.plan(n, edges.i, edges.j, still, sparse),
     )
-    run = _judged(run, poses, chi2)
+    run = _judged(setting, edges, poses)
     if not np.isfinite(run.objective):
         return replace(run, status=Status.DEGENERATE, reason="the errors at the start leave the range of numbers")
-    if not run.plan.size:
+    if not setting.plan.size:
         return replace(run, status=Status.CONVERGED, reason="every node is fixed")
     return _capped(run)
 
@@ -231,7 +279,7 @@ def _advanced(run: GraphRun) -> GraphRun:
     damping = run.damping
     while damping <= _MOST:
         try:
-            solve = linear.factor(run.plan, edges.i, edges.j, ii, ij, jj, damping * diagonal)
+            solve = linear.factor(run.setting.plan, edges.i, edges.j, ii, ij, jj, damping * diagonal)
             step = -solve(gradient[..., None])[..., 0]
         except np.linalg.LinAlgError:
             step = np.full((n, 3), np.nan)
@@ -239,13 +287,11 @@ def _advanced(run: GraphRun) -> GraphRun:
             damping *= 10.0
             continue
         gain = -float((gradient * step).sum())
-        small = bool((np.abs(step) <= run.tolerance * size).all()) or gain <= _ROUNDING * run.objective
-        poses = moved(run.poses, step)
-        after = _judged(run, poses, chi_squared(poses, edges))
+        small = bool((np.abs(step) <= run.setting.tolerance * size).all()) or gain <= _ROUNDING * run.objective
+        after = _judged(run.setting, edges, moved(run.poses, step))
         if after.objective < run.objective:
             status = Status.CONVERGED if small else Status.RUNNING
-            after = replace(after, status=status, steps=run.steps + 1, damping=max(0.1 * damping, _LEAST))
-            return _capped(after)
+            return _capped(replace(after, status=status, steps=run.steps + 1, damping=max(0.1 * damping, _LEAST)))
         if small:
             return replace(run, status=Status.CONVERGED, damping=damping)
         damping *= 10.0
@@ -334,52 +380,18 @@ def optimise(
     )
 
 
-def _judged(run: GraphRun, poses: Pose, chi2: FloatArray) -> GraphRun:
-    """The run at other poses: what its edges say there."""
-    weights = np.where(run.robust, kernels.weights(run.kernel, chi2, run.threshold), 1.0)
+def _judged(setting: _Setting, edges: Edges, poses: Pose) -> GraphRun:
+    """A run that stands at these poses: what its edges say there."""
+    chi2 = chi_squared(poses, edges)
+    under, kernel, threshold = setting.robust, setting.kernel, setting.threshold
+    weights = np.where(under, kernels.weights(kernel, chi2, threshold), 1.0)
     with np.errstate(over="ignore"):
-        objective = float(np.where(run.robust, kernels.loss(run.kernel, chi2, run.threshold), chi2).sum())
-    return replace(run, poses=poses, chi2=chi2, weights=weights, objective=objective)
+        objective = float(np.where(under, kernels.loss(kernel, chi2, threshold), chi2).sum())
+    return GraphRun(setting, edges, poses, chi2, weights, objective)
 
 
 def _capped(run: GraphRun) -> GraphRun:
-    if run.steps < run.max_steps or run.done:
+    cap = run.setting.max_steps
+    if run.steps < cap or run.done:
         return run
-    return replace(run, status=Status.CAPPED, reason=f"the cap of {run.max_steps} steps was reached")
-
-
-def _fixed(nodes: int | Sequence[int], count: int) -> BoolArray:
-    held = np.atleast_1d(np.asarray(nodes))
-    if held.ndim != 1 or held.dtype.kind not in "iu":
-        raise ValueError(f"fixed: expected a node or a sequence of nodes, got {nodes!r}")
-    if not held.size:
-        raise ValueError("fixed: is empty; poses relative to each other leave the whole graph free to move")
-    within(held.astype(np.int64), count, "fixed")
-    still = np.zeros(count, dtype=np.bool_)
-    still[held] = True
-    return still
-
-
-def _joined(edges: Edges, fixed: BoolArray) -> None:
-    """A ValueError when the edges join some node to no fixed one."""
-    reached = fixed.copy()
-    while True:
-        known = reached[edges.i] | reached[edges.j]
-        before = int(reached.sum())
-        reached[edges.i[known]] = True
-        reached[edges.j[known]] = True
-        if int(reached.sum()) == before:
-            break
-    alone = np.flatnonzero(~reached)
-    if alone.size:
-        count = "1 node is" if alone.size == 1 else f"{alone.size} nodes are"
-        raise ValueError(f"edges: {count} joined to no fixed node, the first of them {alone[0]}")
-
-
-def _mask(values: ArrayLike | None, count: int) -> BoolArray:
-    if values is None:
-        return np.ones(count, dtype=np.bool_)
-    mask = np.asarray(values)
-    if mask.dtype != np.bool_ or mask.shape != (count,):
-        raise ValueError(f"robust: expected one bool an edge, shape ({count},), got {mask.dtype} of shape {mask.shape}")
-    return mask.copy()
+    return replace(run, status=Status.CAPPED, reason=f"the cap of {cap} steps was reached")

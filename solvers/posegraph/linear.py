@@ -109,9 +109,7 @@ def factor(
     free = plan.place >= 0
     spread = np.zeros((plan.size, 3))
     spread[plan.place[free]] = damping[free]
-    inner = _sparse(plan, rows, columns, values, spread) if plan.sparse else _eliminated(
-        plan, rows, columns, values, spread
-    )
+    inner = (_sparse if plan.sparse else _eliminated)(plan, rows, columns, values, spread)
 
     def solve(b: FloatArray) -> FloatArray:
         y = np.zeros((plan.size, *b.shape[1:]))
@@ -155,8 +153,8 @@ def _eliminated(plan: Plan, rows: IntArray, columns: IntArray, values: FloatArra
 
 
 def _sparse(plan: Plan, rows: IntArray, columns: IntArray, values: FloatArray, spread: FloatArray) -> Solve:
-    from scipy.sparse import csc_matrix, diags
-    from scipy.sparse.linalg import splu
+    from scipy.sparse import csc_matrix, diags  # type: ignore[import-untyped]
+    from scipy.sparse.linalg import splu  # type: ignore[import-untyped]
 
     inside = np.arange(3)
     r = np.broadcast_to((3 * rows)[:, None, None] + inside[:, None], values.shape)
@@ -179,7 +177,7 @@ def _sparse(plan: Plan, rows: IntArray, columns: IntArray, values: FloatArray, s
 
 def _has_scipy() -> bool:
     try:
-        import scipy.sparse.linalg  # noqa: F401
+        import scipy.sparse.linalg  # type: ignore[import-untyped]  # noqa: F401
     except ImportError:
         return False
     return True

@@ -15,6 +15,7 @@ NAMES = {
     "bird_scene": "AREA COUNTS FIELD MOST SHAPE TRUTH bird bird_start",
     "cloud_text": "CloudText MOST_BYTES MOST_POINTS read",
     "features": "BLOCK cos_sin exact_squared_mmd feature_sums mean_features mean_kernel unit_frequencies",
+    "g2o": "MOST_BYTES GraphText read write",
     "hall": "FLOOR HEIGHT Hall hall",
     "landscape": "CappedField MmdField Path capped_field mmd_field",
     "match_scenes": "FACADE FACADE_TRUTH FRONT MATCH_SCENES PERIOD facade_scene",

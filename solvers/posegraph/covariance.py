@@ -12,8 +12,8 @@ from solvers.core.arrays import FloatArray
 from solvers.core.edges import Edges, within
 from solvers.core.pose import Pose
 from solvers.posegraph import linear
+from solvers.posegraph.errors import jacobians
 from solvers.posegraph.graph import begin
-from solvers.posegraph.residuals import jacobians
 
 
 def marginals(
@@ -82,6 +82,6 @@ def marginals(
     parts = linear.blocks(by_i, by_j, share[:, None, None] * edges.information, np.zeros((len(edges), 3)))
     unit = np.zeros((n, 3, k, 3))
     unit[asked, :, np.arange(k)] = np.eye(3)
-    columns = linear.factor(run.plan, edges.i, edges.j, *parts[:3], np.zeros((n, 3)))(unit.reshape(n, 3, 3 * k))
+    columns = linear.factor(run.setting.plan, edges.i, edges.j, *parts[:3], np.zeros((n, 3)))(unit.reshape(n, 3, 3 * k))
     found = columns.reshape(n, 3, k, 3)[asked, :, np.arange(k)]
     return 0.5 * (found + found.swapaxes(1, 2))
