@@ -239,6 +239,6 @@ def _edges(i: IntArray, j: IntArray, values: FloatArray, lines: Sequence[int]) -
             try:
                 Edges(i[one], j[one], _poses(values[one]), information[one])
             except ValueError as wrong:
-                said = str(wrong).replace(" of edge 0", "").replace("edge 0", "it")
+                said = str(wrong).replace(" of edge 0", "").replace("j: edge 0", "it")
                 raise ValueError(f"line {line}: {said}") from None
         raise

@@ -31,7 +31,7 @@ from solvers.posegraph.errors import chi_squared, jacobians, moved, residuals
 from solvers.posegraph.linear import Plan
 
 _ROUNDING = 1e-14
-_FIRST, _LEAST, _MOST = 1e-6, 1e-12, 1e12
+_FIRST, _LEAST, _SLIGHT, _MOST = 1e-6, 1e-12, 1e-3, 1e12
 
 
 @dataclass(frozen=True, eq=False)
@@ -288,12 +288,11 @@ def _advanced(run: GraphRun) -> GraphRun:
             continue
         gain = -float((gradient * step).sum())
         small = bool((np.abs(step) <= run.setting.tolerance * size).all()) or gain <= _ROUNDING * run.objective
+        if small and damping <= _SLIGHT:  # else it may be the damping that makes it small
+            return replace(run, status=Status.CONVERGED, damping=damping)
         after = _judged(run.setting, edges, moved(run.poses, step))
         if after.objective < run.objective:
-            status = Status.CONVERGED if small else Status.RUNNING
-            return _capped(replace(after, status=status, steps=run.steps + 1, damping=max(0.1 * damping, _LEAST)))
-        if small:
-            return replace(run, status=Status.CONVERGED, damping=damping)
+            return _capped(replace(after, steps=run.steps + 1, damping=max(0.1 * damping, _LEAST)))
         damping *= 10.0
     return replace(run, status=Status.STALLED, reason="no step lowers the objective", damping=damping)
 
