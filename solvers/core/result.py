@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from solvers.core import validate
-from solvers.core.arrays import AnyArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.arrays import AnyArray, BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
 from solvers.core.pose import Pose
 from solvers.core.status import Status
 from solvers.core.stepper import Batch, History, State
@@ -63,6 +63,12 @@ class Result:
     objective: FloatArray
     history: History
     states: tuple[State, ...]
+
+    @property
+    def converged(self) -> BoolArray | bool:
+        """Whether each method's own stopping rule was met; that is not yet a right pose.
+        """
+        return bool(self.status) if isinstance(self.status, Status) else self.status == Status.CONVERGED
 
     @property
     def matrix(self) -> FloatArray:

@@ -42,6 +42,10 @@ class Status(IntEnum):
         """
         return self.name.lower()
 
+    def __bool__(self) -> bool:
+        """Whether the method came to an end of its own: true for `CONVERGED` alone."""
+        return self is Status.CONVERGED
+
     def __str__(self) -> str:
         return self.label
 
