@@ -27,6 +27,7 @@ _LIST = {
     "filterreg": "soft.filterreg.FILTERREG",
     "gmmreg": "soft.gmmreg.GMMREG",
     "mmd": "mmd.mmd.MMD",
+    "branch-and-bound": "search.branch_and_bound.BRANCH_AND_BOUND",
     "flow": "flow.flow.FLOW",
     "flow-from-source": "flow.flow.FLOW_FROM_SOURCE",
     "association-bp": "soft.belief_propagation.ASSOCIATION_BP",

@@ -75,6 +75,24 @@ class Result:
         """The pose as homogeneous matrices, (..., d + 1, d + 1)."""
         return self.pose.matrix
 
+    @property
+    def lower(self) -> FloatArray | None:
+        """A proved lower bound of the objective over all poses that were searched, (...);
+        None from a method that proves nothing.
+        """
+        if not all(hasattr(state, "lower") for state in self.states):
+            return None
+        values = np.concatenate([np.atleast_1d(cast(Any, state).lower) for state in self.states])
+        return cast(FloatArray, values.reshape(np.shape(self.objective))[()])
+
+    @property
+    def gap(self) -> FloatArray | None:
+        """How much lower than `objective` another pose's may be, at most, (...); None
+        from a method that proves nothing. It speaks of the objective, not of the truth.
+        """
+        lower = self.lower
+        return None if lower is None else np.asarray(self.objective - lower)[()]
+
     def transform(self, points: ArrayLike) -> FloatArray:
         """Move points by the pose.
 

@@ -35,6 +35,9 @@ class Status(IntEnum):
     """The allowed number of steps was used up."""
     DEGENERATE = 4
     """The geometry does not determine the answer; the reason says why, in words."""
+    PROVED = 5
+    """No pose in the searched region has an objective lower by more than the gap (`Result.gap`); not that the pose is
+    the true one."""
 
     @property
     def label(self) -> str:
