@@ -12,6 +12,8 @@ _LIST = {
     "similarity": "pairs.kabsch.SIMILARITY",
     "ransac": "pairs.ransac.RANSAC",
     "ransac-congruent": "pairs.congruent.CONGRUENT",
+    "graduated-nonconvexity": "pairs.graduated.GRADUATED",
+    "correlative": "search.correlative.CORRELATIVE",
     "icp": "icp.icp.ICP",
     "trimmed-icp": "icp.icp.TRIMMED",
     "capped-icp": "icp.icp.CAPPED",
