@@ -37,6 +37,16 @@ GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
         ),
     ),
     (
+        "How sure a pose is",
+        "Not imported with `solvers`: `from solvers import uncertainty`.",
+        (
+            *(f"solvers.uncertainty.{name}" for name in ("covariance", "Covariance", "from_matrix", "range_bearing")),
+            *(f"solvers.uncertainty.{name}" for name in ("monte_carlo", "spread_of", "Spread", "from_starts")),
+            *(f"solvers.uncertainty.{name}" for name in ("quantile", "exp", "log", "adjoint")),
+            *(f"solvers.uncertainty_study.{name}" for name in ("coverage", "Line", "runs", "redrawn")),
+        ),
+    ),
+    (
         "Step by step",
         "What `register` runs, for those who want to stop, look, and go on.",
         (

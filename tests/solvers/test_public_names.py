@@ -37,6 +37,14 @@ NAMES = {
     "soft_shares": "clutter_weight filterreg_shares gmmreg_overlaps",
     "stepper": "Batch Callback History Method NoOptions Problem S State T advance begin run",
     "thinning": "FINEST slab spacing thinned",
+    "uncertainty": (
+        "APART CENSI Covariance FRAMES HESSIAN POINT Spread adjoint covariance exp from_matrix from_starts log "
+        "monte_carlo quantile range_bearing spread_of"
+    ),
+    "uncertainty_study": (
+        "FAR GATE HALF_WIDTH HALL LEVEL Line METHODS NEAR NO_ECHO PLACES REACH Redrawn Runs STANDS WAYS coverage "
+        "ends_of redrawn regions runs starts walls_of"
+    ),
     "verify": "Evidence evidence halves",
     "walk_scenes": "FISH FISH_SETTINGS POINTS SIDE SMALLER START_DEGREES START_SHIFT fish fish_start",
     "walkthrough": "AREA EVERY FOUR MOST begin_walk clutter found",
