@@ -75,6 +75,15 @@ GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
         ),
     ),
     (
+        "Many poses",
+        "Graphs of poses, and their files.",
+        (
+            *(f"solvers.posegraph.{name}" for name in ("Edges", "optimise", "GraphResult", "begin", "advance")),
+            *(f"solvers.posegraph.{name}" for name in ("GraphRun", "marginals", "residuals", "jacobians")),
+            *("solvers.posegraph.chi_squared", "solvers.g2o.read", "solvers.g2o.GraphText", "solvers.g2o.write"),
+        ),
+    ),
+    (
         "Clouds from files",
         "",
         (
