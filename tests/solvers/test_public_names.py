@@ -14,6 +14,7 @@ NAMES = {
     "benchmark": "CLOSE_DEGREES CLOSE_DISTANCE Line benchmark entry line table",
     "bird_scene": "AREA COUNTS FIELD MOST SHAPE TRUTH bird bird_start",
     "cloud_text": "CloudText MOST_BYTES MOST_POINTS read",
+    "drives": "Drive chained simulated_drive telecom_loop",
     "features": "BLOCK cos_sin exact_squared_mmd feature_sums mean_features mean_kernel unit_frequencies",
     "g2o": "MOST_BYTES GraphText read write",
     "hall": "FLOOR HEIGHT Hall hall",
@@ -29,6 +30,10 @@ NAMES = {
     "ndt_translation": "Path climb",
     "posegraph": (
         "KERNELS THRESHOLD Edges GraphResult GraphRun advance begin chi_squared jacobians marginals optimise residuals"
+    ),
+    "odometry": (
+        "Chain LoopOptions MatchOptions Matches PREDICTIONS Scans candidates close edges_of keyframes match missed "
+        "prepare read_drive scan_to_map scan_to_scan verified"
     ),
     "race": "CONTESTANTS Contestant Controls EXTRAS MAX_STEPS SEEDS contestants race_problem",
     "ransac": "RANSAC RansacOptions RansacState capped_sum trials",
