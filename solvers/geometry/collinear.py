@@ -28,8 +28,9 @@ def poses_about_line(source: ArrayLike, target: ArrayLike, angle: ArrayLike = 0.
     target : array_like of shape (n, 3)
         Their partners, row by row, which noise may have moved off a line.
     angle : array_like of shape (...), default 0.0
-        The turn about the target's line in radians; 0 is the least turn that lays the
-        one line on the other.
+        The turn about the target's line in radians, anticlockwise for an eye that looks
+        back along it, towards the first point from the one farthest from that; 0 is the
+        least turn that lays the one line on the other.
 
     Returns
     -------
@@ -69,7 +70,8 @@ def poses_about_line(source: ArrayLike, target: ArrayLike, angle: ArrayLike = 0.
     _, spread, axes = np.linalg.svd(p - middle)
     if spread[0] <= 0.0 or (len(spread) > 1 and spread[1] > _ROUNDING * spread[0]):
         raise ValueError("source: expected different points in a line")
-    u = axes[0]
+    ahead = p[np.argmax(np.linalg.norm(p - p[0], axis=1))] - p[0]
+    u = axes[0] * np.sign(axes[0] @ ahead)  # a singular vector's own sign depends on the machine
     h = ((p - middle) @ u) @ (q - centre)
     length = float(np.linalg.norm(h))
     if length <= _ROUNDING * spread[0] * float(np.linalg.norm(q - centre)):

@@ -61,6 +61,15 @@ def test_the_least_turn_is_the_angle_between_the_lines(v):
     assert pose.angle == pytest.approx(np.arctan2(np.linalg.norm(np.cross(u, v)), u @ v), abs=1e-12)
 
 
+def test_the_turn_is_about_the_line_from_its_first_point_on():
+    """A quarter about the line from first to last point; with the rows the other way round it turns the other way."""
+    line = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 3.0]])
+    aside = np.array([[1.0, 0.0, 0.0]])
+    for rows, to in ((line, 1.0), (line[::-1], -1.0)):
+        quarter = poses_about_line(rows, rows, np.pi / 2)
+        np.testing.assert_allclose(quarter.apply(aside), [[0.0, to, 0.0]], atol=1e-12)
+
+
 @pytest.mark.parametrize(
     ("source", "target", "words"),
     [
