@@ -116,44 +116,6 @@ class Pose:
         R = np.stack([np.stack([c, -s], axis=-1), np.stack([s, c], axis=-1)], axis=-2)
         return cls(R, np.asarray(t, dtype=np.float64), np.asarray(scale, dtype=np.float64))
 
-    @classmethod
-    def from_rotation_vector(cls, omega: ArrayLike, t: ArrayLike = (0.0, 0.0, 0.0)) -> Pose:
-        """The pose in space that rotates about an axis through the origin, then moves.
-
-        Parameters
-        ----------
-        omega : array_like of shape (..., 3)
-            Rotation vectors: the axis, its length the angle in radians, anticlockwise
-            for an eye that the axis points at.
-        t : array_like of shape (..., 3), default (0.0, 0.0, 0.0)
-            The translation, in world units.
-
-        Returns
-        -------
-        Pose
-            The poses, of the batch shape that the two broadcast to.
-
-        Raises
-        ------
-        ValueError
-            If the shapes do not fit together.
-
-        Examples
-        --------
-        >>> import numpy as np
-        >>> from solvers import Pose
-        >>> quarter = Pose.from_rotation_vector(np.radians([0.0, 0.0, 90.0]))
-        >>> quarter.apply([[1.0, 0.0, 5.0]]).round(6)
-        array([[0., 1., 5.]])
-        """
-        omega = np.asarray(omega, dtype=np.float64)
-        if omega.ndim < 1 or omega.shape[-1] != 3:
-            raise ValueError(f"omega: expected shape (..., 3), got {omega.shape}")
-        angle = np.linalg.norm(omega, axis=-1)[..., None, None]
-        axis = omega / np.where(angle > 0.0, angle, 1.0)[..., 0]
-        K = np.cross(np.eye(3), axis[..., None, :])
-        return cls(np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * (K @ K), np.asarray(t, dtype=np.float64))
-
     @property
     def dim(self) -> int:
         """d, the dimension of the points it moves."""

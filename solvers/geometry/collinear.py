@@ -77,8 +77,8 @@ def poses_about_line(source: ArrayLike, target: ArrayLike, angle: ArrayLike = 0.
     if length <= _ROUNDING * spread[0] * float(np.linalg.norm(q - centre)):
         raise ValueError("target: the partners say nothing of the line's direction")
     v = h / length
-    least = Pose.from_rotation_vector(_least_turn(u, v)).R
-    spun = Pose.from_rotation_vector(np.asarray(angle, dtype=np.float64)[..., None] * v).R
+    least = Pose.from_rotvec(_least_turn(u, v)).R
+    spun = Pose.from_rotvec(np.asarray(angle, dtype=np.float64)[..., None] * v).R
     R = spun @ least
     return Pose(R, centre - R @ middle)
 

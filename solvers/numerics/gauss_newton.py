@@ -152,7 +152,11 @@ def rotation(omega: FloatArray) -> FloatArray:
     """
     if omega.shape[-1] == 1:
         return Pose.from_angle(omega[..., 0]).R
-    return Pose.from_rotation_vector(omega).R
+    angle = np.linalg.norm(omega, axis=-1)[..., None, None]
+    axis = omega / np.where(angle > 0.0, angle, 1.0)[..., 0]
+    K = np.cross(np.eye(3), axis[..., None, :])
+    turn: FloatArray = np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * (K @ K)
+    return turn
 
 
 def freedom(system: System, i: int) -> str:

@@ -24,7 +24,7 @@ GRIP = (0.75, 0.6)
 """How far the handle's middle line reaches from the wall, and half its height, u: half an ellipse."""
 TUBE = 0.11
 """Radius of the handle's tube, u."""
-TRUTH = Pose.from_rotation_vector(np.radians(65.0) * np.array([2.0, -1.0, 2.0]) / 3.0, (0.5, -0.4, 0.3))
+TRUTH = Pose.from_rotvec(np.radians(65.0) * np.array([2.0, -1.0, 2.0]) / 3.0, (0.5, -0.4, 0.3))
 AXIS = np.array([2.0, 1.0, -2.0]) / 3.0
 """What `mug_start` turns about."""
 AXIS.flags.writeable = False
@@ -208,7 +208,7 @@ def mug_start(degrees: float = 40.0, offset: float = 0.4) -> Pose:
     """
     turn = np.radians(validate.number(degrees, "degrees"))
     aside = validate.number(offset, "offset") * np.array([-2.0, 2.0, 1.0]) / 3.0
-    return Pose.from_rotation_vector(turn * AXIS, aside).compose(TRUTH)
+    return Pose.from_rotvec(turn * AXIS, aside).compose(TRUTH)
 
 
 def _arc() -> FloatArray:

@@ -13,7 +13,7 @@ SEEDS = [40 + 13 * k for k in range(25)]
 
 def about(axis, degrees):
     """The rotation by an angle about an axis through the origin."""
-    return Pose.from_rotation_vector(np.radians(degrees) * np.asarray(axis, dtype=float))
+    return Pose.from_rotvec(np.radians(degrees) * np.asarray(axis, dtype=float))
 
 
 def off(found, truth=TRUTH):
@@ -39,7 +39,7 @@ def test_every_rotation_has_an_axis():
     k = np.argmin(np.abs(values - 1.0), axis=1)
     axis = np.take_along_axis(vectors, k[:, None, None], axis=2)[..., 0].real
     angle = Pose(R, np.zeros((1000, 3))).angle
-    either = [Pose.from_rotation_vector(sign * angle[:, None] * axis).R - R for sign in (1.0, -1.0)]
+    either = [Pose.from_rotvec(sign * angle[:, None] * axis).R - R for sign in (1.0, -1.0)]
     assert np.minimum(*(np.abs(one).max(axis=(1, 2)) for one in either)).max() < 1e-6
 
 

@@ -97,15 +97,3 @@ def test_a_pose_of_scale_zero_has_no_inverse():
 def test_a_pose_shows_itself_in_degrees():
     assert repr(Pose.from_angle(np.radians(30.0), (1.5, 0.0))) == "Pose(angle=30°, t=(1.5, 0), scale=1)"
     assert repr(Pose.identity(3, (4,))) == "Pose(batch=(4,), dim=3)"
-
-
-def test_rotation_vectors_are_axis_and_angle():
-    """The axis stays, a turn about it adds up, and the angle is the vector's length; zero turns nothing."""
-    omega = np.array([0.3, -1.2, 0.7])
-    pose = Pose.from_rotation_vector(omega)
-    np.testing.assert_allclose(pose.apply(omega[None]), omega[None], atol=1e-14)
-    assert pose.angle == pytest.approx(np.linalg.norm(omega))
-    np.testing.assert_allclose(pose.compose(pose).R, Pose.from_rotation_vector(2.0 * omega).R, atol=1e-14)
-    np.testing.assert_array_equal(Pose.from_rotation_vector(np.zeros((2, 3))).R, np.broadcast_to(np.eye(3), (2, 3, 3)))
-    with pytest.raises(ValueError, match="omega"):
-        Pose.from_rotation_vector([1.0, 2.0])

@@ -33,7 +33,7 @@ def test_all_fit_equally_well_and_none_better(direction, other, place, noise):
     centre = target.mean(axis=0)
     for axis in np.eye(3):
         for turn in (1e-3, -1e-3):
-            tilt = Pose.from_rotation_vector(turn * axis)
+            tilt = Pose.from_rotvec(turn * axis)
             beside = Pose(tilt.R, centre - tilt.R @ centre).compose(poses)
             assert (squares(beside, source, target) >= sums * (1.0 - 1e-9) - 1e-20).all()
 
@@ -41,7 +41,7 @@ def test_all_fit_equally_well_and_none_better(direction, other, place, noise):
 def test_with_a_fourth_pair_off_the_line_the_fit_takes_one_of_them():
     """Exact pairs on a line and one off it: the closed form's pose is a member, at the angle the fourth pair shows."""
     source = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [3.0, 0.0, 0.0], [1.0, 0.7, 0.0]])
-    truth = Pose.from_rotation_vector((0.4, -1.1, 0.8), (0.2, 0.3, -1.0))
+    truth = Pose.from_rotvec((0.4, -1.1, 0.8), (0.2, 0.3, -1.0))
     target = truth.apply(source)
     fit = fit_rigid(source, target)
     np.testing.assert_allclose(fit.pose.matrix, truth.matrix, atol=1e-12)
