@@ -27,7 +27,11 @@ GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
         "",
         ("solvers.Result", "solvers.Pose", "solvers.Status", "solvers.stepper.History"),
     ),
-    ("Known pairs", "The closed forms beneath.", ("solvers.fit_rigid", "solvers.fit_planar", "solvers.Fit")),
+    (
+        "Known pairs",
+        "The closed forms beneath.",
+        ("solvers.fit_rigid", "solvers.fit_planar", "solvers.Fit", "solvers.collinear.poses_about_line"),
+    ),
     (
         "Judging a pose",
         "Against a known truth, and by the clouds alone.",
@@ -63,6 +67,7 @@ GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
             *(f"solvers.wall_scenes.{name}" for name in ("single_wall", "corridor", "hall", "ndt_room")),
             *("solvers.match_scenes.facade_scene", "solvers.walk_scenes.fish", "solvers.walk_scenes.fish_start"),
             *("solvers.scans.two_scans", "solvers.scans.Scans"),
+            *(f"solvers.mug_scene.{name}" for name in ("mug", "mug_pairs", "mug_start", "Mug")),
         ),
     ),
     (

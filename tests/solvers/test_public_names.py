@@ -14,6 +14,7 @@ NAMES = {
     "benchmark": "CLOSE_DEGREES CLOSE_DISTANCE Line benchmark entry line table",
     "bird_scene": "AREA COUNTS FIELD MOST SHAPE TRUTH bird bird_start",
     "cloud_text": "CloudText MOST_BYTES MOST_POINTS read",
+    "collinear": "poses_about_line",
     "drives": "Drive chained simulated_drive telecom_loop",
     "features": "BLOCK cos_sin exact_squared_mmd feature_sums mean_features mean_kernel unit_frequencies",
     "g2o": "MOST_BYTES GraphText read write",
@@ -22,6 +23,7 @@ NAMES = {
     "match_scenes": "FACADE FACADE_TRUTH FRONT MATCH_SCENES PERIOD facade_scene",
     "methods": "METHODS",
     "metrics": "point_error residuals rms rre rte scale_error",
+    "mug_scene": "AXIS GRIP HEIGHT PAIRS RADIUS TRUTH TUBE Mug mug mug_pairs mug_start",
     "ndt_map": (
         "FLOOR LARGEST_TABLE LEAST_POINTS LEAST_VARIANCE NO_CELLS NdtMap ONE_PLACE SHIFTS TOO_FEW TOO_SMALL build "
         "check_size default_size floored inverse"
