@@ -76,10 +76,15 @@ def middle(rounds: Rounds, name: str) -> float:
 
 def native_race() -> Rounds:
     """Seconds of each contestant in this process."""
-    *before, last = RACE.strip().split("\n")
+    return asked(RACE)  # type: ignore[no-any-return]
+
+
+def asked(code: str) -> Any:
+    """What the last line of `code`, which is JSON, says in this process."""
+    *before, last = code.strip().split("\n")
     scope: dict[str, Any] = {}
-    exec("\n".join([*before, f"rounds = {last}"]), scope)
-    return json.loads(scope["rounds"])  # type: ignore[no-any-return]
+    exec("\n".join([*before, f"answer = {last}"]), scope)
+    return json.loads(scope["answer"])
 
 
 def tab_race(bench: Bench) -> Rounds:
