@@ -9,6 +9,8 @@ from pathlib import Path
 from markupsafe import Markup
 
 from sitegen.chapters.content import is_draft
+from sitegen.chapters.onward import Onward
+from sitegen.chapters.rendered import Step
 from sitegen.chapters.surveyed import Outline
 from sitegen.problems import Place, Problems, hint
 
@@ -65,6 +67,19 @@ class Links:
         draft = next((each for each in self.drafts if slug == each.slug), None)
         self._lacks(place, repr(slug), draft, f"no chapter {slug!r}{more}")
         return Markup("")
+
+    def onward(self, places: Sequence[Onward]) -> tuple[Step, ...]:
+        """Where a chapter's end leads, without the places that are not there: they are told."""
+        steps = []
+        for place in places:
+            link = self.reference(place.to, place.at)
+            slug, _, part = place.to.partition("#")
+            chapter = next((each for each in self.chapters if slug in (each.slug, each.name)), None)
+            rung = f"Rung {chapter.rung}" if chapter and chapter.rung else ""
+            over = [rung, chapter.title if chapter and part else ""]
+            if link:
+                steps.append(Step(link, " · ".join(words for words in over if words), place.says))
+        return tuple(steps)
 
     def _lacks(self, place: Place, what: str, draft: Outline | None, says: str) -> None:
         """Note what is named and not there, or only in a draft."""

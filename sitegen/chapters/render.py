@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby, takewhile
 from pathlib import Path
 from urllib.parse import unquote
@@ -121,7 +121,8 @@ class _Renderer:
     def body(self) -> Body:
         html = self.flow(self._chapter.document.tokens)
         shown = [heading for heading in self._survey.headings if heading.level in (2, 3)]
-        return self.found(html, tuple((heading.level, heading.id, self.heading(heading)) for heading in shown))
+        contents = tuple((heading.level, heading.id, self.heading(heading)) for heading in shown)
+        return replace(self.found(html, contents), onward=self._links.onward(self._chapter.onward))
 
     def found(self, html: Markup, contents: tuple[tuple[int, str, Markup], ...] = ()) -> Body:
         """What has been cited, marked, claimed and shown so far."""

@@ -187,6 +187,7 @@ class Outline:
     slug: str
     name: str
     title: str
+    rung: str
     numbered: Mapping[str, tuple[str, str]]
     equations: Mapping[str, tuple[str, str]]
     headings: Mapping[str, Markup]
@@ -204,6 +205,7 @@ def outline(survey: Survey, headings: Mapping[str, Markup]) -> Outline:
         chapter.slug,
         chapter.name,
         chapter.title,
+        chapter.rung,
         {name: (one.dom_id, f"Figure {one.number}") for name, one in shown.items()},
         {label: (f"eq-{label}", f"({number})") for label, number in survey.equations.items()},
         headings,

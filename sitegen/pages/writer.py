@@ -297,6 +297,7 @@ def _written(
         "chapter": chapter,
         "body": body.html,
         "contents": _tree(body.contents),
+        "onward": body.onward,
         "cards": [references[key] for key in body.cited],
         "words": [terms[key] for key in body.terms],
     }
