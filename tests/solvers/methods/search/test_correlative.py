@@ -104,9 +104,9 @@ def test_no_pose_of_a_square_exceeds_its_bound(seed, level, blur):
 
 @pytest.mark.parametrize("setting", ROOM_SETTINGS)
 def test_the_room_is_found_from_nothing(setting):
-    """Ten draws, each turned by another angle: within 5° and 0.2 u, after scoring under a tenth of the poses; and the
+    """Six draws, each turned by another angle: within 5° and 0.2 u, after scoring under a tenth of the poses; and the
     runner-up scores at most 0.85 of it."""
-    for seed in SEEDS[:10]:
+    for seed in SEEDS[:6]:
         scene = room(setting, seed=seed)
         turned = Pose.from_angle(float(seed), (seed / 30.0, -1.0))
         result = register(turned.apply(scene.source), scene.target, "correlative")
