@@ -55,7 +55,8 @@ def marginals(
     Raises
     ------
     ValueError
-        As `optimise` does, and where a weight is not positive.
+        As `optimise` does, where a weight is not positive, and where the information of
+        the edges together is singular in floating point.
 
     Examples
     --------
@@ -82,6 +83,13 @@ def marginals(
     parts = linear.blocks(by_i, by_j, share[:, None, None] * edges.information, np.zeros((len(edges), 3)))
     unit = np.zeros((n, 3, k, 3))
     unit[asked, :, np.arange(k)] = np.eye(3)
-    columns = linear.factor(run.setting.plan, edges.i, edges.j, *parts[:3], np.zeros((n, 3)))(unit.reshape(n, 3, 3 * k))
+    with np.errstate(over="ignore", invalid="ignore", under="ignore", divide="ignore"):
+        try:
+            solve = linear.factor(run.setting.plan, edges.i, edges.j, *parts[:3], np.zeros((n, 3)))
+            columns = solve(unit.reshape(n, 3, 3 * k))
+        except np.linalg.LinAlgError:
+            columns = np.full((n, 3, 3 * k), np.nan)
+    if not np.isfinite(columns).all():
+        raise ValueError("edges: their information differs by more than numbers can tell: the sum is singular")
     found = columns.reshape(n, 3, k, 3)[asked, :, np.arange(k)]
     return 0.5 * (found + found.swapaxes(1, 2))

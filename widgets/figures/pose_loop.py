@@ -265,7 +265,7 @@ def python(state: State) -> str:
         f"edges = Edges({i}, {j}, measured, information)",
         f"loops = np.arange({len(edges)}) >= {LOOP}",
         f'run = begin(start, edges, kernel="{state.controls.kernel}", robust=loops)',
-        f"while run.steps < {run.steps}:",
+        f"while run.steps < {run.steps} and not run.done:",
         "    run = advance(run)",
         "",
         'print("objective", run.objective)',

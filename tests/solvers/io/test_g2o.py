@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from solvers import Pose
@@ -36,6 +36,7 @@ def graphs(draw):
     return Pose.from_angle(nodes[:, 2], nodes[:, :2]), edges, sorted(fixed), ids
 
 
+@settings(deadline=None)
 @given(graphs())
 def test_what_is_written_is_read_back(graph):
     poses, edges, fixed, ids = graph
@@ -89,6 +90,7 @@ def test_what_is_wrong_is_told_by_its_line(text, words):
         read(text.encode("latin-1"))
 
 
+@settings(deadline=None)
 @given(st.binary(max_size=60), st.sampled_from([b"", VERTICES.encode(), (VERTICES + EDGE).encode()]))
 def test_any_bytes_are_a_graph_or_a_valueerror(data, before):
     try:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from solvers import Pose
@@ -21,6 +21,7 @@ def posed(values: np.ndarray) -> Pose:
     return Pose.from_angle(values[:, 2], values[:, :2])
 
 
+@settings(deadline=None)
 @given(motions)
 def test_the_residual_is_the_motion_left_over(values):
     """E = Z⁻¹ Tᵢ⁻¹ Tⱼ, composed by poses."""
@@ -33,6 +34,7 @@ def test_the_residual_is_the_motion_left_over(values):
     assert (np.abs(found[:, 2]) <= np.pi).all()
 
 
+@settings(deadline=None)
 @given(motions)
 def test_the_derivatives_are_those_of_differences(values):
     poses = posed(values)
@@ -47,6 +49,7 @@ def test_the_derivatives_are_those_of_differences(values):
             np.testing.assert_allclose(off[0] / (2 * h), J[0, :, axis], atol=2e-7 * (1.0 + np.abs(J).max()))
 
 
+@settings(deadline=None)
 @given(motions, st.tuples(lengths, lengths, angles))
 def test_moving_all_changes_no_residual(values, whole):
     poses = posed(values)

@@ -35,6 +35,7 @@ def test_exact_measurements_give_the_true_poses_back():
     np.testing.assert_allclose(result.poses.matrix, truth.matrix, atol=1e-10)
 
 
+@settings(deadline=None)
 @given(
     st.integers(2, 7),
     st.floats(-0.5, 0.5),
@@ -58,6 +59,7 @@ def test_a_straight_loop_shares_its_excess_by_the_inverse_of_the_information(leg
     np.testing.assert_allclose(result.total, excess**2 / (1.0 / weight).sum(), atol=1e-7)
 
 
+@settings(deadline=None)
 @given(st.integers(3, 9), st.floats(-1.0, 1.0))
 def test_turns_on_the_spot_share_their_excess_evenly(n, excess):
     """All the way round in n turns that are measured `excess` too large in all: each takes an n-th of it."""
@@ -106,7 +108,7 @@ def test_the_fixed_node_is_a_choice_of_coordinates():
 
 
 @given(st.floats(-3.0, 3.0), st.tuples(st.floats(-50.0, 50.0), st.floats(-50.0, 50.0)))
-@settings(max_examples=10)
+@settings(deadline=None, max_examples=10)
 def test_a_moved_start_gives_the_moved_result(angle, shift):
     _, start, edges, _ = noisy_streets(n=20)
     whole = Pose.from_angle(angle, shift)
@@ -129,11 +131,11 @@ def test_metres_or_millimetres():
 
 
 def test_the_expected_sum_of_squares_is_the_number_of_redundant_measurements():
-    """Three numbers an edge less three a free node, as least squares has it; 40 draws, three deviations."""
-    totals = [optimise(start, edges).total for _, start, edges, _ in map(noisy_streets, range(40))]
+    """Three numbers an edge less three a free node, as least squares has it; 25 draws, three deviations."""
+    totals = [optimise(start, edges).total for _, start, edges, _ in map(noisy_streets, range(25))]
     _, _, edges, _ = noisy_streets()
     free = 3 * len(edges) - 3 * 59
-    assert abs(np.mean(totals) - free) < 3.0 * np.sqrt(2.0 * free / 40)
+    assert abs(np.mean(totals) - free) < 3.0 * np.sqrt(2.0 * free / 25)
 
 
 @pytest.mark.parametrize(("i", "j"), [(3, 40), (0, 59), (10, 50)])
@@ -194,7 +196,7 @@ def test_numbers_without_bounds_end_without_nan():
         assert not np.isnan(result.chi2).any()
 
 
-@settings(max_examples=60)
+@settings(deadline=None, max_examples=40)
 @given(st.data())
 def test_any_graph_ends_in_numbers_and_never_above_its_start(data):
     n = data.draw(st.integers(2, 6))
