@@ -151,6 +151,11 @@ class Chapter:
         """The file name of its slides; "" where it has none."""
         return f"slides-{self.slug}.html" if self.slides else ""
 
+    @property
+    def checks(self) -> str:
+        """The file name of the tests behind its statements; the page is there if there are any."""
+        return f"checks-{self.name}.html"
+
     def numbered(self, count: int) -> str:
         """The number of its figure or equation: 1.2 on rung 1, 2 where there is no rung."""
         return f"{self.rung}.{count}" if self.rung else str(count)
@@ -341,7 +346,11 @@ def check_names(chapters: Sequence[Chapter], problems: Problems) -> None:
     for chapter in chapters:
         if chapter.name in decks:
             problems.add(chapter.at("slug"), f"the page name {chapter.name!r} is taken by {decks[chapter.name]}")
-    taken |= decks
+    checks = {chapter.checks.removesuffix(".html"): f"the checks of {chapter.source.path}" for chapter in chapters}
+    for chapter in chapters:
+        if chapter.name in checks:
+            problems.add(chapter.at("slug"), f"the page name {chapter.name!r} is taken by {checks[chapter.name]}")
+    taken |= decks | checks
     for chapter in chapters:
         for i, name in enumerate(chapter.redirects):
             if name in taken:

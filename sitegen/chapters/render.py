@@ -344,7 +344,7 @@ class _Renderer:
         if claim.kind and state == "passed":
             said = "checked by changing this one thing"
         return (
-            f'<a class="claim-mark" data-outcome="{state}" href="checks.html#{anchor(claim.test_id)}" '
+            f'<a class="claim-mark" data-outcome="{state}" href="{self._chapter.checks}#{anchor(claim.test_id)}" '
             f'title="{said}: see how" aria-label="Claim {number}, {said}: see how"></a></span>'
         )
 

@@ -41,6 +41,16 @@ GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
         ),
     ),
     (
+        "How sure a pose is",
+        "Not imported with `solvers`: `from solvers import uncertainty`.",
+        (
+            *(f"solvers.uncertainty.{name}" for name in ("covariance", "Covariance", "from_matrix", "range_bearing")),
+            *(f"solvers.uncertainty.{name}" for name in ("monte_carlo", "spread_of", "Spread", "from_starts")),
+            *(f"solvers.uncertainty.{name}" for name in ("quantile", "exp", "log", "adjoint")),
+            *(f"solvers.uncertainty_study.{name}" for name in ("coverage", "Line", "runs", "redrawn")),
+        ),
+    ),
+    (
         "Step by step",
         "What `register` runs, for those who want to stop, look, and go on.",
         (
@@ -67,6 +77,15 @@ GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
             *("solvers.race.Controls", "solvers.race.Contestant", "solvers.race.contestants"),
             *("solvers.race.race_problem", "solvers.benchmark.benchmark", "solvers.benchmark.Line"),
             *("solvers.benchmark.table", "solvers.benchmark.entry"),
+        ),
+    ),
+    (
+        "Many poses",
+        "Graphs of poses, and their files.",
+        (
+            *(f"solvers.posegraph.{name}" for name in ("Edges", "optimise", "GraphResult", "begin", "advance")),
+            *(f"solvers.posegraph.{name}" for name in ("GraphRun", "marginals", "residuals", "jacobians")),
+            *("solvers.posegraph.chi_squared", "solvers.g2o.read", "solvers.g2o.GraphText", "solvers.g2o.write"),
         ),
     ),
     (

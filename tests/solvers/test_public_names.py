@@ -16,6 +16,7 @@ NAMES = {
     "cloud_text": "CloudText MOST_BYTES MOST_POINTS read",
     "collinear": "poses_about_line",
     "features": "BLOCK cos_sin exact_squared_mmd feature_sums mean_features mean_kernel unit_frequencies",
+    "g2o": "MOST_BYTES GraphText read write",
     "hall": "FLOOR HEIGHT Hall hall",
     "landscape": "CappedField MmdField Path capped_field mmd_field",
     "match_scenes": "FACADE FACADE_TRUTH FRONT MATCH_SCENES PERIOD facade_scene",
@@ -28,6 +29,9 @@ NAMES = {
     ),
     "ndt_score": "BLOCK Score evaluate score_map",
     "ndt_translation": "Path climb",
+    "posegraph": (
+        "KERNELS THRESHOLD Edges GraphResult GraphRun advance begin chi_squared jacobians marginals optimise residuals"
+    ),
     "race": "CONTESTANTS Contestant Controls EXTRAS MAX_STEPS SEEDS contestants race_problem",
     "ransac": "RANSAC RansacOptions RansacState capped_sum trials",
     "robust": "FLOOR KERNELS TUNING check_options least_scale loss mad_scale threshold weights",
@@ -39,6 +43,14 @@ NAMES = {
     "soft_shares": "clutter_weight filterreg_shares gmmreg_overlaps",
     "stepper": "Batch Callback History Method NoOptions Problem S State T advance begin run",
     "thinning": "FINEST slab spacing thinned",
+    "uncertainty": (
+        "APART CENSI Covariance FRAMES HESSIAN POINT Spread adjoint covariance exp from_matrix from_starts log "
+        "monte_carlo quantile range_bearing spread_of"
+    ),
+    "uncertainty_study": (
+        "FAR GATE HALF_WIDTH HALL LEVEL Line METHODS NEAR NO_ECHO PLACES REACH Redrawn Runs STANDS WAYS coverage "
+        "ends_of redrawn regions runs starts walls_of"
+    ),
     "verify": "Evidence evidence halves",
     "walk_scenes": "FISH FISH_SETTINGS POINTS SIDE SMALLER START_DEGREES START_SHIFT fish fish_start",
     "walkthrough": "AREA EVERY FOUR MOST begin_walk clutter found",

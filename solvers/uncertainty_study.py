@@ -1,0 +1,53 @@
+"""Scans made again and again in one place, and how often a region holds the truth."""
+
+from solvers.studies.coverage import (
+    GATE,
+    LEVEL,
+    METHODS,
+    WAYS,
+    Line,
+    Runs,
+    coverage,
+    ends_of,
+    regions,
+    runs,
+)
+from solvers.studies.redrawn import (
+    FAR,
+    HALF_WIDTH,
+    HALL,
+    NEAR,
+    NO_ECHO,
+    PLACES,
+    REACH,
+    STANDS,
+    Redrawn,
+    redrawn,
+    starts,
+    walls_of,
+)
+
+__all__ = [
+    "FAR",
+    "GATE",
+    "HALF_WIDTH",
+    "HALL",
+    "LEVEL",
+    "METHODS",
+    "NEAR",
+    "NO_ECHO",
+    "PLACES",
+    "REACH",
+    "STANDS",
+    "WAYS",
+    "Line",
+    "Redrawn",
+    "Runs",
+    "coverage",
+    "ends_of",
+    "redrawn",
+    "regions",
+    "runs",
+    "starts",
+    "walls_of",
+]
