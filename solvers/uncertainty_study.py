@@ -13,13 +13,11 @@ from solvers.studies.coverage import (
     runs,
 )
 from solvers.studies.redrawn import (
-    FAR,
-    HALF_WIDTH,
-    HALL,
-    NEAR,
+    ENDS,
     NO_ECHO,
     PLACES,
     REACH,
+    SIDES,
     STANDS,
     Redrawn,
     redrawn,
@@ -28,16 +26,14 @@ from solvers.studies.redrawn import (
 )
 
 __all__ = [
-    "FAR",
+    "ENDS",
     "GATE",
-    "HALF_WIDTH",
-    "HALL",
     "LEVEL",
     "METHODS",
-    "NEAR",
     "NO_ECHO",
     "PLACES",
     "REACH",
+    "SIDES",
     "STANDS",
     "WAYS",
     "Line",

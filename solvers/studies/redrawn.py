@@ -20,15 +20,14 @@ from solvers.scenes.scans import ranges
 PLACES = ("room", "corridor", "hall")
 REACH = 5.0
 """How far the scanner sees, in u."""
-NEAR, FAR = 2.6, 8.0
-"""The distances of an end wall from the middle in the room and in the corridor, in u."""
-HALF_WIDTH = 1.6
-HALL = np.array([(-3.2, -1.9), (3.2, -1.9), (3.2, 1.9), (-3.2, 1.9), (-3.2, -1.9)])
+ENDS = {"room": 2.6, "corridor": 6.0, "hall": 3.2}
+"""How far an end wall is from the middle, in u."""
+SIDES = {"room": 1.6, "corridor": 1.6, "hall": 1.9}
+"""How far a side wall is."""
 STANDS = Pose.from_angle(np.radians([8.0, -6.0]), np.array([(-0.7, -0.25), (0.45, 0.2)]))
 """Where the two scans are made, source and target, in room coordinates."""
 NO_ECHO = 1e3
 """Where a target ray without echo is put: beyond any gate, in u."""
-HALL.flags.writeable = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,8 +70,8 @@ def walls_of(place: str, end: float | None = None) -> tuple[FloatArray, ...]:
     place : str
         "room", "corridor" or "hall".
     end : float, optional
-        How far each end wall of room or corridor is from the middle, in u, 1.5 to 20.
-        None is the place's own.
+        How far each end wall is from the middle, in u, 1.5 to 20. None is the place's
+        own.
 
     Returns
     -------
@@ -90,11 +89,8 @@ def walls_of(place: str, end: float | None = None) -> tuple[FloatArray, ...]:
     >>> float(walls_of("room", 4.0)[0].max())
     4.0
     """
-    if validate.one_of(place, PLACES, "place") == "hall":
-        return (HALL,)
-    own = FAR if place == "corridor" else NEAR
-    x = own if end is None else validate.number(end, "end", 1.5, 20.0)
-    y = HALF_WIDTH
+    own = ENDS[validate.one_of(place, PLACES, "place")]
+    x, y = own if end is None else validate.number(end, "end", 1.5, 20.0), SIDES[place]
     return (np.array([(-x, -y), (x, -y), (x, y), (-x, y), (-x, -y)]),)
 
 

@@ -89,7 +89,7 @@ def covariance(
     .. [1] A. Censi, "An accurate closed-form estimate of ICP's covariance", 2007.
        doi:10.1109/ROBOT.2007.363961
     .. [2] S. Bonnabel, M. Barczyk, F. Goulette, "On the covariance of ICP-based
-       scan-matching techniques", 2016 (why pairs taken as given mislead point to
+       scan-matching techniques", 2014 (why pairs taken as given mislead point to
        point). arXiv:1410.7632
 
     Examples

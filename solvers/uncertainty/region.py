@@ -258,11 +258,14 @@ class Covariance:
         self._single("ellipse")
         here = self.to("target")
         half = here._lever(point) * here._finite(reach)
-        # half = U S Vᵀ: the ellipse is U S on the unit circle, and V the motions behind.
-        right = np.linalg.svd(half, full_matrices=False).Vh
+        # A triangular root, which unlike eigenvectors is steady where the ellipse is round.
+        C = half @ half.T
+        a = sqrt(C[0, 0])
+        b = C[0, 1] / a if a > 0.0 else 0.0
+        root = np.array([[a, 0.0], [b, sqrt(max(C[1, 1] - b * b, 0.0))]])
         turn = np.linspace(0.0, 2.0 * np.pi, count + 1)
-        circle = np.stack([np.cos(turn), np.sin(turn)], axis=-1) * sqrt(quantile(level, 2))
-        motions = here._motions((circle @ right) * here._finite(reach))
+        reached = np.stack([np.cos(turn), np.sin(turn)], axis=-1) @ root.T * sqrt(quantile(level, 2))
+        motions = here._motions(reached @ np.linalg.pinv(half).T * here._finite(reach))
         where: FloatArray = motions.compose(here.mean).apply(np.asarray(point, dtype=np.float64)[None])[:, 0]
         return where
 

@@ -53,7 +53,7 @@ NAMES = {
         "monte_carlo quantile range_bearing spread_of"
     ),
     "uncertainty_study": (
-        "FAR GATE HALF_WIDTH HALL LEVEL Line METHODS NEAR NO_ECHO PLACES REACH Redrawn Runs STANDS WAYS coverage "
+        "ENDS GATE LEVEL Line METHODS NO_ECHO PLACES REACH Redrawn Runs SIDES STANDS WAYS coverage "
         "ends_of redrawn regions runs starts walls_of"
     ),
     "verify": "Evidence evidence halves",

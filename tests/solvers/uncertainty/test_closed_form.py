@@ -155,6 +155,8 @@ def test_there_is_one_for_each_that_is_named(method):
 
 
 def test_what_has_none_says_so():
+    """NDT for either formula, GICP for Censi's, unknown formulas, noises that are none, space, and lists: a ValueError
+    that names the argument."""
     scene = room("clean")
     with pytest.raises(ValueError, match="'hessian' has no covariance for 'ndt'; it has for: kabsch"):
         covariance(register(scene.source, scene.target, "ndt"))

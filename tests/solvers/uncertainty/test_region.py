@@ -43,6 +43,7 @@ def test_the_matrix_comes_back(seed):
 
 @given(st.integers(0, 2**31 - 1))
 def test_the_frame_changes_by_the_adjoint_and_the_regions_stay(seed):
+    """Random covariances and poses: the matrix goes by Ad Σ Adᵀ, and comes back; distances of poses do not change."""
     one = some(seed)
     other = one.to("source")
     A = adjoint(one.mean.inverse())
