@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from base64 import urlsafe_b64encode
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +13,9 @@ from sitegen.chapters.content import is_draft
 from sitegen.chapters.onward import Onward
 from sitegen.chapters.rendered import Step
 from sitegen.chapters.surveyed import Outline
+from sitegen.figures.wire import dumps
 from sitegen.problems import Place, Problems, hint
+from widgets.engine.contract import Record, Widget
 
 
 @dataclass(frozen=True)
@@ -42,14 +45,20 @@ class Links:
             return href
         return self._address(name, fragment, place)
 
-    def reference(self, text: str, place: Place) -> Markup:
-        """The link that `:ref[text]` means; empty, and a problem, where it means none."""
+    def placed(self, name: str) -> tuple[Widget, Record] | None:
+        """The figure that `:ref[fig:name]` means: its widget, and the record that it opens in."""
+        having = [each for each in self.chapters if name in each.placed]
+        meant = next((each for each in having if each.page == self.chapter), next(iter(having), None))
+        return meant.placed[name] if meant else None
+
+    def reference(self, text: str, place: Place, state: str = "") -> Markup:
+        """The link that `:ref[text]` means; empty, and a problem, where it means none. state: to open a figure in."""
         kind, _, name = text.partition(":")
         if kind == "fig" and name:
             found = {each.page: each.numbered[name] for each in self.chapters if name in each.numbered}
             names = [figure for each in self.chapters for figure in each.numbered]
             draft = next((each for each in self.drafts if name in each.numbered), None)
-            return self._numbered("figure", name, found, names, draft, place, f"fig:{name}")
+            return self._numbered("figure", name, found, names, draft, place, f"fig:{name}", state)
         if kind == "eq" and name:
             found = {each.page: each.equations[name] for each in self.chapters if name in each.equations}
             names = [equation for each in self.chapters for equation in each.equations]
@@ -99,6 +108,7 @@ class Links:
         draft: Outline | None,
         place: Place,
         key: str,
+        state: str = "",
     ) -> Markup:
         """A link to a numbered thing: this chapter's own, or the only one elsewhere. draft: one that has it too."""
         page = self.chapter if self.chapter in found else next(iter(found), None)
@@ -110,7 +120,7 @@ class Links:
             where = " and ".join(sorted(found))
             self.problems.add(place, f"{what} {name!r} stands on {where}: a plain link tells which is meant")
         fragment, text = found[page]
-        href = f"{'' if page == self.page else page}#{fragment}"
+        href = f"{'' if page == self.page else page}#{fragment}{state}"
         return Markup('<a class="ref" href="{}">{}</a>').format(href, text)
 
     def _page_named(self, page: str) -> str | None:
@@ -129,6 +139,14 @@ class Links:
             self.problems.add(place, f"no anchor {name!r} on {page}{hint(name, anchors)}")
         path = "" if page == self.page else page
         return (path + (f"#{fragment}" if fragment else "")) or page
+
+
+def state_of(figure: Record, wanted: Record) -> str:
+    """What a link to a figure ends with to open it in a state, as *Copy link* writes it: what differs, in base64url."""
+    first, plain = figure.plain(), wanted.plain()
+    controls = {name: value for name, value in plain["controls"].items() if value != first["controls"][name]}
+    said = {"widget": plain["widget"], "controls": controls, "seed": plain["seed"], "log": plain["log"]}
+    return "?s=" + urlsafe_b64encode(dumps(said).encode()).decode().rstrip("=")
 
 
 def _is_named(page: str, chapter: Outline) -> bool:

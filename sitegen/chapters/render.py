@@ -19,7 +19,7 @@ from sitegen.chapters.glossary import NAME as GLOSSARY
 from sitegen.chapters.glossary import named
 from sitegen.chapters.known import Known
 from sitegen.chapters.leads import halves
-from sitegen.chapters.links import Links
+from sitegen.chapters.links import Links, state_of
 from sitegen.chapters.pictures import drawn
 from sitegen.chapters.placing import changed, listed
 from sitegen.chapters.predictions import judged
@@ -350,8 +350,24 @@ class _Renderer:
         )
 
     def _ref(self, token: Token) -> str:
-        written = located(token, Directive)
-        return str(self._links.reference(written.thing.text.strip(), written.at(written.thing.text_start)))
+        directive, at = _directive(token)
+        name = directive.text.strip()
+        link = self._links.reference(name, at(directive.text_start), self._state(name, directive, at))
+        return str(link)
+
+    def _state(self, name: str, directive: Directive, at: Callable[[int], Place]) -> str:
+        """What the link to a figure ends with where its state is named; what is wrong with that is told."""
+        given = listed(directive, at, self._problems) or []
+        kind, _, figure_id = name.partition(":")
+        figure = self._links.placed(figure_id) if given and kind == "fig" else None
+        if figure is None:
+            if given and (kind != "fig" or figure_id in self._survey.plots):
+                self._problems.add(at(given[0].start), "a state is that of a figure: :ref[fig:id]{press=finish}")
+            return ""
+        for extra in (a for a in given if not a.name):
+            self._problems.add(at(extra.start), f"name=value is expected, not {extra.value!r}")
+        widget, record = figure
+        return state_of(record, changed(widget, record, [a for a in given if a.name], at, self._problems))
 
     def _cite(self, token: Token) -> str:
         parts = []
