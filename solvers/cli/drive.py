@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import argparse
-import io
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
 
+from solvers.cli.picture import drive_map
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray
 from solvers.core.edges import Edges
 from solvers.core.pose import Pose
-from solvers.geometry.downsample import thinned
 from solvers.io import g2o
 from solvers.odometry import (
     LoopOptions,
@@ -34,7 +33,6 @@ from solvers.odometry.reading import MOST_BYTES
 from solvers.posegraph import KERNELS
 from solvers.scenes.drive import Drive, chained, telecom_loop
 
-MOST = 40_000  # echoes drawn
 KINDS = (".svg", ".png", ".g2o", ".csv")
 
 
@@ -144,32 +142,8 @@ def _file(
         rows = np.column_stack([seconds, poses.t, poses.angle]).tolist()
         text = "seconds,x_m,y_m,phi_rad\n" + "".join(",".join(f"{v:.6f}" for v in row) + "\n" for row in rows)
         return text.encode()
-    return _drawn(kind[1:], poses, scans, wheels)
-
-
-def _drawn(kind: str, poses: Pose, scans: Scans, wheels: Pose) -> bytes:
-    """The map as a picture: all echoes, the way by the poses found, and by odometry."""
-    try:
-        from matplotlib import rc_context
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise ValueError("--out: drawing needs matplotlib: pip install 'registration-ladder[pictures]'") from None
-    points = thinned(np.concatenate([poses[k].apply(scans.cloud(k)) for k in range(len(scans))]), MOST)
-    figure = Figure(figsize=(9.0, 8.0), layout="constrained")
-    axes = figure.subplots()
-    axes.scatter(points[:, 0], points[:, 1], s=1, c="#2760bd", linewidths=0, label="echoes", gid="map")
-    axes.plot(wheels.t[:, 0], wheels.t[:, 1], ":", c="#777777", lw=1, label="way by odometry", gid="odometry")
-    axes.plot(poses.t[:, 0], poses.t[:, 1], c="#c45d14", lw=1.5, label="way by scans", gid="way")
-    axes.set_aspect("equal", adjustable="box")
-    axes.set_xlabel("x, m")
-    axes.set_ylabel("y, m")
-    axes.grid(alpha=0.25)
-    axes.legend(loc="best", fontsize="small")
-    out = io.BytesIO()
-    with rc_context({"svg.hashsalt": "solvers", "svg.fonttype": "none"}):
-        # A picture without a date is the same each time; PNG names only its software.
-        figure.savefig(out, format=kind, dpi=150, metadata={"Date": None} if kind == "svg" else {"Software": None})
-    return out.getvalue()
+    points = np.concatenate([poses[k].apply(scans.cloud(k)) for k in range(len(scans))])
+    return drive_map(points, poses.t, wheels.t, kind[1:])
 
 
 class _Bar:
