@@ -262,7 +262,7 @@ def python(state: State) -> str:
     return "\n".join(line for k, line in enumerate(lines) if line or k > 4) + "\n"
 
 
-PRESETS = {
+PRESETS: dict[str, dict[str, Any]] = {
     "default": {},
     "matched": {"poses": "matched"},
     "closed": {"poses": "closed"},
