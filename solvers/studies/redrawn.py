@@ -20,12 +20,14 @@ from solvers.scenes.scans import ranges
 PLACES = ("room", "corridor", "hall")
 REACH = 5.0
 """How far the scanner sees, in u."""
-ENDS = {"room": 2.6, "corridor": 6.0, "hall": 3.2}
+ENDS = {"room": 2.6, "corridor": 6.0, "hall": 2.8}
 """How far an end wall is from the middle, in u."""
-SIDES = {"room": 1.6, "corridor": 1.6, "hall": 1.9}
+SIDES = {"room": 1.6, "corridor": 1.6, "hall": 1.7}
 """How far a side wall is."""
-STANDS = Pose.from_angle(np.radians([8.0, -6.0]), np.array([(-0.7, -0.25), (0.45, 0.2)]))
-"""Where the two scans are made, source and target, in room coordinates."""
+_MIDDLE = Pose.from_angle(np.radians([8.0, -6.0]), np.array([(-0.7, -0.25), (0.45, 0.2)]))
+_ASIDE = Pose.from_angle(np.radians([8.0, -6.0]), np.array([(-1.5, -0.6), (-0.6, 0.3)]))
+STANDS = {"room": _MIDDLE, "corridor": _MIDDLE, "hall": _ASIDE}
+"""Where the two scans are made, source and target, in room coordinates; in the hall away from its middle."""
 NO_ECHO = 1e3
 """Where a target ray without echo is put: beyond any gate, in u."""
 
@@ -146,7 +148,7 @@ def redrawn(
     for stand in (0, 1):
         angle = 2.0 * np.pi * (np.arange(m) + phase[:, stand, None]) / m
         ahead = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-        pose = STANDS[stand]
+        pose = STANDS[place][stand]
         true = ranges(pose.t, ahead.reshape(-1, 2) @ pose.R.T, a, b).reshape(k, m)
         echo = true < REACH
         measured = np.where(echo, true, 0.0) + sigma * unit[:, stand]
@@ -154,7 +156,7 @@ def redrawn(
         echoes.append(echo)
     source = np.where(echoes[0][..., None], clouds[0], 0.0)
     target = np.where(echoes[1][..., None], clouds[1], NO_ECHO)
-    truth = STANDS[1].inverse().compose(STANDS[0])
+    truth = STANDS[place][1].inverse().compose(STANDS[place][0])
     return Redrawn(source, target, echoes[0].astype(np.float64), truth, walls)
 
 

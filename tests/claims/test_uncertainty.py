@@ -19,12 +19,13 @@ def held(place, method, ways, **more):
 
 def test_in_the_room_censi_nearly_keeps_its_word_for_point_to_plane():
     """Of 1,000 draws, starts 3° and 0.15 u about the truth: Censi's regions hold it in 930 to 950, the Hessian's in 880
-    to 900, those of redrawn scans in 940 to 965."""
+    to 900, those of redrawn scans in 940 to 965. With point to point both closed forms hold it in fewer than 280."""
     hessian, censi = held("room", "point-to-plane", ("hessian", "censi"))
     (sampled,) = held("room", "point-to-plane", ("sampled",))
     assert 880 <= hessian <= 900
     assert 930 <= censi <= 950
     assert 940 <= sampled <= 965
+    assert max(held("room", "icp", (way,))[0] for way in ("hessian", "censi")) < 280
 
 
 def test_point_pairs_found_anew_make_the_hessian_overconfident(why):
@@ -59,8 +60,8 @@ def test_the_spread_of_the_start_halves_what_the_hessian_holds(why):
         "3° and 0.15 u about the truth": f"{spread} of {DRAWS} regions hold the truth",
         "at the truth": f"{exact} of {DRAWS}",
     })  # fmt: skip
-    assert spread < 280
     assert exact > 480
+    assert 2 * spread < exact
 
 
 def test_point_to_plane_forgets_a_near_start():
@@ -123,8 +124,9 @@ def test_point_to_point_sees_no_needle():
 
 
 def test_an_unknown_heading_makes_two_clusters_of_the_hall(why):
-    """1,000 draws of point to plane: the same scans, from headings known to 3° and to 90°. The second cluster is half a
-    turn off; no end is within 1 u of the mean of all, by its angle times the cloud's radius and its place."""
+    """1,000 draws of point to plane: the same scans, from headings known to 3° and to 90°. The second cluster of more
+    than 5 % is half a turn off; no end is within 1 u of the mean of all, by its angle times the cloud's radius and its
+    place."""
     outcomes = {}
     for heading in (90.0, 3.0):
         made = runs("hall", count=DRAWS, heading=heading)
@@ -136,7 +138,7 @@ def test_an_unknown_heading_makes_two_clusters_of_the_hall(why):
             turn = large[1].mean.compose(made.scans.truth.inverse()).angle
             assert abs(abs(np.degrees(turn)) - 180.0) < 1.0
             assert ends.whole.deviations[0] > 100.0 * large[0].deviations[0]
-            assert 0.2 < ends.shares[1] < 0.3
+            assert 0.12 < ends.shares[1] < 0.25
             assert np.linalg.norm(ends.whole.along(ends.poses), axis=1).min() > 1.0
     why("how well the heading is known", {
         f"to {heading:.0f}°": f"{count} cluster{'s' * (count > 1)}; {inside} of {DRAWS} Hessian regions hold the truth"
@@ -144,5 +146,5 @@ def test_an_unknown_heading_makes_two_clusters_of_the_hall(why):
     })  # fmt: skip
     assert outcomes[90.0][0] == 2
     assert outcomes[3.0][0] == 1
-    assert outcomes[90.0][1] < 720
-    assert outcomes[3.0][1] > 900
+    assert outcomes[90.0][1] < 750
+    assert outcomes[3.0][1] > 840

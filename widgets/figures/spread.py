@@ -11,9 +11,10 @@ from solvers import Pose, register
 from solvers.core.arrays import BoolArray
 from solvers.studies.coverage import GATE, Runs, ends_of, regions
 from solvers.studies.redrawn import ENDS, NO_ECHO, STANDS, Redrawn, redrawn, starts
-from solvers.uncertainty import Covariance, Spread
+from solvers.uncertainty import Covariance, Spread, quantile
 from widgets.drawing.picture import (
     Array,
+    Ellipses,
     Label,
     Mark,
     Panel,
@@ -34,6 +35,7 @@ CLOSE = View(-1.0, 1.0, -0.43, 0.43, width=480.0)
 FINE, WIDE = 0.1, 1.5  # u, half the width of the close view: for a room, and for a needle
 SEEN = 4.2  # u: end walls farther out are beyond the reach of one scan or both
 DRAWS, PRESS = 200, 40
+UP = 0.02  # u, the upright bar
 NOSE = 0.34
 FAR_OUT = 5.0  # u, how far a direction that is free is drawn
 PLACES = {"room": "Room", "corridor": "Corridor", "hall": "Hall, any heading"}
@@ -157,27 +159,30 @@ def draw(state: State) -> Picture:
     )
 
 
-def _places(pose: Pose) -> Array:
+def _places(pose: Pose, stand: Pose) -> Array:
     """Where the scanner stood at the source scan, in room coordinates, (n, 2)."""
-    return np.asarray(STANDS[1].apply(pose.t.reshape(-1, 2)))
+    return np.asarray(stand.apply(pose.t.reshape(-1, 2)))
 
 
 def _plan(state: State) -> Panel:
     scans, _ = _scans(state.ask, 1)
+    first, stand = (STANDS[state.ask.place][k] for k in (0, 1))
     seen = scans.target[0][np.abs(scans.target[0]).max(axis=1) < NO_ECHO]
     marks: list[Mark] = [Path(wall, "ink") for wall in scans.walls]
-    marks += [Points(STANDS[1].apply(seen), "target", "square", radius=2.0), *_robot(STANDS[1], "target")]
-    marks += _robot(STANDS[0], "truth")
+    marks += [Points(stand.apply(seen), "target", "square", radius=2.0), *_robot(stand, "target")]
+    marks += _robot(first, "truth")
     if state.drawn:
         spread, _, _ = _ends(state.ask, state.drawn)
-        for other, role in ((True, "outlier"), (False, "source")):
-            some = spread.poses[(spread.mode != _true_mode(spread, scans.truth)) == other]
-            at, turn = _places(some), STANDS[1].R @ some.R
-            if len(at):
-                kind: Role = "outlier" if role == "outlier" else "source"
-                marks += [Segments(at, at + NOSE * turn[..., 0], kind), Points(at, kind, radius=3.5)]
+        away = spread.mode != _true_mode(spread, scans.truth)
+        kinds: tuple[tuple[Role, BoolArray], ...] = (("outlier", away), ("source", ~away))
+        for kind, which in kinds:
+            if which.any():
+                some = spread.poses[which]
+                at, ahead = _places(some, stand), (stand.R @ some.R)[..., 0]
+                marks += [Segments(at, at + NOSE * ahead, kind), Points(at, kind, radius=3.5)]
         if len(spread.modes) > 1 and spread.shares[1] > 0.05:
-            marks.append(Path(STANDS[1].apply(spread.whole.ellipse()), "ghost", dashed=True))
+            at = _places(spread.poses, stand)
+            marks.append(Ellipses(at.mean(axis=0), np.cov(at.T), "ghost", sigmas=quantile(0.95, 2) ** 0.5, dashed=True))
     return Panel("plan", "The place from above, with all ends", PLAN, tuple(marks), caption="The place, from above")
 
 
@@ -192,40 +197,35 @@ def _true_mode(spread: Spread, truth: Pose) -> int:
     return int(np.argmin([np.linalg.norm(one.mean.matrix - truth.matrix) for one in spread.modes]))
 
 
-def _half(state: State) -> float:
-    return WIDE if state.controls.wall > SEEN else FINE
-
-
 def _close(state: State) -> Panel:
-    half, true = _half(state), STANDS[0].t
+    """Across the corridor the scale is always the same; along it there is a smaller one for a needle."""
+    along = WIDE if state.controls.wall > SEEN else FINE
+    (true, stand), half = (STANDS[state.ask.place][k] for k in (0, 1)), np.array([along, FINE])
 
     def near(places: Array) -> Array:
-        return (places - true) / half
+        return (places - true.t) / half
 
-    marks: list[Mark] = []
-    bar = half / 2.0
-    marks += [
-        Segments([(-0.94, -0.36)], [(-0.94 + bar / half, -0.36)], "ink"),
-        Label((-0.94, -0.36), f"{bar:g} u", "ink", dy=-6),
+    bar = 0.5 if along == WIDE else 0.05
+    ends = np.array([(-0.94 + bar / along, -0.36), (-0.94, -0.36 + UP / FINE)])
+    marks: list[Mark] = [
+        Segments(np.tile([-0.94, -0.36], (2, 1)), ends, "ink"),
+        Label(ends[0], f"{bar:g} u", "ink", dx=6, dy=4),
+        Label(ends[1], f"{UP:g} u", "ink", dx=6, dy=6),
     ]
     if state.drawn:
         spread, _, _ = _ends(state.ask, state.drawn)
-        mode = _true_mode(spread, STANDS[1].inverse().compose(STANDS[0]))
-        at = near(_places(spread.poses[spread.mode == mode]))
+        mode = _true_mode(spread, stand.inverse().compose(true))
+        at = near(_places(spread.poses[spread.mode == mode], stand))
         marks.append(Points(at[np.abs(at).max(axis=1) < 1.0], "source", radius=2.5))
         if np.count_nonzero(spread.mode == mode) > 2:
-            marks.append(Path(near(STANDS[1].apply(spread.modes[mode].ellipse())), "source"))
-    hessian, censi = _expected(state.ask)
-    for one, role, dashed in ((censi, "inlier", True), (hessian, "accent", False)):
-        curve = near(STANDS[1].apply(one.ellipse(reach=FAR_OUT)))
-        marks.append(Path(curve, "inlier" if role == "inlier" else "accent", dashed=dashed, thick=False))
+            marks.append(Path(near(stand.apply(spread.modes[mode].ellipse())), "source"))
+    hessian, censi = (near(stand.apply(one.ellipse(reach=FAR_OUT))) for one in _expected(state.ask))
+    marks += [Path(censi, "inlier", dashed=True), Path(hessian, "accent")]
     marks.append(Points([(0.0, 0.0)], "truth", "cross", radius=6.0))
-    times = number(PLAN.x1 / half, 0)
-    label = f"Where the ends lie about the true place, enlarged {times} times against the plan"
-    return Panel(
-        "close", "The ends about the true place, enlarged", CLOSE, tuple(marks), grid=False,
-        caption=label.replace("Where the ends lie about", "About"),
-    )  # fmt: skip
+    times = [number(PLAN.x1 / each, 0) for each in half]
+    scale = f"{times[1]} times" + ("" if along == FINE else f" up and down, {times[0]} times along")
+    label = "The ends about the true place, enlarged"
+    return Panel("close", label, CLOSE, tuple(marks), grid=False, caption=f"About the true place, {scale} enlarged")
 
 
 @dataclass(frozen=True)
@@ -279,7 +279,8 @@ def _readouts(state: State, said: _Numbers) -> tuple[Readout, ...]:
 def _note(state: State, said: _Numbers) -> str:
     if not state.drawn:
         return ""
-    clusters = "" if said.modes == 1 else f" {said.modes} clusters; {number(100.0 * said.share, 0)} % in the largest."
+    most = round(said.share * state.drawn)
+    clusters = "" if said.modes == 1 else f" {said.modes} clusters, {most} ends in the largest."
     return f"{state.drawn} draws: σ of the place {number(said.narrowest, 3)} to {number(said.widest, 3)} u.{clusters}"
 
 
@@ -301,8 +302,7 @@ def _description(state: State, said: _Numbers) -> str:
     )
     if said.modes > 1:
         words.append(
-            f"The ends form {said.modes} clusters, the largest with {number(100.0 * said.share, 0)} % of them; one"
-            " ellipse for all covers places where no run ends."
+            f"The ends form {said.modes} clusters, the largest with {round(said.share * state.drawn)} of them."
         )
     return " ".join(words)
 

@@ -32,18 +32,18 @@ def test_without_noise_every_echo_lies_on_a_wall_and_the_truth_joins_the_scans(p
     scans = redrawn(place, 2, noise=0.0)
     echo = scans.weights[1] > 0.0
     seen = scans.source[1][echo]
-    assert apart(STANDS[0].apply(seen), scans.walls).max() < 1e-9
-    assert apart(STANDS[1].apply(scans.truth.apply(seen)), scans.walls).max() < 1e-9
+    assert apart(STANDS[place][0].apply(seen), scans.walls).max() < 1e-9
+    assert apart(STANDS[place][1].apply(scans.truth.apply(seen)), scans.walls).max() < 1e-9
     assert np.linalg.norm(seen, axis=1).max() < REACH
     assert (scans.source[1][~echo] == 0.0).all()
     far = np.abs(scans.target[1]).max(axis=1) == NO_ECHO
-    assert apart(STANDS[1].apply(scans.target[1][~far]), scans.walls).max() < 1e-9
+    assert apart(STANDS[place][1].apply(scans.target[1][~far]), scans.walls).max() < 1e-9
 
 
 def test_the_ends_are_seen_in_the_room_and_not_in_the_corridor():
     assert (redrawn("room", 3).weights == 1.0).all()
     corridor = redrawn("corridor", 3, noise=0.0)
-    places = STANDS[0].apply(corridor.source[0][corridor.weights[0] > 0.0])
+    places = STANDS["corridor"][0].apply(corridor.source[0][corridor.weights[0] > 0.0])
     assert 0.5 < corridor.weights.mean() < 0.95
     assert np.abs(np.abs(places[:, 1]) - 1.6).max() < 1e-9
 

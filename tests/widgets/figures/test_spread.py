@@ -7,7 +7,7 @@ import pytest
 
 from solvers.studies.coverage import coverage
 from solvers.studies.redrawn import STANDS
-from widgets.drawing.picture import Label, Path, Points
+from widgets.drawing.picture import Label, Path, Points, Segments
 from widgets.engine.contract import SEED, Action, preset
 from widgets.engine.host import Host
 from widgets.figures.spread import DRAWS, PRESS, SEEN, WIDGET, Controls, _expected, act, draw, start
@@ -53,18 +53,21 @@ def test_the_hall_has_clusters_and_the_room_has_one() -> None:
 def test_what_is_expected_lies_about_the_true_place() -> None:
     ask = start(Controls(), SEED).ask
     for one in _expected(ask):
-        middle = STANDS[1].apply(one.ellipse(reach=1.0)[:-1]).mean(axis=0)
-        np.testing.assert_allclose(middle, STANDS[0].t, atol=1e-4)
+        middle = STANDS["room"][1].apply(one.ellipse(reach=1.0)[:-1]).mean(axis=0)
+        np.testing.assert_allclose(middle, STANDS["room"][0].t, atol=1e-4)
 
 
 @pytest.mark.parametrize("wall", [2.6, 6.0])
 def test_the_close_view_is_to_the_scale_that_its_bar_tells(wall: float) -> None:
-    """Twice the bar is half the panel; dots lie in the window."""
+    """The bars lie along the panel's axes, as long as their labels say; dots lie in the window."""
     picture = draw(act(start(Controls(wall=wall), SEED), ALL))
     (close,) = (panel for panel in picture.panels if panel.name == "close")
-    (bar,) = (mark for mark in close.marks if isinstance(mark, Label))
-    half = 2.0 * float(bar.text.split()[0])
-    assert half == (1.5 if wall > SEEN else 0.1)
+    labels = {mark.text for mark in close.marks if isinstance(mark, Label)}
+    assert labels == {"0.5 u" if wall > SEEN else "0.05 u", "0.02 u"}
+    bars = next(mark for mark in close.marks if isinstance(mark, Segments))
+    across, up = np.abs(np.asarray(bars.b) - np.asarray(bars.a)).max(axis=1)
+    assert across == pytest.approx(0.5 / 1.5 if wall > SEEN else 0.5)
+    assert up == pytest.approx(0.2)
     dots = next(mark for mark in close.marks if isinstance(mark, Points) and mark.role == "source")
     assert np.abs(dots.xy).max() < 1.0
     longest = max(np.ptp(np.asarray(mark.xy)[:, 0]) for mark in close.marks if isinstance(mark, Path))
