@@ -377,7 +377,7 @@ def _insides(content: _Content, writer: Writer) -> dict[str, Inside]:
         writer.glossary(terms),
         writer.about(content.made),
         writer.reference(),
-        writer.checks(bodies, content.known.tests, content.known.results, content.sources),
+        *writer.checks(bodies, content.known.tests, content.known.results, content.sources),
         writer.licences(content.licences),
     ]
     return {inside.page.name: inside for inside in insides}

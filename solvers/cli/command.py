@@ -174,6 +174,8 @@ def _report(result: Result, source: FloatArray, target: FloatArray, reach: float
     if pose.dim == 2:
         weakest = float(verify.evidence(source, target, pose, reach).weakest)
         lines.append(f"condition {weakest:.4f}, smallest over largest eigenvalue; near 0 a motion is free")
+    if result.gap is not None:
+        lines.append(f"proof     objective {result.objective:.6g}, of no other pose below {result.lower:.6g}")
     status, reason = Status(int(result.status)).label, f": {result.reason}" if result.reason else ""
     return "\n".join([*lines, f"status    {status} after {result.steps} steps{reason}"])
 
