@@ -24,10 +24,10 @@ def register(
     target: ArrayLike | Sequence[ArrayLike],
     method: str = "icp",
     *,
-    start: Pose | None = None,
+    start: Pose | ArrayLike | None = None,
     pairs: ArrayLike | None = None,
     weights: ArrayLike | Sequence[ArrayLike | None] | None = None,
-    seed: int | Sequence[int] | IntArray = 0,
+    seed: int | Sequence[int] | IntArray | np.random.Generator | None = 0,
     max_steps: int | None = None,
     callback: Callback | None = None,
     **options: Any,
@@ -47,17 +47,19 @@ def register(
         The points that stay, in world units.
     method : str, default "icp"
         A name of `METHODS`.
-    start : Pose, optional
-        Where local methods begin. None is the identity.
+    start : Pose or array_like of shape (..., d + 1, d + 1), optional
+        Where local methods begin: poses, or their homogeneous matrices. None is the
+        identity.
     pairs : array_like of int, shape (..., k, 2), optional
         The rows of source and target that are partners, for paired methods. None pairs
         row i with row i. A list of such arrays where the clouds come as a list.
     weights : array_like of shape (..., m) or (..., k), optional
         Of the source rows, or of the pairs where there are any; not negative. None is
         all one. A list where the clouds come as a list.
-    seed : int or array_like of int, shape (...), default 0
+    seed : int, array_like of int of shape (...), Generator or None, default 0
         What random methods draw from, one for all problems or one each; with one each,
-        a batch equals its single runs.
+        a batch equals its single runs. A Generator gives one for all problems, by a
+        draw; None is another one each time.
     max_steps : int, optional
         The most steps. None is the method's own cap.
     callback : callable, optional
@@ -114,6 +116,7 @@ def register(
     """
     chosen = METHODS[validate.one_of(method, METHODS, "method")]
     own = _options(chosen, options)
+    poses, seeds = validate.start(start), validate.seeds(seed)
     cap = None if max_steps is None else validate.count(max_steps, "max_steps")
 
     def solve(source: Any, target: Any, start: Any, pairs: Any, weights: Any, seed: Any) -> Result:
@@ -121,8 +124,8 @@ def register(
         return from_batch(*run(begin(chosen, problem, own, cap), callback), axes)
 
     if _is_list(source) or _is_list(target):
-        return _one_by_one(source, target, start, pairs, weights, seed, solve)
-    return solve(source, target, start, pairs, weights, seed)
+        return _one_by_one(source, target, poses, pairs, weights, seeds, solve)
+    return solve(source, target, poses, pairs, weights, seeds)
 
 
 def _options(method: Method[Any], given: dict[str, Any]) -> Any:
@@ -136,7 +139,7 @@ def _options(method: Method[Any], given: dict[str, Any]) -> Any:
 
 
 def _problem(
-    method: Method[Any], source: Any, target: Any, start: Any, pairs: Any, weights: Any, seed: Any
+    method: Method[Any], source: Any, target: Any, start: Any, pairs: Any, weights: Any, seeds: IntArray
 ) -> tuple[Problem, tuple[int, ...]]:
     """The validated problem with its leading axes made one, and those axes."""
     p = validate.cloud(source, "source")
@@ -156,7 +159,6 @@ def _problem(
         raise ValueError(f"weights: method {method.name!r} takes none")
     w = validate.weights(weights, p.shape[-2])
     pose = validate.pose(start, d)
-    seeds = validate.seeds(seed)
     batch = validate.batch_shape(
         source=p.shape[:-2], target=q.shape[:-2], weights=w.shape[:-1], start=pose.batch, seed=seeds.shape
     )
@@ -194,7 +196,7 @@ def _ndim(value: Any) -> int:
 
 
 def _one_by_one(
-    source: Any, target: Any, start: Any, pairs: Any, weights: Any, seed: Any, solve: Callable[..., Result]
+    source: Any, target: Any, start: Any, pairs: Any, weights: Any, seeds: IntArray, solve: Callable[..., Result]
 ) -> Result:
     """A list of clouds: each its own run."""
     lists = {name: x for name, x in (("source", source), ("target", target)) if _is_list(x)}
@@ -207,7 +209,6 @@ def _one_by_one(
         lists["pairs"] = pairs
     if isinstance(start, Pose) and start.batch:
         lists["start"] = [start[i] for i in range(len(start.t))]
-    seeds = validate.seeds(seed)
     if seeds.ndim:
         lists["seed"] = seeds
     for name, x in lists.items():

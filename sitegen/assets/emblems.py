@@ -8,13 +8,15 @@ from typing import Any
 
 import numpy as np
 
+from solvers import Pose
 from widgets.drawing.picture import Array
+from widgets.engine.contract import SEED
 from widgets.parts import dial_marks as marks
-from widgets.parts.dial import RUNGS, Dial, made
+from widgets.parts.dial import COARSE, RUNGS, Dial, headings, made
 
 NAMES: Sequence[str] = tuple(RUNGS)
-SEED, NOISE = 40, 0.02  # those that the dials of the chapters open with
-TURN = np.radians(100.0)
+NOISE = 0.02  # u, with which the dials of the chapters open
+TURN = Pose.from_angle(np.radians(100.0))
 BOX = 24  # units across, as icons have them
 CIRCLE = np.linspace(0.0, 2.0 * np.pi, 91)
 
@@ -27,10 +29,10 @@ def dial(name: str) -> Dial:
 
 def profile(name: str) -> Array:
     """The ring's outer line, (60, 2) u from the middle, the truth at the top; a flat one lies on the inner circle."""
-    turns = np.radians(np.arange(60) * 6.0 - 180.0)
-    return marks.place(turns, marks.heights(dial(name), full=False))
+    return marks.place(headings()[::COARSE], marks.heights(dial(name), full=False))
 
 
+@cache
 def path(name: str) -> str:
     """The ring as the path of an icon of 24 units, to be filled by the even-odd rule; y downwards."""
     scale = BOX / 2 / (marks.OUTER + 0.1)
@@ -55,16 +57,16 @@ def draw(axes: Any, theme: dict[str, str], name: str, middle: Array, scale: floa
         return middle + np.asarray(points) * (scale, -scale)
 
     ring, circle = profile(name), marks.place(CIRCLE, marks.INNER)
-    both = px(np.concatenate([np.roll(ring, 30, axis=0), np.roll(ring, 30, axis=0)[:1], circle[::-1]]))
+    from_top = np.roll(ring, len(ring) // 2, axis=0)  # the seam is where the ring is thinnest
+    both = px(np.concatenate([from_top, from_top[:1], circle[::-1]]))
     axes.fill(*both.T, color=theme["accent"], alpha=0.16, lw=0)
     for line in (np.concatenate([ring, ring[:1]]), circle):
         axes.plot(*px(line).T, color=theme["accent"], lw=2.0)
     axes.plot(*px(marks.place(np.zeros(2), np.array([marks.INNER - 0.35, marks.OUTER + 0.1]))).T, color=theme["truth"])
-    turn = np.array([[np.cos(TURN), -np.sin(TURN)], [np.sin(TURN), np.cos(TURN)]])
     for curve in one.clouds.scene.outline:
         axes.plot(*px(curve).T, color=theme["truth"], alpha=0.5, lw=5.0, solid_joinstyle="round")
-        axes.plot(*px(curve @ turn.T).T, color=theme["source"], lw=1.8)
+        axes.plot(*px(TURN.apply(curve)).T, color=theme["source"], lw=1.8)
     axes.scatter(*px(one.clouds.target).T, s=22.0, marker="s", color=theme["target"], lw=0, zorder=3)
-    axes.scatter(*px(one.clouds.source @ turn.T).T, s=26.0, color=theme["source"], lw=0, zorder=4)
-    ball = px(marks.at(one, False, np.array([TURN])))
+    axes.scatter(*px(TURN.apply(one.clouds.source)).T, s=26.0, color=theme["source"], lw=0, zorder=4)
+    ball = px(marks.at(one, False, np.array([TURN.angle])))
     axes.scatter(*ball.T, s=300.0, color=theme["source"], lw=0, zorder=5)

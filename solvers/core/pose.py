@@ -6,9 +6,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, DTypeLike
 
 from solvers.core.arrays import FloatArray
+
+ROUNDING = 1e-12
+"""How far from 1 a scale may be and still be told as 1."""
+SHEARED = 1e-6
+"""How far R Rᵀ may be from the identity: what is written with six digits still passes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,11 +50,21 @@ class Pose:
     array([[2., 1.]])
     >>> np.degrees(pose.inverse().angle).round(6)
     np.float64(-90.0)
+
+    `a @ b` is `a.compose(b)`, `pose(points)` is `pose.apply(points)`, and numpy takes a
+    pose for its homogeneous matrix:
+
+    >>> np.asarray(pose @ pose).round(6)
+    array([[-1., -0.,  2.],
+           [ 0., -1.,  2.],
+           [ 0.,  0.,  1.]])
     """
 
     R: FloatArray
     t: FloatArray
     scale: FloatArray | float = 1.0
+
+    __array_ufunc__ = None  # `array @ pose` is refused, too
 
     def __post_init__(self) -> None:
         R, t = np.asarray(self.R, dtype=np.float64), np.asarray(self.t, dtype=np.float64)
@@ -115,6 +130,105 @@ class Pose:
         c, s = np.cos(np.asarray(theta, dtype=np.float64)), np.sin(np.asarray(theta, dtype=np.float64))
         R = np.stack([np.stack([c, -s], axis=-1), np.stack([s, c], axis=-1)], axis=-2)
         return cls(R, np.asarray(t, dtype=np.float64), np.asarray(scale, dtype=np.float64))
+
+    @classmethod
+    def from_rotvec(cls, rotvec: ArrayLike, t: ArrayLike = (0.0, 0.0, 0.0), scale: ArrayLike = 1.0) -> Pose:
+        """The pose in space that rotates about an axis through the origin, then moves.
+
+        Parameters
+        ----------
+        rotvec : array_like of shape (..., 3)
+            The axis times the angle in radians, right-handed.
+        t : array_like of shape (..., 3), default (0.0, 0.0, 0.0)
+            The translation, in world units.
+        scale : array_like of shape (...), default 1.0
+            The scale.
+
+        Returns
+        -------
+        Pose
+            The poses, of the batch shape that the three broadcast to.
+
+        Raises
+        ------
+        ValueError
+            If the shapes do not fit together.
+
+        Notes
+        -----
+        Rodrigues' formula, `R = I + sin θ [u]× + (1 − cos θ) [u]×²`, with its
+        coefficients written so that they are accurate at θ = 0.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from solvers import Pose
+        >>> quarter = Pose.from_rotvec([0.0, 0.0, np.pi / 2])
+        >>> quarter([[1.0, 0.0, 5.0]]).round(6)
+        array([[0., 1., 5.]])
+        """
+        v = np.asarray(rotvec, dtype=np.float64)
+        if v.ndim < 1 or v.shape[-1] != 3:
+            raise ValueError(f"rotvec: expected shape (..., 3), got {v.shape}")
+        theta = np.linalg.norm(v, axis=-1)[..., None, None]
+        x, y, z = v[..., 0], v[..., 1], v[..., 2]
+        o = np.zeros_like(x)
+        rows = [[o, -z, y], [z, o, -x], [-y, x, o]]
+        skew = np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+        # sin θ / θ and (1 − cos θ) / θ² = sinc²(θ/2) / 2; numpy's sinc has a π in it.
+        first, second = np.sinc(theta / np.pi), 0.5 * np.square(np.sinc(theta / (2.0 * np.pi)))
+        R = np.eye(3) + first * skew + second * (skew @ skew)
+        return cls(R, np.asarray(t, dtype=np.float64), np.asarray(scale, dtype=np.float64))
+
+    @classmethod
+    def from_matrix(cls, matrix: ArrayLike) -> Pose:
+        """The pose that homogeneous matrices describe.
+
+        Parameters
+        ----------
+        matrix : array_like of shape (..., d + 1, d + 1)
+            Matrices [[s R, t], [0, 1]].
+
+        Returns
+        -------
+        Pose
+            The poses, of shape (...).
+
+        Raises
+        ------
+        ValueError
+            If a matrix is no rigid motion or similarity: its last row, a shear, a
+            reflection or a scale of zero is named.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from solvers import Pose
+        >>> pose = Pose.from_angle(0.5, (1.0, 2.0), scale=3.0)
+        >>> Pose.from_matrix(pose.matrix)
+        Pose(angle=28.6479°, t=(1, 2), scale=3)
+        """
+        M = np.asarray(matrix, dtype=np.float64)
+        if M.ndim < 2 or M.shape[-1] != M.shape[-2] or M.shape[-1] < 3:
+            raise ValueError(f"matrix: expected shape (..., d + 1, d + 1) with d of at least 2, got {M.shape}")
+        if not np.isfinite(M).all():
+            raise ValueError("matrix: holds numbers that are not finite")
+        d = M.shape[-1] - 1
+        if np.any(M[..., d, :d] != 0.0) or np.any(M[..., d, d] != 1.0):
+            raise ValueError(f"matrix: expected the last row {[0] * d + [1]}, as of a homogeneous matrix")
+        A = M[..., :d, :d]
+        det = np.linalg.det(A)
+        if np.any(det <= 0.0):
+            flaw = "a reflection" if np.any(det < 0.0) else "singular"
+            raise ValueError(f"matrix: expected a rotation times a scale, but one is {flaw}")
+        scale = det ** (1.0 / d)
+        # Numbers close to 1, such as a rotation's own determinant, are rounding.
+        scale = np.where(np.abs(scale - 1.0) < ROUNDING, 1.0, scale)
+        R = A / scale[..., None, None]
+        off = np.abs(R @ R.swapaxes(-1, -2) - np.eye(d)).max(initial=0.0)
+        if off > SHEARED:
+            raise ValueError(f"matrix: expected a rotation times a scale, but R Rᵀ differs from I by {off:.2g}")
+        return cls(R, M[..., :d, d], scale)
 
     @property
     def dim(self) -> int:
@@ -204,6 +318,13 @@ class Pose:
         ValueError
             If the two do not fit together.
         """
+        if first.dim != self.dim:
+            raise ValueError(f"first: moves points in {first.dim} dimensions, this pose in {self.dim}")
+        if self.batch != first.batch:
+            try:
+                np.broadcast_shapes(self.batch, first.batch)
+            except ValueError:
+                raise ValueError(f"first: leading axes {first.batch} do not broadcast with {self.batch}") from None
         s = np.asarray(self.scale)
         turned = (self.R @ first.t[..., None])[..., 0]
         return Pose(self.R @ first.R, s[..., None] * turned + self.t, s * first.scale)
@@ -226,6 +347,23 @@ class Pose:
             raise ValueError("scale: a pose with scale 0 has no inverse")
         Rt = self.R.swapaxes(-1, -2)
         return Pose(Rt, -(Rt @ self.t[..., None])[..., 0] / s[..., None], 1.0 / s)
+
+    def __matmul__(self, first: object) -> Pose:
+        """`self ∘ first`, as `compose`; anything but a pose is refused."""
+        if not isinstance(first, Pose):
+            # Three points would pass for the rows of a matrix, and come out wrong.
+            raise TypeError("@: joins two poses; pose(points) moves points, pose.matrix is the matrix")
+        return self.compose(first)
+
+    def __call__(self, points: ArrayLike) -> FloatArray:
+        """Move points, as `apply`."""
+        return self.apply(points)
+
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> FloatArray:
+        """The homogeneous matrices, made anew."""
+        if copy is False:
+            raise ValueError("copy: a pose's matrix is made when it is asked for, which takes a copy")
+        return self.matrix if dtype is None else self.matrix.astype(dtype)
 
     def __getitem__(self, rows: Any) -> Pose:
         """The poses at `rows` of the batch: any numpy index of the leading axes."""

@@ -45,8 +45,17 @@ class Status(IntEnum):
         """
         return self.name.lower()
 
+    def __bool__(self) -> bool:
+        """Whether the method came to an end of its own: true for `CONVERGED` and `PROVED`.
+        """
+        return self in ENDED
+
     def __str__(self) -> str:
         return self.label
+
+
+ENDED = (Status.CONVERGED, Status.PROVED)
+"""The statuses that a method's own stopping rule gives."""
 
 
 def statuses(batch: tuple[int, ...], status: Status = Status.RUNNING) -> StatusArray:

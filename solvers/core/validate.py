@@ -19,12 +19,20 @@ from solvers.core.pose import Pose
 LARGEST = 1e150
 """The largest coordinate or weight accepted: beyond it squares overflow float64."""
 
+TRANSPOSED = 8
+"""Two or three rows of more coordinates than this are taken for a transposed cloud."""
+
 
 def cloud(points: ArrayLike, name: str, dim: int | None = None) -> FloatArray:
     """`points` as a finite float64 array of shape (..., n, d), n ≥ 1, d ≥ 2 (d = `dim`
     where given).
     """
     p = _numbers(points, name)
+    if dim is None and p.ndim == 2 and p.shape[0] <= 3 and p.shape[1] > TRANSPOSED:
+        raise ValueError(
+            f"{name}: shape {p.shape} is {p.shape[0]} points in {p.shape[1]} dimensions; a cloud has one point a row"
+            f" (pass {name}.T)"
+        )
     wanted = "d" if dim is None else str(dim)
     if p.ndim < 2:
         raise ValueError(f"{name}: expected shape (..., n, {wanted}), rows of coordinates, got {p.shape}")
@@ -82,14 +90,22 @@ def pairs(values: ArrayLike, source_count: int, target_count: int, name: str = "
     return k.astype(np.int64)
 
 
+def start(value: Pose | ArrayLike | None, name: str = "start") -> Pose | None:
+    """A pose, or the pose of homogeneous matrices (..., d + 1, d + 1)."""
+    if value is None or isinstance(value, Pose):
+        return value
+    matrix = _finite(_numbers(value, name), name)
+    try:
+        return Pose.from_matrix(matrix)
+    except ValueError as error:
+        said = str(error).removeprefix("matrix: ")
+        raise ValueError(f"{name}: is neither a Pose nor the matrix of one: {said}") from None
+
+
 def pose(value: Pose | None, dim: int, name: str = "start") -> Pose:
-    """A proper pose of the right dimension; None means the identity. A homogeneous
-    matrix is not taken for a pose.
-    """
+    """A proper pose of the right dimension; None means the identity."""
     if value is None:
         return Pose.identity(dim)
-    if not isinstance(value, Pose):
-        raise ValueError(f"{name}: expected a Pose, got {type(value).__name__}")
     if value.dim != dim:
         raise ValueError(f"{name}: moves points in {value.dim} dimensions, the clouds have {dim}")
     scale = np.asarray(value.scale)
@@ -105,8 +121,12 @@ def pose(value: Pose | None, dim: int, name: str = "start") -> Pose:
     return value
 
 
-def seeds(values: ArrayLike, name: str = "seed") -> IntArray:
-    """Non-negative seeds of at most 63 bits, (...)."""
+def seeds(values: ArrayLike | np.random.Generator | None, name: str = "seed") -> IntArray:
+    """Non-negative seeds of at most 63 bits, (...). A generator gives the next number it
+    draws, None one that nobody knows.
+    """
+    if values is None or isinstance(values, np.random.Generator):
+        return np.asarray(np.random.default_rng(values).integers(np.iinfo(np.int64).max))
     try:
         s = np.asarray(values)
     except ValueError:
@@ -162,6 +182,13 @@ def batch_shape(**shapes: tuple[int, ...]) -> tuple[int, ...]:
 
 
 def _numbers(values: ArrayLike, name: str) -> FloatArray:
+    if isinstance(values, np.ma.MaskedArray):
+        # Its mask would be lost, and what it hides would be registered.
+        if np.ma.is_masked(values):
+            raise ValueError(
+                f"{name}: a masked array hides {int(np.ma.getmaskarray(values).sum())} numbers; leave their rows out"
+            )
+        values = values.data
     try:
         a: AnyArray = np.asarray(values)
     except ValueError:

@@ -13,6 +13,9 @@ from solvers.methods.flow.weights import FOLDER
 from solvers.metrics import rre, rte
 from solvers.scenes.fish import SMALLER, fish, fish_start
 from solvers.studies.walkthrough import FOUR, begin_walk, found
+from widgets.engine.contract import SEED
+from widgets.figures.ladder_map import NOISE
+from widgets.parts.dial import made
 
 SEEDS = range(40, 40 + 13 * 5, 13)
 
@@ -274,3 +277,11 @@ def test_a_second_training_places_more():
     assert trainings("placed")["flow-from-source", "in distribution"] == (82, 148, 200)
     for (variant, kind), (one, other, of) in trainings("placed").items():
         assert variant == "flow-from-source" or abs(one - other) <= 0.15 * of, kind
+
+
+def test_in_the_room_the_flow_ends_just_beside_the_truth():
+    """From the true pose on the room of the start page: less than 1° and between 0.2 u and 0.22 u off."""
+    course = made("flow", SEED, NOISE, 1.0).course(0.0)
+    assert course.rotation < 1.0
+    assert 0.2 < course.translation < 0.22
+    assert not course.arrived

@@ -130,7 +130,7 @@ def known(state: State) -> int:
     """The finest level that is drawn already, or that no finer one differs from."""
     if "ring" not in state.dial.__dict__:  # where what is computed is kept
         return 0
-    return 1 + state.dial.ran if state.every else DETAILS - 1
+    return 1 + state.dial.slices if state.every else DETAILS - 1
 
 
 def draw(state: State, detail: int = DETAILS - 1) -> Picture:

@@ -132,8 +132,8 @@ class Course:
 
     @property
     def arrived(self) -> bool:
-        """Whether it ended at the truth, by the race's measure."""
-        return self.rotation < CLOSE_DEGREES and self.translation < CLOSE_DISTANCE
+        """Whether it ended at the truth."""
+        return bool(close(self.pose))
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,16 +189,22 @@ class Dial:
 
     def arrivals(self, slices: int = SLICES) -> BoolArray:
         """Which of the starts in the first slices end at the truth, (3 · slices,)."""
-        return np.concatenate([np.zeros(0, dtype=np.bool_), *(self._slices[k] for k in range(slices))])
+        size = STARTS // SLICES
+        for k in range(self.slices, slices):
+            batch = self.begun(starts()[k * size : (k + 1) * size])
+            while not batch.done:
+                batch = advance(batch)
+            self._arrived.append(close(batch.pose()))
+        return np.concatenate([np.zeros(0, dtype=np.bool_), *self._arrived[:slices]])
 
     @property
-    def ran(self) -> int:
+    def slices(self) -> int:
         """How many of the first slices have been run."""
-        return next((k for k in range(SLICES) if k not in self._slices), SLICES)
+        return len(self._arrived)
 
     @cached_property
-    def _slices(self) -> _Slices:
-        return _Slices(self)
+    def _arrived(self) -> list[BoolArray]:
+        return []
 
     def begun(self, turns: Array) -> Batch[Any]:
         """The rung's method at these headings (k,), the robot in its true place, no step taken."""
@@ -226,21 +232,10 @@ def _objectives(name: str, seed: int, noise: float, length: float, rest: bool = 
     return values
 
 
-class _Slices(dict[int, BoolArray]):
-    """The arrivals of each slice, run when first asked for."""
-
-    def __init__(self, dial: Dial) -> None:
-        self._dial = dial
-
-    def __missing__(self, k: int) -> BoolArray:
-        size = STARTS // SLICES
-        batch = self._dial.begun(starts()[k * size : (k + 1) * size])
-        while not batch.done:
-            batch = advance(batch)
-        pose, truth = batch.pose(), Pose.identity()
-        close = (np.degrees(rre(pose, truth)) < CLOSE_DEGREES) & (rte(pose, truth) < CLOSE_DISTANCE)
-        self[k] = np.asarray(close)
-        return self[k]
+def close(pose: Pose) -> BoolArray:
+    """Which poses are the truth, the identity, by the race's measure."""
+    truth = Pose.identity()
+    return np.asarray((np.degrees(rre(pose, truth)) < CLOSE_DEGREES) & (rte(pose, truth) < CLOSE_DISTANCE))
 
 
 def headings() -> Array:

@@ -97,3 +97,75 @@ def test_a_pose_of_scale_zero_has_no_inverse():
 def test_a_pose_shows_itself_in_degrees():
     assert repr(Pose.from_angle(np.radians(30.0), (1.5, 0.0))) == "Pose(angle=30°, t=(1.5, 0), scale=1)"
     assert repr(Pose.identity(3, (4,))) == "Pose(batch=(4,), dim=3)"
+
+
+@pytest.mark.parametrize("d", [2, 3, 4])
+@pytest.mark.parametrize("scaled", [False, True])
+def test_a_pose_comes_back_from_its_matrix(d, scaled, rng, random_pose):
+    pose = random_pose(rng, d, (2, 5), scaled=scaled)
+    again = Pose.from_matrix(pose.matrix)
+    assert np.allclose(again.R, pose.R, atol=1e-13)
+    assert np.array_equal(again.t, pose.t)
+    assert np.allclose(again.scale, pose.scale, rtol=1e-12)
+    if not scaled:
+        assert np.array_equal(again.scale, pose.scale), "a rotation's determinant is 1 up to rounding"
+
+
+@pytest.mark.parametrize(
+    ("matrix", "says"),
+    [
+        (np.eye(3)[:2], "shape"),
+        (np.eye(2), "at least 2"),
+        (np.diag([1.0, 1.0, 2.0]), "last row"),
+        (np.diag([1.0, -1.0, 1.0]), "a reflection"),
+        (np.diag([0.0, 1.0, 1.0]), "singular"),
+        (np.diag([2.0, 1.0, 1.0]), "differs from I"),
+        (np.full((3, 3), np.nan), "not finite"),
+    ],
+)
+def test_a_matrix_that_is_no_similarity_is_refused(matrix, says):
+    with pytest.raises(ValueError, match=f"matrix: .*{says}"):
+        Pose.from_matrix(matrix)
+
+
+def test_a_rotation_vector_is_the_exponential_of_its_skew_matrix(rng):
+    """Against the power series, also near no turn and near half a turn."""
+    axis = rng.standard_normal((40, 3))
+    axis /= np.linalg.norm(axis, axis=1, keepdims=True)
+    theta = np.concatenate([[0.0, 1e-300, 1e-9, 1e-4, np.pi - 1e-9, np.pi], rng.uniform(0.0, np.pi, 34)])
+    pose = Pose.from_rotvec(theta[:, None] * axis)
+    for v, R in zip(theta[:, None] * axis, pose.R, strict=True):
+        K = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
+        series, term = np.eye(3), np.eye(3)
+        for k in range(1, 40):
+            term = term @ K / k
+            series = series + term
+        assert np.allclose(R, series, atol=1e-13)
+    assert np.allclose(pose.angle, theta, atol=1e-14)
+    with pytest.raises(ValueError, match="rotvec"):
+        Pose.from_rotvec([1.0, 2.0])
+
+
+def test_a_pose_is_a_function_a_factor_and_a_matrix(rng, random_pose):
+    a, b = random_pose(rng, 2, (5,), scaled=True), random_pose(rng, 2, scaled=True)
+    points = rng.standard_normal((5, 4, 2))
+    assert np.array_equal(a(points), a.apply(points))
+    assert np.array_equal((a @ b).matrix, a.compose(b).matrix)
+    assert np.array_equal(np.asarray(a), a.matrix)
+    assert np.asarray(b, dtype=np.float32).dtype == np.float32
+    assert np.allclose(np.linalg.inv(b), b.inverse().matrix)
+
+
+def test_a_pose_times_points_is_refused_since_three_points_would_pass_for_a_matrix():
+    pose, points = Pose.identity(), np.ones((3, 3))
+    with pytest.raises(TypeError, match=r"pose\(points\)"):
+        pose @ points
+    with pytest.raises(TypeError):
+        points @ pose
+
+
+def test_poses_that_do_not_fit_together_are_named():
+    with pytest.raises(ValueError, match="first: moves points in 3"):
+        Pose.identity(2).compose(Pose.identity(3))
+    with pytest.raises(ValueError, match=r"first: leading axes \(2,\)"):
+        Pose.identity(2, (3,)).compose(Pose.identity(2, (2,)))

@@ -81,13 +81,19 @@ def test_a_place_beside_the_map_is_taken_for_the_nearest_tile() -> None:
 
 def test_the_coarse_map_is_the_full_maps_own() -> None:
     """Each tile of the coarse map shows the end that the full map has for the start it stands for."""
-    one, other = (basins.Atlas(basins.Ask("icp", 0.6, "clean", SEED, 0.02, 0.0)) for _ in range(2))
-    coarse, full = one.ends(0), other.ends(FINEST)
+    ask = basins.Ask("icp", 0.6, "clean", SEED, 0.02, 0.0)
+    coarse, full = basins.Runs(ask).ends(0), basins.Runs(ask).ends(FINEST)
     rows, columns = basins.seen(0)
     np.testing.assert_array_equal(coarse.kind, full.kind[rows, columns])
     np.testing.assert_array_equal(coarse.pose.t, full.pose.t[rows, columns])
-    assert one.known == 0
-    assert other.known == FINEST
+
+
+def test_how_fine_a_map_is_does_not_depend_on_what_another_has_drawn() -> None:
+    ask = basins.Ask("icp", 0.6, "clean", SEED, 0.02, 0.0)
+    one, other = basins.Atlas(ask), basins.Atlas(ask)
+    other.ends(1)
+    one.ends(0)
+    assert (one.known, other.known) == (0, 1)
 
 
 @METHODS
@@ -144,7 +150,7 @@ def test_the_starts_beside_the_truth_reach_it(method: str) -> None:
 def test_a_gate_below_every_distance_leaves_no_fit() -> None:
     """From far starts no pair lies within a hundredth of a unit: the run stops where it began."""
     ask = basins.Ask("icp", 1e-3, "clean", SEED, 0.02, 0.0)
-    atlas = basins.Atlas(ask)
+    atlas = basins.Runs(ask)
     ends = atlas.ends(0)
     assert (ends.kind == NONE).mean() > 0.9
     row, column = np.argwhere(ends.kind == NONE)[0].tolist()
@@ -158,7 +164,7 @@ def test_a_gate_deforms_the_map_and_ndt_has_none() -> None:
     free, gated = (run(gate=gate).atlas.ends(0) for gate in (3.0, 0.6))
     lost = (free.kind == basins.TRUTH) & (gated.kind != basins.TRUTH)
     assert lost.any()
-    assert run(method="ndt", gate=0.6).atlas is run(method="ndt").atlas
+    assert run(method="ndt", gate=0.6).atlas.ask == run(method="ndt").atlas.ask
 
 
 # What is told

@@ -116,9 +116,9 @@ def test_every_start_is_a_run_of_its_own(name: str) -> None:
     dial, again = fresh(name), fresh(name)
     all_of_them = dial.arrivals()
     assert len(all_of_them) == len(starts())
-    assert again.ran == 0
+    assert again.slices == 0
     np.testing.assert_array_equal(again.arrivals(2), all_of_them[: 2 * len(starts()) // SLICES])
-    assert again.ran == 2
+    assert again.slices == 2
     for k in (0, 14, 18, 25):
         course = dial.course(starts()[k])
         close = course.rotation < CLOSE_DEGREES and course.translation < CLOSE_DISTANCE

@@ -96,7 +96,7 @@ def alike(a: Pose, b: Pose) -> BoolArray:
     return np.asarray((np.degrees(rre(a, b)) < CLOSE_DEGREES) & (rte(a, b) < CLOSE_DISTANCE))
 
 
-class Atlas:
+class Runs:
     """The ends of the runs from all starts, as far as they were asked for."""
 
     def __init__(self, ask: Ask) -> None:
@@ -108,11 +108,6 @@ class Atlas:
         self._level = -1
         self._shown: tuple[int, Ends] | None = None  # the last level that was asked for
         self._tracks: dict[tuple[int, int], Track] = {}
-
-    @property
-    def known(self) -> int:
-        """The finest level that costs nothing more; 0 also where nothing is computed yet."""
-        return max(self._level, 0)
 
     def ends(self, level: int) -> Ends:
         """What each tile shows at a level, (ROWS, COLUMNS), row 0 at no offset."""
@@ -152,9 +147,44 @@ class Atlas:
 
 
 @lru_cache(maxsize=8)
-def atlas(ask: Ask) -> Atlas:
-    """The atlas of what is asked; a gate that was just left is come back to without a run."""
-    return Atlas(ask)
+def runs(ask: Ask) -> Runs:
+    """The runs of what is asked; a gate that was just left is come back to without a run."""
+    return Runs(ask)
+
+
+class Atlas:
+    """One figure's view of the runs. How finely it is drawn is its own affair, whatever of them another one has had
+    computed: no frame depends on what was drawn before.
+    """
+
+    def __init__(self, ask: Ask) -> None:
+        self.ask = ask
+        self._runs = runs(ask)
+        self._level = 0
+
+    @property
+    def scene(self) -> Scene:
+        """The scans that are run."""
+        return self._runs.scene
+
+    @property
+    def source(self) -> Array:
+        """The source points that are used, (m, 2)."""
+        return self._runs.source
+
+    @property
+    def known(self) -> int:
+        """The finest level that was drawn; 0 also where none was."""
+        return self._level
+
+    def ends(self, level: int) -> Ends:
+        """What each tile shows at a level, (ROWS, COLUMNS), row 0 at no offset."""
+        self._level = max(self._level, level)
+        return self._runs.ends(level)
+
+    def track(self, row: int, column: int) -> Track:
+        """The run from a tile's own start."""
+        return self._runs.track(row, column)
 
 
 TURNS = LOW + (np.arange(COLUMNS) + 0.5) * (HIGH - LOW) / COLUMNS

@@ -37,7 +37,7 @@ from widgets.parts.room import ANCHOR, BRINGS, PLACING, SETTINGS, outline, still
 OPEN = 3.0  # u: a gate that is as wide as its slider goes stands open
 MAP = View(basins.LOW, basins.HIGH, 0.0, basins.FARTHEST, width=640.0, height=440.0, pad=(40.0, 34.0, 24.0, 48.0))
 ROOM = View(-7.5, 7.5, -5.9, 6.3, width=320.0)
-FIRST = basins.tile_at(-50.0, 2.2)  # lost without a gate, saved by one of 1 u, lost again by one of 0.6 u
+FIRST = basins.tile_at(-50.0, 2.2)  # lost without a gate, saved by one of 1 u, lost again by one of 0.5 u
 TRACED = np.array([(-4.4, -2.5), (4.4, -2.5), (2.5, 2.5)])  # corners of the room whose way is drawn
 WINDOW = (basins.LOW, basins.HIGH, 0.0, basins.FARTHEST)
 FINEST = basins.LEVELS - 1
@@ -88,7 +88,7 @@ def start(controls: Controls, seed: int) -> State:
     """The first start, before its run."""
     c = controls
     gate = np.inf if c.method == "ndt" or c.gate >= OPEN else c.gate
-    return State(c, basins.atlas(Ask(c.method, gate, c.setting, seed, c.noise, c.outliers / 100.0)))
+    return State(c, Atlas(Ask(c.method, gate, c.setting, seed, c.noise, c.outliers / 100.0)))
 
 
 def act(state: State, action: Action) -> State:

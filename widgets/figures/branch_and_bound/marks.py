@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solvers.core.arrays import BoolArray, FloatArray
+from solvers.core.arrays import BoolArray, FloatArray, IntArray
 from solvers.methods.search.bounds import Boxes
 from widgets.drawing.picture import Array, Heat, Label, Mark, Path, Points, Ring, Segments
 
@@ -44,7 +44,7 @@ def floors(root: Boxes, boxes: Boxes, discarded: Boxes, held: bool) -> Floors:
     return Floors(turned, there, gone, np.isfinite(_over(root, discarded)) & np.isinf(there))
 
 
-def _span(middle: FloatArray, half: FloatArray, low: float, size: float, count: int) -> tuple[Array, Array]:
+def _span(middle: FloatArray, half: FloatArray, low: float, size: float, count: int) -> tuple[IntArray, IntArray]:
     """The first place and one past the last that intervals touch, of `count` places from `low` on."""
     first = np.floor((middle - half - low) / size * count + 1e-6)
     last = np.ceil((middle + half - low) / size * count - 1e-6)
