@@ -80,7 +80,7 @@ def clouds_panel(run: Run) -> Panel:
         marks += robot(c, Pose.identity(), "target")
     if len(c.source):
         signs = run.evidence
-        weight = None if signs is None or signs.explained.all() else np.where(signs.explained, 1.0, 0.4)
+        weight = None if signs is None or signs.explained.all() else np.where(signs.explained, 1.0, 0.55)
         seen, anchor = c.fit.seen(run.pose), c.fit.put(c.anchor)
         stalk = (PLACING.stalk(_held(seen, anchor), anchor),) if c.whole else ()
         dots = Points(moved(c, run.pose), "source", radius=2.5, weight=weight)
