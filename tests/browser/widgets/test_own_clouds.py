@@ -386,7 +386,7 @@ def test_a_link_with_faulty_files_opens_with_what_is_sound(
 
 
 def test_two_scans_of_the_drive_are_chosen_by_number_with_the_keys(reader: Callable[..., Reader]) -> None:
-    """Real scans bring the wheels' start; arrow keys choose others; the run ends where the drive's graph has the scan."""
+    """Real scans bring the wheels' start; arrow keys choose others; the run ends where the drive's graph has it."""
     page, figure = opened(reader)
     figure.control("clouds").and_(page.locator("[value=drive]")).focus()
     page.keyboard.press("Space")
