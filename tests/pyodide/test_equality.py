@@ -1,8 +1,10 @@
-"""The race natively and in the page's Python: one code, one numpy version, two processors and two LAPACKs."""
+"""The race, and what is built on registrations, natively and in the page's Python: one code, one numpy version, two
+processors and two LAPACKs."""
 
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -11,11 +13,14 @@ import pytest
 
 from solvers import METHODS
 from solvers.studies.race import CONTESTANTS, SEEDS
+from tests.pyodide import estimates
 from tests.pyodide.course import main
 from tests.pyodide.inside import run_python_in_shipped_runtime
 
 COURSE = Path(__file__).with_name("course.py")
+ESTIMATES = Path(__file__).with_name("estimates.py")
 AGREE = 1e-9
+NUMBER = r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?"
 # These choose: a cell for a point, an accepted step, a hypothesis, a tied candidate. A difference in the last place may
 # turn a choice, and what follows from it. All others contract, and forget such a difference.
 CHOOSING = {"ndt", "mmd", "ransac-congruent", "hypothesis-mixture", "association-bp"}
@@ -68,3 +73,25 @@ def first_apart(here: dict[str, Any], there: dict[str, Any], method: str, proble
     difference = apart([pose[problem] for pose in a[:steps]], [pose[problem] for pose in b[:steps]])
     late = np.flatnonzero(difference > AGREE)
     return int(late[0]) if late.size else steps
+
+
+@pytest.fixture(scope="module")
+def found() -> tuple[dict[str, Any], dict[str, Any]]:
+    """What searches, odometry, graphs and covariances end with here and there."""
+    asked = {"asked": list(estimates.FOUND)}
+    here = json.loads(estimates.main(json.dumps(asked)))
+    return here, run_python_in_shipped_runtime(ESTIMATES.read_text("utf-8"), asked)
+
+
+@pytest.mark.parametrize("name", estimates.FOUND)
+def test_what_is_built_on_registrations_ends_the_same_in_the_page(
+    found: tuple[dict[str, Any], dict[str, Any]], name: str
+) -> None:
+    """Searches, matched scans and loops, closed graphs with their marginals, covariances: native and in the page agree
+    to 1e-8, relative to the larger of 0.001 and the number, and choose the same pairs and take as many steps."""
+    here, there = (json.dumps(each[name]) for each in found)
+    words = [re.sub(NUMBER, "#", text) for text in (here, there)]
+    assert words[0] == words[1]
+    ours, theirs = (np.array([float(number) for number in re.findall(NUMBER, text)]) for text in (here, there))
+    assert len(ours) > 10
+    assert (np.abs(ours - theirs) / np.maximum(1e-3, np.abs(ours))).max() <= 1e-8

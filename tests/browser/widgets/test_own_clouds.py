@@ -383,3 +383,17 @@ def test_a_link_with_faulty_files_opens_with_what_is_sound(
     for place in kept or {}:
         told(own, place, "Not here: open what this state was made with.")
     own.becomes("live")
+
+
+def test_two_scans_of_the_drive_are_chosen_by_number_with_the_keys(reader: Callable[..., Reader]) -> None:
+    """Real scans bring the wheels' start; arrow keys choose others; the run ends where the drive's graph has it."""
+    page, figure = opened(reader)
+    figure.control("clouds").and_(page.locator("[value=drive]")).focus()
+    page.keyboard.press("Space")
+    figure.shows("points", "329 and 336")
+    assert figure.control("start").and_(page.locator("[value=wheels]")).is_checked()
+    figure.control("scan").focus()
+    page.keyboard.press("ArrowLeft")
+    figure.shows("points", "342 and 336")
+    to_the_end(figure)
+    assert float(figure.readout("translation_graph")) < 0.05

@@ -1,6 +1,6 @@
 """Chapter 12: a real drive, played. The map grows from its scans, by odometry, by matched scans, or by a closed graph.
 
-The poses are kept in a table (`widgets.figures.drive.table`); the echoes are drawn from the scans themselves.
+The poses are kept in a table (`widgets.parts.drive_table`); the echoes are drawn from the scans themselves.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from solvers.scenes.drive import telecom_loop
 from widgets.drawing.picture import Array, Mark, Panel, Path, Picture, Points, Readout, Segments, View, number
 from widgets.engine.contract import Action, Button, Key, Lead, Widget
 from widgets.engine.controls import Value, choice, toggle
-from widgets.figures.drive.table import WRONG, table
+from widgets.parts.drive_table import WRONG, table
 
 VIEW = View(-36.0, 32.0, -33.0, 17.0)
 STRIDE = 5  # scans a press

@@ -14,15 +14,19 @@ import numpy as np
 from solvers import Pose
 from solvers.geometry.downsample import slab, spacing, thinned
 from solvers.io.clouds import CloudText, read
+from solvers.scenes.drive import telecom_loop
 from solvers.scenes.hall_3d import hall
 from solvers.scenes.rooms import room
 from widgets.drawing.picture import Array
+from widgets.parts.drive_table import table
 from widgets.parts.room import VIEW
 
 LARGEST, LEAST = 1e15, 1e-9  # of a coordinate, of a cloud's width: a readout has nine decimals, a float64 16 digits
 ROUNDING = 1e-12  # of the largest coordinate: places that are no farther apart are one
 FINEST = 1e-15  # in the files' unit: as above, however small the coordinates
-EXAMPLES = {"room": "Room", "part": "Partly seen", "hall": "Hall in 3-D"}
+EXAMPLES = {"room": "Room", "part": "Partly seen", "hall": "Hall in 3-D", "drive": "Real scans"}
+SCANS = 225  # of the recorded drive
+FARTHEST = 30.0  # m: echoes from beyond lie so far apart that a wall has no normal
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,12 +68,15 @@ def reads(name: str, data: bytes) -> Given:
 @dataclass(frozen=True, eq=False)
 class Raw:
     """Both clouds as they came, (n, 2) or (n, 3), either of which may be missing. names: what a script reads them
-    from; drawn: nothing came from a file or an example."""
+    from; drawn: nothing came from a file or an example. wheels, graph: of two scans of the drive, each in its robot's
+    coordinates, the pose by odometry, and the one by which the drive's closed graph has them."""
 
     source: Array | None
     target: Array | None
     names: tuple[str, str] = ("", "")
     drawn: bool = False
+    wheels: Pose | None = None
+    graph: Pose | None = None
 
 
 @lru_cache(maxsize=8)
@@ -81,6 +88,19 @@ def example(name: str, seed: int) -> Raw:
     scene = room("noise", seed=seed, overlap=0.6 if name == "part" else 1.0)
     moved = Pose.from_angle(np.radians(-25.0), (-0.6, 0.5)).apply(scene.source)
     return Raw(moved, scene.target)
+
+
+@lru_cache(maxsize=8)
+def driven(scan: int, onto: int) -> Raw:
+    """Two scans of the recorded drive, 0 to 224, the source first, in metres."""
+    drive, poses = telecom_loop(), table()
+    wheels, graph = (poses.way(way, "cauchy", False) for way in ("odometry", "closed"))
+    return Raw(
+        drive.points(scan, FARTHEST),
+        drive.points(onto, FARTHEST),
+        wheels=wheels[onto].inverse().compose(wheels[scan]),
+        graph=graph[onto].inverse().compose(graph[scan]),
+    )
 
 
 @lru_cache(maxsize=4)
@@ -158,9 +178,10 @@ class Clouds:
 
 
 @lru_cache(maxsize=4)
-def prepared(raw: Raw, height: float, thickness: float, points: int, centred: bool) -> Clouds:
+def prepared(raw: Raw, height: float, thickness: float, points: int, start: str) -> Clouds:
     """The clouds seen from above, at most `points` of each. height, thickness: of the slice, fractions of the height of
-    both together; a thickness of 1 is all. centred: whether the first pose lays centroid on centroid."""
+    both together; a thickness of 1 is all. start: 'as' they lie, 'centred' on each other, or by the 'wheels' where
+    there are any."""
     solid = [p[:, 2] for p in (raw.source, raw.target) if p is not None and p.shape[1] == 3]
     heights = np.concatenate([np.zeros(0), *solid])
     cut = None
@@ -171,7 +192,9 @@ def prepared(raw: Raw, height: float, thickness: float, points: int, centred: bo
     above = [_above(p, cut) for p in (raw.source, raw.target)]
     source, target = (thinned(p, points) if len(p) else p for p in above)
     first, anchor = Pose.identity(), source.mean(axis=0) if len(source) else np.zeros(2)
-    if centred and len(source) and len(target):
+    if start == "wheels" and raw.wheels is not None:
+        first = raw.wheels
+    if start == "centred" and len(source) and len(target):
         first = Pose(np.eye(2), target.mean(axis=0) - anchor)
     both = np.concatenate([target, first.apply(source)])
     fit = Fit() if raw.drawn or not len(both) else about(both)

@@ -10,7 +10,7 @@ import numpy as np
 from solvers import Pose
 from widgets.drawing.picture import Array
 from widgets.engine.script import called, literal, named
-from widgets.figures.own_clouds.clouds import Clouds, Raw
+from widgets.figures.own_clouds.clouds import FARTHEST, Clouds, Raw
 from widgets.figures.own_clouds.run import Run
 
 # How the examples are made, for a script that has no files.
@@ -18,6 +18,7 @@ _EXAMPLES = {
     "room": ["from solvers.scenes import room"],
     "part": ["from solvers.scenes import room"],
     "hall": ["from solvers.hall import hall"],
+    "drive": ["from solvers.drives import telecom_loop"],
 }
 
 
@@ -84,8 +85,9 @@ def pose_csv(run: Run) -> str:
     return "".join(",".join(repr(steady(float(v))) for v in row) + "\n" for row in in_space(run.pose))
 
 
-def script(run: Run, example: str, points: int) -> str:
-    """Python that makes the same run from the same files, or from the example or the drawn points."""
+def script(run: Run, example: str, points: int, scans: tuple[int, int]) -> str:
+    """Python that makes the same run from the same files, or from the example or the drawn points. scans: which of the
+    drive's, where the example is that."""
     c = run.clouds
     turn = steady(float(np.arctan2(run.began.R[1, 0], run.began.R[0, 0])))
     x, y = (steady(v) for v in run.began.t.tolist())
@@ -103,7 +105,7 @@ def script(run: Run, example: str, points: int) -> str:
         f"from solvers.thinning import {'slab, ' if c.slice else ''}thinned",
         "from solvers.verify import evidence",
         "",
-        *_made(c.raw, example, run.seed),
+        *_made(c.raw, example, run.seed, scans),
         *_above("source", c.raw.source, c),
         *_above("target", c.raw.target, c),
         f"source, target = thinned(source, {points}), thinned(target, {points})",
@@ -133,8 +135,11 @@ def _printed() -> list[str]:
     ]
 
 
-def _made(raw: Raw, example: str, seed: int) -> list[str]:
+def _made(raw: Raw, example: str, seed: int, scans: tuple[int, int]) -> list[str]:
     """Lines that make `source` and `target` as they came."""
+    if example == "drive":
+        made = ", ".join(f"drive.points({k}, {FARTHEST!r})" for k in scans)
+        return ["drive = telecom_loop()", f"source, target = {made}"]
     if example == "hall":
         return [f"scans = hall({seed})", "source, target = scans.source, scans.target"]
     if example in _EXAMPLES:

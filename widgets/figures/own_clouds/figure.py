@@ -6,10 +6,24 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
+from solvers.metrics import rre
 from widgets.drawing.picture import Picture, Readout, number, worded
 from widgets.engine.contract import Action, Button, Key, Lead, Motion, Widget
 from widgets.engine.controls import Value, choice, slider
-from widgets.figures.own_clouds.clouds import EXAMPLES, Clouds, Given, brought, example, prepared, reads
+from widgets.figures.own_clouds.clouds import (
+    EXAMPLES,
+    SCANS,
+    Clouds,
+    Given,
+    Raw,
+    brought,
+    driven,
+    example,
+    prepared,
+    reads,
+)
 from widgets.figures.own_clouds.downloads import pose_csv, pose_json, script
 from widgets.figures.own_clouds.marks import clouds_panel, dragged, handles, heading, objective_chart, plain
 from widgets.figures.own_clouds.methods import OPEN, OWN
@@ -19,15 +33,30 @@ from widgets.parts.room import PLACING
 
 TEN = 10
 _METHODS: dict[str, dict[str, Value]] = {name: own.brings() for name, own in OWN.items()}
+# Two scans of the drive bring what its chain of scans is made with; its gate of 0.5 m is some four spacings.
+_CLOUDS: dict[str, dict[str, Value]] = {
+    **{name: {"start": "as"} for name in (*EXAMPLES, "own")},
+    "drive": {"start": "wheels", "method": "point-to-plane", "length": 4.0, "share": 0.0, "points": 400.0},
+}
 
 
 @dataclass(frozen=True)
 class Controls:
     """What the reader sets. A method brings the length and the share that suit it."""
 
-    clouds: str = choice("room", "Clouds", {**EXAMPLES, "own": "Your own"})
+    clouds: str = choice("room", "Clouds", {**EXAMPLES, "own": "Your own"}, "", "nothing", _CLOUDS)
     method: str = choice("icp", "Method", {name: own.label for name, own in OWN.items()}, "", "pose", _METHODS)
-    start: str = choice("as", "Start", {"as": "As they lie", "centred": "Centroids together"}, "", "nothing")
+    scan: float = slider(
+        100.0, "Real scans: source", 0.0, SCANS - 1.0, 1.0, "", f"Which of the drive's {SCANS} scans moves", "nothing"
+    )
+    onto: float = slider(96.0, "Real scans: target", 0.0, SCANS - 1.0, 1.0, "", "Which one stays", "nothing")
+    start: str = choice(
+        "as",
+        "Start",
+        {"as": "As they lie", "centred": "Centroids together", "wheels": "By the wheels"},
+        "Only real scans have wheels; other clouds stay as they lie",
+        "nothing",
+    )
     length: float = slider(
         OPEN, "Length scale", 0.5, OPEN, 0.5, "spacings", "Of the target's points. At 40 a gate stands open", "pose"
     )
@@ -53,9 +82,14 @@ class State:
 def start(controls: Controls, seed: int, given: Mapping[str, Given]) -> State:
     """The clouds as they lie, or centroid on centroid."""
     c = controls
-    raw = brought(given.get("source"), given.get("target")) if c.clouds == "own" else example(c.clouds, seed)
-    clouds = prepared(raw, c.height / 100.0, c.thickness / 100.0, round(c.points), c.start == "centred")
+    clouds = prepared(_raw(c, seed, given), c.height / 100.0, c.thickness / 100.0, round(c.points), c.start)
     return State(c, begun(c.method, clouds, c.length, c.share / 100.0, seed, clouds.first))
+
+
+def _raw(c: Controls, seed: int, given: Mapping[str, Given]) -> Raw:
+    if c.clouds == "own":
+        return brought(given.get("source"), given.get("target"))
+    return driven(round(c.scan), round(c.onto)) if c.clouds == "drive" else example(c.clouds, seed)
 
 
 def act(state: State, action: Action) -> State:
@@ -93,19 +127,38 @@ def draw(state: State) -> Picture:
 def _readouts(run: Run) -> tuple[Readout, ...]:
     c, signs = run.clouds, run.evidence
     x, y = (number(float(v), c.decimals) for v in run.pose.t)
-    there = signs is not None and float(signs.share) > 0.0
     return (
         Readout("rotation", "Rotation", heading(run.pose), "°", "source"),
         Readout("x", "Translation x", x, "u", "source"),
         Readout("y", "Translation y", y, "u", "source"),
         Readout("scale", "Scale", number(float(run.pose.scale), 4)),
-        Readout("rms", "Residual RMS", number(float(signs.rms), c.decimals) if there and signs else "–", "u"),
+        Readout("rms", "Residual RMS", *_rms(run)),
         Readout("explained", "Source points explained", _share(run), "%"),
         Readout("conditioning", "Conditioning", "–" if signs is None else number(float(signs.weakest), 4)),
         Readout("objective", "Objective", plain(run.objective[-1]) if run.objective else "–"),
         Readout("length", "Length in use", _length(run)),
+        *_from_graph(run),
         Readout("points", "Points", f"{_counted(c, 0)} and {_counted(c, 1)}"),
         Readout("stop", "Status", f"{run.status}, step {run.steps}" if run.steps else run.status),
+    )
+
+
+def _rms(run: Run) -> tuple[str, str]:
+    signs = run.evidence
+    if signs is None or not float(signs.share) > 0.0:
+        return "–", ""
+    return number(float(signs.rms), run.clouds.decimals), "u"
+
+
+def _from_graph(run: Run) -> tuple[Readout, ...]:
+    """How far the pose is from the one that the closed graph of the drive has: no truth, but what 51 loops agree on."""
+    known, shift, turn = run.clouds.raw.graph, ("–", ""), ("–", "")
+    if known is not None:
+        shift = number(float(np.linalg.norm(run.pose.t - known.t)), run.clouds.decimals), "u"
+        turn = number(float(np.degrees(rre(run.pose, known))), 2), "°"
+    return (
+        Readout("translation_graph", "Translation off the drive's graph", *shift),
+        Readout("rotation_graph", "Rotation off the drive's graph", *turn),
     )
 
 
@@ -139,11 +192,16 @@ def _note(state: State) -> str:
     return f"Thinned: {', '.join(thin)} points." if thin and not run.steps else ""
 
 
+def _told(c: Controls) -> str:
+    if c.clouds == "drive":
+        return f"Scans {round(c.scan)} and {round(c.onto)} of a robot's laser, recorded on a real drive, in metres"
+    return "The reader’s own clouds" if c.clouds == "own" else f"The example “{EXAMPLES[c.clouds]}”"
+
+
 def _description(state: State) -> str:
     run, c = state.run, state.clouds
-    own = state.controls.clouds == "own"
     words = [
-        f"{'The reader’s own clouds' if own else f'The example “{EXAMPLES[state.controls.clouds]}”'}, seen from above:"
+        f"{_told(state.controls)}, seen from above:"
         f" {_counted(c, 0)} source points and {_counted(c, 1)} target points."
     ]
     if c.slice:
@@ -164,7 +222,8 @@ def _description(state: State) -> str:
 
 def python(state: State) -> str:
     """The same run from the same files."""
-    return script(state.run, state.controls.clouds, round(state.controls.points))
+    c = state.controls
+    return script(state.run, c.clouds, round(c.points), (round(c.scan), round(c.onto)))
 
 
 def files(state: State) -> dict[str, str]:
@@ -178,6 +237,7 @@ PRESETS: dict[str, dict[str, Any]] = {
     "default": {},
     "part": {"clouds": "part", "method": "trimmed-icp", "share": 40.0},
     "hall": {"clouds": "hall", "method": "gicp", "thickness": 60.0, "height": 65.0},
+    "drive": {"clouds": "drive"},
 }
 
 WIDGET = Widget(
@@ -203,7 +263,7 @@ WIDGET = Widget(
         Key("accent", "objective", "line"),
     ),
     handles=HANDLES,
-    tape=(({}, ("step",) * 12), ({}, ("ten",) * 3)),
+    tape=(({}, ("step",) * 12), ({}, ("ten",) * 3), ({"clouds": "drive"}, ("step",) * 8)),
     motion=motion,
     python=python,
     takes=("source", "target"),

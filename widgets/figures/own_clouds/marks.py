@@ -16,7 +16,9 @@ from widgets.drawing.picture import (
     Label,
     Mark,
     Panel,
+    Path,
     Points,
+    Role,
     Segments,
     degrees,
     number,
@@ -27,6 +29,7 @@ from widgets.figures.own_clouds.run import Run
 from widgets.parts.placing import place
 from widgets.parts.room import PLACING, VIEW
 
+ROBOT = 0.22 * np.array([(1.3, 0.0), (-0.7, 0.8), (-0.3, 0.0), (-0.7, -0.8)])  # of the window, however large a scan is
 BAR = 1.4  # units of the window: the bar is the longest round length below twice this, and at least 0.8 of it
 
 
@@ -58,6 +61,14 @@ def moved(clouds: Clouds, pose: Pose) -> Array:
     return clouds.fit.put(pose.apply(clouds.source))
 
 
+def robot(clouds: Clouds, pose: Pose, role: Role) -> tuple[Mark, ...]:
+    """Where the robot of a scan of the drive stood, and which way it faced; of other clouds nobody knows."""
+    if clouds.raw.wheels is None:
+        return ()
+    seen = clouds.fit.put(pose.t[None]) + ROBOT @ pose.R.T
+    return (Path(seen, role, closed=True, filled=True),)
+
+
 def clouds_panel(run: Run) -> Panel:
     """The target, where the source began, and where it is."""
     c = run.clouds
@@ -66,12 +77,14 @@ def clouds_panel(run: Run) -> Panel:
         marks.append(Points(moved(c, run.began), "ghost", radius=2.5))
     if len(c.target):
         marks.append(Points(c.fit.put(c.target), "target", "square", radius=2.5))
+        marks += robot(c, Pose.identity(), "target")
     if len(c.source):
         signs = run.evidence
-        weight = None if signs is None or signs.explained.all() else np.where(signs.explained, 1.0, 0.4)
+        weight = None if signs is None or signs.explained.all() else np.where(signs.explained, 1.0, 0.55)
         seen, anchor = c.fit.seen(run.pose), c.fit.put(c.anchor)
         stalk = (PLACING.stalk(_held(seen, anchor), anchor),) if c.whole else ()
-        marks.append(Group("source", (*stalk, Points(moved(c, run.pose), "source", radius=2.5, weight=weight))))
+        dots = Points(moved(c, run.pose), "source", radius=2.5, weight=weight)
+        marks.append(Group("source", (*stalk, dots, *robot(c, run.pose, "source"))))
     label = "Both clouds in the target's coordinates, the source where the pose has it"
     return Panel("main", label, VIEW, tuple(marks), grid=False)
 

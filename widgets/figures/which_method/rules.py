@@ -42,6 +42,7 @@ RUNGS: Mapping[str, Rung] = {
     "mmd": Rung("5c", "MMD", "mmd", "MMD"),
     "propose": Rung("8", "Propose", "ransac-congruent", "a proposal by RANSAC"),
     "judge": Rung("8", "Judge", "", "judge the pose"),
+    "search": Rung("10", "Search", "correlative", "a search of all poses"),
 }
 """The rungs from the bottom up."""
 
@@ -73,8 +74,7 @@ Row = tuple[Mapping[str, str], Of]  # answers, where they matter, and what they 
 PATHS: tuple[Row[tuple[str, ...]], ...] = (
     ({"pairs": "right"}, ("kabsch", "judge")),
     ({"pairs": "some"}, ("ransac", "judge")),
-    # A search over all poses (rung 10), once its solver is there, stands here in the place of "propose".
-    ({"start": "none"}, ("propose", "refine", "judge")),
+    ({"start": "none"}, ("search", "refine", "judge")),
     ({"start": "rough", "overlap": "half"}, ("propose", "refine", "judge")),
     ({"start": "rough"}, ("soft", "refine", "judge")),
     ({"overlap": "half", "surfaces": "points"}, ("propose", "refine", "judge")),
@@ -94,6 +94,7 @@ TAKES: Mapping[str, str] = {
     "soft": "comes near from far off",
     "propose": "tries poses everywhere",
     "judge": "may still refuse it",
+    "search": "scores every pose of a grid",
 }
 """What a rung is for where the path takes it."""
 
@@ -116,6 +117,7 @@ OTHERS: Mapping[str, tuple[Row[tuple[Verdict, str]], ...]] = {
     ),
     "mmd": (_FAR[0], ({"overlap": "half"}, _MISLED), ({}, ("can", "finds nearly all"))),
     "propose": (({}, ("can", "does without the start")),),
+    "search": (({}, ("idle", "not needed: there is a start")),),
 }
 """For each rung that is not on the path the first row that fits: whether it would do alone, and a word why."""
 

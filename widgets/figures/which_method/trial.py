@@ -27,6 +27,7 @@ OPTIONS: Mapping[str, Mapping[str, Any]] = {
     "ndt": {"cells": (2.4, 1.2), "max_shift": 0.5, "max_turn": 0.2},
     "soft": {"first": 2.2, "shrink": 0.9, "last": 0.12, "least_support": 0.15},
     "mmd": {"count": 128},
+    "search": {"cell": 0.25},
 }
 TREES, APART, NOISE = 60, 0.6, 0.05  # points, and u
 
@@ -119,7 +120,7 @@ def run(path: tuple[str, ...], answers: Answers) -> Run:
     runs = tuple(name for name in path if RUNGS[name].method)
     if answers.pairs != "none":
         answers = Answers(answers.pairs)
-    elif runs[0] == "propose":
+    elif runs[0] in ("propose", "search"):
         answers = replace(answers, start="none")
     return _run(runs, answers)
 

@@ -1,8 +1,8 @@
-"""What the solvers found on the recorded drive, as the figure draws it: kept in a file, since to find it takes the
+"""What the solvers found on the recorded drive, as figures draw it: kept in a file, since to find it takes the
 browser longer than a reader waits.
 
 `made` computes it from the scans; a test holds the file to that. To write the file anew:
-`python -c "from widgets.figures.drive import table; table.write()"`.
+`python -c "from widgets.parts import drive_table; drive_table.write()"`.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from solvers.odometry import Matches, candidates, close, edges_of, prepare, scan
 from solvers.posegraph import optimise
 from solvers.scenes.drive import chained, telecom_loop
 
-FILE = os.path.join(os.path.dirname(__file__), "poses.f4")
+FILE = os.path.join(os.path.dirname(__file__), "drive_poses.f4")
 KERNELS = ("none", "huber", "cauchy")
 WRONG = (150, 20)
 """The wrong loop: scan 150 said to stand where scan 20 stood, with the information that a loop has."""

@@ -1,0 +1,82 @@
+"""Searches, pose graphs, odometry and uncertainty, natively or in the page's Python: what each of them ends with."""
+
+import json
+
+import numpy as np
+
+from solvers import register
+from solvers.drives import simulated_drive
+from solvers.odometry import candidates, close, edges_of, prepare, scan_to_map, scan_to_scan, verified
+from solvers.posegraph import marginals, optimise
+from solvers.scenes.rooms import kabsch_scene, room
+from solvers.scenes.walls import corridor
+from solvers.uncertainty import covariance, monte_carlo
+
+
+def main(text):
+    """For each name in "asked" what `FOUND` gives: names to numbers."""
+    return json.dumps({name: FOUND[name]() for name in json.loads(text)["asked"]})
+
+
+def rows(pose):
+    """x, y, cos and sin of each pose."""
+    return np.concatenate([pose.t, pose.R[..., 0]], axis=-1).tolist()
+
+
+def searches():
+    """Each search to its end; of the exhaustive ones how much of the poses was looked at."""
+    scene, pairs = room("noise", seed=53), kabsch_scene("noisy", seed=53, outliers=5)
+    found = {}
+    for name in ("branch-and-bound", "correlative"):
+        end = register(scene.source, scene.target, name)
+        found[name] = [*rows(end.pose), float(end.objective), int(end.steps), int(end.status)]
+    end = register(pairs.source, pairs.target, "graduated-nonconvexity")
+    found["graduated-nonconvexity"] = [*rows(end.pose), float(end.objective), int(end.steps), int(end.status)]
+    return found
+
+
+def odometry():
+    """A short drive: matched scan to scan and to a map, its loops, and the graph that they close."""
+    drive, _ = simulated_drive(scans=50, beams=91)
+    scans = prepare(drive)
+    chain, mapped = scan_to_scan(scans, drive.motion), scan_to_map(scans, drive.motion, length=2)
+    loops = verified(scans, chain.poses, *candidates(chain.poses))
+    return {
+        "chain": rows(chain.poses),
+        "map": rows(mapped.poses),
+        "loops": [loops.source.tolist(), loops.target.tolist(), loops.believed.tolist()],
+        "closed": rows(close(chain, loops).poses),
+    }
+
+
+def posegraph():
+    """The graph of that drive under each kernel, with the marginal covariances."""
+    drive, _ = simulated_drive(scans=50, beams=91)
+    scans = prepare(drive)
+    chain = scan_to_scan(scans, drive.motion)
+    edges, robust = edges_of(chain, verified(scans, chain.poses, *candidates(chain.poses)))
+    found = {}
+    for kernel in ("none", "huber", "cauchy", "dcs"):
+        end = optimise(chain.poses, edges, kernel=kernel, robust=robust)
+        found[kernel] = [rows(end.poses), float(end.total), end.weights.tolist()]
+    found["marginals"] = marginals(end.poses, edges, [10, 49]).tolist()
+    return found
+
+
+def uncertainty():
+    """Covariances in closed form, and from redrawn scenes."""
+    scene = kabsch_scene("noisy", seed=53)
+    fit = register(scene.source, scene.target, "kabsch")
+    scenes = [corridor(seed=seed) for seed in range(12)]
+    source, target = (np.stack([getattr(s, name) for s in scenes]) for name in ("source", "target"))
+    along = register(source[0], target[0], "point-to-plane", start=scenes[0].start, gate=0.8)
+    hessian = covariance(along, "hessian", source_noise=0.05)
+    return {
+        "pairs": covariance(fit, sigma=0.12).matrix.tolist(),
+        "hessian": hessian.deviations.tolist(),
+        "censi": covariance(along, "censi", source_noise=0.05, target_noise=0.05).deviations.tolist(),
+        "drawn": rows(monte_carlo(source, target, "point-to-plane", start=scenes[0].start, gate=0.8).poses),
+    }
+
+
+FOUND = {"searches": searches, "odometry": odometry, "posegraph": posegraph, "uncertainty": uncertainty}
