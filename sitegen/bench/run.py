@@ -25,7 +25,7 @@ from sitegen.progress import shown
 
 def groups() -> dict[str, Callable[[Bench], list[Row]]]:
     """The groups by name, in the order of the table."""
-    from sitegen.bench import builds, figures, pages, solvers
+    from sitegen.bench import beyond, builds, figures, pages, solvers
 
     return {
         "paint": pages.paint,
@@ -37,6 +37,8 @@ def groups() -> dict[str, Callable[[Bench], list[Row]]]:
         "sizes": builds.sizes,
         "build": builds.build_times,
         "race": solvers.race,
+        "search": beyond.search,
+        "drive": beyond.drive,
         "peers": solvers.peers,
     }
 

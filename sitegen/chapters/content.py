@@ -14,6 +14,7 @@ from typing import Any
 from sitegen.assets import emblems
 from sitegen.cache.memory import Memory
 from sitegen.chapters import yaml_schema
+from sitegen.chapters.onward import Onward, read_onward
 from sitegen.chapters.slides import Slide, read_slides
 from sitegen.markup.parser import Document, Source, parse
 from sitegen.problems import Place, Problems, hint, read_text
@@ -57,6 +58,7 @@ FRONT = {
     "redirects": yaml_schema.texts(),
     "draft": yaml_schema.flag(),
     "slides": yaml_schema.Field("a list of slides", lambda v: isinstance(v, list), default=[]),
+    "next": yaml_schema.Field("a list of places, each with to and says", lambda v: isinstance(v, list), default=[]),
 }
 
 
@@ -115,7 +117,8 @@ class Site:
 @dataclass(frozen=True)
 class Chapter:
     """One chapter, or a page of the docs, parsed. `name` is its page without .html; `front` its front matter, for
-    places; `hidden` keeps a page of the docs from searches and the site map; `emblem` names the rung's dial."""
+    places; `hidden` keeps a page of the docs from searches and the site map; `emblem` names the rung's dial; `onward`
+    says where a reader may go from its end."""
 
     source: Source
     document: Document
@@ -131,6 +134,7 @@ class Chapter:
     slides: tuple[Slide, ...] = ()
     hidden: bool = False
     emblem: str = ""
+    onward: tuple[Onward, ...] = ()
 
     def at(self, *path: str | int) -> Place:
         """The place of a thing in the front matter."""
@@ -150,6 +154,11 @@ class Chapter:
     def deck(self) -> str:
         """The file name of its slides; "" where it has none."""
         return f"slides-{self.slug}.html" if self.slides else ""
+
+    @property
+    def checks(self) -> str:
+        """The file name of the tests behind its statements; the page is there if there are any."""
+        return f"checks-{self.name}.html"
 
     def numbered(self, count: int) -> str:
         """The number of its figure or equation: 1.2 on rung 1, 2 where there is no rung."""
@@ -311,6 +320,7 @@ def _parsed(name: str, text: str, first: bool, problems: Problems) -> Chapter:
         read_slides(document, source, problems) if document is not None and fields is FRONT else (),
         values["hidden"],
         values["emblem"],
+        read_onward(document, problems) if document is not None and fields is FRONT else (),
     )
 
 
@@ -341,7 +351,11 @@ def check_names(chapters: Sequence[Chapter], problems: Problems) -> None:
     for chapter in chapters:
         if chapter.name in decks:
             problems.add(chapter.at("slug"), f"the page name {chapter.name!r} is taken by {decks[chapter.name]}")
-    taken |= decks
+    checks = {chapter.checks.removesuffix(".html"): f"the checks of {chapter.source.path}" for chapter in chapters}
+    for chapter in chapters:
+        if chapter.name in checks:
+            problems.add(chapter.at("slug"), f"the page name {chapter.name!r} is taken by {checks[chapter.name]}")
+    taken |= decks | checks
     for chapter in chapters:
         for i, name in enumerate(chapter.redirects):
             if name in taken:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from base64 import urlsafe_b64encode
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,8 +10,12 @@ from pathlib import Path
 from markupsafe import Markup
 
 from sitegen.chapters.content import is_draft
+from sitegen.chapters.onward import Onward
+from sitegen.chapters.rendered import Step
 from sitegen.chapters.surveyed import Outline
+from sitegen.figures.wire import dumps
 from sitegen.problems import Place, Problems, hint
+from widgets.engine.contract import Record, Widget
 
 
 @dataclass(frozen=True)
@@ -40,14 +45,20 @@ class Links:
             return href
         return self._address(name, fragment, place)
 
-    def reference(self, text: str, place: Place) -> Markup:
-        """The link that `:ref[text]` means; empty, and a problem, where it means none."""
+    def placed(self, name: str) -> tuple[Widget, Record] | None:
+        """The figure that `:ref[fig:name]` means: its widget, and the record that it opens in."""
+        having = [each for each in self.chapters if name in each.placed]
+        meant = next((each for each in having if each.page == self.chapter), next(iter(having), None))
+        return meant.placed[name] if meant else None
+
+    def reference(self, text: str, place: Place, state: str = "") -> Markup:
+        """The link that `:ref[text]` means; empty, and a problem, where it means none. state: to open a figure in."""
         kind, _, name = text.partition(":")
         if kind == "fig" and name:
             found = {each.page: each.numbered[name] for each in self.chapters if name in each.numbered}
             names = [figure for each in self.chapters for figure in each.numbered]
             draft = next((each for each in self.drafts if name in each.numbered), None)
-            return self._numbered("figure", name, found, names, draft, place, f"fig:{name}")
+            return self._numbered("figure", name, found, names, draft, place, f"fig:{name}", state)
         if kind == "eq" and name:
             found = {each.page: each.equations[name] for each in self.chapters if name in each.equations}
             names = [equation for each in self.chapters for equation in each.equations]
@@ -65,6 +76,19 @@ class Links:
         draft = next((each for each in self.drafts if slug == each.slug), None)
         self._lacks(place, repr(slug), draft, f"no chapter {slug!r}{more}")
         return Markup("")
+
+    def onward(self, places: Sequence[Onward]) -> tuple[Step, ...]:
+        """Where a chapter's end leads, without the places that are not there: they are told."""
+        steps = []
+        for place in places:
+            link = self.reference(place.to, place.at)
+            slug, _, part = place.to.partition("#")
+            chapter = next((each for each in self.chapters if slug in (each.slug, each.name)), None)
+            rung = f"Rung {chapter.rung}" if chapter and chapter.rung else ""
+            over = [rung, chapter.title if chapter and part else ""]
+            if link:
+                steps.append(Step(link, " · ".join(words for words in over if words), place.says))
+        return tuple(steps)
 
     def _lacks(self, place: Place, what: str, draft: Outline | None, says: str) -> None:
         """Note what is named and not there, or only in a draft."""
@@ -84,6 +108,7 @@ class Links:
         draft: Outline | None,
         place: Place,
         key: str,
+        state: str = "",
     ) -> Markup:
         """A link to a numbered thing: this chapter's own, or the only one elsewhere. draft: one that has it too."""
         page = self.chapter if self.chapter in found else next(iter(found), None)
@@ -95,7 +120,7 @@ class Links:
             where = " and ".join(sorted(found))
             self.problems.add(place, f"{what} {name!r} stands on {where}: a plain link tells which is meant")
         fragment, text = found[page]
-        href = f"{'' if page == self.page else page}#{fragment}"
+        href = f"{'' if page == self.page else page}#{fragment}{state}"
         return Markup('<a class="ref" href="{}">{}</a>').format(href, text)
 
     def _page_named(self, page: str) -> str | None:
@@ -114,6 +139,14 @@ class Links:
             self.problems.add(place, f"no anchor {name!r} on {page}{hint(name, anchors)}")
         path = "" if page == self.page else page
         return (path + (f"#{fragment}" if fragment else "")) or page
+
+
+def state_of(figure: Record, wanted: Record) -> str:
+    """What a link to a figure ends with to open it in a state, as *Copy link* writes it: what differs, in base64url."""
+    first, plain = figure.plain(), wanted.plain()
+    controls = {name: value for name, value in plain["controls"].items() if value != first["controls"][name]}
+    said = {"widget": plain["widget"], "controls": controls, "seed": plain["seed"], "log": plain["log"]}
+    return "?s=" + urlsafe_b64encode(dumps(said).encode()).decode().rstrip("=")
 
 
 def _is_named(page: str, chapter: Outline) -> bool:

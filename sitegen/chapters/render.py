@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby, takewhile
 from pathlib import Path
 from urllib.parse import unquote
@@ -19,7 +19,7 @@ from sitegen.chapters.glossary import NAME as GLOSSARY
 from sitegen.chapters.glossary import named
 from sitegen.chapters.known import Known
 from sitegen.chapters.leads import halves
-from sitegen.chapters.links import Links
+from sitegen.chapters.links import Links, state_of
 from sitegen.chapters.pictures import drawn
 from sitegen.chapters.placing import changed, listed
 from sitegen.chapters.predictions import judged
@@ -121,7 +121,8 @@ class _Renderer:
     def body(self) -> Body:
         html = self.flow(self._chapter.document.tokens)
         shown = [heading for heading in self._survey.headings if heading.level in (2, 3)]
-        return self.found(html, tuple((heading.level, heading.id, self.heading(heading)) for heading in shown))
+        contents = tuple((heading.level, heading.id, self.heading(heading)) for heading in shown)
+        return replace(self.found(html, contents), onward=self._links.onward(self._chapter.onward))
 
     def found(self, html: Markup, contents: tuple[tuple[int, str, Markup], ...] = ()) -> Body:
         """What has been cited, marked, claimed and shown so far."""
@@ -344,13 +345,29 @@ class _Renderer:
         if claim.kind and state == "passed":
             said = "checked by changing this one thing"
         return (
-            f'<a class="claim-mark" data-outcome="{state}" href="checks.html#{anchor(claim.test_id)}" '
+            f'<a class="claim-mark" data-outcome="{state}" href="{self._chapter.checks}#{anchor(claim.test_id)}" '
             f'title="{said}: see how" aria-label="Claim {number}, {said}: see how"></a></span>'
         )
 
     def _ref(self, token: Token) -> str:
-        written = located(token, Directive)
-        return str(self._links.reference(written.thing.text.strip(), written.at(written.thing.text_start)))
+        directive, at = _directive(token)
+        name = directive.text.strip()
+        link = self._links.reference(name, at(directive.text_start), self._state(name, directive, at))
+        return str(link)
+
+    def _state(self, name: str, directive: Directive, at: Callable[[int], Place]) -> str:
+        """What the link to a figure ends with where its state is named; what is wrong with that is told."""
+        given = listed(directive, at, self._problems) or []
+        kind, _, figure_id = name.partition(":")
+        figure = self._links.placed(figure_id) if given and kind == "fig" else None
+        if figure is None:
+            if given and (kind != "fig" or figure_id in self._survey.plots):
+                self._problems.add(at(given[0].start), "a state is that of a figure: :ref[fig:id]{press=finish}")
+            return ""
+        for extra in (a for a in given if not a.name):
+            self._problems.add(at(extra.start), f"name=value is expected, not {extra.value!r}")
+        widget, record = figure
+        return state_of(record, changed(widget, record, [a for a in given if a.name], at, self._problems))
 
     def _cite(self, token: Token) -> str:
         parts = []

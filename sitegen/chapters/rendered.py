@@ -33,8 +33,18 @@ class Question:
 
 
 @dataclass(frozen=True)
+class Step:
+    """A place to go from a chapter's end: the link, what stands over it (rung and chapter), and the reason."""
+
+    link: Markup
+    over: str
+    says: str
+
+
+@dataclass(frozen=True)
 class Body:
-    """A rendered chapter: its text, its contents (level, id, HTML), cited keys, marked terms, claims, images."""
+    """A rendered chapter: its text, its contents (level, id, HTML), cited keys, marked terms, claims, images, and where
+    to go from its end."""
 
     html: Markup
     contents: tuple[tuple[int, str, Markup], ...]
@@ -42,3 +52,4 @@ class Body:
     terms: tuple[str, ...]
     claims: tuple[Claim, ...]
     images: tuple[Image, ...]
+    onward: tuple[Step, ...] = ()

@@ -18,7 +18,7 @@ from sitegen.markup.directives import Directive
 from sitegen.markup.located import Anchor, Located, NoteMark, located
 from sitegen.markup.math import Asked, Formula
 from sitegen.problems import Place
-from widgets.engine.contract import Record
+from widgets.engine.contract import Record, Widget
 
 
 @dataclass(frozen=True)
@@ -177,8 +177,9 @@ def is_mark(token: Token) -> bool:
 class Outline:
     """What other chapters may say of a chapter: plain data, so that it can be told whether any of it has changed.
 
-    numbered: figures and plots by id, `equations` by label, each with its element's id and number; headings: the text
-    of a link to each, by anchor; lost: see Survey.
+    numbered: figures and plots by id, `equations` by label, each with its element's id and number; placed: figures by
+    id, each with the widget and the record that it opens in; headings: the text of a link to each, by anchor; lost: see
+    Survey.
     """
 
     file: str
@@ -187,9 +188,11 @@ class Outline:
     slug: str
     name: str
     title: str
+    rung: str
     numbered: Mapping[str, tuple[str, str]]
     equations: Mapping[str, tuple[str, str]]
     headings: Mapping[str, Markup]
+    placed: Mapping[str, tuple[Widget, Record]]
     lost: frozenset[str]
 
 
@@ -204,8 +207,10 @@ def outline(survey: Survey, headings: Mapping[str, Markup]) -> Outline:
         chapter.slug,
         chapter.name,
         chapter.title,
+        chapter.rung,
         {name: (one.dom_id, f"Figure {one.number}") for name, one in shown.items()},
         {label: (f"eq-{label}", f"({number})") for label, number in survey.equations.items()},
         headings,
+        {name: (one.widget, one.record) for name, one in survey.figures.items()},
         survey.lost,
     )

@@ -27,13 +27,27 @@ GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
         "",
         ("solvers.Result", "solvers.Pose", "solvers.Status", "solvers.stepper.History"),
     ),
-    ("Known pairs", "The closed forms beneath.", ("solvers.fit_rigid", "solvers.fit_planar", "solvers.Fit")),
+    (
+        "Known pairs",
+        "The closed forms beneath.",
+        ("solvers.fit_rigid", "solvers.fit_planar", "solvers.Fit", "solvers.collinear.poses_about_line"),
+    ),
     (
         "Judging a pose",
         "Against a known truth, and by the clouds alone.",
         (
             *(f"solvers.metrics.{name}" for name in ("rre", "rte", "scale_error", "point_error", "residuals", "rms")),
             *("solvers.verify.evidence", "solvers.verify.Evidence", "solvers.verify.halves"),
+        ),
+    ),
+    (
+        "How sure a pose is",
+        "Not imported with `solvers`: `from solvers import uncertainty`.",
+        (
+            *(f"solvers.uncertainty.{name}" for name in ("covariance", "Covariance", "from_matrix", "range_bearing")),
+            *(f"solvers.uncertainty.{name}" for name in ("monte_carlo", "spread_of", "Spread", "from_starts")),
+            *(f"solvers.uncertainty.{name}" for name in ("quantile", "exp", "log", "adjoint")),
+            *(f"solvers.uncertainty_study.{name}" for name in ("coverage", "Line", "runs", "redrawn")),
         ),
     ),
     (
@@ -53,6 +67,7 @@ GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
             *(f"solvers.wall_scenes.{name}" for name in ("single_wall", "corridor", "hall", "ndt_room")),
             *("solvers.match_scenes.facade_scene", "solvers.walk_scenes.fish", "solvers.walk_scenes.fish_start"),
             *("solvers.scans.two_scans", "solvers.scans.Scans"),
+            *(f"solvers.mug_scene.{name}" for name in ("mug", "mug_pairs", "mug_start", "Mug")),
         ),
     ),
     (
@@ -62,6 +77,18 @@ GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
             *("solvers.race.Controls", "solvers.race.Contestant", "solvers.race.contestants"),
             *("solvers.race.race_problem", "solvers.benchmark.benchmark", "solvers.benchmark.Line"),
             *("solvers.benchmark.table", "solvers.benchmark.entry"),
+        ),
+    ),
+    (
+        "Many poses",
+        "Graphs of poses, and their files; a drive's poses from its scans.",
+        (
+            *(f"solvers.posegraph.{name}" for name in ("Edges", "optimise", "GraphResult", "begin", "advance")),
+            *(f"solvers.posegraph.{name}" for name in ("GraphRun", "marginals", "residuals", "jacobians")),
+            *(f"solvers.odometry.{name}" for name in ("read_drive", "prepare", "Scans", "match", "MatchOptions")),
+            *(f"solvers.odometry.{name}" for name in ("Matches", "scan_to_scan", "scan_to_map", "Chain", "keyframes")),
+            *(f"solvers.odometry.{name}" for name in ("candidates", "verified", "LoopOptions", "close", "missed")),
+            *("solvers.posegraph.chi_squared", "solvers.g2o.read", "solvers.g2o.GraphText", "solvers.g2o.write"),
         ),
     ),
     (

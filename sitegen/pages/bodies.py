@@ -122,6 +122,11 @@ def outlines_of_drafts(surveys: Iterable[Survey]) -> list[Outline]:
     return [outline(one, {}) for one in surveys]
 
 
+def _has(one: Survey, name: str) -> bool:
+    """Whether a chapter's page has one of the templates' own ids."""
+    return {"slides": bool(one.slides), "where-next": bool(one.chapter.onward)}.get(name, True)
+
+
 def _pages(
     surveys: Sequence[Survey], references: Mapping[str, Reference], terms: Mapping[str, Term]
 ) -> dict[str, Collection[str] | None]:
@@ -132,7 +137,7 @@ def _pages(
     pages |= {one.chapter.deck: None for one in surveys if one.slides}
 
     def anchors(one: Survey) -> list[str]:
-        own = ["main"] if one.chapter.is_doc else [name for name in OWN_IDS if name != "slides" or one.slides]
+        own = ["main"] if one.chapter.is_doc else [name for name in OWN_IDS if _has(one, name)]
         return [*own, *one.anchors]
 
     # Of two chapters of one name, which is a problem, the first is meant.

@@ -66,8 +66,8 @@ def _entries(name: str, html: str) -> list[list[str]]:
 
 
 def _searched(name: str) -> bool:
-    """Slides say what their chapters say."""
-    return name not in LEFT_OUT and not name.startswith("slides-")
+    """Slides and checks say what their chapters say."""
+    return name not in LEFT_OUT and not name.startswith(("slides-", "checks-"))
 
 
 def sections(name: str, html: str) -> list[Section]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -217,33 +218,42 @@ class Writer:
         tests: Mapping[str, Test],
         results: Mapping[str, Result],
         sources: Mapping[str, Markup],
-    ) -> Inside:
-        """Every claim with its test, that test's source as code, and what it last said."""
+    ) -> list[Inside]:
+        """What was checked, chapter by chapter; and of each chapter every claim with its test, that test's source as
+        code, and what it last said."""
         claimed: dict[str, list[dict[str, Any]]] = {}
         for chapter, body in bodies:
             for claim in body.claims:
                 entry = {"page": chapter.page, "chapter": chapter.title, "id": claim.anchor}
                 entry |= {"html": claim.html, "kind": claim.kind}
                 claimed.setdefault(claim.test_id, []).append(entry)
-        checks = []
+        checks: dict[str, dict[str, Any]] = {}
         for test_id, claims in claimed.items():
             result = results.get(test_id)
             state = standing(result)
-            checks.append(
-                {
-                    "anchor": anchor(test_id),
-                    "claims": claims,
-                    "test": tests[test_id],
-                    "source": sources[test_id],
-                    "state": state,
-                    "said": SAID[state],
-                    "change": result.change if result is not None and result.current else None,
-                }
-            )
+            checks[test_id] = {
+                "anchor": anchor(test_id),
+                "claims": claims,
+                "test": tests[test_id],
+                "source": sources[test_id],
+                "state": state,
+                "said": SAID[state],
+                "change": result.change if result is not None and result.current else None,
+            }
+        insides, rows = [], []
+        for chapter, body in bodies:
+            if body.claims:
+                own = [checks[test_id] for test_id in dict.fromkeys(claim.test_id for claim in body.claims)]
+                says = f"The tests behind the statements of the chapter {chapter.title}."
+                page = self._page(chapter.checks, f"Checks: {chapter.title}", says, "checks-page")
+                insides.append(self._fill("checks.html", page, chapter=chapter, checks=own))
+                states = Counter(checks[claim.test_id]["state"] for claim in body.claims)
+                causes = sum(claim.kind == "why" for claim in body.claims)
+                rows.append({"chapter": chapter, "all": len(body.claims), "causes": causes, "states": states})
         page = self._page(
             "checks.html", "About the checks", "The tests behind the statements in the text.", "checks-page"
         )
-        return self._fill("checks.html", page, checks=checks)
+        return [self._fill("checks_about.html", page, rows=rows), *insides]
 
     def about(self, made: Made) -> Inside:
         """What the site is, and what this build of it was made of."""
@@ -287,6 +297,7 @@ def _written(
         "chapter": chapter,
         "body": body.html,
         "contents": _tree(body.contents),
+        "onward": body.onward,
         "cards": [references[key] for key in body.cited],
         "words": [terms[key] for key in body.terms],
     }

@@ -43,7 +43,7 @@ from sitegen.chapters.rendered import Body
 from sitegen.chapters.survey import survey
 from sitegen.chapters.surveyed import Survey
 from sitegen.chapters.values import Values
-from sitegen.external import fetch
+from sitegen.external import fetch, served
 from sitegen.figures.bakery import Bakery, code_hash, draw_ahead, frames_of, make_ahead, readouts_of
 from sitegen.figures.gallery import Gallery, Plot, version
 from sitegen.figures.model import Figure
@@ -97,7 +97,7 @@ class Parts:
     assemble: Callable[..., RuntimeInfo] | None = assembled
     cut_fonts: Callable[..., typefaces.FontSet] | None = typefaces.make
     draw_emblem: Callable[..., Mapping[str, bytes]] | None = icons.make
-    licences: Callable[..., Sequence[fetch.Licence]] = fetch.licences
+    licences: Callable[..., Sequence[fetch.Licence]] = served.licences
     search: Callable[[Path], bytes] | None = search_index.library
 
 
@@ -377,7 +377,7 @@ def _insides(content: _Content, writer: Writer) -> dict[str, Inside]:
         writer.glossary(terms),
         writer.about(content.made),
         writer.reference(),
-        writer.checks(bodies, content.known.tests, content.known.results, content.sources),
+        *writer.checks(bodies, content.known.tests, content.known.results, content.sources),
         writer.licences(content.licences),
     ]
     return {inside.page.name: inside for inside in insides}

@@ -44,7 +44,7 @@ def sources(root: Path = ROOT) -> dict[str, bytes]:
         path.relative_to(root).as_posix(): content(path)
         for package in PACKAGES
         for path in (root / package).rglob("*")
-        if path.suffix in (".py", ".int8") or path.name == "py.typed"
+        if path.suffix in (".py", ".int8", ".scans", ".f4") or path.name in ("py.typed", "telecom-loop.LICENSE.txt")
     }
     return dict(sorted(found.items()))
 

@@ -1,5 +1,5 @@
 """`python -m solvers SOURCE TARGET` registers two files; `python -m solvers benchmark`
-prints the race's table.
+prints the race's table; `python -m solvers drive FILE` makes a map of a drive.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from solvers import METHODS, Pose, Result, Status, register, verify
+from solvers.cli.drive import drive
 from solvers.cli.picture import before_after
 from solvers.core import validate
 from solvers.core.arrays import FloatArray
@@ -53,7 +54,8 @@ def _register_parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m solvers",
         description="Register two point clouds: find the pose that takes SOURCE to TARGET.",
-        epilog=f"Methods: {', '.join(METHODS)}. 'python -m solvers benchmark --help' tells of the race's table.",
+        epilog=f"Methods: {', '.join(METHODS)}. 'python -m solvers benchmark --help' tells of the race's table,"
+        " 'python -m solvers drive --help' of a drive's map.",
         formatter_class=_Help,
     )
     parser.add_argument("source", type=Path, metavar="SOURCE", help="the cloud that is moved: CSV, XYZ, PLY or PCD")
@@ -172,6 +174,8 @@ def _report(result: Result, source: FloatArray, target: FloatArray, reach: float
     if pose.dim == 2:
         weakest = float(verify.evidence(source, target, pose, reach).weakest)
         lines.append(f"condition {weakest:.4f}, smallest over largest eigenvalue; near 0 a motion is free")
+    if result.gap is not None:
+        lines.append(f"proof     objective {result.objective:.6g}, of no other pose below {result.lower:.6g}")
     status, reason = Status(int(result.status)).label, f": {result.reason}" if result.reason else ""
     return "\n".join([*lines, f"status    {status} after {result.steps} steps{reason}"])
 
@@ -254,6 +258,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         if given[:1] == ["benchmark"]:
             _benchmark(given[1:])
+        elif given[:1] == ["drive"]:
+            drive(given[1:])
         else:
             _register(given)
         sys.stdout.flush()

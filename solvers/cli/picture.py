@@ -1,4 +1,4 @@
-"""Two clouds before and after a registration, seen from above, as one SVG file: what the command line draws."""
+"""What the command line draws: two clouds before and after a registration, and the map of a drive."""
 
 from __future__ import annotations
 
@@ -8,10 +8,12 @@ import re
 import numpy as np
 from numpy.typing import ArrayLike
 
+from solvers.core.arrays import FloatArray
 from solvers.core.pose import Pose
 from solvers.geometry.downsample import thinned
 
 MOST = 4000  # points drawn of a cloud: more would not be told apart
+MOST_ECHOES = 40_000
 SOURCE, TARGET = "#c45d14", "#2760bd"
 NO_XML = re.compile(r"[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
@@ -41,4 +43,32 @@ def before_after(source: ArrayLike, target: ArrayLike, start: Pose, end: Pose, t
     out = io.StringIO()
     with rc_context({"svg.hashsalt": "solvers", "svg.fonttype": "none"}):
         figure.savefig(out, format="svg", metadata={"Date": None, "Title": NO_XML.sub("\ufffd", title)})
+    return out.getvalue()
+
+
+def drive_map(points: FloatArray, way: FloatArray, wheels: FloatArray, kind: str) -> bytes:
+    """A drive's map as an SVG or PNG file: the echoes (n, 2), the way by scans and that by odometry, (k, 2) each.
+
+    Raises ValueError where matplotlib, an extra of the package, is not installed.
+    """
+    try:
+        from matplotlib import rc_context
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise ValueError("--out: drawing needs matplotlib: pip install 'registration-ladder[pictures]'") from None
+    seen = thinned(points, MOST_ECHOES)
+    figure = Figure(figsize=(9.0, 8.0), layout="constrained")
+    axes = figure.subplots()
+    axes.scatter(seen[:, 0], seen[:, 1], s=1, c=TARGET, linewidths=0, label="echoes", gid="map")
+    axes.plot(wheels[:, 0], wheels[:, 1], ":", c="#777777", lw=1, label="way by odometry", gid="odometry")
+    axes.plot(way[:, 0], way[:, 1], c=SOURCE, lw=1.5, label="way by scans", gid="way")
+    axes.set_aspect("equal", adjustable="box")
+    axes.set_xlabel("x, m")
+    axes.set_ylabel("y, m")
+    axes.grid(alpha=0.25)
+    axes.legend(loc="best", fontsize="small")
+    out = io.BytesIO()
+    with rc_context({"svg.hashsalt": "solvers", "svg.fonttype": "none"}):
+        # A picture without a date is the same each time; PNG names only its software.
+        figure.savefig(out, format=kind, dpi=150, metadata={"Date": None} if kind == "svg" else {"Software": None})
     return out.getvalue()

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from solvers.core import validate
 from solvers.core.arrays import AnyArray, BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
 from solvers.core.pose import Pose
-from solvers.core.status import Status
+from solvers.core.status import ENDED, Status
 from solvers.core.stepper import Batch, History, State
 
 
@@ -68,12 +68,30 @@ class Result:
     def converged(self) -> BoolArray | bool:
         """Whether each method's own stopping rule was met; that is not yet a right pose.
         """
-        return bool(self.status) if isinstance(self.status, Status) else self.status == Status.CONVERGED
+        return bool(self.status) if isinstance(self.status, Status) else np.isin(self.status, ENDED)
 
     @property
     def matrix(self) -> FloatArray:
         """The pose as homogeneous matrices, (..., d + 1, d + 1)."""
         return self.pose.matrix
+
+    @property
+    def lower(self) -> FloatArray | None:
+        """A proved lower bound of the objective over all poses that were searched, (...);
+        None from a method that proves nothing.
+        """
+        if not all(hasattr(state, "lower") for state in self.states):
+            return None
+        values = np.concatenate([np.atleast_1d(cast(Any, state).lower) for state in self.states])
+        return cast(FloatArray, values.reshape(np.shape(self.objective))[()])
+
+    @property
+    def gap(self) -> FloatArray | None:
+        """How much lower than `objective` another pose's may be, at most, (...); None
+        from a method that proves nothing. It speaks of the objective, not of the truth.
+        """
+        lower = self.lower
+        return None if lower is None else np.asarray(self.objective - lower)[()]
 
     def transform(self, points: ArrayLike) -> FloatArray:
         """Move points by the pose.

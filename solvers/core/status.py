@@ -35,6 +35,9 @@ class Status(IntEnum):
     """The allowed number of steps was used up."""
     DEGENERATE = 4
     """The geometry does not determine the answer; the reason says why, in words."""
+    PROVED = 5
+    """No pose in the searched region has an objective lower by more than the gap (`Result.gap`); not that the pose is
+    the true one."""
 
     @property
     def label(self) -> str:
@@ -43,11 +46,16 @@ class Status(IntEnum):
         return self.name.lower()
 
     def __bool__(self) -> bool:
-        """Whether the method came to an end of its own: true for `CONVERGED` alone."""
-        return self is Status.CONVERGED
+        """Whether the method came to an end of its own: true for `CONVERGED` and `PROVED`.
+        """
+        return self in ENDED
 
     def __str__(self) -> str:
         return self.label
+
+
+ENDED = (Status.CONVERGED, Status.PROVED)
+"""The statuses that a method's own stopping rule gives."""
 
 
 def statuses(batch: tuple[int, ...], status: Status = Status.RUNNING) -> StatusArray:

@@ -299,9 +299,7 @@ def _blocks(m: int, n: int) -> Iterator[slice]:
 
 
 def _tree_maker() -> Any:
-    """scipy's k-d tree, or None where scipy is not installed: the one place that
-    imports it.
-    """
+    """scipy's k-d tree, or None where scipy is not installed."""
     try:
         from scipy.spatial import cKDTree  # type: ignore[import-untyped]
     except ImportError:

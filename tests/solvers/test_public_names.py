@@ -14,18 +14,29 @@ NAMES = {
     "benchmark": "CLOSE_DEGREES CLOSE_DISTANCE Line benchmark entry line table",
     "bird_scene": "AREA COUNTS FIELD MOST SHAPE TRUTH bird bird_start",
     "cloud_text": "CloudText MOST_BYTES MOST_POINTS read",
+    "collinear": "poses_about_line",
+    "drives": "Drive chained simulated_drive telecom_loop",
     "features": "BLOCK cos_sin exact_squared_mmd feature_sums mean_features mean_kernel unit_frequencies",
+    "g2o": "MOST_BYTES GraphText read write",
     "hall": "FLOOR HEIGHT Hall hall",
     "landscape": "CappedField MmdField Path capped_field mmd_field",
     "match_scenes": "FACADE FACADE_TRUTH FRONT MATCH_SCENES PERIOD facade_scene",
     "methods": "METHODS",
     "metrics": "point_error residuals rms rre rte scale_error",
+    "mug_scene": "AXIS GRIP HEIGHT PAIRS RADIUS TRUTH TUBE Mug mug mug_pairs mug_start",
     "ndt_map": (
         "FLOOR LARGEST_TABLE LEAST_POINTS LEAST_VARIANCE NO_CELLS NdtMap ONE_PLACE SHIFTS TOO_FEW TOO_SMALL build "
         "check_size default_size floored inverse"
     ),
     "ndt_score": "BLOCK Score evaluate score_map",
     "ndt_translation": "Path climb",
+    "posegraph": (
+        "KERNELS THRESHOLD Edges GraphResult GraphRun advance begin chi_squared jacobians marginals optimise residuals"
+    ),
+    "odometry": (
+        "Chain LoopOptions MatchOptions Matches PREDICTIONS Scans candidates close edges_of keyframes match missed "
+        "prepare read_drive scan_to_map scan_to_scan verified"
+    ),
     "race": "CONTESTANTS Contestant Controls EXTRAS MAX_STEPS SEEDS contestants race_problem",
     "ransac": "RANSAC RansacOptions RansacState capped_sum trials",
     "robust": "FLOOR KERNELS TUNING check_options least_scale loss mad_scale threshold weights",
@@ -37,6 +48,14 @@ NAMES = {
     "soft_shares": "clutter_weight filterreg_shares gmmreg_overlaps",
     "stepper": "Batch Callback History Method NoOptions Problem S State T advance begin run",
     "thinning": "FINEST slab spacing thinned",
+    "uncertainty": (
+        "APART CENSI Covariance FRAMES HESSIAN POINT Spread adjoint covariance exp from_matrix from_starts log "
+        "monte_carlo quantile range_bearing spread_of"
+    ),
+    "uncertainty_study": (
+        "ENDS GATE LEVEL Line METHODS NO_ECHO PLACES REACH Redrawn Runs SIDES STANDS WAYS coverage "
+        "ends_of redrawn regions runs starts walls_of"
+    ),
     "verify": "Evidence evidence halves",
     "walk_scenes": "FISH FISH_SETTINGS POINTS SIDE SMALLER START_DEGREES START_SHIFT fish fish_start",
     "walkthrough": "AREA EVERY FOUR MOST begin_walk clutter found",

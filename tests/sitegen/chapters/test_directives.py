@@ -163,16 +163,16 @@ def test_results_hold_for_the_code_that_they_were_made_on(project: Project) -> N
     assert claims.read_results(project.root) == {holds: claims.Result("passed", True)}
     project.build()
     assert 'data-outcome="passed"' in project.page("second.html")
-    assert "Passed on this code." in project.page("checks.html")
+    assert "Passed on this code." in project.page("checks-second.html")
 
     project.write("solvers/new.py", "x = 1\n")
     assert claims.read_results(project.root) == {holds: claims.Result("passed", False)}
     project.build()
-    assert "Not yet run on this code." in project.page("checks.html")
+    assert "Not yet run on this code." in project.page("checks-second.html")
 
     claims.write_results(project.root, claims.merged([*reports, (f"{holds}[3]", "failed")]))
     project.build()
-    assert "Failed on this code." in project.page("checks.html")
+    assert "Failed on this code." in project.page("checks-second.html")
     claims.write_results(project.root, {})
     assert claims.read_results(project.root) == {holds: claims.Result("failed", True)}, (
         "what did not run keeps its result"

@@ -51,7 +51,7 @@ def test_both_outcomes_of_a_run_stand_on_the_page_of_checks(caused: Project) -> 
     """As the run left them. Before there is one, and after an edit of the code, none are shown, and all builds."""
     shown = ["<strong>the gate</strong>", "as it is", "0.6 u", "3 of 25", "changed", "none", "25 of 25"]
     caused.build()
-    before = caused.page("checks.html")
+    before = caused.page("checks-second.html")
     assert '<span class="check-kind">Why</span> <a href="second.html#claim-1">' in before
     assert "25 of 25</td>" not in before
 
@@ -59,14 +59,14 @@ def test_both_outcomes_of_a_run_stand_on_the_page_of_checks(caused: Project) -> 
     claims.write_results(caused.root, {CAUSE: "passed"}, {CAUSE: change})
     assert claims.read_results(caused.root)[CAUSE] == claims.Result("passed", True, change)
     caused.build()
-    table = caused.page("checks.html").partition('<table class="check-change">')[2].partition("</table>")[0]
+    table = caused.page("checks-second.html").partition('<table class="check-change">')[2].partition("</table>")[0]
     places = [table.index(text) for text in shown]
     assert places == sorted(places)
     assert "checked by changing this one thing: see how" in caused.page("second.html")
 
     caused.write("solvers/new.py", "x = 1\n")
     caused.build()
-    assert "25 of 25</td>" not in caused.page("checks.html")
+    assert "25 of 25</td>" not in caused.page("checks-second.html")
 
 
 def test_a_test_that_passed_and_left_no_outcomes_is_a_mistake(caused: Project) -> None:

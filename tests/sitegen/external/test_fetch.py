@@ -303,3 +303,12 @@ def test_a_folder_or_a_link_in_a_files_place_gives_way(tmp_path: Path, web: Web)
     (tmp_path / "c").write_bytes(b"somebody's file")
     with pytest.raises(OutsideError, match=r"the cache: .*: (Not a directory|File exists)"):
         gather(["thing"], cache=tmp_path / "c", manifest=given)
+
+
+def test_the_licence_of_the_package_s_data_is_shown_as_well(tmp_path):
+    """After those of what is gathered, with the text that lies beside the data."""
+    from sitegen.external import served
+
+    (last,) = served.licences([], cache=tmp_path)
+    assert last.licence == "BSD-3-Clause"
+    assert "Redistributions in binary form must reproduce" in last.text

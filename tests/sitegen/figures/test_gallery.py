@@ -205,6 +205,14 @@ def test_failures_at_the_budget_stay_within_the_promise() -> None:
     assert 10.0 - missed > missed - failed > 0.0, "most of the margin is rounding"
 
 
+def test_graduated_weights_give_out_first_where_wrong_partners_lean() -> None:
+    """Never right more often than RANSAC, and with wrong partners all round at least as often as with a lean."""
+    found = result("graduated")
+    ransac, leaning, scattered = found.successes
+    assert all(a >= b >= c for a, b, c in zip(ransac, scattered, leaning, strict=True))
+    assert min(ransac) > 0.95 * found.runs > 2 * leaning[-1]
+
+
 def test_the_reach_of_icp_depends_on_setting_and_side() -> None:
     """Plateaus end at other angles in other settings; junk lets some far starts arrive from which no clean one does."""
     found = result("icp-reach")

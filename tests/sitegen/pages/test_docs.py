@@ -66,7 +66,7 @@ def test_a_page_of_the_docs_is_a_page_of_the_site(project: Project) -> None:
 def test_what_the_docs_claim_is_checked(project: Project) -> None:
     """Their claims stand among the checks, and `test` keeps what their tests say."""
     with_docs(project).build(strict=True)
-    assert 'href="docs-one.html#claim-1"' in project.page("checks.html")
+    assert 'href="docs-one.html#claim-1"' in project.page("checks-docs-one.html")
     assert claimed(project.root) == ["tests/test_claimed.py::TestGroup::test_inside"]
 
 

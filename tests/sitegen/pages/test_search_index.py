@@ -30,7 +30,8 @@ def test_sections_of_a_page() -> None:
 
 
 def test_the_script_holds_every_section_and_ends_no_element(tmp_path: Path) -> None:
-    script = search_data({"p.html": PAGE, "checks.html": PAGE, "old.html": "<p>Moved</p>"}, tmp_path).decode()
+    pages = {"p.html": PAGE, "checks.html": PAGE, "checks-p.html": PAGE, "old.html": "<p>Moved</p>"}
+    script = search_data(pages, tmp_path).decode()
     entries = json.loads(script.removeprefix("Ladder.searchable(").removesuffix(");\n"))
     assert [at for at, *_ in entries] == ["p.html", "p.html#one", "p.html#two", "p.html#term-gate"]
     assert "<" not in script

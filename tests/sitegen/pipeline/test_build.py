@@ -218,14 +218,17 @@ def test_citations_have_links_cards_and_a_bibliography(built: Project) -> None:
 
 
 def test_claims_open_what_was_checked(built: Project) -> None:
-    page, checks = built.page("second.html"), built.page("checks.html")
+    page, checks = built.page("second.html"), built.page("checks-second.html")
     (mark,) = Elements(page).of_class("claim-mark")
-    target = (mark["href"] or "").removeprefix("checks.html#")
+    target = (mark["href"] or "").removeprefix("checks-second.html#")
     assert f'id="{target}"' in checks
     assert "It <em>holds</em>." in checks
     assert "What holds &amp; what &lt;does not&gt;." in checks
     assert "Not yet run on this code." in checks
     assert mark["data-outcome"] == "unknown"
+    about = built.page("checks.html")
+    (row,) = re.findall(r'<tr><th scope="row"><a href="checks-second.html">.*?</tr>', about)
+    assert re.findall(r"<td>(\d+)</td>", row) == ["1", "0", "0", "0", "1"]
 
 
 def test_contents_ladder_and_neighbours(built: Project) -> None:

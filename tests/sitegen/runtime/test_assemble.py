@@ -69,7 +69,8 @@ def test_packs_hold_bytecode_alone_dated_alike(info: RuntimeInfo) -> None:
                 assert member.date_time == (1980, 1, 1, 0, 0, 0)
                 assert member.compress_type == zipfile.ZIP_STORED
                 assert member.create_system == 3, "else the archive tells on which system it was made"
-                assert member.filename.endswith((".modules", ".pyc", ".so", ".int8", "METADATA", "py.typed", PREPARED))
+                kinds = (".modules", ".pyc", ".so", ".int8", ".scans", ".f4", "LICENSE.txt", "METADATA")
+                assert member.filename.endswith((*kinds, "py.typed", PREPARED))
             names = members.namelist()
             (bundle,) = [n for n in names if n.endswith(".modules")]
             index, _, code = members.read(bundle).partition(b"\n\n")

@@ -185,4 +185,4 @@ def test_only_what_still_runs_is_marked():
     assert status.tolist() == [Status.STALLED, Status.CONVERGED, Status.RUNNING]
     assert status.dtype == np.int8
     assert reason.tolist() == ["no way down", "", ""]
-    assert [s.label for s in Status] == ["running", "converged", "stalled", "capped", "degenerate"]
+    assert [s.label for s in Status] == ["running", "converged", "stalled", "capped", "degenerate", "proved"]

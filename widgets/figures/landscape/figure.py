@@ -22,7 +22,7 @@ WINDOW = (-REACH, REACH, -REACH, REACH)
 MAP = View(*WINDOW, width=640.0, pad=PAD)
 ROOM = View(-6.4, 6.4, -4.6, 4.6, width=320.0)
 BANDS = 4
-SIDE = 7  # starts along each side of the lattice that is sown
+SIDE = 7  # starts along each side of the lattice that is launched
 FEW = 5  # starts whose descents are drawn with the coarse map already
 MOST = 250  # starts that are kept
 NEAR = 0.2  # u from the truth that counts as reaching it, as in the race
@@ -360,7 +360,7 @@ WIDGET = Widget(
     details=BANDS + 1,
     known=lambda state: state.terrain.field.known,
     buttons=(
-        Button("sow", f"Sow {SIDE**2} starts", primary=True),
+        Button("sow", f"Launch {SIDE**2} starts", primary=True),
         Button("resample", "Resample"),
         Button("clear", "Clear"),
         *UNDONE,

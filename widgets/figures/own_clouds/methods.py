@@ -75,6 +75,7 @@ OWN: Mapping[str, Own] = MappingProxyType({
     "gicp": Own("GICP", "gate", OPEN, "trim", _gated),
     "ransac-congruent": Own("RANSAC", "inlier distance", 3.0, "",
                             lambda length, *_: {"inlier": length, "tolerance": length, "separation": 6 * length}),
+    "correlative": Own("Correlative search", "cell", 1.0, "", lambda length, *_: {"cell": length}),
     "ndt": Own("NDT", "smallest cell", 8.0, "", _cells),
     "ndt-d2d": Own("D2D-NDT", "smallest cell", 8.0, "", _cells),
     "soft-annealed": Own("Soft targets", "last width", 1.0, "", _last),
@@ -86,6 +87,7 @@ OWN: Mapping[str, Own] = MappingProxyType({
                lambda length, *_: {"lengths": (8 * length, 4 * length, 2 * length, length)}),
     "association-bp": Own("Association BP", "last width", 1.0, "", _last),
     "hypothesis-mixture": Own("Hypothesis mixture", "last width", 1.0, "", _last),
+    "branch-and-bound": Own("Branch and bound", "cap", 3.0, "", lambda length, *_: {"cap": length, "boxes": 512}),
     "flow": Own("Learned flow", "", OPEN, "", _one_sample, points=150.0),
     "flow-from-source": Own("Flow from the source", "", OPEN, "", _one_sample, points=150.0),
 })  # fmt: skip

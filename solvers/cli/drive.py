@@ -1,0 +1,165 @@
+"""`python -m solvers drive FILE`: a drive's poses from its scans, its loops, and the map."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from solvers.cli.picture import drive_map
+from solvers.core import validate
+from solvers.core.arrays import BoolArray, FloatArray
+from solvers.core.edges import Edges
+from solvers.core.pose import Pose
+from solvers.io import g2o
+from solvers.odometry import (
+    LoopOptions,
+    MatchOptions,
+    Scans,
+    candidates,
+    close,
+    edges_of,
+    missed,
+    prepare,
+    read_drive,
+    scan_to_map,
+    scan_to_scan,
+    verified,
+)
+from solvers.odometry.reading import MOST_BYTES
+from solvers.posegraph import KERNELS
+from solvers.scenes.drive import Drive, chained, telecom_loop
+
+KINDS = (".svg", ".png", ".g2o", ".csv")
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command's arguments."""
+    made = argparse.ArgumentParser(
+        prog="python -m solvers drive",
+        description="Poses of a robot's drive from its laser scans: each scan is matched to the one before or to a map"
+        " of the last ones, places that are seen again are looked for, and a graph makes all of it agree.",
+    )
+    made.add_argument(
+        "file", metavar="FILE", help="CSV with columns seconds,dx_m,dy_m,dphi_rad,r0,…, or a CARMEN log with FLASER"
+        " lines; 'telecom-loop' is the drive that comes with the package"
+    )  # fmt: skip
+    made.add_argument("--to", choices=("scan", "map"), default="scan", help="what a scan is matched to (scan)")
+    made.add_argument("--gate", type=float, default=0.5, help="farthest pair, metres (0.5)")
+    made.add_argument("--farthest", type=float, default=30.0, help="echoes beyond are left out, metres (30)")
+    made.add_argument("--radius", type=float, default=3.0, help="how near the chain has a loop's scans, metres (3)")
+    made.add_argument("--kernel", choices=KERNELS, default="cauchy", help="for loops that do not agree (cauchy)")
+    made.add_argument("--no-loops", action="store_true", help="leave the chain as it is")
+    made.add_argument("--view", type=float, default=180.0, help="from the first beam to the last, degrees (180)")
+    made.add_argument("--ahead", type=float, default=0.0, help="laser ahead of the robot's reference, metres (0)")
+    made.add_argument(
+        "--out", type=Path, action="append", default=[], metavar="FILE",
+        help="map.svg or map.png, drawn by matplotlib; graph.g2o; poses.csv; may be given several times"
+    )  # fmt: skip
+    return made
+
+
+def drive(arguments: Sequence[str]) -> None:
+    """Run the command. Raises ValueError where an argument or the file is wrong."""
+    given = parser().parse_args(arguments)
+    for path in given.out:
+        if path.suffix.lower() not in KINDS:
+            raise ValueError(f"--out: {path}: expected a name that ends in {', '.join(KINDS)}")
+    matching, looking = MatchOptions(gate=given.gate), LoopOptions(radius=given.radius)
+    validate.number(given.farthest, "--farthest", 0.1)
+    recorded = telecom_loop() if given.file == "telecom-loop" else _opened(Path(given.file), given)
+    n, k = recorded.ranges.shape
+    silent = 100.0 * float(np.isinf(recorded.ranges).mean())
+    print(f"drive     {given.file}: {n} scans of {k} beams, {silent:.1f} % without echo")
+    scans = prepare(recorded, given.farthest)
+    wheels = chained(recorded.motion)
+    way = scan_to_scan if given.to == "scan" else scan_to_map
+    with _Bar("matching") as bar:
+        chain = way(scans, recorded.motion, matching, progress=bar)
+    length = float(np.linalg.norm(np.diff(chain.poses.t, axis=0), axis=1).sum())
+    lost = np.flatnonzero(~chain.believed)
+    print(f"chain     {length:.2f} m; {n - 1 - len(lost)} of {n - 1} scans matched to the {given.to} before")
+    if len(lost):
+        print(f"          predicted only: {', '.join(map(str, lost[:20]))}{' …' if len(lost) > 20 else ''}")
+    print(f"end       odometry {_said(wheels[-1])}\n          matched  {_said(chain.poses[-1])}")
+    later, earlier = candidates(chain.poses, looking)
+    if given.no_loops:
+        later, earlier = later[:0], earlier[:0]
+    loops = verified(scans, chain.poses, later, earlier, looking, matching)
+    poses = chain.poses
+    used = int(loops.believed.sum())
+    if not given.no_loops:
+        print(f"loops     {used} of {len(later)} candidates accepted")
+    if used:
+        result = close(chain, loops, kernel=given.kernel)
+        poses = result.poses
+        before, after = (_missed(missed(p, loops), loops.believed) for p in (chain.poses, poses))
+        dropped = int((result.weights[n - 1 :] < 0.1).sum())
+        print(f"missed by {before} before the graph, {after} after")
+        said = f"{result.status} after {result.steps} steps, chi2 {result.total:.4g}"
+        print(f"graph     {said}, {dropped} loops let go of")
+        print(f"          closed   {_said(poses[-1])}")
+    for path in given.out:
+        data = _file(path, poses, lambda: edges_of(chain, loops)[0], scans, recorded.seconds, wheels)
+        try:
+            path.write_bytes(data)
+        except OSError as error:
+            raise ValueError(f"--out: {path}: {error.strerror or error}") from None
+        print(f"written   {path}")
+
+
+def _opened(path: Path, given: argparse.Namespace) -> Drive:
+    try:
+        with path.open("rb") as file:
+            data = file.read(MOST_BYTES + 1)
+        return read_drive(data, view=given.view, ahead=given.ahead)
+    except OSError as error:
+        raise ValueError(f"{path}: {error.strerror or error}") from None
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+
+
+def _said(pose: Pose) -> str:
+    x, y = pose.t
+    return f"({x:.3f}, {y:.3f}) m, {np.degrees(pose.angle):.2f} deg"
+
+
+def _missed(both: tuple[FloatArray, FloatArray], among: BoolArray) -> str:
+    shift, turn = (np.median(part[among]) for part in both)
+    return f"{shift:.3f} m and {np.degrees(turn):.2f} deg (median)"
+
+
+def _file(
+    path: Path, poses: Pose, edges: Callable[[], Edges], scans: Scans, seconds: FloatArray, wheels: Pose
+) -> bytes:
+    kind = path.suffix.lower()
+    if kind == ".g2o":
+        return g2o.write(poses, edges(), fixed=[0])
+    if kind == ".csv":
+        rows = np.column_stack([seconds, poses.t, poses.angle]).tolist()
+        text = "seconds,x_m,y_m,phi_rad\n" + "".join(",".join(f"{v:.6f}" for v in row) + "\n" for row in rows)
+        return text.encode()
+    points = np.concatenate([poses[k].apply(scans.cloud(k)) for k in range(len(scans))])
+    return drive_map(points, poses.t, wheels.t, kind[1:])
+
+
+class _Bar:
+    """A bar on stderr where that is a terminal, cleared at the end; nothing in a log."""
+
+    def __init__(self, what: str) -> None:
+        self.what, self.live = what, sys.stderr.isatty()
+
+    def __enter__(self) -> Callable[[int, int], None]:
+        return self._show
+
+    def _show(self, done: int, total: int) -> None:
+        if self.live:
+            bar = "#" * (30 * done // max(total, 1))
+            print(f"\r{self.what} [{bar:30}] {done}/{total}", end="", file=sys.stderr, flush=True)
+
+    def __exit__(self, *_: object) -> None:
+        if self.live:
+            print("\r\033[K", end="", file=sys.stderr, flush=True)

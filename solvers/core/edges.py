@@ -1,0 +1,202 @@
+"""The edges of a pose graph: what was measured between pairs of poses, and how surely."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from solvers.core import validate
+from solvers.core.arrays import FloatArray, IntArray
+from solvers.core.pose import Pose
+
+
+@dataclass(frozen=True, eq=False)
+class Edges:
+    """Measured relative poses between the nodes of a graph, in the plane.
+
+    Edge k says that node j, seen from node i, stands at `relative[k]`. With poses that
+    take each node's own coordinates to those of the map, it measures `Tᵢ⁻¹ Tⱼ`: what
+    registering scan j (source) to scan i (target) yields. The arrays are copied and
+    cannot be written to.
+
+    Parameters
+    ----------
+    i, j : array_like of int, shape (e,)
+        The nodes that each edge joins, counted from 0.
+    relative : Pose of shape (e,)
+        The measured poses of j relative to i; rigid.
+    information : array_like of shape (e, 3, 3) or (3, 3)
+        Inverse covariances of the errors (x, y, angle), with x and y along the axes of
+        the measured node: 1/u², 1/(u rad) and 1/rad². One matrix serves all edges.
+
+    Raises
+    ------
+    ValueError
+        If shapes do not fit, an edge joins a node to itself, or an information matrix
+        is not symmetric and positive definite.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers import Pose
+    >>> from solvers.posegraph import Edges
+    >>> side = Pose.from_angle(np.full(4, np.pi / 2), (1.0, 0.0))
+    >>> square = Edges([0, 1, 2, 3], [1, 2, 3, 0], side, np.diag([100.0, 100.0, 400.0]))
+    >>> len(square), square.information.shape
+    (4, (4, 3, 3))
+    >>> len(square[:3])
+    3
+    """
+
+    i: IntArray
+    j: IntArray
+    relative: Pose
+    information: FloatArray
+
+    def __post_init__(self) -> None:
+        ends = [_nodes(getattr(self, name), name) for name in ("i", "j")]
+        count = len(ends[0])
+        if len(ends[1]) != count:
+            raise ValueError(f"j: expected as many nodes as i has, {count}, got {len(ends[1])}")
+        same = np.flatnonzero(ends[0] == ends[1])
+        if same.size:
+            raise ValueError(f"j: edge {same[0]} joins node {ends[0][same[0]]} to itself")
+        relative = rigid(self.relative, "relative")
+        if relative.batch != (count,):
+            raise ValueError(f"relative: expected poses of shape ({count},), one an edge, got {relative.batch}")
+        object.__setattr__(self, "i", ends[0])
+        object.__setattr__(self, "j", ends[1])
+        object.__setattr__(self, "relative", relative)
+        object.__setattr__(self, "information", _positive(self.information, count))
+
+    def __len__(self) -> int:
+        return len(self.i)
+
+    def __getitem__(self, rows: Any) -> Edges:
+        """The edges at `rows`: a slice, a mask or an array of indices."""
+        rows = np.arange(len(self))[rows].reshape(-1)
+        return Edges(self.i[rows], self.j[rows], self.relative[rows], self.information[rows])
+
+    @classmethod
+    def between(cls, poses: Pose, i: ArrayLike, j: ArrayLike, information: ArrayLike) -> Edges:
+        """The edges that these poses agree with: each measures what the poses say.
+
+        Parameters
+        ----------
+        poses : Pose of shape (n,)
+            The nodes.
+        i, j : array_like of int, shape (e,)
+            The nodes to be joined.
+        information : array_like of shape (e, 3, 3) or (3, 3)
+            As for the class.
+
+        Returns
+        -------
+        Edges
+            The edges, without any error.
+
+        Raises
+        ------
+        ValueError
+            If a node does not exist, and whatever the class objects to.
+        """
+        poses = rigid(poses, "poses")
+        if len(poses.batch) != 1:
+            raise ValueError(f"poses: expected shape (n,), got {poses.batch}")
+        ends = [_nodes(values, name) for values, name in ((i, "i"), (j, "j"))]
+        for nodes, name in zip(ends, "ij", strict=True):
+            within(nodes, poses.batch[0], name)
+        if len(ends[0]) != len(ends[1]):
+            raise ValueError(f"j: expected as many nodes as i has, {len(ends[0])}, got {len(ends[1])}")
+        relative = poses[ends[0]].inverse().compose(poses[ends[1]])
+        return cls(ends[0], ends[1], relative, np.asarray(information))
+
+    @classmethod
+    def joined(cls, parts: Sequence[Edges]) -> Edges:
+        """All edges of several sets, in their order.
+
+        Parameters
+        ----------
+        parts : sequence of Edges
+            The sets, at least one.
+
+        Returns
+        -------
+        Edges
+            One set.
+
+        Raises
+        ------
+        ValueError
+            If there is none.
+        """
+        if not parts:
+            raise ValueError("parts: is empty; at least one set of edges is needed")
+        R, t = (np.concatenate([getattr(part.relative, name) for part in parts]) for name in ("R", "t"))
+        i, j = (np.concatenate([getattr(part, name) for part in parts]) for name in ("i", "j"))
+        return cls(i, j, Pose(R, t), np.concatenate([part.information for part in parts]))
+
+
+def rigid(pose: Pose, name: str) -> Pose:
+    """`pose` when it is planar and of scale 1, else a ValueError that names it."""
+    if pose is None:
+        raise ValueError(f"{name}: expected a Pose, got None")
+    pose = validate.pose(pose, 2, name)
+    if np.any(np.abs(np.asarray(pose.scale) - 1.0) > 1e-9):
+        raise ValueError(f"{name}.scale: a node of a graph is rigid, its scale 1")
+    return pose
+
+
+def within(nodes: IntArray, count: int, name: str) -> None:
+    """A ValueError when a node is none of 0 … count − 1."""
+    wrong = np.flatnonzero((nodes < 0) | (nodes >= count))
+    if wrong.size:
+        k = wrong[0]
+        raise ValueError(f"{name}: entry {k} names node {nodes[k]}, but the nodes go from 0 to {count - 1}")
+
+
+def _nodes(values: ArrayLike, name: str) -> IntArray:
+    try:
+        nodes = np.asarray(values)
+    except ValueError:
+        raise ValueError(f"{name}: rows of unequal length are no array") from None
+    if nodes.ndim != 1:
+        raise ValueError(f"{name}: expected shape (e,), one node an edge, got {nodes.shape}")
+    if nodes.size and nodes.dtype.kind not in "iu":
+        raise ValueError(f"{name}: expected integers, got {nodes.dtype}")
+    if nodes.size and (nodes.min() < 0 or nodes.max() > np.iinfo(np.int64).max):
+        raise ValueError(f"{name}: nodes are counted from 0, but there is {nodes.min()}")
+    nodes = nodes.astype(np.int64)
+    nodes.flags.writeable = False
+    return nodes
+
+
+def _positive(values: ArrayLike, count: int) -> FloatArray:
+    try:
+        given = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ValueError("information: expected real numbers, 3 × 3 an edge") from None
+    if given.shape not in ((3, 3), (count, 3, 3)):
+        raise ValueError(f"information: expected shape ({count}, 3, 3) or (3, 3), got {given.shape}")
+    matrices = np.array(np.broadcast_to(given, (count, 3, 3)))
+    if not np.isfinite(matrices).all():
+        raise ValueError("information: there is a number that is not finite")
+    size = np.abs(matrices).max(axis=(1, 2), initial=0.0)
+    if (size > validate.LARGEST).any():
+        raise ValueError(f"information: beyond {validate.LARGEST:g} squares overflow, but there is {size.max():.3g}")
+    skew = np.abs(matrices - matrices.swapaxes(1, 2)).max(axis=(1, 2), initial=0.0)
+    for k in np.flatnonzero(skew > 1e-9 * size):
+        raise ValueError(f"information: the matrix of edge {k} is not symmetric")
+    matrices = 0.5 * (matrices + matrices.swapaxes(1, 2))
+    # A diagonal of ones: metres and radians may differ by orders of magnitude without the matrix being singular.
+    diagonal = np.diagonal(matrices, axis1=1, axis2=2)
+    root = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+    least = np.linalg.eigvalsh(matrices / root[:, :, None] / root[:, None, :]).min(axis=1, initial=np.inf)
+    for k in np.flatnonzero((diagonal <= 0.0).any(axis=1) | ~(least > 1e-12)):
+        raise ValueError(f"information: the matrix of edge {k} is not positive definite")
+    matrices.flags.writeable = False
+    return matrices

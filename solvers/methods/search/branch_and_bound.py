@@ -1,0 +1,361 @@
+"""Branch and bound in the plane: the best pose of all, with a proof that none is better by more than a gap.
+
+The objective is the mean of `min(r_i², cap²)` over the source points, r_i the distance to the nearest target
+point: that of `capped-icp`, divided by the number of points. Poses are kept as boxes
+(`solvers.methods.search.bounds`), each with a number below which the objective does not fall in it. A step opens
+the boxes with the lowest bounds, splits them, bounds the parts, and drops every part that cannot hold a pose better
+by more than `gap` than the best one met. That one is a ceiling of the optimum, the lowest bound of any box, dropped
+or left, a floor. When no box is left the two are within `gap`.
+
+Ceilings come from capped ICP: in the first step from the start and from the best of a coarse sweep over all poses,
+later whenever the middle of a promising box beats the best. The start plays no other part, unless `turn` or `shift`
+confine the search to its neighbourhood.
+
+The proof is about the objective, computed in floating point: the coarse bound is lowered by more than float32 can
+lose, the fine one is right to some 1e-12. It says nothing about the truth. Time grows with the number of source
+points; thin large clouds first (`solvers.thinning`).
+
+References
+----------
+.. [1] J. Yang, H. Li, D. Campbell, Y. Jia, "Go-ICP: a globally optimal solution to 3D ICP point-set registration",
+   2016 (bounds and the ICP in between; left out: its two nested searches, its trimming). doi:10.1109/TPAMI.2015.2513405
+.. [2] T. M. Breuel, "Implementation techniques for geometric branch-and-bound matching methods", 2003 (planar motions).
+   doi:10.1016/S1077-3142(03)00026-2
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from solvers.core import validate
+from solvers.core.arrays import AnyArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.pose import Pose
+from solvers.core.status import Status, mark, reasons, statuses
+from solvers.core.stepper import Method, Problem
+from solvers.core.tree import CONSTANT, SHARED
+from solvers.geometry import nearest
+from solvers.geometry.nearest import Index
+from solvers.methods.search.bounds import Boxes, coarse, fine, joined, split
+from solvers.methods.search.distance_grid import DistanceGrid, build
+from solvers.numerics.fits import fit_pairs, rms_radius
+
+CELLS_PER_CAP = 20
+"""The grid's cells to a cap."""
+_FINE = 0.15  # of the cap: boxes that move points by less get the bound of the second order
+_SWEEP_TURNS, _SWEEP_PLACES, _DESCENTS, _DESCENT_STEPS = 72, 5, 12, 60
+FARTHEST = 1e4
+"""Caps that a cloud may span: beyond, boxes small enough to be bounded are too small a part of what is searched."""
+_TRIED = 16  # middles whose objective is looked at in a step
+
+
+@dataclass(frozen=True)
+class BranchAndBoundOptions:
+    """Options of `branch-and-bound`.
+
+    Parameters
+    ----------
+    cap : float, optional
+        The distance at which a point's loss stops growing, world units. None is an
+        eighth of the target's RMS radius.
+    gap : float, optional
+        How much lower than the answer's the objective of another pose may at most be,
+        in squared world units. None is the square of a hundredth of the target's RMS
+        radius.
+    turn : float, default π
+        How far to either side of the start's heading is searched, radians; π is the
+        whole circle.
+    shift : float, optional
+        How far from where the start puts the source's centroid is searched, along x and
+        along y, world units; 0 takes the translation for known. None is wherever any
+        source point can come within the cap of the target.
+    boxes : int, default 2048
+        The boxes that a step opens at most.
+    most : int, default 500000
+        It stalls when more boxes than this are left.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
+    """
+
+    cap: float | None = None
+    gap: float | None = None
+    turn: float = np.pi
+    shift: float | None = None
+    boxes: int = 2048
+    most: int = 500_000
+
+    def __post_init__(self) -> None:
+        for name in ("cap", "gap"):
+            value = getattr(self, name)
+            if value is not None and not validate.number(value, name) > 0.0:
+                raise ValueError(f"{name}: expected a number above 0, got {value!r}")
+        validate.number(self.turn, "turn", 0.0, np.pi)
+        if self.shift is not None:
+            validate.number(self.shift, "shift", 0.0)
+        validate.count(self.boxes, "boxes", 1)
+        validate.count(self.most, "most", 1)
+
+
+@dataclass(frozen=True, eq=False)
+class Ground:
+    """What one problem is searched on; lengths but for `cap`, `middle` and `mean` are in caps.
+
+    middle: (2,) the target's, the origin of places. mean: (2,) the source's centroid. arms: (m, 2) the source from
+    there. reach: their root mean square length. root: the box of all poses searched. gap: in squared caps.
+    """
+
+    grid: DistanceGrid
+    index: Index
+    middle: FloatArray
+    mean: FloatArray
+    arms: FloatArray
+    reach: float
+    cap: float
+    gap: float
+    root: Boxes
+
+    def in_world(self, boxes: Boxes) -> Boxes:
+        """The boxes with lengths and bounds in world units."""
+        unit = self.cap
+        middle = np.column_stack([boxes.middle[:, 0], boxes.middle[:, 1:] * unit + self.middle])
+        return Boxes(middle, boxes.half * (1.0, unit), boxes.bound * unit**2)
+
+    def pose(self, turn: FloatArray, place: FloatArray) -> Pose:
+        """The poses that turn the source by `turn` (k,) and put its centroid at `place` (k, 2), in caps."""
+        still = Pose.from_angle(turn, np.zeros((len(turn), 2)))
+        return Pose(still.R, place * self.cap + self.middle - still.R @ self.mean)
+
+
+@dataclass(frozen=True, eq=False)
+class BranchAndBoundState:
+    """The boxes that are left and the best pose met; `objective` is at `pose`, the mean capped squared distance.
+
+    Attributes
+    ----------
+    ground : ndarray of object, shape (b,)
+        What each problem is searched on, a `Ground`.
+    boxes : ndarray of object, shape (b,)
+        The boxes left, `Boxes` in caps from the target's middle; `Ground.in_world` puts them into the world.
+    discarded : ndarray of object, shape (b,)
+        Those that the last step has dropped.
+    lower : ndarray of shape (b,)
+        No pose searched has a smaller objective.
+    dropped : ndarray of shape (b,)
+        The lowest bound of any box dropped.
+    examined, left : ndarray of int, shape (b,)
+        How many boxes have been bounded, and how many are left.
+    """
+
+    problem: Problem = field(metadata=CONSTANT)
+    ground: AnyArray = field(metadata=CONSTANT)
+    options: BranchAndBoundOptions = field(metadata=SHARED)
+    pose: Pose
+    objective: FloatArray
+    lower: FloatArray
+    dropped: FloatArray
+    boxes: AnyArray
+    discarded: AnyArray
+    examined: IntArray
+    left: IntArray
+    status: StatusArray
+    reason: ReasonArray
+
+
+def start(problem: Problem, options: BranchAndBoundOptions) -> BranchAndBoundState:
+    """All poses in one box; degenerate where a cloud is one place."""
+    b = problem.size
+    ground, boxes, discarded = (np.empty(b, dtype=object) for _ in range(3))
+    status, reason = statuses((b,)), reasons((b,))
+    one = {name: np.array([_one_place(x) for x in getattr(problem, name)]) for name in ("source", "target")}
+    for name, hopeless in one.items():
+        status, reason = mark(status, reason, hopeless, Status.DEGENERATE, f"all {name} points are one place")
+    radius, index = rms_radius(problem.target), nearest.build(problem.target)
+    cap = radius / 8.0 if options.cap is None else np.full(b, options.cap)
+    with np.errstate(over="ignore"):
+        span = np.abs(problem.source - problem.source[:, :1]).max(axis=(1, 2)) / cap
+        wide = np.abs(problem.target - problem.target[:, :1]).max(axis=(1, 2)) / cap
+        _, squares = index.nearest(problem.start.apply(problem.source))
+        objective = np.minimum(squares, np.square(cap)[:, None]).mean(axis=1)
+    far = np.maximum(span, wide) > FARTHEST
+    status, reason = mark(status, reason, far, Status.DEGENERATE, f"a cloud is more than {FARTHEST:g} caps wide")
+    for i in range(b):
+        none = Boxes(np.empty((0, 3)), np.empty((0, 2)), np.empty(0))
+        boxes[i] = discarded[i] = none
+        if status[i] == Status.RUNNING:
+            ground[i] = _ground(problem, options, i, float(radius[i]), float(cap[i]))
+            boxes[i] = ground[i].root
+    return BranchAndBoundState(
+        problem=problem, ground=ground, options=options, pose=problem.start, objective=objective, lower=np.zeros(b),
+        dropped=np.full(b, np.inf), boxes=boxes, discarded=discarded, examined=np.zeros(b, dtype=np.int64),
+        left=np.array([len(x) for x in boxes], dtype=np.int64), status=status, reason=reason,
+    )  # fmt: skip
+
+
+def step(state: BranchAndBoundState) -> BranchAndBoundState:
+    """Open the boxes with the lowest bounds; drop what cannot matter."""
+    b = state.problem.size
+    R, t, scale = np.array(state.pose.R), np.array(state.pose.t), np.array(state.pose.scale)
+    objective, lower, dropped = state.objective.copy(), state.lower.copy(), state.dropped.copy()
+    boxes, discarded = state.boxes.copy(), state.discarded.copy()
+    examined, left = state.examined.copy(), state.left.copy()
+    for i in range(b):
+        ground: Ground = state.ground[i]
+        unit = ground.cap**2
+        first = state.examined[i] == 0
+        # The start may be scaled, and outside what is searched: it is no ceiling as it stands.
+        ceiling = np.inf if first else objective[i] / unit
+        best = _sweep(ground, state.problem.start[i], state.problem.source[i]) if first else None
+        if best is not None:
+            ceiling = best[1]
+        opened, rest = _lowest(boxes[i], state.options.boxes)
+        parts = _bounded(ground, split(opened, ground.reach), ceiling)
+        found = _try_middles(ground, parts, state.problem.source[i], ceiling)
+        best = best if found is None else found
+        if best is not None:
+            pose, ceiling = best
+            R[i], t[i], scale[i], objective[i] = pose.R, pose.t, 1.0, ceiling * unit
+        every = joined(rest, parts)
+        hopeful = every.bound < ceiling - ground.gap
+        discarded[i], boxes[i] = every.of(~hopeful), every.of(hopeful)
+        dropped[i] = min(dropped[i], unit * discarded[i].bound.min(initial=np.inf))
+        lower[i] = min(dropped[i], unit * boxes[i].bound.min(initial=np.inf), objective[i])
+        examined[i] += len(parts)
+        left[i] = len(boxes[i])
+    status, reason = mark(state.status, state.reason, left == 0, Status.PROVED, "no box is left")
+    many = left > state.options.most
+    status, reason = mark(status, reason, many, Status.STALLED, f"more than {state.options.most} boxes are left")
+    return replace(
+        state, pose=Pose(R, t, scale), objective=objective, lower=lower, dropped=dropped, boxes=boxes,
+        discarded=discarded, examined=examined, left=left, status=status, reason=reason,
+    )  # fmt: skip
+
+
+def _one_place(points: FloatArray) -> bool:
+    """Whether all points are equal, but for rounding or underflow."""
+    spread = np.abs(points - points[0]).max()
+    return not spread > max(1e-14 * np.abs(points).max(), 1e-150)
+
+
+def _ground(problem: Problem, options: BranchAndBoundOptions, i: int, radius: float, cap: float) -> Ground:
+    source, target, start = problem.source[i], problem.target[i], problem.start[i]
+    gap = (radius / 100.0) ** 2 if options.gap is None else options.gap
+    low, high = target.min(axis=0), target.max(axis=0)
+    middle, mean = 0.5 * low + 0.5 * high, source.mean(axis=0)
+    arms = (source - mean) / cap
+    lengths = np.hypot(arms[:, 0], arms[:, 1])
+    place, heading = np.zeros(2), 0.0
+    half = float(0.5 * (high - low).max() / cap + lengths.max() + 1.0)
+    if options.shift is not None:
+        place, half = (start.apply(mean[None])[0] - middle) / cap, options.shift / cap
+    if options.turn < np.pi:
+        heading = float(np.arctan2(start.R[1, 0], start.R[0, 0]))
+    root = Boxes(np.array([[heading, *place]]), np.array([[options.turn, half]]), np.zeros(1))
+    return Ground(
+        grid=build((target - middle) / cap, 1.0 / CELLS_PER_CAP, 2.0), index=nearest.build(target[None]),
+        middle=middle, mean=mean, arms=arms, reach=float(np.sqrt(np.square(lengths).mean())), cap=cap,
+        gap=gap / cap / cap, root=root,
+    )  # fmt: skip
+
+
+def _lowest(boxes: Boxes, count: int) -> tuple[Boxes, Boxes]:
+    """The `count` boxes with the lowest bounds, and the rest."""
+    if len(boxes) <= count:
+        return boxes, boxes.of(slice(0, 0))
+    order = np.argpartition(boxes.bound, count)
+    return boxes.of(order[:count]), boxes.of(order[count:])
+
+
+def _bounded(ground: Ground, parts: Boxes, ceiling: float) -> Boxes:
+    """The boxes with their own bounds: the coarse one, and the fine one for small boxes that it does not settle."""
+    bound = np.maximum(parts.bound, coarse(ground.grid, ground.arms, parts.middle, parts.half))
+    moves = 2.0 * ground.reach * np.sin(0.5 * np.minimum(parts.half[:, 0], np.pi)) + np.sqrt(2.0) * parts.half[:, 1]
+    small = np.flatnonzero((bound < ceiling - ground.gap) & (moves < _FINE))
+    if small.size:
+        bound[small] = np.maximum(
+            bound[small], fine(ground.grid, ground.arms, parts.middle[small], parts.half[small])
+        )
+    return replace(parts, bound=bound)
+
+
+def _sweep(ground: Ground, begin: Pose, source: FloatArray) -> tuple[Pose, float]:
+    """The best end of capped ICP from the start and from the best poses of a coarse sweep over the root box."""
+    (turn, x, y), (delta, half) = ground.root.middle[0], ground.root.half[0]
+    # Beyond the target's own extent a centroid is seldom right, and the sweep is only to give a first ceiling.
+    half = min(half, float(-ground.grid.low.min()))
+    turns = turn + delta * (2.0 * (np.arange(_SWEEP_TURNS) + 0.5) / _SWEEP_TURNS - 1.0)
+    along = half * np.linspace(-0.8, 0.8, _SWEEP_PLACES)
+    middle = np.stack([a.ravel() for a in np.meshgrid(turns, x + along, y + along, indexing="ij")], axis=1)
+    rough = coarse(ground.grid, ground.arms, middle, np.zeros((len(middle), 2)))
+    chosen = middle[np.argsort(rough, kind="stable")[:_DESCENTS]]
+    swept = ground.pose(chosen[:, 0], chosen[:, 1:])
+    starts = Pose(np.concatenate([begin.R[None], swept.R]), np.concatenate([begin.t[None], swept.t]))
+    return _descended(ground, starts, source)
+
+
+def _try_middles(ground: Ground, parts: Boxes, source: FloatArray, ceiling: float) -> tuple[Pose, float] | None:
+    """The end of capped ICP from the middle of the most promising box, if that middle beats the ceiling."""
+    some = parts.of(np.argsort(parts.bound, kind="stable")[:_TRIED])
+    poses = ground.pose(some.middle[:, 0], some.middle[:, 1:])
+    _, values = _mean_capped(ground, poses.apply(source))
+    k = int(values.argmin())
+    if not values[k] < ceiling:
+        return None
+    return _descended(ground, poses[k : k + 1], source)
+
+
+def _mean_capped(ground: Ground, moved: FloatArray) -> tuple[tuple[IntArray, FloatArray], FloatArray]:
+    """The nearest rows and distances in caps, (k, m) both, of `moved` (k, m, 2), and the objective (k,) in squared
+    caps.
+    """
+    rows, squares = ground.index.nearest(moved.reshape(1, -1, 2))
+    shape = moved.shape[:2]
+    distances = np.sqrt(squares.reshape(shape)) / ground.cap
+    return (rows.reshape(shape), distances), np.square(np.minimum(distances, 1.0)).mean(axis=1)
+
+
+def _descended(ground: Ground, poses: Pose, source: FloatArray) -> tuple[Pose, float]:
+    """The best pose that capped ICP finds from any of `poses` (k,) within the root box, and its objective."""
+    target = ground.index.points[0]
+    best: tuple[Pose, float] | None = None
+    inside = _confined(ground, poses)
+    sources = np.broadcast_to(source, (len(inside.t), *source.shape))
+    (rows, distances), values = _mean_capped(ground, inside.apply(source))
+    for _ in range(_DESCENT_STEPS):
+        k = int(values.argmin())
+        if best is None or values[k] < best[1]:
+            best = inside[k], float(values[k])
+        near = (distances <= 1.0).astype(np.float64)
+        fitted, _, _ = fit_pairs(inside, sources, target[rows], near)
+        inside = _confined(ground, fitted)
+        old = values
+        (rows, distances), values = _mean_capped(ground, inside.apply(source))
+        if not (values < old - 1e-9).any():
+            break
+    k = int(values.argmin())
+    assert best is not None
+    return (inside[k], float(values[k])) if values[k] < best[1] else best
+
+
+def _confined(ground: Ground, poses: Pose) -> Pose:
+    """The poses moved into the root box, without scale; unchanged where they lie in it."""
+    (turn, *place), (delta, half) = ground.root.middle[0], ground.root.half[0]
+    at = (poses.R @ ground.mean + poses.t - ground.middle) / ground.cap
+    angle = np.arctan2(poses.R[:, 1, 0], poses.R[:, 0, 0])
+    off = np.remainder(angle - turn + np.pi, 2.0 * np.pi) - np.pi
+    outside = (np.abs(off) > delta) | (np.abs(at - place) > half).any(axis=1)
+    if not outside.any():
+        return Pose(poses.R, poses.t)
+    moved = ground.pose(turn + np.clip(off, -delta, delta), place + np.clip(at - place, -half, half))
+    return Pose(
+        np.where(outside[:, None, None], moved.R, poses.R), np.where(outside[:, None], moved.t, poses.t)
+    )
+
+
+BRANCH_AND_BOUND = Method(
+    "branch-and-bound", "all poses in boxes, those dropped that cannot hold the best: an optimum with a proof",
+    "Yang, Li, Campbell & Jia 2016, in the plane", start, step, BranchAndBoundOptions, max_steps=400,
+)  # fmt: skip

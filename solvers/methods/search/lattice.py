@@ -1,0 +1,224 @@
+"""A grid of rotations and translations, and a blurred target that scores them: the ground
+of `correlative`.
+
+Angles are taken about the source's centroid, translations by whole cells. A turned point
+keeps its place within its cell under such translations, so its cell is worked out once
+an angle and a pose's score is a sum of look-ups in one table.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from solvers.core.arrays import AnyArray, BoolArray, FloatArray, IntArray
+from solvers.core.pose import Pose
+from solvers.geometry.downsample import spacing
+
+WORTH = 255
+"""The worth of a cell with a target point at its centre: whole numbers, so that sums are exact."""
+_ACROSS = 256  # cells across everything, at most, where the size of a cell is not given
+_LEVELS = 4  # the largest window is 2⁴ × 2⁴ cells
+_LONGEST = 2**16  # cells along a side
+_MOST_CELLS = 2**22  # of a table
+_MOST_SQUARES = 2**22  # to bound before the search
+_MOST_PLACES = 2**24  # cells of turned points
+_BLOCK = 2**18  # look-ups at a time
+_EPS = float(np.finfo(np.float64).eps)
+
+
+@dataclass(frozen=True, eq=False)
+class Lattice:
+    """The poses of one problem, and what they are scored by.
+
+    Lengths are world units over 2^exponent. angles: (k,) radians. columns, rows: the
+    number of translations along x and y. places: (k, m) the cell of every turned source
+    point at translation (0, 0), as a place in a table. tables: of level h = 0, 1, …, each
+    (height · width,), the largest worth in the 2^h × 2^h cells to the right and above.
+    width: of a table. margin: its cells beside `low`, the centroid's place at translation
+    (0, 0), (2,). cell: its side. radius: of the source, root mean square. centroid: (2,)
+    of the source, middle: (2,) of the target's box, both in world units. squares: (n, 3)
+    angle, column and row of the largest squares of translations, the one that may hold
+    the highest sum first, and ceilings: (n,) what those sums cannot exceed.
+    """
+
+    angles: FloatArray
+    columns: int
+    rows: int
+    places: AnyArray
+    tables: tuple[AnyArray, ...]
+    width: int
+    margin: int
+    low: FloatArray
+    cell: float
+    radius: float
+    centroid: FloatArray
+    middle: FloatArray
+    exponent: int
+    squares: IntArray
+    ceilings: IntArray
+
+    @property
+    def levels(self) -> int:
+        """How often the largest squares are cut."""
+        return len(self.tables) - 1
+
+    @property
+    def poses(self) -> int:
+        """The number of poses."""
+        return len(self.angles) * self.columns * self.rows
+
+    def bounds(self, level: int, squares: IntArray) -> IntArray:
+        """The summed worth that each square (n, 3) of angle, column and row, 2^level
+        translations wide, cannot exceed, (n,); at level 0 the sum itself.
+        """
+        table, m = self.tables[level], self.places.shape[1]
+        away = (squares[:, 2] * self.width + squares[:, 1]).astype(np.int32)
+        sums = np.empty(len(squares), dtype=np.int64)
+        size = max(1, _BLOCK // m)
+        for first in range(0, len(squares), size):
+            part = slice(first, first + size)
+            at = self.places[squares[part, 0]]
+            at += away[part, None]
+            sums[part] = table.take(at).sum(axis=1)
+        return sums
+
+    def pose(self, place: IntArray) -> tuple[FloatArray, FloatArray]:
+        """R (2, 2) and t (2,), world units, of an angle, column and row."""
+        R = _rotation(self.angles[place[0]])
+        centre = self.middle + np.ldexp(self.low + self.cell * place[1:], self.exponent)
+        return R, centre - R @ self.centroid
+
+    def score(self, pose: Pose, source: FloatArray) -> float:
+        """The score, 0 to 1, of any pose of the source (m, 2), on the grid or off it."""
+        moved = np.ldexp(pose.apply(source) - self.middle, -self.exponent)
+        at = np.floor((moved - self.low) / self.cell) + self.margin
+        height = len(self.tables[0]) // self.width
+        inside = ((at >= 0.0) & (at < [self.width, height])).all(axis=1)
+        column, row = at[inside].astype(np.int64).T
+        return float(self.tables[0][row * self.width + column].sum() / (WORTH * len(source)))
+
+    def beside(self, squares: IntArray, place: IntArray, apart: float) -> BoolArray:
+        """Whether each pose (n, 3) is a neighbour of that at `place`, (n,)."""
+        moved = self.cell * (squares[:, 1:] - place[1:])
+        turned = 2.0 * self.radius * np.sin(0.5 * (self.angles[squares[:, 0]] - self.angles[place[0]]))
+        near: BoolArray = np.square(moved).sum(axis=1) + np.square(turned) <= np.square(apart * self.radius)
+        return near
+
+
+def _rotation(angle: float) -> FloatArray:
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s], [s, c]])
+
+
+def _tables(points: FloatArray, shape: tuple[int, int], blur: float, levels: int) -> tuple[AnyArray, ...]:
+    """The tables of `Lattice` for target points (n, 2) in cells of a (height, width)
+    grid.
+    """
+    reach = int(np.ceil(3.0 * blur))
+    around = np.arange(-reach, reach + 1)
+    home = np.floor(points)
+    gap = home[:, :, None] + around + 0.5 - points[:, :, None]
+    squares = np.square(gap[:, 1, :, None]) + np.square(gap[:, 0, None, :])
+    worth = np.rint(WORTH * np.exp(-squares / (2.0 * blur**2)))
+    cells = home.astype(np.int64)[:, :, None] + around
+    y, x = np.broadcast_arrays(cells[:, 1, :, None], cells[:, 0, None, :])
+    inside = (x >= 0) & (x < shape[1]) & (y >= 0) & (y < shape[0])
+    table = np.zeros(shape, dtype=np.int32)
+    np.maximum.at(table, (y[inside], x[inside]), worth[inside].astype(np.int32))
+    tables = [table]
+    for level in range(levels):
+        half, wide = 2**level, tables[-1].copy()
+        wide[:, :-half] = np.maximum(wide[:, :-half], wide[:, half:])
+        wide[:-half] = np.maximum(wide[:-half], wide[half:])
+        tables.append(wide)
+    return tuple(one.ravel() for one in tables)
+
+
+@dataclass(frozen=True)
+class Window:
+    """What is searched. cell: side, None for the usual one. blur: in cells. angle: step,
+    None for the usual one. shift, turn: about the start, None for everywhere.
+    """
+
+    cell: float | None
+    blur: float
+    angle: float | None
+    shift: float | None
+    turn: float | None
+
+
+def build(source: FloatArray, target: FloatArray, start: Pose, window: Window) -> Lattice | str:
+    """The lattice of one problem (m, 2), (n, 2), or in words why there is none."""
+    centroid = source.min(axis=0) + (source - source.min(axis=0)).mean(axis=0)
+    low, high = target.min(axis=0), target.max(axis=0)
+    middle = low + 0.5 * (high - low)
+    p, q = source - centroid, target - middle
+    for name, points, whole in (("source", p, source), ("target", q, target)):
+        if np.abs(points).max() <= 8.0 * _EPS * np.abs(whole).max():
+            return f"all {name} points are equal: the rotation is undefined"
+    exponent = int(np.frexp(max(np.abs(p).max(), np.abs(q).max()))[1])
+    p, q = np.ldexp(p, -exponent), np.ldexp(q, -exponent)
+    lengths = np.hypot(p[:, 0], p[:, 1])
+    half, farthest = 0.5 * np.ldexp(high - low, -exponent), float(lengths.max())
+    if window.cell is None:
+        cell = max(spacing(q), 2.0 * (float(half.max()) + farthest) / _ACROSS)
+    else:
+        cell = float(np.ldexp(window.cell, -exponent))
+
+    reach = half + farthest
+    if window.shift is None:
+        centre, most = np.zeros(2), float(reach.max())
+    else:
+        centre = np.ldexp(start.apply(centroid[None])[0] - middle, -exponent)
+        most = float(np.ldexp(window.shift, -exponent))
+    if cell <= 0.0 or (reach.max() + farthest) / cell > _LONGEST:
+        return "the cells are too small for clouds so wide"
+    for name, width in (("source", farthest), ("target", float(half.max()))):
+        if width < 0.5 * cell:
+            return f"all {name} points lie within one cell: the rotation is undefined"
+    first = np.maximum(-np.floor(most / cell), np.ceil((-reach - centre) / cell))
+    last = np.minimum(np.floor(most / cell), np.floor((reach - centre) / cell))
+    if np.any(last < first):
+        return f"nothing overlaps within {window.shift:g} u of the start"
+    columns, rows = (int(k) for k in last - first + 1)
+    corner = centre + cell * first
+
+    step = window.angle or 2.0 * np.arcsin(0.5 * cell / farthest)
+    if window.turn is None:
+        count = np.ceil(2.0 * np.pi / step * (1.0 - 1e-12))
+        angles = 2.0 * np.pi / count * np.arange(count)
+    else:
+        count = np.floor(window.turn / step * (1.0 + 1e-12))
+        angles = float(np.arctan2(start.R[1, 0], start.R[0, 0])) + step * np.arange(-count, count + 1.0)
+
+    levels = 0
+    while levels < _LEVELS and 2 ** (levels + 1) < max(columns, rows):
+        levels += 1
+    margin = int(np.ceil(farthest / cell)) + 1
+    shape = rows + 2 * margin + 2**levels, columns + 2 * margin + 2**levels
+    squares = len(angles) * -(-columns // 2**levels) * -(-rows // 2**levels)
+    if shape[0] * shape[1] > _MOST_CELLS or squares > _MOST_SQUARES or len(angles) * len(p) > _MOST_PLACES:
+        return f"the cells are too small: {columns} by {rows} translations and {len(angles)} angles are too many"
+    turned = np.stack([np.cos(angles), -np.sin(angles), np.sin(angles), np.cos(angles)], axis=-1)
+    turned = np.einsum("kij,mj->kmi", turned.reshape(-1, 2, 2), p)
+    at = np.floor(turned / cell).astype(np.int32) + np.int32(margin)
+    none = np.empty(0, dtype=np.int64)
+    return _begun(Lattice(
+        angles=angles, columns=columns, rows=rows, places=at[..., 1] * np.int32(shape[1]) + at[..., 0],
+        tables=_tables((q - corner) / cell + margin, shape, window.blur, levels), width=shape[1], margin=margin,
+        low=corner, cell=cell, radius=float(np.sqrt(np.square(lengths).mean())), centroid=centroid, middle=middle,
+        exponent=exponent, squares=none, ceilings=none,
+    ))  # fmt: skip
+
+
+def _begun(lattice: Lattice) -> Lattice:
+    """The lattice with its largest squares, in order."""
+    size = 2**lattice.levels
+    counts = (len(lattice.angles), 1), (lattice.columns, size), (lattice.rows, size)
+    axes = [np.arange(0, count, step, dtype=np.int64) for count, step in counts]
+    squares = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    ceilings = lattice.bounds(lattice.levels, squares)
+    order = np.argsort(-ceilings, kind="stable")
+    return replace(lattice, squares=squares[order], ceilings=ceilings[order])

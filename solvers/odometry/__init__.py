@@ -1,0 +1,28 @@
+"""Odometry by scans: a drive's poses from scan to scan or from scan to map, the loops that it closes, and the graph
+that spreads what is left.
+"""
+
+from solvers.odometry.chain import PREDICTIONS, Chain, keyframes, scan_to_map, scan_to_scan
+from solvers.odometry.loops import LoopOptions, candidates, close, edges_of, missed, verified
+from solvers.odometry.matching import Matches, MatchOptions, Scans, match, prepare
+from solvers.odometry.reading import read_drive
+
+__all__ = [
+    "PREDICTIONS",
+    "Chain",
+    "LoopOptions",
+    "MatchOptions",
+    "Matches",
+    "Scans",
+    "candidates",
+    "close",
+    "edges_of",
+    "keyframes",
+    "match",
+    "missed",
+    "prepare",
+    "read_drive",
+    "scan_to_map",
+    "scan_to_scan",
+    "verified",
+]

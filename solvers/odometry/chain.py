@@ -1,0 +1,268 @@
+"""A chain of poses from scans: each registered to the one before, or to a map of the last few.
+
+An error of one link moves all that follows, so a chain drifts. A local map of several scans is harder to drift
+against than a single scan, and each of its errors is kept in it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from solvers.core import validate
+from solvers.core.arrays import BoolArray, FloatArray, IntArray
+from solvers.core.pose import Pose
+from solvers.core.status import Status
+from solvers.geometry import nearest
+from solvers.geometry.normals import Normals
+from solvers.odometry.matching import (
+    Matches,
+    MatchOptions,
+    Progress,
+    Scans,
+    information,
+    match,
+    matched,
+    signs,
+    together,
+)
+from solvers.scenes.drive import chained
+
+PREDICTIONS = ("odometry", "velocity", "rest")
+
+
+@dataclass(frozen=True, eq=False)
+class Chain:
+    """n poses, one a scan, and the links that they were made of.
+
+    Attributes
+    ----------
+    poses : Pose
+        n poses, each from the robot's coordinates at a scan to those at the first.
+    motion : Pose
+        n links, each from a scan's coordinates to those of the scan before; the first is the identity.
+    information : ndarray of shape (n, 3, 3)
+        Of the links, of (x, y, angle) in the later scan's coordinates; zero for the first.
+    believed : ndarray of bool, shape (n,)
+        Whether a link is a match; otherwise it is the prediction. True for the first.
+    share : ndarray of shape (n,)
+        The explained fraction of each scan at its match; 1 for the first.
+    """
+
+    poses: Pose
+    motion: Pose
+    information: FloatArray
+    believed: BoolArray
+    share: FloatArray
+
+
+def scan_to_scan(
+    scans: Scans,
+    motion: Pose,
+    options: MatchOptions | None = None,
+    *,
+    prediction: str = "odometry",
+    progress: Progress | None = None,
+) -> Chain:
+    """Register every scan to the one before.
+
+    Parameters
+    ----------
+    scans : Scans
+        From `prepare`.
+    motion : Pose
+        n motions by odometry, as `Drive.motion` has them.
+    options : MatchOptions, optional
+        None is the defaults.
+    prediction : str, default "odometry"
+        Where a match starts, and what stands for it where it is not believed: "odometry"; "velocity", the match before
+        repeated; "rest", no motion. With odometry no match waits for another, and many run at once.
+    progress : callable, optional
+        Called as `progress(done, links)` now and then.
+
+    Returns
+    -------
+    Chain
+        As many poses as scans.
+
+    Raises
+    ------
+    ValueError
+        If the motions are not as many as the scans, or there is no such prediction.
+
+    Examples
+    --------
+    >>> from solvers.odometry import prepare, scan_to_scan
+    >>> from solvers.drives import simulated_drive
+    >>> drive, truth = simulated_drive(scans=30)
+    >>> chain = scan_to_scan(prepare(drive), drive.motion)
+    >>> bool(chain.believed.all())
+    True
+    """
+    n = _checked(scans, motion)
+    validate.one_of(prediction, PREDICTIONS, "prediction")
+    if prediction == "odometry" or n == 1:
+        rows = np.arange(1, n)
+        return _chain(match(scans, rows, rows - 1, motion[1:], options, progress), motion[1:])
+    parts, starts = [], []
+    start = Pose.identity(batch=(1,))
+    for k in range(1, n):
+        found = match(scans, [k], [k - 1], start, options)
+        parts.append(found)
+        starts.append(start)
+        if prediction == "velocity" and found.believed[0]:
+            start = found.pose
+        if progress is not None:
+            progress(k, n - 1)
+    return _chain(together(parts), _stacked(starts))
+
+
+def keyframes(poses: Pose, shift: float = 0.5, turn: float = 0.2) -> IntArray:
+    """Scans that lie apart: the first, and each that moved or turned far enough from the keyframe before.
+
+    Parameters
+    ----------
+    poses : Pose
+        n poses.
+    shift : float, default 0.5
+        Metres that make a keyframe.
+    turn : float, default 0.2
+        Radians that make one.
+
+    Returns
+    -------
+    ndarray of int64
+        Their numbers, ascending.
+
+    Examples
+    --------
+    >>> from solvers import Pose
+    >>> from solvers.odometry import keyframes
+    >>> keyframes(Pose.from_angle([0.0, 0.0, 0.3, 0.3], [[0.0, 0.0], [0.3, 0.0], [0.3, 0.0], [0.9, 0.0]]))
+    array([0, 2, 3])
+    """
+    chosen = [0]
+    for k in range(1, poses.batch[0]):
+        if _apart(poses[chosen[-1]], poses[k], shift, turn):
+            chosen.append(k)
+    return np.array(chosen, dtype=np.int64)
+
+
+def scan_to_map(
+    scans: Scans,
+    motion: Pose,
+    options: MatchOptions | None = None,
+    *,
+    length: int = 8,
+    shift: float = 0.5,
+    turn: float = 0.2,
+    progress: Progress | None = None,
+) -> Chain:
+    """Register every scan to a map of the last keyframes, starting from the odometry.
+
+    Parameters
+    ----------
+    scans : Scans
+        From `prepare`.
+    motion : Pose
+        n motions by odometry.
+    options : MatchOptions, optional
+        None is the defaults.
+    length : int, default 8
+        How many keyframes make the map; with 1 a scan is registered to the last keyframe alone.
+    shift, turn : float
+        As for `keyframes`.
+    progress : callable, optional
+        Called as `progress(done, links)` after every scan.
+
+    Returns
+    -------
+    Chain
+        As many poses as scans. The links are the motions between the poses found.
+
+    Raises
+    ------
+    ValueError
+        If the motions are not as many as the scans, or the length is below 1.
+
+    Examples
+    --------
+    >>> from solvers.odometry import prepare, scan_to_map
+    >>> from solvers.drives import simulated_drive
+    >>> drive, truth = simulated_drive(scans=30)
+    >>> chain = scan_to_map(prepare(drive), drive.motion)
+    >>> bool(abs(chain.poses.t[-1] - truth.t[-1]).max() < 0.1)
+    True
+    """
+    n = _checked(scans, motion)
+    validate.count(length, "length", 1)
+    options = options or MatchOptions()
+    poses = [Pose.identity()]
+    believed, share = np.ones(n, dtype=np.bool_), np.ones(n)
+    said = np.zeros((n, 3, 3))
+    kept = [0]
+    index, surface = _local_map(scans, kept, poses)
+    for k in range(1, n):
+        # All in the coordinates of the last keyframe, so that no number grows with the drive.
+        frame = poses[kept[-1]]
+        start = frame.inverse().compose(poses[-1]).compose(motion[k])
+        state = matched(scans, np.array([k]), index, surface, Pose(start.R[None], start.t[None]), options)
+        (share[k],), (weakest,) = signs(state, options)
+        determined = state.status[0] != Status.DEGENERATE and weakest >= options.least_weakest
+        believed[k] = determined and share[k] >= options.least_share
+        said[k] = information(state, options.sigma)[0]
+        there = frame.compose(state.pose[0] if believed[k] else start)
+        # Made a rotation again: what rounding adds to R would double with every keyframe that is inverted.
+        poses.append(Pose.from_angle(there.angle, there.t))
+        if believed[k] and _apart(frame, poses[k], shift, turn):
+            kept = [*kept, k][-length:]
+            index, surface = _local_map(scans, kept, poses)
+        if progress is not None:
+            progress(k, n - 1)
+    whole = _stacked([Pose(p.R[None], p.t[None]) for p in poses])
+    links = whole[:-1].inverse().compose(whole[1:])
+    return Chain(whole, _with_first(links), said, believed, share)
+
+
+def _local_map(scans: Scans, kept: list[int], poses: list[Pose]) -> tuple[nearest.Index, Normals]:
+    """The echoes of the keyframes in the last one's coordinates, as one cloud with its normals."""
+    back = poses[kept[-1]].inverse()
+    points, vectors, flagged, values = [], [], [], []
+    for k in kept:
+        here, seen = back.compose(poses[k]), scans.weights[k] > 0.0
+        points.append(here.apply(scans.points[k][seen]))
+        vectors.append(scans.surface.vectors[k][seen] @ here.R.T)
+        flagged.append(scans.surface.flagged[k][seen])
+        values.append(scans.surface.eigenvalues[k][seen])
+    whole = (np.concatenate(part)[None] for part in (points, vectors, flagged, values))
+    cloud, normal, none, spread = whole
+    return nearest.build(cloud), Normals(normal, none, spread)
+
+
+def _checked(scans: Scans, motion: Pose) -> int:
+    if motion.batch != (len(scans),):
+        raise ValueError(f"motion: expected one a scan, shape ({len(scans)},), got {motion.batch}")
+    return len(scans)
+
+
+def _apart(a: Pose, b: Pose, shift: float, turn: float) -> bool:
+    between = a.inverse().compose(b)
+    return bool(np.hypot(*between.t) >= shift or abs(float(between.angle)) >= turn)
+
+
+def _with_first(links: Pose) -> Pose:
+    return Pose(np.concatenate([np.eye(2)[None], links.R]), np.concatenate([np.zeros((1, 2)), links.t]))
+
+
+def _chain(found: Matches, predicted: Pose) -> Chain:
+    ok = found.believed
+    links = _with_first(
+        Pose(np.where(ok[:, None, None], found.pose.R, predicted.R), np.where(ok[:, None], found.pose.t, predicted.t))
+    )
+    told = np.concatenate([np.zeros((1, 3, 3)), found.information])
+    return Chain(chained(links), links, told, np.append(True, ok), np.append(1.0, found.share))
+
+
+def _stacked(poses: list[Pose]) -> Pose:
+    return Pose(np.concatenate([p.R for p in poses]), np.concatenate([p.t for p in poses]))

@@ -1,0 +1,267 @@
+"""Places that a drive comes back to, and the poses that agree with all of it.
+
+A loop edge is a claim that two scans far apart in the drive see one place. A wrong one bends the whole map, so each is
+asked four things: how much of the scan is explained, whether a motion is free, whether the match the other way round
+agrees, and how far it is from where the chain has the two. What passes goes to the graph under a robust kernel.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from solvers.core import validate
+from solvers.core.arrays import BoolArray, FloatArray, IntArray
+from solvers.core.edges import Edges
+from solvers.core.pose import Pose
+from solvers.odometry.chain import Chain, keyframes
+from solvers.odometry.matching import Matches, MatchOptions, Scans, match
+from solvers.posegraph import GraphResult, optimise
+
+SOFT = np.diag([1.0 / 0.1**2, 1.0 / 0.1**2, 1.0 / 0.1**2])
+"""The information of a link that is only predicted: 0.1 m and 0.1 rad."""
+
+
+@dataclass(frozen=True)
+class LoopOptions:
+    """Where loops are looked for, and which are kept.
+
+    Parameters
+    ----------
+    radius : float, default 3.0
+        How near two scans of the chain must lie, metres.
+    turn : float, default 0.8
+        By how much they may be turned against each other, radians.
+    apart : float, default 15.0
+        How far the robot must have driven in between, metres.
+    most : int, default 2
+        The most candidates of one scan, the nearest.
+    least_share : float, default 0.5
+        The fraction of echoes that a loop must explain.
+    agree_shift, agree_turn : float, default 0.1, 0.02
+        How far the matches both ways round may differ, metres and radians.
+    farthest : float, default 1.5
+        How far a match may lie from where the chain has it, metres.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
+
+    Examples
+    --------
+    >>> from solvers.odometry import LoopOptions
+    >>> LoopOptions().radius
+    3.0
+    """
+
+    radius: float = 3.0
+    turn: float = 0.8
+    apart: float = 15.0
+    most: int = 2
+    least_share: float = 0.5
+    agree_shift: float = 0.1
+    agree_turn: float = 0.02
+    farthest: float = 1.5
+
+    def __post_init__(self) -> None:
+        for name in ("radius", "turn", "apart", "agree_shift", "agree_turn", "farthest"):
+            validate.number(getattr(self, name), name, 0.0)
+        validate.number(self.least_share, "least_share", 0.0, 1.0)
+        validate.count(self.most, "most", 1)
+
+
+def candidates(poses: Pose, options: LoopOptions | None = None) -> tuple[IntArray, IntArray]:
+    """Pairs of keyframes that may see one place, by where a chain has them.
+
+    Parameters
+    ----------
+    poses : Pose
+        n poses of a chain.
+    options : LoopOptions, optional
+        None is the defaults.
+
+    Returns
+    -------
+    later, earlier : ndarray of int64, shape (c,)
+        Numbers of scans.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers import Pose
+    >>> from solvers.odometry import candidates
+    >>> round_trip = np.concatenate([np.arange(11.0), np.arange(10.0, -1.0, -1.0)])
+    >>> poses = Pose.from_angle(np.zeros(22), np.stack([round_trip, np.zeros(22)], axis=1))
+    >>> later, earlier = candidates(poses)
+    >>> later[0], earlier[0]
+    (np.int64(17), np.int64(1))
+    """
+    options = options or LoopOptions()
+    chosen = keyframes(poses)
+    driven = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(poses.t, axis=0), axis=1)))
+    later, earlier = [], []
+    for b in chosen.tolist():
+        before = chosen[driven[b] - driven[chosen] >= options.apart]
+        before = before[before < b]
+        gap = np.linalg.norm(poses.t[before] - poses.t[b], axis=1)
+        heading = np.abs(Pose(poses.R[before] @ poses.R[b].T, np.zeros(2)).angle)
+        near = (gap <= options.radius) & (heading <= options.turn)
+        for a in before[near][np.argsort(gap[near], kind="stable")][: options.most].tolist():
+            later.append(b)
+            earlier.append(a)
+    return np.array(later, dtype=np.int64), np.array(earlier, dtype=np.int64)
+
+
+def verified(
+    scans: Scans,
+    poses: Pose,
+    later: IntArray,
+    earlier: IntArray,
+    options: LoopOptions | None = None,
+    matching: MatchOptions | None = None,
+) -> Matches:
+    """Candidates matched from where a chain has them, `believed` where all four signs are met.
+
+    A first match has three times the gate, since a chain may have drifted by more than that; its end starts the second.
+
+    Parameters
+    ----------
+    scans : Scans
+        From `prepare`.
+    poses : Pose
+        The chain's.
+    later, earlier : ndarray of int64, shape (c,)
+        As from `candidates`.
+    options : LoopOptions, optional
+        None is the defaults.
+    matching : MatchOptions, optional
+        None is the defaults.
+
+    Returns
+    -------
+    Matches
+        Of the c candidates, each from the later scan's coordinates to the earlier's.
+
+    Raises
+    ------
+    ValueError
+        Where `match` does.
+
+    Examples
+    --------
+    >>> from solvers.odometry import candidates, prepare, scan_to_scan, verified
+    >>> from solvers.drives import simulated_drive
+    >>> drive, truth = simulated_drive()
+    >>> scans = prepare(drive)
+    >>> chain = scan_to_scan(scans, drive.motion)
+    >>> bool(verified(scans, chain.poses, *candidates(chain.poses)).believed.any())
+    True
+    """
+    options, matching = options or LoopOptions(), matching or MatchOptions()
+    start = poses[earlier].inverse().compose(poses[later])
+    wide = match(scans, later, earlier, start, replace(matching, gate=3.0 * matching.gate))
+    there = match(scans, later, earlier, wide.pose, matching)
+    back = match(scans, earlier, later, there.pose.inverse(), matching)
+    gap = there.pose.compose(back.pose)
+    agree = (np.linalg.norm(gap.t, axis=-1) <= options.agree_shift) & (np.abs(gap.angle) <= options.agree_turn)
+    near = np.linalg.norm(there.pose.t - start.t, axis=-1) <= options.farthest
+    enough = np.minimum(there.share, back.share) >= options.least_share
+    return replace(there, believed=there.believed & back.believed & agree & near & enough)
+
+
+def edges_of(chain: Chain, loops: Matches, used: BoolArray | None = None) -> tuple[Edges, BoolArray]:
+    """The edges of a graph whose nodes are the scans: the chain's links, then the loops that are used.
+
+    Parameters
+    ----------
+    chain : Chain
+        From `scan_to_scan` or `scan_to_map`.
+    loops : Matches
+        From `verified`.
+    used : ndarray of bool, shape (c,), optional
+        Which loops. None is those believed.
+
+    Returns
+    -------
+    edges : Edges
+        For `solvers.posegraph.optimise`.
+    robust : ndarray of bool
+        Which of them are loops: those that a kernel is for.
+    """
+    n = chain.poses.batch[0]
+    kept = np.flatnonzero(loops.believed if used is None else used)
+    link = np.where(chain.believed[1:, None, None], chain.information[1:], SOFT)
+    edges = Edges(
+        np.concatenate([np.arange(n - 1), loops.target[kept]]),
+        np.concatenate([np.arange(1, n), loops.source[kept]]),
+        Pose(
+            np.concatenate([chain.motion.R[1:], loops.pose.R[kept]]),
+            np.concatenate([chain.motion.t[1:], loops.pose.t[kept]]),
+        ),
+        np.concatenate([link, loops.information[kept]]),
+    )
+    return edges, np.arange(n - 1 + len(kept)) >= n - 1
+
+
+def close(
+    chain: Chain, loops: Matches, used: BoolArray | None = None, *, kernel: str = "cauchy", fixed: int = 0
+) -> GraphResult:
+    """The poses that agree with the chain and with its loops.
+
+    Parameters
+    ----------
+    chain : Chain
+        From `scan_to_scan` or `scan_to_map`.
+    loops : Matches
+        From `verified`.
+    used : ndarray of bool, shape (c,), optional
+        Which loops. None is those believed.
+    kernel : str, default "cauchy"
+        What becomes of loops that do not agree; see `solvers.posegraph.optimise`.
+    fixed : int, default 0
+        The scan whose pose stays.
+
+    Returns
+    -------
+    GraphResult
+        n poses, with χ² and weights of the edges: n − 1 links, then the loops.
+
+    Raises
+    ------
+    ValueError
+        Where `optimise` does.
+
+    Examples
+    --------
+    >>> from solvers.odometry import candidates, close, prepare, scan_to_scan, verified
+    >>> from solvers.drives import simulated_drive
+    >>> drive, truth = simulated_drive()
+    >>> scans = prepare(drive)
+    >>> chain = scan_to_scan(scans, drive.motion)
+    >>> result = close(chain, verified(scans, chain.poses, *candidates(chain.poses)))
+    >>> print(result.status)
+    converged
+    """
+    edges, robust = edges_of(chain, loops, used)
+    return optimise(chain.poses, edges, fixed=fixed, kernel=kernel, robust=robust)
+
+
+def missed(poses: Pose, loops: Matches) -> tuple[FloatArray, FloatArray]:
+    """How far poses are from what loops measured.
+
+    Parameters
+    ----------
+    poses : Pose
+        n poses.
+    loops : Matches
+        c loops.
+
+    Returns
+    -------
+    shift, turn : ndarray of shape (c,)
+        Metres between where both put the later scan's origin, and radians.
+    """
+    gap = loops.pose.inverse().compose(poses[loops.target].inverse().compose(poses[loops.source]))
+    return np.linalg.norm(gap.t, axis=-1), np.abs(gap.angle)

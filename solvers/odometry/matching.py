@@ -1,0 +1,328 @@
+"""Scans registered to scans, many pairs at once.
+
+Point to plane (`solvers.methods.icp.point_to_plane`) with a gate and a redescending weight. Scans differ in their
+number of echoes, so they lie in one array, padded by repeats of the last echo: a repeat has no weight as a source, and
+as a target it is never the lowest row of its distance, so that no pair changes. Normals are computed once a scan,
+without the padding.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from solvers.core import validate
+from solvers.core.arrays import BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.pose import Pose
+from solvers.core.status import Status
+from solvers.core.stepper import Batch, Method, Problem, begin, run
+from solvers.geometry import nearest
+from solvers.geometry.nearest import Index
+from solvers.geometry.normals import NEIGHBOURS, Normals, normals
+from solvers.methods.icp import surface_icp
+from solvers.methods.icp.surface_icp import SurfaceOptions, SurfaceState
+from solvers.scenes.drive import Drive
+
+TOGETHER = 128
+"""Pairs that run as one batch: more gain nothing and take memory."""
+
+Progress = Callable[[int, int], Any]
+"""Told how many pairs are done, and of how many."""
+
+
+@dataclass(frozen=True)
+class MatchOptions:
+    """How two scans are registered, and when the result is believed.
+
+    Parameters
+    ----------
+    gate : float, default 0.5
+        Pairs farther apart are not used, metres.
+    weight : str, default "tukey"
+        A kernel of `solvers.robust` on the distance of a pair.
+    reach : float, default 0.15
+        How near an echo must be to a target's to count as explained, metres.
+    sigma : float, default 0.07
+        What a pair's distance along the normal is worth in the information, metres: more than the laser's noise, since
+        neighbouring beams err alike.
+    least_share : float, default 0.3
+        The fraction of echoes that must be explained.
+    least_weakest : float, default 0.01
+        The smallest eigenvalue over the largest that must be reached: below it a motion is nearly free.
+    max_steps : int, default 40
+        Cap on the steps.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range.
+
+    Examples
+    --------
+    >>> from solvers.odometry import MatchOptions
+    >>> MatchOptions(gate=1.0).gate
+    1.0
+    """
+
+    gate: float = 0.5
+    weight: str = "tukey"
+    reach: float = 0.15
+    sigma: float = 0.07
+    least_share: float = 0.3
+    least_weakest: float = 0.01
+    max_steps: int = 40
+
+    def __post_init__(self) -> None:
+        self.surface()
+        validate.number(self.reach, "reach", 1e-6)
+        validate.number(self.sigma, "sigma", 1e-6)
+        validate.number(self.least_share, "least_share", 0.0, 1.0)
+        validate.number(self.least_weakest, "least_weakest", 0.0, 1.0)
+        validate.count(self.max_steps, "max_steps", 1)
+
+    def surface(self) -> SurfaceOptions:
+        """Those that the method itself takes."""
+        return SurfaceOptions(gate=self.gate, weight=self.weight, tolerance=1e-5, rms_tolerance=1e-5)
+
+
+@dataclass(frozen=True, eq=False)
+class Scans:
+    """n scans made ready to be matched, each in the robot's coordinates.
+
+    Attributes
+    ----------
+    points : ndarray of shape (n, m, 2)
+        The echoes, padded to the largest number by repeats of the last.
+    weights : ndarray of shape (n, m)
+        1 for an echo, 0 for padding.
+    surface : Normals
+        The normals of each scan, flagged where there is none.
+    """
+
+    points: FloatArray
+    weights: FloatArray
+    surface: Normals
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    def cloud(self, k: int) -> FloatArray:
+        """The echoes of scan k, (m, 2)."""
+        seen: FloatArray = self.points[k][self.weights[k] > 0.0]
+        return seen
+
+
+def prepare(drive: Drive, farthest: float = 30.0, every: int = 1) -> Scans:
+    """The scans of a drive, ready to be matched.
+
+    Parameters
+    ----------
+    drive : Drive
+        What was recorded.
+    farthest : float, default 30.0
+        Echoes from farther away are left out, metres: there the beams lie far apart, and a wall has no normal.
+    every : int, default 1
+        Only every so many-th echo is kept.
+
+    Returns
+    -------
+    Scans
+        As many as the drive has.
+
+    Raises
+    ------
+    ValueError
+        If a scan has fewer than three echoes left.
+
+    Examples
+    --------
+    >>> from solvers.odometry import prepare
+    >>> from solvers.drives import telecom_loop
+    >>> scans = prepare(telecom_loop())
+    >>> scans.points.shape, int(scans.weights[0].sum())
+    ((225, 347, 2), 296)
+    """
+    validate.count(every, "every", 1)
+    clouds = [drive.points(k, farthest)[::every] for k in range(len(drive.ranges))]
+    for k, cloud in enumerate(clouds):
+        if len(cloud) < 3:
+            raise ValueError(f"scan {k}: {len(cloud)} echoes within {farthest:g} m; three are needed")
+    n, most = len(clouds), max(map(len, clouds))
+    points, weights = np.empty((n, most, 2)), np.zeros((n, most))
+    vectors, flagged, values = np.zeros((n, most, 2)), np.ones((n, most), dtype=np.bool_), np.zeros((n, most, 2))
+    for k, cloud in enumerate(clouds):
+        m = len(cloud)
+        points[k, :m], points[k, m:], weights[k, :m] = cloud, cloud[-1], 1.0
+        found = normals(nearest.build(cloud[None]), NEIGHBOURS)
+        vectors[k, :m], flagged[k, :m], values[k, :m] = found.vectors[0], found.flagged[0], found.eigenvalues[0]
+    return Scans(points, weights, Normals(vectors, flagged, values))
+
+
+@dataclass(frozen=True, eq=False)
+class Matches:
+    """b pairs of scans registered.
+
+    Attributes
+    ----------
+    source, target : ndarray of int64, shape (b,)
+        Which scan was moved, and which stayed.
+    pose : Pose
+        b poses from the source's coordinates to the target's.
+    share : ndarray of shape (b,)
+        The fraction of the source's echoes with a target's within reach.
+    rms : ndarray of shape (b,)
+        Of the distances along the normal over the weighted pairs, metres.
+    weakest : ndarray of shape (b,)
+        Smallest over largest eigenvalue of the system; near 0 a motion is free.
+    information : ndarray of shape (b, 3, 3)
+        Of (x, y, angle) in the source's coordinates, the inverse of a covariance in m², m rad and rad².
+    status : ndarray of int8, shape (b,)
+        How each run stopped.
+    reason : ndarray of object, shape (b,)
+        In words.
+    believed : ndarray of bool, shape (b,)
+        Whether share and weakest are what the options ask, and the run is not degenerate.
+    """
+
+    source: IntArray
+    target: IntArray
+    pose: Pose
+    share: FloatArray
+    rms: FloatArray
+    weakest: FloatArray
+    information: FloatArray
+    status: StatusArray
+    reason: ReasonArray
+    believed: BoolArray
+
+
+def match(
+    scans: Scans,
+    source: Any,
+    target: Any,
+    start: Pose,
+    options: MatchOptions | None = None,
+    progress: Progress | None = None,
+) -> Matches:
+    """Register pairs of scans, many at once.
+
+    Parameters
+    ----------
+    scans : Scans
+        From `prepare`.
+    source : array_like of int, shape (b,)
+        The scans that are moved.
+    target : array_like of int, shape (b,)
+        The scans that stay.
+    start : Pose
+        b starts, from the source's coordinates to the target's.
+    options : MatchOptions, optional
+        None is the defaults.
+    progress : callable, optional
+        Called as `progress(done, b)` after every `TOGETHER` pairs.
+
+    Returns
+    -------
+    Matches
+        Of all b pairs.
+
+    Raises
+    ------
+    ValueError
+        If the numbers of pairs differ, or there is no such scan.
+
+    Examples
+    --------
+    >>> from solvers.odometry import match, prepare
+    >>> from solvers.drives import telecom_loop
+    >>> drive = telecom_loop()
+    >>> found = match(prepare(drive), [60], [59], drive.motion[[60]])
+    >>> bool(found.believed[0]), bool(found.share[0] > 0.7)
+    (True, True)
+    """
+    options = options or MatchOptions()
+    i, j = np.asarray(source, dtype=np.int64), np.asarray(target, dtype=np.int64)
+    if not i.shape == j.shape == start.batch or i.ndim != 1:
+        raise ValueError(f"source, target, start: expected one of each a pair, got {i.shape}, {j.shape}, {start.batch}")
+    for name, rows in (("source", i), ("target", j)):
+        if rows.size and not 0 <= rows.min() <= rows.max() < len(scans):
+            raise ValueError(f"{name}: expected scans from 0 to {len(scans) - 1}, got {rows.min()} … {rows.max()}")
+    parts = []
+    for first in range(0, len(i), TOGETHER):
+        some = slice(first, first + TOGETHER)
+        near = j[some]
+        surface = Normals(scans.surface.vectors[near], scans.surface.flagged[near], scans.surface.eigenvalues[near])
+        done = matched(scans, i[some], nearest.build(scans.points[near]), surface, start[some], options)
+        parts.append(_found(i[some], near, done, options))
+        if progress is not None:
+            progress(min(first + TOGETHER, len(i)), len(i))
+    return together(parts)
+
+
+def together(parts: Sequence[Matches]) -> Matches:
+    """Several matches as one, in their order."""
+    if not parts:
+        none, no_rows = np.zeros(0), np.zeros(0, dtype=np.int64)
+        return Matches(
+            no_rows, no_rows, Pose.identity(batch=(0,)), none, none, none, np.zeros((0, 3, 3)),
+            np.zeros(0, dtype=np.int8), np.zeros(0, dtype=object), np.zeros(0, dtype=np.bool_),
+        )  # fmt: skip
+    pose = Pose(np.concatenate([part.pose.R for part in parts]), np.concatenate([part.pose.t for part in parts]))
+    arrays = {
+        f.name: np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(Matches) if f.name != "pose"
+    }
+    return Matches(pose=pose, **arrays)
+
+
+def matched(
+    scans: Scans, source: IntArray, index: Index, surface: Normals, start: Pose, options: MatchOptions
+) -> SurfaceState:
+    """The states at which the runs of b source scans end, on targets given as an index and their normals."""
+    seed = np.zeros(len(source), dtype=np.int64)
+    problem = Problem(scans.points[source], index.points, scans.weights[source], start, seed)
+
+    def first(given: Problem, surface_options: SurfaceOptions) -> SurfaceState:
+        return surface_icp.start(given, surface_options, index, surface, None)
+
+    method: Method[SurfaceState] = Method(
+        "scan-matching", "point to plane on prepared scans", "Chen & Medioni 1992", first, surface_icp.step,
+        SurfaceOptions, weighted=True,
+    )  # fmt: skip
+    batch: Batch[SurfaceState] = begin(method, problem, options.surface(), options.max_steps)
+    return run(batch)[0].state()
+
+
+def _found(i: IntArray, j: IntArray, state: SurfaceState, options: MatchOptions) -> Matches:
+    share, weakest = signs(state, options)
+    believed = (
+        (state.status != Status.DEGENERATE) & (share >= options.least_share) & (weakest >= options.least_weakest)
+    )
+    return Matches(
+        i, j, state.pose, share, state.pairing.rms, weakest, information(state, options.sigma), state.status,
+        state.reason, believed,
+    )  # fmt: skip
+
+
+def signs(state: SurfaceState, options: MatchOptions) -> tuple[FloatArray, FloatArray]:
+    """The explained fraction of each source scan and the smallest eigenvalue over the largest, (b,) each."""
+    real = state.problem.weights > 0.0
+    _, squares = state.index.nearest(state.pairing.moved)
+    near = nearest.within(squares, options.reach) & real
+    values = state.system.eigenvalues
+    top = np.where(values[:, -1] > 0.0, values[:, -1], 1.0)
+    return near.sum(axis=1) / np.maximum(real.sum(axis=1), 1), np.clip(values[:, 0] / top, 0.0, 1.0)
+
+
+def information(state: SurfaceState, sigma: float) -> FloatArray:
+    """How much the pairs say of a small motion of the source in its own coordinates, (b, 3, 3): `Σ w g gᵀ / σ²` with
+    g the derivative of a pair's distance along the normal by (x, y, angle)."""
+    which = np.arange(len(state.status))[:, None]
+    n = state.normals.vectors[which, state.pairing.rows] @ state.pose.R  # Rᵀ n, a row each
+    p = state.problem.source
+    g = np.concatenate([n, (n[..., 1] * p[..., 0] - n[..., 0] * p[..., 1])[..., None]], axis=-1)
+    H = (g * state.pairing.weights[..., None]).swapaxes(1, 2) @ g / sigma**2
+    both: FloatArray = 0.5 * (H + H.swapaxes(1, 2))
+    return both

@@ -1,0 +1,131 @@
+"""Drives from files: a CSV of ranges with the odometry beside them, or a CARMEN log.
+
+CSV: a first line that names the columns `seconds, dx_m, dy_m, dphi_rad, r0, r1, …`, then a line a scan: when, the
+odometry's motion since the scan before in the frame of the pose before, and the ranges in centimetres, 0 for no echo.
+The first scan's motion is not used. The beams are spread evenly over the field of view, the first to the right.
+
+CARMEN: of the lines of a log those that begin with FLASER: `FLASER n r₁ … rₙ x y θ odom_x odom_y odom_θ time host
+logger_time`, in metres and radians; the odometry is a pose, of the laser. Its ranges from `LONGEST` on are no echo.
+
+It is given bytes and opens no file.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from solvers.core import validate
+from solvers.core.arrays import FloatArray
+from solvers.core.pose import Pose
+from solvers.io.text import is_number, lines_of, numbers, told
+from solvers.scenes.drive import Drive
+
+MOST_BYTES = 64_000_000
+MOST_SCANS = 20_000
+LONGEST = 80.0
+"""Metres: what lasers of the time say where no echo came back is more."""
+_NAMES = ("seconds", "dx_m", "dy_m", "dphi_rad")
+
+
+def read_drive(data: bytes, *, view: float = 180.0, ahead: float = 0.0) -> Drive:
+    r"""The drive that a file's bytes hold.
+
+    Parameters
+    ----------
+    data : bytes
+        CSV or a CARMEN log, at most 64 MB and 20,000 scans.
+    view : float, default 180.0
+        From the first beam to the last, degrees, above 0 to 360.
+    ahead : float, default 0.0
+        How far the laser sits ahead of the robot's reference point, metres; 0 for a CARMEN log, which tells where the
+        laser was.
+
+    Returns
+    -------
+    Drive
+        With two scans or more.
+
+    Raises
+    ------
+    ValueError
+        If the data cannot be read; where a line is at fault the message says which, what was found there and what was
+        expected.
+
+    Examples
+    --------
+    >>> from solvers.odometry import read_drive
+    >>> head = b"seconds,dx_m,dy_m,dphi_rad,r0,r1,r2\n"
+    >>> drive = read_drive(head + b"0,0,0,0,100,200,0\n0.5,0.1,0,0,90,190,0\n")
+    >>> drive.ranges[0].tolist(), drive.motion.t[1].tolist()
+    ([1.0, 2.0, inf], [0.1, 0.0])
+    """
+    if len(data) > MOST_BYTES:
+        raise ValueError(f"{len(data) / 1e6:.1f} MB are more than the {MOST_BYTES / 1e6:.0f} MB that are read")
+    if not 0.0 < validate.number(view, "view") <= 360.0:
+        raise ValueError(f"view: expected degrees above 0, up to 360, got {view!r}")
+    mount = Pose.from_angle(0.0, (validate.number(ahead, "ahead", -100.0, 100.0), 0.0))
+    lines = lines_of(data.decode("utf-8-sig", "replace"))
+    rows = [k for k, line in enumerate(lines) if (bare := line.strip()) and not bare.startswith("#")]
+    if not rows:
+        raise ValueError("line 1: no line was found; expected columns of ranges, or a CARMEN log")
+    if lines[rows[0]].strip().lower().startswith("seconds"):
+        seconds, motion, ranges = _table(lines, rows)
+    else:
+        seconds, motion, ranges = _carmen(lines, rows)
+    if len(seconds) < 2:
+        raise ValueError(f"line {rows[-1] + 1}: the drive ends after {len(seconds)} scan; two are the least")
+    if len(seconds) > MOST_SCANS:
+        raise ValueError(f"{len(seconds)} scans are more than the {MOST_SCANS} that are read")
+    bearings = np.radians(np.linspace(-view / 2, view / 2, ranges.shape[1]))
+    return Drive(seconds, motion, ranges, bearings, mount)
+
+
+def _table(lines: list[str], rows: list[int]) -> tuple[FloatArray, Pose, FloatArray]:
+    names = [field.strip().lower() for field in lines[rows[0]].split(",")]
+    beams = len(names) - len(_NAMES)
+    wanted = [*_NAMES, *(f"r{k}" for k in range(max(beams, 3)))]
+    for found, name in zip([*names, *[""] * len(wanted)], wanted, strict=False):
+        if found != name:
+            raise ValueError(f"line {rows[0] + 1}: the columns are seconds,dx_m,dy_m,dphi_rad,r0,r1,…;"
+                             f" where {name} is expected stands {told(found)}")  # fmt: skip
+    table = numbers(lines, rows[1:], list(range(len(names))), len(names), ",")
+    for at, row in zip(rows[1:], table, strict=True):
+        if not np.isfinite(row).all() or np.abs(row).max() > 1e9:
+            raise ValueError(f"line {at + 1}: a number is not finite, or larger than 1e9")
+        if (row[4:] < 0).any():
+            raise ValueError(f"line {at + 1}: a range is negative; expected centimetres, or 0 for no echo")
+    motion = table[:, 1:4].copy()
+    motion[:1] = 0.0
+    ranges = np.where(table[:, 4:] == 0.0, np.inf, table[:, 4:] / 100.0)
+    return table[:, 0] - table[:1, 0], Pose.from_angle(motion[:, 2], motion[:, :2]), ranges
+
+
+def _carmen(lines: list[str], rows: list[int]) -> tuple[FloatArray, Pose, FloatArray]:
+    scans: list[list[float]] = []
+    beams = -1
+    for k in rows:
+        fields = lines[k].split()
+        if fields[0] != "FLASER":
+            continue
+        if len(fields) < 2 or not fields[1].isdecimal() or not 3 <= int(fields[1]) <= 100_000:
+            raise ValueError(f"line {k + 1}: after FLASER the number of beams is expected, 3 or more")
+        n = int(fields[1])
+        if beams not in (-1, n):
+            raise ValueError(f"line {k + 1}: {n} beams; the scan before has {beams}")
+        beams = n
+        if len(fields) < n + 9:
+            raise ValueError(f"line {k + 1}: {len(fields)} fields found; expected {n + 11} for {n} beams")
+        taken = fields[2 : n + 9]
+        for field in taken:
+            if not is_number(field) or not abs(float(field)) <= 1e12:
+                raise ValueError(f"line {k + 1}: {told(field)} is no number; expected a number such as -1.25 or 3e-2")
+        scans.append([float(field) for field in taken])
+    if not scans:
+        raise ValueError(f"line {rows[0] + 1}: neither columns that begin with seconds,dx_m nor a line with FLASER")
+    table = np.array(scans)
+    x, y, turn = table[:, beams + 3], table[:, beams + 4], table[:, beams + 5]
+    poses = Pose.from_angle(turn, np.stack([x, y], axis=1))
+    links = poses[:-1].inverse().compose(poses[1:])
+    motion = Pose(np.concatenate([np.eye(2)[None], links.R]), np.concatenate([np.zeros((1, 2)), links.t]))
+    r = table[:, :beams]
+    return table[:, beams + 6] - table[0, beams + 6], motion, np.where((r <= 0.0) | (r >= LONGEST), np.inf, r)

@@ -1,0 +1,26 @@
+"""Pose graphs in the plane: many poses, the relative poses measured between them, and
+the poses that agree with all measurements best.
+
+`optimise` is the front door; `begin` and `advance` do the same one step at a time.
+"""
+
+from solvers.core.edges import Edges
+from solvers.posegraph.covariance import marginals
+from solvers.posegraph.errors import chi_squared, jacobians, residuals
+from solvers.posegraph.graph import GraphResult, GraphRun, advance, begin, optimise
+from solvers.posegraph.kernels import KERNELS, THRESHOLD
+
+__all__ = [
+    "KERNELS",
+    "THRESHOLD",
+    "Edges",
+    "GraphResult",
+    "GraphRun",
+    "advance",
+    "begin",
+    "chi_squared",
+    "jacobians",
+    "marginals",
+    "optimise",
+    "residuals",
+]

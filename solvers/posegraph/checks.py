@@ -1,0 +1,56 @@
+"""What is no graph to be optimised is refused here, by a ValueError that names the
+argument.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from solvers.core.arrays import BoolArray
+from solvers.core.edges import Edges, within
+
+
+def fixed(nodes: int | Sequence[int], count: int) -> BoolArray:
+    """Which of `count` nodes are fixed, (n,)."""
+    held = np.atleast_1d(np.asarray(nodes))
+    if held.size == 0:
+        raise ValueError("fixed: is empty; poses relative to each other leave the whole graph free to move")
+    if held.ndim != 1 or held.dtype.kind not in "iu":
+        raise ValueError(f"fixed: expected a node or a sequence of nodes, got {nodes!r}")
+    within(held.astype(np.int64), count, "fixed")
+    still = np.zeros(count, dtype=np.bool_)
+    still[held] = True
+    return still
+
+
+def joined(edges: Edges, fixed: BoolArray) -> None:
+    """A ValueError when the edges join some node to no fixed one."""
+    beside: list[list[int]] = [[] for _ in range(fixed.size)]
+    for a, b in zip(edges.i.tolist(), edges.j.tolist(), strict=True):
+        beside[a].append(b)
+        beside[b].append(a)
+    waiting = np.flatnonzero(fixed).tolist()
+    reached = set(waiting)
+    while waiting:
+        for node in beside[waiting.pop()]:
+            if node not in reached:
+                reached.add(node)
+                waiting.append(node)
+    alone = fixed.size - len(reached)
+    if alone:
+        first = min(set(range(fixed.size)) - reached)
+        count = "1 node is" if alone == 1 else f"{alone} nodes are"
+        raise ValueError(f"edges: {count} joined to no fixed node, the first of them {first}")
+
+
+def mask(values: ArrayLike | None, count: int) -> BoolArray:
+    """Which of `count` edges are meant, (e,); None is all of them."""
+    if values is None:
+        return np.ones(count, dtype=np.bool_)
+    given = np.asarray(values)
+    if given.dtype != np.bool_ or given.shape != (count,):
+        raise ValueError(f"robust: expected one bool an edge, shape ({count},), got {given.dtype} of {given.shape}")
+    return given.copy()

@@ -1,0 +1,95 @@
+"""How surely the edges of a graph place its nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from solvers.core import validate
+from solvers.core.arrays import FloatArray
+from solvers.core.edges import Edges, within
+from solvers.core.pose import Pose
+from solvers.posegraph import linear
+from solvers.posegraph.errors import jacobians
+from solvers.posegraph.graph import begin
+
+
+def marginals(
+    poses: Pose,
+    edges: Edges,
+    nodes: ArrayLike,
+    *,
+    fixed: int | Sequence[int] = 0,
+    weights: ArrayLike | None = None,
+    sparse: bool | None = None,
+) -> FloatArray:
+    """The marginal covariances of nodes, given the fixed ones: blocks of (JᵀΩJ)⁻¹.
+
+    They are of the perturbation `t + v, θ + ω`, with v along the axes of the map, and
+    first order: right for errors that are small against the bends of the graph. They
+    say how noise with the stated information spreads, and nothing of a wrong edge.
+
+    Parameters
+    ----------
+    poses : Pose of shape (n,)
+        The nodes where the covariances are wanted, such as those that `optimise` found.
+    edges : Edges
+        What was measured between them.
+    nodes : array_like of int, shape (k,)
+        The nodes asked for.
+    fixed : int or sequence of int, default 0
+        The nodes that are known; their covariance is zero.
+    weights : array_like of shape (e,), optional
+        Positive factors on the information matrices, such as those a kernel left. None
+        is all one.
+    sparse : bool, optional
+        As for `optimise`.
+
+    Returns
+    -------
+    ndarray of shape (k, 3, 3)
+        Of (x, y, angle), in u², u rad and rad².
+
+    Raises
+    ------
+    ValueError
+        As `optimise` does, where a weight is not positive, and where the information of
+        the edges together is singular in floating point.
+
+    Examples
+    --------
+    Along a chain the variances of straight steps add up:
+
+    >>> import numpy as np
+    >>> from solvers import Pose
+    >>> from solvers.posegraph import Edges, marginals
+    >>> poses = Pose.from_angle(np.zeros(3), [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]])
+    >>> edges = Edges.between(poses, [0, 1], [1, 2], np.diag([100.0, 100.0, 400.0]))
+    >>> marginals(poses, edges, [1, 2])[:, 0, 0].round(6)
+    array([0.01, 0.02])
+    """
+    run = begin(poses, edges, fixed=fixed, sparse=sparse)
+    asked = np.asarray(nodes)
+    if asked.ndim != 1 or asked.dtype.kind not in "iu" or not asked.size:
+        raise ValueError(f"nodes: expected integers of shape (k,), got {asked.dtype} of shape {asked.shape}")
+    n, k = run.poses.batch[0], asked.size
+    within(asked.astype(np.int64), n, "nodes")
+    share = validate.weights(weights, len(edges))
+    if share.ndim != 1 or not (share > 0.0).all():
+        raise ValueError("weights: expected one positive weight an edge")
+    by_i, by_j = jacobians(run.poses, edges)
+    parts = linear.blocks(by_i, by_j, share[:, None, None] * edges.information, np.zeros((len(edges), 3)))
+    unit = np.zeros((n, 3, k, 3))
+    unit[asked, :, np.arange(k)] = np.eye(3)
+    with np.errstate(over="ignore", invalid="ignore", under="ignore", divide="ignore"):
+        try:
+            solve = linear.factor(run.setting.plan, edges.i, edges.j, *parts[:3], np.zeros((n, 3)))
+            columns = solve(unit.reshape(n, 3, 3 * k))
+        except np.linalg.LinAlgError:
+            columns = np.full((n, 3, 3 * k), np.nan)
+    if not np.isfinite(columns).all():
+        raise ValueError("edges: their information differs by more than numbers can tell: the sum is singular")
+    found = columns.reshape(n, 3, k, 3)[asked, :, np.arange(k)]
+    return 0.5 * (found + found.swapaxes(1, 2))

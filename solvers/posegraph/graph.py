@@ -1,0 +1,396 @@
+"""The poses that agree best with all that was measured between them.
+
+Minimised is `F = Σ ρ(χ²)` over the edges, with χ² = eᵀ Ω e and the residuals of
+`solvers.posegraph.errors`, by Levenberg–Marquardt on reweighted squares: damping in
+proportion to the diagonal, so that lengths and angles may have any units. A step is
+taken only where it lowers F. Poses come from relative measurements alone, so at least
+one node is held where it is.
+
+Sources: Lu & Milios 1997, Globally consistent range scan alignment for environment
+mapping; Grisetti, Kümmerle, Stachniss & Burgard 2010, A tutorial on graph-based SLAM;
+for the kernels see `solvers.posegraph.kernels`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from solvers.core import validate
+from solvers.core.arrays import BoolArray, FloatArray
+from solvers.core.edges import Edges, rigid, within
+from solvers.core.pose import Pose
+from solvers.core.status import Status
+from solvers.core.stepper import History
+from solvers.posegraph import checks, kernels, linear
+from solvers.posegraph.errors import chi_squared, jacobians, moved, residuals
+from solvers.posegraph.linear import Plan
+
+_ROUNDING = 1e-14
+_FIRST, _LEAST, _SLIGHT, _MOST = 1e-6, 1e-12, 1e-3, 1e12
+
+
+@dataclass(frozen=True, eq=False)
+class _Setting:
+    """What stays the same in a run: what `optimise` was told, and the order of
+    elimination.
+    """
+
+    kernel: str
+    threshold: float
+    robust: BoolArray
+    max_steps: int
+    tolerance: float
+    plan: Plan
+
+
+@dataclass(frozen=True, eq=False)
+class GraphRun:
+    """An optimisation as it stands, immutable: begin it, advance it, drop it to stop.
+
+    Attributes
+    ----------
+    setting : object
+        What `begin` was told.
+    edges : Edges
+        What was measured.
+    poses : Pose of shape (n,)
+        The nodes.
+    chi2 : ndarray of shape (e,)
+        χ² of each edge at `poses`, without the kernel.
+    weights : ndarray of shape (e,)
+        What the kernel leaves of each edge's information, in [0, 1].
+    objective : float
+        F = Σ ρ(χ²); without a kernel the sum of χ².
+    status : Status
+        How it stands.
+    reason : str
+        Words on how it stopped, possibly empty.
+    steps : int
+        The steps taken.
+    damping : float
+        λ of the next step, as a fraction of the diagonal.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers import Pose
+    >>> from solvers.posegraph import Edges, advance, begin
+    >>> poses = Pose.from_angle([0.0, 1.0], [[0.0, 0.0], [1.0, 0.0]])
+    >>> edges = Edges.between(poses, [0], [1], np.eye(3))
+    >>> run = begin(Pose.from_angle([0.0, 0.0], [[0.0, 0.0], [2.0, 0.0]]), edges)
+    >>> while not run.done:
+    ...     run = advance(run)
+    >>> run.poses.angle.round(6)
+    array([0., 1.])
+    """
+
+    setting: _Setting
+    edges: Edges
+    poses: Pose
+    chi2: FloatArray
+    weights: FloatArray
+    objective: float
+    status: Status = Status.RUNNING
+    reason: str = ""
+    steps: int = 0
+    damping: float = _FIRST
+
+    @property
+    def done(self) -> bool:
+        """Whether it has stopped."""
+        return self.status != Status.RUNNING
+
+
+@dataclass(frozen=True, eq=False)
+class GraphResult:
+    """What `optimise` found.
+
+    Attributes
+    ----------
+    poses : Pose of shape (n,)
+        The nodes, from their own coordinates to those of the map.
+    chi2 : ndarray of shape (e,)
+        χ² of each edge, without the kernel.
+    weights : ndarray of shape (e,)
+        What the kernel leaves of each edge's information, in [0, 1]; 1 where it does
+        not apply.
+    objective : float
+        F = Σ ρ(χ²); without a kernel the sum of χ².
+    status : Status
+        How it stopped.
+    reason : str
+        Words on how it stopped, possibly empty.
+    steps : int
+        The steps taken.
+    history : History
+        Poses (k + 1, n) and objective (k + 1,) from the start to the last of k steps.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers import Pose
+    >>> from solvers.posegraph import Edges, optimise
+    >>> poses = Pose.from_angle([0.0, 0.0], [[0.0, 0.0], [2.0, 0.0]])
+    >>> edges = Edges([0, 0], [1, 1], Pose.from_angle([0.0, 0.0], [[1.0, 0.0], [3.0, 0.0]]), np.eye(3))
+    >>> optimise(poses, edges)
+    GraphResult(converged, steps=0, nodes=2, edges=2, total=2)
+    """
+
+    poses: Pose
+    chi2: FloatArray
+    weights: FloatArray
+    objective: float
+    status: Status
+    reason: str
+    steps: int
+    history: History
+
+    @property
+    def total(self) -> float:
+        """The sum of χ² over all edges, without the kernel."""
+        return float(self.chi2.sum())
+
+    def __repr__(self) -> str:
+        said = f"{self.status}{f' ({self.reason})' if self.reason else ''}, steps={self.steps}"
+        return f"GraphResult({said}, nodes={self.poses.batch[0]}, edges={len(self.chi2)}, total={self.total:.6g})"
+
+
+def begin(poses: Pose, edges: Edges, *, fixed: int | Sequence[int] = 0, **options: Any) -> GraphRun:
+    """An optimisation at its start, no step taken.
+
+    Parameters
+    ----------
+    poses : Pose of shape (n,)
+        Where the nodes start.
+    edges : Edges
+        What was measured between nodes.
+    fixed : int or sequence of int, default 0
+        The nodes that stay where they are.
+    **options
+        As for `optimise`.
+
+    Returns
+    -------
+    GraphRun
+        The run at its beginning.
+
+    Raises
+    ------
+    ValueError
+        As `optimise` does.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers import Pose
+    >>> from solvers.posegraph import Edges, advance, begin
+    >>> poses = Pose.from_angle(np.zeros(3), [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]])
+    >>> edges = Edges.between(poses, [0, 1], [1, 2], np.eye(3))
+    >>> run = begin(Pose.from_angle(np.zeros(3), [[0.0, 0.0], [3.0, 0.0], [0.0, 1.0]]), edges)
+    >>> run.objective, advance(run).objective < 1e-9
+    (21.0, True)
+    """
+    return _begun(poses, edges, fixed, **options)
+
+
+def _begun(
+    poses: Pose,
+    edges: Edges,
+    fixed: int | Sequence[int],
+    *,
+    kernel: str = "none",
+    robust: ArrayLike | None = None,
+    threshold: float = kernels.THRESHOLD,
+    max_steps: int = 100,
+    tolerance: float = 1e-9,
+    sparse: bool | None = None,
+) -> GraphRun:
+    poses = rigid(poses, "poses")
+    if len(poses.batch) != 1 or not poses.batch[0]:
+        raise ValueError(f"poses: expected shape (n,) with at least one node, got {poses.batch}")
+    if not isinstance(edges, Edges):
+        raise ValueError(f"edges: expected Edges, got {type(edges).__name__}")
+    n = poses.batch[0]
+    for nodes, name in ((edges.i, "edges.i"), (edges.j, "edges.j")):
+        within(nodes, n, name)
+    still = checks.fixed(fixed, n)
+    checks.joined(edges, still)
+    setting = _Setting(
+        validate.one_of(kernel, kernels.KERNELS, "kernel"),
+        validate.number(threshold, "threshold", 1e-6, 1e6),
+        checks.mask(robust, len(edges)),
+        validate.count(max_steps, "max_steps"),
+        validate.number(tolerance, "tolerance", 0.0, 1.0),
+        linear.plan(n, edges.i, edges.j, still, sparse),
+    )
+    run = _judged(setting, edges, poses)
+    if not np.isfinite(run.objective):
+        return replace(run, status=Status.DEGENERATE, reason="the errors at the start leave the range of numbers")
+    if not setting.plan.size:
+        return replace(run, status=Status.CONVERGED, reason="every node is fixed")
+    return _capped(run)
+
+
+def advance(run: GraphRun) -> GraphRun:
+    """One step on: the first damped step that lowers the objective.
+
+    Parameters
+    ----------
+    run : GraphRun
+        The run so far. A finished one is returned as it is.
+
+    Returns
+    -------
+    GraphRun
+        The run one step on, or stopped.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers import Pose
+    >>> from solvers.posegraph import Edges, advance, begin
+    >>> poses = Pose.from_angle([0.0, 1.0], [[0.0, 0.0], [1.0, 0.0]])
+    >>> run = begin(poses, Edges.between(poses, [0], [1], np.eye(3)))
+    >>> print(advance(run).status)
+    converged
+    """
+    if run.done:
+        return run
+    with np.errstate(over="ignore", invalid="ignore", under="ignore", divide="ignore"):
+        return _advanced(run)
+
+
+def _advanced(run: GraphRun) -> GraphRun:
+    edges, n = run.edges, run.poses.batch[0]
+    by_i, by_j = jacobians(run.poses, edges)
+    information = run.weights[:, None, None] * edges.information
+    ii, ij, jj, at_i, at_j = linear.blocks(by_i, by_j, information, residuals(run.poses, edges))
+    gradient = np.zeros((n, 3))
+    np.add.at(gradient, edges.i, at_i)
+    np.add.at(gradient, edges.j, at_j)
+    diagonal = linear.diagonal(n, edges.i, edges.j, ii, jj)
+    reach = max(float(np.abs(edges.relative.t).max(initial=0.0)), 1e-12)
+    size = np.array([reach, reach, 1.0])
+    damping = run.damping
+    while damping <= _MOST:
+        try:
+            solve = linear.factor(run.setting.plan, edges.i, edges.j, ii, ij, jj, damping * diagonal)
+            step = -solve(gradient[..., None])[..., 0]
+        except np.linalg.LinAlgError:
+            step = np.full((n, 3), np.nan)
+        if not np.isfinite(step).all():
+            damping *= 10.0
+            continue
+        gain = -float((gradient * step).sum())
+        small = bool((np.abs(step) <= run.setting.tolerance * size).all()) or gain <= _ROUNDING * run.objective
+        if small and damping <= _SLIGHT:  # else it may be the damping that makes it small
+            return replace(run, status=Status.CONVERGED, damping=damping)
+        after = _judged(run.setting, edges, moved(run.poses, step))
+        if after.objective < run.objective:
+            return _capped(replace(after, steps=run.steps + 1, damping=max(0.1 * damping, _LEAST)))
+        damping *= 10.0
+    return replace(run, status=Status.STALLED, reason="no step lowers the objective", damping=damping)
+
+
+def optimise(
+    poses: Pose,
+    edges: Edges,
+    *,
+    fixed: int | Sequence[int] = 0,
+    kernel: str = "none",
+    robust: ArrayLike | None = None,
+    threshold: float = kernels.THRESHOLD,
+    max_steps: int = 100,
+    tolerance: float = 1e-9,
+    sparse: bool | None = None,
+) -> GraphResult:
+    """The poses that agree best with the measurements between them.
+
+    Parameters
+    ----------
+    poses : Pose of shape (n,)
+        Where the nodes start: poses from each node's own coordinates to those of the
+        map, such as those of odometry.
+    edges : Edges
+        What was measured between nodes.
+    fixed : int or sequence of int, default 0
+        The nodes that stay where they are. Each part of the graph needs one.
+    kernel : {"none", "huber", "cauchy", "dcs"}, default "none"
+        What becomes of large errors; see `solvers.posegraph.kernels`. With "cauchy" and
+        "dcs" the end depends on the start.
+    robust : array_like of bool, shape (e,), optional
+        The edges that the kernel applies to, such as loops. None is all.
+    threshold : float, default 2.8
+        The χ from which on an error counts as large.
+    max_steps : int, default 100
+        The most steps.
+    tolerance : float, default 1e-9
+        It has converged where no node moves by more than this fraction of the longest
+        measured translation, nor turns by more than this many radians.
+    sparse : bool, optional
+        Whether scipy solves the normal equations. None is scipy from 300 free nodes on,
+        where it is installed.
+
+    Returns
+    -------
+    GraphResult
+        Poses, the edges' χ² and weights, and how it stopped.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not what it should be, if an edge names a node that does not
+        exist, or if edges join a node to no fixed one.
+
+    Examples
+    --------
+    Two legs out along a corridor and two back, the last measured 0.4 u too short: the
+    loop does not close, and each leg takes a quarter of the excess.
+
+    >>> import numpy as np
+    >>> from solvers import Pose
+    >>> from solvers.posegraph import Edges, optimise
+    >>> stops = Pose.from_angle(np.zeros(4), [[0.0, 0.0], [2.0, 0.0], [4.0, 0.0], [2.0, 0.0]])
+    >>> legs = Pose.from_angle(np.zeros(4), [[2.0, 0.0], [2.0, 0.0], [-2.0, 0.0], [-1.6, 0.0]])
+    >>> result = optimise(stops, Edges([0, 1, 2, 3], [1, 2, 3, 0], legs, 100.0 * np.eye(3)))
+    >>> result.poses.t[:, 0].round(6)
+    array([0. , 1.9, 3.8, 1.7])
+    >>> print(result.status, round(result.total, 6))
+    converged 4.0
+    """
+    run = begin(
+        poses, edges, fixed=fixed, kernel=kernel, robust=robust, threshold=threshold, max_steps=max_steps,
+        tolerance=tolerance, sparse=sparse,
+    )
+    course, objective = [run.poses], [run.objective]
+    while not run.done:
+        run = advance(run)
+        if run.steps == len(course):
+            course.append(run.poses)
+            objective.append(run.objective)
+    history = History(Pose(np.stack([p.R for p in course]), np.stack([p.t for p in course])), np.array(objective))
+    return GraphResult(
+        run.poses, run.chi2, run.weights, run.objective, run.status, run.reason, run.steps, history
+    )
+
+
+def _judged(setting: _Setting, edges: Edges, poses: Pose) -> GraphRun:
+    """A run that stands at these poses: what its edges say there."""
+    chi2 = chi_squared(poses, edges)
+    under, kernel, threshold = setting.robust, setting.kernel, setting.threshold
+    weights = np.where(under, kernels.weights(kernel, chi2, threshold), 1.0)
+    with np.errstate(over="ignore"):
+        objective = float(np.where(under, kernels.loss(kernel, chi2, threshold), chi2).sum())
+    return GraphRun(setting, edges, poses, chi2, weights, objective)
+
+
+def _capped(run: GraphRun) -> GraphRun:
+    cap = run.setting.max_steps
+    if run.steps < cap or run.done:
+        return run
+    return replace(run, status=Status.CAPPED, reason=f"the cap of {cap} steps was reached")

@@ -1,0 +1,183 @@
+"""The normal equations of a graph: assembled by edges, solved by eliminating nodes.
+
+A node's elimination joins its neighbours, so the order matters and is chosen by least
+degree: along a chain with few loops nearly nothing is filled in, and the work grows
+with the number of nodes instead of with its cube. From `SPARSE` nodes on scipy's sparse
+factorisation does the same, where scipy is installed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from solvers.core.arrays import BoolArray, FloatArray, IntArray
+
+SPARSE = 300
+MOST_DENSE = 3000
+Solve = Callable[[FloatArray], FloatArray]
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """Which unknowns a graph has, and in which order they are eliminated.
+
+    place: (n,) each node's place in the order, −1 for a fixed one. later: for each
+    place the places that its elimination touches, ascending. sparse: whether scipy
+    does it.
+    """
+
+    place: IntArray
+    later: tuple[IntArray, ...]
+    sparse: bool
+
+    @property
+    def size(self) -> int:
+        """The number of nodes that are not fixed."""
+        return int(self.place.max(initial=-1)) + 1
+
+
+def plan(count: int, i: IntArray, j: IntArray, fixed: BoolArray, sparse: bool | None = None) -> Plan:
+    """The order in which the free nodes of a graph are eliminated; sparse None asks
+    whether the graph is large and scipy is there.
+    """
+    free = np.flatnonzero(~fixed)
+    if sparse is None:
+        sparse = free.size >= SPARSE and _has_scipy()
+    place = np.full(count, -1, dtype=np.int64)
+    if sparse:
+        place[free] = np.arange(free.size)
+        return Plan(place, (), True)
+    if free.size > MOST_DENSE:
+        raise ValueError(f"poses: {free.size} free nodes are more than {MOST_DENSE}, which take scipy; install it")
+    beside: dict[int, set[int]] = {int(k): set() for k in free}
+    for a, b in zip(i.tolist(), j.tolist(), strict=True):
+        if not fixed[a] and not fixed[b]:
+            beside[a].add(b)
+            beside[b].add(a)
+    touched: list[set[int]] = []
+    while beside:
+        k = min(beside, key=lambda node: (len(beside[node]), node))
+        around = beside.pop(k)
+        for node in around:
+            beside[node] |= around
+            beside[node] -= {k, node}
+        place[k] = len(touched)
+        touched.append(around)
+    later = tuple(np.sort(place[sorted(around)]).astype(np.int64) for around in touched)
+    return Plan(place, later, False)
+
+
+def blocks(
+    by_i: FloatArray, by_j: FloatArray, weighted: FloatArray, errors: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Each edge's part of JᵀΩJ and JᵀΩe: the blocks ii, ij, jj (e, 3, 3) and the
+    gradients by i and by j (e, 3), for weighted information matrices (e, 3, 3).
+    """
+    left, right = by_i.swapaxes(1, 2) @ weighted, by_j.swapaxes(1, 2) @ weighted
+    column = errors[..., None]
+    return left @ by_i, left @ by_j, right @ by_j, (left @ column)[..., 0], (right @ column)[..., 0]
+
+
+def diagonal(count: int, i: IntArray, j: IntArray, ii: FloatArray, jj: FloatArray) -> FloatArray:
+    """The diagonal of the whole matrix, (n, 3)."""
+    found = np.zeros((count, 3))
+    np.add.at(found, i, np.diagonal(ii, axis1=1, axis2=2))
+    np.add.at(found, j, np.diagonal(jj, axis1=1, axis2=2))
+    return found
+
+
+def factor(
+    plan: Plan, i: IntArray, j: IntArray, ii: FloatArray, ij: FloatArray, jj: FloatArray, damping: FloatArray
+) -> Solve:
+    """A function that solves `(H + diag(damping)) x = b` for b (n, 3, k), whose rows of
+    fixed nodes count for nothing; x is 0 there. damping: (n, 3).
+
+    Raises numpy.linalg.LinAlgError where the matrix is singular.
+    """
+    at_i, at_j = plan.place[i], plan.place[j]
+    both = (at_i >= 0) & (at_j >= 0)
+    low, high = np.minimum(at_i, at_j)[both], np.maximum(at_i, at_j)[both]
+    # Below the diagonal, row `high` and column `low`: the block ij or its transpose.
+    cross = np.where((at_i > at_j)[both][:, None, None], ij[both], ij[both].swapaxes(1, 2))
+    own_i, own_j = at_i >= 0, at_j >= 0
+    rows = np.concatenate([at_i[own_i], at_j[own_j], high])
+    columns = np.concatenate([at_i[own_i], at_j[own_j], low])
+    values = np.concatenate([ii[own_i], jj[own_j], cross])
+    free = plan.place >= 0
+    spread = np.zeros((plan.size, 3))
+    spread[plan.place[free]] = damping[free]
+    inner = (_sparse if plan.sparse else _eliminated)(plan, rows, columns, values, spread)
+
+    def solve(b: FloatArray) -> FloatArray:
+        y = np.zeros((plan.size, *b.shape[1:]))
+        y[plan.place[free]] = b[free]
+        found = inner(y.reshape(3 * plan.size, -1)).reshape(y.shape)
+        x = np.zeros(b.shape)
+        x[free] = found[plan.place[free]]
+        return x
+
+    return solve
+
+
+def _eliminated(plan: Plan, rows: IntArray, columns: IntArray, values: FloatArray, spread: FloatArray) -> Solve:
+    """By a block LDLᵀ that visits only the blocks that the order fills."""
+    m = plan.size
+    whole = np.zeros((m, m, 3, 3))
+    np.add.at(whole, (rows, columns), values)
+    whole[np.arange(m)[:, None], np.arange(m)[:, None], np.arange(3), np.arange(3)] += spread
+    H = whole.swapaxes(1, 2).reshape(3 * m, 3 * m)
+    touched = [(3 * later[:, None] + np.arange(3)).reshape(-1) for later in plan.later]
+    inverses, factors = [], []
+    for k, at in enumerate(touched):
+        own = slice(3 * k, 3 * k + 3)
+        inverse = np.linalg.inv(H[own, own])
+        inverses.append(inverse)
+        below = H[at, own]
+        factors.append(below @ inverse)
+        if at.size:
+            H[np.ix_(at, at)] -= factors[k] @ below.T
+
+    def solve(b: FloatArray) -> FloatArray:
+        x = b.copy()
+        for k, at in enumerate(touched):
+            x[at] -= factors[k] @ x[3 * k : 3 * k + 3]
+        for k in range(m - 1, -1, -1):
+            own = slice(3 * k, 3 * k + 3)
+            x[own] = inverses[k] @ x[own] - factors[k].T @ x[touched[k]]
+        return x
+
+    return solve
+
+
+def _sparse(plan: Plan, rows: IntArray, columns: IntArray, values: FloatArray, spread: FloatArray) -> Solve:
+    from scipy.sparse import csc_matrix, diags  # type: ignore[import-untyped]
+    from scipy.sparse.linalg import splu  # type: ignore[import-untyped]
+
+    inside = np.arange(3)
+    r = np.broadcast_to((3 * rows)[:, None, None] + inside[:, None], values.shape)
+    c = np.broadcast_to((3 * columns)[:, None, None] + inside, values.shape)
+    off = rows != columns
+    entries = np.concatenate([values.ravel(), values[off].ravel()])
+    at = (np.concatenate([r.ravel(), c[off].ravel()]), np.concatenate([c.ravel(), r[off].ravel()]))
+    H = csc_matrix((entries, at), shape=(3 * plan.size, 3 * plan.size)) + diags(spread.ravel(), format="csc")
+    try:
+        factors = splu(H, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}, diag_pivot_thresh=0.0)
+    except RuntimeError as singular:
+        raise np.linalg.LinAlgError(str(singular)) from None
+
+    def solve(b: FloatArray) -> FloatArray:
+        x: FloatArray = factors.solve(b)
+        return x
+
+    return solve
+
+
+def _has_scipy() -> bool:
+    try:
+        import scipy.sparse.linalg  # type: ignore[import-untyped]  # noqa: F401
+    except ImportError:
+        return False
+    return True

@@ -1,0 +1,263 @@
+"""A drive: what a robot's laser and its wheels record, scan after scan; a real one, and simulated ones with a known
+truth.
+
+The real one is "2006-01ENE-21-SENA_Telecom Faculty_one_loop_only" of the Mobile Robot Programming Toolkit (J. L. Blanco
+Claraco and contributors, BSD 3-Clause): 225 scans of a SICK laser on the robotic wheelchair Sena, recorded on 21
+January 2006. Nobody has annotated it, and there is no truth to compare with.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from solvers.core import validate
+from solvers.core.arrays import FloatArray
+from solvers.core.pose import Pose
+from solvers.scenes.scans import ranges as cast
+
+FOLDER = os.path.join(os.path.dirname(__file__), "recorded")
+ESCAPE = 255  # in a file of ranges: a difference of two bytes follows
+
+OUTER = np.array([(0, 0), (7, 0), (7, 1.2), (9, 1.2), (9, 0), (20, 0), (20, 14), (12, 14), (12, 13), (9, 13), (9, 14),
+                  (0, 14), (0, 8), (-1.2, 8), (-1.2, 5), (0, 5)], dtype=float)  # fmt: skip
+INNER = np.array([(4, 4), (10, 4), (10, 5), (12, 5), (12, 4), (16, 4), (16, 10), (8, 10), (8, 9), (6, 9), (6, 10),
+                  (4, 10)], dtype=float)  # fmt: skip
+OUTER.flags.writeable = INNER.flags.writeable = False
+
+
+@dataclass(frozen=True, eq=False)
+class Drive:
+    """n scans, and how far the wheels say that the robot went between them.
+
+    Attributes
+    ----------
+    seconds : ndarray of shape (n,)
+        When each scan was made, since the first.
+    motion : Pose
+        n motions by odometry: from the robot's coordinates at a scan to those at the scan before, in metres. The first
+        is the identity.
+    ranges : ndarray of shape (n, k)
+        Metres along each beam; infinite where no echo came back.
+    bearings : ndarray of shape (k,)
+        The beams' angles in the laser's coordinates, radians, anticlockwise from ahead.
+    mount : Pose
+        From the laser's coordinates to the robot's.
+
+    Examples
+    --------
+    >>> from solvers.drives import telecom_loop
+    >>> drive = telecom_loop()
+    >>> drive.ranges.shape, drive.points(0).shape
+    ((225, 361), (309, 2))
+    """
+
+    seconds: FloatArray
+    motion: Pose
+    ranges: FloatArray
+    bearings: FloatArray
+    mount: Pose
+
+    def points(self, k: int, farthest: float = np.inf) -> FloatArray:
+        """The echoes of one scan, in the robot's coordinates.
+
+        Parameters
+        ----------
+        k : int
+            Which scan.
+        farthest : float, default inf
+            Metres beyond which an echo is left out.
+
+        Returns
+        -------
+        ndarray of shape (m, 2)
+            Metres, in the order of the beams.
+        """
+        r = self.ranges[k]
+        seen = np.isfinite(r) & (r <= farthest)
+        ahead = np.stack([np.cos(self.bearings[seen]), np.sin(self.bearings[seen])], axis=1)
+        return self.mount.apply(r[seen, None] * ahead)
+
+
+def chained(motion: Pose) -> Pose:
+    """Where the robot stood at each scan, from the motions between them.
+
+    Parameters
+    ----------
+    motion : Pose
+        n motions, each from the coordinates at a scan to those at the scan before. The first is where the chain begins.
+
+    Returns
+    -------
+    Pose
+        n poses, each from the robot's coordinates at a scan to the map's.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers import Pose
+    >>> from solvers.drives import chained
+    >>> square = Pose.from_angle(np.full(5, np.pi / 2), (1.0, 0.0))
+    >>> bool(np.allclose(chained(square).t[4], chained(square).t[0]))
+    True
+    """
+    R, t = np.array(motion.R), np.array(motion.t)
+    for k in range(1, len(t)):
+        t[k] = R[k - 1] @ t[k] + t[k - 1]
+        R[k] = R[k - 1] @ R[k]
+    return Pose(R, t)
+
+
+@cache
+def telecom_loop() -> Drive:
+    """The real drive: 225 scans over half a circle, along one loop and a third.
+
+    Ranges are known to the centimetre, the odometry to the millimetre. The file is read when it is first asked for.
+
+    Returns
+    -------
+    Drive
+        Of 225 scans with 361 beams, half a degree apart.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers.drives import telecom_loop
+    >>> drive = telecom_loop()
+    >>> round(float(drive.seconds[-1]), 1), round(float(np.linalg.norm(drive.motion.t, axis=1).sum()), 1)
+    (59.1, 76.4)
+    """
+    with open(os.path.join(FOLDER, "telecom-loop.scans"), "rb") as file:
+        data = file.read()
+    n, k = (int(v) for v in np.frombuffer(data, "<u2", 2))
+    table = np.frombuffer(data, "<i4", 4 * n, 4).reshape(n, 4)
+    centimetres = unpacked(data[4 + 16 * n :], n, k)
+    motion = Pose.from_angle(table[:, 3] * 1e-6, table[:, 1:3] * 1e-6)
+    ranges = np.where(centimetres == 0, np.inf, centimetres / 100.0)
+    bearings = np.radians(-90.0 + 0.5 * np.arange(k))
+    for array in (ranges, bearings):
+        array.flags.writeable = False
+    return Drive(table[:, 0] * 1e-3, motion, ranges, bearings, Pose.from_angle(0.0, (0.78, 0.0)))
+
+
+def packed(seconds: FloatArray, motion: FloatArray, centimetres: FloatArray) -> bytes:
+    """A recorded drive as its file has it.
+
+    Numbers of scans n and beams k, two bytes each; n rows of milliseconds and of the motion dx, dy, dφ in 1e-6 m and
+    rad, four bytes each; then each beam's difference to the beam before, zigzag, in a byte or, after `ESCAPE`, in two.
+
+    Parameters
+    ----------
+    seconds : ndarray of shape (n,)
+        Times.
+    motion : ndarray of shape (n, 3)
+        dx, dy in metres and dφ in radians.
+    centimetres : ndarray of shape (n, k)
+        Whole numbers below 65536.
+
+    Returns
+    -------
+    bytes
+        What `telecom_loop` reads.
+    """
+    n, k = centimetres.shape
+    table = np.rint(np.column_stack([seconds * 1e3, motion * 1e6])).astype("<i4")
+    step = np.diff(centimetres.astype(np.int64), axis=1, prepend=0).ravel()
+    out = bytearray(np.array([n, k], "<u2").tobytes() + table.tobytes())
+    for v in np.where(step < 0, -2 * step - 1, 2 * step).tolist():
+        out += bytes([v]) if v < ESCAPE else bytes([ESCAPE, v & 255, v >> 8])
+    return bytes(out)
+
+
+def unpacked(data: bytes, n: int, k: int) -> FloatArray:
+    """The centimetres (n, k) of `packed`'s last part. Raises ValueError where its length is another one's."""
+    raw = np.frombuffer(data, np.uint8)
+    # Where an escape stands, the two bytes after it are no beams of their own.
+    begins = np.ones(len(raw), dtype=np.bool_)
+    for at in np.flatnonzero(raw == ESCAPE).tolist():
+        if begins[at]:
+            begins[at + 1 : at + 3] = False
+    first = np.flatnonzero(begins)
+    if len(first) != n * k:
+        raise ValueError(f"scans: {len(first)} beams, and {n} scans of {k} need {n * k}")
+    long = raw[first] == ESCAPE
+    value = raw[first].astype(np.int64)
+    value[long] = raw[first[long] + 1] + 256 * raw[first[long] + 2].astype(np.int64)
+    step = np.where(value % 2, -(value + 1) // 2, value // 2)
+    return np.asarray(np.cumsum(step.reshape(n, k), axis=1), dtype=np.float64)
+
+
+def simulated_drive(
+    *, seed: int = 40, scans: int = 90, noise: float = 0.01, slip: float = 0.03, beams: int = 181
+) -> tuple[Drive, Pose]:
+    """A drive round a block in a hall, a little more than once, with the truth.
+
+    The laser sees half a circle ahead, up to 12 m. The odometry errs as a share of what was driven and turned, with a
+    constant part of half the slip in the turn, as of a wheel with a wrong radius.
+
+    Parameters
+    ----------
+    seed : int, default 40
+        What the random numbers are drawn from.
+    scans : int, default 90
+        How many scans, at least 2, over the same path.
+    noise : float, default 0.01
+        σ of a range, metres.
+    slip : float, default 0.03
+        σ of the odometry's error, as a share of the motion.
+    beams : int, default 181
+        Beams of a scan, at least 3.
+
+    Returns
+    -------
+    drive : Drive
+        What was recorded.
+    truth : Pose
+        Where the robot was at each scan, in the coordinates of the first.
+
+    Raises
+    ------
+    ValueError
+        If a count is too small, or the noise or the slip negative.
+
+    Examples
+    --------
+    >>> from solvers.drives import simulated_drive
+    >>> drive, truth = simulated_drive(scans=40)
+    >>> drive.ranges.shape, truth.batch
+    ((40, 181), (40,))
+    """
+    n = validate.count(scans, "scans", 2)
+    validate.count(beams, "beams", 3)
+    sigma, share = validate.number(noise, "noise", 0.0), validate.number(slip, "slip", 0.0)
+    rng = np.random.default_rng(validate.count(seed, "seed"))
+    # An ellipse with square shoulders round the block, 1.15 times, at one speed.
+    u = np.linspace(0.0, 2.0 * np.pi * 1.15, 4000)
+    c, s = np.cos(u), np.sin(u)
+    x, y = 10.0 + 8.0 * np.sign(c) * np.abs(c) ** 0.7, 7.0 + 5.0 * np.sign(s) * np.abs(s) ** 0.7
+    along = np.append(0.0, np.cumsum(np.hypot(np.diff(x), np.diff(y))))
+    even = np.linspace(0.0, along[-1], 20 * n)
+    x, y = np.interp(even, along, x), np.interp(even, along, y)
+    heading = np.unwrap(np.arctan2(np.gradient(y), np.gradient(x)))
+    heading = np.convolve(np.pad(heading, 20, "edge"), np.full(41, 1 / 41), "valid")
+    at = np.arange(n) * 20
+    world = Pose.from_angle(heading[at], np.stack([x[at], y[at]], axis=1))
+    truth = world[:1].inverse().compose(world)
+    step = truth[:-1].inverse().compose(truth[1:])
+    bearings: FloatArray = np.linspace(-np.pi / 2, np.pi / 2, beams, dtype=np.float64)
+    mount = Pose.from_angle(0.0, (0.3, 0.0))
+    a, b = (np.concatenate(ends) for ends in ((OUTER, INNER), (np.roll(OUTER, -1, 0), np.roll(INNER, -1, 0))))
+    ranges = np.empty((n, beams))
+    for k in range(n):
+        laser = world[k].compose(mount)
+        ahead = np.stack([np.cos(bearings), np.sin(bearings)], axis=1) @ laser.R.T
+        r = cast(laser.t, ahead, a, b) + sigma * rng.standard_normal(beams)
+        ranges[k] = np.where(r > 12.0, np.inf, r)
+    went, turned = np.linalg.norm(step.t, axis=1), np.asarray(step.angle)
+    t = step.t * (1.0 + share * rng.standard_normal((n - 1, 1)))
+    turn = turned * (1.0 + share * rng.standard_normal(n - 1)) + 0.5 * share * went * 0.2
+    motion = Pose.from_angle(np.append(0.0, turn), np.concatenate([np.zeros((1, 2)), t]))
+    return Drive(0.25 * np.arange(n, dtype=np.float64), motion, ranges, bearings, mount), truth

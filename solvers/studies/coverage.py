@@ -1,0 +1,304 @@
+"""How often a 95 % region holds the truth, counted over redrawn scans.
+
+Each draw is registered from a start of its own, asked for its region, and compared with
+the truth. A region that is right holds it in 95 of 100 draws, but for chance.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from solvers.api import register
+from solvers.core import validate
+from solvers.core.arrays import FloatArray
+from solvers.core.pose import Pose
+from solvers.core.result import Result
+from solvers.studies.redrawn import NO_ECHO, Redrawn, redrawn, starts
+from solvers.uncertainty import (
+    Covariance,
+    Spread,
+    covariance,
+    from_matrix,
+    from_starts,
+    range_bearing,
+    spread_of,
+)
+
+METHODS = ("icp", "point-to-plane")
+WAYS = ("hessian", "censi", "starts", "sampled")
+GATE = 2.0
+LEVEL = 0.95
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """What one way of telling the spread did on k draws.
+
+    Attributes
+    ----------
+    place : str
+        "room", "corridor" or "hall".
+    method : str
+        What registered the scans.
+    way : str
+        "hessian", "censi", "starts" (censi, with the start's spread carried through) or
+        "sampled".
+    covered : int
+        The draws whose region held the truth.
+    count : int
+        The draws.
+    widest : float
+        The median of the regions' largest standard deviation, world units; infinite
+        where most have a free direction.
+
+    Examples
+    --------
+    >>> from solvers.uncertainty_study import coverage
+    >>> for line in coverage("room", "point-to-plane", ("hessian", "censi"), count=100):
+    ...     print(line.way, line.covered >= 80)
+    hessian True
+    censi True
+    """
+
+    place: str
+    method: str
+    way: str
+    covered: int
+    count: int
+    widest: float
+
+
+@dataclass(frozen=True, eq=False)
+class Runs:
+    """k registrations of redrawn scans.
+
+    Attributes
+    ----------
+    scans : Redrawn
+        What was registered.
+    start : Pose
+        From where, (k,).
+    spread : tuple of float
+        The standard deviations of the starts: degrees and world units.
+    noise : float
+        σ of a range, in u.
+    result : Result
+        Of `solvers.register`.
+
+    Examples
+    --------
+    >>> from solvers.uncertainty_study import runs
+    >>> runs("room", "icp", 3).result.pose.batch
+    (3,)
+    """
+
+    scans: Redrawn
+    start: Pose
+    spread: tuple[float, float]
+    noise: float
+    result: Result
+
+
+def runs(
+    place: str, method: str = "point-to-plane", count: int = 1000, *, seed: int = 40, end: float | None = None,
+    noise: float = 0.04, heading: float = 3.0, shift: float = 0.15, gate: float = GATE,
+) -> Runs:  # fmt: skip
+    """Register redrawn scans, each from a start of its own about the truth.
+
+    Parameters
+    ----------
+    place : str
+        "room", "corridor" or "hall".
+    method : str, default "point-to-plane"
+        Of `solvers.METHODS`, one that takes weights and a gate.
+    count : int, default 1000
+        How many draws.
+    seed : int, default 40
+        What all of them are drawn from.
+    end : float, optional
+        How far the end walls are from the middle, in u.
+    noise : float, default 0.04
+        σ of a range, in u.
+    heading : float, default 3.0
+        The standard deviation of the starts' angle, degrees.
+    shift : float, default 0.15
+        That of their place, in each coordinate, in u.
+    gate : float, default 2.0
+        The method's, in u.
+
+    Returns
+    -------
+    Runs
+        The scans, the starts and the result.
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of its range.
+
+    Examples
+    --------
+    >>> from solvers.uncertainty_study import runs
+    >>> str(runs("hall", "icp", 3, heading=0.0, shift=0.0).start)
+    'Pose(batch=(3,), dim=2)'
+    """
+    scans = redrawn(place, count, seed=seed, end=end, noise=noise)
+    start = starts(scans.truth, count, heading=heading, shift=shift, seed=seed)
+    result = register(scans.source, scans.target, method, start=start, weights=scans.weights, gate=gate)
+    return Runs(scans, start, (heading, shift), noise, result)
+
+
+def ends_of(made: Runs) -> Spread:
+    """The spread of all end poses.
+
+    Parameters
+    ----------
+    made : Runs
+        What `runs` gave, two draws or more.
+
+    Returns
+    -------
+    Spread
+        About the truth's place of the first source.
+
+    Examples
+    --------
+    The hall, with no idea of the heading, has two answers:
+
+    >>> from solvers.uncertainty_study import ends_of, runs
+    >>> ends = ends_of(runs("hall", count=60, heading=90.0))
+    >>> bool(ends.shares[1] > 0.2), bool(ends.shares[:2].sum() > 0.95)
+    (True, True)
+    """
+    scans = made.scans
+    seen = scans.source[0][scans.weights[0] > 0.0]
+    middle = seen.mean(axis=0)
+    radius = float(np.sqrt(np.square(seen - middle).sum(axis=1).mean()))
+    return spread_of(made.result.pose, centre=middle, radius=radius)
+
+
+def regions(made: Runs, way: str) -> Covariance:
+    """Each draw's own covariance, told in one way.
+
+    Parameters
+    ----------
+    made : Runs
+        What `runs` gave.
+    way : str
+        "hessian", "censi", "starts" or "sampled". The last is one matrix for all, that
+        of the twists between the ends and their mean, about each draw's pose.
+
+    Returns
+    -------
+    Covariance
+        Of shape (k,).
+
+    Raises
+    ------
+    ValueError
+        If there is no such way, or the method has none.
+
+    Examples
+    --------
+    >>> from solvers.uncertainty_study import regions, runs
+    >>> regions(runs("room", "icp", 4), "hessian").deviations.shape
+    (4, 3)
+    """
+    scans, result = made.scans, made.result
+    if validate.one_of(way, WAYS, "way") == "hessian":
+        return covariance(result, "hessian")
+    if way == "censi":
+        return _censi(made)
+    k = len(result.pose.t)
+    if way == "sampled":
+        one = ends_of(made).whole
+        middle = one.mean.inverse().apply(one.centre[None])[0]
+        return replace(
+            one, mean=result.pose, centre=result.pose.apply(middle[None])[:, 0],
+            deviations=np.tile(one.deviations, (k, 1)), directions=np.tile(one.directions, (k, 1, 1)),
+            radius=np.tile(one.radius, k),
+        )  # fmt: skip
+    closed = _censi(made)
+    heading, shift = made.spread
+    matrix = np.diag(np.square([np.radians(heading), shift, shift]))
+    each = [
+        from_starts(
+            scans.source[i], scans.target[i], result.method, weights=scans.weights[i], gate=GATE, noise=closed[i],
+            start=from_matrix(matrix, made.start[i], frame="source"),
+        )
+        for i in range(k)
+    ]  # fmt: skip
+    return _stacked(each)
+
+
+def coverage(
+    place: str, method: str = "point-to-plane", ways: tuple[str, ...] = WAYS, *, count: int = 1000, seed: int = 40,
+    level: float = LEVEL, noise: float = 0.04, heading: float = 3.0, shift: float = 0.15, end: float | None = None,
+) -> tuple[Line, ...]:  # fmt: skip
+    """Count the draws whose region holds the truth.
+
+    Parameters
+    ----------
+    place : str
+        "room", "corridor" or "hall".
+    method : str, default "point-to-plane"
+        What registers the scans.
+    ways : tuple of str
+        How the spread is told; by default all four.
+    count : int, default 1000
+        How many draws.
+    seed : int, default 40
+        What they are drawn from.
+    level : float, default 0.95
+        The regions' probability.
+    noise : float, default 0.04
+        σ of a range, in u.
+    heading : float, default 3.0
+        The standard deviation of the starts' angle, degrees.
+    shift : float, default 0.15
+        That of their place, in u.
+    end : float, optional
+        How far the end walls are from the middle, in u.
+
+    Returns
+    -------
+    tuple of Line
+        One a way.
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of its range.
+
+    Examples
+    --------
+    >>> from solvers.uncertainty_study import coverage
+    >>> (line,) = coverage("corridor", "icp", ("hessian",), count=50)
+    >>> line.covered < 25  # it claims far too much
+    True
+    """
+    made = runs(place, method, count, seed=seed, end=end, noise=noise, heading=heading, shift=shift)
+    lines = []
+    for way in ways:
+        found = regions(made, way)
+        inside = found.covers(made.scans.truth, level)
+        widest = float(np.median(found.deviations[:, 0]))
+        lines.append(Line(place, method, way, int(np.count_nonzero(inside)), count, widest))
+    return tuple(lines)
+
+
+def _censi(made: Runs) -> Covariance:
+    # A ray without echo is in no pair: what its noise is said to be plays no part.
+    p, q = (np.where(np.abs(cloud) < NO_ECHO, cloud, 0.0) for cloud in (made.scans.source, made.scans.target))
+    noises = range_bearing(p, made.noise), range_bearing(q, made.noise)
+    return covariance(made.result, "censi", source_noise=noises[0], target_noise=noises[1])
+
+
+def _stacked(each: list[Covariance]) -> Covariance:
+    def row(name: str) -> FloatArray:
+        return np.stack([getattr(one, name) for one in each])
+
+    mean = Pose(np.stack([one.mean.R for one in each]), np.stack([one.mean.t for one in each]))
+    return Covariance(mean, row("deviations"), row("directions"), row("centre"), row("radius"), "target", "starts")

@@ -1,0 +1,44 @@
+"""How sure a registered pose is.
+
+A pose is an estimate, and an estimate has a spread. Four ways lead to one, and they
+answer different questions:
+
+- `covariance(result, "hessian")`: σ² (JᵀJ)⁻¹, from the pairs that the run ended with, taken
+  as given.
+- `covariance(result, "censi")`: the noise of the measured points carried through the
+  minimum, in closed form (Censi 2007).
+- `monte_carlo(source, target, …)`: redrawn scans registered again, all ends kept.
+- `from_starts(source, target, …)`: one pair of scans from several starts (Brossard,
+  Bonnabel & Barrau 2020), to which a closed form is added.
+
+`Covariance` says in which frame its small motion acts, names its directions, draws
+regions and poses through the exponential map, and changes frames by the adjoint. All of
+it is in the plane. `import solvers` does not import this.
+"""
+
+from solvers.uncertainty.chi_square import quantile
+from solvers.uncertainty.closed_form import CENSI, HESSIAN, POINT, covariance, range_bearing
+from solvers.uncertainty.ends import APART, Spread, from_starts, monte_carlo, spread_of
+from solvers.uncertainty.matrices import from_matrix
+from solvers.uncertainty.region import FRAMES, Covariance
+from solvers.uncertainty.se2 import adjoint, exp, log
+
+__all__ = [
+    "APART",
+    "CENSI",
+    "FRAMES",
+    "HESSIAN",
+    "POINT",
+    "Covariance",
+    "Spread",
+    "adjoint",
+    "covariance",
+    "exp",
+    "from_matrix",
+    "from_starts",
+    "log",
+    "monte_carlo",
+    "quantile",
+    "range_bearing",
+    "spread_of",
+]

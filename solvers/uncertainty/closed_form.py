@@ -1,0 +1,347 @@
+"""The covariance of a registered pose from the clouds at that pose, in closed form."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from solvers.core import validate
+from solvers.core.arrays import BoolArray, FloatArray, IntArray
+from solvers.core.result import Result
+from solvers.geometry.nearest import Index
+from solvers.geometry.spectral import symmetric_eigen
+from solvers.numerics import gauss_newton
+from solvers.uncertainty.matrices import from_scaled
+from solvers.uncertainty.region import Covariance
+
+POINT = ("icp", "trimmed-icp", "capped-icp", "kiss-threshold-icp")
+HESSIAN = ("kabsch", *POINT, "point-to-plane", "gicp")
+CENSI = ("kabsch", *POINT, "point-to-plane")
+_ORDER = [2, 0, 1]  # gauss_newton has (x, y, ρω), this package (ρω, x, y)
+
+
+def covariance(
+    result: Result,
+    how: str = "hessian",
+    *,
+    sigma: ArrayLike | None = None,
+    source_noise: ArrayLike = 0.0,
+    target_noise: ArrayLike = 0.0,
+    free_below: float = 1e-6,
+) -> Covariance:
+    """The covariance of registered poses, in closed form, from the pairs at those poses.
+
+    Parameters
+    ----------
+    result : Result
+        Of `solvers.register`, in the plane: one problem or a batch.
+    how : str, default "hessian"
+        "hessian", σ² (JᵀJ)⁻¹, for `kabsch`, the ICPs of point to point,
+        `point-to-plane` and `gicp`; "censi", which carries the noise of every measured
+        point through the minimum, for the same but `gicp`.
+    sigma : array_like of shape (...), optional
+        For "hessian": the standard deviation of a residual, in world units, per
+        coordinate where the residual is a vector; for `gicp`, whose residuals are told
+        in units of its model, a factor without unit. None estimates it from the
+        residuals.
+    source_noise : array_like of shape (), (m,) or (..., m, 2, 2), default 0.0
+        For "censi": what the source points' noise is, as a standard deviation per
+        coordinate in world units, one for all or one each, or as covariances in source
+        coordinates, such as those of `range_bearing`.
+    target_noise : array_like of shape (), (n,) or (..., n, 2, 2), default 0.0
+        The same of the target points, in target coordinates.
+    free_below : float, default 1e-6
+        The fraction of the Hessian's largest eigenvalue below which a direction is free.
+
+    Returns
+    -------
+    Covariance
+        In the frame "target", about the moved cloud's centre.
+
+    Raises
+    ------
+    ValueError
+        If the method has no such covariance, if the result is not of the plane or of a
+        list of clouds, or if a noise is no noise.
+
+    Notes
+    -----
+    Both hold to first order, at a minimum that the run has reached, for the pairs that
+    it ended with: neither knows that other pairs, or another start, would have led
+    elsewhere. "hessian" is exact to that order for `kabsch`, with isotropic noise. For
+    the others it takes the partner of each point as given, and the residuals as
+    independent.
+
+    "censi" differentiates the condition of the minimum, ∂E/∂x = 0, by pose and
+    measurements: cov x = H⁻¹ (∂²E/∂x∂z) Σ_z (∂²E/∂x∂z)ᵀ H⁻¹, with H = ∂²E/∂x². A point
+    that is the partner of several counts as the one measurement that it is, and with
+    `point-to-plane` so do the neighbours that make a normal. Weights are taken as
+    constants. `gicp` is left out because its precisions, which depend on the pose, are
+    frozen in each step.
+
+    Where a direction is free its deviation is infinite.
+
+    References
+    ----------
+    .. [1] A. Censi, "An accurate closed-form estimate of ICP's covariance", 2007.
+       doi:10.1109/ROBOT.2007.363961
+    .. [2] S. Bonnabel, M. Barczyk, F. Goulette, "On the covariance of ICP-based
+       scan-matching techniques", 2014 (why pairs taken as given mislead point to
+       point). arXiv:1410.7632
+
+    Examples
+    --------
+    >>> from solvers import register
+    >>> from solvers.scenes import kabsch_scene
+    >>> from solvers.uncertainty import covariance
+    >>> scene = kabsch_scene("noisy")
+    >>> found = register(scene.source, scene.target, "kabsch")
+    >>> spread = covariance(found, sigma=0.12)
+    >>> spread.deviations.round(3)
+    array([0.033, 0.033, 0.033])
+    >>> bool(spread.covers(scene.truth))
+    True
+    """
+    known = {"hessian": HESSIAN, "censi": CENSI}
+    allowed = known[validate.one_of(how, known, "how")]
+    if result.method not in allowed:
+        raise ValueError(f"result: {how!r} has no covariance for {result.method!r}; it has for: {', '.join(allowed)}")
+    if result.pose.dim != 2:
+        raise ValueError(f"result: covariances are of the plane, the points have {result.pose.dim} coordinates")
+    if len(result.states) != 1:
+        raise ValueError("result: of a list of clouds each has a result of its own")
+    validate.number(free_below, "free_below", 0.0, 1.0)
+    at = _pairs(result)
+    J = gauss_newton.jacobian(at.moved - at.centre[:, None], at.radius)[..., _ORDER]
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        if how == "hessian":
+            scaled, free = _hessian(at, J, sigma, result.pose.batch, free_below)
+        else:
+            scaled, free = _censi(at, J, source_noise, target_noise, result.pose.batch, free_below)
+    pose = result.pose
+    shape = pose.batch
+    return from_scaled(
+        scaled.reshape(*shape, 3, 3), pose, at.centre.reshape(*shape, 2), at.radius.reshape(shape), "target", how,
+        free.reshape(*shape, 3, 3),
+    )  # fmt: skip
+
+
+def range_bearing(
+    points: ArrayLike, range_sigma: float, bearing_sigma: float = 0.0, origin: ArrayLike = (0.0, 0.0)
+) -> FloatArray:
+    """The covariances of points that a range scanner has measured.
+
+    Parameters
+    ----------
+    points : array_like of shape (..., n, 2)
+        In the scan's coordinates, world units.
+    range_sigma : float
+        The standard deviation of a range, world units.
+    bearing_sigma : float, default 0.0
+        That of a bearing, radians.
+    origin : array_like of shape (2,), default (0.0, 0.0)
+        Where the scanner stood.
+
+    Returns
+    -------
+    ndarray of shape (..., n, 2, 2)
+        Squared world units: `range_sigma`² along the ray and (range ·
+        `bearing_sigma`)² across it.
+
+    Raises
+    ------
+    ValueError
+        If the points are no planar cloud or a deviation is negative.
+
+    Examples
+    --------
+    >>> from solvers.uncertainty import range_bearing
+    >>> range_bearing([[4.0, 0.0]], 0.1, 0.05)[0].round(4)
+    array([[0.01, 0.  ],
+           [0.  , 0.04]])
+    """
+    ray = validate.cloud(points, "points", 2) - np.asarray(origin, dtype=np.float64)
+    along, across = (validate.number(x, n, 0.0) for x, n in ((range_sigma, "range"), (bearing_sigma, "bearing")))
+    far = np.linalg.norm(ray, axis=-1, keepdims=True)
+    u = ray / np.where(far > 0.0, far, 1.0)
+    n = np.stack([-u[..., 1], u[..., 0]], axis=-1)
+    noise: FloatArray = along**2 * _outer(u, u) + np.square(across * far)[..., None] * _outer(n, n)
+    return noise
+
+
+@dataclass(frozen=True, eq=False)
+class _Pairs:
+    """What stands at b poses. moved, partners: (b, m, 2). precision: (b, m, 2, 2).
+    weights: (b, m), 0 where unused. rows: (b, m) of the target. dims: of a residual.
+    index, normals: of the target, (b, n, …), where normals play a part; neighbours: how
+    many made one.
+    """
+
+    moved: FloatArray
+    partners: FloatArray
+    precision: FloatArray
+    weights: FloatArray
+    rows: IntArray
+    turn: FloatArray
+    count: int
+    dims: int
+    centre: FloatArray
+    radius: FloatArray
+    index: Index | None
+    normals: FloatArray | None
+    flagged: Any
+    neighbours: int
+
+
+def _pairs(result: Result) -> _Pairs:
+    """The pairs that a run ended with. Points without weight are put at the centre."""
+    state: Any = result.states[0]
+    problem, pose = state.problem, state.pose
+    if np.any(np.abs(np.asarray(pose.scale) - 1.0) > 1e-9):
+        raise ValueError("result: covariances are of rigid motions, the pose has a scale")
+    index, normals, flagged, dims, neighbours = None, None, None, 2, 0
+    precision = np.broadcast_to(np.eye(2), (*problem.source.shape, 2))
+    if result.method == "kabsch":
+        moved, partners, weights = pose.apply(problem.source), problem.target, problem.weights
+        rows = np.broadcast_to(np.arange(moved.shape[1]), moved.shape[:2])
+    else:
+        moved, rows, weights = state.pairing.moved, state.pairing.rows, state.pairing.weights
+        partners = np.take_along_axis(state.index.points, rows[..., None], axis=1)
+    if result.method in ("point-to-plane", "gicp"):
+        precision = state.precision
+    if result.method == "point-to-plane":
+        dims, index, neighbours = 1, state.index, state.options.neighbours
+        normals, flagged = state.normals.vectors, state.normals.flagged
+    used = weights > 0.0
+    total = np.maximum(used.sum(axis=1), 1)
+    centre = np.where(used[..., None], moved, 0.0).sum(axis=1) / total[:, None]
+    moved = np.where(used[..., None], moved, centre[:, None])
+    partners = np.where(used[..., None], partners, centre[:, None])
+    radius = np.sqrt(np.square(moved - centre[:, None]).sum(axis=(1, 2)) / total)
+    radius = np.where(radius > 0.0, radius, 1.0)
+    return _Pairs(
+        moved, partners, precision, weights, rows, pose.R, problem.target.shape[1], dims, centre, radius,
+        index, normals, flagged, neighbours,
+    )  # fmt: skip
+
+
+def _hessian(
+    at: _Pairs, J: FloatArray, sigma: ArrayLike | None, batch: tuple[int, ...], below: float
+) -> tuple[FloatArray, FloatArray]:
+    """σ² (JᵀMJ)⁻¹ and the free directions."""
+    w = at.weights
+    H = np.einsum("bm,bmip,bmij,bmjq->bpq", w, J, at.precision, J, optimize=True)
+    if sigma is not None:
+        s = np.broadcast_to(np.asarray(sigma, dtype=np.float64), batch).reshape(-1)
+        if not np.isfinite(s).all() or (s < 0.0).any():
+            raise ValueError("sigma: expected a finite deviation that is not negative")
+        variance = np.square(s)
+    else:
+        left = at.moved - at.partners
+        squares = np.einsum("bm,bmi,bmij,bmj->b", w, left, at.precision, left, optimize=True)
+        spare = at.dims * (w > 0.0).sum(axis=1) - 3
+        # As many unknowns as residuals leave nothing to judge the noise by.
+        variance = np.where(spare > 0, squares / np.maximum(spare, 1), np.inf)
+    inverse, free = _inverse(H, below)
+    none = np.isinf(variance)
+    free = np.where(none[:, None, None], np.eye(3), free)
+    return np.where(none, 0.0, variance)[:, None, None] * np.where(none[:, None, None], 0.0, inverse), free
+
+
+def _censi(
+    at: _Pairs, J: FloatArray, source_noise: ArrayLike, target_noise: ArrayLike, batch: tuple[int, ...], below: float
+) -> tuple[FloatArray, FloatArray]:
+    """The noise carried through the minimum. E/2 = ½ Σ w (x − q)ᵀ M (x − q)."""
+    b, m = at.weights.shape
+    w = at.weights[..., None, None]
+    pull = (at.precision @ (at.moved - at.partners)[..., None])[..., 0]
+    arm = at.moved - at.centre[:, None]
+    H = np.einsum("bm,bmip,bmij,bmjq->bpq", at.weights, J, at.precision, J, optimize=True)
+    # The one second derivative of x = c + R(ω)(x − c) + v: by the angle twice.
+    H[:, 0, 0] -= (at.weights * np.einsum("bmi,bmi->bm", arm, pull)).sum(axis=1) / np.square(at.radius)
+    by_target = -w * (J.swapaxes(-1, -2) @ at.precision)
+    by_source = -by_target
+    # The lever of the angle moves with its point.
+    lever = np.stack([pull[..., 1], -pull[..., 0]], axis=-1) / at.radius[:, None, None]
+    by_source[..., 0, :] += w[..., 0] * lever
+    S = _noise(source_noise, "source_noise", batch, m)
+    turned = at.turn[:, None]
+    noise_p = turned @ S @ turned.swapaxes(-1, -2)
+    middle = np.einsum("bmpi,bmij,bmqj->bpq", by_source, noise_p, by_source, optimize=True)
+    # Each target point once, however many pairs it is in.
+    each = np.zeros((b, at.count, 3, 2))
+    which = np.arange(b)[:, None]
+    np.add.at(each, (which, at.rows), by_target)
+    if at.index is not None:
+        _add_normals(each, at, J)
+    T = _noise(target_noise, "target_noise", batch, at.count)
+    middle = middle + np.einsum("bnpi,bnij,bnqj->bpq", each, T, each, optimize=True)
+    inverse, free = _inverse(H, below)
+    return inverse @ middle @ inverse, free
+
+
+def _add_normals(each: FloatArray, at: _Pairs, J: FloatArray) -> None:
+    """What the target points do through the normals: n turns by α about its point where
+    its neighbourhood's points y are moved by dz, with α (λ₁ − λ₂) k = Σ (t·dz)(y·n) +
+    (t·y)(n·dz), t across n.
+    """
+    assert at.index is not None
+    assert at.normals is not None
+    points = at.index.points
+    b, n = points.shape[:2]
+    which = np.arange(b)[:, None]
+    near, _ = at.index.nearest_k(points, min(at.neighbours + 1, n))
+    y = points[which[..., None], near]
+    y = y - y.mean(axis=2, keepdims=True)
+    values, _ = symmetric_eigen(y.swapaxes(-1, -2) @ y / y.shape[2])
+    t = np.stack([-at.normals[..., 1], at.normals[..., 0]], axis=-1)
+    gap = values[..., 0] - values[..., 1]
+    across, along = (y @ at.normals[..., None]), (y @ t[..., None])
+    turn = (across * t[:, :, None] + along * at.normals[:, :, None]) / y.shape[2]
+    turn = np.where(at.flagged[..., None, None], 0.0, turn / np.where(gap < 0.0, gap, -1.0)[..., None, None])
+    # For each pair, by the turn α of its normal: w Jᵀ [t (n·d) + n (t·d)].
+    d = at.moved - at.partners
+    n_i, t_i = at.normals[which, at.rows], t[which, at.rows]
+    bent = t_i * (n_i * d).sum(-1, keepdims=True) + n_i * (t_i * d).sum(-1, keepdims=True)
+    by_turn = at.weights[..., None] * (J.swapaxes(-1, -2) @ bent[..., None])[..., 0]
+    of_point = np.zeros((b, n, 3))
+    np.add.at(of_point, (which, at.rows), by_turn)
+    np.add.at(each, (which[..., None], near), of_point[:, :, None, :, None] * turn[:, :, :, None, :])
+
+
+def _inverse(H: FloatArray, below: float) -> tuple[FloatArray, FloatArray]:
+    """The inverses of (b, 3, 3) outside their free directions, and these, (b, 3, 3): a
+    column each, zero for the others.
+    """
+    finite = np.asarray(np.isfinite(H).all(axis=(1, 2)))
+    values, vectors = np.linalg.eigh(np.where(finite[:, None, None], H, 0.0))
+    lost: BoolArray = np.asarray(~(values > below * np.maximum(values[:, -1:], 0.0)))
+    reciprocal = np.where(lost, 0.0, 1.0 / np.where(lost, 1.0, values))
+    inverse = (vectors * reciprocal[:, None]) @ vectors.swapaxes(1, 2)
+    return inverse, np.where(lost[:, None], vectors, 0.0)
+
+
+def _noise(given: ArrayLike, name: str, batch: tuple[int, ...], count: int) -> FloatArray:
+    """Covariances (b, count, 2, 2) from what the caller gave."""
+    a = np.asarray(given, dtype=np.float64)
+    if not np.isfinite(a).all():
+        raise ValueError(f"{name}: expected finite numbers")
+    if a.shape in ((), (count,)):
+        if (a < 0.0).any():
+            raise ValueError(f"{name}: a deviation is negative")
+        a = np.square(a)[..., None, None] * np.eye(2)
+        a = np.broadcast_to(a, (count, 2, 2))
+    try:
+        whole = np.broadcast_to(a, (*batch, count, 2, 2))
+    except ValueError:
+        raise ValueError(f"{name}: expected one number, {count}, or {count} covariances, got {a.shape}") from None
+    return whole.reshape(-1, count, 2, 2)
+
+
+def _outer(a: FloatArray, b: FloatArray) -> FloatArray:
+    return a[..., :, None] * b[..., None, :]
+
+

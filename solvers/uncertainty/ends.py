@@ -1,0 +1,335 @@
+"""The spread of poses that many runs end at: by redrawn scans, and by the spread of starts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from solvers.api import register
+from solvers.core import validate
+from solvers.core.arrays import FloatArray, IntArray
+from solvers.core.pose import Pose
+from solvers.uncertainty import se2
+from solvers.uncertainty.matrices import from_scaled
+from solvers.uncertainty.region import Covariance
+
+APART = 0.25
+"""Modes are this fraction of the cloud's radius apart, or more."""
+
+
+@dataclass(frozen=True, eq=False)
+class Spread:
+    """End poses of k runs, all of them, with what one matrix would say and what modes say.
+
+    Attributes
+    ----------
+    poses : Pose
+        The k end poses.
+    mode : ndarray of int64, shape (k,)
+        Which group each belongs to; 0 is the largest. Poses whose distance is below the
+        threshold belong together, as do all that a chain of such poses connects.
+    whole : Covariance
+        One mean and one matrix of all poses.
+    modes : tuple of Covariance
+        One for each group, largest first; a group of one pose has no spread.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers import Pose
+    >>> from solvers.uncertainty import spread_of
+    >>> poses = Pose.from_angle(np.radians([0.0, 1.0, 2.0, 180.0, 181.0]))
+    >>> spread = spread_of(poses, centre=(0.0, 0.0), radius=3.0)
+    >>> spread.mode, len(spread.modes)
+    (array([0, 0, 0, 1, 1]), 2)
+    """
+
+    poses: Pose
+    mode: IntArray
+    whole: Covariance
+    modes: tuple[Covariance, ...]
+
+    @property
+    def shares(self) -> FloatArray:
+        """The fraction of the poses in each mode, largest first."""
+        return np.bincount(self.mode) / self.mode.size
+
+
+def spread_of(
+    poses: Pose, *, centre: ArrayLike, radius: float, apart: float | None = None, made_by: str = "sampled"
+) -> Spread:
+    """The spread of k poses.
+
+    Parameters
+    ----------
+    poses : Pose
+        Rigid motions of the plane, of shape (k,), k ≥ 2.
+    centre : array_like of shape (2,)
+        The cloud's centre in source coordinates.
+    radius : float
+        The cloud's RMS radius, world units.
+    apart : float, optional
+        From which distance on two poses are of two modes: the root mean square distance
+        between where they put the cloud, world units. None is a quarter of the radius.
+    made_by : str, default "sampled"
+        What the covariances say of where they come from.
+
+    Returns
+    -------
+    Spread
+        All poses, their modes, and the covariances in the frame "target".
+
+    Raises
+    ------
+    ValueError
+        If the poses are fewer than two, or not rigid motions of the plane.
+
+    Notes
+    -----
+    The mean is that of the twists about it, found by iteration; the covariance is the
+    sum of the outer products of these twists over k − 1. With modes half a turn apart
+    there is no meaningful mean: `whole` is what one matrix makes of them.
+
+    Examples
+    --------
+    >>> from solvers import Pose
+    >>> from solvers.uncertainty import spread_of
+    >>> poses = Pose.from_angle(0.0, [(0.0, 0.0), (0.1, 0.0), (0.2, 0.0)])
+    >>> spread_of(poses, centre=(1.0, 0.0), radius=2.0).whole.words()
+    'widest: the slide along (1.00, 0.00), σ = 0.1 u'
+    """
+    if len(poses.batch) != 1 or poses.batch[0] < 2:
+        raise ValueError(f"poses: expected two or more, in one row, got the shape {poses.batch}")
+    validate.number(radius, "radius", 1e-100, 1e100)
+    limit = APART * radius if apart is None else validate.number(apart, "apart", 0.0)
+    middle = np.asarray(centre, dtype=np.float64)
+    mode = _modes(poses, middle, radius, limit)
+    groups = tuple(_gaussian(poses[mode == k], middle, radius, made_by) for k in range(int(mode.max()) + 1))
+    # From the largest mode's mean, which the iteration leaves only where that helps.
+    whole = groups[0] if len(groups) == 1 else _gaussian(poses, middle, radius, made_by, groups[0].mean)
+    return Spread(poses, mode, whole, groups)
+
+
+def monte_carlo(
+    source: ArrayLike, target: ArrayLike, method: str = "icp", *, start: Pose | None = None,
+    weights: ArrayLike | None = None, apart: float | None = None, **options: Any,
+) -> Spread:  # fmt: skip
+    """Register redrawn scans, each as if it were the one, and keep all end poses.
+
+    What is redrawn is the caller's: the noise, the rays, the start. Whatever is left
+    out of it is left out of the spread.
+
+    Parameters
+    ----------
+    source : array_like of shape (k, m, 2) or (m, 2)
+        The clouds that are moved, one a draw, or one for all.
+    target : array_like of shape (k, n, 2) or (n, 2)
+        The clouds that stay.
+    method : str, default "icp"
+        As for `solvers.register`.
+    start : Pose, optional
+        Where the runs begin, of shape () or (k,).
+    weights : array_like, optional
+        As for `solvers.register`.
+    apart : float, optional
+        As for `spread_of`.
+    **options
+        The method's own.
+
+    Returns
+    -------
+    Spread
+        Of the k end poses, however the runs stopped, about the first source's centre.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than two draws, and whatever `solvers.register` objects to.
+
+    Examples
+    --------
+    Forty draws of the corridor: across it all agree, and along it none do.
+
+    >>> import numpy as np
+    >>> from solvers.uncertainty import monte_carlo
+    >>> from solvers.wall_scenes import corridor
+    >>> scenes = [corridor(seed=seed) for seed in range(40)]
+    >>> source, target = (np.stack([getattr(s, n) for s in scenes]) for n in ("source", "target"))
+    >>> ends = monte_carlo(source, target, "point-to-plane", start=scenes[0].start, gate=0.8)
+    >>> ends.poses.batch, bool(ends.whole.deviations[0] > 50.0 * ends.whole.deviations[1])
+    ((40,), True)
+    """
+    p = validate.cloud(source, "source", 2)
+    found = register(p, target, method, start=start, weights=weights, **options)
+    middle, radius = _middle(p, weights)
+    return spread_of(found.pose, centre=middle, radius=radius, apart=apart)
+
+
+def from_starts(
+    source: ArrayLike, target: ArrayLike, method: str = "icp", *, start: Covariance,
+    noise: Covariance | None = None, weights: ArrayLike | None = None, draws: int = 0, seed: int = 0,
+    **options: Any,
+) -> Covariance:  # fmt: skip
+    """The covariance of a run's end that the uncertainty of its start leaves.
+
+    One pair of scans is registered from several starts. With `draws` = 0 they are the
+    six of the unscented transform, √3 deviations up and down each direction of the
+    start's covariance; otherwise they are drawn from it.
+
+    Parameters
+    ----------
+    source : array_like of shape (m, 2)
+        The cloud that is moved.
+    target : array_like of shape (n, 2)
+        The cloud that stays.
+    method : str, default "icp"
+        As for `solvers.register`.
+    start : Covariance
+        The starting pose and how uncertain it is; no direction of it is free.
+    noise : Covariance, optional
+        What the points' noise adds, such as a closed form's: the two matrices are added.
+        Its free directions stay free.
+    weights : array_like, optional
+        As for `solvers.register`.
+    draws : int, default 0
+        How many starts are drawn; 0 for the unscented six.
+    seed : int, default 0
+        What they are drawn from.
+    **options
+        The method's own.
+
+    Returns
+    -------
+    Covariance
+        In the frame "target", about the pose that the run from the mean start ends at.
+        The spread is measured from that pose, not from the ends' own mean, so that a run
+        from the mean that misses what the others find counts as spread.
+
+    Raises
+    ------
+    ValueError
+        If a direction of the start is free, and whatever `solvers.register` objects to.
+
+    References
+    ----------
+    .. [1] M. Brossard, S. Bonnabel, A. Barrau, "A new approach to 3D ICP covariance
+       estimation", 2020. arXiv:1909.05722 (left out: the sensor's bias).
+
+    Examples
+    --------
+    In a corridor the end lies where along it the start lay:
+
+    >>> import numpy as np
+    >>> from solvers.uncertainty import from_matrix, from_starts
+    >>> from solvers.wall_scenes import corridor
+    >>> scene = corridor()
+    >>> start = from_matrix(np.diag([0.03, 0.3, 0.3]) ** 2, scene.truth)
+    >>> ends = from_starts(scene.source, scene.target, "icp", start=start, gate=0.8)
+    >>> print(ends.words())
+    widest: the slide along (0.94, 0.33), σ = 0.3 u
+    """
+    p, q = validate.cloud(source, "source", 2), validate.cloud(target, "target", 2)
+    if p.ndim != 2 or q.ndim != 2 or start.mean.batch:
+        raise ValueError("source, target, start: expected one pair of clouds and one start")
+    poses = start.sample(draws, seed) if validate.count(draws, "draws") else _unscented(start)
+    starts = _joined(start.mean, poses)
+    found = register(p, q, method, start=starts, weights=weights, **options)
+    middle, radius = _middle(p, weights)
+    end = found.pose[0]
+    centre = end.apply(middle[None])[0]
+    along = _twists(found.pose[1:], end, centre, radius)
+    scaled = along.T @ along / len(along)
+    free = None
+    if noise is not None:
+        other = _moved(noise.to("target"), centre, radius)
+        half = other.directions * np.where(other.free, 0.0, other.deviations)
+        scaled, free = scaled + half @ half.T, np.where(other.free, other.directions, 0.0)
+        keep = np.eye(3) - free @ free.T
+        scaled = keep @ scaled @ keep
+    return from_scaled(scaled, end, centre, np.asarray(radius), "target", "starts", free)
+
+
+def _middle(points: FloatArray, weights: ArrayLike | None) -> tuple[FloatArray, float]:
+    """Centre and RMS radius of the first cloud's points with weight."""
+    first = points.reshape(-1, *points.shape[-2:])[0]
+    if weights is not None:
+        w = np.asarray(weights, dtype=np.float64)
+        first = first[w.reshape(-1, w.shape[-1])[0] > 0.0]
+    middle = first.mean(axis=0)
+    return middle, float(np.sqrt(np.square(first - middle).sum(axis=1).mean())) or 1.0
+
+
+def _moved(spread: Covariance, centre: FloatArray, radius: float) -> Covariance:
+    """The same covariance told about another centre and in units of another radius."""
+    if np.allclose(spread.centre, centre) and np.isclose(spread.radius, radius):
+        return spread
+    if spread.free.any():
+        raise ValueError("noise: with a free direction it has to be of the same clouds")
+    scale = np.array([radius, 1.0, 1.0])
+    out = scale[:, None] * se2.shifted(centre)
+    scaled = out @ spread.matrix @ out.T
+    return from_scaled(scaled, spread.mean, centre, np.asarray(radius), "target", spread.made_by)
+
+
+def _unscented(start: Covariance) -> Pose:
+    """The 2d sigma points of equal weight, √d deviations along each of d = 3 directions."""
+    if start.free.any():
+        raise ValueError(f"start: it has no finite spread: {start.words()}")
+    return start.poses(np.sqrt(3.0) * np.concatenate([np.diag(start.deviations), -np.diag(start.deviations)]))
+
+
+def _joined(first: Pose, rest: Pose) -> Pose:
+    return Pose(np.concatenate([first.R[None], rest.R]), np.concatenate([first.t[None], rest.t]))
+
+
+def _twists(poses: Pose, mean: Pose, centre: FloatArray, radius: float) -> FloatArray:
+    """(radius · angle, x, y) from the mean to each pose, about the centre in target coordinates."""
+    shift = Pose(np.eye(2), centre)
+    twist = se2.log(shift.inverse().compose(poses.compose(mean.inverse())).compose(shift))
+    scaled: FloatArray = twist * np.array([radius, 1.0, 1.0])
+    return scaled
+
+
+def _gaussian(poses: Pose, middle: FloatArray, radius: float, made_by: str, mean: Pose | None = None) -> Covariance:
+    """Mean and covariance of poses (k,)."""
+    mean = poses[0] if mean is None else mean
+    spread = np.inf
+    for _ in range(20):
+        centre = mean.apply(middle[None])[0]
+        along = _twists(poses, mean, centre, radius)
+        now = float(np.square(along).sum())
+        if now >= spread * (1.0 - 1e-12):
+            break
+        spread, best = now, (mean, centre, along)
+        step = se2.exp(along.mean(axis=0) / np.array([radius, 1.0, 1.0]))
+        shift = Pose(np.eye(2), centre)
+        mean = shift.compose(step).compose(shift.inverse()).compose(mean)
+    mean, centre, along = best
+    scaled = along.T @ along / max(len(along) - 1, 1)
+    return from_scaled(scaled, replace(mean), centre, np.asarray(radius), "target", made_by)
+
+
+def _modes(poses: Pose, middle: FloatArray, radius: float, apart: float) -> IntArray:
+    """Labels of the connected groups, the largest 0."""
+    at = poses.apply(middle[None])[:, 0]
+    angle = np.asarray(poses.angle)
+    squares = np.square(at[:, None] - at).sum(axis=-1)
+    squares += np.square(2.0 * radius * np.sin(0.5 * (angle[:, None] - angle)))
+    near = squares < apart * apart
+    np.fill_diagonal(near, True)
+    label = np.arange(len(at), dtype=np.int64)
+    while True:
+        # Each takes the least label in its reach; a group has settled when none changes.
+        least = np.where(near, label, len(at)).min(axis=1)
+        least = least[least]
+        if (least == label).all():
+            break
+        label = least
+    _, label, count = np.unique(label, return_inverse=True, return_counts=True)
+    rank = np.empty(len(count), dtype=np.int64)
+    rank[np.argsort(-count, kind="stable")] = np.arange(len(count))
+    ranked: IntArray = rank[label]
+    return ranked

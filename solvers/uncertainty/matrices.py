@@ -1,0 +1,101 @@
+"""Covariances made from matrices."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from solvers.core.arrays import FloatArray
+from solvers.core.pose import Pose
+from solvers.uncertainty import se2
+from solvers.uncertainty.region import Covariance
+
+_FAR = 1e4
+
+
+def from_matrix(
+    matrix: ArrayLike,
+    mean: Pose,
+    *,
+    centre: ArrayLike = (0.0, 0.0),
+    radius: ArrayLike = 1.0,
+    frame: str = "target",
+    made_by: str = "given",
+) -> Covariance:
+    """A covariance from its matrix.
+
+    Parameters
+    ----------
+    matrix : array_like of shape (..., 3, 3)
+        Over (angle, x, y), about the frame's origin: symmetric, positive semidefinite.
+    mean : Pose
+        Rigid motions of the plane, of shape (...).
+    centre : array_like of shape (..., 2), default (0.0, 0.0)
+        The cloud's centre, in the frame's coordinates.
+    radius : array_like of shape (...), default 1.0
+        The cloud's RMS radius, world units.
+    frame : str, default "target"
+        "target" or "source".
+    made_by : str, default "given"
+        Where it comes from.
+
+    Returns
+    -------
+    Covariance
+        With the directions ordered by their deviation.
+
+    Raises
+    ------
+    ValueError
+        If the matrix is not finite, not symmetric or not positive semidefinite, or the
+        mean is no planar pose.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers import Pose
+    >>> from solvers.uncertainty import from_matrix
+    >>> odometry = np.diag([0.05, 0.2, 0.1]) ** 2
+    >>> from_matrix(odometry, Pose.identity(), radius=3.0, frame="source").deviations.round(3)
+    array([0.2 , 0.15, 0.1 ])
+    """
+    S = np.asarray(matrix, dtype=np.float64)
+    if S.shape[-2:] != (3, 3) or not np.isfinite(S).all():
+        raise ValueError(f"matrix: expected finite numbers of shape (..., 3, 3), got {S.shape}")
+    size = np.abs(S).max(initial=0.0)
+    if np.abs(S - S.swapaxes(-1, -2)).max(initial=0.0) > 1e-9 * size:
+        raise ValueError("matrix: it is not symmetric")
+    c, r = np.broadcast_to(np.asarray(centre, float), (*mean.batch, 2)), np.broadcast_to(radius, mean.batch)
+    ones = np.ones_like(r)
+    out = np.stack([r, ones, ones], axis=-1)[..., :, None] * se2.shifted(c)
+    return from_scaled(out @ S @ out.swapaxes(-1, -2), mean, c, r, frame, made_by)
+
+
+def from_scaled(
+    scaled: FloatArray, mean: Pose, centre: FloatArray, radius: FloatArray, frame: str, made_by: str,
+    free: FloatArray | None = None,
+) -> Covariance:  # fmt: skip
+    """A covariance from its matrix (..., 3, 3) in (radius · angle, x, y) about the centre.
+
+    free: (..., 3, 3) a column for each free direction, zero for the others; the matrix
+    is zero along them.
+    """
+    if mean.dim != 2 or np.any(np.abs(np.asarray(mean.scale) - 1.0) > 1e-9):
+        raise ValueError("mean: expected rigid motions of the plane")
+    scaled = np.broadcast_to(0.5 * (scaled + scaled.swapaxes(-1, -2)), (*mean.batch, 3, 3))
+    largest = np.abs(scaled).max(axis=(-2, -1), keepdims=True)
+    unit = np.where(largest > 0.0, largest, 1.0)
+    relative = scaled / unit
+    if free is not None:
+        # What is free is put far beyond the rest, to come first among the eigenvectors.
+        relative = relative + _FAR * (free @ free.swapaxes(-1, -2))
+    values, vectors = np.linalg.eigh(relative)
+    if values.min(initial=0.0) < -1e-6:
+        raise ValueError("matrix: it is not positive semidefinite")
+    values, vectors = values[..., ::-1], vectors[..., ::-1]
+    lost = values > 0.5 * _FAR if free is not None else np.zeros(values.shape, dtype=np.bool_)
+    deviations = np.where(lost, np.inf, np.sqrt(np.maximum(values, 0.0) * unit[..., 0]))
+    # The sign of a direction is a choice: its largest component is positive.
+    at = np.abs(vectors).argmax(axis=-2)[..., None, :]
+    vectors = vectors * np.where(np.take_along_axis(vectors, at, axis=-2) < 0.0, -1.0, 1.0)
+    return Covariance(mean, deviations, vectors, np.array(centre), np.array(radius), frame, made_by)

@@ -1,0 +1,392 @@
+"""A pose with its spread: the matrix, where it acts, its regions and its directions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import sqrt
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from solvers.core import validate
+from solvers.core.arrays import AnyArray, BoolArray, FloatArray
+from solvers.core.pose import Pose
+from solvers.uncertainty import se2
+from solvers.uncertainty.chi_square import quantile
+
+FRAMES = ("target", "source")
+
+
+@dataclass(frozen=True, eq=False)
+class Covariance:
+    """How far, and in which directions, poses spread about a mean.
+
+    The true pose is taken to be `exp(ξ) ∘ mean` in the frame "target" (the small motion
+    happens in target coordinates, after the pose) and `mean ∘ exp(ξ)` in the frame
+    "source", with ξ normal, of mean zero. It is kept by its eigen-directions, of the
+    twist about the cloud's centre with its angle multiplied by the cloud's RMS radius:
+    then all are lengths, and their order depends neither on units nor on the origin.
+    Where the data say nothing about a direction its deviation is infinite.
+
+    Attributes
+    ----------
+    mean : Pose
+        Rigid motions of the plane, of shape (...).
+    deviations : ndarray of shape (..., 3)
+        Standard deviations along the directions, largest first, world units; infinite
+        where a direction is free.
+    directions : ndarray of shape (..., 3, 3)
+        Unit vectors (radius · angle, x, y) of the motions, one a column.
+    centre : ndarray of shape (..., 2)
+        What the motions turn about, in the frame's coordinates.
+    radius : ndarray of shape (...)
+        RMS radius of the cloud, world units.
+    frame : str
+        "target" or "source".
+    made_by : str
+        "hessian", "censi", "sampled" or "starts".
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers import Pose
+    >>> from solvers.uncertainty import from_matrix
+    >>> spread = from_matrix(np.diag([0.01, 0.04, 0.01]) ** 2, Pose.identity(), radius=3.0)
+    >>> spread.deviations.round(3)
+    array([0.04, 0.03, 0.01])
+    >>> spread.covers(Pose.from_angle(0.02)), spread.covers(Pose.from_angle(0.04))
+    (np.True_, np.False_)
+    """
+
+    mean: Pose
+    deviations: FloatArray
+    directions: FloatArray
+    centre: FloatArray
+    radius: FloatArray
+    frame: str
+    made_by: str
+
+    def __post_init__(self) -> None:
+        validate.one_of(self.frame, FRAMES, "frame")
+
+    @property
+    def free(self) -> BoolArray:
+        """Which directions are free, (..., 3)."""
+        return np.isinf(self.deviations)
+
+    @property
+    def matrix(self) -> FloatArray:
+        """The covariance (..., 3, 3) over (angle, x, y), about the frame's origin.
+
+        rad², rad·u and u². A free direction is left out, as if it did not move: no
+        finite matrix holds it. `information` says of it what there is to say, nothing.
+        """
+        finite = np.where(self.free, 0.0, self.deviations)
+        half = self._basis() * finite[..., None, :]
+        return half @ half.swapaxes(-1, -2)
+
+    @property
+    def information(self) -> FloatArray:
+        """The information matrix (..., 3, 3) over (angle, x, y), about the frame's origin.
+
+        The inverse of the covariance, as a pose graph takes it, with zero along a free
+        direction.
+
+        Raises
+        ------
+        ValueError
+            If a deviation is zero: certainty has no finite information.
+        """
+        if np.any(self.deviations == 0.0):
+            raise ValueError("information: a deviation is zero, so it would be infinite")
+        out = self._towards()
+        half = out.swapaxes(-1, -2) @ (self.directions / self.deviations[..., None, :])
+        return half @ half.swapaxes(-1, -2)
+
+    def to(self, frame: str) -> Covariance:
+        """The same spread with its small motion on the other side of the pose.
+
+        The matrix goes by the adjoint, `Ad(T) Σ Ad(T)ᵀ` from source to target.
+
+        Parameters
+        ----------
+        frame : str
+            "target" or "source".
+
+        Returns
+        -------
+        Covariance
+            In that frame.
+
+        Raises
+        ------
+        ValueError
+            If there is no such frame.
+        """
+        if validate.one_of(frame, FRAMES, "frame") == self.frame:
+            return self
+        pose = self.mean if frame == "target" else self.mean.inverse()
+        turn = np.zeros((*pose.batch, 3, 3))
+        turn[..., 0, 0] = 1.0
+        turn[..., 1:, 1:] = pose.R
+        centre = pose.apply(self.centre[..., None, :])[..., 0, :]
+        return replace(self, directions=turn @ self.directions, centre=centre, frame=frame)
+
+    def distance(self, pose: Pose) -> FloatArray:
+        """The squared Mahalanobis distance of poses from the mean.
+
+        Free directions count nothing; a motion along a direction without spread is
+        infinitely far.
+
+        Parameters
+        ----------
+        pose : Pose
+            Of a shape that broadcasts against the mean's.
+
+        Returns
+        -------
+        ndarray of shape (...)
+            A number without unit; χ² distributed where the model is right, with as many
+            degrees of freedom as directions are determined.
+        """
+        along = self.along(pose)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = np.where(along == 0.0, 0.0, np.abs(along) / self.deviations)
+        square: FloatArray = np.square(ratio).sum(axis=-1)
+        return square[()]
+
+    def along(self, pose: Pose) -> FloatArray:
+        """How far poses lie from the mean along each direction.
+
+        Parameters
+        ----------
+        pose : Pose
+            Of a shape that broadcasts against the mean's.
+
+        Returns
+        -------
+        ndarray of shape (..., 3)
+            World units.
+        """
+        back = self.mean.inverse()
+        apart = pose.compose(back) if self.frame == "target" else back.compose(pose)
+        shift = Pose(np.eye(2), self.centre)
+        twist = se2.log(shift.inverse().compose(apart).compose(shift))
+        scaled = twist * self._scale()
+        along: FloatArray = (scaled[..., None, :] @ self.directions)[..., 0, :]
+        return along
+
+    def covers(self, pose: Pose, level: float = 0.95) -> BoolArray:
+        """Whether poses lie in the region that should hold the truth with a probability.
+
+        Parameters
+        ----------
+        pose : Pose
+            Of a shape that broadcasts against the mean's.
+        level : float, default 0.95
+            The probability.
+
+        Returns
+        -------
+        ndarray of bool, shape (...)
+            True where they do. Where all directions are free it is always true.
+
+        Raises
+        ------
+        ValueError
+            If the level is no probability.
+        """
+        limits = np.array([np.inf, *(quantile(level, k) for k in (1, 2, 3))])
+        within: BoolArray = self.distance(pose) <= limits[3 - self.free.sum(axis=-1)]
+        return within
+
+    def point_covariance(self, point: ArrayLike = (0.0, 0.0), reach: float | None = None) -> FloatArray:
+        """The covariance (..., 2, 2) of where a source point comes to lie, in u².
+
+        Parameters
+        ----------
+        point : array_like of shape (2,), default (0.0, 0.0)
+            In source coordinates; the origin is where the scanner stood.
+        reach : float, optional
+            What is taken for the deviation of a free direction, world units.
+
+        Returns
+        -------
+        ndarray of shape (..., 2, 2)
+            In target coordinates.
+
+        Raises
+        ------
+        ValueError
+            If a direction is free and there is no reach.
+        """
+        half = self.to("target")._lever(point) * self._finite(reach)[..., None, :]
+        return half @ half.swapaxes(-1, -2)
+
+    def ellipse(
+        self, level: float = 0.95, point: ArrayLike = (0.0, 0.0), count: int = 72, reach: float | None = None
+    ) -> FloatArray:
+        """The curve about where a source point comes to lie that holds it with a probability.
+
+        For each point of the ellipse of the linearised spread the most likely motion
+        that leads there is carried through the exponential map, so that a spread of
+        angles bends the curve.
+
+        Parameters
+        ----------
+        level : float, default 0.95
+            The probability.
+        point : array_like of shape (2,), default (0.0, 0.0)
+            In source coordinates; the origin is where the scanner stood.
+        count : int, default 72
+            The points of the curve.
+        reach : float, optional
+            What is taken for the deviation of a free direction, world units.
+
+        Returns
+        -------
+        ndarray of shape (count + 1, 2)
+            Closed, in target coordinates.
+
+        Raises
+        ------
+        ValueError
+            If this is a batch, if a direction is free and there is no reach, or if the
+            level is no probability.
+        """
+        self._single("ellipse")
+        here = self.to("target")
+        half = here._lever(point) * here._finite(reach)
+        # A triangular root, which unlike eigenvectors is steady where the ellipse is round.
+        C = half @ half.T
+        a = sqrt(C[0, 0])
+        b = C[0, 1] / a if a > 0.0 else 0.0
+        root = np.array([[a, 0.0], [b, sqrt(max(C[1, 1] - b * b, 0.0))]])
+        turn = np.linspace(0.0, 2.0 * np.pi, count + 1)
+        reached = np.stack([np.cos(turn), np.sin(turn)], axis=-1) @ root.T * sqrt(quantile(level, 2))
+        motions = here._motions(reached @ np.linalg.pinv(half).T * here._finite(reach))
+        where: FloatArray = motions.compose(here.mean).apply(np.asarray(point, dtype=np.float64)[None])[:, 0]
+        return where
+
+    def sample(self, count: int, seed: int = 0, reach: float | None = None) -> Pose:
+        """Poses drawn from the normal distribution, through the exponential map.
+
+        Parameters
+        ----------
+        count : int
+            How many.
+        seed : int, default 0
+            What the random numbers are drawn from.
+        reach : float, optional
+            What is taken for the deviation of a free direction, world units.
+
+        Returns
+        -------
+        Pose
+            Of shape (count,).
+
+        Raises
+        ------
+        ValueError
+            If this is a batch, or if a direction is free and there is no reach.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from solvers import Pose
+        >>> from solvers.uncertainty import from_matrix
+        >>> spread = from_matrix(np.diag([0.5, 0.0, 0.0]) ** 2, Pose.from_angle(0.0, (2.0, 0.0)))
+        >>> reached = spread.sample(200, seed=1).t
+        >>> np.linalg.norm(reached, axis=1).round(9).max()  # all on a circle: the banana
+        np.float64(2.0)
+        """
+        self._single("sample")
+        rng = np.random.default_rng(validate.count(seed, "seed"))
+        return self.poses(rng.standard_normal((validate.count(count, "count", 1), 3)) * self._finite(reach))
+
+    def poses(self, along: ArrayLike) -> Pose:
+        """The poses that lie so far along each direction: the inverse of `along`.
+
+        Parameters
+        ----------
+        along : array_like of shape (n, 3)
+            World units.
+
+        Returns
+        -------
+        Pose
+            Of shape (n,).
+
+        Raises
+        ------
+        ValueError
+            If this is a batch.
+        """
+        self._single("poses")
+        motions = self._motions(np.asarray(along, dtype=np.float64))
+        return motions.compose(self.mean) if self.frame == "target" else self.mean.compose(motions)
+
+    def words(self) -> str:
+        """What is free or widest, in words, for a single pose."""
+        self._single("words")
+        count = int(self.free.sum())
+        if count > 1:
+            return f"{count} of 3 directions of motion are free"
+        named = _named(self.directions[:, 0], self.centre, float(self.radius))
+        return f"{named} is free" if count else f"widest: {named}, σ = {self.deviations[0]:.2g} u"
+
+    def __getitem__(self, rows: Any) -> Covariance:
+        """The entries at `rows` of the batch: any numpy index of the leading axes."""
+        parts = {name: getattr(self, name)[rows] for name in ("mean", "deviations", "directions", "centre", "radius")}
+        return replace(self, **parts)
+
+    def _single(self, name: str) -> None:
+        if self.mean.batch:
+            raise ValueError(f"{name}: of a batch of shape {self.mean.batch}, choose one by its index")
+
+    def _finite(self, reach: float | None) -> FloatArray:
+        if reach is not None:
+            return np.where(self.free, validate.number(reach, "reach", 0.0), self.deviations)
+        if self.free.any():
+            named = "" if self.mean.batch else f": {self.words()}"
+            raise ValueError(f"reach: a direction has no finite spread{named}; say how far to take it")
+        return self.deviations
+
+    def _scale(self) -> FloatArray:
+        ones = np.ones_like(self.radius)
+        return np.stack([self.radius, ones, ones], axis=-1)
+
+    def _towards(self) -> FloatArray:
+        """From a twist about the origin to scaled coordinates about the centre."""
+        return self._scale()[..., :, None] * se2.shifted(self.centre)
+
+    def _basis(self) -> FloatArray:
+        """The directions as twists (angle, x, y) about the frame's origin, one a column."""
+        return se2.shifted(-self.centre) @ (self.directions / self._scale()[..., :, None])
+
+    def _lever(self, point: ArrayLike) -> FloatArray:
+        """How a moved source point goes along each direction, (..., 2, 3), in target coordinates."""
+        p = np.asarray(point, dtype=np.float64)
+        arm = self.mean.apply(p[None])[..., 0, :] - self.centre
+        J = np.zeros((*self.mean.batch, 2, 3))
+        J[..., 0, 1] = J[..., 1, 2] = 1.0
+        J[..., 0, 0], J[..., 1, 0] = -arm[..., 1] / self.radius, arm[..., 0] / self.radius
+        return J @ self.directions
+
+    def _motions(self, along: FloatArray) -> Pose:
+        """The motions that go so far along each direction, (n, 3)."""
+        twist = (along @ self.directions.T) / self._scale()
+        shift = Pose(np.eye(2), self.centre)
+        return shift.compose(se2.exp(twist)).compose(shift.inverse())
+
+
+def _named(direction: AnyArray, centre: FloatArray, radius: float) -> str:
+    """A direction of motion in words: a slide, or a turn about a point."""
+    omega, v = float(direction[0]), direction[1:]
+    # A turn about a point ten radii away is a slide to the eye.
+    if abs(omega) < 0.1:
+        said = ", ".join(f"{x:.2f}" for x in v / np.linalg.norm(v))
+        return f"the slide along ({said})"
+    x = centre + np.array([-v[1], v[0]]) * radius / omega
+    return f"the turn about ({x[0]:.2f}, {x[1]:.2f})"

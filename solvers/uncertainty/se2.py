@@ -1,0 +1,111 @@
+"""Small motions of the plane: the exponential map of SE(2), its inverse, and the adjoint.
+
+A twist is (angle, x, y): radians and world units, in this order everywhere in
+`solvers.uncertainty`. `exp` moves with constant angular and linear velocity for one
+unit of time, so that a twist with an angle leads along an arc.
+
+Sources: Barfoot & Furgale 2014, Associating uncertainty with three-dimensional poses
+for use in estimation problems (perturbations through the exponential map); Long et al.
+2012, The banana distribution is Gaussian (the planar formulas).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from solvers.core.arrays import FloatArray
+from solvers.core.pose import Pose
+
+
+def exp(twist: ArrayLike) -> Pose:
+    """The motion that a twist leads to.
+
+    Parameters
+    ----------
+    twist : array_like of shape (..., 3)
+        Angle in radians, then x and y in world units.
+
+    Returns
+    -------
+    Pose
+        The motions, of shape (...).
+
+    Examples
+    --------
+    A quarter turn along an arc of radius 1:
+
+    >>> import numpy as np
+    >>> from solvers.uncertainty import exp
+    >>> exp([np.pi / 2, np.pi / 2, 0.0])
+    Pose(angle=90°, t=(1, 1), scale=1)
+    """
+    xi = np.asarray(twist, dtype=np.float64)
+    angle, x, y = xi[..., 0], xi[..., 1], xi[..., 2]
+    ahead = np.sinc(angle / np.pi)
+    aside = 0.5 * angle * np.square(np.sinc(0.5 * angle / np.pi))
+    return Pose.from_angle(angle, np.stack([ahead * x - aside * y, aside * x + ahead * y], axis=-1))
+
+
+def log(pose: Pose) -> FloatArray:
+    """The shortest twist that leads to a motion.
+
+    Parameters
+    ----------
+    pose : Pose
+        Rigid motions of the plane, of shape (...).
+
+    Returns
+    -------
+    ndarray of shape (..., 3)
+        Angle in (−π, π], then x and y in world units.
+
+    Examples
+    --------
+    >>> from solvers.uncertainty import exp, log
+    >>> log(exp([0.3, 1.0, -2.0])).round(6)
+    array([ 0.3,  1. , -2. ])
+    """
+    angle = np.asarray(pose.angle)
+    half = 0.5 * angle
+    along = np.cos(half) / np.sinc(half / np.pi)
+    x, y = pose.t[..., 0], pose.t[..., 1]
+    return np.stack([angle, along * x + half * y, along * y - half * x], axis=-1)
+
+
+def adjoint(pose: Pose) -> FloatArray:
+    """The matrix that takes a twist from one side of a pose to the other.
+
+    `T ∘ exp(ξ) = exp(Ad(T) ξ) ∘ T`: a small motion in source coordinates, told in target
+    coordinates.
+
+    Parameters
+    ----------
+    pose : Pose
+        Rigid motions T of the plane, of shape (...).
+
+    Returns
+    -------
+    ndarray of shape (..., 3, 3)
+        Over (angle, x, y).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers import Pose
+    >>> from solvers.uncertainty import adjoint
+    >>> adjoint(Pose.from_angle(np.pi / 2, (2.0, 0.0))) @ [0.1, 0.0, 0.0]
+    array([ 0.1,  0. , -0.2])
+    """
+    matrix = np.zeros((*pose.batch, 3, 3))
+    matrix[..., 0, 0] = 1.0
+    matrix[..., 1:, 1:] = pose.R
+    matrix[..., 1, 0], matrix[..., 2, 0] = pose.t[..., 1], -pose.t[..., 0]
+    return matrix
+
+
+def shifted(centre: FloatArray) -> FloatArray:
+    """The adjoint of the shift that puts `centre` (..., 2) at the origin, (..., 3, 3): a
+    twist about the frame's origin, told about `centre`.
+    """
+    return adjoint(Pose(np.eye(2), -np.asarray(centre)))

@@ -1,0 +1,49 @@
+"""Scans made again and again in one place, and how often a region holds the truth."""
+
+from solvers.studies.coverage import (
+    GATE,
+    LEVEL,
+    METHODS,
+    WAYS,
+    Line,
+    Runs,
+    coverage,
+    ends_of,
+    regions,
+    runs,
+)
+from solvers.studies.redrawn import (
+    ENDS,
+    NO_ECHO,
+    PLACES,
+    REACH,
+    SIDES,
+    STANDS,
+    Redrawn,
+    redrawn,
+    starts,
+    walls_of,
+)
+
+__all__ = [
+    "ENDS",
+    "GATE",
+    "LEVEL",
+    "METHODS",
+    "NO_ECHO",
+    "PLACES",
+    "REACH",
+    "SIDES",
+    "STANDS",
+    "WAYS",
+    "Line",
+    "Redrawn",
+    "Runs",
+    "coverage",
+    "ends_of",
+    "redrawn",
+    "regions",
+    "runs",
+    "starts",
+    "walls_of",
+]

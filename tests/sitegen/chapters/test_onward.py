@@ -1,0 +1,92 @@
+"""Where next: what a chapter's front matter names stands at the chapter's end, and names that lead nowhere are told."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from tests.sitegen.conftest import START, Project
+
+FRONT = '---\ntitle: T\nslug: second\nrung: "1"\nsummary: S\n'
+FIRST = START.partition("Read")[0].replace("---\n", "---\nslug: start\n", 1)
+NEXT = "next:\n  - to: start#deep\n    says: If <this> & that.\n  - to: start\n    says: \"Else: this.\"\n"
+
+# What stands under next:, and what is said of the place that ¦ marks.
+WRONG = {
+    "a chapter": ("  - to: ¦strat\n    says: S\n", "no chapter 'strat'; did you mean 'start'?"),
+    "an anchor": ("  - to: ¦start#dep\n    says: S\n", "no anchor 'dep' on index.html; did you mean 'deep'?"),
+    "a figure": ("  - to: ¦fig:dmo\n    says: S\n", "no figure 'dmo'"),
+    "no reason": ("  - ¦to: start\n", "says is missing: a text"),
+    "no place": ("  - ¦says: S\n", "to is missing: a text"),
+    "a key": ("  - to: start\n    ¦say: S\n    says: S\n", "no key 'say'; did you mean 'says'?"),
+    "twice": ("  - to: start\n    says: S\n  - to: ¦start\n    says: S\n", "'start' stands twice"),
+    "four": (
+        "".join(f"  - {'¦' * (k == 3)}to: {to}\n    says: S\n" for k, to in enumerate(["start", "start#deep",
+        "second", "second#two"])),
+        "3 places at most",
+    ),
+    "words in the place of a list": (" ¦start", "a list of places, each with to and says"),
+}  # fmt: skip
+
+
+@pytest.fixture
+def desk(project: Project) -> Project:
+    """The small site, its second chapter without a text of its own."""
+    project.write("content/00-start.md", FIRST + "## Deep *down* {#deep}\n\nText.\n")
+    project.write("content/01-second.md", f"{FRONT}---\n\n## Two\n\nText.\n")
+    return project
+
+
+def test_what_is_named_stands_at_the_end(desk: Project) -> None:
+    """A link and its reason, as plain words: a chapter under its rung, a part of one under its chapter's title too."""
+    desk.write("content/01-second.md", f"{FRONT}{NEXT}---\n\nText. See [the end](#where-next).\n")
+    desk.build()
+    page = desk.page("second.html")
+    (section,) = re.findall(r'<section class="onward" aria-labelledby="where-next">.*?</section>', page, re.DOTALL)
+    assert page.index("Text.") < page.index(section) < page.index('id="notebook"') < page.index('class="pager"')
+    assert re.findall(r'<p class="onward-says">(.*?)</p>', section) == ["If &lt;this&gt; &amp; that.", "Else: this."]
+    assert re.findall(r'<span class="onward-over">(.*?)</span>', section) == ["Rung 0 · Start here", "Rung 0"]
+    assert re.findall(r'<a class="ref" href="(.*?)">(.*?)</a>', section) == [
+        ("index.html#deep", "Deep <em>down</em>"),
+        ("index.html", "Start here"),
+    ]
+
+
+def test_a_chapter_without_any_has_no_section(desk: Project) -> None:
+    desk.build()
+    assert "onward" not in desk.page("second.html")
+    desk.write("content/01-second.md", f"{FRONT}---\n\n[there](#where-next)\n")
+    assert "no anchor 'where-next' on second.html" in "\n".join(desk.problems())
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_what_is_wrong_is_told_at_its_place(desk: Project, name: str) -> None:
+    given, words = WRONG[name]
+    head = f"{FRONT}next:" + ("" if given.startswith(" ¦") else "\n")
+    text = f"{head}{given.rstrip()}\n---\n\n## Two\n\nText.\n"
+    before = text.partition("¦")[0]
+    line = 1 + before.count("\n")
+    column = len(before) - before.rfind("\n")
+    desk.write("content/01-second.md", text.replace("¦", ""))
+    (said,) = desk.problems()
+    where = f"{line}:1" if name.startswith("words") else f"{line}:{column}"  # of what a key holds, the key's
+    assert said.startswith(f"content/01-second.md:{where}: ")
+    assert words in said
+
+
+def test_a_place_in_a_draft_is_told_as_such(desk: Project) -> None:
+    desk.write("content/02-later.md", "---\ntitle: Later\nslug: later\nsummary: S\ndraft: true\n---\n\nText.\n")
+    desk.write("content/01-second.md", f"{FRONT}next:\n  - to: later\n    says: S\n---\n\nText.\n")
+    (said,) = desk.problems()
+    assert "'later' is a draft" in said
+
+
+def test_an_edit_of_the_place_shows_where_it_is_named(desk: Project) -> None:
+    """The link says what the chapter that it leads to is called now."""
+    desk.write("content/01-second.md", f"{FRONT}{NEXT}---\n\nText.\n")
+    desk.build()
+    desk.write("content/00-start.md", FIRST.replace("Start here", "Begin") + "## Deeper {#deep}\n\nText.\n")
+    desk.build()
+    assert ">Deeper</a>" in desk.page("second.html")
+    assert "Rung 0 · Begin" in desk.page("second.html")

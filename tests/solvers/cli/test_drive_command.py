@@ -1,0 +1,86 @@
+"""`python -m solvers drive FILE`: what it prints, writes and refuses."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from solvers.cli.command import main
+from solvers.io import g2o
+from solvers.scenes.drive import simulated_drive
+
+pytestmark = pytest.mark.native
+
+
+@pytest.fixture(scope="module")
+def table(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A simulated drive as a file, rounded to the centimetre as a real one."""
+    drive, _ = simulated_drive(scans=70, beams=121)
+    names = ["seconds", "dx_m", "dy_m", "dphi_rad", *(f"r{k}" for k in range(121))]
+    centimetres = np.where(np.isinf(drive.ranges), 0, np.rint(100 * drive.ranges))
+    rows = np.column_stack([drive.seconds, drive.motion.t, drive.motion.angle, centimetres]).tolist()
+    path = tmp_path_factory.mktemp("drive") / "drive.csv"
+    path.write_text("\n".join([",".join(names), *(",".join(f"{v:g}" for v in row) for row in rows)]) + "\n", "utf-8")
+    return path
+
+
+def said(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str, str]:
+    code = main(["drive", *map(str, arguments)])
+    heard = capsys.readouterr()
+    return code, heard.out, heard.err
+
+
+def test_a_drive_becomes_a_map_a_graph_and_poses(
+    table: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    outs = [tmp_path / name for name in ("map.svg", "map.png", "graph.g2o", "poses.csv")]
+    code, out, err = said(capsys, table, "--ahead", 0.3, *(word for path in outs for word in ("--out", path)))
+    assert (code, err) == (0, "")
+    assert "70 scans of 121 beams" in out
+    assert "69 of 69 scans matched to the scan before" in out
+    assert "graph     converged" in out
+    ElementTree.fromstring(outs[0].read_text("utf-8"))
+    assert outs[1].read_bytes().startswith(b"\x89PNG")
+    graph = g2o.read(outs[2].read_bytes())
+    poses = np.loadtxt(outs[3], delimiter=",", skiprows=1)
+    assert np.allclose(graph.poses.t, poses[:, 1:3], atol=1e-6)
+    assert len(graph.edges) > 69
+    assert graph.fixed.tolist() == [0]
+
+
+def test_the_chain_alone(table: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, _ = said(capsys, table, "--no-loops")
+    assert code == 0
+    assert "loops" not in out
+    assert "graph" not in out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["nowhere.csv"], "nowhere.csv: No such file"),
+        (["telecom-loop", "--out", "map.gif"], "expected a name that ends in .svg, .png, .g2o, .csv"),
+        (["telecom-loop", "--gate", "-1"], "gate"),
+        (["telecom-loop", "--farthest", "0"], "--farthest"),
+        (["telecom-loop", "--radius", "-1"], "radius"),
+    ],
+)
+def test_what_cannot_be_done_is_told_with_code_2(
+    arguments: list[str], words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, out, err = said(capsys, *arguments)
+    assert (code, out) == (2, "")
+    assert words in err
+    assert err.startswith("solvers: ")
+
+
+def test_a_line_that_is_wrong_is_named(table: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    broken = tmp_path / "broken.csv"
+    lines = table.read_text("utf-8").splitlines()
+    broken.write_text("\n".join([*lines[:5], "1,2,3", *lines[5:]]), "utf-8")
+    code, _, err = said(capsys, broken)
+    assert code == 2
+    assert "line 6: 3 fields found; expected 125" in err

@@ -1,0 +1,86 @@
+"""Collinear pairs: the family of optima, its members' equal residuals, and what is refused."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from solvers import Pose, fit_rigid
+from solvers.collinear import poses_about_line
+from solvers.metrics import residuals
+
+TURNS = np.radians(np.arange(-180.0, 180.0, 15.0))
+COMPONENTS = st.floats(-1.0, 1.0).map(lambda x: round(x, 3))
+VECTORS = st.tuples(COMPONENTS, COMPONENTS, COMPONENTS).map(np.array).filter(lambda v: np.linalg.norm(v) > 0.1)
+
+
+def squares(pose, p, q):
+    return (residuals(pose, p, q) ** 2).sum(axis=-1)
+
+
+@settings(max_examples=40, deadline=None)
+@given(VECTORS, VECTORS, VECTORS, st.floats(0.0, 0.4))
+def test_all_fit_equally_well_and_none_better(direction, other, place, noise):
+    """Whatever the turn, the sum of squares is one number; rotations to either side of each pose raise it."""
+    a = np.array([-1.0, 0.3, 0.9, 2.0])
+    source = place + a[:, None] * direction
+    target = a[:, None] * other + noise * np.random.default_rng(3).standard_normal((4, 3))
+    poses = poses_about_line(source, target, TURNS)
+    sums = squares(poses, source, target)
+    np.testing.assert_allclose(sums, sums[0], rtol=1e-9, atol=1e-20)
+    np.testing.assert_allclose(np.linalg.det(poses.R), 1.0, atol=1e-12)
+    np.testing.assert_allclose(poses.R @ poses.R.swapaxes(-1, -2) - np.eye(3), 0.0, atol=1e-12)
+    centre = target.mean(axis=0)
+    for axis in np.eye(3):
+        for turn in (1e-3, -1e-3):
+            tilt = Pose.from_rotvec(turn * axis)
+            beside = Pose(tilt.R, centre - tilt.R @ centre).compose(poses)
+            assert (squares(beside, source, target) >= sums * (1.0 - 1e-9) - 1e-20).all()
+
+
+def test_with_a_fourth_pair_off_the_line_the_fit_takes_one_of_them():
+    """Exact pairs on a line and one off it: the closed form's pose is a member, at the angle the fourth pair shows."""
+    source = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [3.0, 0.0, 0.0], [1.0, 0.7, 0.0]])
+    truth = Pose.from_rotvec((0.4, -1.1, 0.8), (0.2, 0.3, -1.0))
+    target = truth.apply(source)
+    fit = fit_rigid(source, target)
+    np.testing.assert_allclose(fit.pose.matrix, truth.matrix, atol=1e-12)
+    poses = poses_about_line(source[:3], target[:3], np.linspace(-np.pi, np.pi, 3601))
+    apart = np.linalg.norm(poses.apply(source[3:])[:, 0] - target[3], axis=-1)
+    assert apart.min() < 0.7 * np.radians(0.1)
+    assert apart.max() == pytest.approx(1.4, abs=1e-5)
+
+
+@pytest.mark.parametrize("v", [(1.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (-1.0, 1e-9, 0.0), (-1.0, 1e-16, 0.0)])
+def test_the_least_turn_is_the_angle_between_the_lines(v):
+    """Equal, opposite and all but opposite directions: a rotation by exactly the angle between them."""
+    a = np.array([[-1.0], [0.0], [2.0]])
+    u, v = np.array([1.0, 0.0, 0.0]), np.array(v) / np.linalg.norm(v)
+    pose = poses_about_line(a * u, a * v)
+    np.testing.assert_allclose(pose.apply(a * u), a * v, atol=1e-12)
+    assert pose.angle == pytest.approx(np.arctan2(np.linalg.norm(np.cross(u, v)), u @ v), abs=1e-12)
+
+
+def test_the_turn_is_about_the_line_from_its_first_point_on():
+    """A quarter about the line from first to last point; with the rows the other way round it turns the other way."""
+    line = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 3.0]])
+    aside = np.array([[1.0, 0.0, 0.0]])
+    for rows, to in ((line, 1.0), (line[::-1], -1.0)):
+        quarter = poses_about_line(rows, rows, np.pi / 2)
+        np.testing.assert_allclose(quarter.apply(aside), [[0.0, to, 0.0]], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("source", "target", "words"),
+    [
+        (np.eye(3), np.eye(3), "source: expected different points in a line"),
+        (np.zeros((3, 3)), np.eye(3), "source: expected different points in a line"),
+        (np.outer([0.0, 1.0, 2.0], [1.0, 0.0, 0.0]), np.ones((3, 3)), "target"),
+        (np.outer([-1.0, 0.0, 1.0], [1.0, 0.0, 0.0]), np.outer([1.0, 0.0, 1.0], [0.0, 1.0, 0.0]), "target"),
+        (np.zeros((2, 3, 3)), np.zeros((2, 3, 3)), "one cloud"),
+        (np.zeros((3, 2)), np.zeros((3, 2)), "source"),
+    ],
+)
+def test_what_has_no_line_is_refused(source, target, words):
+    with pytest.raises(ValueError, match=words):
+        poses_about_line(source, target)

@@ -1,0 +1,194 @@
+"""Graduated non-convexity: the surrogate and its weights, many wrong pairs, invariance, hopeless scenes."""
+
+import numpy as np
+import pytest
+
+from solvers import METHODS, Pose, Status, fit_rigid, register
+from solvers.core.stepper import Problem, advance, begin
+from solvers.methods.pairs.graduated import surrogate, tls_weights
+from solvers.metrics import rre, rte
+
+pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
+METHOD = "graduated-nonconvexity"
+
+
+def matches(rng, truth, wrong, n=40, noise=0.06):
+    """n pairs of which the first `wrong` have a partner anywhere."""
+    d = truth.dim
+    source = rng.uniform(-3.0, 3.0, (n, d))
+    target = truth.apply(source) + noise * rng.standard_normal((n, d))
+    target[:wrong] = rng.uniform(-4.0, 4.0, (wrong, d))
+    return source, target
+
+
+def many(rng, random_pose, wrong, count=20, d=2, **options):
+    truth = random_pose(rng, d, (count,))
+    pairs = [matches(rng, truth[i], wrong, **options) for i in range(count)]
+    return np.stack([p for p, _ in pairs]), np.stack([q for _, q in pairs]), truth
+
+
+@pytest.mark.parametrize("mu", [1e-6, 0.01, 0.3, 1.0, 7.0, 1e4])
+def test_the_weights_minimise_the_surrogate(mu):
+    """Over v from 0 to 1, v r² + c² μ (1 − v)/(μ + v) is least at the closed form, and there it is the surrogate."""
+    v = np.concatenate([np.linspace(0.0, 1.0, 20_001), np.geomspace(1e-10, 1.0, 20_000)])
+    ratio = np.concatenate([np.linspace(0.0, 3.0, 61), [10.0, 50.0, 1e3]])
+    cost = v * np.square(ratio)[:, None] + mu * (1.0 - v) / (mu + v)
+    own = tls_weights(ratio, np.array(mu))
+    at_own = own * np.square(ratio) + mu * (1.0 - own) / (mu + own)
+    assert (at_own <= cost.min(axis=1) + 1e-12).all()
+    assert (cost.min(axis=1) - at_own < 1e-3).all()
+    np.testing.assert_allclose(surrogate(ratio, np.array(mu)), at_own, atol=1e-9)
+
+
+def test_the_surrogate_goes_from_the_square_to_the_truncated_square():
+    ratio = np.linspace(0.0, 3.0, 61)
+    assert np.abs(surrogate(ratio, np.array(1e8)) - np.minimum(ratio**2, 1.0)).max() < 1e-8
+    # For small μ it is √μ times the distance, but for a remainder of the order of μ: convex.
+    small = surrogate(ratio, np.array(1e-6))
+    assert np.abs(small - 2e-3 * ratio).max() < 2e-5
+    assert (surrogate(ratio, np.array(0.3)) <= np.minimum(ratio**2, 1.0) + 1e-15).all()
+    hard = tls_weights(ratio, np.array(np.inf))
+    assert np.array_equal(hard, (ratio <= 1.0).astype(float))
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_without_wrong_pairs_it_is_kabsch(d, rng, random_pose):
+    """No pair beyond the bound: the least-squares fit of all pairs, in one step where no pair was in doubt."""
+    source, target, _ = many(rng, random_pose, 0, d=d)
+    for inlier, steps in ((10.0, 1), (0.45, None)):
+        result = register(source, target, METHOD, inlier=inlier)
+        assert np.all(result.status == Status.CONVERGED)
+        assert np.all(result.detail("shares") == 1.0)
+        if steps:
+            assert np.all(result.steps == steps)
+        assert np.allclose(result.matrix, fit_rigid(source, target).pose.matrix, atol=1e-12)
+
+
+@pytest.mark.parametrize(("d", "wrong"), [(2, 4), (2, 20), (3, 20)])
+def test_wrong_pairs_are_let_go(d, wrong, rng, random_pose):
+    """Scattered wrong pairs, up to half: the truth in all of 20 scenes, from any start; least squares misses."""
+    source, target, truth = many(rng, random_pose, wrong, d=d)
+    result = register(source, target, METHOD, inlier=0.3)
+    assert np.all(result.status == Status.CONVERGED)
+    assert np.all(rre(result.pose, truth) < np.radians(3.0))
+    assert np.all(rte(result.pose, truth) < 0.15)
+    everyone = fit_rigid(source, target).pose
+    assert np.median(rte(everyone, truth)) > 3.0 * np.median(rte(result.pose, truth))
+    elsewhere = register(source, target, METHOD, inlier=0.3, start=random_pose(rng, d))
+    assert np.array_equal(elsewhere.matrix, result.matrix)
+
+
+def test_the_end_is_all_in_or_all_out_and_its_own_fit(rng, random_pose):
+    """The final weights are 0 and 1, 1 exactly within the bound; the pose is the fit of those, the objective the
+    truncated sum."""
+    source, target, _ = many(rng, random_pose, 16)
+    result = register(source, target, METHOD, inlier=0.25)
+    shares, gaps = result.detail("shares"), np.linalg.norm(result.transform(source) - target, axis=2)
+    assert set(np.unique(shares)) == {0.0, 1.0}
+    assert np.array_equal(shares == 1.0, gaps <= 0.25)
+    assert np.array_equal(result.detail("count"), (gaps <= 0.25).sum(axis=1))
+    assert np.allclose(result.detail("residuals"), gaps, atol=1e-12)
+    assert np.allclose(result.matrix, fit_rigid(source, target, shares).pose.matrix, atol=1e-12)
+    assert np.allclose(result.objective, np.square(np.minimum(gaps, 0.25)).sum(axis=1))
+
+
+def test_mu_begins_and_grows_as_in_the_paper(rng, random_pose):
+    """c²/(2 r² − c²) of the largest least-squares residual r, then by 1.4 a step; each fit does not raise the surrogate
+    that its weights belong to."""
+    source, target, _ = many(rng, random_pose, 16, count=1)
+    method = METHODS[METHOD]
+    problem = Problem(source, target, np.ones((1, 40)), Pose.identity(2, (1,)), np.array([0]))
+    before = advance(begin(method, problem, method.options(inlier=0.3))).state()
+    worst = np.linalg.norm(fit_rigid(source, target).pose.apply(source) - target, axis=2).max()
+    assert before.mu[0] == pytest.approx(0.09 / (2.0 * worst**2 - 0.09), rel=1e-9)
+    batch = begin(method, problem, method.options(inlier=0.3))
+    batch = advance(batch)
+    while not batch.done:
+        batch = advance(batch)
+        after = batch.state()
+        assert after.mu[0] == pytest.approx(1.4 * before.mu[0])
+        value = [surrogate(s.residuals / 0.3, before.mu).sum() for s in (before, after)]
+        assert value[1] <= value[0] * (1.0 + 1e-12)
+        before = after
+
+
+def test_weights_count_and_a_weight_of_zero_takes_a_pair_out(rng, random_pose):
+    """A pair of weight two is that pair twice, one of weight zero is none, wherever its partner lies."""
+    source, target, _ = many(rng, random_pose, 12, count=5)
+    weights = np.where(np.arange(40) % 3 == 0, 2.0, 1.0)
+    doubled = [np.concatenate([cloud, cloud[:, ::3]], axis=1) for cloud in (source, target)]
+    a = register(source, target, METHOD, inlier=0.3, weights=weights)
+    b = register(*doubled, METHOD, inlier=0.3)
+    assert np.allclose(a.matrix, b.matrix, atol=1e-12)
+    assert np.allclose(a.objective, b.objective)
+    out = np.where(np.arange(40) < 5, 0.0, 1.0)
+    far = target.copy()
+    far[:, :5] = 1e9
+    c = register(source, far, METHOD, weights=out)
+    d = register(source[:, 5:], target[:, 5:], METHOD)
+    assert np.allclose(c.matrix, d.matrix, atol=1e-12)
+    assert np.array_equal(c.steps, d.steps)
+
+
+@pytest.mark.parametrize("inlier", [0.3, None])
+def test_rows_frames_and_units_change_nothing(inlier, rng, random_pose):
+    """Permuted pairs, clouds in moved frames, another unit: the same pairs kept, and the pose moved along."""
+    source, target, _ = many(rng, random_pose, 18, count=6)
+    plain = register(source, target, METHOD, inlier=inlier)
+    order = rng.permutation(40)
+    permuted = register(source[:, order], target[:, order], METHOD, inlier=inlier)
+    assert np.array_equal(permuted.detail("shares"), plain.detail("shares")[:, order])
+    assert np.allclose(permuted.matrix, plain.matrix, atol=1e-10)
+    A, B = random_pose(rng, 2), random_pose(rng, 2)
+    moved = register(A.apply(source), B.apply(target), METHOD, inlier=inlier)
+    assert np.array_equal(moved.detail("shares"), plain.detail("shares"))
+    assert np.allclose(moved.pose.compose(A).matrix, B.compose(plain.pose).matrix, atol=1e-9)
+    for unit in (1e-3, 1e6):
+        other = register(unit * source, unit * target, METHOD, inlier=inlier and unit * inlier)
+        assert np.array_equal(other.status, plain.status)
+        assert np.array_equal(other.detail("shares"), plain.detail("shares"))
+        assert np.allclose(other.pose.t / unit, plain.pose.t, atol=1e-9)
+    without = register(source, target, METHOD)
+    radius = np.sqrt(np.square(source - source.mean(axis=1, keepdims=True)).sum(axis=2).mean(axis=1))
+    assert np.allclose(without.detail("bound"), 0.05 * radius, rtol=1e-12)
+
+
+def test_a_batch_gives_what_each_problem_gives_alone(rng, random_pose):
+    source, target, _ = many(rng, random_pose, 18, count=8)
+    source[3] = 1.0  # a hopeless one among them
+    together = register(source, target, METHOD, inlier=0.3)
+    for i in range(8):
+        alone = register(source[i], target[i], METHOD, inlier=0.3)
+        assert alone.status == together.status[i]
+        assert alone.steps == together.steps[i]
+        assert np.allclose(alone.matrix, together.matrix[i], rtol=1e-12, atol=1e-12)
+    assert together.status[3] == Status.DEGENERATE
+
+
+def test_pairs_that_agree_on_nothing_are_said(rng):
+    """Partners at random and a bound far below the scatter: no pose is determined by what is left, and that is said."""
+    source, target = rng.uniform(-4.0, 4.0, (10, 30, 2)), rng.uniform(-4.0, 4.0, (10, 30, 2))
+    result = register(source, target, METHOD, inlier=1e-3)
+    assert np.all(result.status == Status.DEGENERATE)
+    assert all("the pairs left within 0.001 u do not determine a pose" in words for words in result.reason)
+    one = register([[0.0, 1.0]], [[2.0, 1.0]], METHOD)
+    assert one.status is Status.DEGENERATE
+    nothing = register(source[0], target[0], METHOD, weights=np.zeros(30))
+    assert nothing.status is Status.DEGENERATE
+    assert "all weights are zero" in nothing.reason
+
+
+def test_one_partner_very_far_away_is_let_go(rng, random_pose):
+    """A partner at 10⁶ u takes more steps, not the answer along."""
+    source, target, truth = many(rng, random_pose, 0, count=4)
+    target[:, 0] = 1e6
+    result = register(source, target, METHOD, inlier=0.3)
+    assert np.all(result.status == Status.CONVERGED)
+    assert np.all(result.detail("shares")[:, 0] == 0.0)
+    assert np.all(rte(result.pose, truth) < 0.1)
+
+
+@pytest.mark.parametrize(("option", "value"), [("inlier", 0.0), ("inlier", -1.0), ("factor", 1.0), ("factor", 11.0)])
+def test_wrong_options_are_named(option, value):
+    with pytest.raises(ValueError, match=rf"^{option}: "):
+        register(np.eye(3)[:, :2], np.eye(3)[:, :2], METHOD, **{option: value})

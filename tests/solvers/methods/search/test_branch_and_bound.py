@@ -1,0 +1,252 @@
+"""Branch and bound: its bounds against sampled poses, its optimum against enumeration, what its proof says and not."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from solvers import METHODS, Pose, Status, register
+from solvers.core.stepper import begin, run
+from solvers.methods.search import bounds
+from solvers.methods.search.branch_and_bound import CELLS_PER_CAP
+from solvers.methods.search.distance_grid import build
+from solvers.metrics import rre
+from solvers.scenes.rooms import room, room_start
+from solvers.scenes.walls import hall
+from solvers.studies.race import Controls, race_problem
+
+pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
+
+METHOD = "branch-and-bound"
+
+
+def objective(poses, source, target, cap):
+    """By the definition, every distance of every pose: (k,)."""
+    out = []
+    for part in np.array_split(np.arange(len(poses.t)), max(1, len(poses.t) // 50)):
+        moved = poses[part].apply(source)
+        squares = np.square(moved[:, :, None] - target).sum(axis=-1).min(axis=-1)
+        out.append(np.minimum(squares, cap**2).mean(axis=-1))
+    return np.concatenate(out)
+
+
+def small_scene(seed, n=14):
+    """A few points of a bent outline with noise, the second cloud seen from elsewhere, one point in seven junk."""
+    rng = np.random.default_rng(seed)
+    along = np.linspace(0.0, 1.0, n)
+    target = np.stack([3.0 * along, np.square(2.0 * along)], axis=1) + 0.05 * rng.standard_normal((n, 2))
+    truth = Pose.from_angle(rng.uniform(-np.pi, np.pi), rng.uniform(-3.0, 3.0, 2))
+    source = truth.inverse().apply(target + 0.05 * rng.standard_normal((n, 2)))
+    source[::7] += rng.uniform(-2.0, 2.0, (len(source[::7]), 2))
+    return source, target, truth
+
+
+@settings(max_examples=60, deadline=None, derandomize=True, database=None)
+@given(st.integers(0, 2**32), st.floats(-4.0, 0.6), st.floats(-4.0, 0.6), st.integers(1, 40))
+def test_no_pose_of_a_box_lies_below_its_bounds(seed, log_turn, log_side, n):
+    """Both bounds, boxes from 1e-4 to 4 caps and radians, corners included; lengths in caps."""
+    rng = np.random.default_rng(seed)
+    target = rng.uniform(-4.0, 4.0, (n, 2)) * rng.uniform(0.05, 1.0, 2)
+    arms = rng.uniform(-4.0, 4.0, (rng.integers(1, 30), 2))
+    arms -= arms.mean(axis=0)
+    grid = build(target, 1.0 / CELLS_PER_CAP, 2.0)
+    middle = np.concatenate([rng.uniform(-4.0, 4.0, (20, 1)), rng.uniform(-5.0, 5.0, (20, 2))], axis=1)
+    # Half of the boxes about places where a point lies on a target point: there the fine bound has something to lose.
+    some = rng.integers(0, len(arms), 10)
+    turned = Pose.from_angle(middle[:10, 0], np.zeros((10, 2))).R @ arms[some][..., None]
+    middle[:10, 1:] = target[rng.integers(0, n, 10)] - turned[..., 0]
+    half = np.tile([10.0**log_turn, 10.0**log_side], (20, 1))
+    low = np.maximum(
+        bounds.coarse(grid, arms, middle, half), bounds.fine(grid, arms, middle, half)
+    )
+    corners = np.stack([a.ravel() for a in np.meshgrid([-1, 1], [-1, 1], [-1, 1])], axis=1)
+    within = np.concatenate([rng.uniform(-1.0, 1.0, (60, 3)), corners, np.zeros((1, 3))])
+    sampled = middle[:, None] + within * half[0, [0, 1, 1]]
+    poses = Pose.from_angle(sampled[..., 0].ravel(), sampled[..., 1:].reshape(-1, 2))
+    values = objective(poses, arms, target, 1.0).reshape(20, -1)
+    assert (low <= values.min(axis=1) + 1e-12).all()
+
+
+def test_the_fine_bound_falls_with_the_square_of_a_box():
+    """At the minimum of a noisy room a tenth of the size leaves the coarse bound more than a tenth of its distance from
+    the value, the fine one less than a twentieth."""
+    scene, cap = room("noise"), 0.4
+    best = register(scene.source, scene.target, METHOD, cap=cap, gap=1e-3)
+    ground = best.states[0].ground[0]
+    place = (best.pose.apply(scene.source.mean(axis=0, keepdims=True))[0] - ground.middle) / cap
+    middle = np.array([[float(best.pose.angle), *place]])
+    value = float(best.objective) / cap**2
+    lost = {}
+    for size in (0.02, 0.002):
+        half = np.array([[size / ground.reach, size]])
+        fine = bounds.fine(ground.grid, ground.arms, middle, half)[0]
+        lost[size] = value - np.array([bounds.coarse(ground.grid, ground.arms, middle, half)[0], fine])
+    assert lost[0.002][1] < 0.05 * lost[0.02][1]
+    assert lost[0.002][0] > 0.1 * lost[0.02][0]
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_the_optimum_is_that_of_enumeration_and_descent(seed):
+    """All turns by 5°, all places by half a cap, each of the best thirty descended from by capped ICP."""
+    source, target, _ = small_scene(seed)
+    cap, gap = 0.4, 1e-4
+    found = register(source, target, METHOD, cap=cap, gap=gap)
+    assert found.status == Status.PROVED
+    assert 0.0 <= found.gap <= gap
+    mean = source.mean(axis=0)
+    turns = np.radians(np.arange(-180.0, 180.0, 5.0))
+    low, high = target.min(axis=0) - 1.0, target.max(axis=0) + 1.0
+    x, y = (np.arange(low[k], high[k], 0.2) for k in (0, 1))
+    grid = np.stack([a.ravel() for a in np.meshgrid(turns, x, y)], axis=1)
+    R = Pose.from_angle(grid[:, 0], np.zeros((len(grid), 2))).R
+    poses = Pose(R, grid[:, 1:] - R @ mean)
+    values = objective(poses, source, target, cap)
+    starts = poses[np.argsort(values)[:30]]
+    ends = register(source, target, "capped-icp", start=starts, cap=cap, max_steps=100)
+    least = min(values.min(), ends.objective.min() / len(source))
+    assert found.lower <= least + 1e-12
+    assert found.objective <= least + gap
+    again = objective(Pose(found.pose.R[None], found.pose.t[None]), source, target, cap)[0]
+    assert again == pytest.approx(float(found.objective), abs=1e-12)
+
+
+@pytest.mark.parametrize("setting", ["noise", "combo"])
+def test_capped_icp_from_500_starts_is_never_better_by_more_than_the_gap(setting):
+    scene, rng, cap = room(setting), np.random.default_rng(1), 0.4
+    found = register(scene.source, scene.target, METHOD, cap=cap, gap=1e-3)
+    assert found.status == Status.PROVED
+    starts = Pose.from_angle(rng.uniform(-np.pi, np.pi, 500), rng.uniform(-3.0, 3.0, (500, 2)))
+    ends = register(scene.source, scene.target, "capped-icp", start=starts, cap=cap, max_steps=40)
+    assert ends.objective.min() / len(scene.source) >= found.lower
+    assert found.objective <= ends.objective.min() / len(scene.source) + 1e-3
+
+
+def test_the_hall_is_proved_and_may_be_half_a_turn_off():
+    """Of 6 draws all are proved; some answers lie within 5° of the truth, some within 5° of half a turn from it."""
+    scenes = [hall(seed=40 + 13 * k) for k in range(6)]
+    found = register(
+        np.stack([s.source for s in scenes]), np.stack([s.target for s in scenes]), METHOD, gap=1e-3
+    )
+    assert (found.status == Status.PROVED).all()
+    off = np.degrees(rre(found.pose, scenes[0].truth))
+    assert ((off < 5.0) | (off > 175.0)).all()
+    assert 0 < np.count_nonzero(off > 175.0) < 6
+
+
+def test_a_batch_equals_its_single_runs_and_the_bound_only_rises():
+    controls = Controls(setting="noise")
+    problem, _ = race_problem(controls, seeds=[40, 53, 66])
+    lowers = []
+    found, _ = run(begin(METHODS[METHOD], problem), lambda k, state: lowers.append((state.lower, state.objective)))
+    together = found.state()
+    for i, seed in enumerate((40, 53, 66)):
+        one, _ = race_problem(controls, seeds=[seed])
+        alone = run(begin(METHODS[METHOD], one))[0].state()
+        for name in ("objective", "lower", "examined", "left", "status"):
+            assert getattr(alone, name)[0] == getattr(together, name)[i]
+        assert np.array_equal(alone.pose.R[0], together.pose.R[i])
+        assert np.array_equal(alone.pose.t[0], together.pose.t[i])
+    lower, ceiling = (np.stack(x) for x in zip(*lowers, strict=True))
+    assert (np.diff(lower, axis=0) >= 0.0).all()
+    assert (np.diff(ceiling, axis=0) <= 0.0).all()
+    assert (lower <= ceiling).all()
+
+
+def test_the_start_plays_no_part():
+    """Twelve starts about the circle: one value to within the gap, every one of them proved."""
+    scene = room("outliers")
+    starts = Pose.from_angle(np.radians(30.0 * np.arange(12)), 3.0 * np.ones((12, 2)))
+    found = register(scene.source, scene.target, METHOD, start=starts, gap=1e-3)
+    assert (found.status == Status.PROVED).all()
+    assert np.ptp(found.objective) <= 1e-3
+    assert (np.degrees(rre(found.pose, scene.truth)) < 2.0).all()
+
+
+def test_a_search_that_is_confined_stays_where_it_is_told():
+    """Turns alone, the centroid held; then a turn of at most 20° and a shift of at most half a unit."""
+    scene = room("noise")
+    mean = scene.source.mean(axis=0)
+    start = Pose.from_angle(np.radians(100.0), mean - Pose.from_angle(np.radians(100.0), (0.0, 0.0)).R @ mean)
+    held = register(scene.source, scene.target, METHOD, start=start, shift=0.0, gap=1e-3)
+    assert held.status == Status.PROVED
+    assert np.allclose(held.pose.apply(mean[None])[0], mean, atol=1e-12)
+    turns = Pose.from_angle(np.radians(np.arange(-180.0, 180.0, 0.25)), np.zeros((1440, 2)))
+    every = Pose(turns.R, mean - turns.R @ mean)
+    least = objective(every, scene.source, scene.target, float(held.states[0].ground[0].cap)).min()
+    assert held.lower <= least
+    assert held.objective <= least + 1e-3
+    far = room_start(60.0, 1.0)
+    near = register(scene.source, scene.target, METHOD, start=far, turn=np.radians(20.0), shift=0.5, gap=1e-3)
+    assert near.status == Status.PROVED
+    assert 40.0 - 1e-9 <= np.degrees(near.pose.angle) <= 80.0 + 1e-9
+    assert np.abs(near.pose.apply(mean[None]) - far.apply(mean[None])).max() <= 0.5 + 1e-9
+    assert near.objective > held.objective
+
+
+def test_a_run_cut_short_has_the_gap_that_remains():
+    scene = room("combo")
+    cut = register(scene.source, scene.target, METHOD, gap=1e-3, boxes=256, max_steps=25)
+    whole = register(scene.source, scene.target, METHOD, gap=1e-3, boxes=256)
+    assert cut.status == Status.CAPPED
+    assert whole.status == Status.PROVED
+    assert cut.gap > 1e-3 >= whole.gap
+    assert cut.lower <= whole.objective
+    few = register(scene.source, scene.target, METHOD, gap=1e-3, most=100)
+    assert few.status == Status.STALLED
+    assert "more than 100 boxes" in few.reason
+
+
+def test_what_proves_nothing_has_no_gap():
+    scene = room("clean")
+    ended = register(scene.source, scene.target, "icp")
+    assert ended.lower is None
+    assert ended.gap is None
+    clouds = [scene.source, scene.source[:60]]
+    both = register(clouds, [scene.target, scene.target], METHOD, gap=1e-3)
+    assert both.gap.shape == (2,)
+    assert (both.gap <= 1e-3).all()
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1e3])
+def test_the_answer_has_no_unit_and_no_origin(unit):
+    """The usual cap and gap come from the target's size."""
+    scene = room("noise")
+    plain = register(scene.source, scene.target, METHOD)
+    other = register(unit * scene.source + 7.0 * unit, unit * scene.target + 9.0 * unit, METHOD)
+    assert plain.status == other.status == Status.PROVED
+    assert other.objective / unit**2 == pytest.approx(float(plain.objective), abs=float(plain.gap))
+    mean = scene.source.mean(axis=0)
+    there = other.pose.apply(unit * mean[None] + 7.0 * unit) / unit - 9.0
+    assert np.abs(there - plain.pose.apply(mean[None])).max() < 0.1
+
+
+@pytest.mark.parametrize(
+    ("source", "target", "reason"),
+    [
+        (np.ones((5, 2)), np.arange(10.0).reshape(5, 2), "all source points are one place"),
+        (np.arange(10.0).reshape(5, 2), np.ones((4, 2)), "all target points are one place"),
+        (np.arange(10.0).reshape(5, 2) * 1e9, np.arange(10.0).reshape(5, 2), "caps wide"),
+    ],
+)
+def test_clouds_that_cannot_be_searched_are_said_to_be_such(source, target, reason):
+    found = register(source, target, METHOD)
+    assert found.status == Status.DEGENERATE
+    assert reason in found.reason
+    assert np.isfinite(found.objective)
+    assert found.lower == 0.0
+
+
+@pytest.mark.parametrize(
+    "options", [{"cap": 0.0}, {"gap": 0.0}, {"turn": 4.0}, {"shift": -1.0}, {"boxes": 0}, {"most": 0}]
+)
+def test_options_out_of_range_are_refused(options):
+    with pytest.raises(ValueError, match=next(iter(options))):
+        register(np.eye(2), np.eye(2), METHOD, **options)
+
+
+def test_a_line_on_a_line_is_proved_though_many_poses_tie():
+    """Every place along the wall, and half a turn of it, is as good: the value is proved, the pose is one of many."""
+    wall = np.stack([np.linspace(0.0, 8.0, 60), np.zeros(60)], axis=1)
+    found = register(wall[20:40], wall, METHOD)
+    assert found.status == Status.PROVED
+    assert found.objective < 1e-4

@@ -1,0 +1,259 @@
+"""The correlative search: its table, its bounds, exhaustive enumeration, the runner-up, hopeless scenes."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from solvers import METHODS, Pose, Status, register
+from solvers.core.stepper import Problem, advance, begin
+from solvers.methods.search.lattice import WORTH, Window, build
+from solvers.metrics import rre, rte
+from solvers.scenes.rooms import ROOM_SETTINGS, room, room_start
+from solvers.scenes.walls import hall
+
+pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
+
+SEEDS = [40 + 13 * k for k in range(25)]
+EVERYWHERE = Window(None, 1.0, None, None, None)
+
+
+def table(lattice, level=0):
+    return lattice.tables[level].reshape(-1, lattice.width)
+
+
+def every_sum(lattice, source):
+    """The sums of all poses (angles, rows, columns), point by point, from the angles and the table alone."""
+    sums = np.zeros((len(lattice.angles), lattice.rows, lattice.columns), dtype=np.int64)
+    p = np.ldexp(source - lattice.centroid, -lattice.exponent)
+    for k, angle in enumerate(lattice.angles):
+        turned = p @ Pose.from_angle(angle).R.T
+        for column, row in np.floor(turned / lattice.cell).astype(int) + lattice.margin:
+            sums[k] += table(lattice)[row : row + lattice.rows, column : column + lattice.columns]
+    return sums
+
+
+def small_scene(seed):
+    """A thinned room and part of it, turned by any angle."""
+    rng = np.random.default_rng(seed)
+    scene = room("combo", seed=seed)
+    truth = Pose.from_angle(rng.uniform(-np.pi, np.pi), rng.uniform(-3.0, 3.0, 2))
+    return truth.inverse().apply(scene.source[5:90:4]), scene.target[::3]
+
+
+@pytest.mark.parametrize("options", [{}, {"blur": 0.3}, {"cell": 0.9, "apart": 0.6}, {"turn": 0.8, "shift": 1.7}])
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_the_search_answers_as_exhaustive_enumeration_does(seed, options):
+    """The score is the largest of all poses, the runner-up's the largest of all that are no neighbours of the best."""
+    source, target = small_scene(seed)
+    result = register(source, target, "correlative", **{"cell": 0.5, **options})
+    assert result.status is Status.CONVERGED
+    lattice = result.states[0].lattice[0]
+    sums = every_sum(lattice, source)
+    assert sums.size == result.detail("poses")
+    angle, column, row = result.detail("place")
+    assert sums[angle, row, column] == sums.max()
+    assert result.detail("score") == sums.max() / (WORTH * len(source))
+    assert result.objective == 1.0 - result.detail("score")
+
+    k, y, x = np.indices(sums.shape)
+    moved = np.square(x - column) + np.square(y - row)
+    turned = 2.0 * lattice.radius * np.sin(0.5 * (lattice.angles[k] - lattice.angles[angle]))
+    apart = options.get("apart", 0.25) * lattice.radius
+    far = np.square(lattice.cell) * moved + np.square(turned) > np.square(apart)
+    assert result.detail("runner_score") == sums[far].max() / (WORTH * len(source))
+    angle, column, row = result.detail("runner_place")
+    assert far[angle, row, column]
+    assert sums[angle, row, column] == sums[far].max()
+
+
+def test_the_table_is_the_blurred_target():
+    """Each cell holds 255 exp(−d²/2σ²), rounded, of its centre's distance d from the nearest target point."""
+    source, target = small_scene(4)
+    for blur in (0.6, 1.0, 2.5):
+        lattice = build(source, target, Pose.identity(), Window(0.4, blur, None, None, None))
+        height, width = table(lattice).shape
+        x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
+        centres = lattice.low + lattice.cell * (np.stack([x, y], axis=-1) - lattice.margin)
+        q = np.ldexp(target - lattice.middle, -lattice.exponent)
+        gaps = np.linalg.norm(centres[:, :, None] - q, axis=-1).min(axis=-1) / lattice.cell
+        worth = np.rint(WORTH * np.exp(-np.square(gaps) / (2.0 * blur**2)))
+        near = gaps < 3.0 * blur  # beyond, a stamp may end
+        assert (table(lattice)[near] == worth[near]).all()
+        assert table(lattice)[~near].max() <= np.ceil(WORTH * np.exp(-4.5))
+
+
+@settings(max_examples=60, deadline=None, derandomize=True, database=None)
+@given(st.integers(0, 10**6), st.integers(1, 4), st.floats(0.3, 3.0))
+def test_no_pose_of_a_square_exceeds_its_bound(seed, level, blur):
+    """Any square of any lattice, also one that reaches over the rim: its bound is at least the sum of each pose in it,
+    and at most what doubling the window allows."""
+    rng = np.random.default_rng(seed)
+    source, target = rng.standard_normal((7, 2)), 2.0 * rng.standard_normal((9, 2))
+    lattice = build(source, target, Pose.identity(), Window(0.3, blur, 0.5, None, None))
+    level = min(level, lattice.levels)
+    angle = rng.integers(len(lattice.angles))
+    column, row = rng.integers(lattice.columns), rng.integers(lattice.rows)
+    x, y = np.meshgrid(np.arange(column, min(column + 2**level, lattice.columns)),
+                       np.arange(row, min(row + 2**level, lattice.rows)))  # fmt: skip
+    inside = np.stack([np.full(x.size, angle), x.ravel(), y.ravel()], axis=1)
+    bound = lattice.bounds(level, np.array([[angle, column, row]]))[0]
+    assert bound >= lattice.bounds(0, inside).max()
+    assert bound >= lattice.bounds(level - 1, inside[:1])[0]
+
+
+@pytest.mark.parametrize("setting", ROOM_SETTINGS)
+def test_the_room_is_found_from_nothing(setting):
+    """Six draws, each turned by another angle: within 5° and 0.2 u, after scoring under a tenth of the poses; and the
+    runner-up scores at most 0.85 of it."""
+    for seed in SEEDS[:6]:
+        scene = room(setting, seed=seed)
+        turned = Pose.from_angle(float(seed), (seed / 30.0, -1.0))
+        result = register(turned.apply(scene.source), scene.target, "correlative")
+        pose = result.pose.compose(turned)
+        assert result.status is Status.CONVERGED
+        assert rre(pose, scene.truth) < np.radians(5.0)
+        assert rte(pose, scene.truth) < 0.2
+        assert result.detail("nodes") < 0.1 * result.detail("poses")
+        assert result.detail("runner_score") < 0.85 * result.detail("score")
+
+
+def test_the_hall_has_a_runner_up_half_a_turn_away():
+    """25 draws of a hall that looks the same after half a turn: the runner-up lies 177° to 180° from the best pose and
+    scores at least 0.97 of it; each of the two is the truth now and then."""
+    right = 0
+    for seed in SEEDS:
+        scene = hall(seed=seed)
+        result = register(scene.source, scene.target, "correlative")
+        between = result.pose.inverse().compose(result.detail("runner_up"))
+        assert abs(between.angle) > np.radians(177.0)
+        assert 0.97 < result.detail("runner_score") / result.detail("score") <= 1.0
+        right += bool(rre(result.pose, scene.truth) < np.radians(5.0))
+    assert 5 <= right <= 20
+
+
+def test_the_runner_up_moves_the_points_away():
+    """By the points themselves: root mean square, farther than `apart` radii from where the best pose puts them."""
+    source, target = small_scene(7)
+    radius = np.sqrt(np.square(source - source.mean(axis=0)).sum(axis=1).mean())
+    for apart in (0.0, 0.25, 0.7):
+        result = register(source, target, "correlative", cell=0.5, apart=apart)
+        way = result.pose.apply(source) - result.detail("runner_up").apply(source)
+        assert np.sqrt(np.square(way).sum(axis=1).mean()) > apart * radius * (1.0 - 1e-9)
+    none = register(source, target, "correlative", cell=0.5, apart=100.0)
+    assert none.status is Status.CONVERGED
+    assert none.detail("runner_score") == 0.0
+    assert none.detail("runner_place").tolist() == [-1, -1, -1]
+    assert np.array_equal(none.detail("runner_up").matrix, np.eye(3))
+
+
+def test_a_pose_scores_what_its_points_fall_on():
+    """The score at the end is that of the pose handed back, and that of the start the one before the first step."""
+    source, target = small_scene(5)
+    result = register(source, target, "correlative", start=room_start())
+    lattice = result.states[0].lattice[0]
+    # A point on the very rim of a cell may fall to either side of it.
+    assert lattice.score(result.pose, source) == pytest.approx(result.detail("score"), abs=1.0 / len(source))
+    assert result.history.objective[0] == 1.0 - lattice.score(room_start(), source)
+    assert lattice.score(Pose.from_angle(0.0, (1e100, 0.0)), source) == 0.0
+
+
+def test_the_start_plays_no_part_without_a_window():
+    source, target = small_scene(6)
+    results = [register(source, target, "correlative", start=start) for start in (None, room_start(170.0, 50.0))]
+    assert np.array_equal(results[0].matrix, results[1].matrix)
+
+
+def test_a_window_keeps_the_search_about_the_start():
+    """Angle and centroid stay within the window, the start itself is a pose of it, and a window of nothing but the
+    start gives the start back."""
+    source, target = small_scene(8)
+    start = Pose.from_angle(2.0, (0.4, -0.3))
+    result = register(source, target, "correlative", start=start, turn=0.3, shift=0.8)
+    between = result.pose.compose(start.inverse())
+    assert abs(between.angle) <= 0.3 + 1e-12
+    centroid = source.mean(axis=0)[None]
+    assert np.abs(result.pose.apply(centroid) - start.apply(centroid)).max() <= 0.8 + 1e-12
+    only = register(source, target, "correlative", start=start, turn=0.0, shift=0.0)
+    assert only.detail("poses") == 1
+    assert np.allclose(only.matrix, start.matrix, atol=1e-12)
+    away = register(source, target, "correlative", start=Pose.from_angle(0.0, (90.0, 0.0)), shift=2.0)
+    assert away.status is Status.DEGENERATE
+    assert "nothing overlaps within 2 u of the start" in away.reason
+
+
+@pytest.mark.parametrize(("unit", "shift"), [(0.5, 0.0), (2.0**40, 0.0), (2.0**-300, 0.0), (1.0, 4096.0)])
+def test_unit_and_origin_change_nothing(unit, shift):
+    """In another unit, or with both clouds elsewhere, the same pose of the same grid, with the same score."""
+    source, target = small_scene(9)
+    source, target = (np.round(cloud * 2.0**20) / 2.0**20 for cloud in (source, target))
+    plain = register(source, target, "correlative")
+    other = register(unit * source, unit * target + shift, "correlative")
+    assert other.detail("place").tolist() == plain.detail("place").tolist()
+    assert other.detail("score") == plain.detail("score")
+    assert np.allclose(other.pose.R, plain.pose.R, atol=1e-12)
+    assert np.allclose((other.pose.t - shift) / unit, plain.pose.t, atol=1e-9)
+
+
+def test_a_batch_gives_what_each_problem_gives_alone():
+    """Bit for bit, also with a hopeless problem among them."""
+    scenes = [small_scene(seed) for seed in (1, 2, 3)]
+    source, target = (np.stack(clouds) for clouds in zip(*scenes, strict=True))
+    source[1] = 0.5
+    together = register(source, target, "correlative")
+    assert together.status.tolist() == [Status.CONVERGED, Status.DEGENERATE, Status.CONVERGED]
+    for i in (0, 2):
+        alone = register(source[i], target[i], "correlative")
+        assert np.array_equal(alone.matrix, together.matrix[i])
+        assert alone.steps == together.steps[i]
+        for name in ("score", "runner_score", "nodes"):
+            assert alone.detail(name) == together.detail(name)[i]
+
+
+def test_a_step_at_a_time_the_best_only_improves_and_a_cap_is_said():
+    scene = room("combo", seed=53)
+    problem = Problem(
+        scene.source[None], scene.target[None], np.ones((1, len(scene.source))), Pose.identity(2, (1,)), np.array([53])
+    )
+    batch = advance(begin(METHODS["correlative"], problem, METHODS["correlative"].options(per_step=4)))
+    scores = [batch.state().score[0]]
+    for _ in range(40):
+        batch = advance(batch)
+        scores.append(batch.state().score[0])
+    assert scores == sorted(scores)
+    whole = register(scene.source, scene.target, "correlative")
+    for per_step in (1, 1000):
+        other = register(scene.source, scene.target, "correlative", per_step=per_step, max_steps=20_000)
+        assert other.detail("score") == whole.detail("score")
+        assert other.detail("runner_score") == whole.detail("runner_score")
+    short = register(scene.source, scene.target, "correlative", per_step=4, max_steps=3)
+    assert short.status is Status.CAPPED
+    assert 0.0 < short.detail("score") <= whole.detail("score")
+
+
+def test_scenes_without_an_answer():
+    source, target = small_scene(1)
+    for clouds, words in (
+        ((np.ones((5, 2)), target), "all source points are equal"),
+        ((source, np.ones((5, 2))), "all target points are equal"),
+        ((1e-9 * source, target), "all source points lie within one cell"),
+        ((source, 1e-9 * target), "all target points lie within one cell"),
+    ):
+        result = register(*clouds, "correlative")
+        assert result.status is Status.DEGENERATE
+        assert words in result.reason
+        assert np.array_equal(result.matrix, np.eye(3))
+    for cell in (1e-3, 1e-6):
+        fine = register(source, target, "correlative", cell=cell)
+        assert fine.status is Status.DEGENERATE
+        assert "cells are too small" in fine.reason
+
+
+@pytest.mark.parametrize(
+    ("option", "value"),
+    [("cell", 0.0), ("blur", 0.0), ("blur", 9.0), ("angle", 0.0), ("shift", -1.0), ("turn", 4.0), ("apart", -0.1),
+     ("per_step", 0)],
+)  # fmt: skip
+def test_wrong_options_are_named(option, value):
+    with pytest.raises(ValueError, match=rf"^{option}: "):
+        register(np.eye(3)[:, :2], np.eye(3)[:, :2], "correlative", **{option: value})

@@ -1,0 +1,299 @@
+"""Chains, loops and graphs on a simulated drive, whose truth is known, and on the recorded one, which has none."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from solvers import Pose
+from solvers.core.edges import Edges
+from solvers.odometry import (
+    Chain,
+    LoopOptions,
+    Matches,
+    MatchOptions,
+    Scans,
+    candidates,
+    close,
+    edges_of,
+    keyframes,
+    match,
+    missed,
+    prepare,
+    scan_to_map,
+    scan_to_scan,
+    verified,
+)
+from solvers.odometry.matching import TOGETHER, together
+from solvers.posegraph import optimise
+from solvers.scenes.drive import Drive, chained, simulated_drive, telecom_loop
+
+
+@cache
+def simulated() -> tuple[Drive, Pose, Scans, Chain]:
+    drive, truth = simulated_drive()
+    scans = prepare(drive)
+    return drive, truth, scans, scan_to_scan(scans, drive.motion)
+
+
+@cache
+def recorded() -> tuple[Drive, Scans, Chain, Matches]:
+    drive = telecom_loop()
+    scans = prepare(drive)
+    chain = scan_to_scan(scans, drive.motion)
+    return drive, scans, chain, verified(scans, chain.poses, *candidates(chain.poses))
+
+
+def off(poses: Pose, truth: Pose) -> float:
+    """The largest distance of a pose from the truth, metres."""
+    return float(np.linalg.norm(poses.t - truth.t, axis=1).max())
+
+
+# A simulated drive.
+
+
+def test_the_chain_stays_near_a_truth_that_the_odometry_leaves() -> None:
+    drive, truth, _, chain = simulated()
+    assert chain.believed.all()
+    assert off(chained(drive.motion), truth) > 0.8
+    assert off(chain.poses, truth) < 0.08
+
+
+def test_a_graph_with_its_loops_is_nearer_to_the_truth_than_the_chain() -> None:
+    _, truth, scans, chain = simulated()
+    loops = verified(scans, chain.poses, *candidates(chain.poses))
+    assert loops.believed.sum() >= 10
+    result = close(chain, loops)
+    assert off(result.poses, truth) < 0.75 * off(chain.poses, truth)
+
+
+def test_a_map_of_several_keyframes_drifts_less_than_the_last_keyframe_alone() -> None:
+    drive, truth, scans, _ = simulated()
+    alone, several = (scan_to_map(scans, drive.motion, length=length) for length in (1, 8))
+    assert alone.believed.all()
+    assert several.believed.all()
+    assert off(several.poses, truth) < off(alone.poses, truth)
+    assert off(several.poses, truth) < 0.05
+
+
+def test_rounding_does_not_grow_with_the_keyframes() -> None:
+    """Every pose of a chain against a map is a rotation to the last digits, however many keyframes it went through."""
+    drive, _, scans, _ = simulated()
+    R = scan_to_map(scans, drive.motion, length=1, shift=0.1).poses.R
+    assert np.abs(R @ R.swapaxes(1, 2) - np.eye(2)).max() < 1e-14
+
+
+@pytest.mark.native
+def test_without_odometry_the_last_match_predicts_the_next() -> None:
+    drive, truth, scans, _ = simulated()
+    still = Pose.identity(batch=drive.motion.batch)
+    assert off(scan_to_scan(scans, still, prediction="velocity").poses, truth) < 0.15
+
+
+def test_a_link_that_is_not_believed_is_the_prediction() -> None:
+    drive, _, scans, _ = simulated()
+    chain = scan_to_scan(scans, drive.motion, MatchOptions(least_share=1.0))
+    lost = ~chain.believed
+    assert lost.any()
+    assert np.array_equal(chain.motion.t[lost], drive.motion.t[lost])
+    edges, robust = edges_of(chain, match(scans, [], [], Pose.identity(batch=(0,))))
+    assert np.allclose(edges.information[lost[1:]], np.diag([100.0] * 3))
+    assert not robust.any()
+
+
+def test_a_pair_s_answer_does_not_depend_on_what_is_matched_with_it() -> None:
+    drive, _, scans, chain = simulated()
+    alone = match(scans, [7], [6], drive.motion[[7]])
+    assert np.array_equal(alone.pose.t[0], chain.motion.t[7])
+    assert np.array_equal(alone.information[0], chain.information[7])
+
+
+def test_padding_plays_no_part() -> None:
+    """A scan registered beside a longer one, and padded to its length, gives the pose that it gives by itself."""
+    drive, _, scans, _ = simulated()
+    short = int(np.argmin(scans.weights.sum(axis=1)[1:])) + 1
+    two = Drive(drive.seconds[:2], drive.motion[short - 1 : short + 1], drive.ranges[short - 1 : short + 1],
+                drive.bearings, drive.mount)  # fmt: skip
+    narrow = prepare(two)
+    assert narrow.points.shape[1] < scans.points.shape[1]
+    a = match(narrow, [1], [0], drive.motion[[short]]).pose
+    b = match(scans, [short], [short - 1], drive.motion[[short]]).pose
+    assert np.allclose(a.t, b.t, atol=1e-4)
+
+
+def test_the_information_is_the_second_derivative_of_what_is_minimised() -> None:
+    """For fixed pairs, by finite differences of Σ w (nᵀ(T p − q))² / 2σ² over a motion in the source's coordinates."""
+    drive, _, scans, _ = simulated()
+    sigma, h = 0.1, 1e-4
+    found = match(scans, [7], [6], drive.motion[[7]], MatchOptions(weight="none", gate=0.3, sigma=sigma))
+    pose = found.pose[0]
+    cloud, target = scans.cloud(7), scans.cloud(6)
+    gap = np.linalg.norm(pose.apply(cloud)[:, None] - target[None], axis=2)
+    rows = gap.argmin(axis=1)
+    used = (gap.min(axis=1) <= 0.3) & ~scans.surface.flagged[6][rows]
+    n = scans.surface.vectors[6][rows]
+
+    def cost(x: np.ndarray) -> float:
+        moved = pose.compose(Pose.from_angle(x[2], x[:2])).apply(cloud)
+        r = ((moved - target[rows]) * n).sum(axis=1)[used]
+        return float((r**2).sum() / (2 * sigma**2))
+
+    e = h * np.eye(3)
+    H = np.array([[(cost(a + b) - cost(a - b) - cost(b - a) + cost(-a - b)) / (4 * h * h) for a in e] for b in e])
+    # The angle's own second derivative adds Σ r ∂²r/∂φ², small where the residuals are.
+    scale = np.sqrt(np.outer(np.diag(H), np.diag(H)))
+    assert np.abs(found.information[0] - H).max() <= 0.02 * scale.max()
+    assert np.all(np.abs(found.information[0] - H) <= 0.02 * scale)
+
+
+def test_progress_is_told_up_to_the_end() -> None:
+    drive, _, scans, _ = simulated()
+    told: list[tuple[int, int]] = []
+    rows = np.resize(np.arange(1, len(scans)), TOGETHER + 3)
+    found = match(scans, rows, rows - 1, drive.motion[rows], MatchOptions(max_steps=1), lambda *n: told.append(n))
+    assert told == [(TOGETHER, TOGETHER + 3), (TOGETHER + 3, TOGETHER + 3)]
+    assert np.array_equal(found.source, rows)
+
+
+def test_candidates_lie_near_and_look_the_same_way_and_were_driven_between() -> None:
+    _, _, _, chain = simulated()
+    options = LoopOptions(radius=2.0, turn=0.3, apart=20.0)
+    later, earlier = candidates(chain.poses, options)
+    assert len(later)
+    driven = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(chain.poses.t, axis=0), axis=1)))
+    assert (np.linalg.norm(chain.poses.t[later] - chain.poses.t[earlier], axis=1) <= 2.0).all()
+    assert (driven[later] - driven[earlier] >= 20.0).all()
+    assert np.isin(later, keyframes(chain.poses)).all()
+    heading = Pose(chain.poses.R[earlier] @ chain.poses.R[later].swapaxes(1, 2), np.zeros(2)).angle
+    assert np.abs(heading).max() <= 0.3
+
+
+def claimed(pairs: list[tuple[int, int]]) -> Matches:
+    """Loops from poses that have the first scan of each pair where the second is."""
+    _, _, scans, chain = simulated()
+    R, t = np.array(chain.poses.R), np.array(chain.poses.t)
+    for later, earlier in pairs:
+        R[later], t[later] = R[earlier], t[earlier]
+    later, earlier = np.array(pairs).T
+    return verified(scans, Pose(R, t), later, earlier)
+
+
+def test_scans_of_different_places_are_no_loop() -> None:
+    assert not claimed([(20, 0), (30, 0), (40, 5)]).believed.any()
+
+
+def test_corners_alike_pass_for_a_loop_and_the_kernel_lets_go_of_it() -> None:
+    """Scans 50 and 10 look into two corners of the hall that are alike: all four signs are met. Beside the true loops
+    Cauchy's kernel leaves the wrong one a thousandth of its weight and the poses where they were."""
+    _, truth, scans, chain = simulated()
+    wrong = claimed([(50, 10)])
+    assert wrong.believed.all()
+    right = verified(scans, chain.poses, *candidates(chain.poses))
+    result = close(chain, together([right, wrong]))
+    assert result.weights[-1] < 1e-3
+    assert off(result.poses, close(chain, right).poses) < 0.02
+    assert off(close(chain, together([right, wrong]), kernel="none").poses, truth) > 1.0
+
+
+def test_what_cannot_be_matched_is_refused() -> None:
+    drive, _, scans, _ = simulated()
+    with pytest.raises(ValueError, match="expected one of each a pair"):
+        match(scans, [1, 2], [0], drive.motion[:1])
+    with pytest.raises(ValueError, match="expected scans from 0 to 89"):
+        match(scans, [90], [0], drive.motion[:1])
+    with pytest.raises(ValueError, match="expected one a scan"):
+        scan_to_scan(scans, drive.motion[:5])
+    with pytest.raises(ValueError, match="prediction"):
+        scan_to_scan(scans, drive.motion, prediction="luck")
+    with pytest.raises(ValueError, match="length"):
+        scan_to_map(scans, drive.motion, length=0)
+    with pytest.raises(ValueError, match=r"scan 0: 0 echoes within 0\.1 m"):
+        prepare(drive, 0.1)
+    with pytest.raises(ValueError, match="least_share"):
+        MatchOptions(least_share=2.0)
+    with pytest.raises(ValueError, match="most"):
+        LoopOptions(most=0)
+
+
+# The recorded drive.
+
+
+@pytest.mark.native
+def test_every_recorded_scan_is_matched_and_both_ways_agree() -> None:
+    """Half of the pairs, matched forwards and backwards, agree to 1 cm and 0.05°, all of them to 8 cm and 1.5°."""
+    drive, scans, chain, _ = recorded()
+    assert chain.believed.all()
+    rows = np.arange(1, 225)
+    back = match(scans, rows - 1, rows, drive.motion[1:].inverse())
+    gap = chain.motion[1:].compose(back.pose)
+    shift, turn = np.linalg.norm(gap.t, axis=1), np.degrees(np.abs(gap.angle))
+    assert np.median(shift) < 0.01
+    assert shift.max() < 0.08
+    assert np.median(turn) < 0.05
+    assert turn.max() < 1.5
+
+
+@pytest.mark.native
+def test_half_of_the_loops_close_the_other_half() -> None:
+    """Every second loop is an edge, those between are not: they were missed by 0.1 m and more, and are by 3 cm and 0.2°
+    in the median afterwards."""
+    _, _, chain, loops = recorded()
+    found = np.flatnonzero(loops.believed)
+    used = np.zeros(len(loops.believed), dtype=np.bool_)
+    used[found[::2]] = True
+    rest = found[1::2]
+    before, _ = missed(chain.poses, loops)
+    result = close(chain, loops, used)
+    shift, turn = missed(result.poses, loops)
+    assert np.median(before[rest]) > 0.1
+    assert np.median(shift[rest]) < 0.03
+    assert np.degrees(np.median(turn[rest])) < 0.2
+    assert shift[rest].max() < 0.1
+
+
+@pytest.mark.native
+def test_a_map_drifts_less_than_the_last_scan_on_the_recorded_drive() -> None:
+    drive, _, chain, loops = recorded()
+    mapped = scan_to_map(prepare(drive, every=2), drive.motion)  # half of the echoes: as good, in half the time
+    assert mapped.believed.all()
+    (by_scan, _), (by_map, _) = (missed(poses, loops) for poses in (chain.poses, mapped.poses))
+    assert np.median(by_map[loops.believed]) < 0.5 * np.median(by_scan[loops.believed])
+
+
+@pytest.mark.native
+def test_one_wrong_loop_bends_the_map_and_a_kernel_lets_go_of_it() -> None:
+    """Scan 150 claimed to stand where scan 20 stood: without a kernel poses go metres away, with Cauchy centimetres."""
+    _, _, chain, loops = recorded()
+    edges, robust = edges_of(chain, loops)
+    right = optimise(chain.poses, edges).poses
+    wrong = Edges(
+        np.append(edges.i, 20), np.append(edges.j, 150),
+        Pose(np.concatenate([edges.relative.R, np.eye(2)[None]]), np.concatenate([edges.relative.t, np.zeros((1, 2))])),
+        np.concatenate([edges.information, np.median(loops.information, axis=0)[None]]),
+    )  # fmt: skip
+    robust = np.append(robust, True)
+    bent = optimise(chain.poses, wrong)
+    held = optimise(chain.poses, wrong, kernel="cauchy", robust=robust)
+    assert off(bent.poses, right) > 3.0
+    assert off(held.poses, right) < 0.1
+    assert held.weights[-1] < 1e-4
+
+
+@pytest.mark.native
+def test_the_information_tells_how_far_loops_and_chain_disagree() -> None:
+    """χ² per degree of freedom of the closed graph is near 1: between a half and two."""
+    _, _, chain, loops = recorded()
+    edges, _ = edges_of(chain, loops)
+    result = optimise(chain.poses, edges)
+    freedom = 3 * (len(edges) - 224)
+    assert 0.5 < result.total / freedom < 2.0
+
+
+@pytest.mark.native
+def test_a_loop_that_was_accepted_may_be_taken_away() -> None:
+    _, _, chain, loops = recorded()
+    none = replace(loops, believed=np.zeros(len(loops.believed), dtype=np.bool_))
+    assert np.allclose(close(chain, none).poses.t, chain.poses.t, atol=1e-6)

@@ -1,0 +1,74 @@
+"""Drives from files: what is read, and what is refused, by line."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from solvers.odometry import read_drive
+
+HEAD = "seconds,dx_m,dy_m,dphi_rad,r0,r1,r2\n"
+GOOD = HEAD + "10,0,0,0,100,200,0\n10.5,0.1,0.01,0.2,90,190,0\n"
+
+
+def laser(ranges: str = "1 2 81.9", odometry: str = "0 0 0", time: float = 1.0, count: int = 3) -> str:
+    return f"FLASER {count} {ranges} 0 0 0 {odometry} {time} host {time}\n"
+
+
+def test_a_table_is_read() -> None:
+    drive = read_drive(GOOD.encode(), ahead=0.78)
+    assert drive.seconds.tolist() == [0.0, 0.5]
+    assert drive.motion.t.tolist() == [[0.0, 0.0], [0.1, 0.01]]
+    assert drive.motion.angle.tolist() == pytest.approx([0.0, 0.2])
+    assert drive.ranges.tolist() == [[1.0, 2.0, np.inf], [0.9, 1.9, np.inf]]
+    assert np.allclose(drive.points(0), [[0.78, -1.0], [2.78, 0.0]])
+
+
+def test_a_log_is_read_and_its_poses_become_motions() -> None:
+    text = "# made by a robot\nPARAM robot_length 1\n" + laser() + laser(odometry="1 2 1.5707963267948966", time=1.5)
+    drive = read_drive((text + laser(odometry="1 3 1.5707963267948966", time=2.0)).encode())
+    assert drive.seconds.tolist() == [0.0, 0.5, 1.0]
+    assert np.allclose(drive.motion.t, [[0, 0], [1, 2], [1, 0]])
+    assert np.allclose(drive.motion.angle, [0, np.pi / 2, 0])
+    assert drive.ranges[0].tolist() == [1.0, 2.0, np.inf]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "line 1: no line was found"),
+        ("hello\n", "line 1: neither columns that begin with seconds,dx_m nor a line with FLASER"),
+        ("seconds,dx,dy_m,dphi_rad,r0,r1,r2\n", "line 1: .*where dx_m is expected stands 'dx'"),
+        ("seconds,dx_m,dy_m,dphi_rad,r0\n0,0,0,0,1\n", "line 1: .*where r1 is expected stands ''"),
+        (GOOD + "11,0,0,0,5\n", "line 4: 5 fields found; expected 7"),
+        (GOOD + "11,0,0,0,5,x,5\n", "line 4: 'x' is no number"),
+        (GOOD + "11,0,nan,0,5,5,5\n", "line 4: a number is not finite"),
+        (GOOD + "11,0,0,0,5,-5,5\n", "line 4: a range is negative"),
+        (HEAD + "0,0,0,0,1,1,1\n", "line 2: the drive ends after 1 scan"),
+        (laser(count=2), "line 1: after FLASER the number of beams"),
+        (laser() + laser("1 2 3 4", count=4), "line 2: 4 beams; the scan before has 3"),
+        (laser() + "FLASER 3 1 2 3\n", "line 2: 5 fields found; expected 14"),
+        (laser() + laser("1 two 3"), "line 2: 'two' is no number"),
+        (laser() + laser("1 inf 3"), "line 2: 'inf' is no number"),
+    ],
+)
+def test_what_cannot_be_read_is_told_by_its_line(text: str, said: str) -> None:
+    with pytest.raises(ValueError, match=said):
+        read_drive(text.encode())
+
+
+@pytest.mark.parametrize("view", [0.0, -1.0, 361.0, float("nan")])
+def test_a_field_of_view_is_an_angle(view: float) -> None:
+    with pytest.raises(ValueError, match="view"):
+        read_drive(GOOD.encode(), view=view)
+
+
+@given(st.binary(max_size=200) | st.text("FLASER 0123.e-\n", max_size=120).map(str.encode))
+def test_bytes_of_any_kind_are_read_or_refused(data: bytes) -> None:
+    try:
+        drive = read_drive(data)
+    except ValueError:
+        return
+    assert len(drive.ranges) >= 2

@@ -1,0 +1,152 @@
+"""Marginal covariances against the dense inverse, closed forms and simulation; sparse against eliminated."""
+
+from __future__ import annotations
+
+import builtins
+import re
+
+import numpy as np
+import pytest
+
+from solvers import Pose
+from solvers.posegraph import Edges, jacobians, linear, marginals, optimise
+from tests.solvers.posegraph.graphs import INFORMATION, chained, noisy_streets
+
+
+def dense_information(poses: Pose, edges: Edges) -> np.ndarray:
+    """JᵀΩJ of all nodes, by its definition."""
+    n = poses.batch[0]
+    whole = np.zeros((3 * n, 3 * n))
+    for i, j, A, B, omega in zip(edges.i, edges.j, *jacobians(poses, edges), edges.information, strict=True):
+        J = np.zeros((3, 3 * n))
+        J[:, 3 * i : 3 * i + 3], J[:, 3 * j : 3 * j + 3] = A, B
+        whole += J.T @ omega @ J
+    return whole
+
+
+def test_they_are_blocks_of_the_dense_inverse():
+    _, start, edges, _ = noisy_streets(n=25)
+    poses = optimise(start, edges).poses
+    free = np.delete(np.arange(75), np.r_[0:3, 21:24])
+    inverse = np.zeros((75, 75))
+    inverse[np.ix_(free, free)] = np.linalg.inv(dense_information(poses, edges)[np.ix_(free, free)])
+    found = marginals(poses, edges, np.arange(25), fixed=[0, 7])
+    expected = [inverse[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] for k in range(25)]
+    np.testing.assert_allclose(found, expected, rtol=1e-8, atol=1e-14)
+    assert (found[7] == 0.0).all()
+
+
+def test_a_chain_spreads_as_it_is_simulated():
+    """The ends of 4,000 noisy chains of five steps with a turn; small angles, as the first order asks."""
+    places = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 1.0], [3.0, 2.0], [3.0, 3.0]]
+    truth = Pose.from_angle([0.0, 0.0, 0.5, 1.0, 1.5, 1.5], places)
+    spread = np.array([0.05, 0.02, 0.01])
+    nodes = np.arange(5)
+    edges = Edges.between(truth, nodes, nodes + 1, np.diag(spread**-2.0))
+    expected = marginals(truth, edges, [5])[0]
+    noise = np.random.default_rng(3).normal(size=(5, 4000, 3)) * spread
+    end = truth[0]
+    for k in range(5):
+        end = end.compose(edges.relative[k]).compose(Pose.from_angle(noise[k, :, 2], noise[k, :, :2]).inverse())
+    seen = np.cov(np.column_stack([end.t, end.angle]).T)
+    size = np.sqrt(np.diagonal(expected))
+    np.testing.assert_allclose(seen / np.outer(size, size), expected / np.outer(size, size), atol=0.08)
+
+
+def test_a_loop_halves_what_is_not_known_of_its_middle():
+    """Turns on the spot: a chain of n turns to one side, n to the other, in parallel."""
+    turns = Pose.from_angle(np.full(8, np.pi / 4), np.zeros((8, 2)))
+    nodes = np.arange(8)
+    loop = Edges(nodes, (nodes + 1) % 8, turns, INFORMATION)
+    poses = chained(turns[:7], Pose.identity())
+    chain, closed = (marginals(poses, edges, [4])[0, 2, 2] for edges in (loop[:7], loop))
+    assert closed == pytest.approx(0.5 * chain)
+
+
+def test_information_that_numbers_cannot_tell_apart_is_refused():
+    """Of 10⁻³⁰ beside 10¹⁰⁰ nothing is left in the sum, which is singular; optimising damps it and ends in numbers."""
+    poses = Pose.from_angle(np.zeros(3), [[0.0, 0.0], [1.0, 0.0], [1.0, 0.0]])
+    edges = Edges.between(poses, [0, 1], [1, 2], np.array([1e-30 * np.eye(3), 1e100 * np.eye(3)]))
+    with pytest.raises(ValueError, match="information differs by more than numbers can tell"):
+        marginals(poses, edges, [2])
+    pulled = Pose(poses.R, poses.t + np.array([[0.0, 0.0], [0.5, 0.0], [0.0, 0.0]]))
+    result = optimise(pulled, edges)
+    assert np.isfinite(result.poses.t).all()
+    assert result.total < result.history.objective[0]
+
+
+def test_a_weight_scales_the_information():
+    _, start, edges, _ = noisy_streets(n=20)
+    half = Edges(edges.i, edges.j, edges.relative, 0.25 * edges.information)
+    np.testing.assert_allclose(
+        marginals(start, edges, [3, 19], weights=np.full(len(edges), 0.25)), marginals(start, half, [3, 19]), rtol=1e-9
+    )
+
+
+def test_what_cannot_be_asked_is_refused():
+    _, start, edges, _ = noisy_streets(n=20)
+    for words, call in (
+        ("nodes: expected integers of shape (k,)", lambda: marginals(start, edges, 3)),
+        ("nodes: entry 1 names node 20", lambda: marginals(start, edges, [0, 20])),
+        ("weights: expected one positive weight", lambda: marginals(start, edges, [1], weights=[0] * len(edges))),
+    ):
+        with pytest.raises(ValueError, match=re.escape(words)):
+            call()
+
+
+@pytest.mark.native
+def test_scipy_gives_what_elimination_gives():
+    """Poses, χ², steps and covariances, with and without a kernel."""
+    pytest.importorskip("scipy")
+    _, start, edges, loops = noisy_streets()
+    for kernel in ("none", "cauchy"):
+        one, two = (optimise(start, edges, kernel=kernel, robust=loops, sparse=sparse) for sparse in (False, True))
+        np.testing.assert_allclose(one.poses.matrix, two.poses.matrix, atol=1e-8)
+        np.testing.assert_allclose(one.chi2, two.chi2, atol=1e-6)
+        assert one.steps == two.steps
+    nodes = [1, 30, 59]
+    np.testing.assert_allclose(
+        marginals(start, edges, nodes, sparse=False), marginals(start, edges, nodes, sparse=True), rtol=1e-7
+    )
+
+
+@pytest.mark.native
+def test_least_squares_of_scipy_ends_at_the_same_poses():
+    """An optimiser that knows nothing of graphs, on the residuals written out anew with complex numbers."""
+    optimize = pytest.importorskip("scipy.optimize")
+    _, start, edges, _ = noisy_streets(n=15)
+    root = np.linalg.cholesky(edges.information).swapaxes(1, 2)
+    z = edges.relative.t @ [1, 1j]
+
+    def errors(x: np.ndarray) -> np.ndarray:
+        t, turn = np.r_[start.t[0] @ [1, 1j], x[:28:2] + 1j * x[1:28:2]], np.exp(1j * np.r_[start.angle[0], x[28:]])
+        measured = np.exp(1j * edges.relative.angle)
+        off = ((t[edges.j] - t[edges.i]) / turn[edges.i] - z) / measured
+        angle = np.angle(turn[edges.j] / turn[edges.i] / measured)
+        return np.einsum("eab,eb->ea", root, np.stack([off.real, off.imag, angle], axis=1)).ravel()
+
+    unknown = np.r_[start.t[1:].ravel(), start.angle[1:]]
+    found = optimize.least_squares(errors, unknown, xtol=1e-14, ftol=1e-14, gtol=1e-14)
+    result = optimise(start, edges)
+    assert result.total == pytest.approx(2.0 * found.cost, rel=1e-9)
+    np.testing.assert_allclose(result.poses.t[1:].ravel(), found.x[:28], atol=1e-6)
+
+
+@pytest.mark.native
+def test_a_large_graph_without_scipy_is_eliminated_and_too_large_a_one_is_refused(monkeypatch):
+    real = builtins.__import__
+
+    def without(name, *rest):
+        if name.startswith("scipy"):
+            raise ImportError(name)
+        return real(name, *rest)
+
+    monkeypatch.setattr(builtins, "__import__", without)
+    n = linear.SPARSE + 2
+    nodes = np.arange(n - 1)
+    truth = Pose.from_angle(np.zeros(n), np.column_stack([np.arange(n), np.zeros(n)]))
+    edges = Edges.between(truth, nodes, nodes + 1, INFORMATION)
+    start = Pose(truth.R, truth.t + [[0.0, 0.0]] + np.arange(n)[:, None] * [0.01, 0.02])
+    assert optimise(start, edges).total < 1e-9
+    with pytest.raises(ValueError, match="more than 3000, which take scipy; install it"):
+        linear.plan(3002, np.arange(3001), np.arange(3001) + 1, np.arange(3002) == 0)

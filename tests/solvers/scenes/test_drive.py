@@ -1,0 +1,78 @@
+"""The recorded drive as its file has it, and simulated drives with their truth."""
+
+from __future__ import annotations
+
+import hashlib
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from solvers import Pose
+from solvers.scenes.drive import chained, packed, simulated_drive, telecom_loop, unpacked
+
+
+def test_the_recorded_drive_is_the_one_that_was_published() -> None:
+    """225 × 361 whole centimetres, by the hash of the table that the data set's file gives; 11.5 % hold no echo."""
+    drive = telecom_loop()
+    assert drive.ranges.shape == (225, 361)
+    centimetres = np.where(np.isinf(drive.ranges), 0.0, 100.0 * drive.ranges)
+    whole = np.rint(centimetres)
+    assert np.abs(centimetres - whole).max() < 1e-9
+    digest = hashlib.sha256(whole.astype("<u2").tobytes()).hexdigest()
+    assert digest == "b91bdd532f212aa88d893866d53ff7bf616b708b09daf42036d18518a0898c11"
+    assert np.isinf(drive.ranges).mean() == pytest.approx(0.1146, abs=1e-4)
+    assert drive.seconds[-1] == pytest.approx(59.075)
+    assert np.allclose(drive.motion.t[-1], (0.52931, 0.00808))
+    assert float(drive.motion.angle[-1]) == pytest.approx(0.02823)
+
+
+@given(
+    st.integers(1, 5).flatmap(
+        lambda k: st.lists(st.lists(st.integers(0, 30_000), min_size=k, max_size=k), min_size=1, max_size=5)
+    )
+)
+def test_what_is_packed_is_unpacked(rows: list[list[int]]) -> None:
+    table = np.array(rows)
+    n, k = table.shape
+    data = packed(np.zeros(n), np.zeros((n, 3)), table)
+    assert (unpacked(data[4 + 16 * n :], n, k) == table).all()
+
+
+def test_a_file_of_another_length_is_refused() -> None:
+    data = packed(np.zeros(2), np.zeros((2, 3)), np.full((2, 3), 70))
+    with pytest.raises(ValueError, match="5 beams, and 2 scans of 3 need 6"):
+        unpacked(data[4 + 32 : -1], 2, 3)
+
+
+def test_a_scan_s_points_lie_at_their_ranges_from_the_laser() -> None:
+    drive = telecom_loop()
+    points = drive.points(10)
+    echoes = drive.ranges[10][np.isfinite(drive.ranges[10])]
+    assert np.allclose(np.linalg.norm(points - drive.mount.t, axis=1), echoes)
+    assert len(drive.points(10, 5.0)) == (echoes <= 5.0).sum()
+
+
+def test_chained_motions_lead_where_composed_poses_do() -> None:
+    motion = Pose.from_angle([0.0, 0.3, -0.2], [[0.0, 0.0], [1.0, 0.1], [0.5, 0.0]])
+    last = motion[1].compose(motion[2])
+    assert np.allclose(chained(motion).t[2], last.t)
+    assert np.allclose(chained(motion).R[2], last.R)
+
+
+def test_a_simulated_scan_at_the_truth_lies_on_the_walls_of_all_others() -> None:
+    """Without noise every echo of a scan lies on the walls that the scans beside it see; without slip the odometry is
+    the truth."""
+    drive, truth = simulated_drive(scans=40, noise=0.0, slip=0.0)
+    assert np.allclose(chained(drive.motion).t, truth.t)
+    assert np.allclose(truth.t[0], 0.0)
+    a, b = truth[10].apply(drive.points(10)), truth[11].apply(drive.points(11))
+    gap = np.linalg.norm(a[:, None] - b[None], axis=2).min(axis=1)
+    assert np.median(gap) < 0.1
+
+
+@pytest.mark.parametrize(("name", "value"), [("scans", 1), ("beams", 2), ("noise", -1.0), ("slip", -0.1), ("seed", -1)])
+def test_a_drive_that_cannot_be_is_refused(name: str, value: float) -> None:
+    with pytest.raises(ValueError, match=name):
+        simulated_drive(**{name: value})  # type: ignore[arg-type]

@@ -1,0 +1,101 @@
+"""Redrawn scans, and how often a region holds the truth."""
+
+import numpy as np
+import pytest
+
+from solvers import Pose
+from solvers.uncertainty_study import (
+    NO_ECHO,
+    PLACES,
+    REACH,
+    STANDS,
+    coverage,
+    ends_of,
+    redrawn,
+    regions,
+    runs,
+    starts,
+    walls_of,
+)
+
+
+def apart(points, walls):
+    """How far each point is from the nearest wall."""
+    a, b = (np.concatenate(ends) for ends in ([w[:-1] for w in walls], [w[1:] for w in walls]))
+    along = b - a
+    at = np.clip(((points[:, None] - a) * along).sum(-1) / np.square(along).sum(-1), 0.0, 1.0)
+    return np.linalg.norm(points[:, None] - a - at[..., None] * along, axis=-1).min(axis=1)
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_without_noise_every_echo_lies_on_a_wall_and_the_truth_joins_the_scans(place):
+    scans = redrawn(place, 2, noise=0.0)
+    echo = scans.weights[1] > 0.0
+    seen = scans.source[1][echo]
+    assert apart(STANDS[place][0].apply(seen), scans.walls).max() < 1e-9
+    assert apart(STANDS[place][1].apply(scans.truth.apply(seen)), scans.walls).max() < 1e-9
+    assert np.linalg.norm(seen, axis=1).max() < REACH
+    assert (scans.source[1][~echo] == 0.0).all()
+    far = np.abs(scans.target[1]).max(axis=1) == NO_ECHO
+    assert apart(STANDS[place][1].apply(scans.target[1][~far]), scans.walls).max() < 1e-9
+
+
+def test_the_ends_are_seen_in_the_room_and_not_in_the_corridor():
+    assert (redrawn("room", 3).weights == 1.0).all()
+    corridor = redrawn("corridor", 3, noise=0.0)
+    places = STANDS["corridor"][0].apply(corridor.source[0][corridor.weights[0] > 0.0])
+    assert 0.5 < corridor.weights.mean() < 0.95
+    assert np.abs(np.abs(places[:, 1]) - 1.6).max() < 1e-9
+
+
+def test_more_draws_leave_the_first_and_noise_stretches_them():
+    few, many = redrawn("hall", 3), redrawn("hall", 8)
+    np.testing.assert_array_equal(many.source[:3], few.source)
+    clean, more = redrawn("hall", 3, noise=0.0), redrawn("hall", 3, noise=0.08)
+    np.testing.assert_allclose(more.target - clean.target, 2.0 * (few.target - clean.target), atol=1e-12)
+    assert not np.allclose(few.source[0], few.source[1])
+
+
+def test_starts_spread_as_they_are_told_and_about_the_truth():
+    truth = Pose.from_angle(1.0, (2.0, 0.0))
+    found = starts(truth, 4000, heading=10.0, shift=0.3)
+    apart = truth.inverse().compose(found)
+    assert np.degrees(apart.angle).std() == pytest.approx(10.0, rel=0.05)
+    np.testing.assert_allclose(apart.t.std(axis=0), 0.3, rtol=0.05)
+    np.testing.assert_array_equal(starts(truth, 3, heading=0.0, shift=0.0).matrix, np.tile(truth.matrix, (3, 1, 1)))
+
+
+def test_a_line_counts_what_its_regions_hold():
+    made = runs("room", count=60)
+    (line,) = coverage("room", ways=("censi",), count=60)
+    inside = regions(made, "censi").covers(made.scans.truth)
+    assert (line.covered, line.count) == (int(inside.sum()), 60)
+
+
+def test_a_sampled_region_is_the_same_about_every_pose():
+    made = runs("room", count=40)
+    found = regions(made, "sampled")
+    whole = ends_of(made).whole
+    np.testing.assert_array_equal(found.deviations, np.tile(whole.deviations, (40, 1)))
+    assert found[3].distance(made.result.pose[3]) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_starts_carried_through_add_to_the_closed_form():
+    made = runs("room", "icp", 5)
+    more, closed = regions(made, "starts"), regions(made, "censi")
+    assert (more.deviations[:, 0] > closed.deviations[:, 0]).all()
+
+
+@pytest.mark.parametrize("wrong", [
+    {"place": "cellar"}, {"count": 0}, {"end": 1.0}, {"noise": -1.0}, {"rays": 3}, {"seed": -1},
+])  # fmt: skip
+def test_what_is_no_setting_is_refused(wrong):
+    with pytest.raises(ValueError, match=next(iter(wrong))):
+        redrawn(**wrong)
+
+
+def test_the_walls_stand_where_they_are_put():
+    assert np.abs(walls_of("room", 4.0)[0]).max() == 4.0
+    assert len(walls_of("hall")) == 1
+    with pytest.raises(ValueError, match="way"):
+        coverage("room", ways=("guess",), count=3)

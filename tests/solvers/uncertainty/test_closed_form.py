@@ -1,0 +1,189 @@
+"""Covariances in closed form: against simulation and finite differences of the minimiser, and where there is none."""
+
+import numpy as np
+import pytest
+
+from solvers import Pose, register
+from solvers.scenes.rooms import BIRD, KABSCH_TRUTH, kabsch_scene, room
+from solvers.scenes.walls import corridor, ndt_room
+from solvers.uncertainty import CENSI, HESSIAN, covariance, log, range_bearing
+
+SIGMA = 0.05
+
+
+def drawn(count, weights=None, seed=1):
+    """Known pairs, their target redrawn with noise of σ/√w, registered at once."""
+    rng = np.random.default_rng(seed)
+    w = np.ones(len(BIRD)) if weights is None else weights
+    noise = SIGMA / np.sqrt(w)[:, None] * rng.standard_normal((count, *BIRD.shape))
+    return register(BIRD, KABSCH_TRUTH.apply(BIRD) + noise, "kabsch", weights=w)
+
+
+@pytest.mark.parametrize("weights", [None, np.linspace(0.2, 3.0, len(BIRD))], ids=["equal", "weighted"])
+def test_for_known_pairs_it_is_the_spread_of_redrawn_noise(weights):
+    """The whitened sample covariance of 4,000 draws is the identity within five of its own standard errors."""
+    count = 4000
+    found = drawn(count, weights)
+    w = np.ones(len(BIRD)) if weights is None else weights
+    clean = covariance(register(BIRD, KABSCH_TRUTH.apply(BIRD), "kabsch", weights=w), sigma=SIGMA)
+    z = clean.along(found.pose) / clean.deviations
+    apart = z.T @ z / count - np.eye(3)
+    assert np.abs(apart).max() < 5.0 * np.sqrt(2.0 / count)
+
+
+def test_its_region_for_known_pairs_holds_the_truth_as_often_as_it_says():
+    """95 % of 4,000 draws within four standard errors, with σ known."""
+    found = drawn(4000)
+    share = covariance(found, sigma=SIGMA).covers(KABSCH_TRUTH).mean()
+    assert share == pytest.approx(0.95, abs=4.0 * np.sqrt(0.95 * 0.05 / 4000))
+
+
+def test_the_noise_is_estimated_from_the_residuals_without_bias():
+    """The median region with σ from 23 spare residuals is that with σ known, to 3 %."""
+    found = drawn(2000)
+    ratio = covariance(found).deviations / covariance(found, sigma=SIGMA).deviations
+    assert np.sqrt(np.square(ratio).mean()) == pytest.approx(1.0, abs=0.02)
+
+
+def test_censi_and_the_hessian_agree_on_known_pairs_of_small_noise():
+    """Where residuals are small, H is JᵀJ and both are σ² (JᵀJ)⁻¹."""
+    scene = kabsch_scene("noisy", noise=0.01)
+    found = register(scene.source, scene.target, "kabsch")
+    one, other = covariance(found, sigma=0.01), covariance(found, "censi", target_noise=0.01)
+    np.testing.assert_allclose(other.matrix, one.matrix, rtol=0.05, atol=1e-9)
+
+
+def differences(source, target, method, start, **options):
+    """How the end pose goes with every coordinate of both clouds, (3, 2m + 2n), by central differences."""
+    options = {"tolerance": 1e-13, "rms_tolerance": 0.0, "max_steps": 400, **options}
+    end = register(source, target, method, start=start, **options).pose
+    m, n, h = source.size, target.size, 1e-6
+    steps = np.concatenate([h * np.eye(m + n), -h * np.eye(m + n)])
+    p = source + steps[:, :m].reshape(-1, *source.shape)
+    q = target + steps[:, m:].reshape(-1, *target.shape)
+    ends = register(p, q, method, start=end, **options).pose
+    centre = Pose(np.eye(2), end.apply(source).mean(axis=0))
+    twists = log(centre.inverse().compose(ends.compose(end.inverse())).compose(centre))
+    return register(source, target, method, start=start, **options), (twists[: m + n] - twists[m + n :]).T / (2.0 * h)
+
+
+@pytest.mark.parametrize("method", ["icp", "point-to-plane"])
+def test_censi_is_what_finite_differences_of_the_minimiser_say(method):
+    """Every coordinate of both scans moved by 1e-6 u and registered again: shared partners and normals included."""
+    scene = room("noise", seed=53)
+    source, target = scene.source[::4], scene.target[::3]
+    found, D = differences(source, target, method, Pose.from_angle(0.05, (0.1, 0.0)), gate=1.0)
+    noise = range_bearing(source, 0.03, 0.02), range_bearing(target, 0.05, 0.01, (1.0, 0.5))
+    S = np.zeros((D.shape[1], D.shape[1]))
+    for i, block in enumerate(np.concatenate(noise)):
+        S[2 * i : 2 * i + 2, 2 * i : 2 * i + 2] = block
+    made = covariance(found, "censi", source_noise=noise[0], target_noise=noise[1])
+    centre = found.pose.apply(source).mean(axis=0)
+    shift = np.array([[1.0, 0.0, 0.0], [-centre[1], 1.0, 0.0], [centre[0], 0.0, 1.0]])
+    np.testing.assert_allclose(shift @ made.matrix @ shift.T, D @ S @ D.T, rtol=2e-4, atol=1e-9)
+
+
+def test_a_partner_of_several_points_counts_as_one_measurement():
+    """Four copies of the source do not make the target's noise average out."""
+    scene = room("clean")
+    target = scene.target
+    once = register(scene.source, target, "icp", gate=0.5)
+    often = register(np.tile(scene.source, (4, 1)), target, "icp", gate=0.5)
+    for how, ratio in (("hessian", 0.5), ("censi", 1.0)):
+        more = {"sigma": 0.02} if how == "hessian" else {"target_noise": 0.02}
+        one, other = covariance(once, how, **more), covariance(often, how, **more)
+        np.testing.assert_allclose(other.deviations, ratio * one.deviations, rtol=1e-3)
+
+
+@pytest.mark.parametrize("how", ["hessian", "censi"])
+@pytest.mark.parametrize("method", ["icp", "point-to-plane"])
+def test_units_and_origin_change_lengths_alone(how, method):
+    scene, far = room("noise"), Pose.from_angle(1.0, (40.0, -30.0))
+    made = []
+    for size, move in ((1.0, Pose.identity()), (1e3, far)):
+        p, q = size * scene.source, size * move.apply(scene.target)
+        start = Pose(move.R, size * move.t)
+        found = register(p, q, method, start=start, gate=0.5 * size)
+        more = {} if how == "hessian" else {"source_noise": 0.11 * size, "target_noise": 0.11 * size}
+        made.append(covariance(found, how, **more))
+    np.testing.assert_allclose(made[1].deviations, 1e3 * made[0].deviations, rtol=1e-4)
+
+
+def test_a_corridor_without_noise_is_free_and_the_room_is_not():
+    for scene, count in ((corridor(noise=0.0), 1), (ndt_room(noise=0.0), 0)):
+        found = register(scene.source, scene.target, "point-to-plane", start=scene.truth, gate=0.4)
+        for how, more in (("hessian", {"sigma": 0.02}), ("censi", {"source_noise": 0.02})):
+            made = covariance(found, how, **more)
+            assert made.free.sum() == count
+            assert not np.isnan(made.matrix).any()
+            if count:
+                assert made.words() == "the slide along (0.94, 0.33) is free"
+
+
+def test_one_place_leaves_the_turn_about_it_free():
+    found = register([[1.0, 1.0]] * 4, [[2.0, 3.0]] * 4, "kabsch")
+    made = covariance(found, sigma=0.1)
+    assert made.words() == "the turn about (2.00, 3.00) is free"
+    np.testing.assert_allclose(made.deviations[1:], 0.1 / 2.0)
+
+
+def test_as_many_unknowns_as_residuals_say_nothing_of_the_noise():
+    found = register([[1.0, 1.0]], [[2.0, 3.0]], "kabsch")
+    assert covariance(found).free.all()
+    assert covariance(found).covers(Pose.identity())
+
+
+def test_a_range_and_a_bearing_are_noise_along_and_across_the_ray():
+    rng = np.random.default_rng(2)
+    point, origin = np.array([3.0, 2.0]), np.array([0.5, -1.0])
+    ray = point - origin
+    far, angle = np.hypot(*ray), np.arctan2(ray[1], ray[0])
+    r, a = far + 0.05 * rng.standard_normal(40_000), angle + 0.01 * rng.standard_normal(40_000)
+    seen = np.cov(np.stack([r * np.cos(a), r * np.sin(a)]))
+    np.testing.assert_allclose(range_bearing([point], 0.05, 0.01, origin)[0], seen, atol=6e-5)
+    assert np.isfinite(range_bearing([[0.0, 0.0]], 0.1, 0.1)).all()
+
+
+@pytest.mark.parametrize("method", HESSIAN)
+def test_there_is_one_for_each_that_is_named(method):
+    scene = room("clean")
+    q = scene.target[: len(scene.source)] if method == "kabsch" else scene.target
+    found = register(scene.source, q, method)
+    assert np.isfinite(covariance(found).deviations).all()
+    if method in CENSI:
+        assert np.isfinite(covariance(found, "censi", source_noise=0.02, target_noise=0.02).deviations).all()
+
+
+def test_what_has_none_says_so():
+    """NDT for either formula, GICP for Censi's, unknown formulas, noises that are none, space, and lists: a ValueError
+    that names the argument."""
+    scene = room("clean")
+    with pytest.raises(ValueError, match="'hessian' has no covariance for 'ndt'; it has for: kabsch"):
+        covariance(register(scene.source, scene.target, "ndt"))
+    found = register(scene.source, scene.target, "gicp")
+    with pytest.raises(ValueError, match="'censi' has no covariance for 'gicp'"):
+        covariance(found, "censi")
+    with pytest.raises(ValueError, match="how"):
+        covariance(found, "bootstrap")
+    found = register(scene.source, scene.target, "icp")
+    for name, wrong in (("sigma", -1.0), ("sigma", np.nan)):
+        with pytest.raises(ValueError, match=name):
+            covariance(found, **{name: wrong})
+    for wrong in (-1.0, np.inf, np.ones(7)):
+        with pytest.raises(ValueError, match="source_noise"):
+            covariance(found, "censi", source_noise=wrong)
+    space = np.random.default_rng(1).standard_normal((9, 3))
+    with pytest.raises(ValueError, match="plane"):
+        covariance(register(space, space, "kabsch"))
+    with pytest.raises(ValueError, match="list"):
+        covariance(register([scene.source, scene.source], [scene.target, scene.target], "icp"))
+
+
+@pytest.mark.native
+def test_importing_the_solvers_does_not_import_it():
+    import subprocess
+    import sys
+
+    code = "import sys, solvers; print('solvers.uncertainty' in sys.modules)"
+    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert shown.stdout.strip() == "False"

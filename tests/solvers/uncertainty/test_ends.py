@@ -1,0 +1,117 @@
+"""End poses of many runs: means and modes, redrawn scans, the spread of starts."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from solvers import Pose, register
+from solvers.scenes.rooms import BIRD, KABSCH_TRUTH
+from solvers.scenes.walls import corridor, hall
+from solvers.uncertainty import covariance, from_matrix, from_starts, monte_carlo, quantile, spread_of
+
+START = from_matrix(np.diag([0.03, 0.2, 0.2]) ** 2, Pose.identity())
+
+
+def test_poses_drawn_from_a_covariance_give_it_back():
+    half = np.random.default_rng(1).standard_normal((3, 3)) * 0.05
+    given = from_matrix(half @ half.T, Pose.from_angle(2.0, (3.0, 1.0)), centre=(2.0, 0.0), radius=2.0)
+    middle = given.mean.inverse().apply([[2.0, 0.0]])[0]
+    found = spread_of(given.sample(20_000, seed=3)[:3000], centre=middle, radius=2.0, apart=10.0).whole
+    np.testing.assert_allclose(found.deviations, given.deviations, rtol=0.06)
+    assert given.distance(found.mean) < quantile(0.9999) / 3000
+
+
+@given(st.floats(-3.0, 3.0), st.floats(-20.0, 20.0))
+def test_where_the_target_lies_changes_no_deviation(turn, shift):
+    poses = START.sample(20, seed=1)
+    one = spread_of(poses, centre=(1.0, 0.0), radius=2.0)
+    other = spread_of(Pose.from_angle(turn, (shift, 1.0)).compose(poses), centre=(1.0, 0.0), radius=2.0)
+    np.testing.assert_allclose(other.whole.deviations, one.whole.deviations, rtol=1e-5)
+    np.testing.assert_array_equal(other.mode, one.mode)
+
+
+def test_modes_are_what_chains_of_near_poses_connect():
+    chain = Pose.from_angle(0.0, np.column_stack([np.linspace(0.0, 3.0, 31), np.zeros(31)]))
+    far = Pose.from_angle(np.pi, np.column_stack([np.linspace(0.0, 0.3, 4), np.zeros(4)]))
+    order = np.random.default_rng(2).permutation(35)
+    poses = Pose(np.concatenate([far.R, chain.R])[order], np.concatenate([far.t, chain.t])[order])
+    found = spread_of(poses, centre=(0.0, 0.0), radius=2.0, apart=0.15)
+    np.testing.assert_array_equal(found.mode, (order < 4).astype(int))
+    np.testing.assert_allclose(found.shares, [31 / 35, 4 / 35])
+    assert found.modes[0].deviations[0] == pytest.approx(np.std(np.linspace(0.0, 3.0, 31), ddof=1))
+    assert len(spread_of(poses, centre=(0.0, 0.0), radius=2.0, apart=100.0).modes) == 1
+
+
+def test_two_modes_half_a_turn_apart_are_told_and_nothing_is_nan():
+    """The matrix of the whole is as wide as half a turn; each mode's is not."""
+    poses = Pose.from_angle(np.concatenate([np.linspace(-0.02, 0.02, 10), np.pi + np.linspace(-0.02, 0.02, 10)]))
+    found = spread_of(poses, centre=(1.0, 0.0), radius=3.0)
+    assert len(found.modes) == 2
+    assert np.isfinite(found.whole.matrix).all()
+    assert found.whole.deviations[0] > 3.0
+    assert max(m.deviations[0] for m in found.modes) < 0.1
+
+
+def test_a_mode_of_one_pose_has_no_spread():
+    found = spread_of(Pose.from_angle([0.0, 0.01, 3.0]), centre=(0.0, 0.0), radius=2.0)
+    assert found.modes[1].deviations.tolist() == [0.0, 0.0, 0.0]
+
+
+def test_redrawn_noise_of_known_pairs_gives_the_closed_form():
+    rng = np.random.default_rng(4)
+    target = KABSCH_TRUTH.apply(BIRD) + 0.05 * rng.standard_normal((3000, *BIRD.shape))
+    found = monte_carlo(BIRD, target, "kabsch").whole
+    closed = covariance(register(BIRD, KABSCH_TRUTH.apply(BIRD), "kabsch"), sigma=0.05)
+    z = found.directions * found.deviations
+    apart = (z @ z.T) / closed.deviations[0] ** 2 - np.eye(3)  # isotropic about the centre
+    assert np.abs(apart).max() < 5.0 * np.sqrt(2.0 / 3000)
+
+
+def test_the_hall_has_two_modes_and_the_wrong_one_is_half_a_turn_off():
+    scenes = [hall(seed=seed) for seed in range(30)]
+    source, target = (np.stack([getattr(s, n) for s in scenes]) for n in ("source", "target"))
+    start = Pose.from_angle(np.pi * (np.arange(30) % 3 == 0))
+    found = monte_carlo(source, target, "icp", start=start, gate=0.8)
+    np.testing.assert_allclose(found.shares, [2 / 3, 1 / 3])
+    assert abs(found.modes[1].mean.angle) == pytest.approx(np.pi, abs=0.02)
+
+
+def test_a_corridor_passes_the_spread_of_the_start_on_and_across_it_does_not():
+    scene = corridor()
+    found = from_starts(scene.source, scene.target, "icp", start=START, gate=0.8)
+    assert found.deviations[0] > 0.1
+    assert found.deviations[1] < 0.02
+    assert found.made_by == "starts"
+    for draws in (50,):
+        drawn = from_starts(scene.source, scene.target, "icp", start=START, draws=draws, gate=0.8)
+        assert drawn.deviations[0] == pytest.approx(found.deviations[0], rel=0.4)
+
+
+def test_no_spread_of_the_start_leaves_the_noise_alone():
+    scene = hall()
+    exact = from_matrix(np.zeros((3, 3)), Pose.from_angle(0.02))
+    run = register(scene.source, scene.target, "point-to-plane", start=exact.mean, gate=0.8)
+    noise = covariance(run, "censi", source_noise=0.02, target_noise=0.02)
+    found = from_starts(scene.source, scene.target, "point-to-plane", start=exact, noise=noise, gate=0.8)
+    np.testing.assert_allclose(found.matrix, noise.matrix, rtol=1e-6, atol=1e-12)
+
+
+def test_what_the_noise_leaves_free_stays_free():
+    scene = corridor(noise=0.0)
+    run = register(scene.source, scene.target, "point-to-plane", start=scene.truth, gate=0.4)
+    noise = covariance(run, "censi", source_noise=0.02)
+    start = from_matrix(np.diag([0.01, 0.02, 0.02]) ** 2, scene.truth)
+    found = from_starts(scene.source, scene.target, "point-to-plane", start=start, noise=noise, gate=0.4)
+    assert found.free.tolist() == [True, False, False]
+    assert not np.isnan(found.matrix).any()
+
+
+def test_what_is_refused():
+    with pytest.raises(ValueError, match="poses"):
+        spread_of(Pose.identity(batch=(1,)), centre=(0.0, 0.0), radius=1.0)
+    with pytest.raises(ValueError, match="radius"):
+        spread_of(Pose.identity(batch=(3,)), centre=(0.0, 0.0), radius=0.0)
+    scene = hall()
+    with pytest.raises(ValueError, match="one pair"):
+        from_starts(scene.source[None], scene.target, start=START)

@@ -1,0 +1,177 @@
+"""A covariance: its quantiles, frames, regions, what is free, what is refused."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from solvers import Pose, register
+from solvers.geometry.rigid import fit_planar
+from solvers.scenes.walls import single_wall
+from solvers.uncertainty import Covariance, adjoint, covariance, exp, from_matrix, quantile
+
+
+def some(seed: int, mean: Pose | None = None, **more) -> Covariance:
+    half = np.random.default_rng(seed).standard_normal((3, 3)) * 0.1
+    mean = Pose.from_angle(0.8, (3.0, -1.0)) if mean is None else mean
+    return from_matrix(half @ half.T, mean, centre=(0.5, 2.0), radius=2.5, **more)
+
+
+@pytest.mark.parametrize(("freedom", "level", "table"), [
+    (1, 0.95, 3.8414588), (2, 0.95, 5.9914645), (3, 0.95, 7.8147279), (3, 0.5, 2.3659739), (3, 0.99, 11.3448667),
+])  # fmt: skip
+def test_quantiles_are_those_of_the_tables(freedom, level, table):
+    """Abramowitz & Stegun, table 26.8."""
+    assert quantile(level, freedom) == pytest.approx(table, abs=2e-7)
+
+
+def test_a_quantile_holds_its_share_of_normal_draws():
+    z = np.random.default_rng(3).standard_normal((200_000, 3))
+    for freedom in (1, 2, 3):
+        share = np.mean(np.square(z[:, :freedom]).sum(axis=1) <= quantile(0.9, freedom))
+        assert share == pytest.approx(0.9, abs=4.0 * np.sqrt(0.09 / len(z)))
+
+
+@given(st.integers(0, 2**31 - 1))
+def test_the_matrix_comes_back(seed):
+    half = np.random.default_rng(seed).standard_normal((3, 3))
+    S = half @ half.T
+    made = from_matrix(S, Pose.from_angle(1.0, (2.0, 3.0)), centre=(4.0, -5.0), radius=1.7)
+    np.testing.assert_allclose(made.matrix, S, atol=1e-9 * np.abs(S).max() * 50)
+    assert (np.diff(made.deviations) <= 0.0).all()
+
+
+@given(st.integers(0, 2**31 - 1))
+def test_the_frame_changes_by_the_adjoint_and_the_regions_stay(seed):
+    """Random covariances and poses: the matrix goes by Ad Σ Adᵀ, and comes back; distances of poses do not change."""
+    one = some(seed)
+    other = one.to("source")
+    A = adjoint(one.mean.inverse())
+    np.testing.assert_allclose(other.matrix, A @ one.matrix @ A.T, rtol=1e-7, atol=1e-10)
+    np.testing.assert_allclose(other.to("target").matrix, one.matrix, rtol=1e-9, atol=1e-12)
+    pose = one.sample(1, seed=seed % 1000)[0]
+    assert other.distance(pose) == pytest.approx(one.distance(pose), rel=1e-6)
+
+
+def test_information_is_the_inverse():
+    one = some(4)
+    np.testing.assert_allclose(one.information @ one.matrix, np.eye(3), atol=1e-8)
+
+
+def test_other_units_change_lengths_and_nothing_else():
+    half = np.random.default_rng(5).standard_normal((3, 3)) * 0.01
+    S, km = half @ half.T, np.diag([1.0, 1e3, 1e3])
+    one = from_matrix(S, Pose.from_angle(0.3, (1.0, 2.0)), centre=(1.0, 1.0), radius=2.0)
+    far = from_matrix(km @ S @ km, Pose.from_angle(0.3, (1e3, 2e3)), centre=(1e3, 1e3), radius=2e3)
+    np.testing.assert_allclose(far.deviations, 1e3 * one.deviations, rtol=1e-6)
+    moved = exp([0.01, 0.02, 0.0]).compose(one.mean)
+    assert far.distance(Pose(moved.R, 1e3 * moved.t)) == pytest.approx(one.distance(moved), rel=1e-6)
+
+
+def test_draws_lie_in_the_region_as_often_as_it_says():
+    one = some(6)
+    for made in (one, one.to("source")):
+        inside = made.covers(made.sample(20_000, seed=1), 0.8)
+        assert inside.mean() == pytest.approx(0.8, abs=4.0 * np.sqrt(0.16 / 20_000))
+
+
+def test_the_ellipse_holds_the_share_of_the_places_where_a_point_lands():
+    one = from_matrix(np.diag([0.02, 0.05, 0.01]) ** 2, Pose.from_angle(0.4, (1.0, 0.5)), centre=(0.0, 1.0), radius=2.0)
+    landed = one.sample(20_000, seed=2).apply([[2.0, 0.0]])[:, 0]
+    curve = one.ellipse(0.7, (2.0, 0.0))
+    assert np.allclose(curve[0], curve[-1])
+    inside = np.array([_within(curve, p) for p in landed[:4000]])
+    assert inside.mean() == pytest.approx(0.7, abs=0.03)
+    centre = one.mean.apply([[2.0, 0.0]])[0]
+    root = np.linalg.cholesky(one.point_covariance((2.0, 0.0)))
+    radii = np.linalg.norm(np.linalg.solve(root, (curve - centre).T), axis=0)
+    np.testing.assert_allclose(radii, np.sqrt(quantile(0.7, 2)), rtol=0.05)
+
+
+def _within(curve, p):
+    turn = np.unwrap(np.arctan2(curve[:, 1] - p[1], curve[:, 0] - p[0]))
+    return abs(turn[-1] - turn[0]) > np.pi
+
+
+def test_a_spread_of_angles_bends_the_ellipse():
+    one = from_matrix(np.diag([0.5, 1e-4, 1e-4]) ** 2, Pose.from_angle(0.0, (4.0, 0.0)), radius=3.0)
+    curve = one.ellipse()
+    np.testing.assert_allclose(np.linalg.norm(curve, axis=1), 4.0, atol=0.01)  # an arc about the origin
+    assert np.ptp(np.arctan2(curve[:, 1], curve[:, 0])) > 2.0
+
+
+def slid() -> Covariance:
+    wall = single_wall(noise=0.0)
+    found = register(wall.source, wall.target, "point-to-plane", start=wall.start)
+    return covariance(found, "hessian", sigma=0.02)
+
+
+def test_a_free_direction_is_infinite_and_named_and_never_nan():
+    made = slid()
+    assert made.free.tolist() == [True, False, False]
+    assert np.isinf(made.deviations[0])
+    assert made.words() == "the slide along (0.94, 0.33) is free"
+    for array in (made.matrix, made.information, made.directions, made.deviations[1:]):
+        assert np.isfinite(array).all()
+    along = np.array([0.0, 8.0, 2.8])
+    assert along @ made.information @ along == pytest.approx(0.0, abs=1e-6)
+    far = exp(along).compose(made.mean)
+    assert made.distance(far) == pytest.approx(0.0, abs=1e-6)
+    assert made.covers(far)
+    assert not made.covers(exp([0.0, -0.28, 0.8]).compose(made.mean))
+
+
+def test_an_infinite_region_is_drawn_only_as_far_as_is_said():
+    made = slid()
+    with pytest.raises(ValueError, match=r"reach.*the slide along \(0.94, 0.33\) is free"):
+        made.ellipse()
+    with pytest.raises(ValueError, match="reach"):
+        made.sample(3)
+    curve = made.ellipse(reach=1.0)
+    assert np.isfinite(curve).all()
+    longest = np.linalg.norm(curve - curve.mean(axis=0), axis=1).max()
+    assert longest == pytest.approx(np.sqrt(quantile(0.95, 2)), rel=0.05)
+
+
+def test_certainty_has_no_information_matrix():
+    made = from_matrix(np.zeros((3, 3)), Pose.identity())
+    assert made.covers(Pose.identity())
+    assert not made.covers(Pose.from_angle(1e-6))
+    with pytest.raises(ValueError, match="information"):
+        _ = made.information
+
+
+@pytest.mark.parametrize(("matrix", "words"), [
+    (np.eye(2), "matrix"), (np.full((3, 3), np.nan), "matrix"), (-np.eye(3), "semidefinite"),
+    (np.array([[1.0, 2.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]), "symmetric"),
+])  # fmt: skip
+def test_what_is_no_covariance_is_refused(matrix, words):
+    with pytest.raises(ValueError, match=words):
+        from_matrix(matrix, Pose.identity())
+
+
+def test_what_else_is_refused():
+    one = some(7)
+    for wrong in (0.0, 1.0, -1.0, float("nan")):
+        with pytest.raises(ValueError, match="level"):
+            one.covers(one.mean, wrong)
+    with pytest.raises(ValueError, match="frame"):
+        one.to("world")
+    with pytest.raises(ValueError, match="freedom"):
+        quantile(0.5, 4)
+    with pytest.raises(ValueError, match="rigid"):
+        from_matrix(np.eye(3), Pose.from_angle(0.0, scale=2.0))
+
+
+def test_a_batch_is_its_single_covariances():
+    rng = np.random.default_rng(8)
+    p = rng.uniform(-3.0, 3.0, (4, 9, 2))
+    q = fit_planar(p[0], p[1]).pose.apply(p) + 0.05 * rng.standard_normal(p.shape)
+    found = covariance(register(p, q, "kabsch"))
+    pose = Pose.identity(batch=(4,))
+    for i in range(4):
+        one = covariance(register(p[i], q[i], "kabsch"))
+        np.testing.assert_allclose(found[i].matrix, one.matrix, rtol=1e-9)
+        assert found.distance(pose)[i] == pytest.approx(one.distance(pose[i]), rel=1e-9)
+    with pytest.raises(ValueError, match="ellipse"):
+        found.ellipse()

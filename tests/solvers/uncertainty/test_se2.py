@@ -1,0 +1,59 @@
+"""The exponential map of SE(2), its inverse, and the adjoint: group laws and the limit of small angles."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from solvers import Pose
+from solvers.uncertainty import adjoint, exp, log
+
+ANGLE = st.floats(-3.1, 3.1)
+LENGTH = st.floats(-50.0, 50.0)
+
+
+def close(a, b):
+    np.testing.assert_allclose(a.matrix, b.matrix, atol=1e-9)
+
+
+@given(ANGLE, LENGTH, LENGTH)
+def test_log_undoes_exp(angle, x, y):
+    np.testing.assert_allclose(log(exp([angle, x, y])), [angle, x, y], atol=1e-8)
+
+
+@given(ANGLE, LENGTH, LENGTH)
+def test_half_a_twist_twice_is_the_whole(angle, x, y):
+    half = exp(np.array([angle, x, y]) / 2.0)
+    close(half.compose(half), exp([angle, x, y]))
+
+
+@given(ANGLE, LENGTH, LENGTH, ANGLE, LENGTH, LENGTH)
+def test_the_adjoint_takes_a_twist_to_the_other_side(angle, x, y, turn, a, b):
+    pose = Pose.from_angle(turn, (a, b))
+    twist = np.array([angle, x, y])
+    close(pose.compose(exp(twist)), exp(adjoint(pose) @ twist).compose(pose))
+
+
+def test_the_adjoint_of_a_composition_is_the_product():
+    a, b = Pose.from_angle(0.7, (1.0, -2.0)), Pose.from_angle(-2.0, (0.3, 5.0))
+    np.testing.assert_allclose(adjoint(a.compose(b)), adjoint(a) @ adjoint(b), atol=1e-12)
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-300, 1e-9, 1e-5])
+def test_a_small_angle_is_no_division_by_nothing(angle):
+    np.testing.assert_allclose(exp([angle, 2.0, 3.0]).t, [2.0, 3.0], atol=1e-4)
+    np.testing.assert_allclose(log(exp([angle, 2.0, 3.0])), [angle, 2.0, 3.0], atol=1e-12)
+
+
+def test_half_a_turn_has_a_twist():
+    found = log(Pose.from_angle(np.pi, (2.0, 0.0)))
+    assert np.isfinite(found).all()
+    close(exp(found), Pose.from_angle(np.pi, (2.0, 0.0)))
+
+
+def test_batches_are_their_single_twists():
+    twists = np.random.default_rng(1).uniform(-2.0, 2.0, (4, 5, 3))
+    all_of_them = exp(twists)
+    assert all_of_them.batch == (4, 5)
+    close(all_of_them[2, 3], exp(twists[2, 3]))
+    np.testing.assert_array_equal(log(all_of_them)[1, 1], log(all_of_them[1, 1]))

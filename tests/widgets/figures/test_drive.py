@@ -1,0 +1,94 @@
+"""The figure of the drive: its table is what the solvers find, and its controls do what they say."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from widgets.engine.contract import Action, preset
+from widgets.figures.drive import table
+from widgets.figures.drive.figure import SCANS, WIDGET, State, act, chunk, draw, drawn_scans, start
+
+STEP, FINISH = Action("press", "step"), Action("press", "finish")
+
+
+def shown(state: State) -> dict[str, str]:
+    return {readout.name: readout.value for readout in draw(state).readouts}
+
+
+def at_the_end(**controls: object) -> State:
+    return act(start(preset(WIDGET, "default", controls).controls, 40), FINISH)
+
+
+@pytest.mark.native
+def test_the_table_is_what_the_solvers_find() -> None:
+    """Computed anew from the scans: every pose to half a centimetre, with the same loops.
+
+    To write the file anew: python -c "from widgets.figures.drive import table; table.write()".
+    """
+    kept, found = table.table(), table.read(table.made())
+    assert np.array_equal(kept.later, found.later)
+    assert np.array_equal(kept.earlier, found.earlier)
+    assert kept.ways.keys() == found.ways.keys()
+    for name, way in found.ways.items():
+        assert np.abs(way.t - kept.ways[name].t).max() < 0.005, name
+        assert np.abs(way.R - kept.ways[name].R).max() < 0.001, name
+    assert np.abs(found.loops.t - kept.loops.t).max() < 0.005
+
+
+def test_pressing_on_shows_all_scans_in_the_end() -> None:
+    state = start(preset(WIDGET, "default").controls, 40)
+    seen = []
+    while not draw(state).disabled:
+        state = act(state, STEP)
+        seen.append(state.seen)
+    assert seen == sorted(set(seen))
+    assert seen[-1] == SCANS
+    assert act(state, STEP) == state
+
+
+def test_each_kind_of_poses_misses_the_loops_by_less() -> None:
+    missed = [float(shown(at_the_end(poses=poses))["apart"]) for poses in ("odometry", "matched", "closed")]
+    assert missed[0] > 4.0
+    assert 0.1 < missed[1] < 0.25
+    assert missed[2] < 0.01
+
+
+def test_the_wrong_loop_bends_what_no_kernel_holds() -> None:
+    bent = [float(shown(at_the_end(poses="closed", wrong=True, kernel=k))["bent"]) for k in table.KERNELS]
+    assert bent[0] > 5.0
+    assert 0.1 < bent[1] < 1.0
+    assert bent[2] < 0.05
+    assert shown(at_the_end(poses="closed"))["bent"] == "0.00"
+
+
+def test_the_wrong_loop_is_drawn_where_the_graph_has_it() -> None:
+    """Among closed poses alone, and only once both of its scans have been made."""
+
+    def roles(state: State) -> set[str]:
+        return {mark.role for mark in draw(state).panels[0].marks if hasattr(mark, "role")}
+
+    assert "outlier" in roles(at_the_end(poses="closed", wrong=True))
+    assert "outlier" not in roles(at_the_end(poses="matched", wrong=True))
+    early = start(preset(WIDGET, "wrong").controls, 40)
+    assert "outlier" not in roles(early)
+
+
+def test_what_has_been_drawn_is_drawn_again_as_the_same_mark() -> None:
+    """So that a step of the player turns only new scans into markup."""
+    state = at_the_end()
+    assert draw(state).panels[0].marks[0] is draw(act(state, STEP)).panels[0].marks[0]
+    assert chunk("matched", "", False, 0, 15) is chunk("matched", "", False, 0, 15)
+
+
+def test_the_scans_drawn_lie_apart() -> None:
+    t = table.table().ways["matched", "", False].t[list(drawn_scans())]
+    assert np.linalg.norm(np.diff(t, axis=0), axis=1).min() >= 0.35
+    assert len(t) > 100
+
+
+def test_a_table_of_another_shape_is_refused() -> None:
+    with open(table.FILE, "rb") as file:
+        data = file.read()
+    with pytest.raises(ValueError, match="reshape"):
+        table.read(data[:-4])

@@ -1,0 +1,74 @@
+"""The figure of redrawn scans: its draws are the study's, its ellipses lie about the truth, its scale is told."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from solvers.studies.coverage import coverage
+from solvers.studies.redrawn import STANDS
+from widgets.drawing.picture import Label, Path, Points, Segments
+from widgets.engine.contract import SEED, Action, preset
+from widgets.engine.host import Host
+from widgets.figures.spread import DRAWS, PRESS, SEEN, WIDGET, Controls, _expected, act, draw, start
+
+MORE, ALL = Action("press", "more"), Action("press", "finish")
+
+
+def shown(name: str = "default", *presses: str, **controls: float | str) -> dict[str, str]:
+    log = [["press", press] for press in presses]
+    frame = Host().render("f", {**preset(WIDGET, name, controls).plain(), "log": log})
+    return {r["name"]: r["value"] for r in frame["readouts"]}
+
+
+def test_before_the_first_draw_there_is_only_what_is_expected() -> None:
+    found = shown()
+    assert found["hessian"] == found["censi"] == found["widest"] == "–"
+    assert float(found["claimed"]) > 0.0
+    assert found["drawn"] == "0"
+
+
+def test_some_draws_and_then_the_rest_are_all_draws_at_once() -> None:
+    state = start(Controls(), SEED)
+    for _ in range(DRAWS // PRESS):
+        state = act(state, MORE)
+    assert state.drawn == DRAWS
+    assert draw(state).readouts == draw(act(start(Controls(), SEED), ALL)).readouts
+    assert act(state, MORE).drawn == DRAWS
+    assert {"more", "finish"} <= draw(state).disabled
+
+
+def test_the_counts_are_the_studys() -> None:
+    lines = coverage("room", "point-to-plane", ("hessian", "censi"), count=DRAWS)
+    found = shown("default", "finish")
+    assert [found["hessian"], found["censi"]] == [str(line.covered) for line in lines]
+
+
+def test_the_hall_has_clusters_and_the_room_has_one() -> None:
+    assert shown("default", "finish")["modes"] == "1"
+    assert int(shown("hall", "finish")["modes"]) > 1
+    assert shown("hall", "finish", heading=3.0)["modes"] == "1"
+
+
+def test_what_is_expected_lies_about_the_true_place() -> None:
+    ask = start(Controls(), SEED).ask
+    for one in _expected(ask):
+        middle = STANDS["room"][1].apply(one.ellipse(reach=1.0)[:-1]).mean(axis=0)
+        np.testing.assert_allclose(middle, STANDS["room"][0].t, atol=1e-4)
+
+
+@pytest.mark.parametrize("wall", [2.6, 6.0])
+def test_the_close_view_is_to_the_scale_that_its_bar_tells(wall: float) -> None:
+    """The bars lie along the panel's axes, as long as their labels say; dots lie in the window."""
+    picture = draw(act(start(Controls(wall=wall), SEED), ALL))
+    (close,) = (panel for panel in picture.panels if panel.name == "close")
+    labels = {mark.text for mark in close.marks if isinstance(mark, Label)}
+    assert labels == {"0.5 u" if wall > SEEN else "0.05 u", "0.02 u"}
+    bars = next(mark for mark in close.marks if isinstance(mark, Segments))
+    across, up = np.abs(np.asarray(bars.b) - np.asarray(bars.a)).max(axis=1)
+    assert across == pytest.approx(0.5 / 1.5 if wall > SEEN else 0.5)
+    assert up == pytest.approx(0.2)
+    dots = next(mark for mark in close.marks if isinstance(mark, Points) and mark.role == "source")
+    assert np.abs(dots.xy).max() < 1.0
+    longest = max(np.ptp(np.asarray(mark.xy)[:, 0]) for mark in close.marks if isinstance(mark, Path))
+    assert longest > 0.3

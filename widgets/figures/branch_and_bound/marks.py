@@ -1,0 +1,141 @@
+"""What a search looks like: the floor of every heading as a ring, that of every place as a field, what was just ruled
+out in both."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from solvers.core.arrays import BoolArray, FloatArray, IntArray
+from solvers.methods.search.bounds import Boxes
+from widgets.drawing.picture import Array, Heat, Label, Mark, Path, Points, Ring, Segments
+
+HEADINGS = 256  # places of the ring, a power of two: so a box fills places, or is part of one
+TILES = 64  # along each side of the field, likewise
+INNER, OUTER = 6.5, 7.9  # u from the middle to a floor of nothing, and to the ceiling
+ROUND = 6.3  # u, as far as the field is drawn
+
+
+@dataclass(frozen=True, eq=False)
+class Floors:
+    """The lowest bound of the boxes left at every heading (HEADINGS,) and at every place (TILES, TILES), row 0 lowest,
+    in u²; infinite where none is left. gone: headings and places that the last step has taken the last box from."""
+
+    headings: FloatArray
+    places: FloatArray
+    headings_gone: BoolArray
+    places_gone: BoolArray
+
+    @property
+    def share_gone(self) -> float:
+        """The fraction of all headings that are ruled out."""
+        return float(np.mean(np.isinf(self.headings)))
+
+
+def floors(root: Boxes, boxes: Boxes, discarded: Boxes, held: bool) -> Floors:
+    """Of boxes in world units; `held` where there is but one place."""
+    turned = _along(root, boxes)
+    gone = np.isfinite(_along(root, discarded)) & np.isinf(turned)
+    nothing = np.full((TILES, TILES), np.inf)
+    if held:
+        return Floors(turned, nothing, gone, np.zeros_like(nothing, dtype=np.bool_))
+    there = _over(root, boxes)
+    return Floors(turned, there, gone, np.isfinite(_over(root, discarded)) & np.isinf(there))
+
+
+def _span(middle: FloatArray, half: FloatArray, low: float, size: float, count: int) -> tuple[IntArray, IntArray]:
+    """The first place and one past the last that intervals touch, of `count` places from `low` on."""
+    first = np.floor((middle - half - low) / size * count + 1e-6)
+    last = np.ceil((middle + half - low) / size * count - 1e-6)
+    return np.clip(first, 0, count - 1).astype(np.int64), np.clip(last, 1, count).astype(np.int64)
+
+
+def _along(root: Boxes, boxes: Boxes) -> FloatArray:
+    low, size = root.middle[0, 0] - root.half[0, 0], 2.0 * root.half[0, 0]
+    first, last = _span(boxes.middle[:, 0], boxes.half[:, 0], low, size, HEADINGS)
+    values = np.full(HEADINGS, np.inf)
+    wide = last - first > 1
+    np.minimum.at(values, first[~wide], boxes.bound[~wide])
+    for a, b in {*zip(first[wide].tolist(), last[wide].tolist(), strict=True)}:
+        values[a:b] = np.minimum(values[a:b], boxes.bound[wide & (first == a) & (last == b)].min())
+    return values
+
+
+def _over(root: Boxes, boxes: Boxes) -> FloatArray:
+    (x, y), half = root.middle[0, 1:] - root.half[0, 1], boxes.half[:, 1]
+    size = 2.0 * float(root.half[0, 1])
+    i, u = _span(boxes.middle[:, 1], half, x, size, TILES)
+    j, v = _span(boxes.middle[:, 2], half, y, size, TILES)
+    values = np.full((TILES, TILES), np.inf)
+    wide = (u - i > 1) | (v - j > 1)
+    np.minimum.at(values, (j[~wide], i[~wide]), boxes.bound[~wide])
+    # Of the wide ones each square once, with the lowest of its bounds.
+    squares = np.stack([i, u, j, v], axis=1)[wide]
+    order = np.lexsort((boxes.bound[wide], *squares.T))
+    squares, bound = squares[order], boxes.bound[wide][order]
+    new = np.ones(len(squares), dtype=np.bool_)
+    new[1:] = (squares[1:] != squares[:-1]).any(axis=1)
+    for (a, b, c, d), low in zip(squares[new].tolist(), bound[new].tolist(), strict=True):
+        values[c:d, a:b] = np.minimum(values[c:d, a:b], low)
+    return values
+
+
+def place(turn: Array | float, radius: Array | float) -> Array:
+    """Where a heading (radians, the truth being 0) lies on the ring at a radius: the truth is at the top."""
+    turn = np.asarray(turn, dtype=float)
+    return np.asarray(np.stack([-np.sin(turn), np.cos(turn)], axis=-1) * np.asarray(radius)[..., None])
+
+
+def ring(now: Floors, ceiling: float) -> tuple[Mark, ...]:
+    """A step for every heading: as high as its floor while it is open, up to the ceiling once it is ruled out."""
+    gone, new = np.isinf(now.headings), now.headings_gone
+    share = np.clip(np.where(gone, 1.0, now.headings / ceiling), 0.0, 1.0)
+    radius = INNER + (OUTER - INNER) * share
+    return (
+        Ring([0.0, 0.0], "guide", reach=INNER),
+        *_steps(radius, gone & ~new, "ghost"),
+        *_steps(radius, new, "weak"),
+        *_steps(radius, ~gone, "accent"),
+        Ring([0.0, 0.0], "source", reach=OUTER, dashed=True),
+    )
+
+
+def _steps(radius: FloatArray, where: BoolArray, role: str) -> list[Path]:
+    """The runs of headings where that is true, each filled from the inner circle up to its steps."""
+    if not where.any():
+        return []
+    edges = np.linspace(-np.pi, np.pi, HEADINGS + 1)
+    runs = np.flatnonzero(np.diff(np.concatenate([[False], where, [False]]).astype(np.int8)))
+    paths = []
+    for a, b in runs.reshape(-1, 2).tolist():
+        around = edges[a : b + 1]
+        top = place(np.repeat(around, 2)[1:-1], np.repeat(radius[a:b], 2))
+        paths.append(Path(np.concatenate([top, place(around[::-1], INNER)]), role, closed=True, filled=True))  # type: ignore[arg-type]
+    return paths
+
+
+def field(now: Floors, root: Boxes, ceiling: float) -> tuple[Mark, ...]:
+    """The places of the source's middle that are open, strong where the floor is low; dots where the last was taken."""
+    half = float(root.half[0, 1])
+    (x, y), tile = root.middle[0, 1:] - half, 2.0 * half / TILES
+    across, up = x + (np.arange(TILES) + 0.5) * tile, y + (np.arange(TILES) + 0.5) * tile
+    near = np.hypot(across[None, :], up[:, None]) < ROUND
+    shown = near & np.isfinite(now.places)
+    strong = np.where(shown, 0.45 - 0.35 * np.clip(now.places / ceiling, 0.0, 1.0), np.nan)
+    rows, columns = np.nonzero(near & now.places_gone)
+    return (
+        Heat(strong, (x, x + 2.0 * half, y, y + 2.0 * half), 0.0, 1.0),
+        Points(np.stack([across[columns], up[rows]], axis=1), "weak", radius=1.5),
+    )
+
+
+def pointers(heading: float, at: Array) -> tuple[Mark, ...]:
+    """From the source's middle towards its heading on the ring, and where the truth is."""
+    spot = place(heading, 0.5 * (INNER + OUTER))
+    return (
+        Segments(place(0.0, INNER - 0.3), place(0.0, OUTER + 0.25), "truth"),
+        Points(spot, "source", radius=6.5),
+        Points(at, "source", "cross", radius=6.0),
+        Label(place(np.radians(45.0), OUTER), "ceiling", "source", "end", dx=-4, dy=-8),
+    )

@@ -1,0 +1,304 @@
+"""Chapter 12: a real drive, played. The map grows from its scans, by odometry, by matched scans, or by a closed graph.
+
+The poses are kept in a table (`widgets.figures.drive.table`); the echoes are drawn from the scans themselves.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+from solvers import Pose
+from solvers.scenes.drive import telecom_loop
+from widgets.drawing.picture import Array, Mark, Panel, Path, Picture, Points, Readout, Segments, View, number
+from widgets.engine.contract import Action, Button, Key, Lead, Widget
+from widgets.engine.controls import choice, toggle
+from widgets.figures.drive.table import WRONG, table
+
+VIEW = View(-36.0, 32.0, -33.0, 17.0)
+STRIDE = 5  # scans a press
+CHUNK = 15  # scans drawn as one mark, which is turned into markup once
+EVERY = 6  # of the echoes of a scan
+APART = 0.35  # m between scans whose echoes are drawn: the robot stood still for its first twenty
+FARTHEST = 30.0  # m
+SCANS = 225
+DASH = np.array([0.1, 0.0])  # m
+WAYS = {"odometry": "Odometry", "matched": "Matched", "closed": "Closed"}
+
+
+@dataclass(frozen=True)
+class Controls:
+    """Whose poses put the scans on the map, and what goes into the graph."""
+
+    poses: str = choice("odometry", "Poses", WAYS, "By the wheels, by scan to scan, or by the graph", keeps="log")
+    wrong: bool = toggle(False, "One wrong loop", f"Scan {WRONG[0]} said to stand where scan {WRONG[1]} stood")
+    kernel: str = choice(
+        "none",
+        "Kernel on loops",
+        {"none": "None", "huber": "Huber", "cauchy": "Cauchy"},
+        "What becomes of a loop that does not agree",
+        keeps="log",
+    )
+
+
+@dataclass(frozen=True)
+class State:
+    """seen: how many scans have been made so far."""
+
+    controls: Controls
+    seen: int = 1
+
+    @property
+    def way(self) -> Pose:
+        """The poses of all scans."""
+        c = self.controls
+        return table().way(c.poses, c.kernel, c.wrong)
+
+
+def start(controls: Controls, seed: int) -> State:
+    """The first scan."""
+    return State(controls)
+
+
+def act(state: State, action: Action) -> State:
+    """Drive on."""
+    return replace(state, seen=SCANS if action.name == "finish" else min(state.seen + STRIDE, SCANS))
+
+
+@lru_cache(maxsize=1)
+def drawn_scans() -> tuple[int, ...]:
+    """The scans whose echoes are drawn: those that lie apart, by the matched poses."""
+    t = table().ways["matched", "", False].t
+    chosen = [0]
+    for k in range(1, SCANS):
+        if np.hypot(*(t[k] - t[chosen[-1]])) >= APART:
+            chosen.append(k)
+    return tuple(chosen)
+
+
+@lru_cache(maxsize=SCANS)
+def echoes(k: int) -> Array:
+    """The echoes of scan k that are drawn, in the robot's coordinates."""
+    return telecom_loop().points(k, FARTHEST)[k % EVERY :: EVERY]
+
+
+def inside(points: Array) -> Array:
+    """Those in the window."""
+    x, y = points[:, 0], points[:, 1]
+    return points[(x > VIEW.x0) & (x < VIEW.x1) & (y > VIEW.y0) & (y < VIEW.y1)]
+
+
+@lru_cache(maxsize=256)
+def chunk(poses: str, kernel: str, wrong: bool, first: int, end: int) -> Segments:
+    """The echoes of the drawn scans from `first` to before `end`, as one mark that stays the same object: dashes of two
+    decimetres, which are finer than the smallest dots."""
+    way = table().way(poses, kernel, wrong)
+    parts = [way[k].apply(echoes(k)) for k in drawn_scans() if first <= k < end]
+    points = inside(np.concatenate([np.zeros((0, 2)), *parts]))
+    return Segments(points - DASH, points + DASH, "target")
+
+
+def marks(state: State) -> tuple[Mark, ...]:
+    """The map so far, the way, the loops, and the robot with its present scan."""
+    c, n, way = state.controls, state.seen, state.way
+    graph = (c.kernel, c.wrong) if c.poses == "closed" else ("", False)
+    out: list[Mark] = [
+        chunk(c.poses, *graph, first, min(first + CHUNK, n)) for first in range(0, n, CHUNK)
+    ]
+    if c.poses != "odometry":
+        out.append(Path(table().ways["odometry", "", False].t[:n], "ghost", dotted=True))
+    out.append(Path(way.t[:n], "source"))
+    if c.poses != "odometry":
+        out.append(loops(state))
+    if c.poses == "closed" and c.wrong and n > WRONG[0]:
+        out.append(Segments(way.t[WRONG[0]], way.t[WRONG[1]], "outlier", dashed=True))
+    here = way[n - 1]
+    out.append(Points(inside(here.apply(echoes(n - 1))), "source", radius=2.5))
+    out.append(Path(here.apply(ROBOT), "source", closed=True, filled=True))
+    return tuple(out)
+
+
+ROBOT = np.array([(1.3, 0.0), (-0.7, 0.8), (-0.3, 0.0), (-0.7, -0.8)])
+
+
+def loops(state: State) -> Segments:
+    """A line between the two scans of each loop that both have been made."""
+    known, way = table(), state.way
+    some = known.later < state.seen
+    i, j = known.earlier[some], known.later[some]
+    return Segments(way.t[i].reshape(-1, 2), way.t[j].reshape(-1, 2), "inlier")
+
+
+def draw(state: State) -> Picture:
+    """The map, three numbers on it, and the words."""
+    c, n = state.controls, state.seen
+    shift, turn = table().missed(state.way, n)
+    bent = float(np.linalg.norm(state.way.t[:n] - plain(c.kernel).t[:n], axis=1).max())
+    closed = c.poses == "closed"
+    known = len(shift) > 0
+    driven, turned = driven_so_far(state.way, n)
+    readouts = (
+        Readout("scans", "Scans so far", str(n)),
+        Readout("apart", "Loops missed by, median", *_or_dash(float(np.median(shift)) if known else None, 3, "m")),
+        Readout("bent", "Farthest that the wrong loop takes a pose", *_or_dash(bent if closed else None, 2, "m")),
+        Readout("turn", "Headings missed by, median", *_or_dash(float(np.median(turn)) if known else None, 2, "°")),
+        Readout("worst", "Loops missed by, at most", *_or_dash(float(shift.max()) if known else None, 3, "m")),
+        Readout(
+            "weight",
+            "Weight left to the wrong loop",
+            *_or_dash(table().kept[c.kernel] if closed and c.wrong else None, 3, ""),
+        ),
+        Readout("driven", "Driven so far", number(driven, 1), "m"),
+        Readout("turned", "Turned so far", number(turned, 0), "°"),
+    )
+    note = ""
+    if n == SCANS:
+        note = f"{len(shift)} loops, missed by {number(float(np.median(shift)), 3)} m in the median."
+    label = "The map so far, seen from above, in metres"
+    return Picture(
+        (Panel("main", label, VIEW, marks(state)),),
+        readouts,
+        _description(state, shift),
+        note=note,
+        disabled=frozenset({"step", "run", "finish"} if n == SCANS else ()),
+    )
+
+
+def driven_so_far(way: Pose, n: int) -> tuple[float, float]:
+    """Metres along the way of the first n scans, and degrees, positive to the left."""
+    steps = np.linalg.norm(np.diff(way.t[:n], axis=0), axis=1)
+    turns = way[: n - 1].inverse().compose(way[1:n]).angle if n > 1 else np.zeros(0)
+    return float(steps.sum()), float(np.degrees(np.sum(turns)))
+
+
+def plain(kernel: str) -> Pose:
+    """The closed poses without the wrong loop."""
+    return table().way("closed", kernel, False)
+
+
+def _or_dash(value: float | None, decimals: int, unit: str) -> tuple[str, str]:
+    return ("–", "") if value is None else (number(value, decimals), unit)
+
+
+def _description(state: State, shift: Array) -> str:
+    c, n = state.controls, state.seen
+    by = {
+        "odometry": "by the odometry of its wheels",
+        "matched": "by matching each scan to the one before",
+        "closed": "by a graph of matched scans and loops",
+    }[c.poses]
+    x, y = (number(float(v), 1) for v in state.way.t[n - 1])
+    words = [
+        f"A map seen from above, of {n} of {SCANS} laser scans of a robot that drives once and a third round a block,"
+        f" put together {by}. The robot is at ({x}, {y}) m; its scan covers the half circle ahead of it."
+    ]
+    if not len(shift):
+        words.append("No place has been seen a second time so far.")
+    else:
+        many = "1 loop" if len(shift) == 1 else f"{len(shift)} loops"
+        words.append(f"The poses miss {many} by {number(float(np.median(shift)), 3)} m in the median.")
+    if c.poses == "closed" and c.wrong:
+        kernel = {"none": "no kernel", "huber": "Huber's kernel", "cauchy": "Cauchy's kernel"}[c.kernel]
+        bent = float(np.linalg.norm(state.way.t - plain(c.kernel).t, axis=1).max())
+        words.append(f"A wrong loop is among the edges; with {kernel} it takes a pose {number(bent)} m away at most.")
+    return " ".join(words)
+
+
+def python(state: State) -> str:
+    """The same numbers from the solvers package alone, computed from the scans."""
+    c, n = state.controls, state.seen
+    closed = c.poses == "closed"
+    names = ["candidates", *(["close"] if closed else []), *(["edges_of"] if closed and c.wrong else [])]
+    lines = [
+        "import numpy as np",
+        "from solvers import Pose" if closed and c.wrong else "",
+        f"from solvers.drives import {'chained, ' if c.poses == 'odometry' else ''}telecom_loop",
+        f"from solvers.odometry import {', '.join([*names, 'missed', 'prepare', 'scan_to_scan', 'verified'])}",
+        "from solvers.posegraph import Edges, optimise" if closed and c.wrong else "",
+        "",
+        "drive = telecom_loop()",
+        "scans = prepare(drive)",
+        "chain = scan_to_scan(scans, drive.motion)",
+        "loops = verified(scans, chain.poses, *candidates(chain.poses))",
+    ]
+    if c.poses == "odometry":
+        lines.append("poses = chained(drive.motion)")
+    elif c.poses == "matched":
+        lines.append("poses = chain.poses")
+    else:
+        lines.append(f'poses = plain = close(chain, loops, kernel="{c.kernel}").poses')
+        if c.wrong:
+            lines += [
+                "edges, robust = edges_of(chain, loops)",
+                "R = np.concatenate([edges.relative.R, np.eye(2)[None]])",
+                "t = np.concatenate([edges.relative.t, np.zeros((1, 2))])",
+                "usual = np.median(loops.information, axis=0)",
+                "information = np.concatenate([edges.information, usual[None]])",
+                f"i, j = np.append(edges.i, {WRONG[1]}), np.append(edges.j, {WRONG[0]})",
+                "edges, robust = Edges(i, j, Pose(R, t), information), np.append(robust, True)",
+                f'found = optimise(chain.poses, edges, kernel="{c.kernel}", robust=robust)',
+                "poses = found.poses",
+            ]
+    lines += [
+        f"used = loops.believed & (loops.source < {n})",
+        "shift, turn = missed(poses, loops)",
+        "",
+        f'print("scans", {n})',
+        f'print("driven", np.linalg.norm(np.diff(poses.t[:{n}], axis=0), axis=1).sum())',
+        f'print("turned", np.degrees(poses[: {n - 1}].inverse().compose(poses[1:{n}]).angle.sum()))',
+    ]
+    if (table().later < n).any():
+        lines += [
+            'print("apart", np.median(shift[used]))',
+            'print("worst", shift[used].max())',
+            'print("turn", np.degrees(np.median(turn[used])))',
+        ]
+    if closed:
+        lines.append(f'print("bent", np.linalg.norm((poses.t - plain.t)[:{n}], axis=1).max())')
+    if closed and c.wrong:
+        lines.append('print("weight", found.weights[-1])')
+    return "\n".join(line for k, line in enumerate(lines) if line or k > 4) + "\n"
+
+
+PRESETS: dict[str, dict[str, Any]] = {
+    "default": {},
+    "matched": {"poses": "matched"},
+    "closed": {"poses": "closed"},
+    "wrong": {"poses": "closed", "wrong": True},
+}
+
+WIDGET = Widget(
+    name="drive",
+    title="A real drive",
+    controls=Controls,
+    presets=PRESETS,
+    start=start,
+    act=act,
+    draw=draw,
+    buttons=(
+        Button("run", "Play", "run", primary=True, repeats="step"),
+        Button("step", "Five scans on"),
+        Button("finish", "To the end"),
+        Button("back", "Back", "back"),
+        Button("reset", "Reset", "reset"),
+    ),
+    legend=(
+        Key("target", "echoes on the map", "line"),
+        Key("source", "the robot, its way and its present scan"),
+        Key("inlier", "loop: two scans of one place", "line"),
+        Key("outlier", "wrong loop", "dashed"),
+        Key("ghost", "way by odometry", "dotted"),
+    ),
+    tape=(
+        ({}, ("finish",)),
+        ({"poses": "matched"}, ("finish",)),
+        ({"poses": "closed"}, ("finish",)),
+        ({"poses": "closed", "wrong": True}, ("finish",)),
+        ({"poses": "closed", "wrong": True, "kernel": "cauchy"}, ("finish",)),
+    ),
+    python=python,
+    lead=Lead(readouts=("scans", "apart"), controls=("poses",), buttons=("run", "finish", "reset")),
+    shows="225 laser scans of a real drive become a map, by odometry, by matched scans, and by a closed graph.",
+)

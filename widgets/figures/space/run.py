@@ -1,0 +1,110 @@
+"""The mug's registration as the figure shows it: known pairs in one step, unknown ones in many."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from solvers import METHODS, Pose, Status, fit_rigid
+from solvers.collinear import poses_about_line
+from solvers.core.stepper import Batch, Problem, advance, begin
+from solvers.metrics import point_error, rms, rre
+from solvers.mug_scene import Mug, mug, mug_pairs, mug_start
+from widgets.drawing.picture import Array, worded
+
+STEPS = 60
+OFFSET = 0.4  # u, of the start
+UNKNOWN: Mapping[str, str] = {"icp": "icp", "plane": "point-to-plane"}
+OPTIONS: Mapping[str, Mapping[str, float]] = {"icp": {}, "plane": {"free_below": 0.05}}
+"""Noise and sampling tilt normals, so that no direction is free to rounding: less than a twentieth of the best is."""
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A run so far. partners: (m, 3) the target point of each source point. residual: the RMS of what is minimised over
+    the pairs used, u. free: how many of the six directions of motion the pairs leave open; None where nothing has told.
+    """
+
+    task: str
+    scene: Mug
+    pose: Pose
+    steps: int
+    partners: Array
+    used: int
+    residual: float
+    free: int | None
+    done: bool
+    reason: str
+    batch: Batch[Any] | None = None
+
+    @property
+    def moved(self) -> Array:
+        """The source points where they lie now, (m, 3)."""
+        return self.pose.apply(self.scene.source)
+
+    @property
+    def rotation(self) -> float:
+        """Error against the truth, degrees."""
+        return float(np.degrees(rre(self.pose, self.scene.truth)))
+
+    @property
+    def away(self) -> float:
+        """RMS distance of the mug's lines from their true place, u."""
+        return float(point_error(self.pose, self.scene.truth, np.concatenate(self.scene.outline)))
+
+    def step(self, spin: float) -> Run:
+        """The run after one more step. spin: the turn that pairs in a line leave open, radians."""
+        if self.done:
+            return self
+        if self.batch is not None:
+            return _read(self.task, self.scene, advance(self.batch), self.steps + 1)
+        return replace(_known(self.task, self.scene, solved(self.task, self.scene, spin), True), steps=1)
+
+
+@lru_cache(maxsize=4)
+def scene_of(task: str, seed: int, noise: float, overlap: float, handle: bool) -> Mug:
+    """The clouds of a task."""
+    if task in UNKNOWN:
+        return mug(seed, noise=noise, overlap=overlap, handle=handle)
+    return mug_pairs(task, seed=seed, noise=noise)
+
+
+def begun(task: str, scene: Mug, turn: float) -> Run:
+    """No step taken; turn: of the start, degrees."""
+    start = mug_start(turn, OFFSET)
+    if task not in UNKNOWN:
+        return _known(task, scene, start, False)
+    weights, seed = np.ones((1, len(scene.source))), np.array([scene.seed])
+    problem = Problem(scene.source[None], scene.target[None], weights, Pose(start.R[None], start.t[None]), seed)
+    method = METHODS[UNKNOWN[task]]
+    return _read(task, scene, begin(method, problem, method.options(**OPTIONS[task]), STEPS), 0)
+
+
+def solved(task: str, scene: Mug, spin: float) -> Pose:
+    """The closed form's pose; of pairs in a line the one that `spin`, in radians, picks."""
+    if task == "line":
+        return poses_about_line(scene.source, scene.target, spin)
+    return fit_rigid(scene.source, scene.target).pose
+
+
+def _known(task: str, scene: Mug, pose: Pose, done: bool) -> Run:
+    line = task == "line"
+    reason = ("the rotation about the line is open" if line else "the pairs fix the pose") if done else ""
+    left = float(rms(pose, scene.source, scene.target))
+    return Run(task, scene, pose, 0, scene.target, len(scene.source), left, int(line) if done else None, done, reason)
+
+
+def _read(task: str, scene: Mug, batch: Batch[Any], steps: int) -> Run:
+    state = batch.state()
+    pairing = state.pairing
+    pose = Pose(state.pose.R[0], state.pose.t[0])
+    free = int(state.system.free[0].sum()) if task == "plane" else None
+    status = Status(int(state.status[0]))
+    reason = "" if status is Status.RUNNING else worded(str(state.reason[0]))
+    partners = state.index.points[0, pairing.rows[0]]
+    count, left = int(pairing.count[0]), float(pairing.rms[0])
+    return Run(task, scene, pose, steps, partners, count, left, free, batch.done, reason, batch)

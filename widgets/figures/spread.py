@@ -1,0 +1,390 @@
+"""Chapter 11: one place scanned again and again, and where the registrations end, beside what closed forms expect."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+from solvers import Pose, register
+from solvers.core.arrays import BoolArray
+from solvers.studies.coverage import GATE, Runs, ends_of, regions
+from solvers.studies.redrawn import ENDS, NO_ECHO, STANDS, Redrawn, redrawn, starts
+from solvers.uncertainty import Covariance, Spread, quantile
+from widgets.drawing.picture import (
+    Array,
+    Ellipses,
+    Label,
+    Mark,
+    Panel,
+    Path,
+    Picture,
+    Points,
+    Readout,
+    Role,
+    Segments,
+    View,
+    number,
+)
+from widgets.engine.contract import UNDONE, Action, Button, Key, Lead, Widget
+from widgets.engine.controls import choice, slider
+
+PLAN = View(-6.4, 6.4, -2.75, 2.75, width=480.0)
+CLOSE = View(-1.0, 1.0, -0.43, 0.43, width=480.0)
+FINE, WIDE = 0.1, 1.5  # u, half the width of the close view: for a room, and for a needle
+SEEN = 4.2  # u: end walls farther out are beyond the reach of one scan or both
+DRAWS, PRESS = 200, 40
+UP = 0.02  # u, the upright bar
+NOSE = 0.34
+FAR_OUT = 5.0  # u, how far a direction that is free is drawn
+PLACES = {"room": "Room", "corridor": "Corridor", "hall": "Hall, any heading"}
+METHODS = {"plane": "Point to plane", "point": "Point to point"}
+SOLVERS = {"plane": "point-to-plane", "point": "icp"}
+
+
+@dataclass(frozen=True)
+class Controls:
+    """Where the robot stands, how it measures, and how well it knows its start."""
+
+    scene: str = choice(
+        "room",
+        "Place",
+        PLACES,
+        sets={
+            "room": {"wall": ENDS["room"], "heading": 3.0},
+            "corridor": {"wall": ENDS["corridor"], "heading": 3.0},
+            "hall": {"wall": ENDS["hall"], "heading": 90.0},
+        },
+    )
+    wall: float = slider(ENDS["room"], "End walls at", 2.0, 6.0, 0.2, "u", "From the middle; the scanner sees 5 u")
+    method: str = choice("plane", "Residual", METHODS, keeps="log")
+    heading: float = slider(3.0, "Start: σ of the heading", 0.0, 90.0, 1.0, "°")
+    shift: float = slider(0.15, "Start: σ of the place", 0.0, 0.3, 0.05, "u")
+    noise: float = slider(0.04, "Noise σ", 0.01, 0.1, 0.01, "u", "Of the measured range, along the ray")
+
+
+@dataclass(frozen=True)
+class Ask:
+    """All that the draws follow from."""
+
+    place: str
+    end: float
+    method: str
+    heading: float
+    shift: float
+    noise: float
+    seed: int
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """Some draws: their end poses, and whose own region holds the truth."""
+
+    poses: Pose
+    hessian: BoolArray
+    censi: BoolArray
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """drawn: how many draws there are, a multiple of `PRESS`."""
+
+    controls: Controls
+    ask: Ask
+    drawn: int = 0
+
+
+def start(controls: Controls, seed: int) -> State:
+    """One pair of scans, and nothing drawn again."""
+    c = controls
+    return State(c, Ask(c.scene, c.wall, SOLVERS[c.method], c.heading, c.shift, c.noise, seed))
+
+
+def act(state: State, action: Action) -> State:
+    """More draws, up to all."""
+    return replace(state, drawn=DRAWS if action.name == "finish" else min(state.drawn + PRESS, DRAWS))
+
+
+@lru_cache(maxsize=8)
+def _scans(ask: Ask, count: int) -> tuple[Redrawn, Pose]:
+    scans = redrawn(ask.place, count, seed=ask.seed, end=ask.end, noise=ask.noise)
+    return scans, starts(scans.truth, count, heading=ask.heading, shift=ask.shift, seed=ask.seed)
+
+
+def _runs(ask: Ask, first: int, last: int, count: int) -> Runs:
+    """The draws from `first` to before `last`, of `count` that are made."""
+    scans, begun = _scans(ask, count)
+    part = slice(first, last)
+    some = replace(scans, source=scans.source[part], target=scans.target[part], weights=scans.weights[part])
+    found = register(some.source, some.target, ask.method, start=begun[part], weights=some.weights, gate=GATE)
+    return Runs(some, begun[part], (ask.heading, ask.shift), ask.noise, found)
+
+
+@lru_cache(maxsize=64)
+def _block(ask: Ask, k: int) -> Block:
+    made = _runs(ask, k * PRESS, (k + 1) * PRESS, DRAWS)
+    held = [regions(made, way).covers(made.scans.truth) for way in ("hessian", "censi")]
+    return Block(made.result.pose, np.asarray(held[0]), np.asarray(held[1]))
+
+
+@lru_cache(maxsize=16)
+def _expected(ask: Ask) -> tuple[Covariance, Covariance]:
+    """What the closed forms make of the first pair of scans, laid about the truth."""
+    made = _runs(ask, 0, 1, 1)
+    truth = made.scans.truth
+    found = [replace(regions(made, way)[0].to("source"), mean=truth).to("target") for way in ("hessian", "censi")]
+    return found[0], found[1]
+
+
+@lru_cache(maxsize=16)
+def _ends(ask: Ask, drawn: int) -> tuple[Spread, int, int]:
+    """The spread of the ends, and in how many draws the two closed forms' regions hold the truth."""
+    blocks = [_block(ask, k) for k in range(drawn // PRESS)]
+    poses = Pose(np.concatenate([b.poses.R for b in blocks]), np.concatenate([b.poses.t for b in blocks]))
+    made = _runs(ask, 0, 1, 1)
+    spread = ends_of(replace(made, result=replace(made.result, pose=poses)))
+    return spread, sum(int(b.hessian.sum()) for b in blocks), sum(int(b.censi.sum()) for b in blocks)
+
+
+def draw(state: State) -> Picture:
+    """The place from above, and the ends close to the true one."""
+    said = _numbers(state)
+    return Picture(
+        (_plan(state), _close(state)),
+        _readouts(state, said),
+        _description(state, said),
+        note=_note(state, said),
+        disabled=frozenset({"more", "finish"} if state.drawn == DRAWS else ()),
+    )
+
+
+def _places(pose: Pose, stand: Pose) -> Array:
+    """Where the scanner stood at the source scan, in room coordinates, (n, 2)."""
+    return np.asarray(stand.apply(pose.t.reshape(-1, 2)))
+
+
+def _plan(state: State) -> Panel:
+    scans, _ = _scans(state.ask, 1)
+    first, stand = (STANDS[state.ask.place][k] for k in (0, 1))
+    seen = scans.target[0][np.abs(scans.target[0]).max(axis=1) < NO_ECHO]
+    marks: list[Mark] = [Path(wall, "ink") for wall in scans.walls]
+    marks += [Points(stand.apply(seen), "target", "square", radius=2.0), *_robot(stand, "target")]
+    marks += _robot(first, "truth")
+    if state.drawn:
+        spread, _, _ = _ends(state.ask, state.drawn)
+        away = spread.mode != _true_mode(spread, scans.truth)
+        kinds: tuple[tuple[Role, BoolArray], ...] = (("outlier", away), ("source", ~away))
+        for kind, which in kinds:
+            if which.any():
+                some = spread.poses[which]
+                at, ahead = _places(some, stand), (stand.R @ some.R)[..., 0]
+                marks += [Segments(at, at + NOSE * ahead, kind), Points(at, kind, radius=3.5)]
+        if len(spread.modes) > 1 and spread.shares[1] > 0.05:
+            at = _places(spread.poses, stand)
+            marks.append(Ellipses(at.mean(axis=0), np.cov(at.T), "ghost", sigmas=quantile(0.95, 2) ** 0.5, dashed=True))
+    return Panel("plan", "The place from above, with all ends", PLAN, tuple(marks), caption="The place, from above")
+
+
+def _robot(pose: Pose, role: Role) -> tuple[Mark, ...]:
+    turn = np.linspace(0.7, 2.0 * np.pi - 0.7, 25)
+    rim = 0.25 * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    return (Path(pose.apply(np.concatenate([[(0.42, 0.0)], rim])), role, closed=True, filled=True),)
+
+
+def _true_mode(spread: Spread, truth: Pose) -> int:
+    """The cluster whose mean is nearest to the truth."""
+    return int(np.argmin([np.linalg.norm(one.mean.matrix - truth.matrix) for one in spread.modes]))
+
+
+def _close(state: State) -> Panel:
+    """Across the corridor the scale is always the same; along it there is a smaller one for a needle."""
+    along = WIDE if state.controls.wall > SEEN else FINE
+    (true, stand), half = (STANDS[state.ask.place][k] for k in (0, 1)), np.array([along, FINE])
+
+    def near(places: Array) -> Array:
+        return (places - true.t) / half
+
+    bar = 0.5 if along == WIDE else 0.05
+    ends = np.array([(-0.94 + bar / along, -0.36), (-0.94, -0.36 + UP / FINE)])
+    marks: list[Mark] = [
+        Segments(np.tile([-0.94, -0.36], (2, 1)), ends, "ink"),
+        Label(ends[0], f"{bar:g} u", "ink", dx=6, dy=4),
+        Label(ends[1], f"{UP:g} u", "ink", dx=6, dy=6),
+    ]
+    if state.drawn:
+        spread, _, _ = _ends(state.ask, state.drawn)
+        mode = _true_mode(spread, stand.inverse().compose(true))
+        at = near(_places(spread.poses[spread.mode == mode], stand))
+        marks.append(Points(at[np.abs(at).max(axis=1) < 1.0], "source", radius=2.5))
+        if np.count_nonzero(spread.mode == mode) > 2:
+            marks.append(Path(near(stand.apply(spread.modes[mode].ellipse())), "source"))
+    hessian, censi = (near(stand.apply(one.ellipse(reach=FAR_OUT))) for one in _expected(state.ask))
+    marks += [Path(censi, "inlier", dashed=True), Path(hessian, "accent")]
+    marks.append(Points([(0.0, 0.0)], "truth", "cross", radius=6.0))
+    times = [number(PLAN.x1 / each, 0) for each in half]
+    scale = f"{times[1]} times" + ("" if along == FINE else f" up and down, {times[0]} times along")
+    label = "The ends about the true place, enlarged"
+    return Panel("close", label, CLOSE, tuple(marks), grid=False, caption=f"About the true place, {scale} enlarged")
+
+
+@dataclass(frozen=True)
+class _Numbers:
+    """places: largest and smallest σ of the ends' places in the true cluster. claimed: that of Hessian and Censi."""
+
+    widest: float
+    narrowest: float
+    claimed: tuple[float, float]
+    held: tuple[int, int]
+    modes: int
+    share: float
+
+
+def _numbers(state: State) -> _Numbers:
+    hessian, censi = (_sizes(one)[1] for one in _expected(state.ask))
+    if not state.drawn:
+        return _Numbers(0.0, 0.0, (hessian, censi), (0, 0), 0, 0.0)
+    spread, held, more = _ends(state.ask, state.drawn)
+    narrow, wide = _sizes(spread.modes[0])
+    return _Numbers(wide, narrow, (hessian, censi), (held, more), len(spread.modes), float(spread.shares[0]))
+
+
+def _sizes(spread: Covariance) -> tuple[float, float]:
+    values = np.linalg.eigvalsh(spread.point_covariance(reach=FAR_OUT))
+    low, high = np.sqrt(np.maximum(values, 0.0))
+    return float(low), float(high)
+
+
+def _readouts(state: State, said: _Numbers) -> tuple[Readout, ...]:
+    n, unit = state.drawn, "u" if state.drawn else ""
+
+    def later(value: str) -> str:
+        return value if n else "–"
+
+    def counted(name: str, label: str, held: int, role: Role) -> Readout:
+        return Readout(name, label, later(str(held)), f"of {n}" if n else "", role)
+
+    return (
+        counted("hessian", "Hessian: regions that hold the truth", said.held[0], "accent"),
+        counted("censi", "Censi: regions that hold the truth", said.held[1], "inlier"),
+        Readout("widest", "Ends: largest σ of the place", later(number(said.widest, 3)), unit, "source"),
+        Readout("narrowest", "Ends: smallest σ of the place", later(number(said.narrowest, 3)), unit, "source"),
+        Readout("claimed", "Hessian: largest σ of the place", number(said.claimed[0], 3), "u", "accent"),
+        Readout("carried", "Censi: largest σ of the place", number(said.claimed[1], 3), "u", "inlier"),
+        Readout("modes", "Clusters of ends", later(str(said.modes))),
+        Readout("drawn", "Scans drawn again", str(n)),
+    )
+
+
+def _note(state: State, said: _Numbers) -> str:
+    if not state.drawn:
+        return ""
+    most = round(said.share * state.drawn)
+    clusters = "" if said.modes == 1 else f" {said.modes} clusters, {most} ends in the largest."
+    return f"{state.drawn} draws: σ of the place {number(said.narrowest, 3)} to {number(said.widest, 3)} u.{clusters}"
+
+
+def _description(state: State, said: _Numbers) -> str:
+    c = state.controls
+    words = [
+        f"A robot scans a {c.scene} with end walls {number(c.wall, 1)} u from the middle, from two places, with range"
+        f" noise of σ = {number(c.noise)} u. {METHODS[c.method]} registers the two scans, from starts with"
+        f" σ = {number(c.heading, 0)}° and {number(c.shift)} u. From one pair of scans the Hessian expects a largest σ"
+        f" of the place of {number(said.claimed[0], 3)} u, Censi's formula {number(said.claimed[1], 3)} u."
+    ]
+    if not state.drawn:
+        words.append("Nothing has been drawn again yet.")
+        return " ".join(words)
+    words.append(
+        f"Of {state.drawn} redrawn pairs the ends of the largest cluster spread by {number(said.narrowest, 3)} u one"
+        f" way and {number(said.widest, 3)} u the other. The truth lies in {said.held[0]} of the Hessian's 95 % regions"
+        f" and in {said.held[1]} of Censi's."
+    )
+    if said.modes > 1:
+        words.append(
+            f"The ends form {said.modes} clusters, the largest with {round(said.share * state.drawn)} of them."
+        )
+    return " ".join(words)
+
+
+def python(state: State) -> str:
+    """The same numbers from the solvers package alone."""
+    a = state.ask
+    given = (
+        f'"{a.place}", "{a.method}", {{count}}, seed={a.seed}, end={a.end!r}, noise={a.noise!r},'
+        f" heading={a.heading!r}, shift={a.shift!r}"
+    )
+    lines = [
+        "import numpy as np",
+        "from solvers.uncertainty_study import ends_of, regions, runs",
+        "",
+        "def sizes(spread):  # the standard deviations of the scanner's place, u",
+        f"    return np.sqrt(np.linalg.eigvalsh(spread.point_covariance(reach={FAR_OUT!r})))",
+        "",
+        f"one = runs({given.format(count=1)})",
+        'print("claimed", sizes(regions(one, "hessian")[0])[1])',
+        'print("carried", sizes(regions(one, "censi")[0])[1])',
+        f'print("drawn", {state.drawn})',
+    ]
+    if state.drawn:
+        lines += [
+            "",
+            f"made = runs({given.format(count=state.drawn)})",
+            "ends = ends_of(made)",
+            'print("hessian", regions(made, "hessian").covers(made.scans.truth).sum())',
+            'print("censi", regions(made, "censi").covers(made.scans.truth).sum())',
+            'print("narrowest", sizes(ends.modes[0])[0])',
+            'print("widest", sizes(ends.modes[0])[1])',
+            'print("modes", len(ends.modes))',
+        ]
+    return "\n".join(lines) + "\n"
+
+
+PRESSES = ("more",) * (DRAWS // PRESS)
+
+WIDGET = Widget(
+    name="spread",
+    title="One place, scanned again and again",
+    controls=Controls,
+    presets={
+        "default": {},
+        "corridor": {"scene": "corridor"},
+        "hall": {"scene": "hall"},
+        "point": {"method": "point"},
+    },
+    start=start,
+    act=act,
+    draw=draw,
+    buttons=(
+        Button("more", f"Draw {PRESS}", primary=True),
+        Button("run", "Run", "run", repeats="more"),
+        Button("finish", f"All {DRAWS}"),
+        *UNDONE,
+    ),
+    legend=(
+        Key("source", "where redrawn scans end, and their ellipse"),
+        Key("accent", "expected by the Hessian, 95 %", "line"),
+        Key("inlier", "expected by Censi's formula, 95 %", "dashed"),
+        Key("truth", "the true place", "cross"),
+        Key("target", "target scan, and its robot", "square"),
+        Key("outlier", "ends of another cluster"),
+        Key("ghost", "one ellipse for all ends", "dashed"),
+        Key("ink", "walls", "line"),
+    ),
+    tape=(
+        ({}, PRESSES),
+        ({}, ("finish",)),
+        ({"scene": "corridor"}, PRESSES),
+        ({"scene": "corridor"}, ("finish",)),
+        ({"scene": "hall"}, PRESSES),
+        ({"scene": "hall"}, ("finish",)),
+        ({"method": "point"}, ("finish",)),
+    ),
+    python=python,
+    lead=Lead(
+        readouts=("hessian", "censi", "widest"),
+        controls=("wall",),
+        buttons=("more", "finish", "reset", "new"),
+    ),
+    shows="Registers redrawn scans of one place and compares the spread of the ends with what closed forms expect.",
+)

@@ -1,0 +1,225 @@
+"""Chapter 0: which method? Four answers light a path up the ladder, and 25 scenes show what the advice is worth."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from widgets.drawing.picture import (
+    Arrow,
+    Label,
+    Mark,
+    Panel,
+    Path,
+    Picture,
+    Points,
+    Readout,
+    Ring,
+    Role,
+    Segments,
+    View,
+    number,
+)
+from widgets.engine.contract import Action, Button, Key, Lead, Widget
+from widgets.engine.controls import choice
+from widgets.figures.which_method.rules import QUESTIONS, RUNGS, Advice, Answers, Verdict, advise
+from widgets.figures.which_method.script import script
+from widgets.figures.which_method.trial import OF, STARTS, Run, clouds_of, run
+
+ROW, TOP = 36.0, 30.0  # px
+VIEW = View(0.0, 640.0, 0.0, ROW * len(RUNGS) + TOP, width=640.0)
+LANES, RADIUS, RAILS = (18.0, 47.0, 76.0), 12.0, (102.0, 132.0)
+NUMBERS_AT, NAMES_AT, WORDS_AT, COUNT_AT = 166.0, 176.0, 312.0, 628.0
+ROLES: dict[Verdict, Role] = {"take": "accent", "can": "ink", "not": "ghost", "idle": "ghost"}
+DETAILS = len(RUNGS)  # nothing; the path's runs; then a rung more, of those that are run alone
+
+
+@dataclass(frozen=True)
+class Controls:
+    """The four questions."""
+
+    pairs: str = choice("none", "Do you have pairs?", QUESTIONS["pairs"], keeps="log")
+    start: str = choice("rough", "A start?", QUESTIONS["start"], keeps="log")
+    overlap: str = choice("most", "How much overlap?", QUESTIONS["overlap"], keeps="log")
+    surfaces: str = choice("walls", "What is there?", QUESTIONS["surfaces"], keeps="log")
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """runs: of the path, then of every rung that is run alone, in the ladder's order. tried: whether they are asked
+    for."""
+
+    answers: Answers
+    advice: Advice
+    runs: tuple[Run, ...]
+    tried: bool = False
+
+
+def start(controls: Controls, seed: int) -> State:
+    """The advice; nothing is run."""
+    answers = Answers(controls.pairs, controls.start, controls.overlap, controls.surfaces)
+    advice = advise(answers)
+    return State(answers, advice, tuple(run(path, answers) for path in (advice.path, *alone(advice, answers))))
+
+
+def alone(advice: Advice, answers: Answers) -> list[tuple[str, ...]]:
+    """The rungs beside the path that can be run by themselves: without pairs those for pairs cannot."""
+    paired = () if answers.pairs != "none" else ("kabsch", "ransac")
+    return [(name,) for name in advice.of("can", "not") if name not in paired]
+
+
+def act(state: State, action: Action) -> State:
+    """The advice is tried."""
+    return replace(state, tried=True)
+
+
+def known(state: State) -> int:
+    """How many of the runs have been made."""
+    made = [not state.tried or "errors" in each.__dict__ for each in state.runs]
+    return DETAILS - 1 if all(made) else made.index(False)
+
+
+def draw(state: State, detail: int = DETAILS - 1) -> Picture:
+    """The ladder with its lit path, and how often what was tried has found the truth."""
+    made = state.runs[:detail] if state.tried else ()
+    counts = {("judge" if k == 0 else each.path[0]): each.found for k, each in enumerate(made)}
+    return Picture(
+        (Panel("ladder", "The ladder, with the path that is advised", VIEW, _marks(state, counts), grid=False),),
+        _readouts(state, made),
+        _description(state, counts),
+        note=_sentence(state.advice),
+        disabled=frozenset(("try",) if state.tried else ()),
+    )
+
+
+def _marks(state: State, counts: dict[str, int]) -> tuple[Mark, ...]:
+    names = list(RUNGS)
+    height = {name: (k + 0.5) * ROW for k, name in enumerate(names)}
+    rails = [Path([(x, 0.0), (x, ROW * len(names))], "ghost", thick=True) for x in RAILS]
+    lit = [_band(height[name]) for name in state.advice.path]
+    marks: list[Mark] = [*lit, *rails, *_way([height[name] for name in state.advice.path])]
+    for name, (verdict, words) in state.advice.why.items():
+        y, role = height[name], ROLES[verdict]
+        bar = [(RAILS[0], y), (RAILS[1], y)]
+        marks += [
+            Path(bar, role, thick=verdict == "take", dashed=role == "ghost"),
+            *_sign(verdict, y),
+            Label((NUMBERS_AT, y), RUNGS[name].number, role, "end", dy=5),
+            Label((NAMES_AT, y), RUNGS[name].says, role, dy=5),
+            Label((WORDS_AT, y), words, role, dy=5),
+        ]
+        if name in counts:
+            marks.append(Label((COUNT_AT, y), str(counts[name]), role, "end", dy=5))
+        elif state.tried and name in {"judge", *(each.path[0] for each in state.runs[1:])}:
+            marks.append(Label((COUNT_AT, y), "…", role, "end", dy=5))
+    if state.tried:
+        marks.append(Label((COUNT_AT, ROW * len(names)), f"right, of {OF}", "ink", "end", dy=-12))
+    return tuple(marks)
+
+
+def _band(y: float) -> Path:
+    """What lights a row."""
+    top, bottom, left, right = y + ROW / 2 - 1, y - ROW / 2 + 1, RAILS[0], VIEW.x1 - 4.0
+    return Path([(left, bottom), (right, bottom), (right, top), (left, top)], "accent", closed=True, filled=True,
+                weight=0.17)  # fmt: skip
+
+
+def _sign(verdict: Verdict, y: float) -> tuple[Mark, ...]:
+    """What tells the verdicts apart besides their colour."""
+    middle = [((RAILS[0] + RAILS[1]) / 2, y)]
+    if verdict == "can":
+        return (Points(middle, "ink", "ring", radius=5.0),)
+    return () if verdict == "take" else (Points(middle, "ghost", "cross", radius=5.0),)
+
+
+def _way(heights: Sequence[float]) -> list[Mark]:
+    """The stages of the path, numbered, each in a lane of its own, with what leads from one to the next."""
+    marks: list[Mark] = []
+    lanes = LANES[-len(heights) :]
+    for k, (x, y) in enumerate(zip(lanes, heights, strict=True)):
+        if k:
+            turn = (lanes[k - 1], y)
+            away = RADIUS if y > heights[k - 1] else -RADIUS
+            marks += [
+                Segments([(lanes[k - 1], heights[k - 1] + away)], [turn], "accent"),
+                Arrow(turn, (x - RADIUS, y), "accent", head=7.0),
+            ]
+        marks += [Ring((x, y), "accent", radius=RADIUS), Label((x, y), str(k + 1), "accent", "middle", dy=5)]
+    return marks
+
+
+def _readouts(state: State, made: Sequence[Run]) -> tuple[Readout, ...]:
+    source, target, _ = clouds_of(state.runs[0].answers)
+    others = made[1:] if len(made) == len(state.runs) else ()
+    faded = [each.found for each in others if state.advice.why[each.path[0]][0] == "not"]
+    waits = "…" if state.tried else "–"
+    turned = (number(made[0].turn), "°") if made else (waits, "")
+    lacks = waits if len(state.runs) > 1 and not others else "–"
+    off = STARTS[state.answers.start][0]
+    return (
+        Readout("found", f"The path ends right, of {OF}", str(made[0].found) if made else waits, "", "accent"),
+        Readout("rotation_error", "Its median rotation error", *turned),
+        Readout("faded", f"Best faded rung, of {OF}", str(max(faded)) if faded else lacks),
+        Readout("points_source", "Points of the source", str(source.shape[1])),
+        Readout("points_target", "Points of the target", str(target.shape[1])),
+        Readout("rotation_start", "Rotation error at the start", number(off, 0), "°", "ghost"),
+    )
+
+
+def _named(names: Sequence[str]) -> str:
+    titles = [RUNGS[name].title for name in names]
+    return titles[0] if len(titles) == 1 else f"{', '.join(titles[:-1])} and {titles[-1]}"
+
+
+def _sentence(advice: Advice) -> str:
+    """The recommendation, in a line."""
+    first, *rest = (RUNGS[name].title for name in advice.path)
+    said = ", then ".join([first, *rest])
+    return f"{said[0].upper()}{said[1:]}."
+
+
+def _description(state: State, counts: dict[str, int]) -> str:
+    advice = state.advice
+    said = "; ".join(f"{key}: {QUESTIONS[key][answer].lower()}" for key, answer in vars(state.answers).items())
+    words = [f"A ladder of {len(RUNGS)} rungs, for these answers: {said}. Lit, in this order: {_named(advice.path)}."]
+    words += [
+        f"Rung {RUNGS[name].number}, {RUNGS[name].title}: {why}{' (faded)' if verdict in ('not', 'idle') else ''}."
+        for name, (verdict, why) in advice.why.items()
+    ]
+    if counts:
+        ends = ", ".join(f"{RUNGS[name].title} {count}" for name, count in counts.items() if name != "judge")
+        words.append(f"On {OF} scenes with these properties the path ends at the truth {counts['judge']} times.")
+        words += [f"Alone: {ends}."] if ends else []
+    return " ".join(words)
+
+
+def python(state: State) -> str:
+    """The same numbers from the solvers package alone."""
+    return script(state.runs[0].path, state.answers, state.tried)
+
+
+# Recorded with their runs: every answer where there are no pairs, and both kinds of pairs.
+_TAPED = [{"start": s, "overlap": o, "surfaces": f} for s in STARTS for o in QUESTIONS["overlap"]
+          for f in QUESTIONS["surfaces"]] + [{"pairs": "right"}, {"pairs": "some"}]  # fmt: skip
+
+WIDGET = Widget(
+    name="which-method",
+    title="Which method?",
+    controls=Controls,
+    presets={"default": {}},
+    start=start,
+    act=act,
+    draw=draw,
+    details=DETAILS,
+    known=known,
+    buttons=(Button("try", f"Try it on {OF} scenes", primary=True), Button("reset", "Reset", "reset")),
+    legend=(
+        Key("accent", "the path, in order", "ring"),
+        Key("ink", "would do alone", "ring"),
+        Key("ghost", "does not fit, or is not needed", "cross"),
+    ),
+    tape=tuple((answers, ("try",)) for answers in _TAPED),
+    python=python,
+    lead=Lead(readouts=("found", "faded")),
+    shows="Four answers light a path up the ladder; what it is worth is counted on 25 scenes.",
+)
