@@ -203,7 +203,8 @@ def _close(state: State) -> Panel:
     (true, stand), half = (STANDS[state.ask.place][k] for k in (0, 1)), np.array([along, FINE])
 
     def near(places: Array) -> Array:
-        return (places - true.t) / half
+        moved: Array = (places - true.t) / half
+        return moved
 
     bar = 0.5 if along == WIDE else 0.05
     ends = np.array([(-0.94 + bar / along, -0.36), (-0.94, -0.36 + UP / FINE)])

@@ -14,7 +14,7 @@ from solvers import Pose
 from solvers.scenes.drive import telecom_loop
 from widgets.drawing.picture import Array, Mark, Panel, Path, Picture, Points, Readout, Segments, View, number
 from widgets.engine.contract import Action, Button, Key, Lead, Widget
-from widgets.engine.controls import choice, toggle
+from widgets.engine.controls import Value, choice, toggle
 from widgets.figures.drive.table import WRONG, table
 
 VIEW = View(-36.0, 32.0, -33.0, 17.0)
@@ -262,7 +262,7 @@ def python(state: State) -> str:
     return "\n".join(line for k, line in enumerate(lines) if line or k > 4) + "\n"
 
 
-PRESETS: dict[str, dict[str, Any]] = {
+PRESETS: dict[str, dict[str, Value]] = {
     "default": {},
     "matched": {"poses": "matched"},
     "closed": {"poses": "closed"},
