@@ -218,7 +218,7 @@ def _step(state: FlowState, weights: Params, anchored: bool) -> FlowState:
     after = time[:, None, None, None]
     end = projected if options.project else predicted
     chosen = rigidity.argmin(axis=1).astype(np.int64)
-    words = f"its {options.steps} steps are taken: the flow's time is up, and it has no test of rest"
+    words = "the flow's time is up, and it has no test of rest"
     status, reason = mark(state.status, state.reason, taken >= options.steps, Status.CONVERGED, words)
     return replace(
         state,
