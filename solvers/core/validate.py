@@ -8,6 +8,7 @@ whose fits are degenerate.
 from __future__ import annotations
 
 import difflib
+import sys
 from collections.abc import Iterable
 
 import numpy as np
@@ -182,11 +183,12 @@ def batch_shape(**shapes: tuple[int, ...]) -> tuple[int, ...]:
 
 
 def _numbers(values: ArrayLike, name: str) -> FloatArray:
-    if isinstance(values, np.ma.MaskedArray):
+    ma = sys.modules.get("numpy.ma")  # who has a masked array has imported it; the page's numpy is without
+    if ma is not None and isinstance(values, ma.MaskedArray):
         # Its mask would be lost, and what it hides would be registered.
-        if np.ma.is_masked(values):
+        if ma.is_masked(values):
             raise ValueError(
-                f"{name}: a masked array hides {int(np.ma.getmaskarray(values).sum())} numbers; leave their rows out"
+                f"{name}: a masked array hides {int(ma.getmaskarray(values).sum())} numbers; leave their rows out"
             )
         values = values.data
     try:
