@@ -75,6 +75,28 @@ def test_the_generator_knows_neither_the_commands_nor_the_tests(path: Path) -> N
     assert {"build", "tests"}.isdisjoint(name for name, _ in imports(path))
 
 
+def test_graphs_drives_and_covariances_are_imported_where_they_are_shown_alone() -> None:
+    """Neither the package nor a figure that shows none of them imports them: a page pays for what it shows."""
+    late = ("solvers.posegraph", "solvers.uncertainty", "solvers.odometry", "solvers.scenes.drive")
+    shows = {"drive", "pose_loop", "spread"}
+    ask = (
+        "import pkgutil, sys, solvers, widgets.figures\n"
+        "from widgets.engine.registry import WIDGETS\n"
+        "names = {module.name for module in pkgutil.iter_modules(widgets.figures.__path__)}\n"
+        f"shows, late = {shows!r}, {late!r}\n"
+        "assert shows < names\n"
+        "for name in sorted(names - shows):\n"
+        "    WIDGETS[name.replace('_', '-')]\n"
+        "assert 'widgets.figures.kabsch' in sys.modules\n"
+        "assert [name for name in late if name in sys.modules] == []\n"
+        "for name in sorted(shows):\n"
+        "    WIDGETS[name.replace('_', '-')]\n"
+        "assert all(name in sys.modules for name in late)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", ask], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
 def test_the_commands_begin_with_python_alone() -> None:
     """Help, mistakes and the set-up run before anything is installed: with no site-packages at all."""
     asks = (

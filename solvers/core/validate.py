@@ -139,6 +139,18 @@ def seeds(values: ArrayLike | np.random.Generator | None, name: str = "seed") ->
     return s.astype(np.int64)
 
 
+def few(source: int, target: int, fits: bool, limit: str, each: int) -> None:
+    """Refuse clouds of so many points where they do not fit into a method's memory: `limit`
+    says what does, and `each` how many points of either cloud do in any case.
+    """
+    if not fits:
+        name, other = ("source", "target") if source >= target else ("target", "source")
+        raise ValueError(
+            f"{name}: its {max(source, target)} points and the {other}'s {min(source, target)} are too many: {limit};"
+            f" solvers.thinning.thinned(points, {each}) makes a cloud smaller"
+        )
+
+
 def count(value: object, name: str, least: int = 0) -> int:
     """An integer of at least `least`."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer):

@@ -1,4 +1,4 @@
-"""Sizes of clouds, and weighted rigid fits of pairs."""
+"""Sizes of clouds, lengths that follow from them, and weighted rigid fits of pairs."""
 
 from __future__ import annotations
 
@@ -20,6 +20,27 @@ def rms_radius(points: FloatArray) -> FloatArray:
         # batch.
         radius = np.sqrt(np.square(centred).reshape(len(points), -1).sum(axis=1) / points.shape[1])
     return np.where(radius > 0.0, radius, 1.0)
+
+
+def spread_volume(points: FloatArray) -> FloatArray:
+    """The area of the square, or volume of the cube, in which evenly spread points have
+    the RMS radius r of the points (b, n, d): `(√(12/d) r)ᵈ`, (b,), uᵈ. No rotation
+    changes it, and points on a line have one too.
+    """
+    d = points.shape[2]
+    with np.errstate(over="ignore", under="ignore"):
+        volume: FloatArray = (np.sqrt(12.0 / d) * rms_radius(points)) ** d
+    # So that neither it nor what is divided by it leaves the range of numbers.
+    return np.clip(volume, 1e-300, 1e300)
+
+
+def lengths(given: float | None, share: float, points: FloatArray) -> FloatArray:
+    """A length for each cloud of points (b, n, d), (b,), u: the one given, or else a
+    share of the cloud's RMS radius, within what has a square.
+    """
+    if given is not None:
+        return np.full(len(points), given, dtype=np.float64)
+    return np.clip(share * rms_radius(points), 1e-150, 1e149)
 
 
 def fit_pairs(

@@ -197,6 +197,10 @@ EXTRAS: tuple[Contestant, ...] = (
     Contestant("filterreg", "FilterReg", {"filter": "lattice", "clutter": 0.25}),
     Contestant("gmmreg", "GMMReg"),
     Contestant("ndt-d2d", "D2D-NDT", {"cells": (2.4, 1.2), "max_shift": 0.5, "max_turn": 0.2}),
+    Contestant(
+        "branch-and-bound", "Branch and bound", {"cap": 0.4, "gap": 1e-3},
+        "searches everywhere: the starting pose is one ceiling of many",
+    ),
 )
 """Others that may take the place of one of the nine."""
 

@@ -12,6 +12,7 @@ from solvers.scenes.walls import corridor, hall
 from solvers.studies.benchmark import benchmark
 from solvers.studies.race import SEEDS, Controls, contestants, race_problem
 from solvers.verify import evidence, halves
+from widgets.figures.pipeline.run import SEARCH
 
 
 def right(pose, truth):
@@ -28,7 +29,7 @@ def problem(**controls):
 def proposal(steps=70, **controls):
     """RANSAC's poses on the 25 seeds."""
     p, _ = problem(**controls)
-    return register(p.source, p.target, "ransac-congruent", start=p.start, seed=p.seed, max_steps=steps)
+    return register(p.source, p.target, "ransac-congruent", start=p.start, seed=p.seed, max_steps=steps, **SEARCH)
 
 
 @cache
@@ -59,7 +60,7 @@ def clouds(scene):
 
 def proposed_and_refined(scene):
     source, target, _ = clouds(scene)
-    found = register(source, target, "ransac-congruent", seed=list(SEEDS))
+    found = register(source, target, "ransac-congruent", seed=list(SEEDS), **SEARCH)
     return register(source, target, "icp", start=found.pose, gate=0.5)
 
 

@@ -153,10 +153,10 @@ def test_one_over_n_depends_on_the_unit():
     found = {}
     for unit in (1.0, 1000.0):
         start = Pose(scene.start.R, unit * scene.start.t)
-        for volume in (AREA * unit**2, None):
+        for paper, volume in ((False, AREA * unit**2), (True, float(len(scene.target)))):
             options = {"sigma": 1.1 * unit, "clutter": 0.3, "volume": volume, "max_steps": 60}
             run = register(unit * scene.source, unit * scene.target, "cpd-rigid", start=start, **options)
-            found[unit, volume is None] = run.pose.apply(unit * scene.source) / unit
+            found[unit, paper] = run.pose.apply(unit * scene.source) / unit
     np.testing.assert_allclose(found[1000.0, False], found[1.0, False], atol=1e-9)
     assert np.abs(found[1000.0, True] - found[1.0, True]).max() > 0.01
 
@@ -169,7 +169,8 @@ def test_one_over_v_does_not_depend_on_the_sampling():
         start = Pose(scene.start.R[None], scene.start.t[None])
         source, target = (np.repeat(c, copies, axis=0)[None] for c in (scene.source, scene.target))
         p = Problem(source, target, np.ones(source.shape[:2]), start, np.array([40]))
-        state = begin(METHODS["cpd-rigid"], p, CpdOptions(sigma=0.8, volume=volume)).state()
+        paper = float(target.shape[1])
+        state = begin(METHODS["cpd-rigid"], p, CpdOptions(sigma=0.8, volume=volume or paper)).state()
         return 1.0 - state.row[0][::copies]
 
     np.testing.assert_allclose(given(2, AREA), given(1, AREA), atol=1e-12)

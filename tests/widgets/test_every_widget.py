@@ -38,9 +38,12 @@ def records(name: str) -> Iterator[dict[str, Any]]:
 
 @cache
 def taped(name: str) -> list[tuple[dict[str, Any], dict[str, Any]]]:
-    """Those records, each once, with the frames that one host draws of them, in order: a step costs a step."""
+    """Those records with the frames that one host draws of them, in order: a step costs a step. Each once, also where
+    two presets lead to the same settings."""
     host = Host()
-    unique = {json.dumps(plain, sort_keys=True): plain for plain in records(name)}
+    unique: dict[str, dict[str, Any]] = {}
+    for plain in records(name):
+        unique.setdefault(json.dumps({**plain, "preset": ""}, sort_keys=True), plain)
     return [(plain, host.render("fig-x", plain)) for plain in unique.values()]
 
 

@@ -16,7 +16,13 @@ coordinates, which the target's join as they are, moves the source alone, and re
 pose off a rigid fit between its first and last coordinates.
 
 Neither objective nor stop is evidence of alignment: the rigidity residual says that the
-generated coordinates are a rigid copy of each view, and a run ends when the time does.
+generated coordinates are a rigid copy of each view, and a run ends when its time does.
+That is its own stopping rule, so it is then *converged*; it has no test of rest, and its
+last step moves the points, too.
+
+Attention weighs every point of both clouds against every other: some 105 (m + n)² bytes
+of memory, so that clouds of more than 3000 points together are refused.
+
 The networks were trained in minutes on synthetic curves (`flow.scenes`); this
 is an analogy to the papers and says nothing about them. `flow` needs no starting pose,
 but it is not equivariant either: how the clouds are turned when they are given to it
@@ -47,6 +53,7 @@ from solvers.methods.flow.weights import FOLDER, params
 
 TINY = float(np.finfo(np.float64).tiny)
 FAR = 10.0  # RMS radii: the network sees what lies farther out here, so that its sums stay finite
+MOST = 3000  # points of both clouds together: 0.95 GB
 WIDE = 1e9  # one cloud's RMS radius over the other's: beyond it the smaller one is a point to the network
 
 
@@ -68,7 +75,8 @@ class FlowOptions:
     Raises
     ------
     ValueError
-        If an option is out of its range.
+        If an option is out of its range. A run raises it, too, for clouds of more than
+        3000 points together.
     """
 
     steps: int = 10
@@ -121,6 +129,7 @@ class FlowState:
 
 def _start(problem: Problem, options: FlowOptions, weights: Params, anchored: bool) -> FlowState:
     b, m, n = problem.size, problem.source.shape[1], problem.target.shape[1]
+    validate.few(m, n, m + n <= MOST, f"the flows take at most {MOST} together", MOST // 2)
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         source = problem.start.apply(problem.source)
         middle, home = problem.target.mean(axis=1), source.mean(axis=1)
@@ -188,10 +197,12 @@ def _step(state: FlowState, weights: Params, anchored: bool) -> FlowState:
     m = problem.source.shape[1]
     with np.errstate(under="ignore"):
         present = state.present.clip(-FAR, FAR)
-        # Problem by problem, so that what attention weighs stays in the processor's
-        # cache.
+        # Problem by problem and sample by sample, so that what attention weighs stays in
+        # the processor's cache, and of its matrices there are those of one at a time.
         each = zip(state.tokens, present, state.time, strict=True)
-        predicted = np.stack([network.endpoint(weights, *one) for one in each])
+        predicted = np.stack(
+            [np.stack([network.endpoint(weights, tokens, one, time) for one in own]) for tokens, own, time in each]
+        )
     given = np.broadcast_to(state.given[:, None], predicted.shape)
     if anchored:
         predicted = np.concatenate([predicted[..., :m, :], given[..., m:, :]], axis=-2)
@@ -207,7 +218,8 @@ def _step(state: FlowState, weights: Params, anchored: bool) -> FlowState:
     after = time[:, None, None, None]
     end = projected if options.project else predicted
     chosen = rigidity.argmin(axis=1).astype(np.int64)
-    status, reason = mark(state.status, state.reason, taken >= options.steps, Status.CONVERGED, "the flow's time is up")
+    words = "the flow's time is up, and it has no test of rest"
+    status, reason = mark(state.status, state.reason, taken >= options.steps, Status.CONVERGED, words)
     return replace(
         state,
         pose=_read_out(state, views, chosen),

@@ -10,7 +10,9 @@ point within r_max of the origin was off. A single pair of clouds has no such pa
 the deviation of the start stands for it: `angle` and `shift` where given, else the
 start pose's own motion, as if standing still had been predicted and the start were the
 correction. As in the original, `initial` counts as one first error and a deviation
-below `least` is not counted: `σ² = (initial² + δ²) / 2`, or `initial²`.
+below `least` is not counted: `σ² = (initial² + δ²) / 2`, or `initial²`. The paper has
+2 m and 0.1 m, for scans of streets; here both are fractions of the target's size, as
+clouds come in any unit.
 
 The objective is that of `capped-icp` with this kernel, `Σ 2ρ(min(r, 3σ))`, and never
 rises.
@@ -36,6 +38,7 @@ from solvers.core import validate
 from solvers.core.arrays import FloatArray
 from solvers.core.stepper import Method, Problem
 from solvers.methods.icp.icp import CappedOptions, IcpState, start_with, step
+from solvers.numerics.fits import lengths
 
 
 @dataclass(frozen=True)
@@ -50,10 +53,10 @@ class KissOptions:
     shift : float, optional
         How far off the start's translation may be, world units. None is the start
         pose's own.
-    initial : float, default 2.0
-        σ before anything is known, world units.
-    least : float, default 0.1
-        The smallest deviation that counts, world units.
+    initial : float, optional
+        σ before anything is known, world units. None is 0.6 of the target's RMS radius.
+    least : float, optional
+        The smallest deviation that counts, world units. None is 0.03 of that radius.
     tolerance : float, default 1e-6
         It stops when a step moves the source points, root mean square, by at most this
         fraction of their RMS radius.
@@ -66,16 +69,18 @@ class KissOptions:
 
     angle: float | None = None
     shift: float | None = None
-    initial: float = 2.0
-    least: float = 0.1
+    initial: float | None = None
+    least: float | None = None
     tolerance: float = 1e-6
 
     def __post_init__(self) -> None:
         for name, value in (("angle", self.angle), ("shift", self.shift)):
             if value is not None:
                 validate.number(value, name, 0.0, np.pi if name == "angle" else 1e100)
-        validate.number(self.initial, "initial", 1e-100, 1e100)
-        validate.number(self.least, "least", 0.0)
+        if self.initial is not None:
+            validate.number(self.initial, "initial", 1e-100, 1e100)
+        if self.least is not None:
+            validate.number(self.least, "least", 0.0)
         validate.number(self.tolerance, "tolerance", 0.0)
 
 
@@ -96,7 +101,9 @@ def deviation(problem: Problem, options: KissOptions) -> FloatArray:
 def sigma(problem: Problem, options: KissOptions) -> FloatArray:
     """σ, (b,), in world units."""
     delta = deviation(problem, options)
-    return np.where(delta > options.least, np.hypot(options.initial, delta) / np.sqrt(2.0), options.initial)
+    initial = lengths(options.initial, 0.6, problem.target)
+    least = lengths(options.least, 0.03, problem.target)
+    return np.where(delta > least, np.hypot(initial, delta) / np.sqrt(2.0), initial)
 
 
 def _start(problem: Problem, options: KissOptions) -> IcpState:

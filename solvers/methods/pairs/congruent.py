@@ -45,11 +45,12 @@ from solvers.core.stepper import Method, Problem
 from solvers.core.tree import CONSTANT, SHARED, put, take
 from solvers.geometry import nearest
 from solvers.geometry.nearest import Index
-from solvers.numerics.fits import fit_pairs
+from solvers.numerics.fits import fit_pairs, lengths
 
-_SHORTLIST = 4
-_REFITS = 6
-_CELLS = 256
+SEPARATION, TOLERANCE, INLIER = 0.6, 0.1, 0.1
+"""Where not given, as fractions of the RMS radius: the source's, then the target's twice."""
+
+_SHORTLIST, _REFITS, _CELLS = 4, 6, 256
 
 
 @dataclass(frozen=True)
@@ -58,14 +59,16 @@ class CongruentOptions:
 
     Parameters
     ----------
-    separation : float, default 2.0
-        The least distance of two drawn source points, world units.
-    tolerance : float, default 0.28
+    separation : float, optional
+        The least distance of two drawn source points, world units. None is 0.6 of the
+        source's RMS radius.
+    tolerance : float, optional
         By how much the distance of the two target points may differ from theirs, world
-        units.
-    inlier : float, default 0.32
+        units. None is 0.1 of the target's RMS radius.
+    inlier : float, optional
         ε, the distance to the nearest target point beyond which a source point's share
-        of the objective grows no more, world units.
+        of the objective grows no more, world units. None is 0.1 of the target's RMS
+        radius, which a single point far away makes too large.
     per_step : int, default 32
         Hypotheses in a step, even.
     most : int, default 70
@@ -81,18 +84,19 @@ class CongruentOptions:
         If an option is out of its range.
     """
 
-    separation: float = 2.0
-    tolerance: float = 0.28
-    inlier: float = 0.32
+    separation: float | None = None
+    tolerance: float | None = None
+    inlier: float | None = None
     per_step: int = 32
     most: int = 70
     screen: int = 32
     patience: int = 20
 
     def __post_init__(self) -> None:
-        validate.number(self.separation, "separation", 1e-100, 1e100)
-        validate.number(self.tolerance, "tolerance", 0.0, 1e100)
-        validate.number(self.inlier, "inlier", 1e-100, 1e100)
+        for name, least in (("separation", 1e-100), ("tolerance", 0.0), ("inlier", 1e-100)):
+            value = getattr(self, name)
+            if value is not None:
+                validate.number(value, name, least, 1e100)
         if validate.count(self.per_step, "per_step", 2) % 2:
             raise ValueError(f"per_step: two hypotheses come of each draw, so it is even, not {self.per_step}")
         validate.count(self.most, "most", 1)
@@ -117,14 +121,14 @@ class Field:
     cell: FloatArray
 
     @classmethod
-    def of(cls, target: FloatArray, reach: float) -> Field:
-        """The field of the clouds (b, n, 2) for ε = reach; cells of ε/4, larger where a
-        target is wider than 64 ε.
+    def of(cls, target: FloatArray, reach: FloatArray) -> Field:
+        """The field of the clouds (b, n, 2) for ε = reach (b,); cells of ε/4, larger
+        where a target is wider than 64 ε.
         """
         low, high = target.min(axis=1), target.max(axis=1)
         cell = np.maximum(reach / 4.0, (high - low).max(axis=1) / _CELLS)
         origin = low - (reach + 2.0 * cell)[:, None]
-        shape = np.floor((high - low + 2.0 * reach) / cell[:, None]).astype(np.int64) + 5
+        shape = np.floor((high - low + 2.0 * reach[:, None]) / cell[:, None]).astype(np.int64) + 5
         values = np.ones((len(target), int(shape.prod(axis=1).max())))
         around = np.arange(-5, 6)
         place = (target - origin[:, None]) / cell[:, None, None]
@@ -169,20 +173,23 @@ class Field:
 class CongruentState:
     """The best pose so far; objective, rows, distances, used and count are at `pose`.
 
-    draws: (b, most · per_step/2, 2) source rows and first: (b, …) target row of each
-    draw, choice: (b, …) in [0, 1) which of the congruent ones is taken. screen: (b,
-    screen) source rows. drawn: (b,) steps so far. best: (b,) the best C of a
-    hypothesis, before it is refitted, infinite before there is one. idle: (b,) steps
-    without a better pose. rows: (b, m) nearest target rows, distances: (b, m), used:
-    (b, m) those within ε, count: (b,). source_pair, target_pair: (b, 2) rows of the
-    best hypothesis, −1 before there is one. scored: (b,) hypotheses that passed the
-    screening, tried: (b,) all of them.
+    separation, tolerance, inlier: (b,) world units. draws: (b, most · per_step/2, 2)
+    source rows and first: (b, …) target row of each draw, choice: (b, …) in [0, 1)
+    which of the congruent ones is taken. screen: (b, screen) source rows. drawn: (b,)
+    steps so far. best: (b,) the best C of a hypothesis, before it is refitted, infinite
+    before there is one. idle: (b,) steps without a better pose. rows: (b, m) nearest
+    target rows, distances: (b, m), used: (b, m) those within ε, count: (b,).
+    source_pair, target_pair: (b, 2) rows of the best hypothesis, −1 before there is
+    one. scored: (b,) hypotheses that passed the screening, tried: (b,) all of them.
     """
 
     problem: Problem = field(metadata=CONSTANT)
     index: Index = field(metadata=CONSTANT)
     map: Field = field(metadata=CONSTANT)
     options: CongruentOptions = field(metadata=SHARED)
+    separation: FloatArray = field(metadata=CONSTANT)
+    tolerance: FloatArray = field(metadata=CONSTANT)
+    inlier: FloatArray = field(metadata=CONSTANT)
     draws: IntArray = field(metadata=CONSTANT)
     first: IntArray = field(metadata=CONSTANT)
     choice: FloatArray = field(metadata=CONSTANT)
@@ -216,10 +223,10 @@ class _Score:
     cost: FloatArray
 
 
-def _score(problem: Problem, index: Index, pose: Pose, inlier: float) -> _Score:
+def _score(problem: Problem, index: Index, pose: Pose, inlier: FloatArray) -> _Score:
     with np.errstate(over="ignore", under="ignore"):
         rows, squares = index.nearest(pose.apply(problem.source))
-        return _Score(pose, rows, squares, np.minimum(squares, np.square(inlier)).sum(axis=1))
+        return _Score(pose, rows, squares, np.minimum(squares, np.square(inlier)[:, None]).sum(axis=1))
 
 
 def _start(problem: Problem, options: CongruentOptions) -> CongruentState:
@@ -229,6 +236,9 @@ def _start(problem: Problem, options: CongruentOptions) -> CongruentState:
     draws, first = np.zeros((b, total, 2), dtype=np.int64), np.zeros((b, total), dtype=np.int64)
     choice, enough = np.zeros((b, total)), np.ones(b, dtype=np.bool_)
     screen = np.zeros((b, min(options.screen, m)), dtype=np.int64)
+    separation = lengths(options.separation, SEPARATION, problem.source)
+    tolerance = lengths(options.tolerance, TOLERANCE, problem.target)
+    inlier = lengths(options.inlier, INLIER, problem.target)
     for i in range(b):
         rng = np.random.default_rng(problem.seed[i])
         screen[i] = rng.permutation(m)[: screen.shape[1]]
@@ -236,24 +246,30 @@ def _start(problem: Problem, options: CongruentOptions) -> CongruentState:
         # Rejection, then the kept ones over again if they are too few.
         pairs = rng.integers(0, m, (4 * total, 2))
         apart = np.linalg.norm(problem.source[i, pairs[:, 0]] - problem.source[i, pairs[:, 1]], axis=1)
-        kept = pairs[apart >= options.separation]
+        kept = pairs[apart >= separation[i]]
         enough[i] = len(kept) > 0
         if enough[i]:
             draws[i] = np.resize(kept[:total], (total, 2))
     index = nearest.build(problem.target)
-    at = _score(problem, index, problem.start, options.inlier)
-    used = at.squares <= np.square(options.inlier)
-    status, reason = mark(
-        statuses((b,)), reasons((b,)), ~enough, Status.DEGENERATE,
-        f"no two source points were found {options.separation:g} u apart",
-    )  # fmt: skip
+    at = _score(problem, index, problem.start, inlier)
+    used = at.squares <= np.square(inlier)[:, None]
+    equal = np.ptp(problem.source, axis=1).max(axis=1) == 0.0
+    status, reason = mark(statuses((b,)), reasons((b,)), equal, Status.DEGENERATE, "all source points are equal")
+    words = f"no two source points were found {_said(options.separation, SEPARATION, 'their RMS radius')} apart"
+    status, reason = mark(status, reason, ~enough, Status.DEGENERATE, words)
     none, zero = np.full((b, 2), -1, dtype=np.int64), np.zeros(b, dtype=np.int64)
     return CongruentState(
-        problem=problem, index=index, map=Field.of(problem.target, options.inlier), options=options, draws=draws,
-        first=first, choice=choice, screen=screen, pose=problem.start, objective=at.cost, status=status, reason=reason,
-        drawn=zero, best=np.full(b, np.inf), idle=zero, rows=at.rows, distances=np.sqrt(at.squares), used=used,
-        count=used.sum(axis=1), source_pair=none, target_pair=none, scored=zero, tried=zero,
+        problem=problem, index=index, map=Field.of(problem.target, inlier), options=options, separation=separation,
+        tolerance=tolerance, inlier=inlier, draws=draws, first=first, choice=choice, screen=screen, pose=problem.start,
+        objective=at.cost, status=status, reason=reason, drawn=zero, best=np.full(b, np.inf), idle=zero, rows=at.rows,
+        distances=np.sqrt(at.squares), used=used, count=used.sum(axis=1), source_pair=none, target_pair=none,
+        scored=zero, tried=zero,
     )  # fmt: skip
+
+
+def _said(given: float | None, share: float, of: str) -> str:
+    """A length in words: as it was given, or as the share that it is."""
+    return f"{share:g} of {of}" if given is None else f"{given:g} u"
 
 
 def _hypotheses(state: CongruentState) -> tuple[FloatArray, FloatArray, BoolArray, IntArray, IntArray]:
@@ -272,8 +288,9 @@ def _hypotheses(state: CongruentState) -> tuple[FloatArray, FloatArray, BoolArra
     across = [problem.target[:, None, :, k] - q[:, :, None, k] for k in (0, 1)]
     squares = across[0] * across[0]
     squares += across[1] * across[1]
-    ring = squares >= np.square(np.maximum(length - options.tolerance, 0.0))
-    ring &= squares <= np.square(length + options.tolerance)
+    tolerance = state.tolerance[:, None, None]
+    ring = squares >= np.square(np.maximum(length - tolerance, 0.0))
+    ring &= squares <= np.square(length + tolerance)
     order = ring.cumsum(axis=2, dtype=np.int32)
     count = order[:, :, -1]
     other = (order > (choice * count).astype(np.int32)[..., None]).argmax(axis=2)
@@ -281,7 +298,7 @@ def _hypotheses(state: CongruentState) -> tuple[FloatArray, FloatArray, BoolArra
     cosine = (dp * dq).sum(axis=-1)
     sine = dp[..., 0] * dq[..., 1] - dp[..., 1] * dq[..., 0]
     norm = np.hypot(cosine, sine)
-    exist = (count > 0) & (norm > 0.0)
+    exist = (count > 0) & (norm > 1e-290)  # below it a product has lost digits
     norm = np.where(exist, norm, 1.0)
     c, s = np.where(exist, cosine / norm, 1.0), sine / norm
     R = np.stack([np.stack([c, -s], axis=-1), np.stack([s, c], axis=-1)], axis=-2)
@@ -302,7 +319,7 @@ def _step(state: CongruentState) -> CongruentState:
         few = np.where(exist, few, np.inf)
         short = np.argsort(few, axis=1, kind="stable")[:, :_SHORTLIST]
         bound = state.map.total(R[at[:, None], short], t[at[:, None], short], problem.source)
-        bound = np.where(exist[at[:, None], short], bound * np.square(options.inlier), np.inf)
+        bound = np.where(exist[at[:, None], short], bound * np.square(state.inlier)[:, None], np.inf)
     lowest = bound.argmin(axis=1)
     chosen = short[at, lowest]
     promising = bound[at, lowest] * (1.0 - 1e-9) < state.best
@@ -322,10 +339,9 @@ def _step(state: CongruentState) -> CongruentState:
         new = put(new, some, part)
     found = np.isfinite(new.best)
     resting = new.idle >= options.patience
-    status, reason = mark(
-        new.status, new.reason, resting & ~found, Status.DEGENERATE,
-        f"no two target points were found as far apart as two source points, up to {options.tolerance:g} u",
-    )  # fmt: skip
+    words = "no two target points were found as far apart as two source points, up to "
+    words += _said(options.tolerance, TOLERANCE, "the target's RMS radius")
+    status, reason = mark(new.status, new.reason, resting & ~found, Status.DEGENERATE, words)
     status, reason = mark(status, reason, resting, Status.CONVERGED, f"no better pose in {options.patience} steps")
     return replace(new, status=status, reason=reason)
 
@@ -334,16 +350,16 @@ def _try(state: CongruentState, pose: Pose) -> CongruentState:
     """Score a hypothesis; where it is the best one so far, refit it; where that is the
     best pose so far, keep it.
     """
-    problem, options = state.problem, state.options
-    score = _score(problem, state.index, pose, options.inlier)
+    problem, inlier = state.problem, state.inlier
+    score = _score(problem, state.index, pose, inlier)
     better = score.cost < state.best
     if not better.any():
         return state
     first = ~np.isfinite(state.best)
     state = replace(state, best=np.where(better, score.cost, state.best))
-    score = _refitted(problem, state.index, score, better, options.inlier)
+    score = _refitted(problem, state.index, score, better, inlier)
     kept = better & (first | (score.cost < state.objective))
-    used = np.where(kept[:, None], score.squares <= np.square(options.inlier), state.used)
+    used = np.where(kept[:, None], score.squares <= np.square(inlier)[:, None], state.used)
     return replace(
         state,
         pose=put(state.pose, kept, score.pose[kept]),
@@ -356,14 +372,14 @@ def _try(state: CongruentState, pose: Pose) -> CongruentState:
     )
 
 
-def _refitted(problem: Problem, index: Index, score: _Score, where: BoolArray, inlier: float) -> _Score:
+def _refitted(problem: Problem, index: Index, score: _Score, where: BoolArray, inlier: FloatArray) -> _Score:
     going = np.flatnonzero(where)
     for _ in range(_REFITS):
         part, own, map_ = take(problem, going), take(score, going), take(index, going)
         partners = np.take_along_axis(map_.points, own.rows[..., None], axis=1)
-        weights = (own.squares <= np.square(inlier)).astype(np.float64)
+        weights = (own.squares <= np.square(inlier[going])[:, None]).astype(np.float64)
         pose, _, _ = fit_pairs(own.pose, part.source, partners, weights)
-        new = _score(part, map_, pose, inlier)
+        new = _score(part, map_, pose, inlier[going])
         lower = new.cost < own.cost
         if not lower.any():
             break

@@ -46,6 +46,10 @@ from solvers.core.status import Status, mark, reasons, statuses
 from solvers.core.stepper import Method, Problem
 from solvers.core.tree import CONSTANT, SHARED, put
 from solvers.geometry.rigid import Fit, fit_planar, fit_rigid
+from solvers.numerics.fits import lengths
+
+INLIER = 0.1
+"""ε where it is not given, as a fraction of the target's RMS radius."""
 
 
 def trials(share: ArrayLike, confidence: float, sample: int) -> FloatArray | float:
@@ -79,8 +83,9 @@ class RansacOptions:
 
     Parameters
     ----------
-    inlier : float, default 0.25
-        ε, the residual up to which a pair agrees with a pose, world units.
+    inlier : float, optional
+        ε, the residual up to which a pair agrees with a pose, world units. None is 0.1
+        of the target's RMS radius, which wrong pairs far away make too large.
     confidence : float, default 0.99
         p, the probability wanted that one draw at least is of right pairs alone, above
         0 and below 1.
@@ -97,14 +102,15 @@ class RansacOptions:
         If an option is out of its range.
     """
 
-    inlier: float = 0.25
+    inlier: float | None = None
     confidence: float = 0.99
     most: int = 1000
     per_step: int = 32
     separation: float = 0.0
 
     def __post_init__(self) -> None:
-        validate.number(self.inlier, "inlier", 1e-100, 1e100)
+        if self.inlier is not None:
+            validate.number(self.inlier, "inlier", 1e-100, 1e100)
         if not 0.0 < validate.number(self.confidence, "confidence") < 1.0:
             raise ValueError(f"confidence: expected a probability above 0 and below 1, got {self.confidence!r}")
         validate.count(self.most, "most", 1)
@@ -117,7 +123,7 @@ class RansacState:
     """The best pose so far; the objective, `residuals`, `inliers` and `count` are at
     `pose`.
 
-    draws: (b, most, d) rows of the pairs that the trials draw, of which `drawn` (b,)
+    inlier: (b,) ε, world units. draws: (b, most, d) rows of the pairs that the trials draw, of which `drawn` (b,)
     exist. ghost: the least-squares pose of all pairs, its RMS residual ghost_rms (b,)
     in world units. trials: (b,) made so far. budget: (b,) needed by the formula, not
     capped, infinite before a consensus. sample: (b, d) the rows of the best trial, −1
@@ -128,6 +134,7 @@ class RansacState:
 
     problem: Problem = field(metadata=CONSTANT)
     options: RansacOptions = field(metadata=SHARED)
+    inlier: FloatArray = field(metadata=CONSTANT)
     draws: IntArray = field(metadata=CONSTANT)
     drawn: IntArray = field(metadata=CONSTANT)
     ghost: Pose = field(metadata=CONSTANT)
@@ -149,8 +156,10 @@ class RansacState:
     last_count: IntArray
 
 
-def capped_sum(squares: FloatArray, inlier: float) -> FloatArray:
-    """`Σ min(r², ε²)` over the last axis of the squared residuals."""
+def capped_sum(squares: FloatArray, inlier: ArrayLike) -> FloatArray:
+    """`Σ min(r², ε²)` over the last axis of the squared residuals; ε one number, or an
+    array that broadcasts against them.
+    """
     total: FloatArray = np.minimum(squares, np.square(inlier)).sum(axis=-1)
     return total
 
@@ -197,7 +206,8 @@ def _start(problem: Problem, options: RansacOptions) -> RansacState:
             draws[i, : len(own)], drawn[i] = own, len(own)
     ghost = _fit(problem.source, problem.target).pose
     squares = _squares(problem.start, problem.source, problem.target)
-    inliers = squares <= np.square(options.inlier)
+    inlier = lengths(options.inlier, INLIER, problem.target)
+    inliers = squares <= np.square(inlier)[:, None]
     few = f"{n} pairs are fewer than the {d} of a trial"
     near = f"no {d} pairs are {options.separation:g} u apart" if options.separation else "no pairs are apart"
     status, reason = mark(statuses((b,)), reasons((b,)), drawn == 0, Status.DEGENERATE, few if n < d else near)
@@ -206,8 +216,8 @@ def _start(problem: Problem, options: RansacOptions) -> RansacState:
     with np.errstate(over="ignore", under="ignore"):
         ghost_rms = np.sqrt(_squares(ghost, problem.source, problem.target).mean(axis=1))
     return RansacState(
-        problem=problem, options=options, draws=draws, drawn=drawn, ghost=ghost, ghost_rms=ghost_rms,
-        pose=problem.start, objective=capped_sum(squares, options.inlier), status=status, reason=reason, trials=zero,
+        problem=problem, options=options, inlier=inlier, draws=draws, drawn=drawn, ghost=ghost, ghost_rms=ghost_rms,
+        pose=problem.start, objective=capped_sum(squares, inlier[:, None]), status=status, reason=reason, trials=zero,
         budget=np.full(b, np.inf), sample=none, found=np.zeros(b, dtype=np.bool_), residuals=np.sqrt(squares),
         inliers=inliers, count=inliers.sum(axis=1), refits=zero, last_sample=none, last_pose=problem.start,
         last_count=zero,
@@ -243,8 +253,9 @@ def _search(state: RansacState, where: BoolArray, limit: FloatArray) -> RansacSt
     fit = _fit(problem.source[at, rows], problem.target[at, rows])
     sound = valid & (fit.status != Status.DEGENERATE)
     squares = _squares(fit.pose, problem.source[:, None], problem.target[:, None])
-    count = (squares <= np.square(options.inlier)).sum(axis=2)
-    cost = np.where(sound & (count >= d), capped_sum(squares, options.inlier), np.inf)
+    inlier = state.inlier[:, None, None]
+    count = (squares <= np.square(inlier)).sum(axis=2)
+    cost = np.where(sound & (count >= d), capped_sum(squares, inlier), np.inf)
 
     # The budget after every single trial, so that the size of a block changes nothing:
     # it is cut where that is met.
@@ -274,7 +285,7 @@ def _search(state: RansacState, where: BoolArray, limit: FloatArray) -> RansacSt
 
 def _better(state: RansacState, better: BoolArray, pose: Pose, squares: FloatArray) -> RansacState:
     """The state with another pose where it is `better`, and what goes with it."""
-    inlier = state.options.inlier
+    inlier = state.inlier[:, None]
     inliers = np.where(better[:, None], squares <= np.square(inlier), state.inliers)
     return replace(
         state,
@@ -291,12 +302,13 @@ def _refit(state: RansacState, where: BoolArray) -> RansacState:
     fit = _fit(problem.source, problem.target, state.inliers.astype(np.float64))
     squares = _squares(fit.pose, problem.source, problem.target)
     lower = where & state.found & (fit.status != Status.DEGENERATE)
-    lower &= capped_sum(squares, options.inlier) < state.objective
+    lower &= capped_sum(squares, state.inlier[:, None]) < state.objective
     old, state = state.inliers, _better(state, lower, fit.pose, squares)
     stable = where & (state.inliers == old).all(axis=1)
+    near = f"{INLIER:g} of the target's RMS radius" if options.inlier is None else f"{options.inlier:g} u"
     status, reason = mark(
         state.status, state.reason, where & ~state.found, Status.DEGENERATE,
-        f"no trial found {problem.dim} pairs within {options.inlier:g} u",
+        f"no trial found {problem.dim} pairs within {near}",
     )  # fmt: skip
     short = state.budget > state.trials
     status, reason = mark(

@@ -333,7 +333,7 @@ def _descended(ground: Ground, poses: Pose, source: FloatArray) -> tuple[Pose, f
         inside = _confined(ground, fitted)
         old = values
         (rows, distances), values = _mean_capped(ground, inside.apply(source))
-        if not (values < old - 1e-9).any():
+        if not (values < old * (1.0 - 1e-12)).any():
             break
     k = int(values.argmin())
     assert best is not None

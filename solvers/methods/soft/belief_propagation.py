@@ -68,7 +68,8 @@ class BpOptions:
     Raises
     ------
     ValueError
-        If an option is out of its range.
+        If an option is out of its range. A run raises it, too, for clouds of more than 14
+        million pairs of points (`solvers.numerics.radius_pairs`).
     """
 
     first: float | None = None
@@ -231,6 +232,7 @@ def _associate(state: BpState) -> BpState:
 
 
 def _start(problem: Problem, options: BpOptions) -> BpState:
+    radius_pairs.few_enough(problem, "association-bp")
     nothing = np.zeros(problem.target.shape[:2])
     return _associate(BpState(**radius_pairs.initial(problem, options), taken=nothing))
 

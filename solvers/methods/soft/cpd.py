@@ -10,9 +10,12 @@ part of weight w for clutter, the responsibility of component m for observation 
     P_mn = exp(−‖x_n − T(y_m)‖² / 2σ²) / (Σ_k exp(−‖x_n − T(y_k)‖² / 2σ²) + c),
     c = (2πσ²)^{d/2} w M / ((1 − w) V),
 
-V the volume over which the clutter is spread. The paper writes 1/N for its density,
-that is V = N: the default here, which depends on the unit of length (the paper scales
-both clouds to unit variance); `volume` gives V in world units.
+V the volume over which the clutter is spread, uᵈ: `volume`, or else that of the square
+(the cube) in which evenly spread points have the fixed cloud's RMS radius r, `V =
+(√(12/d) r)ᵈ`. That is a choice of this package, so that the answer does not depend on
+the unit of length. The paper writes 1/N for the density, that is V = N, and scales both
+clouds to unit variance, so that its convention is `volume=len(target)` for clouds that
+were scaled so.
 
 One step maximises for the responsibilities at hand, then finds those at the new pose,
 so a state's pose, σ, responsibilities and objective belong together. With
@@ -54,7 +57,7 @@ from solvers.core.stepper import Method, Problem
 from solvers.core.tree import CONSTANT, SHARED
 from solvers.geometry.rigid import best_rotation
 from solvers.numerics import gaussians
-from solvers.numerics.fits import rms_radius
+from solvers.numerics.fits import rms_radius, spread_volume
 
 STAGES = ("responsibilities", "centring", "rotation", "translation and scale", "variance")
 """What one step does, in order, by the names that a walkthrough shows."""
@@ -75,7 +78,9 @@ class CpdOptions:
     clutter : float, default 0.1
         The weight w of the uniform part, 0 ≤ w < 1.
     volume : float, optional
-        Over what it is spread, V in uᵈ. None is V = N, the paper's convention.
+        Over what it is spread, V in uᵈ. None is `(√(12/d) r)ᵈ`, r the target's RMS
+        radius: the square or cube that evenly spread points of that radius fill. The
+        paper's convention is the number of target points.
     sigma : float, optional
         The first σ, world units. None takes it from all distances,
         `√(Σ_mn ‖x_n − T y_m‖² / M N d)`.
@@ -139,7 +144,7 @@ class CpdState:
 
     problem: Problem = field(metadata=CONSTANT)
     frame: Frame = field(metadata=CONSTANT)
-    clutter: FloatArray = field(metadata=CONSTANT)  # (b,) c / σᵈ, σ in world units
+    clutter: FloatArray = field(metadata=CONSTANT)  # (b,) c / σᵈ, σ in the frame's unit
     scaled: bool = field(metadata=SHARED)
     options: CpdOptions = field(metadata=SHARED)
     pose: Pose
@@ -181,11 +186,13 @@ def _start(problem: Problem, options: CpdOptions, scaled: bool) -> CpdState:
         shift = (arm + start.t - frame.centre_fixed) / frame.unit[:, None]
         moved = Pose(start.R, shift, start.scale).apply(frame.moving)
         width = _first_width(moved, frame.fixed) if options.sigma is None else options.sigma / frame.unit
-        volume = n if options.volume is None else options.volume
+        # In the frame's unit too.
+        given = options.volume
+        volume = spread_volume(frame.fixed) if given is None else np.clip(given / frame.unit**d, 1e-300, 1e300)
         c = (2.0 * np.pi) ** (0.5 * d) * options.clutter * m / ((1.0 - options.clutter) * volume)
     nothing = np.zeros(b)
     state = CpdState(
-        problem=problem, frame=frame, clutter=np.full(b, c), scaled=scaled, options=options,
+        problem=problem, frame=frame, clutter=c, scaled=scaled, options=options,
         pose=start, objective=nothing, status=statuses((b,)), reason=reasons((b,)), sigma=nothing, mass=nothing,
         column=np.zeros((b, m)), row=np.zeros((b, n)), change=np.full(b, np.inf), width=nothing, shift=shift,
         moved=moved, first=np.zeros((b, m, d)), scatter=nothing,
@@ -217,7 +224,7 @@ def _expect(
     n, d = frame.fixed.shape[1:]
     with np.errstate(over="ignore", under="ignore"):
         sigma = width * frame.unit
-        c = np.minimum(state.clutter * sigma**d, 1e300)
+        c = np.minimum(state.clutter * width**d, 1e300)
         P = gaussians.shares(frame.fixed, moved, width, c)
         # −Σ_n log p(x_n), p(x_n) = (1 − w)/M (2πσ²)^{−d/2} (Σ_m exp(…) + c)
         per_point = np.log(moved.shape[1] / (1.0 - state.options.clutter)) + 0.5 * d * np.log(2.0 * np.pi)
@@ -318,7 +325,7 @@ def responsibilities(state: CpdState, i: int = 0) -> FloatArray:
     """
     frame = state.frame
     with np.errstate(over="ignore", under="ignore"):
-        c = min(float(state.clutter[i] * state.sigma[i] ** frame.fixed.shape[2]), 1e300)
+        c = min(float(state.clutter[i] * state.width[i] ** frame.fixed.shape[2]), 1e300)
     return gaussians.share_matrix(frame.fixed[i], state.moved[i], float(state.width[i]), c).T
 
 

@@ -11,7 +11,9 @@ moving points x_i = T p_i the observations. With the moments at a query,
     c = (2πσ²)^{d/2} w N / ((1 − w) V),
 
 w the weight of the clutter and V the volume it is spread over. Clutter is here among
-the moving points. The stages of a step (`STAGES`) are
+the moving points. Where `volume` does not give V it is `6 r²`, the square in which
+evenly spread points have the fixed cloud's RMS radius r: a choice of this package, so
+that the answer does not depend on the unit of length. The stages of a step (`STAGES`) are
 
 1. density: the fixed points' values 1, y, ‖y‖² are put where the filter can reach them
    (`solvers.numerics.kernel_filters`)
@@ -47,7 +49,7 @@ from solvers.core.status import Status, mark, reasons, statuses
 from solvers.core.stepper import Method, Problem
 from solvers.core.tree import CONSTANT, SHARED
 from solvers.numerics import gauss_newton, kernel_filters
-from solvers.numerics.fits import rms_radius
+from solvers.numerics.fits import rms_radius, spread_volume
 
 STAGES = ("density", "filter", "query", "twist")
 """What one step does, in order, by the names that a walkthrough shows."""
@@ -81,8 +83,9 @@ class FilterRegOptions:
     clutter : float, default 0.25
         w, the weight of clutter among the moving points, 0 < w < 1.
     volume : float, optional
-        V that the clutter is spread over, u². None is V = M, the number of moving
-        points.
+        V that the clutter is spread over, u². None is `6 r²`, r the target's RMS
+        radius: the square that evenly spread points of that radius fill. CPD's
+        convention, with the roles swapped, is M, the number of source points.
     tolerance : float, default 1e-4
         It stops when a step moves the source points, root mean square, by at most this
         fraction of their RMS radius, and σ is at its last or has changed by at most
@@ -121,7 +124,7 @@ class FilterRegOptions:
 class FilterRegState:
     """A pose, σ, and what the filter says there.
 
-    sigma: (b,) world units, last: (b,) its least. filters: (b,) of
+    volume: (b,) V, u². sigma: (b,) world units, last: (b,) its least. filters: (b,) of
     `kernel_filters.Filter`. moved: (b, m, 2) x. mass: (b, m) m⁰. targets: (b, m, 2) μ,
     the point itself where no component is within the filter's reach. spread: (b, m)
     m²/m⁰ − ‖μ‖², the variance of the components about the target, both coordinates
@@ -133,6 +136,7 @@ class FilterRegState:
     problem: Problem = field(metadata=CONSTANT)
     radius: FloatArray = field(metadata=CONSTANT)
     last: FloatArray = field(metadata=CONSTANT)
+    volume: FloatArray = field(metadata=CONSTANT)
     options: FilterRegOptions = field(metadata=SHARED)
     pose: Pose
     objective: FloatArray
@@ -162,9 +166,10 @@ def _start(problem: Problem, options: FilterRegOptions) -> FilterRegState:
             first = 0.3 * size if scheduled else _spread_of_all(moved, problem.target)
         last = (0.03 if scheduled else 1e-3) * size if options.last is None else np.full(b, options.last)
         last = np.maximum(last, kernel_filters.least_sigma(problem.target))
+    volume = spread_volume(problem.target) if options.volume is None else np.full(b, options.volume)
     nothing = np.zeros((b, m))
     state = FilterRegState(
-        problem=problem, radius=rms_radius(problem.source), last=last, options=options, pose=pose,
+        problem=problem, radius=rms_radius(problem.source), last=last, volume=volume, options=options, pose=pose,
         objective=np.zeros(b), status=statuses((b,)), reason=reasons((b,)), sigma=np.zeros(b),
         filters=np.empty(b, dtype=object), moved=moved, mass=nothing, targets=moved, spread=nothing, weights=nothing,
         twist=np.zeros((b, 3)), condition=np.full(b, np.inf), change=np.full(b, np.inf),
@@ -202,8 +207,7 @@ def _ask(state: FilterRegState, pose: Pose, sigma: FloatArray) -> FilterRegState
         centre = np.stack([f.centre for f in built])[:, None]
         spread = np.stack([q.second for q in found]) / total - np.square(mean).sum(axis=2)
         targets = np.where(some[..., None], centre + mean, moved)
-        volume = m if options.volume is None else options.volume
-        c = 2.0 * np.pi * sigma**2 * options.clutter * n / ((1.0 - options.clutter) * volume)
+        c = 2.0 * np.pi * sigma**2 * options.clutter * n / ((1.0 - options.clutter) * state.volume)
         c = np.clip(c, 1e-300, 1e300)[:, None]
         weights = mass / (mass + c)
         # −Σ_i log p(x_i), p(x_i) = (1 − w)/N (2πσ²)^{−d/2} (m⁰ + c)

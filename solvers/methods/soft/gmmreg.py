@@ -55,7 +55,8 @@ class GmmRegOptions:
     Parameters
     ----------
     first : float, optional
-        Where σ starts, world units. None is 0.4 of the target's RMS radius.
+        Where σ starts, world units. None is 0.4 of the target's RMS radius, or of the
+        source's where the target's points are equal.
     last : float, optional
         Where σ ends, world units. None is 0.05 of that radius.
     shrink : float, default 0.5
@@ -121,7 +122,8 @@ class GmmRegState:
 
 def _start(problem: Problem, options: GmmRegOptions) -> GmmRegState:
     b, m, _ = problem.source.shape
-    size, pose = rms_radius(problem.target), Pose(problem.start.R, problem.start.t)
+    radius, pose = rms_radius(problem.source), Pose(problem.start.R, problem.start.t)
+    size = np.where(_equal(problem.target), radius, rms_radius(problem.target))
     extent = np.maximum(*(np.ptp(c, axis=1).max(axis=1) for c in (problem.source, problem.target)))
     least = np.clip(_FINEST * extent, 1e-140, 1e140)
     first, last = (
@@ -130,7 +132,7 @@ def _start(problem: Problem, options: GmmRegOptions) -> GmmRegState:
     )
     nothing = np.zeros(b)
     state = GmmRegState(
-        problem=problem, radius=rms_radius(problem.source), last=last, options=options, pose=pose, objective=nothing,
+        problem=problem, radius=radius, last=last, options=options, pose=pose, objective=nothing,
         status=statuses((b,)), reason=reasons((b,)), sigma=first, moved=problem.source, overlap=np.zeros((b, m)),
         own=nothing, gradient=np.zeros((b, 3)), hessian=np.zeros((b, 3, 3)), damping=nothing,
         change=np.full(b, np.inf),
@@ -228,6 +230,9 @@ def _step(state: GmmRegState) -> GmmRegState:
 
     lost: BoolArray = (state.hessian == 0.0).all(axis=(1, 2)) & final
     status, reason = mark(after.status, after.reason, lost, Status.DEGENERATE, "no direction of motion changes E")
+    for name, cloud in (("source", state.problem.source), ("target", state.problem.target)):
+        words = f"all {name} points are equal: the rotation is undefined"
+        status, reason = mark(status, reason, rest & final & _equal(cloud), Status.DEGENERATE, words)
     # At a minimum Newton's step is small, and whether E still falls is a matter of
     # rounding.
     settled = rest & (~pending | (whole <= limit))
@@ -240,6 +245,13 @@ def _step(state: GmmRegState) -> GmmRegState:
         part = _at(_at_width(part, np.maximum(options.shrink * part.sigma, part.last)), part.pose)
         after = put(after, next_stage, part)
     return after
+
+
+def _equal(points: FloatArray) -> BoolArray:
+    """Whether all points (b, n, 2) of a cloud lie at one place, to rounding."""
+    blur = 8.0 * np.finfo(np.float64).eps * np.abs(points).max(axis=(1, 2))
+    found: BoolArray = np.ptp(points, axis=1).max(axis=1) <= blur
+    return found
 
 
 GMMREG = Method(

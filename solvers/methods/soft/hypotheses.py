@@ -70,7 +70,8 @@ class HypothesisOptions:
     Raises
     ------
     ValueError
-        If an option is out of its range.
+        If an option is out of its range. A run raises it, too, for clouds of more than 14
+        million pairs of points (`solvers.numerics.radius_pairs`).
     """
 
     first: float | None = None
@@ -209,6 +210,7 @@ def _associate(state: HypothesisState) -> HypothesisState:
 
 
 def _start(problem: Problem, options: HypothesisOptions) -> HypothesisState:
+    radius_pairs.few_enough(problem, "hypothesis-mixture")
     b, m, _ = problem.source.shape
     H = options.count - 1
     uniform, order = np.empty((options.draws, b, m, H)), np.empty((b, m, H), dtype=np.int64)

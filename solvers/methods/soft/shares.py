@@ -22,9 +22,8 @@ def filterreg_shares(state: FilterRegState, i: int = 0) -> FloatArray:
     its weight W; what is missing from 1 is the clutter's.
     """
     options, sigma = state.options, float(state.sigma[i])
-    m, n = state.moved.shape[1], state.problem.target.shape[1]
-    volume = m if options.volume is None else options.volume
-    c = 2.0 * np.pi * sigma**2 * options.clutter * n / ((1.0 - options.clutter) * volume)
+    n = state.problem.target.shape[1]
+    c = 2.0 * np.pi * sigma**2 * options.clutter * n / ((1.0 - options.clutter) * state.volume[i])
     return gaussians.share_matrix(state.moved[i], state.problem.target[i], sigma, float(np.clip(c, 1e-300, 1e300)))
 
 

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from time import perf_counter
+
 import numpy as np
 import pytest
 
+from widgets.drawing.svg import mark_svg
 from widgets.engine.contract import Action, preset
 from widgets.figures.drive.figure import SCANS, WIDGET, State, act, chunk, draw, drawn_scans, start
 from widgets.parts import drive_table as table
@@ -79,6 +82,25 @@ def test_what_has_been_drawn_is_drawn_again_as_the_same_mark() -> None:
     state = at_the_end()
     assert draw(state).panels[0].marks[0] is draw(act(state, STEP)).panels[0].marks[0]
     assert chunk("matched", "", False, 0, 15) is chunk("matched", "", False, 0, 15)
+
+
+@pytest.mark.native
+def test_the_whole_map_is_light_enough_to_play() -> None:
+    """The last frame is below 160 kB of markup, and each step to it adds less than 20 kB; half of them are drawn and
+    written in 25 ms."""
+    state = start(preset(WIDGET, "closed").controls, 40)
+    before: set[str] = set()
+    took = []
+    while not draw(state).disabled:
+        state = act(state, STEP)
+        begun = perf_counter()
+        panel = draw(state).panels[0]
+        markup = [mark_svg(mark, panel.view, "") for mark in panel.marks]
+        took.append(perf_counter() - begun)
+        assert sum(len(text) for text in markup if text not in before) < 20_000
+        before = set(markup)
+    assert sum(map(len, before)) < 160_000
+    assert np.median(took) < 0.025
 
 
 def test_the_scans_drawn_lie_apart() -> None:

@@ -24,12 +24,14 @@ from widgets.drawing.picture import (
 )
 from widgets.engine.contract import UNDONE, Action, Button, Key, Lead, Motion, Widget
 from widgets.engine.controls import choice, slider
+from widgets.engine.script import called, named
 from widgets.figures.pipeline.door import door
 from widgets.figures.pipeline.run import (
     CALLS,
     METHODS_OF,
     REACH,
     SCENES,
+    SEARCH,
     Judgement,
     Sign,
     Stage,
@@ -278,7 +280,8 @@ def python(state: State) -> str:
         f"start = pose = {written(state.stages[0].pose)}",
     ]
     if "propose" in done:
-        lines.append(f'pose = register(*both, "ransac-congruent", seed={seed}, max_steps={int(c.draws)}).pose')
+        how = f"seed={seed}", f"max_steps={int(c.draws)}", *named(SEARCH)
+        lines += called("pose = register", "*both", '"ransac-congruent"', *how, after=".pose")
     if "refine" in done:
         lines.append(f'pose = register(*both, "{METHODS_OF[c.refine]}", start=pose, gate={c.gate!r}).pose')
     way = METHODS_OF["point" if c.refine == "none" else c.refine]

@@ -73,6 +73,8 @@ _SAID: tuple[tuple[str, str, Role, str, str], ...] = (
      "The distance of two mixtures, a Gaussian a point. There is no E-step."),
     ("ndt-d2d", "D2D-NDT", "by-cells", "-.",
      "Gaussians of both clouds' cells. The points themselves are left behind."),
+    ("branch-and-bound", "search", "by-nearest", "-.",
+     "All poses in boxes, to a proof for the capped distances. The start plays no part."),
 )  # fmt: skip
 
 ENTRIES: Mapping[str, Entry] = MappingProxyType(

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from solvers.scenes.bird import AREA, SHAPE, bird, bird_start
+from solvers.scenes.rooms import Scene
 from widgets.drawing.chart import Series, chart
 from widgets.drawing.picture import (
     Array,
@@ -71,11 +72,17 @@ class Controls:
     junk: float = slider(4.0, "Clutter points", 0.0, 10.0, 1.0, "", "In each cloud", "pose")
 
 
-def rule(c: Controls) -> Rule:
-    """The method that the controls ask for."""
+def rule(c: Controls, scene: Scene) -> Rule:
+    """The method that the controls ask for; the paper's V is the number of observations."""
     width = "scheduled" if c.method == "gmmreg" and c.width == "estimated" else c.width
     w = max(c.clutter, LEAST) if c.method == "filterreg" else c.clutter
-    return Rule(c.method, width, c.sigma, w, AREA if c.density == "area" else None, c.filter)
+    volume = AREA if c.density == "area" else float(len(getattr(scene, observed(c.method))))
+    return Rule(c.method, width, c.sigma, w, volume, c.filter)
+
+
+def observed(method: str) -> str:
+    """Which cloud's points the clutter is among."""
+    return "source" if method == "filterreg" else "target"
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +97,7 @@ def start(controls: Controls, seed: int) -> State:
     """The scene from the start that the two numbers give."""
     c = controls
     scene = bird(seed=seed, noise=c.noise, clutter=round(c.junk))
-    return State(c, begun(rule(c), scene, bird_start(c.turn, c.offset), STEPS))
+    return State(c, begun(rule(c, scene), scene, bird_start(c.turn, c.offset), STEPS))
 
 
 def act(state: State, action: Action) -> State:
@@ -292,6 +299,8 @@ def python(state: State) -> str:
     c, run = state.controls, state.run
     r = run.rule
     options = named({name: value for name, value in r.options(r.sigma).items() if name != "sigma"})
+    if c.density == "count":
+        options = [f"volume=len(scene.{observed(r.method)})" if o.startswith("volume=") else o for o in options]
     lines = [
         "import numpy as np",
         "from solvers import Pose, register",

@@ -23,14 +23,14 @@ REST = 1e-3  # of the RMS radius: a step that moves less is rest
 class Rule:
     """A method with its options but for σ. width: what becomes of σ: 'held', 'estimated' or 'scheduled'.
 
-    filter: FilterReg's. clutter: the weight w. volume: V, u², None for the paper's convention.
+    filter: FilterReg's. clutter: the weight w. volume: V, u².
     """
 
     method: str
     width: str
     sigma: float
     clutter: float
-    volume: float | None
+    volume: float
     filter: str = "exact"
 
     @property
@@ -54,7 +54,7 @@ class Rule:
         """The solver's own options, from this σ on."""
         if self.method == "gmmreg":
             return {"first": sigma, "last": sigma if self.width == "held" else self.last, "tolerance": REST}
-        shared = {"clutter": self.clutter, **({} if self.volume is None else {"volume": self.volume})}
+        shared = {"clutter": self.clutter, "volume": self.volume}
         if self.method != "filterreg":
             return {"sigma": sigma, **shared, "tolerance": REST}
         how: dict[str, Any] = {"variance": "estimated" if self.width == "estimated" else "scheduled"}

@@ -23,6 +23,8 @@ SEEN: Mapping[str, float] = {"most": 1.0, "half": 0.6}  # of what the source saw
 WRONG: Mapping[str, int] = {"right": 0, "some": 4}  # of 13 pairs
 GATE, WIDE = 0.5, 2.6  # u: that of a refinement, and that of a run that begins far off
 OPTIONS: Mapping[str, Mapping[str, Any]] = {
+    "ransac": {"inlier": 0.25},
+    "propose": {"separation": 2.0, "tolerance": 0.28, "inlier": 0.32},
     "gicp": {"neighbours": 8},
     "ndt": {"cells": (2.4, 1.2), "max_shift": 0.5, "max_turn": 0.2},
     "soft": {"first": 2.2, "shrink": 0.9, "last": 0.12, "least_support": 0.15},

@@ -351,6 +351,11 @@ def test_the_kiss_threshold_follows_the_stated_deviation(rng):
     turn[:2, :2] = Pose.from_angle(0.4).R
     moved = Problem(source, source, np.ones((1, 30)), Pose(turn[None], np.array([[0.3, 0.4, 0.0]])), problem.seed)
     assert sigma(moved, KissOptions(initial=0.7))[0] == pytest.approx(np.sqrt((0.7**2 + delta**2) / 2.0))
+    # Not given, both are shares of the target's radius: a deviation of a little more than 0.03 of it counts.
+    size = float(np.sqrt(np.square(source[0] - source[0].mean(axis=0)).sum(axis=1).mean()))
+    for shift, counts in ((0.0299 * size, 0.0), (0.0301 * size, 0.0301 * size)):
+        expected = np.sqrt((0.36 * size**2 + counts**2) / 2.0) if counts else 0.6 * size
+        assert sigma(problem, KissOptions(angle=0.0, shift=shift))[0] == pytest.approx(expected, rel=1e-12)
     # No pose within the stated deviation moves a point farther than δ.
     assert np.all(np.linalg.norm(moved.start.apply(source) - source, axis=2) <= delta)
     result = register(source[0], source[0], "kiss-threshold-icp", initial=0.7)

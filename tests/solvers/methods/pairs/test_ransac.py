@@ -33,6 +33,12 @@ def many(rng, random_pose, wrong, count=20, d=2):
     return np.stack([p for p, _ in pairs]), np.stack([q for _, q in pairs]), truth
 
 
+def spread(clouds):
+    """The RMS radius of each cloud (b, n, d)."""
+    apart = clouds - clouds.mean(axis=1, keepdims=True)
+    return np.sqrt(np.square(apart).sum(axis=2).mean(axis=1))
+
+
 def test_the_trials_formula():
     """N = ⌈log(1 − p)/log(1 − wˢ)⌉: so many independent trials miss with at most 1 − p, one fewer with more."""
     for w in (0.05, 0.3, 0.55, 0.9, 0.999):
@@ -96,14 +102,16 @@ def test_a_large_motion_is_found_among_wrong_pairs(d, rng, random_pose):
 def test_the_end_is_a_stable_consensus(rng, random_pose):
     """At the end the pose is the least-squares fit of the pairs within ε of it, and those are its inliers."""
     source, target, _ = many(rng, random_pose, 18)
-    result = register(source, target, "ransac", seed=np.arange(20))
-    inliers = result.detail("inliers")
-    gaps = np.linalg.norm(result.transform(source) - target, axis=2)
-    assert np.array_equal(inliers, gaps <= 0.25)
-    assert np.array_equal(result.detail("count"), inliers.sum(axis=1))
-    assert np.allclose(result.objective, np.minimum(gaps, 0.25).__pow__(2).sum(axis=1))
-    again = fit_rigid(source, target, inliers.astype(float)).pose
-    assert np.allclose(again.matrix, result.pose.matrix, atol=1e-12)
+    for given in (0.25, None):
+        result = register(source, target, "ransac", seed=np.arange(20), inlier=given)
+        inliers = result.detail("inliers")
+        gaps = np.linalg.norm(result.transform(source) - target, axis=2)
+        near = np.full((20, 1), 0.25) if given else 0.1 * spread(target)[:, None]
+        assert np.array_equal(inliers, gaps <= near)
+        assert np.array_equal(result.detail("count"), inliers.sum(axis=1))
+        assert np.allclose(result.objective, (np.minimum(gaps, near) ** 2).sum(axis=1))
+        again = fit_rigid(source, target, inliers.astype(float)).pose
+        assert np.allclose(again.matrix, result.pose.matrix, atol=1e-12)
 
 
 def test_the_objective_of_the_best_never_rises_and_refits_may_lose_inliers(rng, random_pose):
@@ -208,6 +216,9 @@ def test_too_few_pairs_and_pairs_too_close():
 # Congruent segments.
 
 
+RACE = {"separation": 2.0, "tolerance": 0.28, "inlier": 0.32}  # what the race gives it, u
+
+
 def rooms(setting, seeds=SEEDS):
     scenes = [room(setting, seed=s) for s in seeds]
     return np.stack([s.source for s in scenes]), np.stack([s.target for s in scenes])
@@ -230,7 +241,7 @@ def test_hypotheses_lay_the_drawn_segments_on_each_other():
     another; source segments are long enough, and lengths agree up to the tolerance."""
     source, target = rooms("combo", SEEDS[:4])
     problem = Problem(source, target, np.ones(source.shape[:2]), Pose.identity(2, (4,)), np.array(SEEDS[:4]))
-    state = METHODS["ransac-congruent"].start(problem, CongruentOptions())
+    state = METHODS["ransac-congruent"].start(problem, CongruentOptions(**RACE))
     R, t, exist, pairs, ends = _hypotheses(state)
     assert exist.mean() > 0.9
     for i in range(4):
@@ -252,7 +263,7 @@ def test_the_look_up_bounds_the_score_from_below(rng, random_pose):
     """The grid's sum is at most the exact capped sum, for any pose, and close to it where poses are good."""
     source, target = rooms("combo", SEEDS[:5])
     reach = 0.32
-    grid = Field.of(target, reach)
+    grid = Field.of(target, np.full(5, reach))
     poses = Pose(random_pose(rng, 2, (5, 40)).R, rng.uniform(-2.0, 2.0, (5, 40, 2)))
     near = Pose.from_angle(rng.normal(0.0, 0.02, (5, 40)), rng.normal(0.0, 0.1, (5, 40, 2)))
     for pose in (poses, near):
@@ -265,7 +276,7 @@ def test_the_look_up_bounds_the_score_from_below(rng, random_pose):
         assert np.all(bound <= exact * (1.0 + 1e-12))
         assert np.median(bound / exact) > 0.6
     # Points on the very corners of cells, and just beside them: one point, moved to 300 places.
-    single = Field.of(target[:1], reach)
+    single = Field.of(target[:1], np.array([reach]))
     corners = single.origin + single.cell[0] * rng.integers(0, 60, (300, 2))
     for shift in (-1e-9, 0.0, 1e-9):
         places = corners + shift
@@ -279,7 +290,7 @@ def test_what_is_kept_is_scored_exactly_and_little_else_is():
     """Pairs, inliers and objective of the kept pose are those of exact neighbours; under a tenth of the hypotheses had
     to be scored to find it."""
     source, target = rooms("combo", SEEDS[:3])
-    result = register(source, target, "ransac-congruent", seed=SEEDS[:3])
+    result = register(source, target, "ransac-congruent", seed=SEEDS[:3], **RACE)
     state = result.states[0]
     used = state.used
     gaps = np.linalg.norm(result.transform(source)[:, :, None] - target[:, None], axis=3)
@@ -292,16 +303,40 @@ def test_what_is_kept_is_scored_exactly_and_little_else_is():
 
 def test_congruent_scenes_without_an_answer(rng):
     cloud = rng.uniform(-0.5, 0.5, (20, 2))
-    small = register(cloud, cloud, "ransac-congruent")
+    small = register(cloud, cloud, "ransac-congruent", separation=2.0)
     assert small.status is Status.DEGENERATE
     assert "no two source points were found 2 u apart" in small.reason
-    apart = register(10.0 * cloud, cloud, "ransac-congruent")
-    assert apart.status is Status.DEGENERATE
-    assert "no two target points were found as far apart" in apart.reason
+    one = register(cloud[:1], cloud, "ransac-congruent")
+    assert one.status is Status.DEGENERATE
+    assert one.reason == "all source points are equal"
+    # Two points far from many equal ones: none of the pairs drawn is as far apart as the radius asks.
+    heap = np.concatenate([np.zeros((60000, 2)), [[1.0, 0.0], [-1.0, 0.0]]])
+    rare = register(heap, cloud, "ransac-congruent", separation=None, most=1)
+    assert rare.status is Status.DEGENERATE
+    assert rare.reason == "no two source points were found 0.6 of their RMS radius apart"
+    for options, up_to in (({}, "0.1 of the target's RMS radius"), ({"tolerance": 0.28}, "0.28 u")):
+        apart = register(20.0 * cloud, cloud, "ransac-congruent", **options)
+        assert apart.status is Status.DEGENERATE
+        assert apart.reason == f"no two target points were found as far apart as two source points, up to {up_to}"
     equal = register(10.0 * cloud, np.ones((4, 2)), "ransac-congruent")
     assert equal.status is Status.DEGENERATE
-    wide = register(10.0 * cloud, np.concatenate([10.0 * cloud, [[1e7, -1e7]]]), "ransac-congruent", patience=40)
-    assert np.abs(wide.matrix - np.eye(3)).max() < 1e-6
+    wide = np.concatenate([10.0 * cloud, [[1e7, -1e7]]])
+    found = register(10.0 * cloud, wide, "ransac-congruent", patience=40, **RACE)
+    assert np.abs(found.matrix - np.eye(3)).max() < 1e-6
+
+
+def test_lengths_that_are_not_given_are_those_of_each_problem():
+    """Rooms of three sizes in one batch: each has a tenth of its own target's radius, and the poses of its own run."""
+    source, target = (c[0] * np.array([1.0, 1e-2, 30.0])[:, None, None] for c in rooms("clean", SEEDS[:1]))
+    together = register(source, target, "ransac-congruent", seed=40)
+    state = together.states[0]
+    for length, share, cloud in ((state.inlier, 0.1, target), (state.tolerance, 0.1, target),
+                                 (state.separation, 0.6, source)):  # fmt: skip
+        np.testing.assert_allclose(length, share * spread(cloud), rtol=1e-12)
+    for k in range(3):
+        assert np.array_equal(register(source[k], target[k], "ransac-congruent", seed=40).matrix, together.matrix[k])
+    paired = register(target[:, :40], target[:, :40], "ransac").states[0]
+    np.testing.assert_allclose(paired.inlier, 0.1 * spread(target[:, :40]), rtol=1e-12)
 
 
 @pytest.mark.parametrize(

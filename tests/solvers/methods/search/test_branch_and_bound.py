@@ -112,6 +112,7 @@ def test_the_optimum_is_that_of_enumeration_and_descent(seed):
 
 @pytest.mark.parametrize("setting", ["noise", "combo"])
 def test_capped_icp_from_500_starts_is_never_better_by_more_than_the_gap(setting):
+    """From 500 random poses none ends below the proved floor, and none below the proved pose by more than 1e-3 u²."""
     scene, rng, cap = room(setting), np.random.default_rng(1), 0.4
     found = register(scene.source, scene.target, METHOD, cap=cap, gap=1e-3)
     assert found.status == Status.PROVED

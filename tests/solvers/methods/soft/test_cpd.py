@@ -33,6 +33,12 @@ def scene(rng, random_pose, d, m=30, n=40):
     return problem(source, random_pose(rng, d, (1,)).apply(target))
 
 
+def square_or_cube(x):
+    """What evenly spread points with the RMS radius of the points (n, d) fill."""
+    d = x.shape[1]
+    return (np.sqrt(12.0 / d) * np.sqrt(np.square(x - x.mean(axis=0)).sum(axis=1).mean())) ** d
+
+
 def naive(x, z, sigma, w, volume):
     """The definition, one problem: responsibilities (m, n) and −log p of the fixed points."""
     d, m = x.shape[1], len(z)
@@ -53,7 +59,7 @@ def test_every_state_is_what_the_definition_says(rng, random_pose, method, d, vo
     for _ in range(8):
         state, pose = batch.state(), batch.pose()
         P, objective, _ = naive(
-            p.target[0], pose.apply(p.source)[0], state.sigma[0], 0.2, volume or p.target.shape[1]
+            p.target[0], pose.apply(p.source)[0], state.sigma[0], 0.2, volume or square_or_cube(p.target[0])
         )
         np.testing.assert_allclose(responsibilities(state), P, rtol=1e-9, atol=1e-13)
         np.testing.assert_allclose(state.column[0], P.sum(axis=1), rtol=1e-9, atol=1e-13)
@@ -81,7 +87,7 @@ def test_a_step_is_the_papers(rng, random_pose, method):
     large motion: rotation neither transposed nor composed the wrong way round."""
     for d in (2, 3):
         p = scene(rng, random_pose, d)
-        batch = begin(METHODS[method], p)
+        batch = begin(METHODS[method], p, CpdOptions(volume=float(p.target.shape[1])))
         X, Y, sigma = p.target[0], p.source[0], batch.state().sigma[0]
         P, _, _ = naive(X, Y, sigma, 0.1, len(X))
         NP, one_n, one_m = P.sum(), np.ones(len(X)), np.ones(len(Y))
@@ -108,7 +114,7 @@ def test_a_step_is_the_papers(rng, random_pose, method):
 
 @pytest.mark.parametrize("method", BOTH)
 @pytest.mark.parametrize("d", [2, 3])
-@pytest.mark.parametrize("options", [{"clutter": 0.0}, {"clutter": 0.3}, {"clutter": 0.3, "volume": 36.0}])
+@pytest.mark.parametrize("options", [{"clutter": 0.0}, {"clutter": 0.3}, {"clutter": 0.3, "volume": 12.0}])
 def test_the_likelihood_never_falls(rng, random_pose, method, d, options):
     """Each step is an exact EM step, so the negative log-likelihood never rises: 40 random scenes, far starts, both
     conventions of the clutter, and none."""
@@ -132,14 +138,19 @@ def test_sigma_need_not_fall():
 
 
 def test_both_clutter_conventions_agree_at_v_equal_n():
-    """A clutter density 1/V with V = N is the paper's, bit for bit; another V is another answer."""
+    """A clutter density 1/V with V = N is the paper's w/N; another V, such as the square of the cloud's radius, which
+    is what there is without one, is another answer."""
     source, target = room("outliers").source, room("outliers").target
-    paper = register(source, target, "cpd-rigid", clutter=0.2)
-    same = register(source, target, "cpd-rigid", clutter=0.2, volume=float(len(target)))
-    other = register(source, target, "cpd-rigid", clutter=0.2, volume=36.0)
-    assert np.array_equal(paper.matrix, same.matrix)
-    assert np.array_equal(paper.history.objective, same.history.objective)
-    assert np.abs(other.matrix - paper.matrix).max() > 1e-6
+    n, square = float(len(target)), float(square_or_cube(target))
+    state = begin(METHODS["cpd-rigid"], problem(source, target), CpdOptions(clutter=0.2, volume=n)).state()
+    K = np.exp(-np.square(target[None] - source[:, None]).sum(axis=2) / (2.0 * state.sigma[0] ** 2))
+    clutter = 2.0 * np.pi * state.sigma[0] ** 2 * 0.2 / 0.8 * len(source) / n  # fig. 2 of the paper
+    np.testing.assert_allclose(responsibilities(state), K / (K.sum(axis=0) + clutter), rtol=1e-9)
+    paper = register(source, target, "cpd-rigid", clutter=0.2, volume=n)
+    own = register(source, target, "cpd-rigid", clutter=0.2)
+    told = register(source, target, "cpd-rigid", clutter=0.2, volume=square)
+    np.testing.assert_allclose(own.matrix, told.matrix, atol=1e-9)
+    assert np.abs(own.matrix - paper.matrix).max() > 1e-6
 
 
 @pytest.mark.parametrize("method", BOTH)
@@ -233,14 +244,16 @@ def test_a_batch_is_its_single_runs(method):
 
 
 def test_units_and_origin_do_not_matter(rng, random_pose):
-    """With a volume given in the same units, clouds in millimetres and far from the origin give the same motion."""
+    """With a volume in the same units, given or not, clouds in millimetres and far from the origin give the same
+    motion; with the number of points for a volume they do not."""
     s = room("outliers")
-    plain = register(s.source, s.target, "cpd-rigid", volume=36.0, max_steps=40)
     shift = np.array([300.0, -200.0])
-    big = register(1e3 * s.source + shift, 1e3 * s.target + shift, "cpd-rigid", volume=36e6, max_steps=40)
-    np.testing.assert_allclose(big.pose.R, plain.pose.R, atol=1e-9)
-    moved = 1e3 * plain.transform(s.source) + shift
-    np.testing.assert_allclose(big.transform(1e3 * s.source + shift), moved, rtol=1e-8)
+    for volumes, same in (((36.0, 36e6), True), ((None, None), True), ((160.0, 160.0), False)):
+        plain = register(s.source, s.target, "cpd-rigid", volume=volumes[0], max_steps=40)
+        big = register(1e3 * s.source + shift, 1e3 * s.target + shift, "cpd-rigid", volume=volumes[1], max_steps=40)
+        assert np.allclose(big.pose.R, plain.pose.R, atol=1e-9) == same
+        moved = 1e3 * plain.transform(s.source) + shift
+        assert np.allclose(big.transform(1e3 * s.source + shift), moved, rtol=1e-8) == same
 
 
 def test_stages_are_those_of_the_step(rng, random_pose):

@@ -119,7 +119,8 @@ def test_every_state_is_what_the_definition_says(volume):
     s = room("outliers")
     options = FilterRegOptions(filter="exact", clutter=0.25, volume=volume)
     batch = begin(METHODS["filterreg"], problem(s.source, s.target), options)
-    n, V = len(s.target), volume or len(s.source)
+    apart = s.target - s.target.mean(axis=0)
+    n, V = len(s.target), volume or 6.0 * np.square(apart).sum(axis=1).mean()
     for _ in range(6):
         state = batch.state()
         sigma, x = state.sigma[0], batch.pose().apply(s.source[None])[0]

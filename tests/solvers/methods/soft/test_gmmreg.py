@@ -161,13 +161,29 @@ def test_no_overlap_is_said():
     assert lost.steps == 0
 
 
-def test_scenes_that_determine_little(rng):
-    """One point, equal points, two points, a circle, a wall, all outliers: a status, finite poses, no claim."""
+@pytest.mark.parametrize("unit", [1e-3, 1.0, 1e3])
+def test_clouds_that_are_one_point_leave_the_rotation_undefined(unit):
+    """One point, or equal ones, in either cloud: degenerate, with the reason, once the translation is found; a batch
+    mate goes on."""
     s = room("clean")
-    for source, target in (([[1.0, 2.0]], s.target), (np.full((4, 2), 0.1), s.target), (s.source, [[0.1, 0.2]])):
+    for source, target, name in (
+        ([[1.0, 2.0]], s.target, "source"), (np.full((4, 2), 0.1), s.target, "source"),
+        (s.source, [[0.1, 0.2]], "target"), (s.source, np.full((5, 2), 0.3), "target"),
+    ):  # fmt: skip
+        source, target = unit * np.asarray(source), unit * np.asarray(target)
         found = register(source, target, "gmmreg")
-        assert found.status != Status.RUNNING
+        assert found.status == Status.DEGENERATE
+        assert found.reason == f"all {name} points are equal: the rotation is undefined"
+        assert found.steps > 0
         assert np.isfinite(found.matrix).all()
+    onto = register(np.full((4, 2), 0.1), np.full((3, 2), 0.6), "gmmreg")
+    np.testing.assert_allclose(onto.transform(np.full((1, 2), 0.1)), [[0.6, 0.6]], atol=1e-6)
+    both = register(np.stack([s.source, np.full_like(s.source, 0.1)]), s.target, "gmmreg", start=room_start(10.0, 0.2))
+    assert both.status.tolist() == [Status.CONVERGED, Status.DEGENERATE]
+
+
+def test_scenes_that_determine_little(rng):
+    """Two points, a circle, a wall, all outliers: a status, finite poses, no claim."""
     two = np.array([[0.0, 0.0], [2.0, 0.0]])
     pair = register(two, Pose.from_angle(0.3, (0.1, 0.2)).apply(two), "gmmreg")
     np.testing.assert_allclose(pair.transform(two), Pose.from_angle(0.3, (0.1, 0.2)).apply(two), atol=1e-6)

@@ -1,0 +1,91 @@
+"""What the methods that need much memory say that they need, and where they refuse."""
+
+import tracemalloc
+
+import numpy as np
+import pytest
+
+from solvers import METHODS, Pose, Result, Status, register
+from solvers.core.stepper import Problem
+from solvers.methods.flow import flow
+from solvers.numerics import radius_pairs
+from solvers.thinning import thinned
+
+PAIRED = ("association-bp", "hypothesis-mixture")
+FLOWS = ("flow", "flow-from-source")
+
+
+def peak(run):
+    """The most that a run has allocated at a time, bytes."""
+    tracemalloc.start()
+    try:
+        run()
+        return tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+
+
+@pytest.mark.native
+@pytest.mark.parametrize("method", PAIRED)
+def test_a_listed_pair_takes_what_is_said(method, rng):
+    """At a σ that lists all pairs a pair takes 50 to 70 bytes, whatever the number: the limit is a gigabyte."""
+    for m, n in ((700, 700), (1400, 350)):
+        source, target = rng.standard_normal((m, 2)), rng.standard_normal((n, 2))
+        most = peak(lambda p=source, q=target: register(p, q, method, first=10.0, last=9.0, max_steps=1))
+        assert 50 < most / (m * n) < 70
+    assert 0.5e9 < 68 * radius_pairs.MOST < 1e9
+
+
+@pytest.mark.native
+@pytest.mark.parametrize("method", FLOWS)
+def test_attention_takes_what_is_said(method, rng):
+    """95 to 110 bytes for every two points of both clouds, however many samples there are."""
+    most = {}
+    for count, samples in ((150, 1), (300, 1), (150, 4)):
+        source, target = rng.standard_normal((count, 2)), rng.standard_normal((count, 2))
+        most[count, samples] = peak(
+            lambda p=source, q=target, s=samples: register(p, q, method, samples=s, max_steps=1)
+        ) / (2 * count) ** 2
+    assert all(95 < each < 120 for each in most.values()), most
+    assert most[300, 1] < 110
+    assert 0.5e9 < 105 * flow.MOST**2 < 1e9
+
+
+@pytest.mark.parametrize("method", [*PAIRED, *FLOWS])
+def test_more_is_refused_and_the_way_out_is_named(method):
+    """The larger cloud, both counts, the limit, and what makes a cloud smaller; which then is small enough."""
+    many, few = np.random.default_rng(40).standard_normal((5000, 2)), np.zeros((2900, 2))
+    for source, target, name in ((many, few, "source"), (few, many, "target")):
+        with pytest.raises(ValueError, match=rf"^{name}: its 5000 points and the .*'s 2900 are too many: ") as caught:
+            register(source, target, method)
+        words = str(caught.value)
+        assert ("3000 together" if method in FLOWS else "14,000,000 pairs") in words
+        each = int(words.split("thinned(points, ")[1].split(")")[0])
+        assert len(thinned(many, each)) <= each
+        assert (2 * each if method in FLOWS else each * each) <= (flow.MOST if method in FLOWS else radius_pairs.MOST)
+
+
+def test_the_limit_itself_is_taken():
+    """3741 points in each cloud are fewer than 14 million pairs, one more in each are more."""
+    def problem(n):
+        cloud = np.zeros((1, n, 2))
+        return Problem(cloud, cloud, np.ones((1, n)), Pose.identity(2, (1,)), np.zeros(1, dtype=np.int64))
+
+    radius_pairs.few_enough(problem(3741), "a method")
+    with pytest.raises(ValueError, match=r"^source: its 3742 points and .* too many: a method takes"):
+        radius_pairs.few_enough(problem(3742), "a method")
+
+
+@pytest.mark.parametrize("method", FLOWS)
+def test_a_flow_that_ends_says_by_what(method):
+    """Its last step moves the points as the ones before do: the reason speaks of time, and of no rest."""
+    rng = np.random.default_rng(40)
+    cloud, seen = rng.standard_normal((30, 2)), []
+    result: Result = register(
+        cloud, Pose.from_angle(0.3).apply(cloud), method,
+        callback=lambda k, state: seen.append(state.pose.apply(cloud[None])[0]) and None,
+    )  # fmt: skip
+    assert result.status == Status.CONVERGED
+    assert result.steps == METHODS[method].options().steps
+    assert result.reason == "the flow's time is up, and it has no test of rest"
+    assert np.sqrt(np.square(seen[-1] - seen[-2]).sum(axis=1).mean()) > 1e-4

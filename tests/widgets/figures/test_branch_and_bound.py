@@ -1,0 +1,81 @@
+"""The search's figure: what it colours as ruled out holds no pose that is better, its numbers are the solver's."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from solvers import Pose
+from solvers.methods.search.bounds import Boxes
+from widgets.engine.contract import Action, preset
+from widgets.engine.host import Host
+from widgets.figures.branch_and_bound import figure, marks
+
+
+def after(steps: int, name: str = "default", **changes: Any) -> figure.State:
+    state = figure.start(preset(figure.WIDGET, name, changes).controls, 40)
+    for _ in range(steps):
+        state = figure.act(state, Action("press", "step"))
+    return state
+
+
+def test_headings_that_are_ruled_out_hold_nothing_better() -> None:
+    """With the place known: four steps leave less than a fifth of the circle, and no heading elsewhere has a value that
+    is lower than the ceiling by more than the gap."""
+    state = after(4, "turns")
+    gone = np.isinf(state.floors.headings)
+    assert 0.8 < state.floors.share_gone < 1.0
+    turns = (np.arange(marks.HEADINGS) + 0.5) / marks.HEADINGS * 2.0 * np.pi - np.pi
+    mean = state.scene.source.mean(axis=0)
+    R = Pose.from_angle(turns, np.zeros((marks.HEADINGS, 2))).R
+    moved = Pose(R, mean - R @ mean).apply(state.scene.source)
+    squares = np.square(moved[:, :, None] - state.scene.target).sum(axis=-1).min(axis=-1)
+    values = np.minimum(squares, state.controls.cap**2).mean(axis=1)
+    assert values[gone].min() > state.course[-1][0] - state.controls.gap
+    floors = state.floors.headings[~gone]
+    assert (floors <= values[~gone] + 1e-12).all()
+
+
+def test_floors_of_the_raster_are_the_lowest_bounds() -> None:
+    """Against every box asked at every heading and place; boxes of all sizes of a root of no round size."""
+    rng = np.random.default_rng(1)
+    root = Boxes(np.array([[0.0, 1.3, -0.4]]), np.array([[np.pi, 9.7]]), np.zeros(1))
+    level, depth = rng.integers(0, 9, 300), rng.integers(0, 8, 300)
+    turn, side = np.pi / 2.0**level, 9.7 / 2.0**depth
+    k = np.stack([rng.integers(0, 2**n, 300) for n in (level, depth, depth)], axis=1)
+    low = np.array([-np.pi, 1.3 - 9.7, -0.4 - 9.7])
+    middle = low + (2 * k + 1) * np.stack([turn, side, side], axis=1)
+    boxes = Boxes(middle, np.stack([turn, side], axis=1), rng.random(300))
+    shown = boxes.of(rng.random(300) < 0.1)
+    found = marks.floors(root, shown, boxes, held=False)
+    at = (np.arange(marks.HEADINGS) + 0.5) / marks.HEADINGS * 2.0 * np.pi - np.pi
+    covers = np.abs(at[:, None] - shown.middle[:, 0]) < shown.half[:, 0] + np.pi / marks.HEADINGS - 1e-9
+    np.testing.assert_array_equal(found.headings, np.where(covers, shown.bound, np.inf).min(axis=1))
+    tile = 9.7 / marks.TILES
+    x, y = (low[d] + (np.arange(marks.TILES) + 0.5) * 2.0 * tile for d in (1, 2))
+    reach = shown.half[:, 1] + tile - 1e-9
+    over = (np.abs(x[None, :, None] - shown.middle[:, 1]) < reach) & (
+        np.abs(y[:, None, None] - shown.middle[:, 2]) < reach
+    )
+    np.testing.assert_array_equal(found.places, np.where(over, shown.bound, np.inf).min(axis=2))
+    assert not (found.headings_gone & np.isfinite(found.headings)).any()
+
+
+def test_the_end_is_a_proof_and_nothing_is_left_to_press() -> None:
+    for name, changes in (("default", {}), ("turns", {}), ("hall", {})):
+        plain = preset(figure.WIDGET, name, changes).plain()
+        frame = Host().render("f", {**plain, "log": [["press", "finish"]]})
+        said = {readout["name"]: readout["value"] for readout in frame["readouts"]}
+        assert said["stop"].startswith("proved, step ")
+        assert said["left"] == "0"
+        assert said["headings"] == "100"
+        assert float(said["gap"]) <= 0.001
+        assert set(frame["disabled"]) == {"step", "finish"}
+
+
+def test_steps_one_by_one_are_the_run_to_the_end() -> None:
+    one, whole = after(60, "turns"), figure.act(after(0, "turns"), Action("press", "finish"))
+    assert one.course == whole.course
+    floor = [low for _, low in whole.course]
+    assert floor == sorted(floor)
