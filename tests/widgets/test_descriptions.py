@@ -13,6 +13,8 @@ from widgets.engine.controls import specs
 from widgets.engine.host import Host
 from widgets.engine.registry import WIDGETS
 
+pytestmark = pytest.mark.native  # the page's frames are the same bytes: tests/pyodide/test_frames.py
+
 
 @pytest.mark.parametrize("name", WIDGETS)
 def test_the_words_follow_the_state(name: str) -> None:

@@ -17,6 +17,8 @@ from widgets.engine.controls import specs
 from widgets.engine.host import Host
 from widgets.engine.registry import WIDGETS
 
+pytestmark = pytest.mark.native  # the page's frames are the same bytes: tests/pyodide/test_frames.py
+
 SHAPES = {"dot", "square", "cross", "ring", "diamond", "line", "dashed", "dotted", "area"}
 
 

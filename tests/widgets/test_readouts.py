@@ -10,6 +10,8 @@ from widgets.engine.contract import preset
 from widgets.engine.host import Host
 from widgets.engine.registry import WIDGETS
 
+pytestmark = pytest.mark.native  # the page's frames are the same bytes: tests/pyodide/test_frames.py
+
 UNITS = {"rotation": "°", "translation": "u", "λ": "u²", "away": "u", "percent": "%"}
 ROLES = {"truth": "truth", "ghost": "ghost"}
 # What a part of a readout's name promises of its label.
