@@ -86,7 +86,7 @@ def test_what_has_been_drawn_is_drawn_again_as_the_same_mark() -> None:
 
 @pytest.mark.native
 def test_the_whole_map_is_light_enough_to_play() -> None:
-    """The last frame is below 160 kB of markup, and each step to it adds less than 20 kB; half of them are drawn and
+    """The last frame is below 80 kB of markup, and each step to it adds less than 12 kB; half of them are drawn and
     written in 25 ms."""
     state = start(preset(WIDGET, "closed").controls, 40)
     before: set[str] = set()
@@ -97,9 +97,9 @@ def test_the_whole_map_is_light_enough_to_play() -> None:
         panel = draw(state).panels[0]
         markup = [mark_svg(mark, panel.view, "") for mark in panel.marks]
         took.append(perf_counter() - begun)
-        assert sum(len(text) for text in markup if text not in before) < 20_000
+        assert sum(len(text) for text in markup if text not in before) < 12_000
         before = set(markup)
-    assert sum(map(len, before)) < 160_000
+    assert sum(map(len, before)) < 80_000
     assert np.median(took) < 0.025
 
 

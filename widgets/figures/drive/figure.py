@@ -20,7 +20,8 @@ from widgets.parts.drive_table import WRONG, table
 VIEW = View(-36.0, 32.0, -33.0, 17.0)
 STRIDE = 5  # scans a press
 CHUNK = 15  # scans drawn as one mark, which is turned into markup once
-EVERY = 6  # of the echoes of a scan
+EVERY = 13  # of the echoes of a scan on the map: a page has several whole maps, and each of their dashes weighs
+PRESENT = 6  # of the echoes of the present scan
 APART = 0.35  # m between scans whose echoes are drawn: the robot stood still for its first twenty
 FARTHEST = 30.0  # m
 SCANS = 225
@@ -79,9 +80,9 @@ def drawn_scans() -> tuple[int, ...]:
 
 
 @lru_cache(maxsize=SCANS)
-def echoes(k: int) -> Array:
-    """The echoes of scan k that are drawn, in the robot's coordinates."""
-    return telecom_loop().points(k, FARTHEST)[k % EVERY :: EVERY]
+def echoes(k: int, every: int) -> Array:
+    """One of so many echoes of scan k, in the robot's coordinates."""
+    return telecom_loop().points(k, FARTHEST)[k % every :: every]
 
 
 def inside(points: Array) -> Array:
@@ -95,7 +96,7 @@ def chunk(poses: str, kernel: str, wrong: bool, first: int, end: int) -> Segment
     """The echoes of the drawn scans from `first` to before `end`, as one mark that stays the same object: dashes of two
     decimetres, which are finer than the smallest dots."""
     way = table().way(poses, kernel, wrong)
-    parts = [way[k].apply(echoes(k)) for k in drawn_scans() if first <= k < end]
+    parts = [way[k].apply(echoes(k, EVERY)) for k in drawn_scans() if first <= k < end]
     points = inside(np.concatenate([np.zeros((0, 2)), *parts]))
     return Segments(points - DASH, points + DASH, "target")
 
@@ -115,7 +116,7 @@ def marks(state: State) -> tuple[Mark, ...]:
     if c.poses == "closed" and c.wrong and n > WRONG[0]:
         out.append(Segments(way.t[WRONG[0]], way.t[WRONG[1]], "outlier", dashed=True))
     here = way[n - 1]
-    out.append(Points(inside(here.apply(echoes(n - 1))), "source", radius=2.5))
+    out.append(Points(inside(here.apply(echoes(n - 1, PRESENT))), "source", radius=2.5))
     out.append(Path(here.apply(ROBOT), "source", closed=True, filled=True))
     return tuple(out)
 
