@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import gzip
+import re
+import sysconfig
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
@@ -11,8 +13,11 @@ from typing import Any
 from sitegen.cache.files import cache_dir, write
 from sitegen.external.fetch import gather
 from sitegen.external.node import run_node
-from sitegen.runtime.assemble import RUNNER, RuntimeInfo, mounted
+from sitegen.runtime.assemble import HERE, RUNNER, RuntimeInfo, mounted
 from sitegen.runtime.reuse import assembled
+
+ROOT = HERE.parents[1]
+SUITE = Path(__file__).with_name("suite.py")
 
 
 def run_python_in_shipped_runtime(
@@ -54,3 +59,15 @@ def run_python_in_complete_runtime(
             "input": value,
         }
         return run_node(RUNNER, request, timeout=timeout, attempts=1)
+
+
+def assert_the_suite_passes(folder: str) -> None:
+    """The tests of a folder, run inside the complete runtime but for those that are marked native."""
+    answer = run_python_in_complete_runtime(
+        SUITE.read_text("utf-8"),
+        # The conftest above is the site's: it serves and drives a browser.
+        {"args": [folder, f"--confcutdir={folder}", "-p", "tests.recorded", "-m", "not native", "-q"]},
+        mounts={"/repo": ROOT, "/venv": Path(sysconfig.get_path("purelib"))},
+    )
+    assert answer["code"] == 0, answer["output"]
+    assert re.search(r"\b[1-9]\d* passed", answer["output"]), answer["output"]

@@ -1,11 +1,8 @@
-"""Solvers and figures inside Pyodide: their own tests on the complete runtime, everything once on the shipped one."""
+"""Figures inside Pyodide: their own tests on the complete runtime, everything once on the shipped one."""
 
 from __future__ import annotations
 
 import pkgutil
-import re
-import sysconfig
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,23 +10,12 @@ import pytest
 import solvers
 import widgets
 from sitegen.runtime.assemble import HERE
-from tests.pyodide.inside import run_python_in_complete_runtime, run_python_in_shipped_runtime
+from tests.pyodide.inside import assert_the_suite_passes, run_python_in_shipped_runtime
 from widgets.engine.registry import WIDGETS
 
-ROOT = HERE.parents[1]
-SUITE = Path(__file__).with_name("suite.py")
 
-
-@pytest.mark.parametrize("folder", ["tests/solvers", "tests/widgets"])
-def test_the_tests_of_what_runs_in_the_page_pass_inside_pyodide(folder: str) -> None:
-    answer = run_python_in_complete_runtime(
-        SUITE.read_text("utf-8"),
-        # The conftest above is the site's: it serves and drives a browser.
-        {"args": [folder, f"--confcutdir={folder}", "-p", "tests.recorded", "-m", "not native", "-q"]},
-        mounts={"/repo": ROOT, "/venv": Path(sysconfig.get_path("purelib"))},
-    )
-    assert answer["code"] == 0, answer["output"]
-    assert re.search(r"\b[1-9]\d* passed", answer["output"]), answer["output"]
+def test_the_figures_tests_pass_inside_pyodide() -> None:
+    assert_the_suite_passes("tests/widgets")
 
 
 def test_everything_runs_once_on_the_shipped_runtime() -> None:
