@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
+from importlib import import_module
 from typing import Any, cast
 
 import numpy as np
@@ -11,7 +12,9 @@ from numpy.typing import ArrayLike
 
 from solvers.core import validate
 from solvers.core.arrays import AnyArray, BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.partners import NONE
 from solvers.core.pose import Pose
+from solvers.core.registry import METHODS
 from solvers.core.status import ENDED, Status
 from solvers.core.stepper import Batch, History, State
 
@@ -92,6 +95,62 @@ class Result:
         """
         lower = self.lower
         return None if lower is None else np.asarray(self.objective - lower)[()]
+
+    @property
+    def correspondences(self) -> Any:
+        """The target row that each source row is held against at the end, int of shape
+        (..., m), −1 where it is held against none; for a list of clouds a list, one entry
+        a cloud. None from a method without single partners, such as a soft one.
+        """
+        partners = METHODS[self.method].partners if self.method in METHODS else None
+        if partners is None:
+            return None
+        found = [partners(state) for state in self.states]
+        return [rows[0] for rows in found] if len(found) > 1 else _shaped(found[0], self.pose.batch)
+
+    @property
+    def fitness(self) -> FloatArray | None:
+        """The fraction of source rows with a partner, (...): how much of the source the
+        answer speaks for. None where `correspondences` is.
+        """
+        return self._of_partners(lambda squares, used: used.mean(axis=-1))
+
+    @property
+    def rmse(self) -> FloatArray | None:
+        """The root mean square distance of the partners at the answer, world units, (...),
+        infinite where there are none. It is not the error of the pose. None where
+        `correspondences` is.
+        """
+        return self._of_partners(
+            lambda squares, used: np.where(
+                used.any(axis=-1), np.sqrt(squares.sum(axis=-1) / np.maximum(used.sum(axis=-1), 1)), np.inf
+            )
+        )
+
+    @property
+    def covariance(self) -> Any:
+        """A `solvers.uncertainty.Covariance` of the pose, in closed form from the pairs
+        that the run ended with; its `made_by` names the form, "hessian", and the noise is
+        judged by the residuals. None from a method that has none, in space, with a scale
+        and for a list of clouds. It takes each partner as given, which makes it too sure of
+        itself with point to point: `solvers.uncertainty` has other ways.
+        """
+        return import_module("solvers.uncertainty.closed_form").offered(self)
+
+    def _of_partners(self, read: Callable[[FloatArray, BoolArray], FloatArray]) -> FloatArray | None:
+        """What `read` makes of squared distances, zero where there is no partner, and of
+        where there is one, both (b, m) a state.
+        """
+        if self.correspondences is None:
+            return None
+        values = []
+        for state in self.states:
+            rows = cast(Any, METHODS[self.method].partners)(state)
+            problem, used = state.problem, rows != NONE
+            q = np.take_along_axis(problem.target, np.maximum(rows, 0)[..., None], axis=1)
+            left = np.square(state.pose.apply(problem.source) - q).sum(axis=-1)
+            values.append(read(np.where(used, left, 0.0), used))
+        return np.concatenate(values).reshape(np.shape(self.objective))[()]
 
     def transform(self, points: ArrayLike) -> FloatArray:
         """Move points by the pose.

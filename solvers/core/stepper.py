@@ -127,6 +127,8 @@ class Method(Generic[S]):
         `step(state) -> state`, one step of every problem in the state.
     options : type
         The frozen dataclass of its own options, with defaults.
+    partners : callable, or None
+        `partners(state) -> (b, m)`, each source row's target row, −1 for none; None: soft.
     paired : bool
         Whether it matches row i with row i, and takes `pairs`.
     weighted : bool
@@ -152,6 +154,7 @@ class Method(Generic[S]):
     start: Callable[[Problem, Any], S]
     step: Callable[[S], S]
     options: type = NoOptions
+    partners: Callable[[S], IntArray] | None = None
     paired: bool = False
     weighted: bool = False
     dims: tuple[int, ...] | None = (2,)

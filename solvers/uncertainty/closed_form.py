@@ -129,6 +129,24 @@ def covariance(
     )  # fmt: skip
 
 
+def offered(result: Result) -> Covariance | None:
+    """What `Result.covariance` is: "hessian" by the residuals, None where there is none.
+
+    Parameters
+    ----------
+    result : Result
+        Of `solvers.register`.
+
+    Returns
+    -------
+    Covariance or None
+        None for other methods than `HESSIAN`, in space, for a pose with a scale, and
+        for a list of clouds.
+    """
+    planar = result.pose.dim == 2 and bool(np.all(np.abs(np.asarray(result.pose.scale) - 1.0) <= 1e-9))
+    return covariance(result) if result.method in HESSIAN and planar and len(result.states) == 1 else None
+
+
 def range_bearing(
     points: ArrayLike, range_sigma: float, bearing_sigma: float = 0.0, origin: ArrayLike = (0.0, 0.0)
 ) -> FloatArray:

@@ -47,6 +47,7 @@ from solvers.core.stepper import Method, Problem
 from solvers.core.tree import CONSTANT, SHARED, put, take
 from solvers.geometry import nearest
 from solvers.geometry.nearest import Index
+from solvers.methods.icp.icp import partners
 from solvers.numerics import robust
 from solvers.numerics.fits import fit_pairs, rms_radius
 
@@ -301,6 +302,7 @@ FAST_ROBUST = Method(
     source="Zhang, Yao & Deng 2021",
     start=_start,
     step=_step,
+    partners=partners,
     options=FastRobustOptions,
     weighted=True,
     dims=(2, 3),

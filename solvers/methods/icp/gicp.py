@@ -38,6 +38,7 @@ from solvers.core.stepper import Method, Problem
 from solvers.geometry import nearest
 from solvers.geometry.normals import Normals, normals
 from solvers.methods.icp import surface_icp
+from solvers.methods.icp.icp import partners
 from solvers.methods.icp.surface_icp import SurfaceOptions, SurfaceState
 
 
@@ -120,6 +121,7 @@ GICP = Method(
     source="Segal, Haehnel & Thrun 2009",
     start=start,
     step=surface_icp.step,
+    partners=partners,
     options=GicpOptions,
     weighted=True,
     dims=(2, 3),

@@ -36,11 +36,13 @@ References
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.partners import chosen
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
 from solvers.core.stepper import Method, Problem
@@ -343,8 +345,13 @@ def step(state: IcpState) -> IcpState:
     return finish(state, pose, pairing, reason, condition)
 
 
+def partners(state: Any) -> IntArray:
+    """Of a state with pairs, the target row of each source row that has a weight."""
+    return chosen(state.pairing.rows, state.pairing.weights > 0.0)
+
+
 def _method(name: str, summary: str, source: str, options: type, weighted: bool) -> Method[IcpState]:
-    return Method(name, summary, source, start, step, options, weighted=weighted, dims=None)
+    return Method(name, summary, source, start, step, options, partners=partners, weighted=weighted, dims=None)
 
 
 ICP = _method(

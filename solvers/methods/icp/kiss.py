@@ -37,7 +37,7 @@ import numpy as np
 from solvers.core import validate
 from solvers.core.arrays import FloatArray
 from solvers.core.stepper import Method, Problem
-from solvers.methods.icp.icp import CappedOptions, IcpState, start_with, step
+from solvers.methods.icp.icp import CappedOptions, IcpState, partners, start_with, step
 from solvers.numerics.fits import lengths
 
 
@@ -119,6 +119,7 @@ KISS = Method(
     source="Vizzo et al. 2023",
     start=_start,
     step=step,
+    partners=partners,
     options=KissOptions,
     weighted=True,
     dims=(2, 3),

@@ -26,6 +26,7 @@ from solvers.core.stepper import Method, Problem
 from solvers.geometry import nearest
 from solvers.geometry.normals import normals
 from solvers.methods.icp import surface_icp
+from solvers.methods.icp.icp import partners
 from solvers.methods.icp.surface_icp import SurfaceOptions, SurfaceState
 
 
@@ -41,6 +42,7 @@ POINT_TO_PLANE = Method(
     source="Chen & Medioni 1992",
     start=_start,
     step=surface_icp.step,
+    partners=partners,
     options=SurfaceOptions,
     weighted=True,
     dims=(2, 3),

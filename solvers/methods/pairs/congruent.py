@@ -39,6 +39,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.partners import chosen
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
 from solvers.core.stepper import Method, Problem
@@ -49,7 +50,6 @@ from solvers.numerics.fits import fit_pairs, lengths
 
 SEPARATION, TOLERANCE, INLIER = 0.6, 0.1, 0.1
 """Where not given, as fractions of the RMS radius: the source's, then the target's twice."""
-
 _SHORTLIST, _REFITS, _CELLS = 4, 6, 256
 
 
@@ -395,5 +395,6 @@ CONGRUENT = Method(
     start=_start,
     step=_step,
     options=CongruentOptions,
+    partners=lambda state: chosen(state.rows, state.used),
     dims=(2,),
 )

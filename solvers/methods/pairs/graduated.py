@@ -37,6 +37,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.partners import own_rows
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
 from solvers.core.stepper import Method, Problem
@@ -209,6 +210,7 @@ GRADUATED = Method(
     start=_start,
     step=_step,
     options=GraduatedOptions,
+    partners=lambda state: own_rows(state.shares > 0.0),
     paired=True,
     weighted=True,
     dims=None,

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from solvers.core.arrays import AnyArray, FloatArray, ReasonArray, StatusArray
+from solvers.core.partners import own_rows
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
 from solvers.core.stepper import Method, NoOptions, Problem
@@ -94,6 +95,7 @@ KABSCH = Method(
     source="Kabsch 1976; Arun, Huang & Blostein 1987",
     start=_start_rigid,
     step=_step,
+    partners=lambda state: own_rows(state.problem.weights > 0.0),
     paired=True,
     weighted=True,
     dims=None,
@@ -106,6 +108,7 @@ SIMILARITY = Method(
     source="Umeyama 1991",
     start=_start_similarity,
     step=_step,
+    partners=lambda state: own_rows(state.problem.weights > 0.0),
     paired=True,
     weighted=True,
     dims=None,

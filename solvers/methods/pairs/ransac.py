@@ -41,6 +41,7 @@ from numpy.typing import ArrayLike
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.partners import own_rows
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
 from solvers.core.stepper import Method, Problem
@@ -326,6 +327,7 @@ RANSAC = Method(
     start=_start,
     step=_step,
     options=RansacOptions,
+    partners=lambda state: own_rows(state.inliers),
     paired=True,
     dims=None,
 )
