@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from solvers.cli.common import UNTRUSTED, program
 from solvers.cli.picture import drive_map
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray
@@ -39,7 +40,7 @@ KINDS = (".svg", ".png", ".g2o", ".csv")
 def parser() -> argparse.ArgumentParser:
     """The command's arguments."""
     made = argparse.ArgumentParser(
-        prog="python -m solvers drive",
+        prog=program("drive"),
         description="Poses of a robot's drive from its laser scans: each scan is matched to the one before or to a map"
         " of the last ones, places that are seen again are looked for, and a graph makes all of it agree.",
     )
@@ -62,8 +63,8 @@ def parser() -> argparse.ArgumentParser:
     return made
 
 
-def drive(arguments: Sequence[str]) -> None:
-    """Run the command. Raises ValueError where an argument or the file is wrong."""
+def drive(arguments: Sequence[str]) -> int:
+    """Run the command; the exit code. Raises ValueError where an argument or the file is wrong."""
     given = parser().parse_args(arguments)
     for path in given.out:
         if path.suffix.lower() not in KINDS:
@@ -89,13 +90,13 @@ def drive(arguments: Sequence[str]) -> None:
     if given.no_loops:
         later, earlier = later[:0], earlier[:0]
     loops = verified(scans, chain.poses, later, earlier, looking, matching)
-    poses = chain.poses
+    poses, settled = chain.poses, True
     used = int(loops.believed.sum())
     if not given.no_loops:
         print(f"loops     {used} of {len(later)} candidates accepted")
     if used:
         result = close(chain, loops, kernel=given.kernel)
-        poses = result.poses
+        poses, settled = result.poses, bool(result.status)
         before, after = (_missed(missed(p, loops), loops.believed) for p in (chain.poses, poses))
         dropped = int((result.weights[n - 1 :] < 0.1).sum())
         print(f"missed by {before} before the graph, {after} after")
@@ -109,6 +110,7 @@ def drive(arguments: Sequence[str]) -> None:
         except OSError as error:
             raise ValueError(f"--out: {path}: {error.strerror or error}") from None
         print(f"written   {path}")
+    return 0 if settled and not len(lost) else UNTRUSTED
 
 
 def _opened(path: Path, given: argparse.Namespace) -> Drive:

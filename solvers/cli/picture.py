@@ -27,7 +27,7 @@ def before_after(source: ArrayLike, target: ArrayLike, start: Pose, end: Pose, t
         from matplotlib import rc_context
         from matplotlib.figure import Figure
     except ImportError:
-        raise ValueError("--out: drawing needs matplotlib: pip install 'registration-ladder[pictures]'") from None
+        raise ValueError("--out: drawing needs matplotlib: pip install 'registration-ladder[plot]'") from None
     p, q = (thinned(np.asarray(x, dtype=float), MOST) for x in (source, target))
     figure = Figure(figsize=(10.0, 5.0), layout="constrained")
     left, right = figure.subplots(1, 2, sharex=True, sharey=True)
@@ -55,7 +55,7 @@ def drive_map(points: FloatArray, way: FloatArray, wheels: FloatArray, kind: str
         from matplotlib import rc_context
         from matplotlib.figure import Figure
     except ImportError:
-        raise ValueError("--out: drawing needs matplotlib: pip install 'registration-ladder[pictures]'") from None
+        raise ValueError("--out: drawing needs matplotlib: pip install 'registration-ladder[plot]'") from None
     seen = thinned(points, MOST_ECHOES)
     figure = Figure(figsize=(9.0, 8.0), layout="constrained")
     axes = figure.subplots()

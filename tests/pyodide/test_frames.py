@@ -20,9 +20,6 @@ from widgets.engine.registry import WIDGETS
 
 NUMBER = r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?"
 FRAMES = Path(__file__).with_name("frames.py")
-# In the symmetric hall the search's boxes come in pairs half a turn apart, with bounds that are equal but for rounding:
-# which of two is ruled out first is left to the last digit. There all is compared but the picture at the end.
-TIED = ("branch-and-bound", "hall", [["press", "finish"]])
 
 
 def ends(spec: Spec) -> tuple[Value, ...]:
@@ -80,20 +77,13 @@ def test_frames_are_the_same_bytes_in_the_page(
     questions, here, there = answers
     mine = [i for i, question in enumerate(questions) if question["record"]["widget"] == name]
     assert len(mine) > len(WIDGETS[name].presets)
-    parted = [questions[i] for i in mine if apart(here["frames"][i], there["frames"][i], tied(questions[i]["record"]))]
+    parted = [questions[i] for i in mine if apart(here["frames"][i], there["frames"][i])]
     assert not parted
 
 
-def tied(record: Mapping[str, Any]) -> bool:
-    """Whether the picture is left to the last digit."""
-    return (record["widget"], record["preset"], record["log"]) == TIED
-
-
-def apart(one: str, other: str, but_panels: bool = False) -> bool:
+def apart(one: str, other: str) -> bool:
     """Whether two frames differ: in a byte, or in a number of the files that they offer by more than 1e-9 of it."""
     frames = [json.loads(text) for text in (one, other)]
-    for frame in frames if but_panels else ():
-        del frame["panels"]
     texts = [json.dumps(frame.pop("files", {})) for frame in frames]
     words = [re.sub(NUMBER, "#", text) for text in texts]
     ours, theirs = ([float(number) for number in re.findall(NUMBER, text)] for text in texts)

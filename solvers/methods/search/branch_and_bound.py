@@ -265,12 +265,15 @@ def _lowest(boxes: Boxes, count: int) -> tuple[Boxes, Boxes]:
     """The `count` boxes with the lowest bounds, and the rest."""
     if len(boxes) <= count:
         return boxes, boxes.of(slice(0, 0))
-    order = np.argpartition(boxes.bound, count)
+    order = np.argsort(boxes.bound, kind="stable")
     return boxes.of(order[:count]), boxes.of(order[count:])
 
 
 def _bounded(ground: Ground, parts: Boxes, ceiling: float) -> Boxes:
-    """The boxes with their own bounds: the coarse one, and the fine one for small boxes that it does not settle."""
+    """The boxes with their own bounds: the coarse one, and the fine one for small boxes that it does not settle.
+
+    Rounded down to 2⁻⁴⁰ cap²: boxes that a symmetric scene makes equally good are then equal on every machine.
+    """
     bound = np.maximum(parts.bound, coarse(ground.grid, ground.arms, parts.middle, parts.half))
     moves = 2.0 * ground.reach * np.sin(0.5 * np.minimum(parts.half[:, 0], np.pi)) + np.sqrt(2.0) * parts.half[:, 1]
     small = np.flatnonzero((bound < ceiling - ground.gap) & (moves < _FINE))
@@ -278,7 +281,7 @@ def _bounded(ground: Ground, parts: Boxes, ceiling: float) -> Boxes:
         bound[small] = np.maximum(
             bound[small], fine(ground.grid, ground.arms, parts.middle[small], parts.half[small])
         )
-    return replace(parts, bound=bound)
+    return replace(parts, bound=np.floor(bound * 2.0**40) / 2.0**40)
 
 
 def _sweep(ground: Ground, begin: Pose, source: FloatArray) -> tuple[Pose, float]:

@@ -23,8 +23,10 @@ BLOCKS = f"""root => {{
 HEADINGS = "() => [...document.querySelectorAll('h1, h2, h3, h4, h5, h6')].map(e => Number(e.tagName[1]))"
 LANDMARKS = """() => ['header.site-header', 'nav', 'main', 'footer.site-footer']
   .map(s => document.querySelectorAll(s).length)"""
+# A figure is one place, in whichever state a reference opens it.
 LINKS = """() => [...document.querySelectorAll('main a[href]')].map(a =>
-  [(a.getAttribute('aria-label') ?? a.textContent).trim().replace(/\\s+/g, ' '), a.getAttribute('href')])"""
+  [(a.getAttribute('aria-label') ?? a.textContent).trim().replace(/\\s+/g, ' '),
+   a.getAttribute('href').replace(/[?]s=.*/, '')])"""
 
 
 def accessible(page: Page) -> list[dict[str, Any]]:

@@ -15,7 +15,7 @@ import pytest
 from sitegen.chapters.content import read_docs
 from sitegen.cli.main import COMMANDS, parse
 from sitegen.problems import Problems
-from solvers.cli.command import _benchmark_parser, _register_parser
+from solvers.cli import benchmark, drive, methods, register
 from tests.sitegen.conftest import START, Project
 from widgets.engine.registry import WIDGETS
 
@@ -29,6 +29,7 @@ PAGE = "content/docs/commands.md"
 CODE = re.compile(r"`([^`\n]+(?:\n[^`\n]+)?)`")
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 FOR_NAMES = {"COMMAND": "build", "NAME": "name", "DEST": "folder"}
+PARSERS = {command.__name__.rpartition(".")[2]: command.parser() for command in (register, benchmark, drive, methods)}
 BESIDE = {"--hostile-calls", "--help"}  # pytest's, argparse's
 
 
@@ -89,10 +90,9 @@ def test_every_command_of_build_py_is_one(text: str, capsys: pytest.CaptureFixtu
 
 def test_every_call_of_the_solvers_is_one(text: str, capsys: pytest.CaptureFixture[str]) -> None:
     for given in commands(text, "python3 -m solvers"):
-        of_race = given[:1] == ["benchmark"]
-        parser = _benchmark_parser() if of_race else _register_parser()
-        if given != ["--help"]:
-            parser.parse_args(given[of_race:])
+        named = bool(given) and given[0] in PARSERS
+        if given and given != ["--help"]:
+            PARSERS[given[0] if named else "register"].parse_args(given[named:])
     assert "error" not in capsys.readouterr().err
 
 

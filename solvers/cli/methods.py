@@ -1,0 +1,59 @@
+"""`methods`: what there is, by what paper, and with which options."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import fields
+from typing import Any
+
+from solvers import METHODS
+from solvers.cli.common import Help, printed, program
+from solvers.core import validate
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command's arguments."""
+    made = argparse.ArgumentParser(
+        prog=program("methods"),
+        description="The methods by name. With a name: its paper and its options with their defaults.",
+        formatter_class=Help,
+    )
+    made.add_argument("names", nargs="*", metavar="METHOD", help="of which to tell more")
+    made.add_argument("--json", action="store_true", help="print one JSON document in place of the lines")
+    return made
+
+
+def methods(arguments: Sequence[str]) -> int:
+    """Run the command; the exit code. Raises ValueError for a name that is none."""
+    given = parser().parse_args(arguments)
+    names = [validate.one_of(name, METHODS, "METHOD") for name in given.names] or list(METHODS)
+    if given.json:
+        printed([told(name) for name in names])
+        return 0
+    for name in names:
+        about = told(name)
+        print(f"{name:24}{about['summary']}")
+        if given.names:
+            takes = [word for word in ("paired", "weighted") if about[word]]
+            dims = "any" if about["dims"] is None else " or ".join(map(str, about["dims"]))
+            print(f"{'':24}{about['source']}; dimensions: {dims}{''.join(f'; {word}' for word in takes)}")
+            for option, default in about["options"].items():
+                print(f"{'':24}{option}={default}")
+    return 0
+
+
+def told(name: str) -> dict[str, Any]:
+    """A method by name, as plain values."""
+    method = METHODS[name]
+    usual = method.options()
+    return {
+        "name": name,
+        "summary": method.summary,
+        "source": method.source,
+        "paired": method.paired,
+        "weighted": method.weighted,
+        "dims": method.dims,
+        "max_steps": method.max_steps,
+        "options": {f.name: getattr(usual, f.name) for f in fields(usual)},
+    }

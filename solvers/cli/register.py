@@ -1,0 +1,218 @@
+"""`register SOURCE TARGET`: two files, the pose between them, and what speaks for it."""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from solvers import METHODS, Pose, Result, Status, register, verify
+from solvers.cli import arrays
+from solvers.cli.common import UNTRUSTED, Help, printed, program, whole
+from solvers.cli.picture import before_after
+from solvers.core import validate
+from solvers.core.arrays import FloatArray
+from solvers.geometry import downsample, nearest
+from solvers.io import clouds
+
+REACH = 3.0  # spacings of the target
+LONGEST = 1000  # characters of an option's value
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command's arguments."""
+    made = argparse.ArgumentParser(
+        prog=program("register"),
+        description="Register two point clouds: find the pose that takes SOURCE to TARGET.",
+        epilog=f"Methods: {', '.join(METHODS)}. Exit codes: 0; 2 where an argument or a file is wrong; 3 where the"
+        " answer is not to be trusted: it was cut short, the clouds do not determine it, or nothing of the source lies"
+        " near the target. Other commands, each with --help: 'benchmark', the race's table; 'drive', a"
+        " drive's map; 'methods', what there is and with which options. 'register' before the files may be left out.",
+        formatter_class=Help,
+    )
+    made.add_argument("source", type=Path, metavar="SOURCE", help="what is moved: CSV, XYZ, PLY, PCD, NPY, NPZ")
+    made.add_argument("target", type=Path, metavar="TARGET", help="what stays")
+    made.add_argument("--method", default="icp", help="one of the methods named below (icp)")
+    made.add_argument(
+        "--start",
+        default="0,0,0",
+        metavar="ANGLE,X,Y[,Z]",
+        help="where the source begins: degrees about the origin (in space about z), then a shift in the files' unit;"
+        " write --start=-30,0,0 where the first number is negative",
+    )
+    made.add_argument(
+        "--options", nargs="+", default=[], metavar="NAME=VALUE", help="the method's own, such as gate=0.5 trim=0.2"
+    )
+    made.add_argument("--max-steps", type=whole, help="cap on the steps (the method's own)")
+    made.add_argument("--seed", type=whole, default=0, help="what random methods draw from (0)")
+    made.add_argument("--points", type=whole, metavar="N", help="thin each cloud to at most N points first")
+    made.add_argument("--above", action="store_true", help="register clouds in space seen from above, by x and y")
+    made.add_argument("--reach", type=float, help="how near explains a source point (3 spacings of the target)")
+    made.add_argument("--out", type=Path, metavar="PICTURE.svg", help="draw both clouds, with matplotlib")
+    made.add_argument("--json", action="store_true", help="print one JSON document in place of the lines")
+    return made
+
+
+def _opened(path: Path, given: argparse.Namespace) -> tuple[FloatArray, str]:
+    """The points of a file and a line on them. Raises ValueError that names the file.
+    """
+    try:
+        found = arrays.read(_bytes(path))
+    except OSError as error:
+        raise ValueError(f"{path}: {error.strerror or error}") from None
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+    points = np.ascontiguousarray(found.points[:, :2]) if given.above else found.points
+    kept = points if given.points is None else downsample.thinned(points, validate.count(given.points, "--points", 1))
+    thin = "" if len(kept) == len(points) else f", thinned to {len(kept)}"
+    notices = "".join(f"; {notice}" for notice in found.notices)
+    n, d = found.points.shape
+    return kept, f"{path}: {n} point{'' if n == 1 else 's'} in {d}-D{thin}, {found.format}{notices}"
+
+
+def _bytes(path: Path) -> bytes:
+    """What a file holds; of one that is too large, or has no end, nothing is kept.
+    Raises ValueError with its size.
+    """
+    size, most = path.stat().st_size, clouds.MOST_BYTES
+    if size > most:
+        raise ValueError(f"{size / 1e6:.1f} MB are more than the {most / 1e6:.0f} MB that are read")
+    with path.open("rb") as file:
+        return file.read(most + 1)
+
+
+def _start(text: str, d: int) -> Pose:
+    """The pose that --start names, in d dimensions."""
+    try:
+        angle, *shift = (float(part) for part in text.split(","))
+    except ValueError:
+        raise ValueError(f"--start: {text!r} is not ANGLE,X,Y: numbers separated by commas") from None
+    if len(shift) not in (2, d) or not np.isfinite([angle, *shift]).all():
+        raise ValueError(f"--start: {text!r} has {len(shift)} shifts; expected {' or '.join(sorted({'2', str(d)}))}")
+    turn, moved = np.eye(d), np.zeros(d)
+    turn[:2, :2] = Pose.from_angle(np.radians(angle)).R
+    moved[: len(shift)] = shift
+    return Pose(turn, moved)
+
+
+def _option(text: str) -> tuple[str, Any]:
+    name, equals, value = text.partition("=")
+    if not equals or not name.isidentifier():
+        raise ValueError(f"--options: {text!r} is not NAME=VALUE")
+    if value in ("inf", "np.inf"):
+        return name, np.inf
+    if len(value) > LONGEST:
+        raise ValueError(f"--options: {name}: {len(value)} characters; expected {LONGEST} at most")
+    try:
+        read = ast.literal_eval(value)
+    except (RecursionError, MemoryError):
+        raise ValueError(f"--options: {name}: brackets are nested too deeply") from None
+    except (ValueError, SyntaxError):
+        read = value
+    if _too_large(read):
+        raise ValueError(f"--options: {name}: {len(value)} digits; expected a number below 1e308")
+    return name, read
+
+
+def _too_large(value: Any) -> bool:
+    """Whether a number, or one of several, is larger than any float."""
+    if isinstance(value, (list, tuple, set)):
+        return any(map(_too_large, value))
+    return isinstance(value, int) and abs(value) > sys.float_info.max
+
+
+def _signs(source: FloatArray, target: FloatArray, pose: Pose, reach: float) -> tuple[float, float]:
+    """The fraction of moved source points with a target point within reach, and the RMS
+    of their distances to it.
+    """
+    _, squares = nearest.build(target[None]).nearest(pose.apply(source)[None])
+    near = nearest.within(squares, reach)
+    return float(near.mean()), float(np.sqrt(squares[near].mean())) if near.any() else float("nan")
+
+
+def _told(result: Result, source: FloatArray, target: FloatArray, reach: float) -> dict[str, Any]:
+    """What there is to say of a result, by name; lengths in the files' unit."""
+    pose, (share, rms) = result.pose, _signs(source, target, result.pose, reach)
+    planar = pose.dim == 2
+    return {
+        "status": Status(int(result.status)).label,
+        "reason": result.reason,
+        "converged": result.converged,
+        "steps": result.steps,
+        "angle_degrees": np.degrees(pose.angle),
+        "translation": pose.t,
+        "scale": pose.scale,
+        "matrix": pose.matrix,
+        "objective": result.objective,
+        "lower": result.lower,
+        "reach": reach,
+        "overlap": share,
+        "residual_rms": rms,
+        "condition": verify.evidence(source, target, pose, reach).weakest if planar else None,
+    }
+
+
+def _lines(told: dict[str, Any], result: Result) -> str:
+    """The same in lines."""
+    pose, share = result.pose, told["overlap"]
+    shift = ", ".join(f"{v:.6g}" for v in pose.t)
+    axis = " about its axis" if pose.dim == 3 else ""
+    rows = [" ".join(f"{v:>13.6g}" for v in row) for row in pose.matrix]
+    within = f"{100 * share:.1f} % of the source within {told['reach']:.4g} u of the target"
+    lines = [
+        f"pose      rotation {told['angle_degrees']:.4f} deg{axis}, translation ({shift}) u,"
+        f" scale {float(pose.scale):.6g}",
+        *(f"{'matrix' if k == 0 else '':<10}{row}" for k, row in enumerate(rows)),
+        f"residual  RMS {told['residual_rms']:.4g} u over the {within}" if share else f"residual  none: {within}",
+        f"overlap   {share:.4f}, if the pose is right",
+    ]
+    if told["condition"] is not None:
+        weakest = float(told["condition"])
+        lines.append(f"condition {weakest:.4f}, smallest over largest eigenvalue; near 0 a motion is free")
+    if result.gap is not None:
+        lines.append(f"proof     objective {result.objective:.6g}, of no other pose below {result.lower:.6g}")
+    reason = f": {result.reason}" if result.reason else ""
+    return "\n".join([*lines, f"status    {told['status']} after {result.steps} steps{reason}"])
+
+
+def register_files(arguments: Sequence[str]) -> int:
+    """Run the command; the exit code. Raises ValueError where an argument or a file is wrong."""
+    given = parser().parse_args(arguments)
+    (source, about_source), (target, about_target) = (_opened(path, given) for path in (given.source, given.target))
+    if source.shape[1] != target.shape[1]:
+        raise ValueError("one file holds points of the plane, the other points in space; --above registers x and y")
+    method = METHODS[validate.one_of(given.method, METHODS, "--method")]
+    d = source.shape[1]
+    if method.dims is not None and d not in method.dims:
+        dims = " or ".join(map(str, method.dims))
+        hint = "; --above registers x and y" if d == 3 else ""
+        raise ValueError(f"--method: {method.name} works in {dims} dimensions, the points have {d}{hint}")
+    reach = given.reach
+    if reach is None:
+        reach = REACH * downsample.spacing(target) or 1.0
+    validate.number(reach, "--reach", 1e-100, 1e100)
+    start = _start(given.start, d)
+    options = dict(_option(text) for text in given.options)
+    result = register(source, target, method.name, start=start, seed=given.seed, max_steps=given.max_steps, **options)
+    told = _told(result, source, target, reach)
+    if given.json:
+        about = {"source": about_source, "target": about_target, "method": method.name}
+        printed({**about, **told, "picture": None if given.out is None else str(given.out)})
+    else:
+        print(f"source    {about_source}\ntarget    {about_target}\nmethod    {method.name}: {method.summary}")
+        print(_lines(told, result))
+    if given.out is not None:
+        title = f"{given.source.name} registered to {given.target.name} by {method.name}"
+        try:
+            given.out.write_text(before_after(source, target, start, result.pose, title), "utf-8", newline="\n")
+        except OSError as error:
+            raise ValueError(f"--out: {given.out}: {error.strerror or error}") from None
+        if not given.json:
+            print(f"picture   {given.out}")
+    ended = result.status not in (Status.CAPPED, Status.DEGENERATE)
+    return 0 if ended and told["overlap"] > 0.0 else UNTRUSTED

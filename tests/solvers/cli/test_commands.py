@@ -1,0 +1,175 @@
+"""What the commands share: JSON, exit codes, the list of methods, and NumPy's files."""
+
+from __future__ import annotations
+
+import io
+import json
+import tracemalloc
+import zipfile
+
+import numpy as np
+import pytest
+
+import solvers
+from solvers import METHODS, Pose, register
+from solvers.cli import arrays
+from solvers.cli.command import main
+from solvers.scenes.rooms import room
+
+pytestmark = pytest.mark.native
+
+
+def said(capsys, *arguments):
+    code = main([str(argument) for argument in arguments])
+    heard = capsys.readouterr()
+    return code, heard.out, heard.err
+
+
+def npy(values) -> bytes:
+    file = io.BytesIO()
+    np.save(file, values)
+    return file.getvalue()
+
+
+def npz(**values) -> bytes:
+    file = io.BytesIO()
+    np.savez_compressed(file, **values)
+    return file.getvalue()
+
+
+@pytest.fixture
+def files(tmp_path):
+    scene = room("noise", seed=40)
+    (tmp_path / "a.npy").write_bytes(npy(scene.source))
+    (tmp_path / "b.npz").write_bytes(npz(points=scene.target, times=np.arange(3)))
+    (tmp_path / "far.npy").write_bytes(npy(scene.target + 1e4))
+    return tmp_path
+
+
+def test_json_holds_what_register_finds(files, capsys):
+    scene = room("noise", seed=40)
+    result = register(scene.source, scene.target, "gicp", start=Pose.from_angle(0.2, (0.1, 0.0)))
+    start = f"--start={float(np.degrees(0.2))},0.1,0"
+    code, out, err = said(capsys, "register", files / "a.npy", files / "b.npz", "--method", "gicp", start, "--json")
+    told = json.loads(out)
+    assert (code, err) == (0, "")
+    assert (told["method"], told["status"], told["steps"]) == ("gicp", result.status.label, result.steps)
+    np.testing.assert_allclose(told["matrix"], result.matrix, atol=1e-9)
+    assert told["converged"] is True
+    assert told["lower"] is None
+    assert "NumPy array points" in told["target"]
+
+
+def test_the_command_may_be_left_out(files, capsys):
+    assert said(capsys, files / "a.npy", files / "b.npz") == said(capsys, "register", files / "a.npy", files / "b.npz")
+
+
+@pytest.mark.parametrize(
+    ("target", "further", "status"),
+    [("b.npz", ["--max-steps", "1"], "capped"), ("far.npy", ["--options", "gate=1.0"], "degenerate")],
+)
+def test_an_answer_that_is_not_to_be_trusted_is_exit_code_3(files, capsys, target, further, status):
+    code, out, _ = said(capsys, files / "a.npy", files / target, *further, "--json")
+    told = json.loads(out)
+    assert (code, told["status"]) == (3, status)
+    assert told["residual_rms"] is None or told["overlap"] > 0.0
+
+
+def test_an_end_with_nothing_near_is_not_trusted(files, capsys):
+    """The method came to its end; no point of the source lies within reach of the target."""
+    code, out, _ = said(capsys, files / "a.npy", files / "b.npz", "--reach", "1e-9", "--json")
+    assert (code, json.loads(out)["status"], json.loads(out)["overlap"]) == (3, "converged", 0.0)
+
+
+def test_the_methods_are_listed_with_their_options(capsys):
+    code, out, _ = said(capsys, "methods")
+    assert (code, [line.split()[0] for line in out.splitlines()]) == (0, list(METHODS))
+    code, out, _ = said(capsys, "methods", "icp", "kabsch", "--json")
+    icp, kabsch = json.loads(out)
+    assert icp["options"]["gate"] is None  # infinite, which JSON has no word for
+    assert icp["source"] == "Besl & McKay 1992"
+    assert kabsch["paired"] is True
+    code, out, _ = said(capsys, "methods", "icp")
+    assert "gate=inf" in out
+    code, _, err = said(capsys, "methods", "ipc")
+    assert code == 2
+    assert err.startswith("solvers: METHOD: 'ipc' is unknown, did you mean 'icp'?")
+
+
+def test_the_benchmark_as_json_is_its_table(capsys):
+    code, out, _ = said(capsys, "benchmark", "--setting", "clean", "--seeds", 2, "--only", "gicp", "--json")
+    (found,) = json.loads(out)
+    assert (code, found["setting"], found["seeds"]) == (0, "clean", 2)
+    (line,) = found["methods"]
+    assert line["method"] == "gicp"
+    assert sum(line["stops"].values()) == 2
+    assert 0 <= line["close"] <= line["turned"] <= 2
+
+
+def test_the_version_is_the_package_s(capsys):
+    assert said(capsys, "--version") == (0, f"registration-ladder {solvers.__version__}\n", "")
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        np.array([[0.0, 1.0], [2.0, 3.0]]),
+        np.array([[0, 1, 5], [2, 3, 6]], dtype=np.int16),
+        np.asfortranarray(np.arange(8.0, dtype=np.float32).reshape(4, 2)),
+        np.array([[0.0, 1.0]], dtype=">f8"),
+    ],
+)
+def test_numpy_s_files_give_their_rows(values):
+    for data in (npy(values), npz(points=values), npz(anything=values)):
+        np.testing.assert_array_equal(arrays.read(data).points, values)
+
+
+def test_rows_that_are_not_finite_are_left_out_and_told():
+    found = arrays.read(npy(np.array([[0.0, 1.0], [np.nan, 2.0], [3.0, 4.0]])))
+    assert found.points.tolist() == [[0.0, 1.0], [3.0, 4.0]]
+    assert found.notices == ("1 row with NaN or infinity left out",)
+
+
+HEADER = "{{'descr': '{}', 'fortran_order': False, 'shape': {}, }}"
+
+
+def made(kind: str, shape: str, data: bytes = b"") -> bytes:
+    text = HEADER.format(kind, shape).ljust(117) + "\n"
+    return b"\x93NUMPY\x01\x00" + len(text).to_bytes(2, "little") + text.encode() + data
+
+
+@pytest.mark.parametrize(
+    ("data", "told"),
+    [
+        (npy(np.zeros(4)), r"of shape \(4,\); expected \(n, 2\) or \(n, 3\)"),
+        (npy(np.zeros((3, 4))), r"of shape \(3, 4\)"),
+        (npy(np.array([["a", "b"]])), "expected numbers"),
+        (npy(np.full((2, 2), np.nan)), "holds no point"),
+        (npy(np.zeros((2, 2)))[:-3], "the header says"),
+        (made("<f8", "(1000000000, 2)"), "the header says"),
+        (made("|O", "(2, 2)", b"\x80" * 32), "expected numbers"),
+        (b"\x93NUMPY\x01\x00\x05\x00nope\n", "a broken NumPy array"),
+        (b"\x93NUMPY", "a broken NumPy array"),
+        (npz(a=np.zeros((2, 2)), b=np.zeros((2, 2))), "expected one array or one called points, got: a, b"),
+        (npz(points=np.zeros((2, 2)))[:-30], "a broken archive"),
+        (b"PK\x03\x04", "a broken archive"),
+    ],
+)
+def test_what_is_wrong_with_such_a_file_is_said(data, told):
+    with pytest.raises(ValueError, match=told):
+        arrays.read(data)
+
+
+def test_an_archive_that_unpacks_to_gigabytes_is_refused_before_it_does():
+    file = io.BytesIO()
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive, archive.open("points.npy", "w") as held:
+        held.write(made("<f8", "(2000000, 2)"))
+        for _ in range(32):
+            held.write(bytes(1_000_000))
+    tracemalloc.start()
+    try:
+        with pytest.raises(ValueError, match="unpacks to more than the 24 MB"):
+            arrays.read(file.getvalue())
+        assert tracemalloc.get_traced_memory()[1] < 2_000_000
+    finally:
+        tracemalloc.stop()
