@@ -25,8 +25,8 @@ from sitegen.chapters.placing import changed, listed
 from sitegen.chapters.predictions import judged
 from sitegen.chapters.promises import hold
 from sitegen.chapters.rendered import Body, Claim
-from sitegen.chapters.survey import LINKS
 from sitegen.chapters.surveyed import Heading, Survey
+from sitegen.chapters.tokens import directive_of, simple, unlinked
 from sitegen.chapters.values import CallError, printed, read_call
 from sitegen.figures.wire import dumps
 from sitegen.markup.code import highlighted
@@ -76,12 +76,7 @@ class _Renderer:
         self._claims: list[Claim] = []
         self._images: list[Image] = []
         self._links = Links(
-            page or survey.chapter.page,
-            survey.chapter.page,
-            known.chapters,
-            known.drafts,
-            known.pages,
-            known.problems,
+            page or survey.chapter.page, survey.chapter.page, known.chapters, known.drafts, known.pages, known.problems
         )
         self._html = RendererHTML(parser())
         self._options = parser().options
@@ -115,7 +110,7 @@ class _Renderer:
             "term": self._term,
         }
         for name, rule in rules.items():
-            self._html.rules[name] = _simple(rule)  # type: ignore[assignment]
+            self._html.rules[name] = simple(rule)  # type: ignore[assignment]
         self._html.rules["claim_open"] = self._claim_open  # type: ignore[assignment]
 
     def body(self) -> Body:
@@ -126,13 +121,11 @@ class _Renderer:
 
     def found(self, html: Markup, contents: tuple[tuple[int, str, Markup], ...] = ()) -> Body:
         """What has been cited, marked, claimed and shown so far."""
-        return Body(
-            html, contents, tuple(self._cited), tuple(self._terms), tuple(self._claims), tuple(self._images)
-        )
+        return Body(html, contents, tuple(self._cited), tuple(self._terms), tuple(self._claims), tuple(self._images))
 
     def heading(self, heading: Heading) -> Markup:
         """A heading's text without links."""
-        return Markup(self._inline(_unlinked(heading.tokens)))
+        return Markup(self._inline(unlinked(heading.tokens)))
 
     def flow(self, tokens: Sequence[Token]) -> Markup:
         """Top-level blocks, with buttons that stand together as a list."""
@@ -271,7 +264,7 @@ class _Renderer:
         return ""
 
     def _value(self, token: Token) -> str:
-        directive, at = _directive(token)
+        directive, at = directive_of(token)
         try:
             call = read_call(directive.text)
             number = self._known.values.value(call)
@@ -286,7 +279,7 @@ class _Renderer:
         return f'<span class="computed">{escape(text)}</span>'
 
     def _readout(self, token: Token) -> str:
-        directive, at = _directive(token)
+        directive, at = directive_of(token)
         words = [(word, directive.text.index(word)) for word in directive.text.split()]
         if len(words) != 2:
             self._problems.add(at(directive.text_start), "a readout is named :readout[figure readout]{changes}")
@@ -313,7 +306,7 @@ class _Renderer:
 
     def _claim_open(self, tokens: Sequence[Token], idx: int, options: object, env: object) -> str:
         token = tokens[idx]
-        directive, at = _directive(token)
+        directive, at = directive_of(token)
         test_id, kind = test_of(directive), kind_of(directive, at, self._problems)
         lead = len(directive.attributes) - len(directive.attributes.lstrip())
         if test_id not in self._known.tests:
@@ -325,7 +318,7 @@ class _Renderer:
             self._hold(test_id, kind, at(directive.attributes_start + lead))
         number = len(self._claims) + 1
         inner = list(takewhile(lambda t: t.type != "claim_close", tokens[idx + 1 :]))
-        claim = Claim(Markup(self._inline(_unlinked(inner))), test_id, f"claim-{number}", kind)
+        claim = Claim(Markup(self._inline(unlinked(inner))), test_id, f"claim-{number}", kind)
         self._claims.append(claim)
         return f'<span class="claim" id="claim-{number}">'
 
@@ -350,7 +343,7 @@ class _Renderer:
         )
 
     def _ref(self, token: Token) -> str:
-        directive, at = _directive(token)
+        directive, at = directive_of(token)
         name = directive.text.strip()
         link = self._links.reference(name, at(directive.text_start), self._state(name, directive, at))
         return str(link)
@@ -386,7 +379,7 @@ class _Renderer:
         return f'<span class="cites">({"; ".join(parts)})</span>'
 
     def _term(self, token: Token) -> str:
-        directive, at = _directive(token)
+        directive, at = directive_of(token)
         key = directive.attributes.strip()
         term = named(directive.text, key, self._known.terms)
         if term is None:
@@ -399,19 +392,3 @@ class _Renderer:
             self._terms.append(term.key)
         attributes = f'class="term" href="glossary.html#{term.anchor}" data-card="card-{term.anchor}"'
         return f"<a {attributes}>{escape(unbroken(directive.text))}</a>"
-
-
-def _directive(token: Token) -> tuple[Directive, Callable[[int], Place]]:
-    """The directive that a token stands for, and what gives places in it."""
-    written = located(token, Directive)
-    return written.thing, written.at
-
-
-def _simple(rule: Callable[[Token], str]) -> Callable[..., str]:
-    return lambda tokens, idx, options, env: rule(tokens[idx])
-
-
-def _unlinked(tokens: Sequence[Token]) -> list[Token]:
-    """Inline tokens without what becomes a link, an anchor or a target of its own, for use a second time."""
-    dropped = {*LINKS, "link_close", "claim_close"}
-    return [token for token in tokens if token.type not in dropped]

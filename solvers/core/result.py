@@ -80,7 +80,8 @@ class Result:
 
     @property
     def lower(self) -> FloatArray | None:
-        """A proved lower bound of the objective over all poses that were searched, (...);
+        """A proved lower bound of the objective over the poses that were searched, (...).
+
         None from a method that proves nothing.
         """
         if not all(hasattr(state, "lower") for state in self.states):
@@ -90,17 +91,19 @@ class Result:
 
     @property
     def gap(self) -> FloatArray | None:
-        """How much lower than `objective` another pose's may be, at most, (...); None
-        from a method that proves nothing. It speaks of the objective, not of the truth.
+        """By how much another pose's objective may at most be lower, (...).
+
+        It speaks of the objective, not of the truth. None from a method that proves nothing.
         """
         lower = self.lower
         return None if lower is None else np.asarray(self.objective - lower)[()]
 
     @property
     def correspondences(self) -> Any:
-        """The target row that each source row is held against at the end, int of shape
-        (..., m), −1 where it is held against none; for a list of clouds a list, one entry
-        a cloud. None from a method without single partners, such as a soft one.
+        """The target row that each source row is paired with at the end, int of shape (..., m).
+
+        −1 where it has no partner; for a list of clouds a list, one entry a cloud. None
+        from a method without single partners, such as a soft one.
         """
         partners = METHODS[self.method].partners if self.method in METHODS else None
         if partners is None:
@@ -110,16 +113,18 @@ class Result:
 
     @property
     def fitness(self) -> FloatArray | None:
-        """The fraction of source rows with a partner, (...): how much of the source the
-        answer speaks for. None where `correspondences` is.
+        """The fraction of source rows with a partner, (...).
+
+        It says how much of the source the answer speaks for. None where `correspondences` is.
         """
         return self._of_partners(lambda squares, used: used.mean(axis=-1))
 
     @property
     def rmse(self) -> FloatArray | None:
-        """The root mean square distance of the partners at the answer, world units, (...),
-        infinite where there are none. It is not the error of the pose. None where
-        `correspondences` is.
+        """The root mean square distance of the partners at the answer, world units, (...).
+
+        Infinite where there are none, None where `correspondences` is. It is not the error
+        of the pose.
         """
         return self._of_partners(
             lambda squares, used: np.where(
@@ -129,11 +134,12 @@ class Result:
 
     @property
     def covariance(self) -> Any:
-        """A `solvers.uncertainty.Covariance` of the pose, in closed form from the pairs
-        that the run ended with; its `made_by` names the form, "hessian", and the noise is
-        judged by the residuals. None from a method that has none, in space, with a scale
-        and for a list of clouds. It takes each partner as given, which makes it too sure of
-        itself with point to point: `solvers.uncertainty` has other ways.
+        """A `solvers.uncertainty.Covariance` of the pose, in closed form from the last pairs.
+
+        Its `made_by` names the form, "hessian", and the noise is judged by the residuals.
+        None from a method that has none, in space, with a scale and for a list of clouds.
+        It takes each partner as given, which makes it overconfident with point to point:
+        `solvers.uncertainty` has other ways.
         """
         return import_module("solvers.uncertainty.closed_form").offered(self)
 

@@ -48,6 +48,15 @@ class Chain:
         Whether a link is a match; otherwise it is the prediction. True for the first.
     share : ndarray of shape (n,)
         The explained fraction of each scan at its match; 1 for the first.
+
+    Examples
+    --------
+    >>> from solvers.odometry import prepare, scan_to_scan
+    >>> from solvers.drives import simulated_drive
+    >>> drive, truth = simulated_drive()
+    >>> chain = scan_to_scan(prepare(drive), drive.motion)
+    >>> chain.poses.batch == chain.motion.batch == chain.share.shape
+    True
     """
 
     poses: Pose
@@ -171,7 +180,9 @@ def scan_to_map(
         None is the defaults.
     length : int, default 8
         How many keyframes make the map; with 1 a scan is registered to the last keyframe alone.
-    shift, turn : float
+    shift : float, default 0.5
+        As for `keyframes`.
+    turn : float, default 0.2
         As for `keyframes`.
     progress : callable, optional
         Called as `progress(done, links)` after every scan.

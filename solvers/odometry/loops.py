@@ -39,8 +39,10 @@ class LoopOptions:
         The most candidates of one scan, the nearest.
     least_share : float, default 0.5
         The fraction of echoes that a loop must explain.
-    agree_shift, agree_turn : float, default 0.1, 0.02
-        How far the matches both ways round may differ, metres and radians.
+    agree_shift : float, default 0.1
+        How far apart the matches both ways round may be, metres.
+    agree_turn : float, default 0.02
+        By how much they may be turned against each other, radians.
     farthest : float, default 1.5
         How far a match may lie from where the chain has it, metres.
 
@@ -262,6 +264,19 @@ def missed(poses: Pose, loops: Matches) -> tuple[FloatArray, FloatArray]:
     -------
     shift, turn : ndarray of shape (c,)
         Metres between where both put the later scan's origin, and radians.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers.odometry import candidates, close, missed, prepare, scan_to_scan, verified
+    >>> from solvers.drives import simulated_drive
+    >>> drive, truth = simulated_drive()
+    >>> scans = prepare(drive)
+    >>> chain = scan_to_scan(scans, drive.motion)
+    >>> loops = verified(scans, chain.poses, *candidates(chain.poses))
+    >>> poses = close(chain, loops).poses
+    >>> bool(np.median(missed(poses, loops)[0]) < np.median(missed(chain.poses, loops)[0]))
+    True
     """
     gap = loops.pose.inverse().compose(poses[loops.target].inverse().compose(poses[loops.source]))
     return np.linalg.norm(gap.t, axis=-1), np.abs(gap.angle)

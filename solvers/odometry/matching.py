@@ -100,6 +100,14 @@ class Scans:
         1 for an echo, 0 for padding.
     surface : Normals
         The normals of each scan, flagged where there is none.
+
+    Examples
+    --------
+    >>> from solvers.odometry import prepare
+    >>> from solvers.drives import telecom_loop
+    >>> scans = prepare(telecom_loop())
+    >>> len(scans), scans.cloud(0).shape
+    (225, (296, 2))
     """
 
     points: FloatArray
@@ -110,7 +118,17 @@ class Scans:
         return len(self.points)
 
     def cloud(self, k: int) -> FloatArray:
-        """The echoes of scan k, (m, 2)."""
+        """The echoes of one scan, without the padding.
+
+        Parameters
+        ----------
+        k : int
+            Its number.
+
+        Returns
+        -------
+        ndarray of shape (m, 2)
+        """
         seen: FloatArray = self.points[k][self.weights[k] > 0.0]
         return seen
 
@@ -167,8 +185,10 @@ class Matches:
 
     Attributes
     ----------
-    source, target : ndarray of int64, shape (b,)
-        Which scan was moved, and which stayed.
+    source : ndarray of int64, shape (b,)
+        Which scan was moved.
+    target : ndarray of int64, shape (b,)
+        Which scan stayed.
     pose : Pose
         b poses from the source's coordinates to the target's.
     share : ndarray of shape (b,)
@@ -185,6 +205,15 @@ class Matches:
         In words.
     believed : ndarray of bool, shape (b,)
         Whether share and weakest are what the options ask, and the run is not degenerate.
+
+    Examples
+    --------
+    >>> from solvers.odometry import match, prepare
+    >>> from solvers.drives import telecom_loop
+    >>> drive = telecom_loop()
+    >>> found = match(prepare(drive), [1, 2], [0, 1], drive.motion[[1, 2]])
+    >>> found.pose.batch, found.believed
+    ((2,), array([ True,  True]))
     """
 
     source: IntArray

@@ -1,8 +1,7 @@
 """What the solvers found on the recorded drive, as figures draw it: kept in a file, since to find it takes the
 browser longer than a reader waits.
 
-`made` computes it from the scans; a test holds the file to that. To write the file anew:
-`python -c "from widgets.parts import drive_table; drive_table.write()"`.
+`widgets.parts.drive_solved` makes the file; who only reads it imports no matching and no graphs.
 """
 
 from __future__ import annotations
@@ -16,9 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers import Pose
-from solvers.core.edges import Edges
-from solvers.odometry import Matches, candidates, close, edges_of, prepare, scan_to_scan, verified
-from solvers.posegraph import optimise
 from solvers.scenes.drive import chained, telecom_loop
 
 FILE = os.path.join(os.path.dirname(__file__), "drive_poses.f4")
@@ -53,45 +49,6 @@ class Table:
         return np.linalg.norm(gap.t, axis=-1), np.degrees(np.abs(gap.angle))
 
 
-def with_wrong(edges: Edges, loops: Matches) -> Edges:
-    """The edges and the wrong loop."""
-    later, earlier = WRONG
-    return Edges(
-        np.append(edges.i, earlier),
-        np.append(edges.j, later),
-        Pose(np.concatenate([edges.relative.R, np.eye(2)[None]]), np.concatenate([edges.relative.t, np.zeros((1, 2))])),
-        np.concatenate([edges.information, np.median(loops.information, axis=0)[None]]),
-    )
-
-
-def made() -> bytes:
-    """The table's file, computed from the scans."""
-    drive = telecom_loop()
-    scans = prepare(drive)
-    chain = scan_to_scan(scans, drive.motion)
-    loops = verified(scans, chain.poses, *candidates(chain.poses))
-    used = loops.believed
-    edges, robust = edges_of(chain, loops)
-    closed, kept = [], []
-    for kernel, wrong in product(KERNELS, (False, True)):
-        if wrong:
-            found = optimise(chain.poses, with_wrong(edges, loops), kernel=kernel, robust=np.append(robust, True))
-            kept.append(found.weights[-1])
-        else:
-            found = close(chain, loops, kernel=kernel)
-        closed.append(found.poses)
-    rows = [_rows(chain.poses), *map(_rows, closed)]
-    measured = np.column_stack([loops.source[used], loops.target[used], _rows(loops.pose[used])])
-    head = np.array([len(scans), used.sum(), *kept])
-    return b"".join(part.astype("<f4").tobytes() for part in (head, *rows, measured))
-
-
-def write() -> None:
-    """Put the computed table into its place."""
-    with open(FILE, "wb") as file:
-        file.write(made())
-
-
 @cache
 def table() -> Table:
     """The table as it lies beside this module."""
@@ -100,7 +57,7 @@ def table() -> Table:
 
 
 def read(data: bytes) -> Table:
-    """What `made` has written."""
+    """What `widgets.parts.drive_solved.made` has written."""
     numbers = np.frombuffer(data, "<f4").astype(np.float64)
     n, c = int(numbers[0]), int(numbers[1])
     at = 2 + len(KERNELS)
@@ -115,10 +72,6 @@ def read(data: bytes) -> Table:
     later, earlier = (measured[:, k].astype(np.int64) for k in (0, 1))
     kept = dict(zip(KERNELS, numbers[2 : 2 + len(KERNELS)].tolist(), strict=True))
     return Table(ways, later, earlier, _pose(measured[:, 2:]), kept)
-
-
-def _rows(pose: Pose) -> Array:
-    return np.column_stack([pose.t, pose.angle])
 
 
 def _pose(rows: Array) -> Pose:

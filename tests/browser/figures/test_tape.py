@@ -99,7 +99,7 @@ def test_from_disk_what_is_pressed_before_its_tape_is_there_waits_for_it(
     for comes in (True, False):
         page = one.context.new_page()
         with page.expect_request("**/tapes/kabsch-solve*"):
-            page.goto((site / "kabsch.html").as_uri())
+            page.goto((site / "kabsch.html").as_uri(), wait_until="domcontentloaded")
             solve = Figure(page, "fig-solve").seen()
         start = solve.readout("rms")
         solve.button("solve").click()

@@ -168,7 +168,7 @@ def test_our_wheel_installs_and_holds_the_sources(info: RuntimeInfo, tmp_path: P
     assert inside == wheel.sources()
     assert built.name == WHEEL
     assert (metadata["Name"], metadata["Version"]) == ("registration-ladder", solvers.__version__)
-    extras = ['matplotlib; extra == "pictures"', 'dask[distributed]; extra == "cluster"']
+    extras = ['matplotlib; extra == "plot"', 'dask[distributed]; extra == "cluster"']
     assert metadata.get_all("Requires-Dist") == ["numpy>=2.0", *extras]
     assert (metadata["Requires-Python"], metadata["License-Expression"]) == (">=3.11", "MIT")
     assert metadata["Summary"]

@@ -10,6 +10,7 @@ import pytest
 from widgets.drawing.svg import mark_svg
 from widgets.engine.contract import Action, preset
 from widgets.figures.drive.figure import SCANS, WIDGET, State, act, chunk, draw, drawn_scans, start
+from widgets.parts import drive_solved
 from widgets.parts import drive_table as table
 
 STEP, FINISH = Action("press", "step"), Action("press", "finish")
@@ -27,9 +28,9 @@ def at_the_end(**controls: object) -> State:
 def test_the_table_is_what_the_solvers_find() -> None:
     """Computed anew from the scans: every pose to half a centimetre, with the same loops.
 
-    To write the file anew: python -c "from widgets.parts import drive_table; drive_table.write()".
+    To write the file anew: python -c "from widgets.parts import drive_solved; drive_solved.write()".
     """
-    kept, found = table.table(), table.read(table.made())
+    kept, found = table.table(), table.read(drive_solved.made())
     assert np.array_equal(kept.later, found.later)
     assert np.array_equal(kept.earlier, found.earlier)
     assert kept.ways.keys() == found.ways.keys()
