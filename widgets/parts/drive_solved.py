@@ -1,0 +1,62 @@
+"""The recorded drive solved from its scans: what `widgets.parts.drive_table` keeps.
+
+A test holds the file to this. To write it anew:
+`python -c "from widgets.parts import drive_solved; drive_solved.write()"`.
+"""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers import Pose
+from solvers.core.edges import Edges
+from solvers.odometry import Matches, candidates, close, edges_of, prepare, scan_to_scan, verified
+from solvers.posegraph import optimise
+from solvers.scenes.drive import telecom_loop
+from widgets.parts.drive_table import FILE, KERNELS, WRONG
+
+
+def with_wrong(edges: Edges, loops: Matches) -> Edges:
+    """The edges and the wrong loop."""
+    later, earlier = WRONG
+    return Edges(
+        np.append(edges.i, earlier),
+        np.append(edges.j, later),
+        Pose(np.concatenate([edges.relative.R, np.eye(2)[None]]), np.concatenate([edges.relative.t, np.zeros((1, 2))])),
+        np.concatenate([edges.information, np.median(loops.information, axis=0)[None]]),
+    )
+
+
+def made() -> bytes:
+    """The table's file, computed from the scans."""
+    drive = telecom_loop()
+    scans = prepare(drive)
+    chain = scan_to_scan(scans, drive.motion)
+    loops = verified(scans, chain.poses, *candidates(chain.poses))
+    used = loops.believed
+    edges, robust = edges_of(chain, loops)
+    closed, kept = [], []
+    for kernel, wrong in product(KERNELS, (False, True)):
+        if wrong:
+            found = optimise(chain.poses, with_wrong(edges, loops), kernel=kernel, robust=np.append(robust, True))
+            kept.append(found.weights[-1])
+        else:
+            found = close(chain, loops, kernel=kernel)
+        closed.append(found.poses)
+    rows = [_rows(chain.poses), *map(_rows, closed)]
+    measured = np.column_stack([loops.source[used], loops.target[used], _rows(loops.pose[used])])
+    head = np.array([len(scans), used.sum(), *kept])
+    return b"".join(part.astype("<f4").tobytes() for part in (head, *rows, measured))
+
+
+def write() -> None:
+    """Put the computed table into its place."""
+    with open(FILE, "wb") as file:
+        file.write(made())
+
+
+def _rows(pose: Pose) -> NDArray[np.float64]:
+    return np.column_stack([pose.t, pose.angle])
