@@ -1,7 +1,8 @@
 """Point-cloud registration in numpy: batched, and honest about its limits.
 
 `register(source, target, method=…)` is the front door, `METHODS` names what it knows,
-`fit_rigid` and `fit_planar` are the closed forms beneath. Points are rows; rotations
+`fit_rigid` and `fit_planar` are the closed forms beneath. Each method is a function, too,
+with its options in its signature: `solvers.icp(source, target, gate=0.5)`. Points are rows; rotations
 are in radians; a pose takes source to target coordinates. Lengths are in the unit of
 the clouds, called world units (u).
 
@@ -14,6 +15,11 @@ Examples
 Pose(angle=90°, t=(1, 1), scale=1)
 """
 
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
 from solvers.api import register
 from solvers.core.pose import Pose
 from solvers.core.registry import METHODS
@@ -23,3 +29,33 @@ from solvers.geometry.rigid import Fit, fit_planar, fit_rigid
 
 __version__ = "0.1.0"
 __all__ = ["METHODS", "Fit", "Pose", "Result", "Status", "fit_planar", "fit_rigid", "register"]
+
+if TYPE_CHECKING:
+    from solvers import drives, io, metrics, odometry, posegraph, thinning, uncertainty, verify  # noqa: F401
+    from solvers._functions import *  # noqa: F403
+    from solvers.geometry import downsample  # noqa: F401
+
+_MODULES = {
+    **{name: name for name in (
+        "drives", "io", "metrics", "odometry", "posegraph", "scenes", "thinning", "uncertainty", "verify"
+    )},
+    "downsample": "geometry.downsample",
+}  # fmt: skip
+
+
+def __getattr__(name: str) -> Any:
+    """Modules and the methods' functions come when they are first asked for: a page pays for what it shows."""
+    if name in _MODULES:
+        return import_module(f"solvers.{_MODULES[name]}")
+    functions = _functions()
+    if name in functions.NAMES:
+        return functions.function(name)
+    raise AttributeError(f"module 'solvers' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_MODULES, *_functions().NAMES})
+
+
+def _functions() -> Any:
+    return import_module("solvers.per_method")

@@ -11,26 +11,30 @@ from numpy.typing import ArrayLike
 
 from solvers.core import validate
 from solvers.core.arrays import FloatArray, IntArray
+from solvers.core.log import debug
+from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
-from solvers.core.registry import METHODS
+from solvers.core.registry import METHODS, MethodName
 from solvers.core.result import Result, from_batch, side_by_side
-from solvers.core.stepper import Callback, Method, Problem, begin, run
+from solvers.core.stepper import Callback, begin, run
 
-_COMMON = ("start", "pairs", "weights", "seed", "max_steps", "callback")
+_ALIASES = {"max_distance": "gate"}  # what the field calls an option: understood where a method has the option
+_COMMON = ("options", "start", "pairs", "weights", "seed", "max_steps", "callback")
 
 
 def register(
     source: ArrayLike | Sequence[ArrayLike],
     target: ArrayLike | Sequence[ArrayLike],
-    method: str = "icp",
+    method: MethodName | str = "icp",
     *,
+    options: Any = None,
     start: Pose | ArrayLike | None = None,
     pairs: ArrayLike | None = None,
     weights: ArrayLike | Sequence[ArrayLike | None] | None = None,
     seed: int | Sequence[int] | IntArray | np.random.Generator | None = 0,
     max_steps: int | None = None,
     callback: Callback | None = None,
-    **options: Any,
+    **keywords: Any,
 ) -> Result:
     """Find the pose that takes the source to the target.
 
@@ -47,6 +51,8 @@ def register(
         The points that stay, in world units.
     method : str, default "icp"
         A name of `METHODS`.
+    options : object, optional
+        The method's own options as one object, a `METHODS[method].options(…)`.
     start : Pose or array_like of shape (..., d + 1, d + 1), optional
         Where local methods begin: poses, or their homogeneous matrices. None is the
         identity.
@@ -66,8 +72,9 @@ def register(
         Called as `callback(k, state)` after every step k = 1, 2, … with the states of
         all problems (one leading axis, also for a single problem). A true answer ends
         the run.
-    **options
-        The method's own: the fields of `METHODS[method].options`.
+    **keywords
+        Or the same one by one: the fields of `METHODS[method].options`. `max_distance`
+        is understood for `gate`.
 
     Returns
     -------
@@ -115,21 +122,38 @@ def register(
     array([ True,  True, False])
     """
     chosen = METHODS[validate.one_of(method, METHODS, "method")]
-    own = _options(chosen, options)
+    own = _options(chosen, options, keywords)
     poses, seeds = validate.start(start), validate.seeds(seed)
     cap = None if max_steps is None else validate.count(max_steps, "max_steps")
 
     def solve(source: Any, target: Any, start: Any, pairs: Any, weights: Any, seed: Any) -> Result:
         problem, axes = _problem(chosen, source, target, start, pairs, weights, seed)
-        return from_batch(*run(begin(chosen, problem, own, cap), callback), axes)
+        debug(
+            "%s: %d points on to %d, a batch of %d, %s",
+            chosen.name, problem.source.shape[1], problem.target.shape[1], problem.size, own,
+        )  # fmt: skip
+        result = from_batch(*run(begin(chosen, problem, own, cap), callback), axes)
+        debug("%r", result)
+        return result
 
     if _is_list(source) or _is_list(target):
         return _one_by_one(source, target, poses, pairs, weights, seeds, solve)
     return solve(source, target, poses, pairs, weights, seeds)
 
 
-def _options(method: Method[Any], given: dict[str, Any]) -> Any:
+def _options(method: Method[Any], whole: Any, given: dict[str, Any]) -> Any:
     known = [f.name for f in fields(method.options)]
+    if whole is not None:
+        if type(whole) is not method.options:
+            raise ValueError(f"options: method {method.name!r} takes {method.options.__name__}, got {whole!r}")
+        if given:
+            raise ValueError(f"{next(iter(given))}: give the options as one object or one by one, not both")
+        return whole
+    for name, own in _ALIASES.items():
+        if name in given and own in known:
+            if own in given:
+                raise ValueError(f"{name}: is another name of {own}; give one of them")
+            given = {own if key == name else key: value for key, value in given.items()}
     for name in given:
         if name not in known:
             near = validate.nearest(name, [*known, *_COMMON])
@@ -165,10 +189,13 @@ def _problem(
     if 0 in batch:
         raise ValueError(f"start, seed: a batch of shape {batch} holds no problem")
 
+    # Copies: a state that shared memory with the caller's clouds would change with them.
+    p, q, w = np.array(p), np.array(q), np.array(w)
+
     def flat(a: Any, tail: tuple[int, ...]) -> Any:
         return np.broadcast_to(a, (*batch, *tail)).reshape(-1, *tail)
 
-    poses = Pose(flat(pose.R, (d, d)), flat(pose.t, (d,)), flat(np.asarray(pose.scale), ()))
+    poses = Pose.trusted(flat(pose.R, (d, d)), flat(pose.t, (d,)), flat(np.asarray(pose.scale), ()))
     return Problem(
         flat(p, p.shape[-2:]), flat(q, q.shape[-2:]), flat(w, w.shape[-1:]), poses, flat(seeds, ())
     ), batch

@@ -32,7 +32,7 @@ def rre(pose: Pose, truth: Pose) -> FloatArray:
     Raises
     ------
     ValueError
-        If the poses do not broadcast, or are not of 2 or 3 dimensions.
+        If the poses do not broadcast, or are not both of 2 or of 3 dimensions.
 
     Examples
     --------
@@ -44,7 +44,8 @@ def rre(pose: Pose, truth: Pose) -> FloatArray:
     >>> np.degrees(rre(estimate, truth)).round(6)
     np.float64(20.0)
     """
-    relative = Pose(pose.R @ truth.R.swapaxes(-1, -2), np.zeros(pose.dim))
+    _one_space(pose, truth)
+    relative = Pose.trusted(pose.R @ truth.R.swapaxes(-1, -2), np.zeros(pose.dim))
     error: FloatArray = np.abs(relative.angle)
     return error
 
@@ -69,7 +70,7 @@ def rte(pose: Pose, truth: Pose) -> FloatArray:
     Raises
     ------
     ValueError
-        If the poses do not broadcast.
+        If the poses do not broadcast, or are of different dimensions.
 
     Examples
     --------
@@ -78,6 +79,7 @@ def rte(pose: Pose, truth: Pose) -> FloatArray:
     >>> float(rte(Pose.from_angle(0.0, (3.0, 4.0)), Pose.identity()))
     5.0
     """
+    _one_space(pose, truth)
     distance: FloatArray = np.linalg.norm(pose.t - truth.t, axis=-1)
     return distance[()]
 
@@ -235,3 +237,8 @@ def _root_mean_square(offsets: FloatArray, weights: FloatArray | None) -> FloatA
     total = weights.sum(axis=-1)
     root: FloatArray = np.sqrt((weights * squares).sum(axis=-1) / np.where(total > 0.0, total, 1.0))
     return root[()]
+
+
+def _one_space(pose: Pose, truth: Pose) -> None:
+    if pose.dim != truth.dim:
+        raise ValueError(f"truth: moves points in {truth.dim} dimensions, the pose in {pose.dim}")

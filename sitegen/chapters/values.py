@@ -1,4 +1,4 @@
-"""Numbers in the text given by a call, like `solvers.ransac.trials(0.5, 0.99, 2)`: evaluated by the build, and kept.
+"""Numbers in the text given by a call, like `solvers.consensus.trials(0.5, 0.99, 2)`: evaluated by the build, and kept.
 
 `plots.trial_budget.needed(0.5)` is a function of a plot's module, over what that computed; it stands first among the
 arguments, unwritten.
@@ -53,7 +53,7 @@ def read_call(text: str) -> Call:
     except SyntaxError as error:
         raise CallError(f"not a call: {error.msg}", max((error.offset or 1) - 1, 0)) from None
     if not isinstance(tree, ast.Call):
-        raise CallError("a call is expected, like solvers.ransac.trials(0.5, 0.99, 2)", 0)
+        raise CallError("a call is expected, like solvers.consensus.trials(0.5, 0.99, 2)", 0)
     names: list[tuple[str, int]] = []
     node: ast.expr = tree.func
     while isinstance(node, ast.Attribute):

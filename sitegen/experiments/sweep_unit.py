@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from solvers.core.method import Problem
 from solvers.core.pose import Pose
-from solvers.core.stepper import Problem, advance
+from solvers.core.stepper import advance
 from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE, line
 from solvers.studies.race import Contestant, Controls, contestants, race_problem
 

@@ -14,8 +14,8 @@ from markupsafe import Markup
 
 from sitegen.markup.code import highlighted
 from sitegen.pages.docstrings import parameters, prose, rendered, said, sections
+from solvers.core.method import Method
 from solvers.core.registry import METHODS
-from solvers.core.stepper import Method
 
 ROOT = Path(__file__).resolve().parents[2]
 

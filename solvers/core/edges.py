@@ -138,7 +138,7 @@ class Edges:
             raise ValueError("parts: is empty; at least one set of edges is needed")
         R, t = (np.concatenate([getattr(part.relative, name) for part in parts]) for name in ("R", "t"))
         i, j = (np.concatenate([getattr(part, name) for part in parts]) for name in ("i", "j"))
-        return cls(i, j, Pose(R, t), np.concatenate([part.information for part in parts]))
+        return cls(i, j, Pose.trusted(R, t), np.concatenate([part.information for part in parts]))
 
 
 def rigid(pose: Pose, name: str) -> Pose:

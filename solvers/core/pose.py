@@ -9,11 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike
 
 from solvers.core.arrays import FloatArray
-
-ROUNDING = 1e-12
-"""How far from 1 a scale may be and still be told as 1."""
-SHEARED = 1e-6
-"""How far R Rᵀ may be from the identity: what is written with six digits still passes."""
+from solvers.core.proper import apart, check
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,18 +22,16 @@ class Pose:
     Parameters
     ----------
     R : array_like of shape (..., d, d)
-        Orthogonal matrices. A pose has det R = +1, which is not checked here; the one
-        exception is the answer of `fit_rigid(..., proper=False)`, which may be a
-        reflection and is no rigid motion.
+        Rotations: orthogonal matrices with det R = +1.
     t : array_like of shape (..., d)
         Translations, in world units.
     scale : array_like of shape (...), default 1.0
-        Scales s, 1 for a rigid motion.
+        Scales s, positive, 1 for a rigid motion.
 
     Raises
     ------
     ValueError
-        If the shapes do not fit together.
+        If the shapes do not fit together, R is no rotation, or a scale is not positive.
 
     Examples
     --------
@@ -67,6 +61,43 @@ class Pose:
     __array_ufunc__ = None  # `array @ pose` is refused, too
 
     def __post_init__(self) -> None:
+        self._fill()
+        check(self.R, np.asarray(self.scale))
+
+    @classmethod
+    def trusted(cls, R: ArrayLike, t: ArrayLike, scale: ArrayLike = 1.0) -> Pose:
+        """The pose of what is known to be one: shapes are made to fit, values not looked at.
+
+        For what a computation has made. `fit_rigid(..., proper=False)` may answer with a
+        reflection, and a step that left the range of numbers with NaN.
+
+        Parameters
+        ----------
+        R : array_like of shape (..., d, d)
+            Rotations.
+        t : array_like of shape (..., d)
+            Translations, in world units.
+        scale : array_like of shape (...), default 1.0
+            Scales.
+
+        Returns
+        -------
+        Pose
+            The poses, of the batch shape that the three broadcast to.
+
+        Raises
+        ------
+        ValueError
+            If the shapes do not fit together.
+        """
+        pose = object.__new__(cls)
+        for name, value in (("R", R), ("t", t), ("scale", scale)):
+            object.__setattr__(pose, name, value)
+        pose._fill()
+        return pose
+
+    def _fill(self) -> None:
+        """Bring the three to one batch shape, as arrays that cannot be written to."""
         R, t = np.asarray(self.R, dtype=np.float64), np.asarray(self.t, dtype=np.float64)
         scale = np.asarray(self.scale, dtype=np.float64)
         if R.ndim < 2 or R.shape[-1] != R.shape[-2]:
@@ -102,7 +133,7 @@ class Pose:
         Pose
             Identities of shape `batch`.
         """
-        return cls(np.broadcast_to(np.eye(d), (*batch, d, d)), np.zeros(d))
+        return cls.trusted(np.broadcast_to(np.eye(d), (*batch, d, d)), np.zeros(d))
 
     @classmethod
     def from_angle(cls, theta: ArrayLike, t: ArrayLike = (0.0, 0.0), scale: ArrayLike = 1.0) -> Pose:
@@ -129,7 +160,7 @@ class Pose:
         """
         c, s = np.cos(np.asarray(theta, dtype=np.float64)), np.sin(np.asarray(theta, dtype=np.float64))
         R = np.stack([np.stack([c, -s], axis=-1), np.stack([s, c], axis=-1)], axis=-2)
-        return cls(R, np.asarray(t, dtype=np.float64), np.asarray(scale, dtype=np.float64))
+        return cls.trusted(R, t, scale)
 
     @classmethod
     def from_rotvec(cls, rotvec: ArrayLike, t: ArrayLike = (0.0, 0.0, 0.0), scale: ArrayLike = 1.0) -> Pose:
@@ -178,7 +209,7 @@ class Pose:
         # sin θ / θ and (1 − cos θ) / θ² = sinc²(θ/2) / 2; numpy's sinc has a π in it.
         first, second = np.sinc(theta / np.pi), 0.5 * np.square(np.sinc(theta / (2.0 * np.pi)))
         R = np.eye(3) + first * skew + second * (skew @ skew)
-        return cls(R, np.asarray(t, dtype=np.float64), np.asarray(scale, dtype=np.float64))
+        return cls.trusted(R, t, scale)
 
     @classmethod
     def from_matrix(cls, matrix: ArrayLike) -> Pose:
@@ -208,27 +239,7 @@ class Pose:
         >>> Pose.from_matrix(pose.matrix)
         Pose(angle=28.6479°, t=(1, 2), scale=3)
         """
-        M = np.asarray(matrix, dtype=np.float64)
-        if M.ndim < 2 or M.shape[-1] != M.shape[-2] or M.shape[-1] < 3:
-            raise ValueError(f"matrix: expected shape (..., d + 1, d + 1) with d of at least 2, got {M.shape}")
-        if not np.isfinite(M).all():
-            raise ValueError("matrix: holds numbers that are not finite")
-        d = M.shape[-1] - 1
-        if np.any(M[..., d, :d] != 0.0) or np.any(M[..., d, d] != 1.0):
-            raise ValueError(f"matrix: expected the last row {[0] * d + [1]}, as of a homogeneous matrix")
-        A = M[..., :d, :d]
-        det = np.linalg.det(A)
-        if np.any(det <= 0.0):
-            flaw = "a reflection" if np.any(det < 0.0) else "singular"
-            raise ValueError(f"matrix: expected a rotation times a scale, but one is {flaw}")
-        scale = det ** (1.0 / d)
-        # Numbers close to 1, such as a rotation's own determinant, are rounding.
-        scale = np.where(np.abs(scale - 1.0) < ROUNDING, 1.0, scale)
-        R = A / scale[..., None, None]
-        off = np.abs(R @ R.swapaxes(-1, -2) - np.eye(d)).max(initial=0.0)
-        if off > SHEARED:
-            raise ValueError(f"matrix: expected a rotation times a scale, but R Rᵀ differs from I by {off:.2g}")
-        return cls(R, M[..., :d, d], scale)
+        return cls.trusted(*apart(matrix))
 
     @property
     def dim(self) -> int:
@@ -327,7 +338,7 @@ class Pose:
                 raise ValueError(f"first: leading axes {first.batch} do not broadcast with {self.batch}") from None
         s = np.asarray(self.scale)
         turned = (self.R @ first.t[..., None])[..., 0]
-        return Pose(self.R @ first.R, s[..., None] * turned + self.t, s * first.scale)
+        return Pose.trusted(self.R @ first.R, s[..., None] * turned + self.t, s * first.scale)
 
     def inverse(self) -> Pose:
         """The pose that undoes this one: `T⁻¹(q) = Rᵀ (q − t) / s`.
@@ -346,7 +357,7 @@ class Pose:
         if np.any(s == 0.0):
             raise ValueError("scale: a pose with scale 0 has no inverse")
         Rt = self.R.swapaxes(-1, -2)
-        return Pose(Rt, -(Rt @ self.t[..., None])[..., 0] / s[..., None], 1.0 / s)
+        return Pose.trusted(Rt, -(Rt @ self.t[..., None])[..., 0] / s[..., None], 1.0 / s)
 
     def __matmul__(self, first: object) -> Pose:
         """`self ∘ first`, as `compose`; anything but a pose is refused."""
@@ -369,7 +380,7 @@ class Pose:
         """The poses at `rows` of the batch: any numpy index of the leading axes."""
         if not self.batch:
             raise IndexError("a single pose has no rows")
-        return Pose(self.R[rows], self.t[rows], np.asarray(self.scale)[rows])
+        return Pose.trusted(self.R[rows], self.t[rows], np.asarray(self.scale)[rows])
 
     def __repr__(self) -> str:
         if self.batch:

@@ -1,10 +1,12 @@
 """The list of methods: the one place that knows them all."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator, Mapping
 from importlib import import_module
-from typing import Any
+from typing import Any, Literal
 
-from solvers.core.stepper import Method
+from solvers.core.method import Method
 
 # name → module in solvers.methods and constant, in the order of the ladder
 _LIST = {
@@ -36,6 +38,26 @@ _LIST = {
     "hypothesis-mixture": "soft.hypotheses.HYPOTHESIS_MIXTURE",
 }
 
+MethodName = Literal[
+    "kabsch", "similarity", "ransac", "ransac-congruent", "graduated-nonconvexity", "icp", "trimmed-icp", "capped-icp",
+    "kiss-threshold-icp", "fast-robust-icp", "point-to-plane", "gicp", "ndt", "ndt-d2d", "soft-annealed", "cpd-rigid",
+    "cpd-similarity", "filterreg", "gmmreg", "mmd", "branch-and-bound", "correlative", "flow", "flow-from-source",
+    "association-bp", "hypothesis-mixture",
+]  # fmt: skip
+"""The names, for editors to complete."""
+
+ALIASES = {
+    "umeyama": "similarity",
+    "ransac-unpaired": "ransac-congruent",
+    "gnc": "graduated-nonconvexity",
+    "point-to-point": "icp",
+    "tricp": "trimmed-icp",
+    "generalized-icp": "gicp",
+    "p2d-ndt": "ndt",
+    "d2d-ndt": "ndt-d2d",
+}
+"""The field's other names for the methods: understood, not listed."""
+
 
 class _Methods(Mapping[str, Method[Any]]):
     """Read-only; a method's module is imported when the method is first asked for: a
@@ -43,12 +65,16 @@ class _Methods(Mapping[str, Method[Any]]):
     """
 
     def __getitem__(self, name: str) -> Method[Any]:
-        module, constant = _LIST[name].rsplit(".", 1)
+        module, constant = _LIST[ALIASES.get(name, name)].rsplit(".", 1)
         method: Method[Any] = getattr(import_module(f"solvers.methods.{module}"), constant)
         return method
 
     def __contains__(self, name: object) -> bool:
-        return name in _LIST
+        return name in _LIST or name in ALIASES
+
+    def __repr__(self) -> str:
+        width = max(map(len, self))
+        return "\n".join(f"{name:{width}}  {self[name].summary}" for name in self)
 
     def __iter__(self) -> Iterator[str]:
         return iter(_LIST)

@@ -12,11 +12,12 @@ from numpy.typing import ArrayLike
 
 from solvers.core import validate
 from solvers.core.arrays import AnyArray, BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.method import State
 from solvers.core.partners import NONE
 from solvers.core.pose import Pose
 from solvers.core.registry import METHODS
 from solvers.core.status import ENDED, Status
-from solvers.core.stepper import Batch, History, State
+from solvers.core.stepper import Batch, History
 
 
 @dataclass(frozen=True, eq=False)
@@ -254,7 +255,7 @@ def side_by_side(results: Sequence[Result]) -> Result:
 
     return Result(
         method=results[0].method,
-        pose=Pose(
+        pose=Pose.trusted(
             np.stack([r.pose.R for r in results]),
             np.stack([r.pose.t for r in results]),
             np.stack([np.asarray(r.pose.scale) for r in results]),
@@ -264,7 +265,7 @@ def side_by_side(results: Sequence[Result]) -> Result:
         steps=np.array([r.steps for r in results], dtype=np.int64),
         objective=np.array([r.objective for r in results]),
         history=History(
-            Pose(
+            Pose.trusted(
                 course(lambda h: h.poses.R),
                 course(lambda h: h.poses.t),
                 course(lambda h: np.asarray(h.poses.scale)),
@@ -284,7 +285,7 @@ def _shaped(value: Any, axes: tuple[int, ...], at: int = 0) -> Any:
     word loses its array.
     """
     if isinstance(value, Pose):
-        return Pose(*(_shaped(np.asarray(getattr(value, part)), axes, at) for part in ("R", "t", "scale")))
+        return Pose.trusted(*(_shaped(np.asarray(getattr(value, part)), axes, at) for part in ("R", "t", "scale")))
     if isinstance(value, np.ndarray):
         return value.reshape((*value.shape[:at], *axes, *value.shape[at + 1 :]))[()]
     if is_dataclass(value) and not isinstance(value, type):

@@ -1,164 +1,28 @@
-"""The one loop that every method runs in, and what a method must offer to run in it.
+"""The one loop that every method runs in.
 
 A method is a pair of functions, `start(problem, options) -> state` and
 `step(state) -> state`, on a whole batch: every array has the problems as its leading
 axis b, and no problem may see another. States are frozen. The loop takes a problem out
 of the batch when its status says that it has stopped, so a step only ever sees running
 problems.
-
-To add a method, write a module with:
-
-1. Frozen dataclasses of options, whose `__post_init__` refuses bad values by
-   `solvers.core.validate`, and of states, with the fields of `State` and what a figure is to
-   show. `problem` and what is precomputed are `field(metadata=CONSTANT)`, the options
-   `field(metadata=SHARED)`; see `solvers.core.tree`.
-2. `start`, which fills the state at `problem.start` and draws all random numbers of the
-   run, by `numpy.random.default_rng(problem.seed[i])` for problem i. A hopeless problem
-   gets `Status.DEGENERATE` and a reason (`status.mark`).
-3. `step`, which returns `dataclasses.replace(state, pose=…, objective=…, status=…, …)`:
-   running, converged, stalled or degenerate. It must not raise for geometry and must
-   not write into arrays.
-4. A `Method(...)`, added to the list in `solvers/core/registry.py`;
-   tests/solvers/core/test_registry.py says where else its name belongs.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
-from solvers.core.arrays import BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.arrays import BoolArray, FloatArray, IntArray
+from solvers.core.log import debug
+from solvers.core.method import Method, Problem, S
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark
 from solvers.core.tree import put, take
 
-
-@dataclass(frozen=True, eq=False)
-class Problem:
-    """b registration problems, already validated.
-
-    Parameters
-    ----------
-    source : ndarray of shape (b, m, d)
-        The clouds that are moved, in world units.
-    target : ndarray of shape (b, n, d)
-        The clouds that stay. Paired methods get m = n, with row i's partner in row i.
-    weights : ndarray of shape (b, m)
-        Of the source rows (of the pairs, when paired).
-    start : Pose
-        b starting poses.
-    seed : ndarray of int64, shape (b,)
-        What each problem's random numbers are drawn from.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from solvers import Pose
-    >>> from solvers.stepper import Problem
-    >>> p, q = np.zeros((1, 5, 2)), np.ones((1, 7, 2))
-    >>> start, weights = Pose.identity(batch=(1,)), np.ones((1, 5))
-    >>> problem = Problem(p, q, weights, start, np.array([40]))
-    >>> problem.size, problem.dim
-    (1, 2)
-    """
-
-    source: FloatArray
-    target: FloatArray
-    weights: FloatArray
-    start: Pose
-    seed: IntArray
-
-    @property
-    def size(self) -> int:
-        """b, the number of problems."""
-        return int(self.source.shape[0])
-
-    @property
-    def dim(self) -> int:
-        """d, the number of coordinates of a point."""
-        return int(self.source.shape[-1])
-
-
-class State(Protocol):
-    """What every method's state carries, whatever else it does; all of leading axis b.
-    """
-
-    @property
-    def problem(self) -> Problem: ...
-    @property
-    def pose(self) -> Pose: ...
-    @property
-    def objective(self) -> FloatArray:
-        """(b,) what the method minimises, at `pose`."""
-
-    @property
-    def status(self) -> StatusArray: ...
-    @property
-    def reason(self) -> ReasonArray: ...
-
-
-S = TypeVar("S", bound=State)
 T = TypeVar("T")
-
-
-@dataclass(frozen=True)
-class NoOptions:
-    """The options of a method that has none."""
-
-
-@dataclass(frozen=True, eq=False)
-class Method(Generic[S]):
-    """A registration method, as `solvers.METHODS` lists it.
-
-    Parameters
-    ----------
-    name : str
-        What `register(method=…)` calls it.
-    summary : str
-        One line.
-    source : str
-        The paper it follows.
-    start : callable
-        `start(problem, options) -> state`, the state at the start.
-    step : callable
-        `step(state) -> state`, one step of every problem in the state.
-    options : type
-        The frozen dataclass of its own options, with defaults.
-    partners : callable, or None
-        `partners(state) -> (b, m)`, each source row's target row, −1 for none; None: soft.
-    paired : bool
-        Whether it matches row i with row i, and takes `pairs`.
-    weighted : bool
-        Whether it takes `weights`.
-    dims : tuple of int, or None
-        The dimensions it works in; None for any.
-    max_steps : int
-        The usual cap.
-
-    Examples
-    --------
-    >>> from solvers import METHODS
-    >>> icp = METHODS["icp"]
-    >>> icp.source, icp.dims, icp.max_steps
-    ('Besl & McKay 1992', None, 70)
-    >>> icp.options(gate=2.6).gate
-    2.6
-    """
-
-    name: str
-    summary: str
-    source: str
-    start: Callable[[Problem, Any], S]
-    step: Callable[[S], S]
-    options: type = NoOptions
-    partners: Callable[[S], IntArray] | None = None
-    paired: bool = False
-    weighted: bool = False
-    dims: tuple[int, ...] | None = (2,)
-    max_steps: int = 70
 
 
 @dataclass(frozen=True, eq=False)
@@ -368,9 +232,10 @@ def run(batch: Batch[S], callback: Callback | None = None) -> tuple[Batch[S], Hi
         k += 1
         poses.append(batch.pose())
         objective.append(batch.objective())
+        debug("%s: step %d, %d of %d still running", batch.method.name, k, batch.rows.size, batch.steps.size)
         if callback is not None and callback(k, batch.state()):
             break
-    course = Pose(
+    course = Pose.trusted(
         np.stack([p.R for p in poses]), np.stack([p.t for p in poses]), np.stack([np.asarray(p.scale) for p in poses])
     )
     return batch, History(course, np.stack(objective))

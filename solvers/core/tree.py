@@ -17,6 +17,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from solvers.core.arrays import BoolArray, IntArray
+from solvers.core.pose import Pose
 
 T = TypeVar("T")
 
@@ -49,6 +50,8 @@ def _take(value: Any, rows: Any) -> Any:
         return value[rows]
     if isinstance(value, tuple):
         return tuple(_take(item, rows) for item in value)
+    if isinstance(value, Pose):
+        return Pose.trusted(value.R[rows], value.t[rows], np.asarray(value.scale)[rows])
     if is_dataclass(value) and not isinstance(value, type):
         return replace(
             value,
@@ -66,6 +69,9 @@ def _put(whole: Any, rows: Any, part: Any, name: str) -> Any:
         return out
     if isinstance(whole, tuple):
         return tuple(_put(a, rows, b, f"{name}[{k}]") for k, (a, b) in enumerate(zip(whole, part, strict=True)))
+    if isinstance(whole, Pose):
+        parts = (_put(getattr(whole, k), rows, getattr(part, k), f"{name}.{k}") for k in ("R", "t", "scale"))
+        return Pose.trusted(*parts)
     if is_dataclass(whole) and not isinstance(whole, type):
         return replace(
             whole,

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import difflib
 import sys
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -169,20 +169,23 @@ def number(value: object, name: str, low: float = -np.inf, high: float = np.inf)
     return float(value)
 
 
-def one_of(value: object, known: Iterable[str], name: str) -> str:
+def one_of(value: object, known: Collection[str], name: str) -> str:
     """`value` when it is one of the `known` names, else a ValueError with the nearest
     right one.
     """
-    names = sorted(known)
-    if isinstance(value, str) and value in names:
+    if isinstance(value, str) and value in known:
         return value
+    names = sorted(known)
     raise ValueError(f"{name}: {value!r} is unknown{nearest(str(value), names)}; known: {', '.join(names)}")
 
 
 def nearest(wrong: str, names: Iterable[str]) -> str:
     """', did you mean …?' with the nearest right name, or nothing when none is near."""
-    close = difflib.get_close_matches(wrong, list(names), n=1, cutoff=0.5)
-    return f", did you mean {close[0]!r}?" if close else ""
+    known = list(names)
+    # A part of a name, such as "cpd" of "cpd-rigid", says more than as many letters in common.
+    parts = [name for name in known if wrong and wrong in name.replace("_", "-").split("-")]
+    close = parts or difflib.get_close_matches(wrong, known, n=1, cutoff=0.5)
+    return f", did you mean {' or '.join(map(repr, close))}?" if close else ""
 
 
 def batch_shape(**shapes: tuple[int, ...]) -> tuple[int, ...]:

@@ -80,7 +80,7 @@ def poses_about_line(source: ArrayLike, target: ArrayLike, angle: ArrayLike = 0.
     least = Pose.from_rotvec(_least_turn(u, v)).R
     spun = Pose.from_rotvec(np.asarray(angle, dtype=np.float64)[..., None] * v).R
     R = spun @ least
-    return Pose(R, centre - R @ middle)
+    return Pose.trusted(R, centre - R @ middle)
 
 
 def _least_turn(u: FloatArray, v: FloatArray) -> FloatArray:

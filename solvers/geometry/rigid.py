@@ -355,7 +355,7 @@ def _finish(
             s = np.ldexp(np.where(bad, 1.0, turned / np.where(bad, 1.0, m.square_p)), np.where(bad, 0, eq - ep))
     mean_p, mean_q = np.ldexp(m.mean_p, ep[..., None]), np.ldexp(m.mean_q, eq[..., None])
     t = mean_q - s[..., None] * (R @ mean_p[..., None])[..., 0]
-    pose = Pose(R, t, s)
+    pose = Pose.trusted(R, t, s)
 
     with np.errstate(over="ignore", under="ignore"):
         cost = pair_cost(pose, m.source, m.target, m.weights)

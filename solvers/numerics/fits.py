@@ -65,4 +65,4 @@ def fit_pairs(
     mean_p, mean_q = (np.einsum("bm,bmd->bd", share, x[some]) for x in (source, partners))
     t[some] = mean_q - (R[some] @ mean_p[..., None])[..., 0]
     scale[bad & ~some] = np.asarray(pose.scale)[bad & ~some]
-    return Pose(R, t, scale), fit.reason, fit.condition
+    return Pose.trusted(R, t, scale), fit.reason, fit.condition

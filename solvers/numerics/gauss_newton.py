@@ -135,7 +135,7 @@ def apply(xi: FloatArray, system: System, pose: Pose) -> Pose:
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         turn = rotation(xi[:, d:] / system.radius[:, None])
         t = system.centre + turned(turn, pose.t - system.centre) + xi[:, :d]
-    return Pose(turn @ pose.R, t, pose.scale)
+    return Pose.trusted(turn @ pose.R, t, pose.scale)
 
 
 def turned(R: FloatArray, v: FloatArray) -> FloatArray:

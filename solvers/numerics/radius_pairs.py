@@ -26,9 +26,9 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import AnyArray, BoolArray, FloatArray, ReasonArray, StatusArray
+from solvers.core.method import Problem
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
-from solvers.core.stepper import Problem
 from solvers.numerics.fits import fit_pairs, rms_radius
 
 MOST = 14_000_000
@@ -266,7 +266,7 @@ def initial(problem: Problem, options: Any) -> dict[str, Any]:
         "options": options,
         "radius": rms_radius(problem.source),
         "last": _lengths(options.last, 0.03, size),
-        "pose": Pose(problem.start.R, problem.start.t),
+        "pose": Pose.trusted(problem.start.R, problem.start.t),
         "objective": np.zeros(b),
         "status": statuses((b,)),
         "reason": reasons((b,)),

@@ -218,7 +218,7 @@ def scan_to_map(
         # All in the coordinates of the last keyframe, so that no number grows with the drive.
         frame = poses[kept[-1]]
         start = frame.inverse().compose(poses[-1]).compose(motion[k])
-        state = matched(scans, np.array([k]), index, surface, Pose(start.R[None], start.t[None]), options)
+        state = matched(scans, np.array([k]), index, surface, Pose.trusted(start.R[None], start.t[None]), options)
         (share[k],), (weakest,) = signs(state, options)
         determined = state.status[0] != Status.DEGENERATE and weakest >= options.least_weakest
         believed[k] = determined and share[k] >= options.least_share
@@ -231,7 +231,7 @@ def scan_to_map(
             index, surface = _local_map(scans, kept, poses)
         if progress is not None:
             progress(k, n - 1)
-    whole = _stacked([Pose(p.R[None], p.t[None]) for p in poses])
+    whole = _stacked([Pose.trusted(p.R[None], p.t[None]) for p in poses])
     links = whole[:-1].inverse().compose(whole[1:])
     return Chain(whole, _with_first(links), said, believed, share)
 
@@ -263,7 +263,7 @@ def _apart(a: Pose, b: Pose, shift: float, turn: float) -> bool:
 
 
 def _with_first(links: Pose) -> Pose:
-    return Pose(np.concatenate([np.eye(2)[None], links.R]), np.concatenate([np.zeros((1, 2)), links.t]))
+    return Pose.trusted(np.concatenate([np.eye(2)[None], links.R]), np.concatenate([np.zeros((1, 2)), links.t]))
 
 
 def _chain(found: Matches, predicted: Pose) -> Chain:
@@ -276,4 +276,4 @@ def _chain(found: Matches, predicted: Pose) -> Chain:
 
 
 def _stacked(poses: list[Pose]) -> Pose:
-    return Pose(np.concatenate([p.R for p in poses]), np.concatenate([p.t for p in poses]))
+    return Pose.trusted(np.concatenate([p.R for p in poses]), np.concatenate([p.t for p in poses]))

@@ -108,7 +108,7 @@ def candidates(poses: Pose, options: LoopOptions | None = None) -> tuple[IntArra
         before = chosen[driven[b] - driven[chosen] >= options.apart]
         before = before[before < b]
         gap = np.linalg.norm(poses.t[before] - poses.t[b], axis=1)
-        heading = np.abs(Pose(poses.R[before] @ poses.R[b].T, np.zeros(2)).angle)
+        heading = np.abs(Pose.trusted(poses.R[before] @ poses.R[b].T, np.zeros(2)).angle)
         near = (gap <= options.radius) & (heading <= options.turn)
         for a in before[near][np.argsort(gap[near], kind="stable")][: options.most].tolist():
             later.append(b)
@@ -198,7 +198,7 @@ def edges_of(chain: Chain, loops: Matches, used: BoolArray | None = None) -> tup
     edges = Edges(
         np.concatenate([np.arange(n - 1), loops.target[kept]]),
         np.concatenate([np.arange(1, n), loops.source[kept]]),
-        Pose(
+        Pose.trusted(
             np.concatenate([chain.motion.R[1:], loops.pose.R[kept]]),
             np.concatenate([chain.motion.t[1:], loops.pose.t[kept]]),
         ),

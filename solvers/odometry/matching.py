@@ -16,9 +16,10 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
 from solvers.core.status import Status
-from solvers.core.stepper import Batch, Method, Problem, begin, run
+from solvers.core.stepper import Batch, begin, run
 from solvers.geometry import nearest
 from solvers.geometry.nearest import Index
 from solvers.geometry.normals import NEIGHBOURS, Normals, normals

@@ -51,7 +51,7 @@ def residuals(poses: Pose, edges: Edges) -> FloatArray:
     first, Z = poses[edges.i], edges.relative
     seen = _turned_back(first.R, poses.t[edges.j] - first.t)
     off = _turned_back(Z.R, seen - Z.t)
-    turn = Pose(Z.R.swapaxes(1, 2) @ first.R.swapaxes(1, 2) @ poses.R[edges.j], np.zeros(2)).angle
+    turn = Pose.trusted(Z.R.swapaxes(1, 2) @ first.R.swapaxes(1, 2) @ poses.R[edges.j], np.zeros(2)).angle
     return np.concatenate([off, turn[:, None]], axis=1)
 
 
@@ -132,7 +132,7 @@ def squares(errors: FloatArray, information: FloatArray) -> FloatArray:
 
 def moved(poses: Pose, step: FloatArray) -> Pose:
     """The poses after `t + v, θ + ω`, for a step (n, 3)."""
-    return Pose(Pose.from_angle(step[:, 2]).R @ poses.R, poses.t + step[:, :2])
+    return Pose.trusted(Pose.from_angle(step[:, 2]).R @ poses.R, poses.t + step[:, :2])
 
 
 def _turned_back(R: FloatArray, v: FloatArray) -> FloatArray:

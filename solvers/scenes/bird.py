@@ -100,7 +100,7 @@ def bird_start(degrees: float = -40.0, distance: float = 1.6) -> Pose:
     centre = SHAPE.mean(axis=0)
     R = Pose.from_angle(np.radians(degrees)).R @ TRUTH.R
     moved = TRUTH.apply(centre[None])[0] + distance * np.array([-0.96, 0.28])
-    return Pose(R, moved - R @ centre)
+    return Pose.trusted(R, moved - R @ centre)
 
 
 def _sampled(rng: np.random.Generator, n: int, phase: float, sigma: float) -> tuple[FloatArray, FloatArray]:

@@ -108,7 +108,7 @@ def chained(motion: Pose) -> Pose:
     for k in range(1, len(t)):
         t[k] = R[k - 1] @ t[k] + t[k - 1]
         R[k] = R[k - 1] @ R[k]
-    return Pose(R, t)
+    return Pose.trusted(R, t)
 
 
 @cache

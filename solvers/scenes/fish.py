@@ -126,7 +126,7 @@ def fish(
         clouds.append(np.where(wrong[:, None], elsewhere, _sampled(FISH, phase) + sigma * unit))
         masks.append(wrong)
     size = SMALLER if smaller else 1.0
-    truth = Pose(np.eye(2), np.zeros(2), 1.0 / size)
+    truth = Pose.trusted(np.eye(2), np.zeros(2), 1.0 / size)
     return Scene(name, seed, size * clouds[0], clouds[1], truth, fish_start(), masks[0], masks[1], (size * FISH,))
 
 

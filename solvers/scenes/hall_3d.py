@@ -42,6 +42,6 @@ def hall(seed: int = 40, floor: int = 250) -> Hall:
 
     turn = np.eye(3)
     turn[:2, :2] = Pose.from_angle(np.radians(20.0)).R
-    truth = Pose(turn, np.array([0.7, -0.4, 0.0]))
+    truth = Pose.trusted(turn, np.array([0.7, -0.4, 0.0]))
     source, target = raised(scene.truth.apply(scene.source)), raised(scene.target)
     return Hall(truth.inverse().apply(source), target, truth)

@@ -300,5 +300,5 @@ def _stacked(each: list[Covariance]) -> Covariance:
     def row(name: str) -> FloatArray:
         return np.stack([getattr(one, name) for one in each])
 
-    mean = Pose(np.stack([one.mean.R for one in each]), np.stack([one.mean.t for one in each]))
+    mean = Pose.trusted(np.stack([one.mean.R for one in each]), np.stack([one.mean.t for one in each]))
     return Covariance(mean, row("deviations"), row("directions"), row("centre"), row("radius"), "target", "starts")

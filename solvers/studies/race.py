@@ -19,9 +19,10 @@ from typing import Any
 import numpy as np
 
 from solvers.core import validate
+from solvers.core.method import Problem
 from solvers.core.pose import Pose
 from solvers.core.registry import METHODS
-from solvers.core.stepper import Batch, Problem, begin
+from solvers.core.stepper import Batch, begin
 from solvers.scenes.rooms import Scene, room, room_start
 
 SEEDS = tuple(40 + 13 * k for k in range(25))
@@ -275,6 +276,6 @@ def race_problem(controls: Controls, seeds: Sequence[int] = SEEDS) -> tuple[Prob
         raise ValueError(f"seeds: expected a sequence of integers, got {seeds!r}")
     scenes = [controls.scene(int(s)) for s in checked]
     source, target = (np.stack([getattr(s, name) for s in scenes]) for name in ("source", "target"))
-    start = Pose(np.broadcast_to(controls.start.R, (len(scenes), 2, 2)), controls.start.t)
-    truth = Pose(np.stack([s.truth.R for s in scenes]), np.stack([s.truth.t for s in scenes]))
+    start = Pose.trusted(np.broadcast_to(controls.start.R, (len(scenes), 2, 2)), controls.start.t)
+    truth = Pose.trusted(np.stack([s.truth.R for s in scenes]), np.stack([s.truth.t for s in scenes]))
     return Problem(source, target, np.ones(source.shape[:2]), start, checked), truth

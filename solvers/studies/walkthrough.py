@@ -15,8 +15,9 @@ from typing import Any
 
 import numpy as np
 
+from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
-from solvers.core.stepper import Batch, Method, Problem, begin
+from solvers.core.stepper import Batch, begin
 from solvers.methods.flow.flow import FLOW, FlowOptions
 from solvers.methods.mmd.mmd import MMD, MmdOptions
 from solvers.methods.soft.cpd import SIMILARITY, CpdOptions
@@ -65,7 +66,7 @@ def found(batch: Batch[Any], starts: Sequence[Pose]) -> Pose:
     """The poses of the scenes, (b,), as the runs have them: each the motion found so
     far after the start.
     """
-    first = Pose(np.stack([s.R for s in starts]), np.stack([s.t for s in starts]))
+    first = Pose.trusted(np.stack([s.R for s in starts]), np.stack([s.t for s in starts]))
     return batch.pose().compose(first)
 
 

@@ -282,12 +282,12 @@ def _unscented(start: Covariance) -> Pose:
 
 
 def _joined(first: Pose, rest: Pose) -> Pose:
-    return Pose(np.concatenate([first.R[None], rest.R]), np.concatenate([first.t[None], rest.t]))
+    return Pose.trusted(np.concatenate([first.R[None], rest.R]), np.concatenate([first.t[None], rest.t]))
 
 
 def _twists(poses: Pose, mean: Pose, centre: FloatArray, radius: float) -> FloatArray:
     """(radius · angle, x, y) from the mean to each pose, about the centre in target coordinates."""
-    shift = Pose(np.eye(2), centre)
+    shift = Pose.trusted(np.eye(2), centre)
     twist = se2.log(shift.inverse().compose(poses.compose(mean.inverse())).compose(shift))
     scaled: FloatArray = twist * np.array([radius, 1.0, 1.0])
     return scaled
@@ -305,7 +305,7 @@ def _gaussian(poses: Pose, middle: FloatArray, radius: float, made_by: str, mean
             break
         spread, best = now, (mean, centre, along)
         step = se2.exp(along.mean(axis=0) / np.array([radius, 1.0, 1.0]))
-        shift = Pose(np.eye(2), centre)
+        shift = Pose.trusted(np.eye(2), centre)
         mean = shift.compose(step).compose(shift.inverse()).compose(mean)
     mean, centre, along = best
     scaled = along.T @ along / max(len(along) - 1, 1)

@@ -171,7 +171,7 @@ class Covariance:
         """
         back = self.mean.inverse()
         apart = pose.compose(back) if self.frame == "target" else back.compose(pose)
-        shift = Pose(np.eye(2), self.centre)
+        shift = Pose.trusted(np.eye(2), self.centre)
         twist = se2.log(shift.inverse().compose(apart).compose(shift))
         scaled = twist * self._scale()
         along: FloatArray = (scaled[..., None, :] @ self.directions)[..., 0, :]
@@ -377,7 +377,7 @@ class Covariance:
     def _motions(self, along: FloatArray) -> Pose:
         """The motions that go so far along each direction, (n, 3)."""
         twist = (along @ self.directions.T) / self._scale()
-        shift = Pose(np.eye(2), self.centre)
+        shift = Pose.trusted(np.eye(2), self.centre)
         return shift.compose(se2.exp(twist)).compose(shift.inverse())
 
 

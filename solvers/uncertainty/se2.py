@@ -108,4 +108,4 @@ def shifted(centre: FloatArray) -> FloatArray:
     """The adjoint of the shift that puts `centre` (..., 2) at the origin, (..., 3, 3): a
     twist about the frame's origin, told about `centre`.
     """
-    return adjoint(Pose(np.eye(2), -np.asarray(centre)))
+    return adjoint(Pose.trusted(np.eye(2), -np.asarray(centre)))

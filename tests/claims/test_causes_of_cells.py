@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from solvers import Pose, register
-from solvers.core.stepper import Problem
+from solvers.core.method import Problem
 from solvers.methods.ndt import ndt
 from solvers.methods.ndt.ndt_map import build
 from solvers.methods.ndt.score import evaluate, score_map

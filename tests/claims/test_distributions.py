@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from solvers import METHODS, Pose, register
-from solvers.core.stepper import Problem, begin, run
+from solvers.core.method import Problem
+from solvers.core.stepper import begin, run
 from solvers.metrics import rre, rte
 from solvers.numerics.fourier_features import exact_squared_mmd, mean_features, mean_kernel, unit_frequencies
 from solvers.scenes.rooms import room, room_start

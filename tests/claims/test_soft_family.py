@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from solvers import METHODS, Pose, fit_rigid, register
-from solvers.core.stepper import Problem, advance, begin
+from solvers.core.method import Problem
+from solvers.core.stepper import advance, begin
 from solvers.methods.soft.annealed import weights
 from solvers.methods.soft.belief_propagation import marginal_matrix
 from solvers.methods.soft.cpd import CpdOptions, responsibilities

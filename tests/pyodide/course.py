@@ -5,7 +5,8 @@ import json
 import numpy as np
 
 from solvers import METHODS
-from solvers.core.stepper import Problem, advance, begin
+from solvers.core.method import Problem
+from solvers.core.stepper import advance, begin
 from solvers.scenes.rooms import kabsch_scene
 from solvers.studies.benchmark import line
 from solvers.studies.race import CONTESTANTS, Controls, race_problem

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from solvers import METHODS, Pose, Result, Status, register
-from solvers.core.stepper import Problem
+from solvers.core.method import Problem
 from solvers.methods.flow import flow
 from solvers.numerics import radius_pairs
 from solvers.thinning import thinned

@@ -50,3 +50,9 @@ def test_residuals_and_their_rms_over_a_batch(rng, random_pose):
     assert rre(poses, Pose.identity(3)).shape == rte(poses, Pose.identity(3)).shape == (4,)
     with pytest.raises(ValueError, match="target"):
         residuals(poses, source, target[:5])
+
+
+def test_poses_of_the_plane_and_of_space_are_not_compared():
+    for error in (rre, rte):
+        with pytest.raises(ValueError, match="truth: moves points in 3 dimensions, the pose in 2"):
+            error(Pose.identity(), Pose.identity(3))

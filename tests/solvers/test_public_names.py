@@ -38,7 +38,7 @@ NAMES = {
         "prepare read_drive scan_to_map scan_to_scan verified"
     ),
     "race": "CONTESTANTS Contestant Controls EXTRAS MAX_STEPS SEEDS contestants race_problem",
-    "ransac": "RANSAC RansacOptions RansacState capped_sum trials",
+    "consensus": "RANSAC RansacOptions RansacState capped_sum trials",
     "robust": "FLOOR KERNELS TUNING check_options least_scale loss mad_scale threshold weights",
     "scans": "PILLARS Scans WALLS ranges two_scans",
     "scenes": (

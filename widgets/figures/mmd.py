@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from solvers import METHODS, Pose, Status
-from solvers.core.stepper import Batch, Problem, advance, begin
+from solvers.core.method import Problem
+from solvers.core.stepper import Batch, advance, begin
 from solvers.methods.mmd.mmd import MmdState
 from solvers.metrics import rre, rte
 from solvers.numerics.fourier_features import mean_features, mean_kernel, unit_frequencies

@@ -12,7 +12,8 @@ import numpy as np
 
 from solvers import METHODS, Pose, Status
 from solvers.core.arrays import BoolArray
-from solvers.core.stepper import Batch, Problem, advance, begin
+from solvers.core.method import Problem
+from solvers.core.stepper import Batch, advance, begin
 from solvers.metrics import rre, rte
 from solvers.scenes.rooms import Scene, room
 from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE

@@ -14,7 +14,7 @@ import numpy as np
 
 from solvers import Pose
 from solvers.core.arrays import BoolArray
-from solvers.core.stepper import Problem
+from solvers.core.method import Problem
 from solvers.scenes.rooms import ROOM_SETTINGS, Scene
 from widgets.drawing.chart import Series, chart
 from widgets.drawing.picture import Array, Group, Mark, Panel, Path, Points, Role, Segments, View

@@ -42,9 +42,9 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
-from solvers.core.stepper import Method, Problem
 from solvers.core.tree import CONSTANT, SHARED
 from solvers.geometry.rigid import fit_rigid
 from solvers.methods.flow import network
@@ -244,7 +244,7 @@ def _read_out(state: FlowState, views: tuple[Pose, Pose], chosen: IntArray) -> P
     rows = np.arange(len(chosen))
     between = views[1][rows, chosen].inverse().compose(views[0][rows, chosen])
     shift = state.middle + state.radius[:, None] * between.t - np.einsum("bij,bj->bi", between.R, state.home)
-    return Pose(between.R, shift).compose(state.problem.start)
+    return Pose.trusted(between.R, shift).compose(state.problem.start)
 
 
 _METHODS = {

@@ -11,8 +11,9 @@ from itertools import pairwise
 import numpy as np
 
 from solvers.core.arrays import FloatArray
+from solvers.core.method import Problem
 from solvers.core.pose import Pose
-from solvers.core.stepper import Batch, Problem, begin, run
+from solvers.core.stepper import Batch, begin, run
 from solvers.methods.flow.flow import FlowOptions, FlowState, flow_method
 from solvers.methods.flow.scenes import HELD_OUT, Draw, Kind, draw
 from solvers.methods.flow.weights import FOLDER

@@ -41,9 +41,9 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
-from solvers.core.stepper import Method, Problem
 from solvers.core.tree import CONSTANT, SHARED, put, take
 from solvers.geometry import nearest
 from solvers.geometry.nearest import Index
@@ -189,7 +189,7 @@ def _start(problem: Problem, options: FastRobustOptions) -> FastRobustState:
     pairing = _pair(problem, index, nu, problem.start)
     lost: BoolArray = pairing.weights.max(axis=1) <= 0.0
     status, reason = mark(statuses((b,)), reasons((b,)), lost, Status.DEGENERATE, NO_WEIGHT)
-    many = Pose(*(np.repeat(np.asarray(x)[:, None], depth, axis=1) for x in (problem.start.R, problem.start.t)))
+    many = Pose.trusted(*(np.repeat(np.asarray(x)[:, None], depth, axis=1) for x in (problem.start.R, problem.start.t)))
     return FastRobustState(
         problem=problem, index=index, radius=rms_radius(problem.source),
         centre=problem.source.mean(axis=1), last=last, options=options,
@@ -243,7 +243,7 @@ def _step(state: FastRobustState) -> FastRobustState:
 
 def _push(past: Pose, pose: Pose) -> Pose:
     """The new pose in front, the oldest gone."""
-    return Pose(
+    return Pose.trusted(
         np.concatenate([pose.R[:, None], past.R[:, :-1]], axis=1),
         np.concatenate([pose.t[:, None], past.t[:, :-1]], axis=1),
     )
@@ -272,7 +272,7 @@ def _coordinates(poses: Pose, origin: Pose, radius: FloatArray, centre: FloatArr
     """Rotation vector (one number in the plane) times `radius` (…) and moved `centre`
     (…, d), relative to `origin`: (…, 1 + 2) or (…, 3 + 3).
     """
-    relative = Pose(poses.R @ origin.R.swapaxes(-1, -2), np.zeros(poses.dim))
+    relative = Pose.trusted(poses.R @ origin.R.swapaxes(-1, -2), np.zeros(poses.dim))
     angle = np.asarray(relative.angle)[..., None]
     if poses.dim == 3:
         skew = relative.R - relative.R.swapaxes(-1, -2)
@@ -293,7 +293,7 @@ def _posed(x: FloatArray, origin: Pose, radius: FloatArray, centre: FloatArray) 
         angle = np.linalg.norm(vector, axis=1)[:, None, None]
         K = np.cross(np.eye(3), (vector / np.where(angle > 0.0, angle, 1.0)[:, 0])[:, None, :])
         R = (np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * (K @ K)) @ origin.R
-    return Pose(R, origin.t + x[:, -d:] - ((R - origin.R) @ centre[..., None])[..., 0])
+    return Pose.trusted(R, origin.t + x[:, -d:] - ((R - origin.R) @ centre[..., None])[..., 0])
 
 
 FAST_ROBUST = Method(

@@ -34,7 +34,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import FloatArray
-from solvers.core.stepper import Method, Problem
+from solvers.core.method import Method, Problem
 from solvers.geometry import nearest
 from solvers.geometry.normals import Normals, normals
 from solvers.methods.icp import surface_icp

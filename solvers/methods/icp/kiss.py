@@ -36,7 +36,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import FloatArray
-from solvers.core.stepper import Method, Problem
+from solvers.core.method import Method, Problem
 from solvers.methods.icp.icp import CappedOptions, IcpState, partners, start_with, step
 from solvers.numerics.fits import lengths
 

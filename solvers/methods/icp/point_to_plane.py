@@ -22,7 +22,7 @@ References
 
 from __future__ import annotations
 
-from solvers.core.stepper import Method, Problem
+from solvers.core.method import Method, Problem
 from solvers.geometry import nearest
 from solvers.geometry.normals import normals
 from solvers.methods.icp import surface_icp

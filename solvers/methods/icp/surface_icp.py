@@ -28,9 +28,9 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.method import Problem
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
-from solvers.core.stepper import Problem
 from solvers.core.tree import CONSTANT, SHARED
 from solvers.geometry import normals
 from solvers.geometry.nearest import Index

@@ -43,9 +43,9 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
-from solvers.core.stepper import Method, Problem
 from solvers.core.tree import CONSTANT, SHARED, put, take
 from solvers.numerics.fits import rms_radius
 from solvers.numerics.fourier_features import KERNELS, feature_sums, mean_features, unit_frequencies
@@ -191,7 +191,7 @@ def _moved_by(pose: Pose, centroid: FloatArray, shift: FloatArray, turns: FloatA
         turn = np.asarray(np.linalg.solve(np.eye(d) - A, np.eye(d) + A), dtype=np.float64)
     R = turn @ pose.R
     centre = (pose.R @ centroid[..., None])[..., 0] + pose.t
-    return Pose(R, centre + shift - (R @ centroid[..., None])[..., 0])
+    return Pose.trusted(R, centre + shift - (R @ centroid[..., None])[..., 0])
 
 
 def _evaluate(state: MmdState, pose: Pose) -> tuple[FloatArray, FloatArray]:
@@ -273,7 +273,7 @@ def _start(problem: Problem, options: MmdOptions) -> MmdState:
     state = MmdState(
         problem=problem, options=options, lengths=lengths, draws=draws, counts=np.tile(counts, (b, 1)),
         fixed_means=np.stack(means, axis=1), centred=problem.source - centroid[:, None], centroid=centroid,
-        radius=rms_radius(problem.source), pose=Pose(problem.start.R, problem.start.t), objective=np.zeros(b),
+        radius=rms_radius(problem.source), pose=Pose.trusted(problem.start.R, problem.start.t), objective=np.zeros(b),
         status=statuses((b,)), reason=reasons((b,)), stage=np.zeros(b, dtype=np.int64), frequencies=draws[:, 0],
         length=lengths[:, 0], moving_mean=nothing, fixed_mean=means[0], residual=nothing,
         jacobian=np.zeros((b, 2 * D, p)), damping=np.full(b, options.damping), condition=np.full(b, np.inf),

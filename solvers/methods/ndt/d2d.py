@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from solvers.core.stepper import Method, Problem
+from solvers.core.method import Method, Problem
 from solvers.methods.ndt import ndt, ndt_map
 from solvers.methods.ndt.ndt import NdtOptions, NdtState
 

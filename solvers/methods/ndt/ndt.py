@@ -34,9 +34,9 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
-from solvers.core.stepper import Method, Problem
 from solvers.core.tree import CONSTANT, SHARED, put, take
 from solvers.geometry.spectral import symmetric_eigen
 from solvers.methods.ndt import d2d_score, mixture, ndt_map
@@ -165,7 +165,7 @@ def moved_by(pose: Pose, step: FloatArray, pivot: FloatArray) -> Pose:
     """The poses (b,) after a step (tx, ty, φ), (b, 3), about the pivots (b, 2)."""
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         turn = rotation(step[:, 2:])
-        return Pose(turn @ pose.R, pivot + turned(turn, pose.t - pivot) + step[:, :2], pose.scale)
+        return Pose.trusted(turn @ pose.R, pivot + turned(turn, pose.t - pivot) + step[:, :2], pose.scale)
 
 
 def levels(problem: Problem, options: NdtOptions) -> list[FloatArray]:

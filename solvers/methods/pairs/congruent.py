@@ -39,10 +39,10 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.method import Method, Problem
 from solvers.core.partners import chosen
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
-from solvers.core.stepper import Method, Problem
 from solvers.core.tree import CONSTANT, SHARED, put, take
 from solvers.geometry import nearest
 from solvers.geometry.nearest import Index
@@ -329,7 +329,7 @@ def _step(state: CongruentState) -> CongruentState:
     )  # fmt: skip
     if promising.any():
         some = np.flatnonzero(promising)
-        part = _try(take(new, some), Pose(R[some, chosen[some]], t[some, chosen[some]]))
+        part = _try(take(new, some), Pose.trusted(R[some, chosen[some]], t[some, chosen[some]]))
         hit = part.best < state.best[some]
         part = replace(
             part,

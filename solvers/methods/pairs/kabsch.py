@@ -7,10 +7,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from solvers.core.arrays import AnyArray, FloatArray, ReasonArray, StatusArray
+from solvers.core.method import Method, NoOptions, Problem
 from solvers.core.partners import own_rows
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
-from solvers.core.stepper import Method, NoOptions, Problem
 from solvers.core.tree import CONSTANT, SHARED
 from solvers.geometry.rigid import fit_rigid, pair_cost
 

@@ -10,7 +10,7 @@ consensus until that stays the same. A refit never raises C: it lowers the sum o
 consensus, and counting anew lowers it again. It may *lower the count*, which is why the
 best is kept by C and not by the count.
 
-How many trials: `solvers.ransac.trials`, with the best consensus so far for the share
+How many trials: `solvers.consensus.trials`, with the best consensus so far for the share
 of right pairs, so the budget falls as better poses are found; `most` caps it, and a run
 that ends by that cap says so. The formula takes the draws of one trial for independent;
 d *distinct* pairs are all right with probability k(k−1)…/(n(n−1)…), a little less than
@@ -41,10 +41,10 @@ from numpy.typing import ArrayLike
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.method import Method, Problem
 from solvers.core.partners import own_rows
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
-from solvers.core.stepper import Method, Problem
 from solvers.core.tree import CONSTANT, SHARED, put
 from solvers.geometry.rigid import Fit, fit_planar, fit_rigid
 from solvers.numerics.fits import lengths

@@ -31,9 +31,9 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import AnyArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
-from solvers.core.stepper import Method, Problem
 from solvers.core.tree import CONSTANT, SHARED
 from solvers.geometry import nearest
 from solvers.geometry.nearest import Index
@@ -127,7 +127,7 @@ class Ground:
     def pose(self, turn: FloatArray, place: FloatArray) -> Pose:
         """The poses that turn the source by `turn` (k,) and put its centroid at `place` (k, 2), in caps."""
         still = Pose.from_angle(turn, np.zeros((len(turn), 2)))
-        return Pose(still.R, place * self.cap + self.middle - still.R @ self.mean)
+        return Pose.trusted(still.R, place * self.cap + self.middle - still.R @ self.mean)
 
 
 @dataclass(frozen=True, eq=False)
@@ -229,7 +229,7 @@ def step(state: BranchAndBoundState) -> BranchAndBoundState:
     many = left > state.options.most
     status, reason = mark(status, reason, many, Status.STALLED, f"more than {state.options.most} boxes are left")
     return replace(
-        state, pose=Pose(R, t, scale), objective=objective, lower=lower, dropped=dropped, boxes=boxes,
+        state, pose=Pose.trusted(R, t, scale), objective=objective, lower=lower, dropped=dropped, boxes=boxes,
         discarded=discarded, examined=examined, left=left, status=status, reason=reason,
     )  # fmt: skip
 
@@ -295,7 +295,7 @@ def _sweep(ground: Ground, begin: Pose, source: FloatArray) -> tuple[Pose, float
     rough = coarse(ground.grid, ground.arms, middle, np.zeros((len(middle), 2)))
     chosen = middle[np.argsort(rough, kind="stable")[:_DESCENTS]]
     swept = ground.pose(chosen[:, 0], chosen[:, 1:])
-    starts = Pose(np.concatenate([begin.R[None], swept.R]), np.concatenate([begin.t[None], swept.t]))
+    starts = Pose.trusted(np.concatenate([begin.R[None], swept.R]), np.concatenate([begin.t[None], swept.t]))
     return _descended(ground, starts, source)
 
 
@@ -351,9 +351,9 @@ def _confined(ground: Ground, poses: Pose) -> Pose:
     off = np.remainder(angle - turn + np.pi, 2.0 * np.pi) - np.pi
     outside = (np.abs(off) > delta) | (np.abs(at - place) > half).any(axis=1)
     if not outside.any():
-        return Pose(poses.R, poses.t)
+        return Pose.trusted(poses.R, poses.t)
     moved = ground.pose(turn + np.clip(off, -delta, delta), place + np.clip(at - place, -half, half))
-    return Pose(
+    return Pose.trusted(
         np.where(outside[:, None, None], moved.R, poses.R), np.where(outside[:, None], moved.t, poses.t)
     )
 

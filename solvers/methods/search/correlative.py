@@ -38,9 +38,9 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import AnyArray, BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
-from solvers.core.stepper import Method, Problem
 from solvers.core.tree import CONSTANT, SHARED
 from solvers.methods.search.lattice import WORTH, Lattice, Window, build
 
@@ -214,9 +214,9 @@ def _step(state: CorrelativeState) -> CorrelativeState:
     words = "no pose of the grid scores higher"
     status, reason = mark(state.status, state.reason, done, Status.CONVERGED, words)
     return replace(
-        state, pose=Pose(R[0], t[0], scale[0]), objective=1.0 - score[0], status=status, reason=reason, score=score[0],
-        runner_up=Pose(R[1], t[1], scale[1]), runner_score=score[1], nodes=nodes, place=place[0],
-        runner_place=place[1], second=second, cut=cut,
+        state, pose=Pose.trusted(R[0], t[0], scale[0]), objective=1.0 - score[0], status=status, reason=reason,
+        score=score[0], runner_up=Pose.trusted(R[1], t[1], scale[1]), runner_score=score[1], nodes=nodes,
+        place=place[0], runner_place=place[1], second=second, cut=cut,
     )  # fmt: skip
 
 

@@ -33,8 +33,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from solvers.core.arrays import BoolArray, FloatArray, ReasonArray, StatusArray
+from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
-from solvers.core.stepper import Method, Problem
 from solvers.core.tree import CONSTANT, SHARED
 from solvers.numerics import gaussians, radius_pairs
 

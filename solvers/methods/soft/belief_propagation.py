@@ -34,8 +34,8 @@ from numpy.typing import ArrayLike
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, ReasonArray, StatusArray
+from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
-from solvers.core.stepper import Method, Problem
 from solvers.core.tree import CONSTANT, SHARED, take
 from solvers.numerics import radius_pairs
 from solvers.numerics.radius_pairs import Candidates

@@ -51,9 +51,9 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, ReasonArray, StatusArray
+from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
-from solvers.core.stepper import Method, Problem
 from solvers.core.tree import CONSTANT, SHARED
 from solvers.geometry.rigid import best_rotation
 from solvers.numerics import gaussians
@@ -184,7 +184,7 @@ def _start(problem: Problem, options: CpdOptions, scaled: bool) -> CpdState:
         start = problem.start
         arm = (start.R @ frame.centre_moving[..., None])[..., 0] * np.asarray(start.scale)[:, None]
         shift = (arm + start.t - frame.centre_fixed) / frame.unit[:, None]
-        moved = Pose(start.R, shift, start.scale).apply(frame.moving)
+        moved = Pose.trusted(start.R, shift, start.scale).apply(frame.moving)
         width = _first_width(moved, frame.fixed) if options.sigma is None else options.sigma / frame.unit
         # In the frame's unit too.
         given = options.volume
@@ -294,7 +294,7 @@ def _step(state: CpdState) -> CpdState:
         step = to.moved - state.moved
         change = np.sqrt(np.einsum("bmd,bmd->b", step, step) / step.shape[1]) / frame.radius
     rest = (change <= options.tolerance) & (np.abs(to.width - state.width) <= options.tolerance * state.width)
-    state = _expect(state, Pose(to.R, t, to.scale), to.shift, to.moved, to.width, change)
+    state = _expect(state, Pose.trusted(to.R, t, to.scale), to.shift, to.moved, to.width, change)
     empty = _empty(state)
     if not (rest | empty).any():
         return state

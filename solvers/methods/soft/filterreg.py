@@ -44,9 +44,9 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import AnyArray, BoolArray, FloatArray, ReasonArray, StatusArray
+from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
-from solvers.core.stepper import Method, Problem
 from solvers.core.tree import CONSTANT, SHARED
 from solvers.numerics import gauss_newton, kernel_filters
 from solvers.numerics.fits import rms_radius, spread_volume
@@ -156,7 +156,7 @@ class FilterRegState:
 
 def _start(problem: Problem, options: FilterRegOptions) -> FilterRegState:
     b, m, _ = problem.source.shape
-    size, pose = rms_radius(problem.target), Pose(problem.start.R, problem.start.t)
+    size, pose = rms_radius(problem.target), Pose.trusted(problem.start.R, problem.start.t)
     scheduled = options.variance == "scheduled"
     with np.errstate(over="ignore", under="ignore"):
         moved = pose.apply(problem.source)

@@ -35,9 +35,9 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, ReasonArray, StatusArray
+from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
-from solvers.core.stepper import Method, Problem
 from solvers.core.tree import CONSTANT, SHARED, put, take
 from solvers.numerics import gauss_newton, gaussians, newton
 from solvers.numerics.fits import rms_radius
@@ -122,7 +122,7 @@ class GmmRegState:
 
 def _start(problem: Problem, options: GmmRegOptions) -> GmmRegState:
     b, m, _ = problem.source.shape
-    radius, pose = rms_radius(problem.source), Pose(problem.start.R, problem.start.t)
+    radius, pose = rms_radius(problem.source), Pose.trusted(problem.start.R, problem.start.t)
     size = np.where(_equal(problem.target), radius, rms_radius(problem.target))
     extent = np.maximum(*(np.ptp(c, axis=1).max(axis=1) for c in (problem.source, problem.target)))
     least = np.clip(_FINEST * extent, 1e-140, 1e140)
@@ -199,7 +199,7 @@ def moved_by(state: GmmRegState, xi: FloatArray) -> Pose:
     turn = Pose.from_angle(xi[:, 2] / state.radius).R
     centre = state.moved.mean(axis=1)
     t = centre + (turn @ (state.pose.t - centre)[..., None])[..., 0] + xi[:, :2]
-    return Pose(turn @ state.pose.R, t)
+    return Pose.trusted(turn @ state.pose.R, t)
 
 
 def _step(state: GmmRegState) -> GmmRegState:

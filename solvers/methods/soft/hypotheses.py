@@ -32,8 +32,8 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import AnyArray, BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
-from solvers.core.stepper import Method, Problem
 from solvers.core.tree import CONSTANT, SHARED
 from solvers.numerics import radius_pairs
 from solvers.numerics.radius_pairs import Candidates

@@ -97,7 +97,7 @@ BROKEN = {
     ),
     "no call": (
         "A :value[solvers.core.validate]\n",
-        ["7:10: a call is expected, like solvers.ransac.trials(0.5, 0.99, 2)"],
+        ["7:10: a call is expected, like solvers.consensus.trials(0.5, 0.99, 2)"],
     ),
     "no format": ('A :value[solvers.core.validate.number(1, "x")]{.2q}\n', ["7:48: no format '.2q': "]),
     "unknown readout": (

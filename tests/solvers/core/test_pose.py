@@ -91,7 +91,7 @@ def test_shapes_that_do_not_fit_are_refused_by_name(R, t, scale, named):
 
 def test_a_pose_of_scale_zero_has_no_inverse():
     with pytest.raises(ValueError, match="scale"):
-        Pose(np.eye(2), np.zeros(2), 0.0).inverse()
+        Pose.trusted(np.eye(2), np.zeros(2), 0.0).inverse()
 
 
 def test_a_pose_shows_itself_in_degrees():
@@ -169,3 +169,25 @@ def test_poses_that_do_not_fit_together_are_named():
         Pose.identity(2).compose(Pose.identity(3))
     with pytest.raises(ValueError, match=r"first: leading axes \(2,\)"):
         Pose.identity(2, (3,)).compose(Pose.identity(2, (2,)))
+
+
+@pytest.mark.parametrize(
+    ("R", "scale", "says"),
+    [
+        (5.0 * np.eye(2), 1.0, r"R: expected a rotation, but R Rᵀ differs from I by 24; Pose.from_matrix"),
+        ([[1.0, 0.3], [0.0, 1.0]], 1.0, "R: expected a rotation, but R Rᵀ differs"),
+        (np.diag([1.0, -1.0]), 1.0, "R: expected a rotation, but one is a reflection"),
+        ([np.eye(3), np.diag([1.0, 1.0, -1.0])], 1.0, "but one is a reflection"),
+        (np.eye(2), 0.0, "scale: must be positive, but the smallest is 0"),
+        (np.eye(2), [1.0, -2.0], "scale: must be positive, but the smallest is -2"),
+    ],
+)
+def test_what_is_no_rotation_and_no_scale_is_refused(R, scale, says):
+    R = np.asarray(R)
+    with pytest.raises(ValueError, match=says):
+        Pose(R, np.zeros(R.shape[-1]), scale)
+    assert Pose.trusted(R, np.zeros(R.shape[-1]), scale).dim == R.shape[-1]
+
+
+def test_a_rotation_written_with_six_digits_is_one():
+    assert Pose(np.round(Pose.from_angle(0.7).R, 7), np.zeros(2)).angle == pytest.approx(0.7, abs=1e-6)

@@ -14,7 +14,8 @@ import pytest
 from numpy.random import Generator
 
 from solvers import METHODS, Pose
-from solvers.core.stepper import Problem, advance, begin
+from solvers.core.method import Problem
+from solvers.core.stepper import advance, begin
 
 
 def test_each_method_stands_under_its_own_name() -> None:

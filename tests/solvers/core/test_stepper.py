@@ -9,8 +9,9 @@ import pytest
 
 from solvers import Pose, Status
 from solvers.core.arrays import FloatArray, ReasonArray, StatusArray
+from solvers.core.method import Method, Problem
 from solvers.core.status import mark, reasons, statuses
-from solvers.core.stepper import Method, Problem, advance, begin, run
+from solvers.core.stepper import advance, begin, run
 from solvers.core.tree import CONSTANT, SHARED, put, take
 
 

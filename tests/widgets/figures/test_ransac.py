@@ -11,7 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from solvers import Pose, Status, fit_rigid
-from solvers.core.stepper import Problem, advance, begin
+from solvers.core.method import Problem
+from solvers.core.stepper import advance, begin
 from solvers.methods.pairs.ransac import RANSAC, RansacOptions, trials
 from widgets.drawing.picture import Path, Points, Segments
 from widgets.engine.contract import SEED, Action, preset

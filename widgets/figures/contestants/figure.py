@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from solvers import METHODS
+from solvers.core.method import Problem
 from solvers.core.pose import Pose
-from solvers.core.stepper import Problem, advance
+from solvers.core.stepper import advance
 from solvers.methods.icp import surface_icp
 from solvers.methods.icp.surface_icp import SurfaceState
 from solvers.methods.ndt.ndt import NdtState

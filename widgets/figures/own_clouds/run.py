@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from solvers import METHODS, Pose, Status
-from solvers.core.stepper import Batch, Problem, advance, begin
+from solvers.core.method import Problem
+from solvers.core.stepper import Batch, advance, begin
 from solvers.verify import Evidence, evidence
 from widgets.figures.own_clouds.clouds import Clouds
 from widgets.figures.own_clouds.methods import OPEN, OWN, options

@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 
 from solvers import Pose
+from solvers.core.method import Problem
 from solvers.core.status import Status
-from solvers.core.stepper import Batch, Problem, advance
+from solvers.core.stepper import Batch, advance
 from solvers.metrics import rre, rte
 from solvers.studies.race import CONTESTANTS, EXTRAS, Contestant
 from widgets.drawing.picture import Panel, Role, worded

@@ -9,7 +9,8 @@ import numpy as np
 
 from solvers import Pose, Status
 from solvers.core.arrays import BoolArray
-from solvers.core.stepper import Problem, advance, begin
+from solvers.core.method import Problem
+from solvers.core.stepper import advance, begin
 from solvers.methods.pairs.ransac import RANSAC, RansacOptions, RansacState
 from solvers.metrics import rre, rte
 from solvers.scenes.facade import facade_scene

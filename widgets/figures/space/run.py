@@ -11,7 +11,8 @@ import numpy as np
 
 from solvers import METHODS, Pose, Status, fit_rigid
 from solvers.collinear import poses_about_line
-from solvers.core.stepper import Batch, Problem, advance, begin
+from solvers.core.method import Problem
+from solvers.core.stepper import Batch, advance, begin
 from solvers.metrics import point_error, rms, rre
 from solvers.mug_scene import Mug, mug, mug_pairs, mug_start
 from widgets.drawing.picture import Array, worded

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from solvers import METHODS, Pose, Status, register
-from solvers.core.stepper import Problem, advance, begin
+from solvers.core.method import Problem
+from solvers.core.stepper import advance, begin
 from solvers.methods.flow import network
 from solvers.methods.flow.flow import FLOW, FLOW_FROM_SOURCE, FlowOptions
 from solvers.methods.flow.scenes import HELD_OUT, TRAINING, draw

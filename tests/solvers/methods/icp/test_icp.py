@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from solvers import METHODS, Pose, Status, register
-from solvers.core.stepper import Problem, advance, begin
+from solvers.core.method import Problem
+from solvers.core.stepper import advance, begin
 from solvers.geometry import nearest
 from solvers.methods.icp.kiss import KissOptions, sigma
 from solvers.metrics import rre, rte

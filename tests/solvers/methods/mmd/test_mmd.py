@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from solvers import METHODS, Pose, Status, register
-from solvers.core.stepper import Problem, advance, begin
+from solvers.core.method import Problem
+from solvers.core.stepper import advance, begin
 from solvers.methods.mmd.derivative import derivatives, implicit_derivative
 from solvers.methods.mmd.mmd import MmdOptions
 from solvers.metrics import rre, rte

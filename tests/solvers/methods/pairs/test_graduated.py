@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from solvers import METHODS, Pose, Status, fit_rigid, register
-from solvers.core.stepper import Problem, advance, begin
+from solvers.core.method import Problem
+from solvers.core.stepper import advance, begin
 from solvers.methods.pairs.graduated import surrogate, tls_weights
 from solvers.metrics import rre, rte
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from solvers import METHODS, Pose, Status, metrics, register
-from solvers.core.stepper import Problem, begin
+from solvers.core.method import Problem
+from solvers.core.stepper import begin
 from solvers.methods.soft.annealed import SoftOptions, weights
 from solvers.numerics import gaussians
 from solvers.scenes.rooms import room, room_start

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from solvers import METHODS, Pose, Status, metrics, register
-from solvers.core.stepper import Problem, advance, begin
+from solvers.core.method import Problem
+from solvers.core.stepper import advance, begin
 from solvers.methods.soft.cpd import FLOOR, STAGES, CpdOptions, responsibilities, stages
 from solvers.scenes.rooms import room
 

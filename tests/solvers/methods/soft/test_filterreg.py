@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from solvers import METHODS, Pose, Status, metrics, register
-from solvers.core.stepper import Problem, advance, begin
+from solvers.core.method import Problem
+from solvers.core.stepper import advance, begin
 from solvers.methods.soft.cpd import CpdOptions, responsibilities
 from solvers.methods.soft.filterreg import STAGES, FilterRegOptions
 from solvers.numerics import kernel_filters

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from solvers import METHODS, Pose, Status, metrics, register
-from solvers.core.stepper import Problem, advance, begin
+from solvers.core.method import Problem
+from solvers.core.stepper import advance, begin
 from solvers.methods.soft.gmmreg import GmmRegOptions, moved_by
 from solvers.scenes.rooms import room, room_start
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from solvers import METHODS, Pose
-from solvers.core.stepper import Problem, begin
+from solvers.core.method import Problem
+from solvers.core.stepper import begin
 from solvers.methods.soft.filterreg import FilterRegOptions
 from solvers.methods.soft.gmmreg import GmmRegOptions
 from solvers.methods.soft.shares import clutter_weight, filterreg_shares, gmmreg_overlaps

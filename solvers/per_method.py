@@ -1,0 +1,96 @@
+"""Each method as a function of its own: `solvers.icp(source, target, gate=0.5)`.
+
+Made from `register` and from the method's options: names, defaults and words stand once. The types that an editor and
+a type checker read are in `solvers/_functions.pyi`; a test holds them to this.
+"""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Callable
+from dataclasses import fields
+from functools import cache
+from typing import Any
+
+from solvers.api import register
+from solvers.core.registry import METHODS
+from solvers.core.result import Result
+
+NAMES = {name.replace("-", "_"): name for name in METHODS}
+"""The functions' names, and the methods'."""
+
+
+@cache
+def function(name: str) -> Callable[..., Result]:
+    """The function of a method.
+
+    Parameters
+    ----------
+    name : str
+        A key of `NAMES`.
+
+    Returns
+    -------
+    callable
+        `register` with the method chosen. It takes what that method takes, nothing else.
+
+    Examples
+    --------
+    >>> from solvers.per_method import function
+    >>> icp = function("icp")
+    >>> icp.__name__, list(icp.__signature__.parameters)[:4]
+    ('icp', ['source', 'target', 'gate', 'trim'])
+    """
+    method = METHODS[NAMES[name]]
+
+    def call(source: Any, target: Any, **options: Any) -> Result:
+        return register(source, target, method.name, **options)
+
+    call.__name__ = call.__qualname__ = name
+    call.__module__ = "solvers"
+    call.__doc__ = _words(method.name)
+    vars(call)["__signature__"] = inspect.Signature(parameters(method.name), return_annotation=Result)
+    return call
+
+
+def parameters(method: str) -> list[inspect.Parameter]:
+    """What a method's function takes: the clouds, its own options, and what `register` takes besides.
+
+    Parameters
+    ----------
+    method : str
+        A name of `METHODS`.
+
+    Returns
+    -------
+    list of inspect.Parameter
+        In the order of the signature.
+    """
+    chosen, common = METHODS[method], dict(inspect.signature(register).parameters)
+    own = [
+        inspect.Parameter(one.name, inspect.Parameter.KEYWORD_ONLY, default=one.default, annotation=one.type)
+        for one in fields(chosen.options)
+    ]
+    left_out = {"method", "options", "keywords"}
+    left_out |= {name for name, takes in (("pairs", chosen.paired), ("weights", chosen.weighted)) if not takes}
+    rest = [one for name, one in common.items() if name not in left_out]
+    return [*rest[:2], *own, *rest[2:]]
+
+
+def _words(method: str) -> str:
+    """A docstring in numpydoc's form, put together from those of the method, its options and `register`."""
+    chosen = METHODS[method]
+    told = {**_parameters_of(register.__doc__), **_parameters_of(chosen.options.__doc__)}
+    listed = [told[one.name] for one in parameters(method) if one.name in told]
+    summary = f"{chosen.summary[:1].upper()}{chosen.summary[1:]}."
+    source = f"Source: {chosen.source}. The same as `register(…, {method!r})`."
+    returns = ["Returns", "-------", "Result", "    As from `register`."]
+    return "\n".join([summary, "", source, "", "Parameters", "----------", *listed, "", *returns])
+
+
+def _parameters_of(docstring: str | None) -> dict[str, str]:
+    """The entries of a docstring's parameters, by name; without docstrings (python -OO) there are none."""
+    section = re.search(r"^Parameters\n-+\n(.*?)(?=^\w[^\n]*\n-+\n|\Z)", inspect.cleandoc(docstring or ""), re.M | re.S)
+    entries = re.split(r"^(?=\S)", section[1].rstrip(), flags=re.M) if section else []
+    return {re.split(r"\W", entry, maxsplit=1)[0]: entry.rstrip() for entry in entries if entry.strip()}

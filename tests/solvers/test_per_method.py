@@ -1,0 +1,170 @@
+"""Methods as functions: what they take, what they say, and the types that editors read."""
+
+from __future__ import annotations
+
+import inspect
+from dataclasses import fields
+from pathlib import Path
+from typing import get_args
+
+import numpy as np
+import pytest
+
+import solvers
+from solvers import METHODS, Pose, per_method, register
+from solvers.core.registry import ALIASES, MethodName
+from solvers.methods.icp.icp import IcpOptions
+
+STUB = Path(per_method.__file__).with_name("_functions.pyi")
+HEAD = '''"""The types of the methods' functions, written from `solvers.per_method`.
+
+By `python -c "from tests.solvers.test_per_method import write; write()"`; a test holds this file to that.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from solvers.core.arrays import IntArray
+from solvers.core.pose import Pose
+from solvers.core.result import Result
+from solvers.core.stepper import Callback
+'''
+
+
+def stub() -> str:
+    """The file's text: a signature for each method, with a line a parameter."""
+    parts = [HEAD]
+    for name, method in per_method.NAMES.items():
+        lines = [f"def {name}("]
+        starred = False
+        for one in per_method.parameters(method):
+            if one.kind is inspect.Parameter.KEYWORD_ONLY and not starred:
+                starred = True
+                lines.append("    *,")
+            default = "" if one.default is inspect.Parameter.empty else " = ..."
+            lines.append(f"    {one.name}: {one.annotation}{default},")
+        parts.append("\n".join([*lines, ") -> Result: ..."]) + "\n")
+    return "\n".join(parts)
+
+
+def write() -> None:
+    """Put the text into its place."""
+    STUB.write_text(stub(), "utf-8")
+
+
+@pytest.fixture
+def clouds() -> tuple[np.ndarray, np.ndarray]:
+    source = np.random.default_rng(40).normal(size=(40, 2))
+    return source, Pose.from_angle(0.1, (0.1, -0.05)).apply(source)
+
+
+@pytest.mark.native
+def test_the_types_are_those_of_the_functions() -> None:
+    assert STUB.read_text("utf-8") == stub()
+
+
+def test_every_method_is_named_for_editors() -> None:
+    assert get_args(MethodName) == tuple(METHODS)
+
+
+@pytest.mark.parametrize("name", per_method.NAMES)
+def test_a_function_takes_its_method_s_options_and_tells_them(name: str) -> None:
+    """In its signature and in its words; nothing of what the method refuses."""
+    method, one = METHODS[per_method.NAMES[name]], getattr(solvers, name)
+    taken = list(inspect.signature(one).parameters)
+    own = [option.name for option in fields(method.options)]
+    assert taken[:2] == ["source", "target"]
+    assert taken[2 : 2 + len(own)] == own
+    assert ("pairs" in taken, "weights" in taken) == (method.paired, method.weighted)
+    assert one.__name__ == name
+    told = inspect.getdoc(one)
+    assert told is not None  # the suite runs with docstrings
+    assert all(f"\n{option} : " in told for option in taken)
+    assert told.index("Parameters\n---") < told.index("Returns\n---")
+
+
+def test_a_function_answers_as_register_does(clouds: tuple[np.ndarray, np.ndarray]) -> None:
+    direct, named = solvers.icp(*clouds, gate=0.8, max_steps=5), register(*clouds, "icp", gate=0.8, max_steps=5)
+    assert np.array_equal(direct.matrix, named.matrix)
+    assert direct.method == "icp"
+    with pytest.raises(ValueError, match="gat: no option of method 'icp', did you mean 'gate'"):
+        solvers.icp(*clouds, gat=0.8)
+
+
+def test_options_come_as_an_object_too(clouds: tuple[np.ndarray, np.ndarray]) -> None:
+    whole = register(*clouds, options=IcpOptions(gate=0.8))
+    assert np.array_equal(whole.matrix, register(*clouds, gate=0.8).matrix)
+    with pytest.raises(ValueError, match="options: method 'gicp' takes GicpOptions, got IcpOptions"):
+        register(*clouds, "gicp", options=IcpOptions())
+    with pytest.raises(ValueError, match="trim: give the options as one object or one by one, not both"):
+        register(*clouds, options=IcpOptions(), trim=0.1)
+
+
+def test_the_field_s_names_are_understood(clouds: tuple[np.ndarray, np.ndarray]) -> None:
+    """Of methods and of the gate; they are not listed, so that what is listed is a method once."""
+    assert {METHODS[name].name for name in ALIASES} == set(ALIASES.values())
+    assert not set(ALIASES) & set(METHODS)
+    assert all(name in METHODS for name in ALIASES)
+    assert register(*clouds, "umeyama").method == "similarity"
+    near, told = register(*clouds, max_distance=0.8), register(*clouds, gate=0.8)
+    assert np.array_equal(near.matrix, told.matrix)
+    with pytest.raises(ValueError, match="max_distance: is another name of gate; give one of them"):
+        register(*clouds, gate=0.8, max_distance=0.8)
+    with pytest.raises(ValueError, match="max_distance: no option of method 'mmd'"):
+        register(*clouds, "mmd", max_distance=0.8)
+
+
+def test_a_part_of_a_name_leads_to_it(clouds: tuple[np.ndarray, np.ndarray]) -> None:
+    with pytest.raises(ValueError, match="'cpd' is unknown, did you mean 'cpd-rigid' or 'cpd-similarity'"):
+        register(*clouds, "cpd")
+    with pytest.raises(ValueError, match="did you mean 'trimmed-icp'"):
+        register(*clouds, "trimed-icp")
+
+
+def test_methods_show_what_they_are() -> None:
+    lines = repr(METHODS).splitlines()
+    assert [line.split()[0] for line in lines] == list(METHODS)
+    assert repr(METHODS["icp"]).startswith("<method 'icp': pairs of nearest points")
+    told = inspect.getdoc(METHODS["icp"])
+    assert told is not None
+    assert "gate : float, default inf" in told
+
+
+def test_modules_come_when_they_are_asked_for() -> None:
+    assert solvers.metrics.rre(Pose.identity(), Pose.from_angle(0.5)) == pytest.approx(0.5)
+    assert solvers.downsample.spacing(np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 2.0]])) > 0.0
+    assert callable(solvers.verify.evidence)
+    assert "icp" in dir(solvers)
+    assert "verify" in dir(solvers)
+    with pytest.raises(AttributeError, match="has no attribute 'nothing'"):
+        _ = solvers.nothing
+
+
+@pytest.mark.native
+def test_debug_messages_tell_the_course(
+    clouds: tuple[np.ndarray, np.ndarray], caplog: pytest.LogCaptureFixture
+) -> None:
+    """What is run, each step, and how it ended; without a listener nothing is said."""
+    with caplog.at_level("DEBUG", "solvers"):
+        result = solvers.icp(*clouds)
+    said = [record.getMessage() for record in caplog.records]
+    assert said[0].startswith("icp: 40 points on to 40, a batch of 1, IcpOptions(gate=inf")
+    assert len(said) == 2 + result.steps
+    assert said[-1] == repr(result)
+    caplog.clear()
+    solvers.icp(*clouds)
+    assert not caplog.records
+
+
+def test_a_result_stays_when_the_clouds_are_written_to(clouds: tuple[np.ndarray, np.ndarray]) -> None:
+    """Its states hold copies: covariance and RMSE are those of what was registered."""
+    source, target = clouds
+    result = register(source, target, "point-to-plane")
+    before = result.rmse
+    source[:], target[:] = 7.0, -3.0
+    assert result.rmse == before
+    state = result.states[0]
+    assert not np.shares_memory(state.problem.source, source)
+    assert not np.shares_memory(state.problem.target, target)
