@@ -49,11 +49,6 @@ class Deck:
         """How many slides there are, the title's among them."""
         return len(self.slides) + 1
 
-    @property
-    def mathematics(self) -> bool:
-        """Whether a formula is seen on any of them."""
-        return any("<math" in slide.title + slide.text + slide.equation for slide in self.slides)
-
 
 def deck(
     survey: Survey, tapes: Mapping[tuple[str, str], Tape], known: Known, draw: Callable[[FigureView], Markup]

@@ -44,8 +44,8 @@ SAID = {
 
 @dataclass(frozen=True)
 class Page:
-    """What the templates need of a page. hidden keeps it from search engines; mathematics: whether it shows some;
-    share: the picture that a link to it shows, where it has one of its own."""
+    """What the templates need of a page. hidden keeps it from search engines; share: the picture that a link to it
+    shows, where it has one of its own."""
 
     name: str
     title: str
@@ -55,7 +55,6 @@ class Page:
     report: str = ""
     home: bool = False
     hidden: bool = False
-    mathematics: bool = False
     share: str = ""
     previous: Chapter | None = None
     next: Chapter | None = None
@@ -162,9 +161,7 @@ class Writer:
         """The slides of a chapter. decks: all of them, in reading order."""
         chapter, i = deck.chapter, decks.index(deck)
         says = f"{chapter.title}, as {deck.count} slides with the chapter's live figures."
-        page = self._page(
-            chapter.deck, f"{chapter.title}: slides", says, "deck-page", mathematics=bool(deck.mathematics)
-        )
+        page = self._page(chapter.deck, f"{chapter.title}: slides", says, "deck-page")
         of = {each.chapter.page: each.chapter.deck for each in decks}
         rungs = [{**rung, "page": of.get(rung["page"], "")} for rung in self._ladder(chapter.page)]
         return self._fill(
@@ -187,7 +184,7 @@ class Writer:
         """A page of the docs; the style guide's template adds the colours as the style sheet has them, and the type."""
         page = self._page(doc.page, doc.title, doc.summary or self.site.description, "docs-page", hidden=doc.hidden)
         canonical = "" if doc.hidden else page.canonical
-        page = replace(page, canonical=canonical, mathematics="<math" in body.html)
+        page = replace(page, canonical=canonical)
         filled = _written(doc, body, references, terms)
         if doc.name != STYLE_GUIDE:
             return self._fill("docs.html", page, **filled)

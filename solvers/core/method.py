@@ -18,7 +18,6 @@ To add a method, write a module with:
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Generic, Protocol, TypeVar
@@ -152,7 +151,8 @@ class Method(Generic[S]):
 
     def __post_init__(self) -> None:
         # What `help(METHODS["icp"])` shows, in place of the words about the class.
-        told = inspect.getdoc(self.options) or ""  # without docstrings (python -OO) there is nothing to tell
+        lines = (self.options.__doc__ or "").splitlines()  # without docstrings (python -OO) there is nothing to tell
+        told = "\n".join(line.removeprefix("    ") for line in lines)
         object.__setattr__(self, "__doc__", f"{self.summary} ({self.source}).\n\n{told}")
 
     def __repr__(self) -> str:

@@ -45,6 +45,19 @@ CUT = """() => [...document.querySelectorAll('svg.plot text, .graph-svg text')].
   if (!r.width || !whole.width || !e.checkVisibility()) return false;
   return Math.max(whole.left - r.left, r.right - whole.right, whole.top - r.top, r.bottom - whole.bottom) > 4;
 }).map(e => `${e.closest('figure').id} cuts off: ${e.textContent}`)"""
+# Fonts that a page asks for ahead of its styles and then uses nowhere.
+UNUSED_FONTS = """async () => {
+  await document.fonts.ready;
+  const bare = name => name.replaceAll('"', '');
+  const all = [...document.styleSheets].flatMap(sheet => [...sheet.cssRules]);
+  const rules = all.filter(r => r instanceof CSSFontFaceRule);
+  const face = r => [...document.fonts].find(f => bare(f.family) === bare(r.style.fontFamily)
+    && f.style === (r.style.fontStyle || 'normal') && f.weight === (r.style.fontWeight || 'normal')
+    && f.unicodeRange === (r.style.getPropertyValue('unicode-range') || 'U+0-10FFFF'));
+  const rule = href => rules.find(r => r.style.getPropertyValue('src').includes(href.split('/').pop()));
+  return [...document.querySelectorAll('link[rel=preload][as=font]')].map(link => link.getAttribute('href'))
+    .filter(href => face(rule(href))?.status !== 'loaded');
+}"""
 # Whole fonts that were used and not asked for early; a few single letters have small files of their own.
 LATE_FONTS = """() => {
   const early = [...document.querySelectorAll('link[rel=preload]')].map(e => e.href);

@@ -9,7 +9,7 @@ from playwright.sync_api import expect
 
 from tests.browser.conftest import Reader
 from tests.browser.figure import Figure, figures
-from tests.browser.layout import CUT, LATE_FONTS, SIDEWAYS, SMALL_TEXT, remaining
+from tests.browser.layout import CUT, LATE_FONTS, SIDEWAYS, SMALL_TEXT, UNUSED_FONTS, remaining
 
 SHIFT = """() => new Promise(done => {
   let moved = 0;
@@ -54,6 +54,7 @@ def test_nothing_overflows_or_moves(reader: Callable[..., Reader], pages: list[s
             figure.live()
         assert page.evaluate(SHIFT) < 0.001, f"{name} shifts"
         assert page.evaluate(LATE_FONTS) == [], f"{name} asks for a font after its styles are read: it may shift"
+        assert page.evaluate(UNUSED_FONTS) == [], f"{name} asks for a font ahead of need that it does not use"
         twice = page.evaluate(
             "(ids => ids.filter((x, i) => ids.indexOf(x) !== i))([...document.querySelectorAll('[id]')].map(e => e.id))"
         )
