@@ -4,7 +4,12 @@ import open3d as o3d
 registration = o3d.pipelines.registration
 
 
+def cloud(points):
+    return o3d.geometry.PointCloud(o3d.utility.Vector3dVector(points))
+
+
 def register(source, target):
-    moving, fixed = (o3d.geometry.PointCloud(o3d.utility.Vector3dVector(cloud)) for cloud in (source, target))
-    pairs = o3d.utility.Vector2iVector(np.repeat(np.arange(len(source))[:, None], 2, axis=1))
-    return registration.TransformationEstimationPointToPoint().compute_transformation(moving, fixed, pairs)
+    rows = np.arange(len(source))
+    pairs = o3d.utility.Vector2iVector(np.column_stack([rows, rows]))
+    fit = registration.TransformationEstimationPointToPoint()
+    return fit.compute_transformation(cloud(source), cloud(target), pairs)

@@ -3,9 +3,14 @@ import open3d as o3d
 registration = o3d.pipelines.registration
 
 
+def cloud(points):
+    return o3d.geometry.PointCloud(o3d.utility.Vector3dVector(points))
+
+
 def register(source, target, start):
-    moving, fixed = (o3d.geometry.PointCloud(o3d.utility.Vector3dVector(cloud)) for cloud in (source, target))
-    return registration.registration_icp(
-        moving, fixed, 2.6, start, registration.TransformationEstimationPointToPoint(),
-        registration.ICPConvergenceCriteria(relative_fitness=0.0, relative_rmse=0.0, max_iteration=20),
-    ).transformation
+    result = registration.registration_icp(
+        cloud(source), cloud(target), 2.6, start,
+        registration.TransformationEstimationPointToPoint(),
+        registration.ICPConvergenceCriteria(0.0, 0.0, 20),
+    )
+    return result.transformation

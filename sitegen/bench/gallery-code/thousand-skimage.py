@@ -2,4 +2,5 @@ from skimage.transform import EuclideanTransform
 
 
 def register(source, targets):
-    return [EuclideanTransform.from_estimate(source, target).params for target in targets]
+    fits = (EuclideanTransform.from_estimate(source, each) for each in targets)
+    return [fit.params for fit in fits]

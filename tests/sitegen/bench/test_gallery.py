@@ -44,7 +44,7 @@ def test_every_snippet_was_run_and_is_shown_as_it_is() -> None:
     assert DATA["absent"] == {}
     for path in run:
         assert f"\n```py\n{path.read_text('utf-8')}```\n" in PAGE
-        assert max(map(len, path.read_text("utf-8").splitlines())) <= 120
+        assert max(map(len, path.read_text("utf-8").splitlines())) <= 88
 
 
 @pytest.mark.native
@@ -100,9 +100,10 @@ def test_coherent_point_drift_has_one_answer() -> None:
 
 
 def test_the_text_on_who_is_quicker_is_what_was_measured() -> None:
-    """For one small fit ours is the slowest; both others are far quicker in ICP."""
+    """For one small fit ours is the slowest; Open3D is the quickest with wrong pairs, both others are in ICP."""
     seconds = {task: {module: line["seconds"] for module, line in lines.items()} for task, lines in FOUND.items()}
     assert max(seconds["pairs"], key=lambda module: seconds["pairs"][module]) == "solvers"
+    assert min(seconds["wrong"], key=lambda module: seconds["wrong"][module]) == "open3d"
     assert all(10.0 * seconds["scans"][m] < seconds["scans"]["solvers"] for m in ("open3d", "small_gicp"))
 
 
