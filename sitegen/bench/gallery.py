@@ -208,9 +208,9 @@ def marks(name: str) -> tuple[str, str]:
 
 
 def parts(data: Mapping[str, Any]) -> dict[str, str]:
-    """What is written, by the names of the marks: each task's code and table, and the libraries."""
+    """What is written, by the names of the marks: each task's table and code, and the libraries."""
     return {
-        **{name: f"{_code(name, data)}\n\n{_table(task, data['tasks'][name])}" for name, task in tasks().items()},
+        **{name: f"{_table(task, data['tasks'][name])}\n\n{_code(name, data)}" for name, task in tasks().items()},
         "libraries": _libraries(data),
     }
 
