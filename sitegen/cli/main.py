@@ -64,6 +64,9 @@ def _bench_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--only", default="", help="groups to measure, with commas (default: all)")
     parser.add_argument("--out", type=Path, default=Path("bench.json"), help="where numbers go (default: bench.json)")
     parser.add_argument("--keep", action="store_true", help="put the table into the docs, headlines into the README")
+    parser.add_argument(
+        "--gallery", type=Path, metavar="PYTHON", help="only the docs' gallery, by a Python with the other libraries"
+    )
 
 
 def _sweep_options(parser: argparse.ArgumentParser) -> None:
@@ -129,6 +132,10 @@ def _test(root: Path, asked: Arguments) -> int:
 
 
 def _bench(root: Path, asked: Arguments) -> int:
+    if asked.gallery:
+        from sitegen.bench.gallery import gallery_command
+
+        return gallery_command(root, asked.gallery)
     from sitegen.bench.run import bench
 
     return bench(root, asked.out, asked.browser_path, [name for name in asked.only.split(",") if name], asked.keep)

@@ -1,0 +1,5 @@
+from solvers import fit_rigid
+
+
+def register(source, target):
+    return fit_rigid(source, target).pose.matrix

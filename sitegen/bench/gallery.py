@@ -1,0 +1,254 @@
+"""The gallery of the docs: the same tasks in several libraries, `python3 build.py bench --gallery PYTHON`.
+
+Every snippet is a file of `gallery-code/`, named TASK-MODULE.py, and is printed on the page as it is run: a function
+`register` of arrays that returns a homogeneous matrix. PYTHON is an interpreter that has numpy and the libraries; each
+snippet is run in processes of its own. What was found is kept in content/data/gallery.json, and the page's tables and
+code are written from there.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+import numpy as np
+
+import solvers
+from sitegen.bench.model import number
+from sitegen.cache.files import write
+from solvers import Pose
+from solvers.match_scenes import facade_scene
+from solvers.scenes import kabsch_scene, room, room_start
+from solvers.walk_scenes import fish, fish_start
+
+PAGE = "content/docs/gallery.md"
+DATA = "content/data/gallery.json"
+CODE = Path(__file__).with_name("gallery-code")
+ROUNDS = 3
+LIBRARIES = {
+    "solvers": "solvers", "skimage": "scikit-image", "open3d": "Open3D", "small_gicp": "small_gicp", "pycpd": "pycpd",
+}  # fmt: skip
+"""Names of modules, and what their libraries are called; ours first."""
+IN_SPACE = ("open3d", "small_gicp")
+"""Modules that know no plane: their points have z = 0."""
+ONE_THREAD = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL")}
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is asked of each library. clouds: arrays by name, as `register` takes them; start: a pose it takes last;
+    truth: the pose to be found; scale: whether the scale is free."""
+
+    clouds: Mapping[str, Any]
+    truth: Pose
+    modules: tuple[str, ...]
+    start: Pose | None = None
+    scale: bool = False
+
+    def given(self, module: str) -> dict[str, Any]:
+        """The arrays in order, with z = 0 for a library that works in space alone."""
+        lifts = module in IN_SPACE
+        arrays = {name: np.pad(a, ((0, 0), (0, 1))) if lifts else a for name, a in self.clouds.items()}
+        if self.start is not None:
+            arrays["start"] = lifted(self.start.matrix) if lifts else self.start.matrix
+        return arrays
+
+
+def tasks() -> dict[str, Task]:
+    """The tasks by name, in the order of the page."""
+    pairs, facade, scans, soft = kabsch_scene("noisy"), facade_scene(outliers=0.4), room("clean"), fish("noisy")
+    noise = 0.12 * np.random.default_rng(40).standard_normal((1000, *pairs.source.shape))
+    moved, truth = fish_start().apply(soft.source), soft.truth.compose(fish_start().inverse())
+    return {
+        "pairs": Task(_clouds(pairs), pairs.truth, ("solvers", "skimage", "open3d")),
+        "thousand": Task(
+            {"source": pairs.source, "targets": pairs.truth.apply(pairs.source) + noise}, pairs.truth,
+            ("solvers", "skimage"),
+        ),
+        "wrong": Task(_clouds(facade), facade.truth, ("solvers", "skimage", "open3d")),
+        "scans": Task(
+            _clouds(scans), scans.truth, ("solvers", "open3d", "small_gicp"), room_start(degrees=20.0, distance=0.8)
+        ),
+        "soft": Task({"source": moved, "target": soft.target}, truth, ("solvers", "pycpd"), scale=True),
+    }  # fmt: skip
+
+
+def _clouds(scene: Any) -> dict[str, Any]:
+    return {"source": scene.source, "target": scene.target}
+
+
+def snippet(task: str, module: str) -> Path:
+    """The file that is run, and shown."""
+    return CODE / f"{task}-{module}.py"
+
+
+def lifted(matrix: Any) -> Any:
+    """A homogeneous matrix of the plane as one of space that keeps z."""
+    out = np.eye(4)
+    rows = np.array([0, 1, 3])
+    out[np.ix_(rows, rows)] = matrix
+    return out
+
+
+def errors(matrix: Any, truth: Pose) -> tuple[float, float, float]:
+    """How far answers are off: degrees of rotation, u of translation, scale as a fraction; medians over a batch.
+
+    matrix: (..., 3, 3), or (..., 4, 4) of points with z = 0, where a tilt out of the plane counts as rotation.
+    """
+    found = np.asarray(matrix, dtype=float)
+    d = found.shape[-1] - 1
+    right = truth.matrix if d == 2 else lifted(truth.matrix)
+    scale = np.abs(np.linalg.det(found[..., :d, :d])) ** (1.0 / d)
+    off = found[..., :d, :d] / scale[..., None, None] @ right[:d, :d].T * truth.scale ** (-1.0)
+    # From sine and cosine: the cosine alone loses half of the digits of a small angle.
+    sine = np.linalg.norm(off - off.swapaxes(-1, -2), axis=(-2, -1)) / np.sqrt(8.0)
+    angle = np.degrees(np.arctan2(sine, (np.trace(off, axis1=-2, axis2=-1) - (d - 2)) / 2.0))
+    shift = np.linalg.norm(found[..., :d, d] - right[:d, d], axis=-1)
+    return float(np.median(angle)), float(np.median(shift)), float(np.median(np.abs(scale / truth.scale - 1.0)))
+
+
+def gallery_command(root: Path, python: Path) -> int:
+    """Run every snippet by `python`, keep what was found, write the page. The exit code is 1 where one fails."""
+    try:
+        data = measured(root, python.absolute())  # as it is: a link of an environment leads out of it
+    except (subprocess.CalledProcessError, OSError) as error:
+        print(f"bench: the gallery could not be measured: {error}", file=sys.stderr)
+        return 1
+    write(root / DATA, (json.dumps(data, indent=1, ensure_ascii=False) + "\n").encode())
+    write(root / PAGE, written((root / PAGE).read_text("utf-8"), data).encode())
+    return 0
+
+
+def measured(root: Path, python: Path) -> dict[str, Any]:
+    """What the page shows: where, versions, imports, and for each task each library's answer, errors and time.
+
+    All snippets take turns, `ROUNDS` times, since load comes and goes; the time kept is that of the quickest turn, the
+    median of its calls.
+    """
+    turns: dict[tuple[str, str], list[dict[str, Any]]] = {}
+    with tempfile.TemporaryDirectory(prefix="ladder-gallery-") as folder:
+        for _ in range(ROUNDS):
+            for name, task in tasks().items():
+                for module in task.modules:
+                    clouds = Path(folder) / f"{name}-{module}.npz"
+                    np.savez(clouds, **task.given(module))
+                    print(f"{name}, {module}", file=sys.stderr, flush=True)
+                    told = asked(root, python, "-m", "sitegen.bench.gallery_run", snippet(name, module), clouds)
+                    turns.setdefault((name, module), []).append(told)
+    absent = {module: some[0]["absent"] for (_, module), some in turns.items() if "absent" in some[0]}
+    found = {
+        name: {m: _line(turns[name, m], task.truth) for m in task.modules if m not in absent}
+        for name, task in tasks().items()
+    }
+    importing = {m: _least(m, turns) for m in LIBRARIES if m not in absent}
+    versions = asked(root, python, "-c", _VERSIONS, json.dumps([LIBRARIES[m] for m in importing if m != "solvers"]))
+    return {
+        "system": platform.system(), "machine": platform.machine(), "cores": os.cpu_count() or 0,
+        "versions": {"solvers": solvers.__version__, **versions}, "importing": importing, "absent": absent,
+        "tasks": found,
+    }  # fmt: skip
+
+
+_VERSIONS = """
+import json, platform, sys
+from importlib.metadata import version
+print(json.dumps({name: version(name) for name in [*json.loads(sys.argv[1]), "numpy"]} | {
+    "Python": platform.python_version()}))
+"""
+
+
+def asked(root: Path, python: Path, *words: str | Path) -> Any:
+    """The JSON that a process of `python` in the checkout prints, on one thread. Raises CalledProcessError."""
+    command = [str(python), *map(str, words)]
+    environment = {**os.environ, **ONE_THREAD, "PYTHONPATH": str(root)}
+    done = subprocess.run(command, cwd=root, env=environment, stdout=subprocess.PIPE, text=True, check=True)
+    return json.loads(done.stdout.strip().splitlines()[-1])
+
+
+def _line(turns: Sequence[Mapping[str, Any]], truth: Pose) -> dict[str, Any]:
+    """One library's line of a task. A batch's answers are too many to keep."""
+    matrix = turns[0]["matrix"]
+    rotation, translation, scale = errors(matrix, truth)
+    line = {"rotation": rotation, "translation": translation, "scale": scale}
+    if np.ndim(matrix) == 2:
+        line["matrix"] = matrix
+    quickest = min(turns, key=lambda turn: median(turn["seconds"]))
+    return {**line, "seconds": median(quickest["seconds"]), "calls": len(quickest["seconds"])}
+
+
+def _least(module: str, turns: Mapping[tuple[str, str], Sequence[Mapping[str, Any]]]) -> float:
+    """Seconds of the quickest import of a module's snippets."""
+    return min(float(turn["importing"]) for (_, m), some in turns.items() if m == module for turn in some)
+
+
+def written(page: str, data: Mapping[str, Any]) -> str:
+    """The page with code and tables of the data between its marks. Raises ValueError where a part has none."""
+    for name, text in parts(data).items():
+        begin, end = marks(name)
+        before, begins, rest = page.partition(begin)
+        _, ends, after = rest.partition(end)
+        if not begins or not ends:
+            raise ValueError(f"{PAGE}: no marks for {name}: {begin} … {end}")
+        page = f"{before}{begin}\n\n{text}\n\n{end}{after}"
+    return page
+
+
+def marks(name: str) -> tuple[str, str]:
+    """Between which two lines of the page a part stands: links' definitions that nothing uses."""
+    return f"[//]: # (what `build.py bench --gallery` writes of {name} begins)", f"[//]: # ({name} ends)"
+
+
+def parts(data: Mapping[str, Any]) -> dict[str, str]:
+    """What is written, by the names of the marks: each task's table and code, and the libraries."""
+    return {
+        **{name: f"{_table(task, data['tasks'][name])}\n\n{_code(name, data)}" for name, task in tasks().items()},
+        "libraries": _libraries(data),
+    }
+
+
+def _code(name: str, data: Mapping[str, Any]) -> str:
+    """Each snippet that was run, under its library's name. Their fences say `py`: `python` would be run by tests."""
+    return "\n\n".join(
+        f"**{LIBRARIES[module]}**\n\n```py\n{snippet(name, module).read_text('utf-8')}```"
+        for module in data["tasks"][name]
+    )
+
+
+def _table(task: Task, lines: Mapping[str, Mapping[str, Any]]) -> str:
+    ours = lines["solvers"]["seconds"]
+    rows = []
+    for module, line in lines.items():
+        off = [f"{line['rotation']:.4f}°", f"{line['translation']:.5f} u"]
+        off += [f"{100.0 * line['scale']:.3f} %"] if task.scale else []
+        time = [f"{number(1e3 * line['seconds'])} ms", f"{number(line['seconds'] / ours)}"]
+        rows.append([LIBRARIES[module], *off, *time])
+    scale = ["scale off"] if task.scale else []
+    return _markdown(["library", "rotation off", "translation off", *scale, "one call", "times ours"], rows)
+
+
+def _libraries(data: Mapping[str, Any]) -> str:
+    versions = data["versions"]
+    rows = [
+        [LIBRARIES[m], versions[LIBRARIES[m]], f"{number(1e3 * seconds)} ms"]
+        for m, seconds in data["importing"].items()
+    ]
+    table = _markdown(["library", "version", "import, after numpy"], rows)
+    where = (
+        f"{data['cores']} cores, {data['system']} on {data['machine']}, Python {versions['Python']}, numpy "
+        f"{versions['numpy']}"
+    )
+    absent = "".join(f" {LIBRARIES[m]} was not there: {why}." for m, why in data["absent"].items())
+    return f"{table}\n\nMeasured on {where}.{absent}"
+
+
+def _markdown(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    return "\n".join(f"| {' | '.join(row)} |" for row in [head, ["---"] * len(head), *rows])

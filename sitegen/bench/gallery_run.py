@@ -1,0 +1,49 @@
+"""One snippet of the gallery in a Python of its own: `python -m sitegen.bench.gallery_run SNIPPET CLOUDS.npz`.
+
+Prints JSON: its answer, the times of its calls, how long its imports took; or which module is absent. Needs numpy and
+what the snippet imports.
+"""
+
+from __future__ import annotations
+
+import json
+import runpy
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+FEWEST, MOST, ENOUGH = 9, 500, 1.0
+"""Calls that are timed: at least, at most, and the seconds after which no more are begun."""
+FINE = 1e-6
+
+
+def run(snippet: Path, clouds: Sequence[Any]) -> dict[str, Any]:
+    """The snippet's `register` of the clouds: `matrix`, `seconds` of each call after the first, `importing` seconds.
+
+    A snippet whose module is not installed gives `absent` alone: the error's words.
+    """
+    began = time.perf_counter()
+    try:
+        register = runpy.run_path(str(snippet))["register"]
+    except ModuleNotFoundError as error:
+        return {"absent": str(error)}
+    importing = time.perf_counter() - began
+    matrix = np.asarray(register(*clouds), dtype=float)  # the first call warms up
+    # The processor's time: what else a machine does would lengthen long calls and spare short ones. Where that clock
+    # is too coarse, it is the wall's.
+    clock = time.process_time if time.get_clock_info("process_time").resolution <= FINE else time.perf_counter
+    seconds: list[float] = []
+    while len(seconds) < FEWEST or (len(seconds) < MOST and sum(seconds) < ENOUGH):
+        began = clock()
+        register(*clouds)
+        seconds.append(clock() - began)
+    return {"matrix": matrix.tolist(), "seconds": seconds, "importing": importing}
+
+
+if __name__ == "__main__":
+    with np.load(sys.argv[2]) as given:
+        print(json.dumps(run(Path(sys.argv[1]), [given[name] for name in given.files])))
