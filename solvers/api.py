@@ -55,7 +55,7 @@ def register(
         The method's own options as one object, a `METHODS[method].options(…)`.
     start : Pose or array_like of shape (..., d + 1, d + 1), optional
         Where local methods begin: poses, or their homogeneous matrices. None is the
-        identity.
+        identity. Of scale 1 for a method that finds rigid motions.
     pairs : array_like of int, shape (..., k, 2), optional
         The rows of source and target that are partners, for paired methods. None pairs
         row i with row i. A list of such arrays where the clouds come as a list.
@@ -183,6 +183,12 @@ def _problem(
         raise ValueError(f"weights: method {method.name!r} takes none")
     w = validate.weights(weights, p.shape[-2])
     pose = validate.pose(start, d)
+    if not method.scaled and np.any(np.asarray(pose.scale) != 1.0):
+        far = np.asarray(pose.scale).flat[np.argmax(np.abs(np.asarray(pose.scale) - 1.0))]
+        raise ValueError(
+            f"start.scale: method {method.name!r} finds rigid motions and starts at scale 1, not {far:.6g};"
+            " scale the source first"
+        )
     batch = validate.batch_shape(
         source=p.shape[:-2], target=q.shape[:-2], weights=w.shape[:-1], start=pose.batch, seed=seeds.shape
     )

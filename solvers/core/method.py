@@ -122,6 +122,8 @@ class Method(Generic[S]):
         Whether it matches row i with row i, and takes `pairs`.
     weighted : bool
         Whether it takes `weights`.
+    scaled : bool
+        Whether it looks for a scale; otherwise its starts have scale 1.
     dims : tuple of int, or None
         The dimensions it works in; None for any.
     max_steps : int
@@ -146,6 +148,7 @@ class Method(Generic[S]):
     partners: Callable[[S], IntArray] | None = None
     paired: bool = False
     weighted: bool = False
+    scaled: bool = False
     dims: tuple[int, ...] | None = (2,)
     max_steps: int = 70
 

@@ -168,3 +168,15 @@ def test_a_result_stays_when_the_clouds_are_written_to(clouds: tuple[np.ndarray,
     state = result.states[0]
     assert not np.shares_memory(state.problem.source, source)
     assert not np.shares_memory(state.problem.target, target)
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_a_rigid_method_starts_at_scale_one(name: str, clouds: tuple[np.ndarray, np.ndarray]) -> None:
+    """Some would keep the start's scale and some forget it: those that look for none refuse it."""
+    start = Pose.from_angle(0.0, (0.0, 0.0), scale=1.25)
+    if METHODS[name].scaled:
+        assert register(*clouds, name, start=start).pose.scale == pytest.approx(1.0, abs=1e-6)
+    else:
+        with pytest.raises(ValueError, match=rf"start.scale: method '{name}' finds rigid motions.* not 1.25"):
+            register(*clouds, name, start=start)
+    assert [each for each in METHODS if METHODS[each].scaled] == ["similarity", "cpd-similarity"]

@@ -111,6 +111,7 @@ SIMILARITY = Method(
     partners=lambda state: own_rows(state.problem.weights > 0.0),
     paired=True,
     weighted=True,
+    scaled=True,
     dims=None,
     max_steps=1,
 )

@@ -45,7 +45,9 @@ References
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -375,9 +377,11 @@ def _start_similarity(problem: Problem, options: CpdOptions) -> CpdState:
     return _start(problem, options, scaled=True)
 
 
-def _method(name: str, summary: str, start: object) -> Method[CpdState]:
+def _method(name: str, summary: str, start: Callable[[Problem, Any], CpdState]) -> Method[CpdState]:
     source = "Myronenko & Song 2010"
-    return Method(name, summary, source, start, _step, CpdOptions, dims=None, max_steps=200)  # type: ignore[arg-type]
+    return Method(
+        name, summary, source, start, _step, CpdOptions, scaled=start is _start_similarity, dims=None, max_steps=200,
+    )  # fmt: skip
 
 
 RIGID = _method(
