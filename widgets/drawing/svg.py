@@ -12,6 +12,7 @@ import re
 from collections.abc import Callable, Iterable
 from functools import lru_cache
 from html import escape
+from itertools import pairwise
 from math import floor
 from typing import Any
 
@@ -171,15 +172,23 @@ def _segments(mark: Segments, view: View, prefix: str) -> str:
 
 
 def _lines(ends: list[list[int]]) -> str:
-    return "".join(f"M{x} {y}L{u} {v}" for x, y, u, v in ends)
+    """A line between each two ends, each relative to where the one before ended."""
+    parts = []
+    at_x = at_y = 0
+    for x, y, u, v in ends:
+        begin = f"m{x - at_x} {y - at_y}" if parts else f"M{x} {y}"
+        parts.append(f"{begin}h{u - x}" if v == y else f"{begin}v{v - y}" if u == x else f"{begin}l{u - x} {v - y}")
+        at_x, at_y = u, v
+    return "".join(parts)
 
 
 def _polyline(px: Array, closed: bool) -> str:
     places = snap(px)
     if not places:
         return ""
-    (x, y), rest = places[0], places[1:]
-    return f"M{x} {y}L" + " ".join(f"{u} {v}" for u, v in rest) + ("z" if closed else "") if rest else f"M{x} {y}h1"
+    x, y = places[0]
+    steps = " ".join(f"{u - p} {v - q}" for (p, q), (u, v) in pairwise(places))
+    return f"M{x} {y}l{steps}" + ("z" if closed else "") if steps else f"M{x} {y}h1"
 
 
 def _polyline_mark(mark: Path, view: View, prefix: str) -> str:
@@ -206,7 +215,7 @@ def _ticks(mark: Ticks, view: View, prefix: str) -> str:
     px = view.px(mark.xy)
     half = rows(mark.direction) * np.array([1.0, -1.0]) * (mark.length / 2)
     ends = snap(np.concatenate([px - half, px + half], axis=1))
-    return _path(f"line {mark.role}", "".join(f"M{x} {y}L{u} {v}" for x, y, u, v in ends))
+    return _path(f"line {mark.role}", _lines(ends))
 
 
 def _arrow(mark: Arrow, view: View, prefix: str) -> str:
@@ -241,7 +250,7 @@ def _tiles(mark: Tiles, view: View, prefix: str) -> str:
     across, down = _lattice(kinds.shape, mark.window, view)
     for k, role in enumerate(mark.roles):
         ends = [(across[i], down[j], across[u], down[v]) for i, j, u, v in hatched(kinds == k, role)]
-        parts.append(_path(f"hatch {role}", "".join(f"M{x} {y}l{u - x} {v - y}" for x, y, u, v in ends)))
+        parts.append(_path(f"hatch {role}", _lines(ends)))
     return '<g class="heat">' + "".join(parts) + "</g>"
 
 

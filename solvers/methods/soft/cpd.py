@@ -190,7 +190,8 @@ def _start(problem: Problem, options: CpdOptions, scaled: bool) -> CpdState:
         width = _first_width(moved, frame.fixed) if options.sigma is None else options.sigma / frame.unit
         # In the frame's unit too.
         given = options.volume
-        volume = spread_volume(frame.fixed) if given is None else np.clip(given / frame.unit**d, 1e-300, 1e300)
+        with np.errstate(divide="ignore", over="ignore"):  # what no float64 holds is clipped
+            volume = spread_volume(frame.fixed) if given is None else np.clip(given / frame.unit**d, 1e-300, 1e300)
         c = (2.0 * np.pi) ** (0.5 * d) * options.clutter * m / ((1.0 - options.clutter) * volume)
     nothing = np.zeros(b)
     state = CpdState(

@@ -62,22 +62,22 @@ def body(*marks: Mark, view: View = VIEW) -> str:
             Points([1, 2], "truth", "ring", radius=5),
             '<path class="shape ring truth" d="M100 800m-50 0a50 50 0 1 0 100 0a50 50 0 1 0 -100 0"/>',
         ),
-        (Segments([0, 0], [10, 10], "pair"), '<path class="line pair" d="M0 1000L1000 0"/>'),
-        (Segments([0, 0], [10, 10], "weak", dashed=True), '<path class="line weak dashed" d="M0 1000L1000 0"/>'),
-        (Path([[0, 0], [1, 0], [1, 1]], "ghost"), '<path class="line ghost" d="M0 1000L100 1000 100 900"/>'),
+        (Segments([0, 0], [10, 10], "pair"), '<path class="line pair" d="M0 1000l1000 -1000"/>'),
+        (Segments([0, 0], [10, 10], "weak", dashed=True), '<path class="line weak dashed" d="M0 1000l1000 -1000"/>'),
+        (Path([[0, 0], [1, 0], [1, 1]], "ghost"), '<path class="line ghost" d="M0 1000l100 0 0 -100"/>'),
         (
             Path([[0, 0], [1, 0], [1, 1]], "truth", closed=True, filled=True, dashed=True, thick=True),
-            '<path class="line truth filled dashed thick" d="M0 1000L100 1000 100 900z"/>',
+            '<path class="line truth filled dashed thick" d="M0 1000l100 0 0 -100z"/>',
         ),
         (
             Path([[0, 0], [1, 0]], "by-nearest", dashed=True, dotted=True, weight=0.5),
-            '<path class="line by-nearest dashed dotted w3" d="M0 1000L100 1000"/>',
+            '<path class="line by-nearest dashed dotted w3" d="M0 1000l100 0"/>',
         ),
         (Path([[0, 0], [1, 0]], "ghost", weight=0.0), ""),
         (Path([1, 2], "ghost"), '<path class="line ghost" d="M100 800h1"/>'),
         (
             Ticks([[5, 5]], [[0, 1]], "normal", length=10),
-            '<path class="line normal" d="M500 550L500 450"/>',
+            '<path class="line normal" d="M500 550v-100"/>',
         ),
         (
             Arrow([0, 0], [5, 0], "accent"),
@@ -157,7 +157,7 @@ def test_every_weight_has_one_of_six_levels(weights: list[float]) -> None:
     assert levels == sorted(set(levels))
     assert set(levels) <= set(range(1, WEIGHT_LEVELS + 1))
     visible = sum(w * WEIGHT_LEVELS >= 0.5 + 1e-5 for w in weights)
-    assert visible <= text.count("M") <= sum(w * WEIGHT_LEVELS >= 0.5 - 1e-5 for w in weights)
+    assert visible <= len(re.findall(r"[Mm]-?\d", text)) <= sum(w * WEIGHT_LEVELS >= 0.5 - 1e-5 for w in weights)
 
 
 # Bytes
@@ -296,11 +296,11 @@ def test_hatching_ends_where_its_area_does() -> None:
 
     lone = [[0, -1, -1], [-1, 0, -1], [-1, -1, -1]]
     assert hatch(lone, "end-turned") == "M0 300l200 -200"
-    assert hatch([[0, -1, -1], [-1, -1, -1], [-1, -1, 0]], "end-turned") == "M0 300l100 -100M200 100l100 -100"
+    assert hatch([[0, -1, -1], [-1, -1, -1], [-1, -1, 0]], "end-turned") == "M0 300l100 -100m100 -100l100 -100"
     assert hatch([[-1, -1, 0], [-1, 0, -1], [-1, -1, -1]], "end-quarter") == "M300 300l-200 -200"
-    assert hatch([[0, -1, -1]] * 3, "end-none") == "M0 300l0 -300"
+    assert hatch([[0, -1, -1]] * 3, "end-none") == "M0 300v-300"
     both = hatch([[0] * 3] * 3, "end-half")
-    assert both.count("M") == 6  # every second diagonal of three by three tiles, both ways
+    assert both.lower().count("m") == 6  # every second diagonal of three by three tiles, both ways
 
 
 # The grid
@@ -351,3 +351,19 @@ def test_markup_is_well_formed(text: str, role: Any, xy: list[tuple[float, float
     reader.feed(panel_svg(Panel("main", text, VIEW, marks), "f"))
     reader.close()
     assert not reader.open
+
+
+@given(st.lists(st.tuples(*[st.floats(0, 10)] * 4), min_size=1, max_size=12))
+def test_lines_lie_where_their_ends_are(ends: list[tuple[float, float, float, float]]) -> None:
+    """Written relative to one another, read back absolute: exactly the snapped ends, however many there are."""
+    a, b = np.array(ends)[:, :2], np.array(ends)[:, 2:]
+    (d,) = re.findall(r' d="([^"]*)"', body(Segments(a, b, "pair")))
+    at, found = np.zeros(2, dtype=int), []
+    for command, numbers in re.findall(r"([Mmhvl])([-\d ]+)", d):
+        values = [int(each) for each in numbers.split()]
+        step = {"h": [*values, 0], "v": [0, *values]}.get(command, values)
+        at = np.array(step) if command == "M" else at + step
+        found.append(tuple(at.tolist()))
+    view = View(0, 10, 0, 10, width=100)
+    expected = [tuple(snap(place)) for pair in zip(view.px(a), view.px(b), strict=True) for place in pair]
+    assert found == expected
