@@ -9,7 +9,7 @@ Marks carry classes, never colours or style attributes: themes, print and a stri
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from functools import lru_cache
 from html import escape
 from itertools import pairwise
@@ -171,9 +171,9 @@ def _segments(mark: Segments, view: View, prefix: str) -> str:
     return _by_weight(mark.weight, ends, classes, _lines)
 
 
-def _lines(ends: list[list[int]]) -> str:
+def _lines(ends: Iterable[Sequence[int]]) -> str:
     """A line between each two ends, each relative to where the one before ended."""
-    parts = []
+    parts: list[str] = []
     at_x = at_y = 0
     for x, y, u, v in ends:
         begin = f"m{x - at_x} {y - at_y}" if parts else f"M{x} {y}"
