@@ -1,5 +1,6 @@
 """The project's commands: `python3 build.py --help` lists them. Needs Python 3.11 or newer and nothing else."""
 
+import runpy
 import signal
 import sys
 
@@ -34,5 +35,13 @@ def main(words):
         stopping.leave(130)  # threads that pack a large file would be waited for
 
 
-if __name__ == "__main__":
+def hand_over():
+    """Run PyPA's `build`, which `python3 -m build` asks for and which this file hides where it stands."""
+    sys.path[:] = [path for path in sys.path if Path(path or ".").resolve() != ROOT]
+    runpy.run_module("build", run_name="__main__", alter_sys=True)
+
+
+if __name__ == "__main__" and __spec__ is not None:
+    hand_over()
+elif __name__ == "__main__":
     sys.exit(main(sys.argv[1:]))

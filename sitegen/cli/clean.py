@@ -10,7 +10,7 @@ from pathlib import Path
 
 from sitegen.cli import environment
 
-CACHES = (".mypy_cache", ".pytest_cache", ".ruff_cache", ".hypothesis", "build")
+CACHES = (".mypy_cache", ".pytest_cache", ".ruff_cache", ".hypothesis", "build", "dist")
 SOURCES = ("sitegen", "solvers", "widgets", "tests")
 
 

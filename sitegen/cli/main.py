@@ -93,6 +93,10 @@ def _publish_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--force", action="store_true", help="also among, and over, files that no publish put there")
 
 
+def _package_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--tests", action="store_true", help="also the solvers' tests with each; minutes")
+
+
 def _clean_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--all", action="store_true", help="also .venv and the user's cache of outside files")
 
@@ -166,6 +170,12 @@ def _publish(root: Path, asked: Arguments) -> int:
     return publish_command(root, asked.where, force=asked.force)
 
 
+def _package(root: Path, asked: Arguments) -> int:
+    from sitegen.cli.package import package_command
+
+    return package_command(root, tests=asked.tests)
+
+
 def _clean(root: Path, asked: Arguments) -> int:
     from sitegen.cli.clean import clean
 
@@ -182,6 +192,7 @@ COMMANDS: dict[str, Command] = {
     "train": Command("train the learned flows' networks anew, with PyTorch; most of an hour", _train_options, _train),
     "new": Command("write a working chapter or figure under a name, to start from", _new_options, _new),
     "publish": Command("build strictly, then put site/ into a folder or on a git branch", _publish_options, _publish),
+    "package": Command("build what pip installs into dist/, and try it as a user does", _package_options, _package),
     "clean": Command("remove what the other commands made in this folder", _clean_options, _clean, needs_venv=False),
 }
 

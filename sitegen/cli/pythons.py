@@ -22,7 +22,7 @@ LEAST = (3, 11)
 ASKS = "import sys, importlib.util as u; print(*sys.version_info[:4], u.find_spec('ensurepip') is not None)"
 TESTS = "tests/solvers"
 KEPT = ("outside", "plots")  # of the cache
-MADE = (".git", ".venv", "__pycache__", ".*_cache", ".hypothesis", ".site-*", "*.egg-info", "bench.json")
+MADE = (".git", ".venv", "__pycache__", ".*_cache", ".hypothesis", ".site-*", "*.egg-info", "bench.json", "dist")
 
 
 @dataclass(frozen=True, order=True)

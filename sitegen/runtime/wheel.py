@@ -1,4 +1,7 @@
-"""Our own wheel: solvers and widgets as pip installs them, the same bytes each time."""
+"""The page's wheel: solvers and widgets, the same bytes each time.
+
+Its metadata stands in page-wheel.toml: what pip installs from a checkout or an index is `solvers` alone.
+"""
 
 from __future__ import annotations
 
@@ -18,9 +21,9 @@ from sitegen.cache.store import Store
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("solvers", "widgets")
-_METADATA = ("pyproject.toml", "README.md", "LICENSE")
+METADATA = Path(__file__).with_name("page-wheel.toml")
 _EPOCH = "315532800"  # 1980-01-01, the first date a zip can hold
-_SETUPTOOLS_NEEDED = 77  # pyproject.toml's own demand
+_SETUPTOOLS_NEEDED = 77  # page-wheel.toml's own demand
 # Where the environment has the build backend, it is called as pip would call it, in a tenth of the time.
 _BACKEND = ("-c", "import sys, setuptools.build_meta as backend; backend.build_wheel(sys.argv[1])")
 _PIP = ("-m", "pip", "wheel", "--no-deps", ".", "--wheel-dir")
@@ -39,7 +42,7 @@ class Archive:
 
 
 def sources(root: Path = ROOT) -> dict[str, bytes]:
-    """The files of our packages that are installed, by their path in the wheel, sorted."""
+    """The files of our packages that the wheel holds, by their path in it, sorted."""
     found = {
         path.relative_to(root).as_posix(): content(path)
         for package in PACKAGES
@@ -51,8 +54,7 @@ def sources(root: Path = ROOT) -> dict[str, bytes]:
 
 def inputs(root: Path = ROOT) -> dict[str, bytes]:
     """All files that a wheel of the checkout is made of, by their names."""
-    metadata = {name: (root / name).read_bytes() for name in _METADATA if (root / name).is_file()}
-    return sources(root) | metadata
+    return {**sources(root), "LICENSE": content(root / "LICENSE"), "pyproject.toml": content(METADATA)}
 
 
 def build_wheel(cache: Path, root: Path = ROOT) -> Archive:

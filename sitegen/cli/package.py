@@ -1,0 +1,165 @@
+"""`package`: the source distribution and the wheel of `solvers`, built, checked, installed and used.
+
+Both are built from a copy of the checkout, the wheel from the unpacked source distribution, so that a file which that
+lacks is missed at once. The wheel is then used, as a user does, by its README: on the oldest and the newest Python of
+this machine, each with the oldest numpy that has a wheel for it, and with the newest beside scipy and matplotlib.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tarfile
+import tempfile
+import time
+import tomllib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from sitegen.cli.pythons import Interpreter, candidates, copied, interpreters
+
+README = "solvers/README.md"
+USE = Path(__file__).with_name("use_package.py")
+TESTS = ("pytest", "hypothesis", "scipy", "matplotlib")  # what the source distribution's tests need
+# As a front end calls it: the backend sees the project in its working folder and imports nothing from there.
+BACKEND = "import sys, setuptools.build_meta as backend; getattr(backend, sys.argv[1])(sys.argv[2])"
+
+
+class PackageError(RuntimeError):
+    """A step has failed; the message holds what was said."""
+
+
+def package_command(root: Path, *, tests: bool = False) -> int:
+    """Put both files into dist/ and try them; the exit code is 1 when a step fails. `tests`: run the solvers' tests
+    too, as the source distribution has them, with each Python and numpy."""
+    with tempfile.TemporaryDirectory(prefix="ladder-package-") as temporary:
+        here, out = Path(temporary), root / "dist"
+        try:
+            copied(root, here / "checkout")
+            made = built(here / "checkout", here / "made")
+            shutil.rmtree(out, ignore_errors=True)
+            shutil.copytree(here / "made", out)
+            for path in made:
+                print(f"dist/{path.name}: {path.stat().st_size / 1000:.0f} kB", flush=True)
+            check(made, here / "twine")
+            for one in ends(interpreters(candidates(os.environ))):
+                use(one, made, here, root, tests=tests)
+        except PackageError as error:
+            print(f"package: {error}", file=sys.stderr)
+            return 1
+    return 0
+
+
+def built(checkout: Path, out: Path) -> tuple[Path, Path]:
+    """The source distribution of a checkout, and the wheel that is built from it, in a folder. Raises PackageError.
+
+    The backend is this environment's, so nothing is asked of the network. It leaves files in the checkout.
+    """
+    out.mkdir(parents=True)
+    _said([sys.executable, "-P", "-c", BACKEND, "build_sdist", str(out)], checkout)
+    (sdist,) = out.glob("*.tar.gz")
+    with tempfile.TemporaryDirectory(prefix="ladder-sdist-") as temporary:
+        _said([sys.executable, "-P", "-c", BACKEND, "build_wheel", str(out)], unpacked(sdist, Path(temporary)))
+    (wheel,) = out.glob("*.whl")
+    return sdist, wheel
+
+
+def unpacked(sdist: Path, folder: Path) -> Path:
+    """The one folder of a source distribution, unpacked into `folder`."""
+    with tarfile.open(sdist) as archive:
+        archive.extractall(folder, filter="data")
+    return folder / sdist.name.removesuffix(".tar.gz")
+
+
+def check(made: Sequence[Path], folder: Path) -> None:
+    """What an index would refuse, told by twine in an environment of its own. Raises PackageError."""
+    python = environment(Path(sys.executable), folder)
+    _said([str(python), "-m", "pip", "install", "--quiet", "twine"])
+    said = _said([str(python), "-m", "twine", "--no-color", "check", "--strict", *map(str, made)])
+    print("\n".join(re.sub(r"\S*/", "", line) for line in said.splitlines() if line.strip()), flush=True)
+
+
+def ends(found: Sequence[Interpreter]) -> list[Interpreter]:
+    """The oldest and the newest of the Pythons that can set up environments. Raises PackageError."""
+    able = sorted(one for one in found if one.can_set_up)
+    if not able:
+        raise PackageError("no Python of this machine comes with ensurepip: there is none to try the package with")
+    return [able[0], able[-1]] if len(able) > 1 else able
+
+
+def numpys(one: Interpreter, root: Path) -> tuple[str, str]:
+    """The oldest numpy that the package allows and that has a wheel for this Python, and the newest. Raises
+    PackageError."""
+    project = tomllib.loads((root / "pyproject.toml").read_text("utf-8"))["project"]
+    (least,) = (each.partition(">=")[2] for each in project["dependencies"] if each.startswith("numpy"))
+    pip = [str(one.path), "-m", "pip"]
+    releases = among(_said([*pip, "index", "versions", "numpy"]), least)
+    try_one = [*pip, "install", "--quiet", "--dry-run", "--ignore-installed", "--no-deps", "--only-binary=:all:"]
+    return next(name for name in releases if name == releases[-1] or _can([*try_one, f"numpy=={name}"])), releases[-1]
+
+
+def among(said: str, least: str) -> list[str]:
+    """The releases from `least` on, the oldest first, of those that `pip index versions` lists, with a wheel for its
+    Python or without. Raises PackageError."""
+    listed = re.search(r"^Available versions: (.*)$", said, re.MULTILINE)
+    releases = [name for name in listed[1].split(", ") if re.fullmatch(r"[\d.]+", name)] if listed else []
+    allowed = sorted((name for name in releases if _number(name) >= _number(least)), key=_number)
+    if not allowed:
+        raise PackageError(f"pip knows no numpy from {least} on:\n{said.strip()}")
+    return allowed
+
+
+def _number(version: str) -> tuple[int, ...]:
+    return tuple(map(int, version.split(".")))
+
+
+def use(one: Interpreter, made: tuple[Path, Path], here: Path, root: Path, *, tests: bool) -> None:
+    """Install the wheel with this Python and follow its README: with the oldest numpy alone, then with the newest and
+    the extras. Raises PackageError."""
+    sdist, wheel = made
+    folder = here / one.name
+    python = environment(one.path, folder / "env")
+    pip = [str(python), "-m", "pip", "install", "--quiet", "--only-binary=:all:"]
+    oldest, newest = numpys(one, root)
+    for numpy, extras in ((oldest, ""), (newest, "[plot,scipy]")):
+        began = time.monotonic()
+        _said([*pip, f"{wheel}{extras}", f"numpy=={numpy}"])
+        print(f"Python {one.name}, numpy {numpy}: installed in {time.monotonic() - began:.1f} s", flush=True)
+        said = _said([str(python), "-I", str(USE), str(root / README), str(folder / numpy)])
+        print(f"  {said.strip()}", flush=True)
+        if tests:
+            _said([*pip, *TESTS, f"numpy=={numpy}"])
+            source = unpacked(sdist, folder / f"tests-{numpy}")
+            said = _said([str(python), "-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/solvers"], source)
+            print(f"  the source distribution's tests: {said.strip().splitlines()[-1]}", flush=True)
+
+
+def environment(python: Path, folder: Path) -> Path:
+    """A fresh environment of a Python; its interpreter. Raises PackageError."""
+    _said([str(python), "-P", "-m", "venv", str(folder)])
+    return folder / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+
+
+def _can(command: Sequence[str]) -> bool:
+    try:
+        _said(command)
+    except PackageError:
+        return False
+    return True
+
+
+def _said(command: Sequence[str], folder: Path | None = None) -> str:
+    """What a program prints. Raises PackageError with all it said where it ends with another code than 0."""
+    env: Mapping[str, str] = {
+        name: value for name, value in os.environ.items() if name not in ("VIRTUAL_ENV", "PYTHONPATH", "PYTHONHOME")
+    } | {"PIP_DISABLE_PIP_VERSION_CHECK": "1", "PYTHONIOENCODING": "utf-8", "COLUMNS": "500"}
+    done = subprocess.run(
+        command, cwd=folder, env=env, stdin=subprocess.DEVNULL, capture_output=True, encoding="utf-8", check=False
+    )
+    if done.returncode != 0:
+        words = " ".join(command)
+        raise PackageError(f"{words}\nended with code {done.returncode}:\n{(done.stdout + done.stderr).strip()}")
+    return done.stdout
