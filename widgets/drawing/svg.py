@@ -271,9 +271,12 @@ def _rectangles(
     """The areas of a window whose tiles have the levels 0 … count − 1, one path each."""
     across, down = _lattice(level.shape, window, view)
     runs: list[list[str]] = [[] for _ in range(count)]
+    at = [(0, 0)] * count  # each rectangle is written relative to where the one before began
     for here, left, right, first, last in _blocks(level).tolist():
         width, height = across[right] - across[left], down[last] - down[first]
-        runs[here].append(f"M{across[left]} {down[first]}h{width}v{height}h{-width}z")
+        (p, q), (x, y) = at[here], (across[left], down[first])
+        runs[here].append(f"{'m' if runs[here] else 'M'}{x - p} {y - q}h{width}v{height}h{-width}z")
+        at[here] = (x, y)
     return ["".join(run) for run in runs]
 
 

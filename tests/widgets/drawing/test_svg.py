@@ -231,7 +231,7 @@ def test_heat_runs_merge_and_nan_is_empty() -> None:
     values = [[0.0, 0.0, 1.0, 1.0], [np.nan, 0.0, np.nan, np.nan]]
     text = body(Heat(values, (0, 4, 0, 2), 0.0, 1.0), view=View(0, 4, 0, 2, width=40))
     assert text == (
-        '<g class="heat"><path class="h0" d="M0 200h200v-100h-200zM100 100h100v-100h-100z"/>'
+        '<g class="heat"><path class="h0" d="M0 200h200v-100h-200zm100 -100h100v-100h-100z"/>'
         '<path class="h23" d="M200 200h200v-100h-200z"/></g>'
     )
 
@@ -244,8 +244,10 @@ def test_heat_levels_follow_the_values(values: list[float]) -> None:
     text = body(Heat(grid, (0, 3, 0, 2), 0.0, 1.0), view=View(0, 3, 0, 2, width=3))
     found = np.full((2, 3), -1)
     for level, d in re.findall(r'class="h(\d+)" d="([^"]*)"', text):
-        for place in re.findall(r"M(\d+) (\d+)h(\d+)v-(\d+)h", d):
-            x, y, w, h = (int(v) // 10 for v in place)
+        p = q = 0
+        for place in re.findall(r"[Mm](-?\d+) (-?\d+)h(\d+)v-(\d+)h", d):
+            dx, dy, w, h = (int(v) // 10 for v in place)
+            p, q = x, y = p + dx, q + dy
             assert (found[2 - y : 2 - y + h, x : x + w] == -1).all(), "no tile is drawn twice"
             found[2 - y : 2 - y + h, x : x + w] = int(level)
     expected = np.clip(np.floor(grid * HEAT_LEVELS + 1e-6), 0, HEAT_LEVELS - 1)
@@ -257,8 +259,8 @@ def test_equal_runs_of_rows_that_follow_each_other_are_one_rectangle() -> None:
     low, high = [0.0, 0.0, 1.0], [1.0, 1.0, 1.0]
     text = body(Heat([low, low, high, low], (0, 3, 0, 4), 0.0, 1.0), view=View(0, 3, 0, 4, width=30))
     assert text == (
-        '<g class="heat"><path class="h0" d="M0 400h200v-200h-200zM0 100h200v-100h-200z"/>'
-        '<path class="h23" d="M0 200h300v-100h-300zM200 400h100v-200h-100zM200 100h100v-100h-100z"/></g>'
+        '<g class="heat"><path class="h0" d="M0 400h200v-200h-200zm0 -300h200v-100h-200z"/>'
+        '<path class="h23" d="M0 200h300v-100h-300zm200 200h100v-200h-100zm0 -300h100v-100h-100z"/></g>'
     )
 
 
