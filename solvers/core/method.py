@@ -154,8 +154,9 @@ class Method(Generic[S]):
 
     def __post_init__(self) -> None:
         # What `help(METHODS["icp"])` shows, in place of the words about the class.
-        lines = (self.options.__doc__ or "").splitlines()  # without docstrings (python -OO) there is nothing to tell
-        told = "\n".join(line.removeprefix("    ") for line in lines)
+        first, *rest = (self.options.__doc__ or "").splitlines() or [""]  # python -OO leaves nothing to tell
+        margin = min((len(line) - len(line.lstrip()) for line in rest if line.strip()), default=0)  # 3.13 has none
+        told = "\n".join([first, *(line[margin:] for line in rest)]).rstrip()
         object.__setattr__(self, "__doc__", f"{self.summary} ({self.source}).\n\n{told}")
 
     def __repr__(self) -> str:

@@ -129,7 +129,7 @@ def test_methods_show_what_they_are() -> None:
     assert repr(METHODS["icp"]).startswith("<method 'icp': pairs of nearest points")
     told = inspect.getdoc(METHODS["icp"])
     assert told is not None
-    assert "gate : float, default inf" in told
+    assert "gate : float, default inf\n    Pairs farther apart" in told
 
 
 def test_modules_come_when_they_are_asked_for() -> None:
