@@ -37,6 +37,8 @@ from sitegen.markup.math import formula_of
 from sitegen.markup.parser import blocks, parser, text_of, unbroken
 from sitegen.problems import Place, hint
 
+FOLDED = {"try-this": "Try this", "evidence": "Evidence", "answer": "Answer"}  # containers, with what stands on the fold
+
 
 def render(survey: Survey, known: Known) -> Body:
     """The chapter's body; what is wrong goes to known.problems."""
@@ -146,9 +148,10 @@ class _Renderer:
             source = escape("\n".join(self._chapter.source.lines[first + 1 : last]))
             code = f'<pre class="code" tabindex="0"><code>{source}</code></pre>'
             inside = Markup(f'{code}\n<div class="example-result">\n{inside}</div>\n')
-        if name == "try-this":
-            return f'<details class="{name}">\n<summary>Try this</summary>\n{inside}</details>\n'
-        return f'<div class="{name}">\n{inside}</div>\n'
+        if name in FOLDED:
+            return f'<details class="fold {name}">\n<summary>{FOLDED[name]}</summary>\n{inside}</details>\n'
+        title = '<p class="in-short-title">In short</p>\n' if name == "in-short" else ""
+        return f'<div class="{name}">\n{title}{inside}</div>\n'
 
     def _noted(self, block: Sequence[Token]) -> str:
         """A block with the notes beside it that it is the first to refer to."""

@@ -42,7 +42,7 @@ from sitegen.markup.located import (
 from sitegen.markup.unclosed import dollar, lose
 from sitegen.problems import Place, Problems, hint
 
-CONTAINERS = ("example", "anatomy", "try-this")
+CONTAINERS = ("example", "anatomy", "try-this", "opening", "evidence", "answer", "in-short")
 PLACED = ("link", "image", "math_inline", "footnote_ref", "autolink")
 HEADING_ID = re.compile(r"\s*\{#([^}]*)\}\s*$")
 ANCHOR = re.compile(r"[a-z][a-z0-9-]*")

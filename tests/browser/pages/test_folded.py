@@ -1,4 +1,5 @@
-"""What there is to try is folded beneath its figure: an address inside opens it, and paper has it open."""
+"""What there is to try is folded beneath its figure, and the counts beneath their sentence: an address inside opens
+them, and paper has them open."""
 
 from __future__ import annotations
 
@@ -36,3 +37,23 @@ def test_without_scripts_it_opens_at_a_press(reader: Callable[..., Reader]) -> N
     fold = page.locator(".try-this").first
     fold.locator("summary").click()
     expect(fold.locator("> p").first).to_be_visible()
+
+
+def test_counts_are_folded_where_scripts_run(reader: Callable[..., Reader]) -> None:
+    """A press unfolds them; paper has them open, and so has a browser without scripts."""
+    page = reader().open("docs-style.html")
+    table = page.locator(".evidence table")
+    expect(table).to_be_hidden()
+    page.locator(".evidence summary").click()
+    expect(table).to_be_visible()
+    page.locator(".evidence summary").click()
+    expect(table).to_be_hidden()
+    page.emulate_media(media="print")
+    expect(table).to_be_visible()
+
+
+def test_counts_are_open_without_scripts(reader: Callable[..., Reader]) -> None:
+    """Answers are not: a reader opens them when ready."""
+    page = reader(java_script_enabled=False).open("docs-style.html")
+    expect(page.locator(".evidence table")).to_be_visible()
+    expect(page.locator(".answer p")).to_be_hidden()
