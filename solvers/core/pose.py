@@ -308,8 +308,10 @@ class Pose:
         p = np.asarray(points, dtype=np.float64)
         if p.ndim < 2 or p.shape[-1] != self.dim:
             raise ValueError(f"points: expected shape (..., n, {self.dim}), got {p.shape}")
-        moved = p @ (np.asarray(self.scale)[..., None, None] * self.R).swapaxes(-1, -2)
-        return moved + self.t[..., None, :]
+        moved: FloatArray = p @ (np.asarray(self.scale)[..., None, None] * self.R).swapaxes(-1, -2)
+        for k in range(self.dim):  # with d innermost numpy's loop would be d long
+            moved[..., k] += self.t[..., k, None]
+        return moved
 
     def compose(self, first: Pose) -> Pose:
         """The pose `self ∘ first`: apply `first`, then this one.

@@ -10,7 +10,7 @@ problems.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
 import numpy as np
@@ -20,7 +20,7 @@ from solvers.core.log import debug
 from solvers.core.method import Method, Problem, S
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark
-from solvers.core.tree import put, take
+from solvers.core.tree import changed, put, take
 
 T = TypeVar("T")
 
@@ -163,11 +163,11 @@ def advance(batch: Batch[S]) -> Batch[S]:
     part = _cap(part, steps[rows], batch.max_steps)
     stopped = part.status != Status.RUNNING
     if not stopped.any():
-        return replace(batch, part=part, steps=steps)
+        return changed(batch, part=part, steps=steps)
     if stopped.all() and rows.size == steps.size:  # as a single problem does: nothing to sort out
-        return replace(batch, whole=part, rows=rows[:0], part=take(part, rows[:0]), steps=steps)
+        return changed(batch, whole=part, rows=rows[:0], part=take(part, rows[:0]), steps=steps)
     whole = put(batch.whole, rows[stopped], take(part, stopped))
-    return replace(batch, whole=whole, rows=rows[~stopped], part=take(part, ~stopped), steps=steps)
+    return changed(batch, whole=whole, rows=rows[~stopped], part=take(part, ~stopped), steps=steps)
 
 
 @dataclass(frozen=True, eq=False)
@@ -246,7 +246,7 @@ def _cap(state: S, steps: IntArray, max_steps: int) -> S:
     if not over.any():
         return state
     status, reason = mark(state.status, state.reason, over, Status.CAPPED, f"the cap of {max_steps} steps was reached")
-    return replace(state, status=status, reason=reason)  # type: ignore[type-var]
+    return changed(state, status=status, reason=reason)
 
 
 def _undo_nonfinite(before: S, after: S) -> S:
@@ -262,4 +262,4 @@ def _undo_nonfinite(before: S, after: S) -> S:
     bad = ~finite
     kept = put(after, bad, take(before, bad))
     status, reason = mark(kept.status, kept.reason, bad, Status.DEGENERATE, "the step left the range of numbers")
-    return replace(kept, status=status, reason=reason)  # type: ignore[type-var]
+    return changed(kept, status=status, reason=reason)

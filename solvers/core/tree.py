@@ -10,7 +10,8 @@ a run; what varies in number (the cells of a grid, the pairs kept) is padded or 
 
 from __future__ import annotations
 
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import fields, is_dataclass
+from functools import cache
 from types import MappingProxyType
 from typing import Any, TypeVar
 
@@ -45,6 +46,26 @@ def put(whole: T, rows: IntArray | BoolArray, part: T) -> T:
     return _put(whole, rows, part, type(whole).__name__)  # type: ignore[no-any-return]
 
 
+def changed(state: T, **values: Any) -> T:
+    """`dataclasses.replace` for a state, whose fields need no checks: without its
+    `__init__`, which costs more than the rest of a small step.
+    """
+    new = object.__new__(type(state))
+    new.__dict__.update(state.__dict__)
+    new.__dict__.update(values)
+    return new
+
+
+@cache
+def _plan(kind: type) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The fields of a dataclass that are taken, and those that are put back."""
+    if not is_dataclass(kind):
+        return (), ()
+    of = fields(kind)
+    taken = tuple(f.name for f in of if not f.metadata.get("shared"))
+    return taken, tuple(f.name for f in of if not f.metadata.get("constant"))
+
+
 def _take(value: Any, rows: Any) -> Any:
     if isinstance(value, np.ndarray):
         return value[rows]
@@ -52,12 +73,11 @@ def _take(value: Any, rows: Any) -> Any:
         return tuple(_take(item, rows) for item in value)
     if isinstance(value, Pose):
         return Pose.trusted(value.R[rows], value.t[rows], np.asarray(value.scale)[rows])
-    if is_dataclass(value) and not isinstance(value, type):
-        return replace(
-            value,
-            **{f.name: _take(getattr(value, f.name), rows) for f in fields(value) if not f.metadata.get("shared")},
-        )
-    return value
+    taken, _ = _plan(type(value))  # type: ignore[arg-type]
+    if not taken:
+        return value
+    own = value.__dict__
+    return changed(value, **{name: _take(own[name], rows) for name in taken})
 
 
 def _put(whole: Any, rows: Any, part: Any, name: str) -> Any:
@@ -72,15 +92,10 @@ def _put(whole: Any, rows: Any, part: Any, name: str) -> Any:
     if isinstance(whole, Pose):
         parts = (_put(getattr(whole, k), rows, getattr(part, k), f"{name}.{k}") for k in ("R", "t", "scale"))
         return Pose.trusted(*parts)
-    if is_dataclass(whole) and not isinstance(whole, type):
-        return replace(
-            whole,
-            **{
-                f.name: _put(getattr(whole, f.name), rows, getattr(part, f.name), f"{name}.{f.name}")
-                for f in fields(whole)
-                if not f.metadata.get("constant")
-            },
-        )
+    _, back = _plan(type(whole))  # type: ignore[arg-type]
+    if back:
+        own, new = whole.__dict__, part.__dict__
+        return changed(whole, **{k: _put(own[k], rows, new[k], f"{name}.{k}") for k in back})
     if (whole is None) != (part is None):
         raise TypeError(f"{name}: was {_kind(whole)} and has become {_kind(part)}")
     return whole

@@ -19,12 +19,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from solvers.core import validate
 from solvers.core.arrays import AnyArray, BoolArray, FloatArray, ReasonArray, StatusArray
 from solvers.core.pose import Pose
 from solvers.core.status import Status, reasons, statuses
-
-_EPS = float(np.finfo(np.float64).eps)
+from solvers.geometry.moments import Moments, checked, moments, why
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,19 +138,9 @@ def fit_rigid(
     >>> fit.pose.t.round(6)
     array([ 1., -2.])
     """
-    m = _moments(source, target, weights)
-    V, values, Ut, sign = _signed_svd(m.H)
-    # Where H is singular to rounding its sign is an accident, and the rotation is as
-    # good as the reflection.
-    tied = values[..., -1] <= m.tolerance
-    flip = np.where(tied | proper, sign, np.int8(1))
-    signed = values.copy()
-    signed[..., -1] *= flip
-    D = np.ones_like(values)
-    D[..., -1] = flip
-    R = (V * D[..., None, :]) @ Ut
-    gap = values[..., -2] + (sign if proper else 1) * values[..., -1]
-    return _finish(m, R, signed.sum(axis=-1), values, np.where(tied, np.int8(0), sign), gap, scale)
+    pairs = checked(source, target, weights)
+    m = moments(*pairs)
+    return _fit(pairs, m, _spatial(m, proper), scale)
 
 
 def fit_planar(
@@ -202,15 +190,9 @@ def fit_planar(
     >>> fit.condition.round(6)
     np.float64(1.0)
     """
-    m = _moments(source, target, weights, dim=2)
-    H = m.H
-    R, turn = _turn(H)
-    # The best reflection's value; the two singular values are half the sum and half the
-    # difference.
-    mirror = np.hypot(H[..., 0, 0] - H[..., 1, 1], H[..., 0, 1] + H[..., 1, 0])
-    values = np.stack([0.5 * (turn + mirror), 0.5 * np.abs(turn - mirror)], axis=-1)
-    sign = np.where(values[..., 1] <= m.tolerance, 0, np.where(turn < mirror, -1, 1)).astype(np.int8)
-    return _finish(m, R, turn, values, sign, turn, scale)
+    pairs = checked(source, target, weights, dim=2)
+    m = moments(*pairs)
+    return _fit(pairs, m, _planar(m), scale)
 
 
 def best_rotation(H: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -278,75 +260,62 @@ def pair_cost(pose: Pose, source: FloatArray, target: FloatArray, weights: Float
         return np.where(np.isnan(total), np.inf, total)
 
 
-@dataclass(frozen=True, eq=False)
-class _Moments:
-    """What both fits start from. The clouds and weights are divided by powers of two,
-    which rounds nothing, so that no square overflows or vanishes; H, the spreads and
-    the tolerance are of the divided clouds.
+def closed_form_step(
+    source: FloatArray, target: FloatArray, weights: FloatArray
+) -> tuple[Pose, BoolArray, ReasonArray, FloatArray]:
+    """The rigid fit alone, for a step of a run: its pose, where it is degenerate and why, its
+    condition.
+
+    The same numbers as those of `fit_planar` or `fit_rigid`, for clouds (b, n, d) and
+    weights (b, n) that were looked at before.
     """
-
-    source: FloatArray  # (..., n, d), as given, broadcast to the batch
-    target: FloatArray
-    weights: FloatArray  # (..., n), as given
-    exponents: tuple[AnyArray, AnyArray, AnyArray]  # of source, target, weights, each (...)
-    mean_p: FloatArray  # (..., d), divided
-    mean_q: FloatArray
-    p: FloatArray  # (..., n, d), divided and centred
-    q: FloatArray
-    w: FloatArray  # (..., n), divided
-    H: FloatArray  # (..., d, d)
-    square_p: FloatArray  # (...) Σ w ‖p̃‖²
-    still_p: BoolArray  # (...) the points of positive weight are equal to rounding
-    still_q: BoolArray
-    tolerance: FloatArray  # (...) what of H's singular values is rounding
+    m = moments(source, target, weights)
+    if source.shape[-1] == 2:
+        R, _, values, _, gap = _planar(m)
+    else:
+        R, _, values, _, gap = _spatial(m, proper=True)
+    pose, bad = _posed(m, R, np.zeros(gap.shape), gap, scale=False)
+    return pose, bad, _reasons(m, bad), _condition(values, gap, bad)
 
 
-def _moments(
-    source: ArrayLike, target: ArrayLike, weights: ArrayLike | None, dim: int | None = None
-) -> _Moments:
-    p, q = validate.matched(source, target)
-    if dim is not None and p.shape[-1] != dim:
-        raise ValueError(f"source: expected {dim} coordinates a point, got {p.shape[-1]}")
-    w = validate.weights(weights, p.shape[-2])
-    batch = validate.batch_shape(source=p.shape[:-2], target=q.shape[:-2], weights=w.shape[:-1])
-    p, q = (np.broadcast_to(x, (*batch, *x.shape[-2:])) for x in (p, q))
-    w = np.broadcast_to(w, (*batch, w.shape[-1]))
-
-    counted = (w > 0.0)[..., None]
-    big_p, big_q = (np.max(np.abs(x), axis=(-2, -1), where=counted, initial=0.0) for x in (p, q))
-    ep, eq, ew = (np.frexp(x)[1] for x in (big_p, big_q, w.max(axis=-1)))
-    sw = np.ldexp(w, -ew[..., None])
-    # A point without weight counts for nothing, however far away it lies.
-    sp, sq = (np.ldexp(np.where(counted, x, 0.0), -e[..., None, None]) for x, e in ((p, ep), (q, eq)))
-    total = sw.sum(axis=-1)
-    share = sw / np.where(total > 0.0, total, 1.0)[..., None]
-    mean_p, mean_q = ((share[..., None, :] @ x)[..., 0, :] for x in (sp, sq))
-    cp, cq = sp - mean_p[..., None, :], sq - mean_q[..., None, :]
-    H = (sw[..., None] * cp).swapaxes(-1, -2) @ cq
-    square_p, square_q = (np.einsum("...n,...nd,...nd->...", sw, x, x) for x in (cp, cq))
-
-    # Coordinates carry rounding of half a unit in the last place of the largest, so a
-    # spread below a few of these is none; the same rounding, relative to the spread, is
-    # what H cannot resolve.
-    spread_p, spread_q = (np.sqrt(x / np.where(total > 0.0, total, 1.0)) for x in (square_p, square_q))
-    blur_p, blur_q = 8.0 * _EPS * np.ldexp(big_p, -ep), 8.0 * _EPS * np.ldexp(big_q, -eq)
-    still_p, still_q = spread_p <= blur_p, spread_q <= blur_q
-    blur = blur_p / np.where(still_p, 1.0, spread_p) + blur_q / np.where(still_q, 1.0, spread_q)
-    tolerance = blur * np.sqrt(square_p * square_q)
-    return _Moments(
-        p, q, w, (ep, eq, ew), mean_p, mean_q, cp, cq, sw, H, square_p, still_p, still_q, tolerance
-    )
+Turned = tuple[FloatArray, FloatArray, FloatArray, AnyArray, FloatArray]
+"""R, tr(Λ D), the singular values, the determinant and by how much H determines R."""
 
 
-def _finish(
-    m: _Moments, R: FloatArray, turned: FloatArray, values: FloatArray, sign: AnyArray, gap: FloatArray, scale: bool
-) -> Fit:
-    """From the rotation to the answer: scale, translation, degenerate cases, cost.
-    `turned` is tr(Λ D).
-    """
-    ep, eq, ew = m.exponents
-    bad = m.still_p | m.still_q | (gap <= m.tolerance) | (m.w.max(axis=-1) == 0.0)
-    R = np.where(bad[..., None, None], np.eye(R.shape[-1]), R)
+def _planar(m: Moments) -> Turned:
+    H = m.H
+    R, turn = _turn(H)
+    # The best reflection's value; the two singular values are half the sum and half the
+    # difference.
+    mirror = np.hypot(H[..., 0, 0] - H[..., 1, 1], H[..., 0, 1] + H[..., 1, 0])
+    values = np.stack([0.5 * (turn + mirror), 0.5 * np.abs(turn - mirror)], axis=-1)
+    sign = np.where(values[..., 1] <= m.tolerance, 0, np.where(turn < mirror, -1, 1)).astype(np.int8)
+    return R, turn, values, sign, turn
+
+
+def _spatial(m: Moments, proper: bool) -> Turned:
+    V, values, Ut, sign = _signed_svd(m.H)
+    # Where H is singular to rounding its sign is an accident, and the rotation is as
+    # good as the reflection.
+    tied = values[..., -1] <= m.tolerance
+    flip = np.where(tied | proper, sign, np.int8(1))
+    signed = values.copy()
+    signed[..., -1] *= flip
+    D = np.ones_like(values)
+    D[..., -1] = flip
+    R = (V * D[..., None, :]) @ Ut
+    gap = values[..., -2] + (sign if proper else 1) * values[..., -1]
+    return R, signed.sum(axis=-1), values, np.where(tied, np.int8(0), sign), gap
+
+
+def _posed(
+    m: Moments, R: FloatArray, turned: FloatArray, gap: FloatArray, scale: bool
+) -> tuple[Pose, BoolArray]:
+    """From the rotation to the pose, and where it is undefined."""
+    ep, eq, _ = m.exponents
+    bad = m.still_p | m.still_q | (gap <= m.tolerance) | m.weightless
+    if bad.any():
+        R = np.where(bad[..., None, None], np.eye(R.shape[-1]), R)
     s = np.ones(bad.shape)
     if scale:
         # The ratio of the divided clouds, multiplied back; a ratio that is no float64
@@ -354,38 +323,31 @@ def _finish(
         with np.errstate(over="ignore", under="ignore"):
             s = np.ldexp(np.where(bad, 1.0, turned / np.where(bad, 1.0, m.square_p)), np.where(bad, 0, eq - ep))
     mean_p, mean_q = np.ldexp(m.mean_p, ep[..., None]), np.ldexp(m.mean_q, eq[..., None])
-    t = mean_q - s[..., None] * (R @ mean_p[..., None])[..., 0]
-    pose = Pose.trusted(R, t, s)
+    return Pose.trusted(R, mean_q - s[..., None] * (R @ mean_p[..., None])[..., 0], s), bad
 
+
+def _condition(values: FloatArray, gap: FloatArray, bad: BoolArray) -> FloatArray:
     with np.errstate(over="ignore", under="ignore"):
-        cost = pair_cost(pose, m.source, m.target, m.weights)
-        unit = ep + eq + ew
-        condition = np.where(bad, np.inf, np.linalg.norm(values, axis=-1) / np.where(bad, 1.0, gap))
-        singular = np.ldexp(values, unit[..., None])
+        return np.where(bad, np.inf, np.linalg.norm(values, axis=-1) / np.where(bad, 1.0, gap))
 
-    status = np.where(bad, np.int8(Status.DEGENERATE), statuses(bad.shape, Status.CONVERGED))
+
+def _reasons(m: Moments, bad: BoolArray) -> ReasonArray:
     reason = reasons(bad.shape)
     for i in np.argwhere(bad):
-        reason[tuple(i)] = _why(m, tuple(i))
-    return Fit(pose, status[()], reason[()], singular, sign[()], cost[()], condition[()])
+        reason[tuple(i)] = why(m, tuple(i))
+    return reason
 
 
-def _why(m: _Moments, i: tuple[int, ...]) -> str:
-    """Why problem i of the batch does not determine its rotation, in words."""
-    d = m.p.shape[-1]
-    if m.w[i].max() == 0.0:
-        return "all weights are zero"
-    if m.still_p[i]:
-        return "all source points with weight are equal: the rotation is undefined"
-    if m.still_q[i]:
-        return "all target points with weight are equal: the rotation is undefined"
-    if d > 2:
-        for name, x in (("source", m.p[i]), ("target", m.q[i])):
-            spans = np.linalg.svd(np.sqrt(m.w[i])[:, None] * x, compute_uv=False)
-            rank = int(np.count_nonzero(spans > 1e-7 * spans[0]))
-            if rank == 1:
-                return f"the {name} points are collinear: the rotation about their line is free"
-            if rank < d - 1:
-                return f"the {name} points span {rank} of {d} dimensions: rotations across them are free"
-        return "the pairs fit several rotations equally well: the rotation is undefined"
-    return "both sums of the planar fit are zero: the angle is undefined"
+def _fit(
+    pairs: tuple[FloatArray, FloatArray, FloatArray], m: Moments, found: Turned, scale: bool
+) -> Fit:
+    """All of the answer."""
+    R, turned, values, sign, gap = found
+    pose, bad = _posed(m, R, turned, gap, scale)
+    with np.errstate(over="ignore", under="ignore"):
+        cost = pair_cost(pose, *pairs)
+        ep, eq, ew = m.exponents
+        singular = np.ldexp(values, (ep + eq + ew)[..., None])
+    status = np.where(bad, np.int8(Status.DEGENERATE), statuses(bad.shape, Status.CONVERGED))
+    condition = _condition(values, gap, bad)
+    return Fit(pose, status[()], _reasons(m, bad)[()], singular, sign[()], cost[()], condition[()])

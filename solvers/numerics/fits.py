@@ -6,8 +6,7 @@ import numpy as np
 
 from solvers.core.arrays import FloatArray, ReasonArray
 from solvers.core.pose import Pose
-from solvers.core.status import Status
-from solvers.geometry.rigid import fit_planar, fit_rigid
+from solvers.geometry.rigid import closed_form_step
 
 
 def rms_radius(points: FloatArray) -> FloatArray:
@@ -53,11 +52,10 @@ def fit_pairs(
     centroids are brought together (the best translation for it), and the reason says
     why; without any weight the pose stays.
     """
-    fit = (fit_planar if source.shape[-1] == 2 else fit_rigid)(source, partners, weights)
-    bad = fit.status == Status.DEGENERATE
+    fitted, bad, reason, condition = closed_form_step(source, partners, weights)
     if not bad.any():
-        return fit.pose, fit.reason, fit.condition
-    R, t, scale = np.array(fit.pose.R), np.array(fit.pose.t), np.array(fit.pose.scale)
+        return fitted, reason, condition
+    R, t, scale = np.array(fitted.R), np.array(fitted.t), np.array(fitted.scale)
     R[bad], t[bad] = pose.R[bad], pose.t[bad]
     some = bad & (weights > 0.0).any(axis=1)
     share = weights[some] / weights[some].max(axis=1, keepdims=True)
@@ -65,4 +63,4 @@ def fit_pairs(
     mean_p, mean_q = (np.einsum("bm,bmd->bd", share, x[some]) for x in (source, partners))
     t[some] = mean_q - (R[some] @ mean_p[..., None])[..., 0]
     scale[bad & ~some] = np.asarray(pose.scale)[bad & ~some]
-    return Pose.trusted(R, t, scale), fit.reason, fit.condition
+    return Pose.trusted(R, t, scale), reason, condition

@@ -19,7 +19,7 @@ its problems.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar
 
 import numpy as np
@@ -29,6 +29,7 @@ from solvers.core.arrays import AnyArray, BoolArray, FloatArray, ReasonArray, St
 from solvers.core.method import Problem
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
+from solvers.core.tree import changed
 from solvers.numerics.fits import fit_pairs, rms_radius
 
 MOST = 14_000_000
@@ -71,7 +72,9 @@ class Candidates:
 def listed(row: AnyArray, column: AnyArray, squares: FloatArray, rows: int, columns: int) -> Candidates:
     """Candidates from pairs in ascending order of `row`."""
     row, column = row.astype(np.intp, copy=False), column.astype(np.intp, copy=False)
-    return Candidates(row, column, squares, np.searchsorted(row, np.arange(rows + 1)), rows, columns)
+    starts = np.zeros(rows + 1, dtype=np.intp)
+    np.cumsum(np.bincount(row, minlength=rows), out=starts[1:])
+    return Candidates(row, column, squares, starts, rows, columns)
 
 
 def within_reach(moved: FloatArray, target: FloatArray, reach: FloatArray) -> Candidates:
@@ -301,7 +304,7 @@ def associated(state: S, mass: FloatArray, moment: FloatArray) -> S:
         state.status, state.reason, ~used.any(axis=1), Status.DEGENERATE,
         "no source point has enough support within reach",
     )  # fmt: skip
-    return replace(  # type: ignore[type-var]
+    return changed(
         state, soft=soft, support=np.minimum(mass, 1.0), used=used, objective=objective, status=status, reason=reason
     )
 
@@ -320,12 +323,12 @@ def step(state: S, associate: Associate[S]) -> S:
     ended = state.sigma <= state.last
     sigma = np.where(ended, state.sigma, np.maximum(options.shrink * state.sigma, state.last))
     after = associate(
-        replace(state, pose=pose, sigma=sigma, change=change, condition=condition)  # type: ignore[type-var]
+        changed(state, pose=pose, sigma=sigma, change=change, condition=condition)
     )
     rest = ended & (change <= options.tolerance)
     status, reason = after.status, after.reason
     for words in sorted({str(w) for w in free[rest & (free != "")]}):
         status, reason = mark(status, reason, rest & (free == words), Status.DEGENERATE, words)
     status, reason = mark(status, reason, rest, Status.CONVERGED, "the pose has come to rest at the last width")
-    return replace(after, status=status, reason=reason)  # type: ignore[type-var]
+    return changed(after, status=status, reason=reason)
 

@@ -35,7 +35,7 @@ References
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -44,7 +44,7 @@ from solvers.core.arrays import BoolArray, FloatArray, IntArray, ReasonArray, St
 from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
-from solvers.core.tree import CONSTANT, SHARED, put, take
+from solvers.core.tree import CONSTANT, SHARED, changed, put, take
 from solvers.geometry import nearest
 from solvers.geometry.nearest import Index
 from solvers.methods.icp.icp import partners
@@ -234,7 +234,7 @@ def _step(state: FastRobustState) -> FastRobustState:
     nu = np.where(at_rest & ~final, np.maximum(0.5 * state.nu, state.last), state.nu)
     if (nu != state.nu).any():
         pairing = _weigh(problem, pairing.moved, pairing.rows, pairing.distances, nu)
-    return replace(
+    return changed(
         state, pose=pose, objective=pairing.energy, status=status, reason=reason, pairing=pairing, nu=nu,
         accelerated=proposed & ~worse, past_x=past_x, past_g=past_g,
         depth=np.where((worse & options.forget) | (nu != state.nu), 0, depth), change=change, condition=condition,

@@ -35,7 +35,7 @@ References
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -46,7 +46,7 @@ from solvers.core.method import Method, Problem
 from solvers.core.partners import chosen
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
-from solvers.core.tree import CONSTANT, SHARED
+from solvers.core.tree import CONSTANT, SHARED, changed
 from solvers.geometry import nearest
 from solvers.geometry.nearest import Index
 from solvers.numerics import robust
@@ -267,7 +267,7 @@ def finish(
         status, said = mark(status, said, np.arange(len(free)) == i, Status.DEGENERATE, str(reason[i]))
     status, said = mark(status, said, at_rest, Status.CONVERGED, "the pose has come to rest")
     status, said = mark(status, said, steady & ~free, Status.CONVERGED, "the RMS has come to rest")
-    return replace(
+    return changed(
         state, pose=pose, objective=pairing.objective, status=status, reason=said, pairing=pairing, change=change,
         condition=condition,
     )  # fmt: skip

@@ -22,7 +22,7 @@ Carlo factorization algorithm), and called stalled.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -31,7 +31,7 @@ from solvers.core.arrays import FloatArray, IntArray, ReasonArray, StatusArray
 from solvers.core.method import Problem
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
-from solvers.core.tree import CONSTANT, SHARED
+from solvers.core.tree import CONSTANT, SHARED, changed
 from solvers.geometry import normals
 from solvers.geometry.nearest import Index
 from solvers.geometry.normals import Normals
@@ -206,7 +206,7 @@ def step(state: SurfaceState) -> SurfaceState:
     status, reason = mark(status, reason, again, Status.STALLED, "the same few poses come round again and again")
     taken = state.taken + 1
     renew = (taken & (taken - 1)) == 0
-    return replace(
+    return changed(
         state, pose=pose, objective=pairing.objective, status=status, reason=reason, pairing=pairing,
         precision=precision, system=system, change=change, taken=taken,
         remembered=np.where(renew[:, None, None], pairing.moved, state.remembered),
@@ -269,7 +269,7 @@ def _at(
         rms = np.sqrt(objective / np.where(total > 0.0, total, 1.0))
         middle = problem.source.mean(axis=1) * np.asarray(pose.scale)[:, None]
         centre = gauss_newton.turned(pose.R, middle) + pose.t
-    pairing = replace(
+    pairing = changed(
         pairing, used=used, weights=weights, count=used.sum(axis=1), rms=rms, objective=objective
     )
     system = gauss_newton.system(

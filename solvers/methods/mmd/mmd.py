@@ -37,7 +37,7 @@ References
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -46,7 +46,7 @@ from solvers.core.arrays import BoolArray, FloatArray, IntArray, ReasonArray, St
 from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
-from solvers.core.tree import CONSTANT, SHARED, put, take
+from solvers.core.tree import CONSTANT, SHARED, changed, put, take
 from solvers.numerics.fits import rms_radius
 from solvers.numerics.fourier_features import KERNELS, feature_sums, mean_features, unit_frequencies
 
@@ -227,7 +227,7 @@ def _at(state: MmdState, pose: Pose) -> MmdState:
     """The state with everything evaluated anew at `pose`."""
     mean, J = _evaluate(state, pose)
     residual = mean - state.fixed_mean
-    return replace(
+    return changed(
         state, pose=pose, moving_mean=mean, residual=residual, jacobian=J,
         objective=np.einsum("bk,bk->b", residual, residual),
     )  # fmt: skip
@@ -238,7 +238,7 @@ def _at_stage(state: MmdState, stage: IntArray) -> MmdState:
     rows = np.arange(len(stage))
     z = state.draws[rows, stage if state.draws.shape[1] > 1 else 0]
     few = np.arange(z.shape[1]) >= state.counts[rows, stage, None]
-    state = replace(
+    state = changed(
         state, stage=stage, frequencies=np.where(few[..., None], 0.0, z), length=state.lengths[rows, stage],
         fixed_mean=state.fixed_means[rows, stage], damping=np.full(len(stage), state.options.damping),
     )  # fmt: skip
@@ -325,7 +325,7 @@ def _step(state: MmdState) -> MmdState:
             break
 
     little = state.objective - after.objective <= options.decrease * state.objective
-    after = replace(
+    after = changed(
         after, damping=damping, change=change, condition=top / np.maximum(values[:, 0], 1e-16 * top), weak=V[:, :, 0]
     )
     return _end_of_stage(after, small | little, pending, values[:, 0] <= _WEAK * top)
@@ -349,7 +349,7 @@ def _end_of_stage(state: MmdState, rest: BoolArray, stuck: BoolArray, weak: Bool
         )  # fmt: skip
     status, reason = mark(status, reason, over & stuck, Status.STALLED, "no step lowers the objective")
     status, reason = mark(status, reason, over, Status.CONVERGED, "the pose or the objective has come to rest")
-    state = replace(state, status=status, reason=reason)
+    state = changed(state, status=status, reason=reason)
     onward = np.flatnonzero(ended & ~last)
     if onward.size:
         part = take(state, onward)

@@ -28,7 +28,7 @@ References
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -37,7 +37,7 @@ from solvers.core.arrays import BoolArray, FloatArray, IntArray, ReasonArray, St
 from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
-from solvers.core.tree import CONSTANT, SHARED, put, take
+from solvers.core.tree import CONSTANT, SHARED, changed, put, take
 from solvers.geometry.spectral import symmetric_eigen
 from solvers.methods.ndt import d2d_score, mixture, ndt_map
 from solvers.methods.ndt.ndt_map import NdtMap
@@ -337,7 +337,7 @@ def step(state: NdtState) -> NdtState:
     status, reason = mark(
         status, reason, ended & last, Status.STALLED, "no shorter step raises the score on these cells"
     )
-    return replace(
+    return changed(
         state, pose=pose, objective=-at.score, status=status, reason=reason, level=level, at=at, damping=damping,
         step=move, halved=halved, accepted=better, condition=condition, weak=weak,
     )  # fmt: skip

@@ -33,7 +33,7 @@ References
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -43,7 +43,7 @@ from solvers.core.method import Method, Problem
 from solvers.core.partners import chosen
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
-from solvers.core.tree import CONSTANT, SHARED, put, take
+from solvers.core.tree import CONSTANT, SHARED, changed, put, take
 from solvers.geometry import nearest
 from solvers.geometry.nearest import Index
 from solvers.numerics.fits import fit_pairs, lengths
@@ -323,7 +323,7 @@ def _step(state: CongruentState) -> CongruentState:
     lowest = bound.argmin(axis=1)
     chosen = short[at, lowest]
     promising = bound[at, lowest] * (1.0 - 1e-9) < state.best
-    new = replace(
+    new = changed(
         state, drawn=state.drawn + 1, idle=state.idle + 1, tried=state.tried + exist.sum(axis=1),
         scored=state.scored + promising,
     )  # fmt: skip
@@ -331,7 +331,7 @@ def _step(state: CongruentState) -> CongruentState:
         some = np.flatnonzero(promising)
         part = _try(take(new, some), Pose.trusted(R[some, chosen[some]], t[some, chosen[some]]))
         hit = part.best < state.best[some]
-        part = replace(
+        part = changed(
             part,
             source_pair=np.where(hit[:, None], pairs[some, chosen[some]], part.source_pair),
             target_pair=np.where(hit[:, None], ends[some, chosen[some]], part.target_pair),
@@ -343,7 +343,7 @@ def _step(state: CongruentState) -> CongruentState:
     words += _said(options.tolerance, TOLERANCE, "the target's RMS radius")
     status, reason = mark(new.status, new.reason, resting & ~found, Status.DEGENERATE, words)
     status, reason = mark(status, reason, resting, Status.CONVERGED, f"no better pose in {options.patience} steps")
-    return replace(new, status=status, reason=reason)
+    return changed(new, status=status, reason=reason)
 
 
 def _try(state: CongruentState, pose: Pose) -> CongruentState:
@@ -356,11 +356,11 @@ def _try(state: CongruentState, pose: Pose) -> CongruentState:
     if not better.any():
         return state
     first = ~np.isfinite(state.best)
-    state = replace(state, best=np.where(better, score.cost, state.best))
+    state = changed(state, best=np.where(better, score.cost, state.best))
     score = _refitted(problem, state.index, score, better, inlier)
     kept = better & (first | (score.cost < state.objective))
     used = np.where(kept[:, None], score.squares <= np.square(inlier)[:, None], state.used)
-    return replace(
+    return changed(
         state,
         pose=put(state.pose, kept, score.pose[kept]),
         objective=np.where(kept, score.cost, state.objective),

@@ -31,7 +31,7 @@ References
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -41,7 +41,7 @@ from solvers.core.method import Method, Problem
 from solvers.core.partners import own_rows
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
-from solvers.core.tree import CONSTANT, SHARED, put
+from solvers.core.tree import CONSTANT, SHARED, changed, put
 from solvers.geometry.rigid import fit_planar, fit_rigid
 
 _SHARE = 0.05  # the bound where none is given, in root mean square radii of the source
@@ -161,7 +161,7 @@ def _start(problem: Problem, options: GraduatedOptions) -> GraduatedState:
     )  # fmt: skip
     with np.errstate(over="ignore", under="ignore"):
         residuals, ratio, cost = _measure(state, problem.start)
-    return replace(state, residuals=residuals, objective=cost, count=(ratio <= 1.0).sum(axis=1))
+    return changed(state, residuals=residuals, objective=cost, count=(ratio <= 1.0).sum(axis=1))
 
 
 def _step(state: GraduatedState) -> GraduatedState:
@@ -190,7 +190,7 @@ def _step(state: GraduatedState) -> GraduatedState:
     settled = (kept | (problem.weights == 0.0)).all(axis=1)
     status, reason = mark(status, reason, settled, Status.CONVERGED, "every pair is wholly in or wholly out")
     new = ~(open_ & begun)
-    return replace(
+    return changed(
         state,
         pose=put(state.pose, new, fit.pose[new]),
         objective=np.where(new, cost, state.objective),

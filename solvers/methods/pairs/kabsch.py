@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from solvers.core.method import Method, NoOptions, Problem
 from solvers.core.partners import own_rows
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
-from solvers.core.tree import CONSTANT, SHARED
+from solvers.core.tree import CONSTANT, SHARED, changed
 from solvers.geometry.rigid import fit_rigid, pair_cost
 
 MOST_POWERS = 300
@@ -53,7 +53,7 @@ def _start(problem: Problem, scaled: bool) -> KabschState:
 
 def _step(state: KabschState) -> KabschState:
     fit = fit_rigid(state.problem.source, state.problem.target, state.problem.weights, scale=state.scaled)
-    return replace(
+    return changed(
         state,
         pose=fit.pose,
         objective=fit.cost,
@@ -75,7 +75,7 @@ def _start_similarity(problem: Problem, options: NoOptions) -> KabschState:
     apart = np.abs(powers[1] - powers[0]) > MOST_POWERS
     words = f"one cloud is more than 1e+{MOST_POWERS} times as wide as the other: no float64 is their scale"
     status, reason = mark(state.status, state.reason, apart, Status.DEGENERATE, words)
-    return replace(state, status=status, reason=reason)
+    return changed(state, status=status, reason=reason)
 
 
 def _power(points: FloatArray, weights: FloatArray) -> FloatArray:

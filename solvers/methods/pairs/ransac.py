@@ -34,7 +34,7 @@ References
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -45,7 +45,7 @@ from solvers.core.method import Method, Problem
 from solvers.core.partners import own_rows
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
-from solvers.core.tree import CONSTANT, SHARED, put
+from solvers.core.tree import CONSTANT, SHARED, changed, put
 from solvers.geometry.rigid import Fit, fit_planar, fit_rigid
 from solvers.numerics.fits import lengths
 
@@ -272,7 +272,7 @@ def _search(state: RansacState, where: BoolArray, limit: FloatArray) -> RansacSt
     best = np.arange(b), np.maximum(leader[end], 0)
     better = where & (leader[end] >= 0)
     state = _better(state, better, fit.pose[best], squares[best])
-    return replace(
+    return changed(
         state,
         trials=np.where(where, turn[end] + 1, state.trials),
         budget=np.where(where, np.asarray(budget)[end], state.budget),
@@ -288,7 +288,7 @@ def _better(state: RansacState, better: BoolArray, pose: Pose, squares: FloatArr
     """The state with another pose where it is `better`, and what goes with it."""
     inlier = state.inlier[:, None]
     inliers = np.where(better[:, None], squares <= np.square(inlier), state.inliers)
-    return replace(
+    return changed(
         state,
         pose=put(state.pose, better, pose[better]),
         objective=np.where(better, capped_sum(squares, inlier), state.objective),
@@ -317,7 +317,7 @@ def _refit(state: RansacState, where: BoolArray) -> RansacState:
         f"the consensus is stable, but the trials ended before {100.0 * options.confidence:g} % confidence",
     )  # fmt: skip
     status, reason = mark(status, reason, stable, Status.CONVERGED, "the consensus is stable")
-    return replace(state, status=status, reason=reason, refits=state.refits + (where & state.found))
+    return changed(state, status=status, reason=reason, refits=state.refits + (where & state.found))
 
 
 RANSAC = Method(

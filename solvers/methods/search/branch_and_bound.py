@@ -25,7 +25,7 @@ References
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -34,7 +34,7 @@ from solvers.core.arrays import AnyArray, FloatArray, IntArray, ReasonArray, Sta
 from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
-from solvers.core.tree import CONSTANT, SHARED
+from solvers.core.tree import CONSTANT, SHARED, changed
 from solvers.geometry import nearest
 from solvers.geometry.nearest import Index
 from solvers.methods.search.bounds import Boxes, coarse, fine, joined, split
@@ -228,7 +228,7 @@ def step(state: BranchAndBoundState) -> BranchAndBoundState:
     status, reason = mark(state.status, state.reason, left == 0, Status.PROVED, "no box is left")
     many = left > state.options.most
     status, reason = mark(status, reason, many, Status.STALLED, f"more than {state.options.most} boxes are left")
-    return replace(
+    return changed(
         state, pose=Pose.trusted(R, t, scale), objective=objective, lower=lower, dropped=dropped, boxes=boxes,
         discarded=discarded, examined=examined, left=left, status=status, reason=reason,
     )  # fmt: skip
@@ -281,7 +281,7 @@ def _bounded(ground: Ground, parts: Boxes, ceiling: float) -> Boxes:
         bound[small] = np.maximum(
             bound[small], fine(ground.grid, ground.arms, parts.middle[small], parts.half[small])
         )
-    return replace(parts, bound=np.floor(bound * 2.0**40) / 2.0**40)
+    return changed(parts, bound=np.floor(bound * 2.0**40) / 2.0**40)
 
 
 def _sweep(ground: Ground, begin: Pose, source: FloatArray) -> tuple[Pose, float]:

@@ -32,7 +32,7 @@ References
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -41,7 +41,7 @@ from solvers.core.arrays import AnyArray, BoolArray, FloatArray, IntArray, Reaso
 from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
-from solvers.core.tree import CONSTANT, SHARED
+from solvers.core.tree import CONSTANT, SHARED, changed
 from solvers.methods.search.lattice import WORTH, Lattice, Window, build
 
 
@@ -213,7 +213,7 @@ def _step(state: CorrelativeState) -> CorrelativeState:
             done[i], second[i], cut[i] = k, True, 0
     words = "no pose of the grid scores higher"
     status, reason = mark(state.status, state.reason, done, Status.CONVERGED, words)
-    return replace(
+    return changed(
         state, pose=Pose.trusted(R[0], t[0], scale[0]), objective=1.0 - score[0], status=status, reason=reason,
         score=score[0], runner_up=Pose.trusted(R[1], t[1], scale[1]), runner_score=score[1], nodes=nodes,
         place=place[0], runner_place=place[1], second=second, cut=cut,

@@ -8,12 +8,13 @@ an angle and a pose's score is a sum of look-ups in one table.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from solvers.core.arrays import AnyArray, BoolArray, FloatArray, IntArray
 from solvers.core.pose import Pose
+from solvers.core.tree import changed
 from solvers.geometry.downsample import spacing
 
 WORTH = 255
@@ -221,4 +222,4 @@ def _begun(lattice: Lattice) -> Lattice:
     squares = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     ceilings = lattice.bounds(lattice.levels, squares)
     order = np.argsort(-ceilings, kind="stable")
-    return replace(lattice, squares=squares[order], ceilings=ceilings[order])
+    return changed(lattice, squares=squares[order], ceilings=ceilings[order])

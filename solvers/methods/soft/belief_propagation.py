@@ -27,7 +27,7 @@ References
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -36,7 +36,7 @@ from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, ReasonArray, StatusArray
 from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
-from solvers.core.tree import CONSTANT, SHARED, take
+from solvers.core.tree import CONSTANT, SHARED, changed, take
 from solvers.numerics import radius_pairs
 from solvers.numerics.radius_pairs import Candidates
 
@@ -228,7 +228,7 @@ def _associate(state: BpState) -> BpState:
         mass = found.row_sums(p).reshape(b, m)
         parts = [found.row_sums(p * flat[found.column, k]) for k in range(d)]
         taken = found.column_sums(p).reshape(b, -1)
-    return radius_pairs.associated(replace(state, taken=taken), mass, np.stack(parts, axis=-1).reshape(b, m, d))
+    return radius_pairs.associated(changed(state, taken=taken), mass, np.stack(parts, axis=-1).reshape(b, m, d))
 
 
 def _start(problem: Problem, options: BpOptions) -> BpState:

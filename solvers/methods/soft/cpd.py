@@ -46,7 +46,7 @@ References
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -56,7 +56,7 @@ from solvers.core.arrays import BoolArray, FloatArray, ReasonArray, StatusArray
 from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
-from solvers.core.tree import CONSTANT, SHARED
+from solvers.core.tree import CONSTANT, SHARED, changed
 from solvers.geometry.rigid import best_rotation
 from solvers.numerics import gaussians
 from solvers.numerics.fits import rms_radius, spread_volume
@@ -202,7 +202,7 @@ def _start(problem: Problem, options: CpdOptions, scaled: bool) -> CpdState:
     )  # fmt: skip
     state = _expect(state, start, shift, moved, np.maximum(width, frame.floor), state.change)
     status, reason = mark(state.status, state.reason, _empty(state), Status.DEGENERATE, _NOTHING)
-    return replace(state, status=status, reason=reason)
+    return changed(state, status=status, reason=reason)
 
 
 def _first_width(moved: FloatArray, fixed: FloatArray) -> FloatArray:
@@ -232,7 +232,7 @@ def _expect(
         # −Σ_n log p(x_n), p(x_n) = (1 − w)/M (2πσ²)^{−d/2} (Σ_m exp(…) + c)
         per_point = np.log(moved.shape[1] / (1.0 - state.options.clutter)) + 0.5 * d * np.log(2.0 * np.pi)
         objective = n * (per_point + d * (np.log(width) + np.log(frame.unit))) - P.log_sum
-    return replace(
+    return changed(
         state, pose=pose, objective=objective, sigma=sigma, mass=P.column.sum(axis=1), column=P.column, row=P.row,
         change=change, width=width, shift=shift, moved=moved, first=P.first, scatter=P.scatter,
     )  # fmt: skip
@@ -307,7 +307,7 @@ def _step(state: CpdState) -> CpdState:
     least = rest & (to.width <= frame.floor)
     status, reason = mark(status, reason, least, Status.CONVERGED, "the pose has come to rest, σ at its floor")
     status, reason = mark(status, reason, rest, Status.CONVERGED, "pose and σ have come to rest")
-    return replace(state, status=status, reason=reason)
+    return changed(state, status=status, reason=reason)
 
 
 def _why(state: CpdState, i: int) -> str:

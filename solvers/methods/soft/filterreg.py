@@ -38,7 +38,7 @@ References
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -47,7 +47,7 @@ from solvers.core.arrays import AnyArray, BoolArray, FloatArray, ReasonArray, St
 from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
-from solvers.core.tree import CONSTANT, SHARED
+from solvers.core.tree import CONSTANT, SHARED, changed
 from solvers.numerics import gauss_newton, kernel_filters
 from solvers.numerics.fits import rms_radius, spread_volume
 
@@ -216,7 +216,7 @@ def _ask(state: FilterRegState, pose: Pose, sigma: FloatArray) -> FilterRegState
         real = some & (spread > 0.0) & np.isfinite(spread)
     empty: BoolArray = weights.sum(axis=1) <= 1e-12 * m
     status, reason = mark(state.status, state.reason, empty, Status.DEGENERATE, _NOTHING)
-    return replace(
+    return changed(
         state, pose=pose, objective=objective, status=status, reason=reason, sigma=sigma, filters=built, moved=moved,
         mass=mass, targets=targets, spread=np.where(real, spread, 0.0), weights=weights,
     )  # fmt: skip
@@ -251,7 +251,7 @@ def _step(state: FilterRegState) -> FilterRegState:
         status, reason = mark(status, reason, np.arange(b) == i, Status.DEGENERATE, words)
     status, reason = mark(status, reason, rest, Status.CONVERGED, "pose and σ have come to rest")
     twist = np.concatenate([xi[:, :d], xi[:, d:] / state.radius[:, None]], axis=1)
-    return replace(after, status=status, reason=reason, twist=twist, condition=system.condition, change=change)
+    return changed(after, status=status, reason=reason, twist=twist, condition=system.condition, change=change)
 
 
 FILTERREG = Method(

@@ -29,7 +29,7 @@ References
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -38,7 +38,7 @@ from solvers.core.arrays import BoolArray, FloatArray, ReasonArray, StatusArray
 from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
-from solvers.core.tree import CONSTANT, SHARED, put, take
+from solvers.core.tree import CONSTANT, SHARED, changed, put, take
 from solvers.numerics import gauss_newton, gaussians, newton
 from solvers.numerics.fits import rms_radius
 
@@ -142,7 +142,7 @@ def _start(problem: Problem, options: GmmRegOptions) -> GmmRegState:
     status, reason = mark(
         state.status, state.reason, lost, Status.DEGENERATE, "no kernel reaches from one cloud to the other"
     )
-    return replace(state, status=status, reason=reason)
+    return changed(state, status=status, reason=reason)
 
 
 def _at_width(state: GmmRegState, sigma: FloatArray) -> GmmRegState:
@@ -151,7 +151,7 @@ def _at_width(state: GmmRegState, sigma: FloatArray) -> GmmRegState:
     for cloud in (state.problem.source, state.problem.target):
         ones = np.ones((*cloud.shape[:2], 1))
         own += gaussians.sums(cloud, cloud, np.sqrt(2.0) * sigma, ones)[..., 0].mean(axis=1) / cloud.shape[1]
-    return replace(state, sigma=sigma, own=own)
+    return changed(state, sigma=sigma, own=own)
 
 
 def _at(state: GmmRegState, pose: Pose) -> GmmRegState:
@@ -186,7 +186,7 @@ def _at(state: GmmRegState, pose: Pose) -> GmmRegState:
         factor = 1.0 / (2.0 * np.pi) / ell / ell
         # Rounding may leave a distance of nothing just below it.
         objective = np.maximum(factor * (state.own - 2.0 * k.mean(axis=1)), 0.0)
-    return replace(
+    return changed(
         state, pose=pose, objective=objective, moved=moved, overlap=k, gradient=gradient / ell[:, None],
         hessian=hessian / ell[:, None, None] / ell[:, None, None],
     )  # fmt: skip
@@ -226,7 +226,7 @@ def _step(state: GmmRegState) -> GmmRegState:
     final = state.sigma <= state.last
     limit = np.where(final, options.tolerance, max(options.coarse, options.tolerance))
     rest = change <= limit
-    after = replace(after, damping=damping, change=change)
+    after = changed(after, damping=damping, change=change)
 
     lost: BoolArray = (state.hessian == 0.0).all(axis=(1, 2)) & final
     status, reason = mark(after.status, after.reason, lost, Status.DEGENERATE, "no direction of motion changes E")
@@ -238,7 +238,7 @@ def _step(state: GmmRegState) -> GmmRegState:
     settled = rest & (~pending | (whole <= limit))
     status, reason = mark(status, reason, settled & final, Status.CONVERGED, "the pose has come to rest at the last σ")
     status, reason = mark(status, reason, rest & final, Status.STALLED, "no step lowers E")
-    after = replace(after, status=status, reason=reason)
+    after = changed(after, status=status, reason=reason)
     next_stage = np.flatnonzero(rest & ~final)
     if next_stage.size:
         part = take(after, next_stage)

@@ -26,7 +26,7 @@ References
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -34,7 +34,7 @@ from solvers.core import validate
 from solvers.core.arrays import AnyArray, BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
 from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
-from solvers.core.tree import CONSTANT, SHARED
+from solvers.core.tree import CONSTANT, SHARED, changed
 from solvers.numerics import radius_pairs
 from solvers.numerics.radius_pairs import Candidates
 
@@ -206,7 +206,7 @@ def _associate(state: HypothesisState) -> HypothesisState:
         moment = np.stack([x[columns].sum(axis=1) for x in np.ascontiguousarray(shares.T)], axis=-1)
     inside = columns.reshape(b, m, -1) - n * np.arange(b)[:, None, None]
     assignments = np.where(assigned.reshape(b, m, -1), inside, -1).swapaxes(1, 2)
-    return radius_pairs.associated(replace(state, assignments=assignments), mass, moment.reshape(b, m, d))
+    return radius_pairs.associated(changed(state, assignments=assignments), mass, moment.reshape(b, m, d))
 
 
 def _start(problem: Problem, options: HypothesisOptions) -> HypothesisState:

@@ -1,0 +1,133 @@
+"""Weighted moments of pairs: what the closed-form fits start from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from solvers.core import validate
+from solvers.core.arrays import AnyArray, BoolArray, FloatArray
+
+_EPS = float(np.finfo(np.float64).eps)
+_FAR = 2.0**400
+_LEAST = -1000  # of exponents: 2¹⁰⁰⁰ is still a number
+
+
+@dataclass(frozen=True, eq=False)
+class Moments:
+    """Of the pairs (..., n, d) with weights (..., n). The clouds and weights are multiplied
+    by powers of two, which rounds nothing, so that no square overflows or vanishes; H,
+    the spreads and the tolerance are of the multiplied clouds.
+    """
+
+    exponents: tuple[AnyArray, AnyArray, AnyArray]  # of source, target, weights, each (...)
+    mean_p: FloatArray  # (..., d), divided
+    mean_q: FloatArray
+    p: FloatArray  # (..., n, d), divided and centred
+    q: FloatArray
+    w: FloatArray  # (..., n), divided
+    H: FloatArray  # (..., d, d)
+    square_p: FloatArray  # (...) Σ w ‖p̃‖²
+    still_p: BoolArray  # (...) the points of positive weight are equal to rounding
+    still_q: BoolArray
+    weightless: BoolArray  # (...) no weight is positive
+    tolerance: FloatArray  # (...) what of H's singular values is rounding
+
+
+def checked(
+    source: ArrayLike, target: ArrayLike, weights: ArrayLike | None, dim: int | None = None
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The clouds and weights of one batch shape; a ValueError for what is none."""
+    p, q = validate.matched(source, target)
+    if dim is not None and p.shape[-1] != dim:
+        raise ValueError(f"source: expected {dim} coordinates a point, got {p.shape[-1]}")
+    w = validate.weights(weights, p.shape[-2])
+    batch = validate.batch_shape(source=p.shape[:-2], target=q.shape[:-2], weights=w.shape[:-1])
+    p, q = (np.broadcast_to(x, (*batch, *x.shape[-2:])) for x in (p, q))
+    return p, q, np.broadcast_to(w, (*batch, w.shape[-1]))
+
+
+def moments(p: FloatArray, q: FloatArray, w: FloatArray) -> Moments:
+    """The moments of clouds (..., n, d) and weights (..., n) of one batch shape, not looked
+    at here.
+    """
+    counted = w > 0.0
+    most = w.max(axis=-1)
+    ew, factor = _power(most)
+    w = w * factor[..., None]
+    p, ep, big_p = _divided(p, counted)
+    q, eq, big_q = _divided(q, counted)
+    total = w.sum(axis=-1)
+    safe = np.where(total > 0.0, total, 1.0)
+    share = w / safe[..., None]
+    mean_p, mean_q = ((share[..., None, :] @ x)[..., 0, :] for x in (p, q))
+    p, q = (_by_column(np.subtract, x, mean[..., None, :]) for x, mean in ((p, mean_p), (q, mean_q)))
+    H = _by_column(np.multiply, p, w[..., None]).swapaxes(-1, -2) @ q
+    square_p, square_q = (np.einsum("...n,...nd,...nd->...", w, x, x) for x in (p, q))
+
+    # Coordinates carry rounding of half a unit in the last place of the largest, so a
+    # spread below a few of these is none; the same rounding, relative to the spread, is
+    # what H cannot resolve.
+    spread_p, spread_q = np.sqrt(square_p / safe), np.sqrt(square_q / safe)
+    blur_p, blur_q = 8.0 * _EPS * big_p, 8.0 * _EPS * big_q
+    still_p, still_q = spread_p <= blur_p, spread_q <= blur_q
+    blur = blur_p / np.where(still_p, 1.0, spread_p) + blur_q / np.where(still_q, 1.0, spread_q)
+    tolerance = blur * np.sqrt(square_p * square_q)
+    return Moments(
+        (ep, eq, ew), mean_p, mean_q, p, q, w, H, square_p, still_p, still_q, most == 0.0, tolerance
+    )
+
+
+def _divided(x: FloatArray, counted: BoolArray) -> tuple[FloatArray, AnyArray, FloatArray]:
+    """The points (..., n, d) over a power of two, its exponent (...), and the largest
+    coordinate of what counts, divided too.
+    """
+    size = np.abs(x[..., 0])
+    for k in range(1, x.shape[-1]):
+        size = np.maximum(size, np.abs(x[..., k]))
+    big = np.where(counted, size, 0.0).max(axis=-1)
+    # A point without weight counts for nothing, however far away it lies: what is near
+    # is multiplied by its zero, what is not is left out.
+    if not (size.max(axis=-1) <= _FAR * big).all():
+        x = np.where(counted[..., None], x, 0.0)
+    exponent, factor = _power(big)
+    return x * factor[..., None, None], exponent, big * factor
+
+
+def _power(big: FloatArray) -> tuple[AnyArray, FloatArray]:
+    """The exponent e of the power of two above `big`, and 2⁻ᵉ."""
+    exponent = np.maximum(np.frexp(big)[1], _LEAST)
+    return exponent, np.ldexp(1.0, -exponent)
+
+
+def _by_column(ufunc: np.ufunc, x: FloatArray, other: FloatArray) -> FloatArray:
+    """`ufunc(x, other)`, coordinate by coordinate: with d innermost numpy's loop would be d
+    long.
+    """
+    out: FloatArray = np.empty(np.broadcast_shapes(x.shape, other.shape))
+    for k in range(out.shape[-1]):
+        ufunc(x[..., k], other[..., min(k, other.shape[-1] - 1)], out=out[..., k])
+    return out
+
+
+def why(m: Moments, i: tuple[int, ...]) -> str:
+    """Why problem i of the batch does not determine its rotation, in words."""
+    d = m.p.shape[-1]
+    if m.weightless[i]:
+        return "all weights are zero"
+    if m.still_p[i]:
+        return "all source points with weight are equal: the rotation is undefined"
+    if m.still_q[i]:
+        return "all target points with weight are equal: the rotation is undefined"
+    if d > 2:
+        for name, x in (("source", m.p[i]), ("target", m.q[i])):
+            spans = np.linalg.svd(np.sqrt(m.w[i])[:, None] * x, compute_uv=False)
+            rank = int(np.count_nonzero(spans > 1e-7 * spans[0]))
+            if rank == 1:
+                return f"the {name} points are collinear: the rotation about their line is free"
+            if rank < d - 1:
+                return f"the {name} points span {rank} of {d} dimensions: rotations across them are free"
+        return "the pairs fit several rotations equally well: the rotation is undefined"
+    return "both sums of the planar fit are zero: the angle is undefined"
