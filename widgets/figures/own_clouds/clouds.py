@@ -168,7 +168,7 @@ class Clouds:
         longest = max(width, height)
         if longest <= _blur(self.target):
             longest = 1.0 / self.fit.scale
-        return float(max(width * height, 1e-3 * longest * longest))
+        return _steady(max(width * height, 1e-3 * longest * longest))
 
     @property
     def decimals(self) -> int:
@@ -198,10 +198,15 @@ def prepared(raw: Raw, height: float, thickness: float, points: int, start: str)
         first = Pose(np.eye(2), target.mean(axis=0) - anchor)
     both = np.concatenate([target, first.apply(source)])
     fit = Fit() if raw.drawn or not len(both) else about(both)
-    apart = spacing(target) if len(target) else 0.0
+    apart = _steady(spacing(target)) if len(target) else 0.0
     if len(target) and apart <= _blur(target):
         apart = 0.0
     return Clouds(raw, source, target, cut, (len(above[0]), len(above[1])), first, fit, apart, anchor)
+
+
+def _steady(length: float) -> float:
+    """To nine digits: a cosine's last one differs between processors, and lengths stand in the script."""
+    return float(f"{length:.9g}")
 
 
 def _blur(points: Array) -> float:

@@ -98,11 +98,11 @@ class Run:
 
 def begun(method: str, clouds: Clouds, spacings: float, share: float, seed: int, start: Pose) -> Run:
     """A run from `start`, no step taken. spacings: the length scale, in spacings of the target. The start is rounded
-    to an angle and a shift that a script can write down and find the same."""
+    to an angle and a shift that a script can write down and find the same, on any processor: ten digits."""
     unit = clouds.spacing or 1.0 / clouds.fit.scale
     length = float("inf") if spacings >= OPEN and OWN[method].opens else spacings * unit
     theta = round(float(np.arctan2(start.R[1, 0], start.R[0, 0])), 12) + 0.0
-    exact = Pose.from_angle(theta, start.t + 0.0)
+    exact = Pose.from_angle(theta, [float(f"{shift:.10g}") + 0.0 for shift in start.t])
     return Run(method, clouds, length, share, seed, exact, exact)
 
 
