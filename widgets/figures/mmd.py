@@ -1,4 +1,4 @@
-"""Rung 5c: two clouds compared by their mean features, wave by wave, and moved until the means agree."""
+"""Rung 5b: two clouds compared by their mean features, wave by wave, and moved until the means agree."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Rung 5a: one source point, one pose, nine answers to what it is linked to, each read off its contestant's state."""
+"""Rung 5c: one source point, one pose, nine answers to what it is linked to, each read off its contestant's state."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Rung 5b: what stands in for matches is a probability. CPD, FilterReg and GMMReg on one scene, thread by thread."""
+"""Rung 5a: what stands in for matches is a probability. CPD, FilterReg and GMMReg on one scene, thread by thread."""
 
 from __future__ import annotations
 
