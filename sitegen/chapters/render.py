@@ -37,7 +37,7 @@ from sitegen.markup.math import formula_of
 from sitegen.markup.parser import blocks, parser, text_of, unbroken
 from sitegen.problems import Place, hint
 
-FOLDED = {"try-this": "Try this", "evidence": "Evidence", "answer": "Answer"}  # containers, with what stands on the fold
+FOLDED = {"try-this": "Try this", "evidence": "Evidence", "answer": "Answer"}  # containers, and what their fold says
 
 
 def render(survey: Survey, known: Known) -> Body:
