@@ -52,7 +52,7 @@ def test_a_page_of_the_docs_is_a_page_of_the_site(project: Project) -> None:
     assert 'class="chapter-rung"' not in project.page("docs.html")
     for name in ("second.html", "about.html", "docs.html"):
         assert '<li><a href="docs.html">Docs</a></li>' in project.page(name)
-    assert 'in the <a href="docs.html">docs</a>' in project.page("about.html")
+    assert 'The <a href="docs.html">docs</a> explain' in project.page("about.html")
     ladder = page.partition('<nav class="ladder')[2].partition("</nav>")[0]
     assert "second.html" in ladder
     assert "docs" not in ladder
