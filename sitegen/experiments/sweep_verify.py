@@ -65,7 +65,7 @@ def standing(root: Path, sweeps: Sequence[Sweep] = SWEEPS, cache: Path | None = 
                 else:
                     proved += of - off
         if old:
-            message = f"stale: of other code or settings than now ({', '.join(old)}); {again}"
+            message = f"stale: from other code or settings ({', '.join(old)}); {again}"
             stale.append(Problem(name, 0, 0, message))
         elif data["numpy"] != np.__version__:
             message = f"stale: numpy was {data['numpy']} and is {np.__version__}; {again}"

@@ -100,7 +100,7 @@ def test_every_page_of_the_docs_is_led_to(project: Project) -> None:
     with_docs(project)
     (project.root / "content/docs/index.md").unlink()
     project.write("content/docs/one.md", ONE.replace("[the index](index.md)", "it"))
-    assert project.problems() == ["content/docs/index.md:0:0: is missing: it leads to the other pages of the docs"]
+    assert project.problems() == ["content/docs/index.md:0:0: is missing: it must link to the other pages of the docs"]
 
 
 def test_names_of_docs_and_of_chapters_do_not_meet(project: Project) -> None:
