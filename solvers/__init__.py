@@ -1,9 +1,9 @@
 """Point-cloud registration in numpy: batched, and honest about its limits.
 
-`register(source, target, method=…)` is the front door, `METHODS` names what it knows,
-`fit_rigid` and `fit_planar` are the closed forms beneath. Each method is a function, too,
+`register(source, target, method=…)` is the entry point, `METHODS` lists the methods, and
+`fit_rigid` and `fit_planar` are the closed forms underneath. Each method is also a function
 with its options in its signature: `solvers.icp(source, target, gate=0.5)`. Points are rows; rotations
-are in radians; a pose takes source to target coordinates. Lengths are in the unit of
+are in radians; a pose maps source to target coordinates. Lengths are in the unit of
 the clouds, called world units (u).
 
 Examples

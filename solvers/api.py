@@ -1,4 +1,4 @@
-"""The front door: `register(source, target, method=…) -> Result`."""
+"""The entry point: `register(source, target, method=…) -> Result`."""
 
 from __future__ import annotations
 
@@ -36,63 +36,63 @@ def register(
     callback: Callback | None = None,
     **keywords: Any,
 ) -> Result:
-    """Find the pose that takes the source to the target.
+    """Find the pose that maps the source to the target.
 
-    Leading axes are a batch. Those of `source`, `target`, `start`, `seed`, `pairs` and
+    Leading axes form a batch. Those of `source`, `target`, `start`, `seed`, `pairs` and
     `weights` broadcast against each other: one pair of clouds with a thousand starts is
-    a batch of a thousand. Clouds of unequal size come as a list of (m, d) arrays; they
-    are run one by one, and the result is that of a batch.
+    a batch of a thousand. Pass clouds of unequal size as a list of (m, d) arrays; they
+    are run one by one, and the result is shaped like a batch.
 
     Parameters
     ----------
     source : array_like of shape (..., m, d), or list of (m, d) arrays
-        The points that are moved, in world units.
+        The points to move, in world units.
     target : array_like of shape (..., n, d), or list of (n, d) arrays
-        The points that stay, in world units.
+        The fixed points, in world units.
     method : str, default "icp"
-        A name of `METHODS`.
+        A name in `METHODS`.
     options : object, optional
         The method's own options as one object, a `METHODS[method].options(…)`.
     start : Pose or array_like of shape (..., d + 1, d + 1), optional
-        Where local methods begin: poses, or their homogeneous matrices. None is the
-        identity. Of scale 1 for a method that finds rigid motions.
+        Where local methods start: poses, or their homogeneous matrices. None is the
+        identity. The scale must be 1 for a method that finds rigid motions.
     pairs : array_like of int, shape (..., k, 2), optional
-        The rows of source and target that are partners, for paired methods. None pairs
-        row i with row i. A list of such arrays where the clouds come as a list.
+        Rows of source and target that correspond, for paired methods. None pairs row i
+        with row i. A list of such arrays if the clouds are a list.
     weights : array_like of shape (..., m) or (..., k), optional
-        Of the source rows, or of the pairs where there are any; not negative. None is
-        all one. A list where the clouds come as a list.
+        Weights of the source rows, or of the pairs if given; not negative. None means
+        all ones. A list if the clouds are a list.
     seed : int, array_like of int of shape (...), Generator or None, default 0
-        What random methods draw from, one for all problems or one each; with one each,
-        a batch equals its single runs. A Generator gives one for all problems, by a
-        draw; None is another one each time.
+        The seed of random methods, one for all problems or one each; with one each, a
+        batch equals its single runs. A Generator draws one for all problems; None uses
+        a different seed each time.
     max_steps : int, optional
-        The most steps. None is the method's own cap.
+        The step limit. None is the method's own.
     callback : callable, optional
         Called as `callback(k, state)` after every step k = 1, 2, … with the states of
-        all problems (one leading axis, also for a single problem). A true answer ends
-        the run.
+        all problems (with one leading axis even for a single problem). Returning a true
+        value ends the run.
     **keywords
-        Or the same one by one: the fields of `METHODS[method].options`. `max_distance`
-        is understood for `gate`.
+        The same options one by one: the fields of `METHODS[method].options`.
+        `max_distance` is accepted for `gate`.
 
     Returns
     -------
     Result
-        The pose, how the run stopped, and its course, in the shape of the batch.
+        The pose, how the run stopped, and its history, in the shape of the batch.
 
     Raises
     ------
     ValueError
-        If an argument is no point cloud, pose, weight, pair or seed, if shapes do not
-        fit together, or if the method or an option is unknown or out of range. The
+        If an argument is not a valid point cloud, pose, weight, pair or seed, if shapes
+        do not match, or if the method or an option is unknown or out of range. The
         message names the argument.
 
     Notes
     -----
-    Geometry never raises: a problem that does not determine its answer has
-    `Status.DEGENERATE` and a reason, and the rest of its batch goes on. Each method's
-    paper stands with the method.
+    Geometry never raises: a problem that does not determine its answer gets
+    `Status.DEGENERATE` and a reason, and the rest of its batch continues. Each method's
+    docstring cites its paper.
 
     Examples
     --------

@@ -246,7 +246,7 @@ def _libraries(data: Mapping[str, Any]) -> str:
         f"{data['cores']} cores, {data['system']} on {data['machine']}, Python {versions['Python']}, numpy "
         f"{versions['numpy']}"
     )
-    absent = "".join(f" {LIBRARIES[m]} was not there: {why}." for m, why in data["absent"].items())
+    absent = "".join(f" {LIBRARIES[m]} was not available: {why}." for m, why in data["absent"].items())
     return f"{table}\n\nMeasured on {where}.{absent}"
 
 

@@ -176,7 +176,7 @@ def _held(line: Line) -> str:
 def _cells(line: Line, rows: Sequence[Row]) -> tuple[str, str, str, str]:
     found = [row for row in rows if row.what.startswith(line.rows)]
     if not found:
-        raise ValueError(f"nothing was measured for {line.what!r}: no row begins with {' or '.join(line.rows)}")
+        raise ValueError(f"no measurement for {line.what!r}: no row begins with {' or '.join(line.rows)}")
     worst = max(found, key=_strain)
     met = {True: "met", False: "missed", None: "held" if line.tests else ""}[worst.met]
     return line.what, line.aim, _shown(worst), met

@@ -50,7 +50,7 @@ def bench(root: Path, out: Path, given: Path | None, only: Sequence[str], keeps:
     """
     known = groups()
     if keeps and only:
-        print("bench: --keep writes the whole table; it goes without --only", file=sys.stderr)
+        print("bench: --keep writes the whole table, so it cannot be combined with --only", file=sys.stderr)
         return 2
     unknown = [name for name in only if name not in known]
     if unknown:

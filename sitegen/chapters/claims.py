@@ -143,7 +143,7 @@ def kind_of(directive: Directive, at: Callable[[int], Place], problems: Problems
     given = listed(directive, at, problems) or []
     for extra in [one for one in given if not one.name][1:]:
         near = f"; did you mean kind={extra.value}?" if extra.value in KINDS else ""
-        problems.add(at(extra.start), f"name=value is expected, not {extra.value!r}{near}")
+        problems.add(at(extra.start), f"expected name=value, not {extra.value!r}{near}")
     for other in (one for one in given if one.name not in ("", "kind")):
         problems.add(at(other.start), f"a claim has no attribute {other.name!r}{hint(other.name, ['kind'])}")
     for kind in (one for one in given if one.name == "kind"):

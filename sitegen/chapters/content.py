@@ -258,7 +258,7 @@ def read_docs(root: Path, problems: Problems, kept: Memory | None = None) -> lis
         docs.append(_chapter(root, path, problems, kept, first=False))
     index = next((doc for doc in docs if doc.source.path == f"{DOCS}/{DOCS_INDEX}"), None)
     if docs and index is None:
-        problems.add(Place(f"{DOCS}/{DOCS_INDEX}"), "is missing: it leads to the other pages of the docs")
+        problems.add(Place(f"{DOCS}/{DOCS_INDEX}"), "is missing: it must link to the other pages of the docs")
     elif index is not None:
         inline = [child for token in index.document.tokens for child in token.children or []]
         linked = {str(child.attrs["href"]).partition("#")[0] for child in inline if child.type == "link_open"}
@@ -294,7 +294,7 @@ def _parsed(name: str, text: str, first: bool, problems: Problems) -> Chapter:
             *((("redirects", i), s) for i, s in enumerate(values["redirects"])),
         ]:
             if slug and not SLUG.fullmatch(slug):
-                problems.add(document.at(*where), f"{slug!r} is no page name: small ASCII letters, digits and hyphens")
+                problems.add(document.at(*where), f"{slug!r} is not a page name: use small letters, digits, hyphens")
         if values["emblem"] and values["emblem"] not in emblems.NAMES:
             said = f"no dial {values['emblem']!r}{hint(values['emblem'], emblems.NAMES)}"
             problems.add(document.at("emblem"), said)

@@ -31,6 +31,6 @@ def read_onward(front: yaml_schema.Yaml, problems: Problems) -> tuple[Onward, ..
         if not values["to"] or not values["says"]:
             continue
         if values["to"] in [one.to for one in found]:
-            problems.add(front.text_at("next", i, "to"), f"next: {values['to']!r} stands twice")
+            problems.add(front.text_at("next", i, "to"), f"next: {values['to']!r} appears twice")
         found.append(Onward(values["to"], values["says"], front.text_at("next", i, "to")))
     return tuple(found)

@@ -26,7 +26,7 @@ def listed(directive: Directive, at: Callable[[int], Place], problems: Problems)
     seen: set[str] = set()
     for attribute in found:
         if attribute.name and attribute.name in seen:
-            problems.add(at(attribute.start), f"{attribute.name!r} stands twice")
+            problems.add(at(attribute.start), f"{attribute.name!r} appears twice")
         seen.add(attribute.name)
     return found
 
@@ -50,7 +50,7 @@ def widget_of(
         problems.lacks(module_file(bare[0].value), at(bare[0].start), f"no widget {bare[0].value!r}{near}")
         return None
     for extra in bare[1:]:
-        problems.add(at(extra.start), f"name=value is expected, not {extra.value!r}")
+        problems.add(at(extra.start), f"expected name=value, not {extra.value!r}")
     widget, chosen = widgets[bare[0].value], next((a for a in given if a.name == "preset"), None)
     name = chosen.value if chosen else "default"
     if name not in widget.presets:
@@ -74,7 +74,7 @@ def placed(
     named = {a.name: a for a in given if a.name and a.name != "preset"}
     figure_id = named.pop("id", None)
     if (figure_id and not figure_id.value.replace("-", "").isalnum()) or (figure_id and not figure_id.value.isascii()):
-        problems.add(at(figure_id.value_start), f"{figure_id.value!r} is no id: ASCII letters, digits and hyphens")
+        problems.add(at(figure_id.value_start), f"{figure_id.value!r} is not an id: use letters, digits, hyphens")
     after = named.pop("after", None)
     leading = [named.pop(part) for part in LEADING if part in named]
     lead, led = lead_of(widget, leading, at, problems)
@@ -167,7 +167,7 @@ def changed(
         elif attribute.name not in known:
             near = hint(attribute.name, [*known, "seed", "press", "drag", *more])
             if attribute.name in ("preset", "id"):
-                near = ": that is the ::figure line's; controls, seed and press are set here"
+                near = ": that belongs on the ::figure line; set controls, seed and press here"
             problems.add(at(attribute.start), f"{widget.name} has no control {attribute.name!r}{near}")
         else:
             value = attribute.value if known[attribute.name].kind == "choice" else attribute.plain

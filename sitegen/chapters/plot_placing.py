@@ -23,7 +23,7 @@ def placed(
         problems.add(at(directive.attributes_start), "a plot's name is expected first: {trial-budget id=budget}")
         return None
     for extra in bare[1:]:
-        problems.add(at(extra.start), f"name=value is expected, not {extra.value!r}")
+        problems.add(at(extra.start), f"expected name=value, not {extra.value!r}")
     plot = plots.get(bare[0].value)
     if plot is None:
         problems.add(at(bare[0].start), f"no plot {bare[0].value!r}{hint(bare[0].value, plots)}")
@@ -35,7 +35,7 @@ def placed(
                 at(attribute.start), f"a plot has no {attribute.name!r}, only an id{hint(attribute.name, ['id'])}"
             )
         elif not re.fullmatch(r"[A-Za-z0-9-]+", attribute.value):
-            problems.add(at(attribute.value_start), f"{attribute.value!r} is no id: ASCII letters, digits and hyphens")
+            problems.add(at(attribute.value_start), f"{attribute.value!r} is not an id: use letters, digits, hyphens")
         else:
             plot_id = attribute.value
     return Placed(plot_id, number, plot, at(directive.start))

@@ -62,7 +62,7 @@ def prediction(
     else:
         within = own["within"].plain
         if isinstance(within, (bool, str)) or not within > 0:
-            problems.add(at(own["within"].value_start), f"{own['within'].value!r} is no distance in u")
+            problems.add(at(own["within"].value_start), f"{own['within'].value!r} is not a distance in u")
             return None
         made = replace(made, within=float(within))
     return made, record

@@ -195,7 +195,7 @@ class _Renderer:
         place, source = located(token, object).place, unquote(str(token.attrs["src"]))
         alt = text_of(token.children or []).strip()
         if not alt:
-            self._problems.add(place, f"the image {source} needs a text in its place: ![what it shows]({source})")
+            self._problems.add(place, f"the image {source} needs alternative text: ![what it shows]({source})")
         path = Path(self._known.root, "content", source)
         folder = (self._known.root / "content").resolve()
         if "://" in source or folder not in path.resolve().parents or not path.is_file():
@@ -298,7 +298,7 @@ class _Renderer:
         if figure is None or given is None:
             return ""
         for extra in (a for a in given if not a.name):
-            self._problems.add(at(extra.start), f"name=value is expected, not {extra.value!r}")
+            self._problems.add(at(extra.start), f"expected name=value, not {extra.value!r}")
         record = changed(figure.widget, figure.record, [a for a in given if a.name], at, self._problems)
         readouts = self._known.readouts(figure, record.plain())
         if name in readouts:
@@ -361,7 +361,7 @@ class _Renderer:
                 self._problems.add(at(given[0].start), "a state is that of a figure: :ref[fig:id]{press=finish}")
             return ""
         for extra in (a for a in given if not a.name):
-            self._problems.add(at(extra.start), f"name=value is expected, not {extra.value!r}")
+            self._problems.add(at(extra.start), f"expected name=value, not {extra.value!r}")
         widget, record = figure
         return state_of(record, changed(widget, record, [a for a in given if a.name], at, self._problems))
 

@@ -31,11 +31,11 @@ ELSEWHERE = {
     "heading_open": "a slide has one heading, its title",
     "figure": "a slide names a figure of its chapter: figure: id",
     "plot": "a slide names a plot of its chapter: plot: id",
-    "predict": "predictions stand in the chapter, with their figures",
-    "aside": "what is said beside the slide are its notes",
-    "math_block_label": "a numbered equation stands in the chapter; a slide shows it by equation: label",
-    "footnote_ref": "side notes stand in the chapter",
-    "claim_open": "claims stand in the chapter, with their tests",
+    "predict": "predictions belong in the chapter, with their figures",
+    "aside": "remarks beside a slide belong in its notes",
+    "math_block_label": "a numbered equation belongs in the chapter; a slide shows it with equation: label",
+    "footnote_ref": "side notes belong in the chapter",
+    "claim_open": "claims belong in the chapter, with their tests",
 }
 
 
@@ -85,7 +85,7 @@ def _read(front: yaml_schema.Yaml, i: int, chapter: Source, problems: Problems) 
         every = [each for token in tokens for each in (token, *(token.children or []))]
         wrong = [each for each in every if each.type in ELSEWHERE or (each.type == "try" and name != "text")]
         for each in wrong:
-            why = ELSEWHERE.get(each.type, "a button stands in the slide's text")
+            why = ELSEWHERE.get(each.type, "a button belongs in the slide's text")
             problems.add(place_of(each) or front.at("slides", i, name), why)
         if name != "title":  # which names what the slide shows, as a heading does
             tell_unheld(source.text, source.at, problems)

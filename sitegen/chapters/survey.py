@@ -146,7 +146,7 @@ def _shifted(token: Token) -> Callable[[int], Place]:
 
 def _anchor(found: _Finding, name: str, place: Place, what: str, problems: Problems) -> None:
     if name in found.anchors:
-        problems.add(place, f"{what} stands twice in this chapter (first in line {found.anchors[name].line})")
+        problems.add(place, f"{what} appears twice in this chapter (first in line {found.anchors[name].line})")
     found.anchors.setdefault(name, place)
 
 
@@ -154,10 +154,10 @@ def _heading(found: _Finding, token: Token, content: Token, problems: Problems) 
     level, heading = int(token.tag[1]), located(token, Anchor)
     name, place = heading.thing.name, heading.place
     if level == 1:
-        problems.add(place, "the chapter's title stands in its front matter: headings begin with ##")
+        problems.add(place, "the chapter's title belongs in its front matter: headings start at ##")
     before = next((one.level for one in reversed(found.heading_of.values())), 1)
     if level > before + 1:
-        problems.add(place, f"a heading of level {level} after one of level {before}: a level is left out")
+        problems.add(place, f"a heading of level {level} after one of level {before}: a level is skipped")
     if name and _is_own(name):
         problems.add(place, f"the anchor {name!r} is one that the page gives itself")
     elif not name:
@@ -220,7 +220,7 @@ def _equation(found: _Finding, token: Token, problems: Problems) -> None:
     if token.type == "math_block_label":
         label, place = token.info, located(token, EquationLabel).thing.place
         if not ANCHOR.fullmatch(label):
-            problems.add(place, f"{label!r} is no label: small letters, digits and hyphens, a letter first")
+            problems.add(place, f"{label!r} is not a valid label: small letters, digits and hyphens, a letter first")
         _anchor(found, f"eq-{label}", place, f"the equation {label!r}", problems)
         found.equations.setdefault(label, found.chapter.numbered(len(found.equations) + 1))
         found.labelled.setdefault(label, formula)
@@ -241,7 +241,7 @@ def _notes(found: _Finding, problems: Problems) -> None:
             problems.add(mark.place, "a footnote cannot refer to a footnote")
         for token in tokens:
             if token.type in DISPLAYED:
-                says = "headings, figures, pictures and plots stand in the chapter itself, not in a footnote"
+                says = "headings, figures, pictures and plots belong in the chapter itself, not in a footnote"
                 problems.add(located(token, object).place, says)
         if label not in found.notes:
             line = next((t.map[0] + 1 for t in tokens if t.map), 1)
@@ -262,7 +262,7 @@ def _named(
     at = written.at
     bare = [a for a in given if not a.name]
     for extra in bare[1:]:
-        problems.add(at(extra.start), f"name=value is expected, not {extra.value!r}")
+        problems.add(at(extra.start), f"expected name=value, not {extra.value!r}")
     if not bare:
         problems.add(at(written.thing.attributes_start), "a figure's id is expected first: {solve noise=0.2}")
         return None
@@ -341,7 +341,7 @@ def _staged(found: _Finding, slide: Slide, problems: Problems) -> Staged:
         if name and name not in known and f"{'eq' if what == 'equation' else 'fig'}:{name}" not in found.lost:
             problems.add(slide.at(what), f"no {what} {name!r} in this chapter{hint(name, known)}")
         if name and what != "equation" and any(getattr(before.slide, what) == name for before in found.slides):
-            problems.add(slide.at(what), f"the {what} {name!r} stands on a slide before: a ::try line sets it anew")
+            problems.add(slide.at(what), f"the {what} {name!r} is on an earlier slide: change it with a ::try line")
     equation = found.labelled.get(slide.equation)
     if equation is not None:  # without what ends it in a sentence
         equation = Formula(SENTENCE.sub(r"\1", equation.source), True)
@@ -375,7 +375,7 @@ def _set(found: _Finding, figure: Figure, slide: Slide, problems: Problems) -> R
 
     given = listed(written, at, problems) or []
     for extra in (a for a in given if not a.name):
-        problems.add(at(extra.start), f"name=value is expected, not {extra.value!r}")
+        problems.add(at(extra.start), f"expected name=value, not {extra.value!r}")
     record = changed(figure.widget, figure.record, [a for a in given if a.name], at, problems)
     found.set.setdefault(figure.id, []).append(record)
     return record

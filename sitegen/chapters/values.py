@@ -82,7 +82,7 @@ def _literal(text: str, node: ast.expr) -> Any:
         return ast.literal_eval(node)
     except ValueError:
         said = ast.get_source_segment(text, node)
-        raise CallError(f"arguments are literals, {said!r} is none", _offset(text, node.col_offset)) from None
+        raise CallError(f"arguments must be literals, not {said!r}", _offset(text, node.col_offset)) from None
 
 
 def resolve(call: Call) -> Any:
@@ -97,7 +97,7 @@ def resolve(call: Call) -> Any:
             raise CallError(f"{dotted} has no {name!r}{hint(name, _names(here))}", offset)
         here, dotted = getattr(here, name), f"{dotted}.{name}"
     if not callable(here):
-        raise CallError(f"{dotted} is nothing to call", call.names[-1][1])
+        raise CallError(f"{dotted} is not callable", call.names[-1][1])
     return here
 
 

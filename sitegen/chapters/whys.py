@@ -30,7 +30,7 @@ def change(factor: str, outcomes: Mapping[str, str]) -> Change:
     if len(outcomes) < 2:
         raise ValueError(f"{factor}: an outcome as it is and one with the factor changed are expected")
     if len(set(outcomes.values())) < 2:
-        raise ValueError(f"{factor}: with every setting {next(iter(outcomes.values()))!r}, so it is no cause")
+        raise ValueError(f"{factor}: with every setting {next(iter(outcomes.values()))!r}, so it is not the cause")
     texts = [factor, *outcomes, *outcomes.values()]
     if not all(isinstance(text, str) and text.strip() for text in texts):
         raise ValueError(f"{factor}: settings and outcomes are texts")

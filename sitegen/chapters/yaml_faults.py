@@ -10,7 +10,7 @@ import yaml
 
 Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
-TAB = "a tab: lines are indented by blanks"
+TAB = "a tab: indent with spaces"
 UNALIGNED = "the line begins in another column than its neighbours"
 UNCLOSED = "the quote that begins here is never closed"
 # What YAML's words hold, whether the place is where the thing begins, and what is said instead.

@@ -103,7 +103,7 @@ def _collect(node: Any, at: Path, places: dict[Path, Place], path: str, first: i
                 continue  # no key of ours; the loader says so, or it is unknown
             here = Place(path, first + key.start_mark.line, key.start_mark.column + 1)
             if (*at, key.value) in places:
-                problems.add(here, f"{key.value!r} stands twice")
+                problems.add(here, f"{key.value!r} appears twice")
             places[(*at, key.value)] = here
             _collect(value, (*at, key.value), places, path, first, problems)
     elif isinstance(node, yaml.SequenceNode):

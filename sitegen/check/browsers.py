@@ -144,7 +144,7 @@ def found(name: str, given: Path | None = None) -> Path:
     raise BrowserMissing(
         f"no {engine.title} to test with. Tried:\n"
         + "".join(f"  {line}\n" for line in tried)
-        + f"Name one with {'--browser-path or ' if name == 'chromium' else ''}the variable {engine.named[0]}."
+        + f"Specify one with {'--browser-path or ' if name == 'chromium' else ''}the variable {engine.named[0]}."
     )
 
 

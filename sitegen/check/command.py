@@ -50,7 +50,7 @@ def prove_sweep(root: Path, *, anew: bool = False) -> int:
         print(f"{problem} (note)", file=sys.stderr)
     for problem in found.wrong:
         print(problem, file=sys.stderr)
-    again = "made again" if found.ran else "made again on this machine with the same code"
+    again = "made again" if found.ran else "repeated on this machine with the same code"
     print(f"the sweep: {found.proved} runs {again} end as its files say", flush=True)
     return 1 if found.wrong else 0
 

@@ -68,7 +68,7 @@ def kept_fault(context: BrowserContext, address: str) -> str:
         page.goto(address)
         page.wait_for_selector(".site-kept:not(:empty)", timeout=KEPT_MS, state="attached")
     except Error as error:
-        return f"the site is not kept: {error.message.splitlines()[0]}"
+        return f"the site is not stored: {error.message.splitlines()[0]}"
     finally:
         page.close()
     return ""

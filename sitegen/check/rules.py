@@ -68,7 +68,7 @@ def ids_are_unique(page: Page, pages: dict[str, Page]) -> Iterator[Problem]:
     """No id stands twice, and what points at an id of the page finds it."""
     for name, elements in page.ids.items():
         for element in elements[1:]:
-            yield at(page, element, f"the id {name!r} stands here again; first in line {elements[0].line}")
+            yield at(page, element, f"the id {name!r} is used again; first in line {elements[0].line}")
     for element in page.elements:
         for attribute in POINTING:
             for name in element.get(attribute).split():
@@ -167,7 +167,7 @@ def loaded_files_are_named_by_content(page: Page, pages: dict[str, Page]) -> Ite
         for address in [*element.loads, *([element.get("data-tape")] if element.get("data-tape") else [])]:
             target = inside(address, page.name)
             if target and target[0] != page.name and not target[0].startswith(IMMUTABLE):
-                yield at(page, element, f"{address}: loaded from outside of {', '.join(IMMUTABLE)}")
+                yield at(page, element, f"{address}: loaded from outside {', '.join(IMMUTABLE)}")
 
 
 RULES = (

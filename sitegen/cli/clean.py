@@ -24,14 +24,14 @@ def clean(root: Path, *, everything: bool = False) -> int:
     code = 0
     if everything:
         if environment.is_inside(root):
-            print("clean --all cannot remove the .venv that it runs in: use the machine's own python3", file=sys.stderr)
+            print("clean --all cannot remove the .venv it runs in: use the system python3", file=sys.stderr)
             return 2
         named = os.environ.get("LADDER_CACHE")
         cache = None if named else user_cache(root)
         if named:  # whoever named it may keep other things there
             print(f"{named} is a folder that LADDER_CACHE names; it stays", file=sys.stderr)
         elif cache is None:
-            print("without a working .venv it is not known where the user's cache lies; it stays", file=sys.stderr)
+            print("without a working .venv the user's cache cannot be located; it stays", file=sys.stderr)
             code = 1
         else:
             gone.append(cache)

@@ -84,7 +84,7 @@ def _create(root: Path) -> None:
                 f"this Python ({sys.executable}) comes without {needed}, which makes the project's .venv.\n"
                 f"On Debian or Ubuntu: apt-get install python3-venv   (or python{version}-venv). Then run this again."
             )
-    _say("setting up .venv, once: making it")
+    _say("setting up .venv (only once): creating it")
     done = subprocess.run(
         [sys.executable, "-P", "-m", "venv", "--clear", str(folder(root))],
         stdin=subprocess.DEVNULL,
@@ -94,7 +94,7 @@ def _create(root: Path) -> None:
         check=False,
     )
     if done.returncode != 0:
-        raise SetupError(f".venv could not be made:\n{(done.stdout + done.stderr).strip()}")
+        raise SetupError(f".venv could not be created:\n{(done.stdout + done.stderr).strip()}")
 
 
 def _install(root: Path) -> None:

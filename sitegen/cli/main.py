@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 Arguments = argparse.Namespace
-TO_PYTEST = "pytest: files, or -k NAME for what is called so, run these tests alone, after what they need"
+TO_PYTEST = "pytest: files, or -k NAME for tests with that name, run only these tests, after preparing what they need"
 
 
 @dataclass(frozen=True)
@@ -32,73 +32,92 @@ def _none(parser: argparse.ArgumentParser) -> None:
 
 def _serve_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--host", default="127.0.0.1", help="address to listen on (default: this machine only)")
-    parser.add_argument("--port", type=int, default=8000, help="the port, or the next free one (default: %(default)s)")
+    parser.add_argument(
+        "--port", type=int, default=8000, help="the port, or the next free one after it (default: %(default)s)"
+    )
     parser.add_argument("--no-open", action="store_true", help="do not open the browser")
     parser.add_argument(
-        "--offline-check", action="store_true", help="visit, stop the server, try every page and figure; then end"
+        "--offline-check", action="store_true", help="visit, stop the server, try every page and figure, then exit"
     )
 
 
 def _test_options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--browser-path", type=Path, help="the Chromium to use (otherwise found, or installed)")
+    parser.add_argument("--browser-path", type=Path, help="the Chromium to use (default: found or installed)")
     parser.add_argument(
         "--engines",
         nargs="?",
         default="",
         const="chromium,firefox,webkit",
         metavar="NAMES",
-        help="only what is tested on every engine, on these (with commas; without names: %(const)s)",
+        help="only the cross-browser tests, on these engines, comma-separated (default: %(const)s)",
     )
     parser.add_argument(
         "--pythons",
         action="store_true",
-        help="only the build and the solvers' tests, with every other Python of this machine that is new enough",
+        help="only the build and the solvers' tests, with every other suitable Python on this machine",
     )
     parser.add_argument(
-        "--hostile", action="store_true", help="only thousands of hostile calls, in minutes; --hostile-calls N of each"
+        "--hostile",
+        action="store_true",
+        help="only thousands of hostile calls, which takes minutes; --hostile-calls N sets the number of each",
     )
 
 
 def _bench_options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--browser-path", type=Path, help="the Chromium to use (otherwise found, or installed)")
-    parser.add_argument("--only", default="", help="groups to measure, with commas (default: all)")
-    parser.add_argument("--out", type=Path, default=Path("bench.json"), help="where numbers go (default: bench.json)")
-    parser.add_argument("--keep", action="store_true", help="put the table into the docs, headlines into the README")
+    parser.add_argument("--browser-path", type=Path, help="the Chromium to use (default: found or installed)")
+    parser.add_argument("--only", default="", help="groups to measure, comma-separated (default: all)")
     parser.add_argument(
-        "--gallery", type=Path, metavar="PYTHON", help="only the docs' gallery, by a Python with the other libraries"
+        "--out", type=Path, default=Path("bench.json"), help="the file for the results (default: bench.json)"
+    )
+    parser.add_argument(
+        "--keep", action="store_true", help="write the table into the docs and its headlines into the README"
+    )
+    parser.add_argument(
+        "--gallery",
+        type=Path,
+        metavar="PYTHON",
+        help="only the docs' gallery, with a Python that has the other libraries",
     )
 
 
 def _sweep_options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--processes", type=int, default=0, help="how many at once (default: one for each core)")
+    parser.add_argument("--processes", type=int, default=0, help="processes to use (default: one per core)")
     parser.add_argument("--scheduler", default="", metavar="ADDRESS", help="a Dask cluster to run on instead")
-    parser.add_argument("--only", default="", help="sweeps to run, with commas: table,basins,curves (default: all)")
-    parser.add_argument("--methods", default="", help="contestants to run, with commas (default: all)")
+    parser.add_argument("--only", default="", help="sweeps to run, comma-separated: table,basins,curves (default: all)")
+    parser.add_argument("--methods", default="", help="contestants to run, comma-separated (default: all)")
 
 
 def _train_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "--check", action="store_true", help="train anew from another seed, note its study in the log, and compare"
+        "--check", action="store_true", help="train from another seed, write its study to the log, and compare"
     )
 
 
 def _new_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("kind", choices=("chapter", "figure"))
     parser.add_argument("name", help="small letters, digits and hyphens: the chapter's page, the figure's widget")
-    parser.add_argument("--title", default="", help="its title (default: the name in words)")
+    parser.add_argument("--title", default="", help="the title (default: the name in words)")
 
 
 def _publish_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("where", metavar="DEST", help="a folder, or git+REPOSITORY#BRANCH (branch: gh-pages)")
-    parser.add_argument("--force", action="store_true", help="also among, and over, files that no publish put there")
+    parser.add_argument(
+        "--force",
+        action="store_true",
+        help="also into a destination with other files, replacing those of the same name",
+    )
 
 
 def _package_options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--tests", action="store_true", help="also the solvers' tests with each; minutes")
+    parser.add_argument(
+        "--tests", action="store_true", help="also run the solvers' tests with each, which takes minutes"
+    )
 
 
 def _clean_options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--all", action="store_true", help="also .venv and the user's cache of outside files")
+    parser.add_argument(
+        "--all", action="store_true", help="also remove .venv and the user's cache of third-party files"
+    )
 
 
 def _build(root: Path, asked: Arguments) -> int:
@@ -183,17 +202,17 @@ def _clean(root: Path, asked: Arguments) -> int:
 
 
 COMMANDS: dict[str, Command] = {
-    "build": Command("build site/ (the same as no command)", _none, _build),
-    "serve": Command("build, show the site, and reload the page on every edit", _serve_options, _serve),
+    "build": Command("build site/ (the default)", _none, _build),
+    "serve": Command("build and show the site, and reload the page on every edit", _serve_options, _serve),
     "check": Command("a strict build: links, anchors, references, claims, HTML, sizes", _none, _check),
-    "test": Command("every check and test; finds or installs a browser", _test_options, _test, passes_on=TO_PYTEST),
-    "bench": Command("measure what the project is held to; prints a table, writes bench.json", _bench_options, _bench),
-    "sweep": Command("run the race on 1,000 seeds, and its maps; goes on where it was", _sweep_options, _sweep),
-    "train": Command("train the learned flows' networks anew, with PyTorch; most of an hour", _train_options, _train),
-    "new": Command("write a working chapter or figure under a name, to start from", _new_options, _new),
-    "publish": Command("build strictly, then put site/ into a folder or on a git branch", _publish_options, _publish),
-    "package": Command("build what pip installs into dist/, and try it as a user does", _package_options, _package),
-    "clean": Command("remove what the other commands made in this folder", _clean_options, _clean, needs_venv=False),
+    "test": Command("run every check and test; find or install a browser", _test_options, _test, passes_on=TO_PYTEST),
+    "bench": Command("measure the project against its targets; write bench.json", _bench_options, _bench),
+    "sweep": Command("run the race on 1,000 seeds, and its maps; resume where it stopped", _sweep_options, _sweep),
+    "train": Command("retrain the learned flows' networks with PyTorch; takes most of an hour", _train_options, _train),
+    "new": Command("create a working chapter or figure to start from", _new_options, _new),
+    "publish": Command("build strictly, then publish site/ to a folder or a git branch", _publish_options, _publish),
+    "package": Command("build the pip package in dist/, and try it as a user would", _package_options, _package),
+    "clean": Command("remove what the other commands created in this folder", _clean_options, _clean, needs_venv=False),
 }
 
 
@@ -204,7 +223,7 @@ def parse(words: Sequence[str]) -> Arguments:
     )
     subparsers = parser.add_subparsers(dest="command", metavar="command", title="commands")
     for name, command in COMMANDS.items():
-        more = f" Further arguments go to {command.passes_on}." if command.passes_on else ""
+        more = f" Further arguments are passed to {command.passes_on}." if command.passes_on else ""
         described = f"{command.help[0].upper()}{command.help[1:]}.{more}"
         command.options(subparsers.add_parser(name, help=command.help, description=described, allow_abbrev=False))
     first = next(iter(words), "")

@@ -38,15 +38,15 @@ def new_command(root: Path, kind: str, name: str, title: str) -> int:
         print(f"new {kind}: {error}", file=sys.stderr)
         return 2
     except OSError as error:
-        print(f"new {kind}: {error.filename}: {error.strerror}; nothing was made", file=sys.stderr)
+        print(f"new {kind}: {error.filename}: {error.strerror}; nothing was created", file=sys.stderr)
         return 1
     for path in made:
         print(f"made {path.relative_to(root).as_posix()}")
     if kind == "chapter":
-        print("It is a draft: `python3 build.py serve` shows it; take `draft: true` away to publish it.")
+        print("It is a draft: `python3 build.py serve` shows it; remove `draft: true` to publish it.")
     else:
-        print(f"A chapter places it by ::figure[caption]{{{name}}}.")
-        print(f"Its own tests and what holds for every figure: `python3 build.py test -k {chosen(name)}`")
+        print(f"A chapter includes it with ::figure[caption]{{{name}}}.")
+        print(f"Its own tests and the tests for every figure: `python3 build.py test -k {chosen(name)}`")
     return 0
 
 
@@ -63,7 +63,7 @@ def new_chapter(root: Path, name: str, title: str = "") -> list[Path]:
     if name in there:
         raise NameTaken(f"there is content/{there[name][0]}; choose another name")
     if name in OWN_PAGES or name == "index":
-        raise NameTaken(f"{name}.html is a page of the site's own; choose another name")
+        raise NameTaken(f"{name}.html is one of the site's own pages; choose another name")
     number = 1 + max((int(match[1]) for match in there.values()), default=-1)
     return _fill(root, name, title, {"chapter.md": f"content/{number:02d}-{name}.md"})
 
@@ -73,7 +73,7 @@ def new_figure(root: Path, name: str, title: str = "") -> list[Path]:
     _sound(name)
     module = name.replace("-", "_")
     if keyword.iskeyword(module):
-        raise NameTaken(f"{name!r} is a word of Python's own, and no module can be imported by it; {LONGER}")
+        raise NameTaken(f"{name!r} is a Python keyword, so no module can have this name; {LONGER}")
     if any(module in part for part in EVERY_TEST):
         raise NameTaken(f"{name!r} is in every test's name, and `test -k {name}` would run them all; {LONGER}")
     pieces = {
@@ -92,7 +92,7 @@ def _sound(name: str) -> None:
     if yaml.safe_load(name) != name:
         raise NameTaken(f"{name!r} means {yaml.safe_load(name)} in a chapter's front matter; {LONGER}")
     if DEVICES.fullmatch(name):
-        raise NameTaken(f"{name!r} is a device's name on Windows, where no file can have it; {LONGER}")
+        raise NameTaken(f"{name!r} is a device name on Windows, where no file can have it; {LONGER}")
 
 
 def _fill(root: Path, name: str, title: str, pieces: Mapping[str, str]) -> list[Path]:

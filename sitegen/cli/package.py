@@ -86,7 +86,7 @@ def ends(found: Sequence[Interpreter]) -> list[Interpreter]:
     """The oldest and the newest of the Pythons that can set up environments. Raises PackageError."""
     able = sorted(one for one in found if one.can_set_up)
     if not able:
-        raise PackageError("no Python of this machine comes with ensurepip: there is none to try the package with")
+        raise PackageError("no Python on this machine has ensurepip: there is none to test the package with")
     return [able[0], able[-1]] if len(able) > 1 else able
 
 
@@ -108,7 +108,7 @@ def among(said: str, least: str) -> list[str]:
     releases = [name for name in listed[1].split(", ") if re.fullmatch(r"[\d.]+", name)] if listed else []
     allowed = sorted((name for name in releases if _number(name) >= _number(least)), key=_number)
     if not allowed:
-        raise PackageError(f"pip knows no numpy from {least} on:\n{said.strip()}")
+        raise PackageError(f"pip finds no numpy from {least} on:\n{said.strip()}")
     return allowed
 
 

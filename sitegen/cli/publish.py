@@ -82,7 +82,7 @@ def destination(where: str) -> Path | Branch:
                 f"{where} is a URL, not a folder; to publish on a git branch, write git+{where}#{BRANCH}"
             )
         if not where:
-            raise PublishError("no folder is named; write one, or git+REPOSITORY#BRANCH")
+            raise PublishError("no folder is given; name one, or git+REPOSITORY#BRANCH")
         return Path(where).resolve()
     remote, hash_, name = where.removeprefix("git+").rpartition("#")
     if not hash_:
@@ -109,7 +109,7 @@ def fit(site: Path, folder: Path, *, force: bool = False) -> None:
     put there and `force` does not say to go on.
     """
     if folder == site or site in folder.parents or folder in site.parents:
-        raise PublishError(f"{folder} is the built site, or lies in or around it: name another folder")
+        raise PublishError(f"{folder} is the built site, or is inside or around it: name another folder")
     if folder.exists() and not folder.is_dir():
         raise PublishError(f"{folder} is not a folder")
     _own(folder, str(folder), force)
@@ -127,8 +127,8 @@ def _own(folder: Path, called: str, force: bool) -> None:
     if there and not force and not _is_list(folder / LIST):
         some = ", ".join(there[:3]) + (" …" if len(there) > 3 else "")
         raise PublishError(
-            f"{called} has files that no publish put there ({some}); name an empty folder or a new branch, "
-            "or add --force to put the site among them: what has the name of one of its files is replaced"
+            f"{called} has files from elsewhere ({some}); name an empty folder or a new branch, "
+            "or add --force to publish among them, replacing files of the same name"
         )
 
 
@@ -141,10 +141,10 @@ def _fill(site: Path, folder: Path, called: str, force: bool) -> str:
     before, names = _listed(folder), files_of(site)
     for name in names:
         if not _inside(folder, name):
-            raise PublishError(f"{called}: {Path(name).parent} leads out of it by a link; remove the link first")
+            raise PublishError(f"{called}: {Path(name).parent} leads out of it through a link; remove the link first")
         if not force and name not in before and os.path.lexists(folder / name) and not _same(site, folder, name):
             raise PublishError(
-                f"{called}: no publish put {name} there, and the site has a file of that name; "
+                f"{called}: {name} comes from elsewhere, and the site has a file of that name; "
                 "move it away, or add --force to replace it"
             )
     listed = folder / LIST
@@ -154,7 +154,7 @@ def _fill(site: Path, folder: Path, called: str, force: bool) -> str:
         write(folder / name, (site / name).read_bytes())
     gone = [name for name in sorted(before - set(names)) if _removed(folder, name)]
     write(listed, "\n".join(sorted(names)).encode())
-    return f"{len(changed)} files written, {len(names) - len(changed)} as they were, {len(gone)} old ones removed"
+    return f"{len(changed)} files written, {len(names) - len(changed)} unchanged, {len(gone)} old ones removed"
 
 
 def _is_list(path: Path) -> bool:

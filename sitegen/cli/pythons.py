@@ -78,10 +78,10 @@ def test_pythons(root: Path) -> int:
     own = tuple(sys.version_info[:2])
     found = interpreters(candidates(os.environ))
     others = [one for one in found if one.version[:2] != own and one.can_set_up]
-    print(f"this Python is {'.'.join(map(str, sys.version_info[:3]))}, which `build.py test` has tried")
+    print(f"this Python is {'.'.join(map(str, sys.version_info[:3]))}, which `build.py test` has already tested")
     for one in found:
         if one.version[:2] != own and not one.can_set_up:
-            print(f"{one.path} is Python {one.name} and comes without ensurepip: it can make no .venv, and is left out")
+            print(f"{one.path} is Python {one.name} without ensurepip: it cannot make a .venv, and is left out")
     print(f"to try: {', '.join(f'{one.name} ({one.path})' for one in others) or 'no other'}", flush=True)
     failed = [one for one in others if not works(root, one)]
     for one in others:

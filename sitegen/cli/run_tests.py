@@ -75,7 +75,7 @@ class Needs:
         """A browser where one is driven, the site as its sources are where it is looked at; what cannot be had."""
         fault = find_browsers(["chromium"], self.given) if "playwright" in fixtures else ""
         if not fault and "site" in fixtures and build_command(self.root) != 0:
-            return "these tests look at the built site, which cannot be built"
+            return "these tests need the built site, which cannot be built"
         return fault
 
 

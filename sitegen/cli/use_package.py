@@ -27,7 +27,7 @@ COMMAND = "registration-ladder"
 def run_blocks(text: str) -> int:
     """Run each Python block by itself; how many there are. Each must print something."""
     blocks = PYTHON.findall(text)
-    assert blocks, "the README shows no Python"
+    assert blocks, "the README contains no Python"
     for code in blocks:
         with contextlib.redirect_stdout(io.StringIO()) as printed:
             exec(compile(code, "README", "exec"), {"__name__": "__main__"})

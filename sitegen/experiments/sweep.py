@@ -79,7 +79,7 @@ def run(
     entries = {}
     for method, listed in asked.items():
         if code_of(next(c for c in racing() if c.method == method), root) != codes[method]:
-            print(f"sweep: {method} was edited while it ran; run it again", file=sys.stderr)
+            print(f"sweep: {method} was edited while it ran; run the sweep again", file=sys.stderr)
             continue
         entries[method] = {"code": codes[method], "cells": _cells(sweep, listed, found)}
     _put(root, sweep, entries)

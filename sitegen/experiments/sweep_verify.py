@@ -48,7 +48,7 @@ def standing(root: Path, sweeps: Sequence[Sweep] = SWEEPS, cache: Path | None = 
     codes = {contestant.method: code_of(contestant, root) for contestant in racing()}
     for sweep in sweeps:
         name = f"{FOLDER}/{sweep.name}.json"
-        again = f"`python3 build.py sweep --only {sweep.name}` brings it up to date"
+        again = f"`python3 build.py sweep --only {sweep.name}` updates it"
         path = root / name
         data: Any = json.loads(path.read_text("utf-8")) if path.is_file() else {"numpy": "", "contestants": {}}
         old = []
@@ -60,12 +60,12 @@ def standing(root: Path, sweeps: Sequence[Sweep] = SWEEPS, cache: Path | None = 
                 make = partial(_sampled, sweep, contestant, entry["cells"], ran)
                 of, off = known.answer(_given(sweep, contestant, entry), make) if known else make()
                 if off > OFF:
-                    message = f"{contestant.label}: {off} of {of} runs made again end otherwise, by the same code"
+                    message = f"{contestant.label}: {off} of {of} repeated runs end differently with the same code"
                     wrong.append(Problem(name, 0, 0, message))
                 else:
                     proved += of - off
         if old:
-            message = f"stale: of other code or settings than now ({', '.join(old)}); {again}"
+            message = f"stale: from other code or settings ({', '.join(old)}); {again}"
             stale.append(Problem(name, 0, 0, message))
         elif data["numpy"] != np.__version__:
             message = f"stale: numpy was {data['numpy']} and is {np.__version__}; {again}"

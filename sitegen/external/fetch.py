@@ -36,7 +36,7 @@ UNPACKED = 256_000_000  # bytes that an npm package may hold: a tar is unpacked 
 FAULTS = (OSError, EOFError, RuntimeError, ValueError, zlib.error, zipfile.BadZipFile, tarfile.TarError)
 
 class OutsideError(RuntimeError):
-    """A file from outside could not be had; the message names the file and every source that was tried."""
+    """A file from outside could not be obtained; the message names the file and every source that was tried."""
 
 
 @dataclass(frozen=True)
@@ -195,7 +195,7 @@ def _licence_texts(entry: str, bundle: Bundle, paths: Sequence[Path]) -> list[st
 
 
 def _fill(bundle: Bundle, home: Path, cache: Path, progress: Progress) -> list[str]:
-    """Bring a bundle's folder in order; what could not be had, as messages."""
+    """Bring a bundle's folder in order; what could not be obtained, as messages."""
     tried: list[str] = []
     missing = []
     for file in bundle.files:
@@ -225,7 +225,7 @@ def _fill(bundle: Bundle, home: Path, cache: Path, progress: Progress) -> list[s
                     break
                 missing.remove(file)
     said = "".join(f"\n  {line}" for line in tried or ["no source is named"])
-    return [f"{bundle.title} {bundle.version}: {file.name} could not be had{said}" for file in missing]
+    return [f"{bundle.title} {bundle.version}: {file.name} could not be obtained{said}" for file in missing]
 
 
 def _kept_fault(file: PinnedFile, path: Path) -> str | None:

@@ -113,7 +113,7 @@ def attributes(directive: Directive) -> list[Attribute]:
         value = match["value"]
         if (not match["name"] and value.endswith("=")) or APART.match(source, match.end()):
             where = directive.attributes_start + match.start("name" if match["name"] else "value")
-            raise DirectiveError("an attribute is written name=value, without blanks around the =", where)
+            raise DirectiveError("an attribute is written name=value, without spaces around the =", where)
         if value.startswith('"'):
             value = re.sub(r"\\(.)", r"\1", value[1:-1])
         start = match.start("name") if match["name"] else match.start("value")

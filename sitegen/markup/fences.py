@@ -58,7 +58,7 @@ def _found(token: Token, lines: Sequence[str], within: int | None) -> OpenFence:
     first, end = token.map or (0, 0)
     inner = token.content.split("\n")
     near = next((n for n, line in enumerate(inner) if FENCE.fullmatch(line)), None) if within is None else within
-    says = f"{lines[first].strip(' >')!r} begins code that never ends: a line of {token.markup} alone ends it"
+    says = f"{lines[first].strip(' >')!r} opens a code block that never ends: a line of {token.markup} alone ends it"
     if near is not None:
         why = "is none" if inner[near].strip() != token.markup else "stands too far in"
         says += f", and line {first + 2 + near}, {inner[near].strip()!r}, {why}"

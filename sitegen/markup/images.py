@@ -26,7 +26,7 @@ class Image:
 def read_image(path: Path) -> Image:
     """The image in a file. Raises ValueError where it is none that a page shows."""
     if path.suffix.lower() not in KINDS:
-        raise ValueError(f"{path.name} is no image that pages show ({', '.join(kind[1:] for kind in KINDS)})")
+        raise ValueError(f"{path.name} is not an image format for pages ({', '.join(kind[1:] for kind in KINDS)})")
     data = path.read_bytes()
     width, height = _svg_size(data) if path.suffix.lower() == ".svg" else _raster_size(path)
     return Image(hashed_name(f"images/{ascii_slug(path.stem)}{path.suffix.lower()}", data), data, width, height)

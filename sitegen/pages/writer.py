@@ -241,7 +241,7 @@ class Writer:
         for chapter, body in bodies:
             if body.claims:
                 own = [checks[test_id] for test_id in dict.fromkeys(claim.test_id for claim in body.claims)]
-                says = f"The tests behind the statements of the chapter {chapter.title}."
+                says = f"The tests behind the statements in the chapter {chapter.title}."
                 page = self._page(chapter.checks, f"Checks: {chapter.title}", says, "checks-page")
                 insides.append(self._fill("checks.html", page, chapter=chapter, checks=own))
                 states = Counter(checks[claim.test_id]["state"] for claim in body.claims)

@@ -66,11 +66,11 @@ def words(result: Result) -> str:
     ]
     first = f"{result.angles[0]}°".replace("-", "−")
     return (
-        f"A map for each of nine methods in the {' and the '.join(result.settings)} room. Across: the starting "
+        f"A map for each of nine methods, in the {' and the '.join(result.settings)} room. Across: the starting "
         f"rotation, {first} to {result.angles[-1]}°. Up: the starting offset, 0 to {result.offsets[-1]:g} u in the "
         f"race's direction. The stronger the colour, the more of {result.seeds} seeds ended within 5° and 0.2 u of the "
-        f"truth. Of all starts of a map arrived, in the {' and the '.join(result.settings)} room: {', '.join(said)}. "
-        "RANSAC ignores the start; the basins of the others lie about no rotation."
+        f"truth. Share of all starts in a map that succeeded, in the {' and the '.join(result.settings)} room: "
+        f"{', '.join(said)}. RANSAC ignores the start; the basins of the others surround zero rotation."
     )
 
 

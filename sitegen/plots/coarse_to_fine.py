@@ -76,8 +76,8 @@ def words(result: Result) -> str:
         said.append(f"{NAMES[run]}: every seed {span}, and up to {max(offsets):g} u")
     return (
         f"Two charts of the share of {result.runs} seeds for which NDT ended within 5° and 0.2 u of the truth: against "
-        f"the starting angle, without an offset, and against the starting offset, without a turn. "
-        f"{'; '.join(said)}. Coarse to fine reaches farther in both charts, and its reach, too, has an end."
+        f"the starting angle, with no offset, and against the starting offset, with no turn. "
+        f"{'; '.join(said)}. Coarse to fine reaches farther in both charts, but its reach is limited as well."
     )
 
 

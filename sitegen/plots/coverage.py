@@ -10,7 +10,7 @@ from sitegen.plots._sizes import sizes
 from solvers.studies.coverage import LEVEL, METHODS, coverage
 from solvers.studies.redrawn import PLACES
 
-TITLE = "The share of redrawn scans whose 95 % region holds the truth"
+TITLE = "The share of redrawn scans whose 95 % region contains the truth"
 SIZES = sizes(360, 430)
 SECONDS = 12
 

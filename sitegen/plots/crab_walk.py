@@ -59,7 +59,7 @@ def words(result: Result) -> str:
     return (
         f"A long wall and an end wall, sampled every {SPACING:g} u, and the same points pushed back by {BACK:g} u along"
         f" the long wall; {100 * result.facing:.0f} % of them are on the end wall. With point pairs the scan's end wall"
-        f" comes nearer in ever smaller steps and does not arrive: {', '.join(after)} steps. With planes the first step"
+        f" comes nearer in ever smaller steps but stays off: {', '.join(after)} steps. With planes the first step"
         f" leaves {abs(gap(result, 'point-to-plane', 1)):.2f} u. A dashed curve shrinks by the fraction of points on"
         f" the end wall at each step; the gap of point pairs comes down a little above it, and then stays."
     )

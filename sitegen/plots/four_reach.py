@@ -85,7 +85,7 @@ def words(result: Result) -> str:
         f"Three charts of how many of {result.runs} seeds ended within {CLOSE_DEGREES:g}° and {CLOSE_DISTANCE:g} u of "
         f"the truth, against the starting angle from {result.angles[0]}° to {result.angles[-1]}°, for the four methods "
         f"of the walkthrough. {'. '.join(one[0].upper() + one[1:] for one in said)}. Without clutter the clouds "
-        f"are the same in every draw: {' and '.join(METHODS[name] for name in CERTAIN)} arrive always or never."
+        f"are the same in every draw: {' and '.join(METHODS[name] for name in CERTAIN)} always or never succeed."
     )
 
 

@@ -82,8 +82,8 @@ def words(result: Result) -> str:
         said.append(f"{ROWS[row]}: {', '.join(f'{100 * k / result.runs:.0f} %' for k in counts)}")
     shares = ", ".join(f"{share:g}" for share in result.shares)
     return (
-        "Two charts. First, what one pair costs by its residual over ε, for μ = 0.01, 0.1, 1 and without end: a "
-        "shallow, nearly straight line first, then ever closer to the square that is cut off at 1. Second, the share "
+        "Two charts. First, what one pair costs by its residual over ε, for μ = 0.01, 0.1, 1 and infinity: a "
+        "shallow, nearly straight line first, then ever closer to a square capped at 1. Second, the share "
         f"of {result.runs} draws that ended within 5° and 0.2 u of the truth, for wrong fractions of {shares}. "
         f"{'; '.join(said)}."
     )

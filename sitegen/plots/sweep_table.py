@@ -72,7 +72,7 @@ def words(result: Result) -> str:
     return (
         f"Six charts, one for each setting of the room: the share of {result.seeds:,} seeds that ended within 5° "
         f"and 0.2 u of the truth, a row for each of nine methods, from 45° and 1.43 u; RANSAC ignores the start. "
-        f"{'. '.join(part[0].upper() + part[1:] for part in said)}. The table holds all rates and median errors."
+        f"{'. '.join(part[0].upper() + part[1:] for part in said)}. The table lists all rates and median errors."
     )
 
 

@@ -70,7 +70,7 @@ def _cloud(values: AnyArray, what: str) -> CloudText:
     whole = np.isfinite(points).all(axis=1)
     left = int((~whole).sum())
     if left == len(points):
-        raise ValueError(f"{what} holds no point")
+        raise ValueError(f"{what} contains no points")
     found = CloudText(validate.cloud(points[whole], "points"), what)
     rows = "row" if left == 1 else "rows"
     return replace(found, notices=(f"{left} {rows} with NaN or infinity left out",)) if left else found

@@ -22,18 +22,18 @@ def parser() -> argparse.ArgumentParser:
         " Without options: all six settings from 45°, then 'combo' from 15°.",
         formatter_class=Help,
     )
-    bench.add_argument("--setting", choices=(*ROOM_SETTINGS, "all"), help="of the room; 'all' is all six")
+    bench.add_argument("--setting", choices=(*ROOM_SETTINGS, "all"), help="the room's setting; 'all' means all six")
     bench.add_argument("--degrees", type=float, default=45.0, help="starting rotation (45)")
     bench.add_argument("--distance", type=float, default=1.43, help="starting translation in u (1.43)")
     bench.add_argument("--noise", type=float, help="σ in u (the setting's own)")
     bench.add_argument("--outliers", type=float, help="replaced fraction of each cloud (the setting's own)")
-    bench.add_argument("--overlap", type=float, default=1.0, help="fraction of the room that the target sees (1)")
-    bench.add_argument("--density", type=float, default=1.0, help="the source's sampling density against the usual (1)")
-    bench.add_argument("--seeds", type=whole, default=len(SEEDS), help="how many of the seeds 40 + 13k (25)")
-    bench.add_argument("--max-steps", type=whole, default=MAX_STEPS, help="cap on the steps (70)")
+    bench.add_argument("--overlap", type=float, default=1.0, help="fraction of the room seen by the target (1)")
+    bench.add_argument("--density", type=float, default=1.0, help="the source's sampling density, times the usual (1)")
+    bench.add_argument("--seeds", type=whole, default=len(SEEDS), help="number of seeds, 40 + 13k each (25)")
+    bench.add_argument("--max-steps", type=whole, default=MAX_STEPS, help="step limit (70)")
     names = ", ".join(c.method for c in (*CONTESTANTS, *EXTRAS))
     bench.add_argument("--only", nargs="+", metavar="METHOD", help=f"of {names}")
-    bench.add_argument("--json", action="store_true", help="print one JSON document in place of the tables")
+    bench.add_argument("--json", action="store_true", help="print one JSON document instead of the tables")
     return bench
 
 

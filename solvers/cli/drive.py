@@ -41,24 +41,24 @@ def parser() -> argparse.ArgumentParser:
     """The command's arguments."""
     made = argparse.ArgumentParser(
         prog=program("drive"),
-        description="Poses of a robot's drive from its laser scans: each scan is matched to the one before or to a map"
-        " of the last ones, places that are seen again are looked for, and a graph makes all of it agree.",
+        description="Compute a robot's poses from its laser scans: match each scan to the one before or to a map"
+        " of the last ones, find places seen again, and make everything agree in a pose graph.",
     )
     made.add_argument(
         "file", metavar="FILE", help="CSV with columns seconds,dx_m,dy_m,dphi_rad,r0,…, or a CARMEN log with FLASER"
-        " lines; 'telecom-loop' is the drive that comes with the package"
+        " lines; 'telecom-loop' is the drive included in the package"
     )  # fmt: skip
-    made.add_argument("--to", choices=("scan", "map"), default="scan", help="what a scan is matched to (scan)")
-    made.add_argument("--gate", type=float, default=0.5, help="farthest pair, metres (0.5)")
-    made.add_argument("--farthest", type=float, default=30.0, help="echoes beyond are left out, metres (30)")
-    made.add_argument("--radius", type=float, default=3.0, help="how near the chain has a loop's scans, metres (3)")
-    made.add_argument("--kernel", choices=KERNELS, default="cauchy", help="for loops that do not agree (cauchy)")
-    made.add_argument("--no-loops", action="store_true", help="leave the chain as it is")
-    made.add_argument("--view", type=float, default=180.0, help="from the first beam to the last, degrees (180)")
-    made.add_argument("--ahead", type=float, default=0.0, help="laser ahead of the robot's reference, metres (0)")
+    made.add_argument("--to", choices=("scan", "map"), default="scan", help="what each scan is matched to (scan)")
+    made.add_argument("--gate", type=float, default=0.5, help="largest pair distance, metres (0.5)")
+    made.add_argument("--farthest", type=float, default=30.0, help="ignore echoes beyond this, metres (30)")
+    made.add_argument("--radius", type=float, default=3.0, help="largest gap to a loop in the chain, metres (3)")
+    made.add_argument("--kernel", choices=KERNELS, default="cauchy", help="kernel for loops that disagree (cauchy)")
+    made.add_argument("--no-loops", action="store_true", help="do not close loops")
+    made.add_argument("--view", type=float, default=180.0, help="angle from the first beam to the last, degrees (180)")
+    made.add_argument("--ahead", type=float, default=0.0, help="laser position ahead of the robot's origin, metres (0)")
     made.add_argument(
         "--out", type=Path, action="append", default=[], metavar="FILE",
-        help="map.svg or map.png, drawn by matplotlib; graph.g2o; poses.csv; may be given several times"
+        help="map.svg or map.png, drawn by matplotlib; graph.g2o; poses.csv; repeatable"
     )  # fmt: skip
     return made
 

@@ -16,11 +16,11 @@ def parser() -> argparse.ArgumentParser:
     """The command's arguments."""
     made = argparse.ArgumentParser(
         prog=program("methods"),
-        description="The methods by name. With a name: its paper and its options with their defaults.",
+        description="List the methods. With a name: show its paper, and its options with their defaults.",
         formatter_class=Help,
     )
-    made.add_argument("names", nargs="*", metavar="METHOD", help="of which to tell more")
-    made.add_argument("--json", action="store_true", help="print one JSON document in place of the lines")
+    made.add_argument("names", nargs="*", metavar="METHOD", help="the method to describe")
+    made.add_argument("--json", action="store_true", help="print one JSON document instead of text")
     return made
 
 

@@ -28,16 +28,16 @@ def parser() -> argparse.ArgumentParser:
     """The command's arguments."""
     made = argparse.ArgumentParser(
         prog=program("register"),
-        description="Register two point clouds: find the pose that takes SOURCE to TARGET.",
-        epilog=f"Methods: {', '.join(METHODS)}. Exit codes: 0; 2 where an argument or a file is wrong; 3 where the"
-        " answer is not to be trusted: it was cut short, the clouds do not determine it, or nothing of the source lies"
+        description="Register two point clouds: find the pose that maps SOURCE to TARGET.",
+        epilog=f"Methods: {', '.join(METHODS)}. Exit codes: 0; 2 if an argument or a file is wrong; 3 if the"
+        " answer should not be trusted: the run was cut short, the clouds do not determine it, or no source point lies"
         " near the target. Other commands, each with --help: 'benchmark', the race's table; 'drive', a"
-        " drive's map; 'methods', what there is and with which options. 'register' before the files may be left out.",
+        " drive's map; 'methods', all methods and their options. The word 'register' may be omitted.",
         formatter_class=Help,
     )
-    made.add_argument("source", type=Path, metavar="SOURCE", help="what is moved: CSV, XYZ, PLY, PCD, NPY, NPZ")
-    made.add_argument("target", type=Path, metavar="TARGET", help="what stays")
-    made.add_argument("--method", default="icp", help="one of the methods named below (icp)")
+    made.add_argument("source", type=Path, metavar="SOURCE", help="the cloud to move: CSV, XYZ, PLY, PCD, NPY, NPZ")
+    made.add_argument("target", type=Path, metavar="TARGET", help="the fixed cloud")
+    made.add_argument("--method", default="icp", help="one of the methods listed below (icp)")
     made.add_argument(
         "--start",
         default="0,0,0",
@@ -46,15 +46,15 @@ def parser() -> argparse.ArgumentParser:
         " write --start=-30,0,0 where the first number is negative",
     )
     made.add_argument(
-        "--options", nargs="+", default=[], metavar="NAME=VALUE", help="the method's own, such as gate=0.5 trim=0.2"
+        "--options", nargs="+", default=[], metavar="NAME=VALUE", help="the method's options, such as gate=0.5 trim=0.2"
     )
-    made.add_argument("--max-steps", type=whole, help="cap on the steps (the method's own)")
-    made.add_argument("--seed", type=whole, default=0, help="what random methods draw from (0)")
+    made.add_argument("--max-steps", type=whole, help="step limit (the method's own)")
+    made.add_argument("--seed", type=whole, default=0, help="seed for random methods (0)")
     made.add_argument("--points", type=whole, metavar="N", help="thin each cloud to at most N points first")
-    made.add_argument("--above", action="store_true", help="register clouds in space seen from above, by x and y")
-    made.add_argument("--reach", type=float, help="how near explains a source point (3 spacings of the target)")
+    made.add_argument("--above", action="store_true", help="register 3-D clouds seen from above, by x and y")
+    made.add_argument("--reach", type=float, help="how near a target point explains a source point (3 target spacings)")
     made.add_argument("--out", type=Path, metavar="PICTURE.svg", help="draw both clouds, with matplotlib")
-    made.add_argument("--json", action="store_true", help="print one JSON document in place of the lines")
+    made.add_argument("--json", action="store_true", help="print one JSON document instead of text")
     return made
 
 
@@ -185,7 +185,7 @@ def register_files(arguments: Sequence[str]) -> int:
     given = parser().parse_args(arguments)
     (source, about_source), (target, about_target) = (_opened(path, given) for path in (given.source, given.target))
     if source.shape[1] != target.shape[1]:
-        raise ValueError("one file holds points of the plane, the other points in space; --above registers x and y")
+        raise ValueError("one file has 2-D points, the other 3-D points; --above registers x and y")
     method = METHODS[validate.one_of(given.method, METHODS, "--method")]
     d = source.shape[1]
     if method.dims is not None and d not in method.dims:

@@ -1,10 +1,10 @@
-"""What a method is, and what it must offer to run in the loop.
+"""What a method is, and what it must provide to run in the loop.
 
 To add a method, write a module with:
 
-1. Frozen dataclasses of options, whose `__post_init__` refuses bad values by
-   `solvers.core.validate`, and of states, with the fields of `State` and what a figure is to
-   show. `problem` and what is precomputed are `field(metadata=CONSTANT)`, the options
+1. Frozen dataclasses of options, whose `__post_init__` rejects bad values with
+   `solvers.core.validate`, and of states, with the fields of `State` and whatever a figure
+   should show. `problem` and what is precomputed are `field(metadata=CONSTANT)`, the options
    `field(metadata=SHARED)`; see `solvers.core.tree`.
 2. `start`, which fills the state at `problem.start` and draws all random numbers of the
    run, by `numpy.random.default_rng(problem.seed[i])` for problem i. A hopeless problem
@@ -33,9 +33,9 @@ class Problem:
     Parameters
     ----------
     source : ndarray of shape (b, m, d)
-        The clouds that are moved, in world units.
+        The clouds to move, in world units.
     target : ndarray of shape (b, n, d)
-        The clouds that stay. Paired methods get m = n, with row i's partner in row i.
+        The fixed clouds. Paired methods get m = n, with row i's partner in row i.
     weights : ndarray of shape (b, m)
         Of the source rows (of the pairs, when paired).
     start : Pose
@@ -73,7 +73,7 @@ class Problem:
 
 
 class State(Protocol):
-    """What every method's state carries, whatever else it does; all of leading axis b.
+    """The fields of every method's state, all with leading axis b.
     """
 
     @property
@@ -123,11 +123,11 @@ class Method(Generic[S]):
     weighted : bool
         Whether it takes `weights`.
     scaled : bool
-        Whether it looks for a scale; otherwise its starts have scale 1.
+        Whether it estimates a scale; otherwise its starts have scale 1.
     dims : tuple of int, or None
         The dimensions it works in; None for any.
     max_steps : int
-        The usual cap.
+        The default step limit.
 
     Examples
     --------

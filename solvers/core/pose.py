@@ -16,8 +16,8 @@ from solvers.core.proper import apart, check
 class Pose:
     """A rigid motion or similarity `T(p) = s R p + t`.
 
-    It takes source to target coordinates. The leading axes of the three are broadcast
-    to one batch shape. The arrays are copied and cannot be written to.
+    It maps source to target coordinates. The leading axes of the three are broadcast to
+    one batch shape. The arrays are copied and read-only.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ class Pose:
     Raises
     ------
     ValueError
-        If the shapes do not fit together, R is no rotation, or a scale is not positive.
+        If the shapes do not match, R is not a rotation, or a scale is not positive.
 
     Examples
     --------
@@ -45,8 +45,8 @@ class Pose:
     >>> np.degrees(pose.inverse().angle).round(6)
     np.float64(-90.0)
 
-    `a @ b` is `a.compose(b)`, `pose(points)` is `pose.apply(points)`, and numpy takes a
-    pose for its homogeneous matrix:
+    `a @ b` is `a.compose(b)`, `pose(points)` is `pose.apply(points)`, and numpy converts
+    a pose to its homogeneous matrix:
 
     >>> np.asarray(pose @ pose).round(6)
     array([[-1., -0.,  2.],
@@ -137,7 +137,7 @@ class Pose:
 
     @classmethod
     def from_angle(cls, theta: ArrayLike, t: ArrayLike = (0.0, 0.0), scale: ArrayLike = 1.0) -> Pose:
-        """The planar pose that rotates about the origin, then moves.
+        """The planar pose that rotates about the origin, then translates.
 
         Parameters
         ----------
@@ -164,7 +164,7 @@ class Pose:
 
     @classmethod
     def from_rotvec(cls, rotvec: ArrayLike, t: ArrayLike = (0.0, 0.0, 0.0), scale: ArrayLike = 1.0) -> Pose:
-        """The pose in space that rotates about an axis through the origin, then moves.
+        """The 3-D pose that rotates about an axis through the origin, then translates.
 
         Parameters
         ----------
@@ -213,7 +213,7 @@ class Pose:
 
     @classmethod
     def from_matrix(cls, matrix: ArrayLike) -> Pose:
-        """The pose that homogeneous matrices describe.
+        """The pose given by homogeneous matrices.
 
         Parameters
         ----------
@@ -228,8 +228,8 @@ class Pose:
         Raises
         ------
         ValueError
-            If a matrix is no rigid motion or similarity: its last row, a shear, a
-            reflection or a scale of zero is named.
+            If a matrix is not a rigid motion or similarity; the message names the last
+            row, a shear, a reflection or a zero scale.
 
         Examples
         --------

@@ -1,4 +1,4 @@
-"""What a registration hands back, for one problem, a batch or a list."""
+"""What a registration returns, for one problem, a batch or a list."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Result:
     status : ndarray of int8, shape (...), or Status
         How each problem stopped; a `Status` for a single problem.
     reason : ndarray of object, shape (...), or str
-        Words on how it stopped, possibly empty.
+        Why it stopped, possibly empty.
     steps : ndarray of int, shape (...), or int
         The steps taken.
     objective : ndarray of shape (...)
@@ -43,7 +43,7 @@ class Result:
     history : History
         Poses and objective from the start to the last of k steps, (k + 1, ...).
     states : tuple
-        The method's final states with all their details: one for a batch, one a cloud
+        The method's final states with all their details: one for a batch, one per cloud
         for a list of clouds. Their arrays have one leading problem axis; `detail` reads
         them in the shape of the problem.
 
@@ -70,7 +70,7 @@ class Result:
 
     @property
     def converged(self) -> BoolArray | bool:
-        """Whether each method's own stopping rule was met; that is not yet a right pose.
+        """Whether the method's own stopping rule was met; the pose may still be wrong.
         """
         return bool(self.status) if isinstance(self.status, Status) else np.isin(self.status, ENDED)
 
@@ -92,9 +92,9 @@ class Result:
 
     @property
     def gap(self) -> FloatArray | None:
-        """By how much another pose's objective may at most be lower, (...).
+        """How much lower another pose's objective may be, at most, (...).
 
-        It speaks of the objective, not of the truth. None from a method that proves nothing.
+        It concerns the objective, not the truth. None from a method that proves nothing.
         """
         lower = self.lower
         return None if lower is None else np.asarray(self.objective - lower)[()]
@@ -103,7 +103,7 @@ class Result:
     def correspondences(self) -> Any:
         """The target row that each source row is paired with at the end, int of shape (..., m).
 
-        −1 where it has no partner; for a list of clouds a list, one entry a cloud. None
+        −1 where it has no partner; for a list of clouds a list, one entry per cloud. None
         from a method without single partners, such as a soft one.
         """
         partners = METHODS[self.method].partners if self.method in METHODS else None
@@ -116,7 +116,7 @@ class Result:
     def fitness(self) -> FloatArray | None:
         """The fraction of source rows with a partner, (...).
 
-        It says how much of the source the answer speaks for. None where `correspondences` is.
+        It says how much of the source supports the answer. None where `correspondences` is.
         """
         return self._of_partners(lambda squares, used: used.mean(axis=-1))
 
@@ -137,7 +137,7 @@ class Result:
     def covariance(self) -> Any:
         """A `solvers.uncertainty.Covariance` of the pose, in closed form from the last pairs.
 
-        Its `made_by` names the form, "hessian", and the noise is judged by the residuals.
+        Its `made_by` names the form, "hessian", and the noise is estimated from the residuals.
         None from a method that has none, in space, with a scale and for a list of clouds.
         It takes each partner as given, which makes it overconfident with point to point:
         `solvers.uncertainty` has other ways.
@@ -180,7 +180,7 @@ class Result:
         return self.pose.apply(points)
 
     def inverse(self) -> Pose:
-        """The pose that takes target to source coordinates.
+        """The pose that maps target to source coordinates.
 
         Returns
         -------
@@ -205,7 +205,7 @@ class Result:
         Returns
         -------
         object
-            The field's value; for a list of several clouds a list, one entry a cloud.
+            The field's value; for a list of several clouds a list, one entry per cloud.
 
         Raises
         ------

@@ -1,5 +1,5 @@
-"""How a problem stands. A stop is never called success: only the error against a known
-truth can say that.
+"""How a run stopped. No stop is called a success: only the error against a known truth
+can show that.
 """
 
 from enum import IntEnum
@@ -10,11 +10,11 @@ from solvers.core.arrays import BoolArray, ReasonArray, StatusArray
 
 
 class Status(IntEnum):
-    """One problem's standing; a batch holds these numbers in an int8 array.
+    """The status of one problem; a batch holds these numbers in an int8 array.
 
-    No stop is called a success: only the error against a known truth can say that.
-    `RUNNING` is a problem that has not stopped, also where a callback has ended its
-    run.
+    No stop is called a success: only the error against a known truth can show that.
+    `RUNNING` is a problem that has not stopped, including one whose run was ended by a
+    callback.
 
     Examples
     --------

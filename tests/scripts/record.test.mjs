@@ -100,5 +100,5 @@ test("of a stranger's record what is sound is taken, and the rest is named", () 
     log: [["press", "go"]],
     given: { source: "0123456789abcdef0123456789abcdef" },
   });
-  assert.deepEqual(ignored, ["noise", "“constructor”", "the seed", "what was done from action 2 on", "“target”"]);
+  assert.deepEqual(ignored, ["noise", "“constructor”", "the seed", "everything from action 2 on", "“target”"]);
 });

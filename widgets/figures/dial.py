@@ -146,7 +146,7 @@ def draw(state: State, detail: int = DETAILS - 1) -> Picture:
         *marks.arrivals(arrived),
         *marks.ball(dial, full, state.heading, state.course),
     )
-    label = "The room and the robot's scan, the objective over all headings round them"
+    label = "The room and the robot's scan, with the objective over all headings around them"
     count = valleys(dial.ring) if full and not dial.rung.flat else None
     some = int(arrived.sum()) if len(arrived) == STARTS else None
     return Picture(
@@ -219,7 +219,7 @@ def _readouts(state: State, count: int | None, some: int | None, full: bool) -> 
 ENDS = {
     Status.CONVERGED: "came to rest",
     Status.STALLED: "stalled",
-    Status.CAPPED: "met the cap on its steps",
+    Status.CAPPED: "hit the step limit",
     Status.DEGENERATE: "found nothing to go by",
 }
 
@@ -235,8 +235,8 @@ def _description(state: State, count: int | None, some: int | None) -> str:
     rung, course = state.dial.rung, state.course
     words = [
         f"Rung {rung.number}, {rung.says.lower()}. A room in the middle, with noise of σ ="
-        f" {number(state.controls.noise)} u, and round it a ring: {rung.objective}, for every heading of the robot,"
-        f" which stands in its true place; high is outside, and the truth is at the top. The robot begins"
+        f" {number(state.controls.noise)} u, and around it a ring: {rung.objective}, for every heading of the robot,"
+        f" which is at its true position; higher is farther out, and the truth is at the top. The robot starts"
         f" {degrees(state.heading)}° from the truth."
     ]
     if count is not None:
@@ -248,8 +248,8 @@ def _description(state: State, count: int | None, some: int | None) -> str:
         )
     if some is not None:
         words.append(
-            f"Of {STARTS} starts all round, each marked inside the ring, {some} end at the truth: a square for each"
-            " that does, a cross for each that does not."
+            f"Of {STARTS} starts around the ring, each marked inside it, {some} end at the truth: squares mark those"
+            " that do, crosses those that do not."
         )
     return " ".join(words)
 
@@ -335,7 +335,7 @@ WIDGET = Widget(
     known=known,
     buttons=(Button("roll", "Let it roll", primary=True), Button("every", "Every start"), *UNDONE),
     legend=(
-        Key("accent", "the objective over the heading, high outside", "area"),
+        Key("accent", "the objective by heading, high outside", "area"),
         Key("source", "source; the ball is its heading", "dot"),
         Key("target", "target", "square"),
         Key("truth", "truth; a start that ends there", "square"),

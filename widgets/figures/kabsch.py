@@ -51,7 +51,7 @@ class Controls:
             "reflect": {"noise": 0.12, "wrong": 0.0},
         },
     )
-    noise: float = slider(0.0, "Noise σ", 0.0, 0.6, 0.02, "u", "Stretches the same draw of noise on the target")
+    noise: float = slider(0.0, "Noise σ", 0.0, 0.6, 0.02, "u", "Scales the same noise draw on the target")
     wrong: float = slider(0.0, "Wrong pairs", 0.0, 6.0, 1.0, "", "How many of the 13 points have a wrong partner")
     correct: bool = toggle(True, "Keep to rotations", "The determinant correction")
 
@@ -232,10 +232,10 @@ def _note(state: State, said: _Numbers) -> str:
         return ""
     residual = f"residual {number(said.before, 3)} → {number(said.now, 3)} u"  # a note is two lines on a phone at most
     if state.mirrored:
-        return f"Solved uncorrected: {residual}, by a reflection, which is no motion."
+        return f"Solved uncorrected: {residual}, by a reflection, not a motion."
     if said.det < 0:
         return f"Solved in closed form: {residual}. A reflection would leave {number(said.now - said.free, 4)} u less."
-    return f"Solved in closed form: {residual}; no starting pose entered."
+    return f"Solved in closed form: {residual}; the start played no part."
 
 
 def _description(state: State, said: _Numbers) -> str:
@@ -260,7 +260,7 @@ def _description(state: State, said: _Numbers) -> str:
             f" at the truth it is {number(said.truth, 3)} u."
         )
     if state.mirrored:
-        words.append("The source now lies there as its mirror image: the answer is a reflection and not a rotation.")
+        words.append("The source is now its mirror image: the answer is a reflection, not a rotation.")
     elif state.solved and said.det < 0:
         words.append(
             f"A dashed grey outline shows the unconstrained optimum, a mirror image with a residual of"
@@ -268,7 +268,7 @@ def _description(state: State, said: _Numbers) -> str:
         )
     if len(state.solutions) > 1:
         words.append(
-            f"Solutions from {len(state.solutions)} starts, the last of which stay as grey outlines,"
+            f"Solutions from {len(state.solutions)} starts, the latest shown as grey outlines,"
             f" differ by {small(state.spread).replace('< ', 'less than ')} u."
         )
     return " ".join(words)

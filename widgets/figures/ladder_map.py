@@ -119,11 +119,11 @@ def _note(courses: tuple[Course, ...] | None) -> str:
 
 def _description(state: State, courses: tuple[Course, ...] | None, rings: Mapping[str, int] | None) -> str:
     words = [
-        "Eight small dials of the same room and robot, which stands in its true place,"
-        f" {number(state.controls.turn, 0)}° off its true heading, the top. Round each is the rung's objective for"
-        " every heading, high outside, and in the room what links the scan to the target. One: lines between true"
+        "Eight small dials of the same room and robot, which is at its true position,"
+        f" {number(state.controls.turn, 0)}° off its true heading at the top. Around each is the rung's objective for"
+        " every heading, higher farther out; marks in the room link the scan to the target. One: lines between true"
         " partners. Two: the same, many of them wrong. Three: lines to the nearest points. Three and a half: lines to"
-        " the tangents there. Four: the Gaussians of cells. Five: threads to all points, as strong as their weights;"
+        " the tangents there. Four: the Gaussians of cells. Five: threads to all points, weighted;"
         " then the crests of a wave. Nine: a flow, which has no objective."
     ]
     if rings:
@@ -194,7 +194,7 @@ WIDGET = Widget(
         Button("new", "New draw", "reseed"),
     ),
     legend=(
-        Key("accent", "the objective over the heading, high outside", "area"),
+        Key("accent", "the objective by heading, high outside", "area"),
         Key("source", "source; the ball is its heading"),
         Key("target", "target", "square"),
         Key("truth", "truth", "line"),
@@ -206,5 +206,5 @@ WIDGET = Widget(
     tape=tuple(({"turn": turn}, ("roll",)) for turn in (60.0, 0.0, -40.0, 100.0, 180.0)),
     python=python,
     lead=Lead(readouts=("arrive", "rotation_pairs", "rotation_nearest"), buttons=("roll", "reset", "new")),
-    shows="One small dial a rung: its objective over all headings, and where it ends.",
+    shows="One small dial per rung: its objective over all headings, and where its run ends.",
 )

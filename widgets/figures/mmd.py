@@ -43,11 +43,11 @@ class Controls:
     )
     length: float = slider(1.2, "ℓ", 0.2, 4.0, 0.1, "u", "Unused by coarse → fine", "pose")
     count: float = slider(32.0, "D, waves used", 2.0, float(MOST), 2.0, keeps="pose")
-    wave: float = slider(1.0, "Wave shown", 1.0, 32.0, 1.0, "", "Counted as drawn")
+    wave: float = slider(1.0, "Wave shown", 1.0, 32.0, 1.0, "", "In drawing order")
     turn: float = slider(30.0, "Start: turn", -180.0, 180.0, 1.0, "°", keeps="nothing")
     offset: float = slider(1.0, "Start: offset", 0.0, 3.0, 0.01, "u", keeps="nothing")
     noise: float = slider(0.02, "Noise σ", 0.0, 0.3, 0.01, "u", keeps="pose")
-    outliers: float = slider(0.0, "Outliers", 0.0, 50.0, 5.0, "%", "Of each cloud, put anywhere", "pose")
+    outliers: float = slider(0.0, "Outliers", 0.0, 50.0, 5.0, "%", "Of each cloud, at random", "pose")
     overlap: float = slider(100.0, "Target seen", 30.0, 100.0, 5.0, "%", "The part of the room in the target", "pose")
     density: float = slider(1.0, "Source density", 0.3, 2.0, 0.1, "×", keeps="pose")
 
@@ -230,7 +230,7 @@ def _note(state: State, said: _Numbers) -> str:
     if steps:
         return f"Step {steps} at ℓ = {number(state.length)} u: the estimate is {number(said.estimate, 4)}."
     if round(state.controls.wave) > round(state.controls.count):
-        return f"Only {number(state.controls.count, 0)} waves are used: the last of them is shown."
+        return f"Only {number(state.controls.count, 0)} waves are used; the last is shown."
     return f"Draw {state.draws + 1} of the frequencies." if state.draws else ""
 
 
@@ -246,10 +246,10 @@ def _description(state: State, said: _Numbers) -> str:
         f" {SETTINGS[c.scene].lower()}, with noise of σ = {number(c.noise)} u, {number(c.outliers, 0)} % outliers;"
         f" the target sees {number(c.overlap, 0)} % of the room, the source is sampled {number(c.density, 1)} times as"
         " densely as usual.",
-        f"After {steps} step{'' if steps == 1 else 's'} the source lies turned by {degrees(heading)}° with its origin"
+        f"After {steps} step{'' if steps == 1 else 's'} the source is turned by {degrees(heading)}°, with its origin"
         f" at ({number(x)}, {number(y)}) u.",
         f"Thin lines are the crests of wave {said.wave + 1} of {number(c.count, 0)}, {crest} u apart; on the circle"
-        f" each point stands at its phase, and the two means lie {apart} apart.",
+        f" each point is at its phase, and the two means are {apart} apart.",
         f"With ℓ = {number(state.length)} u the waves together estimate MMD² as {number(said.estimate, 4)}; exactly it"
         f" is {number(said.exact, 4)}, and {number(said.at_truth, 4)} at the true pose.",
         f"The pose is {number(rotation, 1)}° and {number(translation)} u from the truth.",

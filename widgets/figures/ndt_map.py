@@ -46,7 +46,7 @@ class Controls:
     size: float = slider(1.0, "Cell size h", 0.3, 2.5, 0.05, "u")
     nudge_x: float = slider(0.0, "Nudge the grid in x", -0.75, 0.75, 0.05, "u")
     nudge_y: float = slider(0.0, "Nudge the grid in y", -0.75, 0.75, 0.05, "u")
-    stuck: bool = toggle(True, "A stuck beam", f"{STUCK} returns from one and the same spot")
+    stuck: bool = toggle(True, "A stuck beam", f"{STUCK} returns from a single spot")
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,7 +155,7 @@ def _close(c: Controls, points: Array, cells: NdtMap, cell: Array, chosen: tuple
         mean, spread = (cells.mean[0, found[0]] - corner) / h, floored(cells.covariance[0, found[0]]) / h**2
         marks += [Ellipses(mean, spread, "normal", sigmas=s) for s in (1.0, 2.0)]
         marks.append(Points(mean, "normal", "diamond", radius=4.0))
-    name = "The chosen cell close up, with the score that a single point gets at each place"
+    name = "Close-up of the chosen cell, with the score of a single point at each place"
     return Panel("cell", name, CLOSE, tuple(marks), grid=False, caption="One cell, and what a point there scores")
 
 
@@ -226,7 +226,7 @@ def _why(state: State) -> str:
 def _note(state: State) -> str:
     cell = _chosen(state)
     if cell.status == "empty":
-        return "This cell holds no point; what lands in it scores nothing."
+        return "This cell is empty; a point that lands in it scores nothing."
     if not cell.kept:
         return f"This cell is discarded: {_why(state)}."
     if cell.low < FLOOR * cell.high:
@@ -245,7 +245,7 @@ def _description(state: State) -> str:
     held = _many(int(cell.count), "point")
     words = (
         f"A scan of {len(state.points)} points along the walls of a room with a notch and a pillar, with noise of σ ="
-        f" {number(c.noise)} u, lies under a grid of cells of {number(c.size)} u moved by ({number(c.nudge_x)},"
+        f" {number(c.noise)} u, lies under a grid of {number(c.size)} u cells shifted by ({number(c.nudge_x)},"
         f" {number(c.nudge_y)}) u. Cells that keep a Gaussian, drawn as an ellipse of two standard deviations: {kept}."
         f" Cells that hold points and are discarded: {discarded}. So {_many(covered, 'point')} of the scan count."
     )

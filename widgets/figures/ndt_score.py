@@ -47,11 +47,9 @@ TOPS = (0.1, 0.2, 0.4, 0.6)
 class Controls:
     """The scan's rotation, which every climb keeps; what was measured; and how the map was made of it."""
 
-    rotation: float = slider(
-        0.0, "Rotation", -45.0, 45.0, 1.0, "°", "Of the scan, against the truth; no climb turns it"
-    )
+    rotation: float = slider(0.0, "Rotation", -45.0, 45.0, 1.0, "°", "Of the scan, from the truth; climbs keep it")
     noise: float = slider(0.03, "Noise σ", 0.0, 0.2, 0.01, "u", "Of both scans")
-    outliers: float = slider(0.0, "Outliers", 0.0, 0.6, 0.05, "", "The fraction of each scan that lies anywhere")
+    outliers: float = slider(0.0, "Outliers", 0.0, 0.6, 0.05, "", "Fraction of each scan placed at random")
     size: float = slider(1.0, "Cell size h", 0.4, 2.0, 0.1, "u")
     grids: str = choice("one", "Map", {"one": "One grid", "four": "Four grids"}, keeps="log")
 
@@ -200,8 +198,8 @@ def _readouts(said: _Numbers) -> tuple[Readout, ...]:
 ENDS = {
     Status.CONVERGED: "came to rest",
     Status.STALLED: "stopped where no shorter step raises the score",
-    Status.CAPPED: "stopped at the cap on its steps",
-    Status.DEGENERATE: "could not begin: no point lies in a cell",
+    Status.CAPPED: "stopped at the step limit",
+    Status.DEGENERATE: "could not start: no point lies in a cell",
 }
 
 
@@ -229,7 +227,7 @@ def _description(state: State, said: _Numbers) -> str:
         f"{len(state.scan)} scan points, turned by {number(c.rotation, 0)}° against the truth, are scored on a map of"
         f" {int(state.cells.kept.sum())} Gaussians from {grids} of cells of {number(c.size, 1)} u, with noise of σ ="
         f" {number(c.noise)} u and {number(100 * c.outliers, 0)} % outliers, for translations up to {number(REACH, 1)}"
-        f" u along each axis. The darkest place is at ({number(p)}, {number(q)}) u; the truth, a green ring, is at the"
+        f" u along each axis. The darkest point is at ({number(p)}, {number(q)}) u; the truth, a green ring, is at the"
         f" centre and scores {number(said.truth, 3)} a point. A climb by translations alone from"
         f" ({number(x)}, {number(y)}) u, where the score is {number(said.begin, 3)}, {course}."
     )

@@ -49,7 +49,7 @@ class Controls:
 
     kernel: str = choice("none", "Kernel on the loops", {name: KERNEL_NAMES[name] for name in KERNELS})
     false: bool = toggle(False, "A false loop", "An edge from pose 1 to pose 3 that is wrong by 3.9 u")
-    drift: float = slider(1.0, "Drift", 0.0, 2.0, 0.1, "σ", "Stretches the same draw; at 1 as stated")
+    drift: float = slider(1.0, "Drift", 0.0, 2.0, 0.1, "σ", "Scales the same draw; 1 is as stated")
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,14 +212,14 @@ def _readouts(state: State, said: _Numbers) -> tuple[Readout, ...]:
             "outlier",
         ),
         Readout("steps", "Steps", str(run.steps)),
-        Readout("stop", "How it stands", run.status.label),
+        Readout("stop", "Status", run.status.label),
     )  # fmt: skip
 
 
 def _note(state: State, said: _Numbers) -> str:
     run = state.run
     if not run.steps:
-        return "Solved already: no step lowers the sum." if run.done else ""
+        return "Already solved: no step lowers the sum." if run.done else ""
     steps = "1 step" if run.steps == 1 else f"{run.steps} steps"
     words = f"After {steps} the sum is {number(run.objective, 1)}, from {number(said.before, 1)}."
     if len(run.weights) > FALSE and run.weights[FALSE] < 0.5:
@@ -231,8 +231,8 @@ def _description(state: State, said: _Numbers) -> str:
     run, c = state.run, state.controls
     chi2 = ", ".join(number(float(value), 1) for value in run.chi2[:FALSE])
     words = [
-        "Four poses stand at the corners of a drive round a room, and each saw a corner of the room.",
-        f"Springs join them: three edges of odometry, {number(c.drift, 1)} times as far off as they state, and the"
+        "Four poses mark the corners of a drive round a room, and each saw one corner of it.",
+        f"Springs join them: three odometry edges, with {number(c.drift, 1)} times the errors they state, and the"
         f" edge from pose 4 to pose 1 that closes the loop. Their χ² are {chi2}.",
     ]
     if c.false:

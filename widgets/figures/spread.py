@@ -273,7 +273,7 @@ def _readouts(state: State, said: _Numbers) -> tuple[Readout, ...]:
         Readout("claimed", "Hessian: largest σ of the place", number(said.claimed[0], 3), "u", "accent"),
         Readout("carried", "Censi: largest σ of the place", number(said.claimed[1], 3), "u", "inlier"),
         Readout("modes", "Clusters of ends", later(str(said.modes))),
-        Readout("drawn", "Scans drawn again", str(n)),
+        Readout("drawn", "Scans redrawn", str(n)),
     )
 
 
@@ -294,10 +294,10 @@ def _description(state: State, said: _Numbers) -> str:
         f" of the place of {number(said.claimed[0], 3)} u, Censi's formula {number(said.claimed[1], 3)} u."
     ]
     if not state.drawn:
-        words.append("Nothing has been drawn again yet.")
+        words.append("No scans have been redrawn yet.")
         return " ".join(words)
     words.append(
-        f"Of {state.drawn} redrawn pairs the ends of the largest cluster spread by {number(said.narrowest, 3)} u one"
+        f"Over {state.drawn} redrawn pairs, the ends of the largest cluster spread by {number(said.narrowest, 3)} u one"
         f" way and {number(said.widest, 3)} u the other. The truth lies in {said.held[0]} of the Hessian's 95 % regions"
         f" and in {said.held[1]} of Censi's."
     )

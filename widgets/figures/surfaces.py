@@ -56,8 +56,8 @@ class Controls:
     turn: float = slider(45.0, "Start: turn", -180.0, 180.0, 1.0, "°", keeps="nothing")
     offset: float = slider(1.43, "Start: offset", 0.0, 3.0, 0.01, "u", keeps="nothing")
     noise: float = slider(0.02, "Noise σ", 0.0, 0.3, 0.01, "u", keeps="pose")
-    outliers: float = slider(0.0, "Outliers", 0.0, 50.0, 5.0, "%", "Of each cloud, put anywhere", "pose")
-    trim: float = slider(0.0, "Trim", 0.0, 60.0, 5.0, "%", "The farthest pairs, not used", "pose")
+    outliers: float = slider(0.0, "Outliers", 0.0, 50.0, 5.0, "%", "Of each cloud, at random", "pose")
+    trim: float = slider(0.0, "Trim", 0.0, 60.0, 5.0, "%", "Farthest pairs, discarded", "pose")
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,13 +146,13 @@ def _note(run: Run) -> str:
 
 _SCENE_WORDS = {
     "room": "one room, seen by two scans",
-    "wall": "one straight wall, of which the source sees the middle six tenths",
-    "corridor": "two parallel walls, open at both ends, of which the source sees the middle six tenths",
+    "wall": "one straight wall, whose middle six tenths the source sees",
+    "corridor": "two parallel walls, open at both ends, whose middle six tenths the source sees",
 }
 _RESIDUAL_WORDS = {
     "point": "The residual is the distance to the nearest target point.",
     "plane": "The residual is the distance along the normal of the nearest target point; blue ticks show the normals.",
-    "gicp": "The residual is weighed by the covariances of both points; ellipses show every seventh at 0.4 σ.",
+    "gicp": "The residual is weighted by the covariances of both points; ellipses show every seventh at 0.4 σ.",
 }
 
 
@@ -163,14 +163,14 @@ def _description(c: Controls, run: Run) -> str:
     words = [
         f"{n} source points and {len(run.scene.target)} target points of {_SCENE_WORDS[c.scene]}:"
         f" noise of σ = {number(c.noise)} u, {number(c.outliers, 0)} % outliers.",
-        f"After {run.steps} step{'' if run.steps == 1 else 's'} the source lies turned by {degrees(heading)}° with its"
+        f"After {run.steps} step{'' if run.steps == 1 else 's'} the source is turned by {degrees(heading)}°, with its"
         f" origin at ({number(x)}, {number(y)}) u.",
         _RESIDUAL_WORDS[c.residual] + model,
         f"{int(run.used.sum())} of {n} pairs are used, at an RMS of {number(last.rms, 3)} {residual_unit(c.residual)};"
-        " a line is the stronger the harder its pair pulls, compared with the hardest.",
+        " the harder a pair pulls, compared with the hardest, the stronger its line.",
         f"The weight is {'one for all' if c.weight == 'none' else WEIGHTS[c.weight] + '’s'}; the scale of the distances"
         f" is {number(run.scale, 3)} u.",
-        f"The condition number is {condition(run)}: {run.freedom or 'every direction is held'}.",
+        f"The condition number is {condition(run)}: {run.freedom or 'every direction is constrained'}.",
         f"The pose is {number(last.rotation, 1)}° and {number(last.translation)} u from the truth.",
     ]
     if c.scene != "room":
@@ -225,10 +225,10 @@ WIDGET = Widget(
     legend=(
         Key("source", "source, which moves"),
         Key("target", "target", "square"),
-        Key("pair", "residual of a pair, the stronger the harder it pulls", "line"),
+        Key("pair", "residual of a pair: stronger lines pull harder", "line"),
         Key("normal", "target’s normal (plane) or covariance at 0.4 σ (GICP)", "line"),
-        Key("weak", "direction that the pairs hold least", "line"),
-        Key("outlier", "source point put elsewhere", "cross"),
+        Key("weak", "direction the pairs constrain least", "line"),
+        Key("outlier", "displaced source point", "cross"),
         Key("ghost", "pair not used", "ring"),
         Key("truth", "walls", "line"),
     ),
@@ -242,5 +242,5 @@ WIDGET = Widget(
         controls=("residual",),
         buttons=("step", "run", "finish", "reset"),
     ),
-    shows="Pairs nearest points and measures them by point, plane or covariance, under four robust weights.",
+    shows="Pairs nearest points and measures them by point, plane or covariance, with four robust weights.",
 )

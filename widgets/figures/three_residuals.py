@@ -43,7 +43,7 @@ class Controls:
     turn: float = slider(45.0, "Start: turn", -180.0, 180.0, 1.0, "°", keeps="nothing")
     offset: float = slider(1.43, "Start: offset", 0.0, 3.0, 0.01, "u", keeps="nothing")
     noise: float = slider(0.02, "Noise σ", 0.0, 0.3, 0.01, "u", keeps="pose")
-    outliers: float = slider(0.0, "Outliers", 0.0, 50.0, 5.0, "%", "Of each cloud, put anywhere", "pose")
+    outliers: float = slider(0.0, "Outliers", 0.0, 50.0, 5.0, "%", "Of each cloud, at random", "pose")
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,7 +141,7 @@ def _key() -> list[Mark]:
 def _chart(state: State) -> Panel:
     panel = chart(
         "errors",
-        "How far the points are from where the truth puts them, over the steps, for each of the three",
+        "Distance of the points from their true places, over the steps, for each of the three",
         [
             Series(
                 np.arange(len(run.course)),
@@ -201,7 +201,7 @@ def _description(state: State) -> str:
         words.append(
             f"{NAMES[name]} after {run.steps} step{'' if run.steps == 1 else 's'}, {run.status.label}:"
             f" {number(last.rotation, 1)}° and {number(last.translation)} u from the truth;"
-            f" {run.freedom or 'its pairs hold every direction'}."
+            f" {run.freedom or 'its pairs constrain every direction'}."
         )
     return " ".join(words)
 
@@ -250,10 +250,10 @@ WIDGET = Widget(
     legend=(
         Key("source", "source, which moves; in the chart, point to point"),
         Key("target", "target", "square"),
-        Key("pair", "residual of a pair, the stronger the harder it pulls", "line"),
+        Key("pair", "residual of a pair: stronger lines pull harder", "line"),
         Key("normal", "target’s normal or covariance at 0.4 σ; in the chart, point to plane", "line"),
         Key("truth", "walls", "line"),
-        Key("weak", "direction that the pairs hold least", "line"),
+        Key("weak", "direction the pairs constrain least", "line"),
     ),
     handles=tuple(f"{name}-{handle}" for name in NAMES for handle in ("source", "turn")),
     tape=(({}, ("step",) * 3), ({}, ("finish",))),

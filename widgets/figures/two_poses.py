@@ -166,13 +166,13 @@ def _description(state: State, near: float, turn: float, shift: float) -> str:
     (x, y), heading = place(state.pose, ROBOT_ITSELF)
     k = len(scans.source)
     words = (
-        f"A robot has scanned a room with two pillars from two poses, {number(c.distance, 1)} u apart and turned by"
-        f" {number(c.turn, 0)}° against each other, with {k} rays each and noise of σ = {number(c.noise)} u."
+        f"A robot has scanned a room with two pillars from two poses, {number(c.distance, 1)} u and"
+        f" {number(c.turn, 0)}° apart, with {k} rays each and noise of σ = {number(c.noise)} u."
         f" In the target's coordinates the robot of the source scan stands at ({number(x, 1)}, {number(y, 1)}) u and"
         f" faces {degrees(heading)}°; its points are {number(near, 3)} u RMS from the nearest target points, and its"
         f" pose {number(turn, 1)}° and {number(shift)} u from the true one."
     )
-    return words + (" This is the answer: the walls of the two scans lie on each other." if state.by_hand else "")
+    return words + (" This is the answer: the walls of the two scans coincide." if state.by_hand else "")
 
 
 def python(state: State) -> str:

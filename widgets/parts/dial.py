@@ -80,7 +80,7 @@ RUNGS: Mapping[str, Rung] = {
             2.4, lambda u: {"lengths": (u, u / 2, u / 4, u / 8)},
         ),
         Rung(
-            "flow", "9", "A flow to follow", "flow", "nothing, for a flow has no objective",
+            "flow", "9", "A flow to follow", "flow", "nothing, since a flow has no objective",
             options=lambda u: {"samples": 1}, flat=True,
         ),
     )

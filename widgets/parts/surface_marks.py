@@ -197,7 +197,7 @@ def _kernel_chart(kernel: str, width: float) -> Panel:
     pull = np.where(w * r <= LEAVES + 1e-9, w * r, np.nan)
     panel = chart(
         "weights",
-        "The weight function, and the distances of the present pairs beneath it",
+        "The weight function, and the distances of the current pairs beneath it",
         [Series(r, pull, "ink", "pull, w·r / s", dashed=True), Series(r, w, "accent", "weight w")],
         x_label="distance r of the pair / s",
         y_label="Weight, and pull in units of s",

@@ -23,7 +23,7 @@
     reload.className = "button";
     reload.textContent = "Reload";
     reload.addEventListener("click", () => location.reload());
-    line.append("This page's script did not load, so its figures stand still. ", reload);
+    line.append("This page's script did not load, so its figures do not work. ", reload);
     document.body.append(line);
   }
 

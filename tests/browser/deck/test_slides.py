@@ -90,7 +90,7 @@ def test_keys_lead_through_a_deck(reader: Callable[..., Reader]) -> None:
     stands_at(page, 6)
     page.keyboard.press("Space")  # the button has the focus still
     stands_at(page, 7)
-    page.get_by_role("button", name="Slide before").click()
+    page.get_by_role("button", name="Previous slide").click()
     stands_at(page, 6)
 
 

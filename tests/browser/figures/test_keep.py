@@ -80,14 +80,14 @@ def test_a_pin_that_is_not_stored_or_that_drops_another_says_so(reader: Callable
     expect(rows).to_have_count(50)
     expect(status).to_have_text(re.compile(r"^Run 50 pinned\.\s*$"))
     pin.click()
-    expect(status).to_contain_text("Run 50 pinned. No more than 50 are kept: the oldest one was dropped.")
+    expect(status).to_contain_text("Run 50 pinned. At most 50 are kept: the oldest was dropped.")
     expect(rows).to_have_count(50)
     expect(rows.first.locator("td").first).to_have_text("7")
     page.evaluate("() => { Storage.prototype.setItem = () => { throw new Error('full'); }; }")
     rows.first.get_by_role("button", name="Remove").click()
     pin.click()
     expect(status).to_contain_text(
-        "Run 50 pinned. This browser could not store it: it is gone when you leave this page."
+        "Run 50 pinned. This browser could not store it: it will be lost when you leave this page."
     )
     expect(rows).to_have_count(50)
 

@@ -144,7 +144,7 @@ def test_a_worker_killed_in_a_job_ends_the_job(reader: Callable[..., Reader]) ->
     job.locator('[data-do="begin"]').click()
     expect(job).to_have_attribute("data-state", "running")
     race.page.evaluate("Ladder.runtime.kill()")
-    expect(job.locator(".job-words")).to_have_text("Python stopped before the run was done.", timeout=30_000)
+    expect(job.locator(".job-words")).to_have_text("Python stopped before the run was finished.", timeout=30_000)
     assert job.locator("tbody tr").count() == rows
     race.page.evaluate("Ladder.limits.frame = 60000")
     job.locator('[data-do="begin"]').click()
@@ -209,7 +209,7 @@ def test_a_page_older_than_the_site_offers_a_reload(
     solve = Figure(page, "fig-solve").seen()
     before = solve.readout("rms")
     solve.drag("source", 50, 50)
-    expect(solve.root.locator(".status-words")).to_have_text("This site has been published anew. What you did is kept.")
+    expect(solve.root.locator(".status-words")).to_have_text("This site has been updated. Your work is kept.")
     wanted = solve.record()
     solve.root.get_by_role("button", name="Reload").click()
     solve.changes("rms", before)

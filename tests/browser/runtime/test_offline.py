@@ -109,7 +109,7 @@ def test_every_page_of_the_site_is_kept(reader: Callable[..., Reader], server: S
     one = reader(reduced_motion="reduce", service_workers="allow")
     page = one.open("index.html")
     kept(page)
-    expect(page.locator(".site-kept")).to_contain_text("Works offline: kept on this device (")
+    expect(page.locator(".site-kept")).to_contain_text("Works offline: stored on this device (")
     server.stop()
     one.expect(*GONE)
     for name in pages:

@@ -308,7 +308,7 @@ def test_a_pinned_run_of_files_comes_back_with_them(reader: Callable[..., Reader
     page.reload()
     own.live()
     rows.first.get_by_role("button", name="Restore").click()
-    told(own, "source", "Not here: open what this state was made with.")
+    told(own, "source", "Not here: open the file used for this state.")
     expect(own.root.locator(".figure-status")).to_contain_text("Choose or draw a source and a target")
     both(own)
     own.shows("rms", after)
@@ -322,7 +322,7 @@ def test_files_chosen_before_python_is_up_outlive_retry(reader: Callable[..., Re
     own = Figure(one.open("clouds.html"), "fig-own").seen()
     for place, points in zip(("source", "target"), clouds(), strict=True):
         choose(own, place, f"{place}.csv", lines(points))
-        told(own, place, f"{place}.csv is read as soon as Python is up.")
+        told(own, place, f"{place}.csv will be read once Python is ready.")
     retry = own.root.get_by_role("button", name="Retry")
     expect(retry).to_be_visible(timeout=60_000)
     own.page.evaluate("window.LADDER_PATIENCE = 60000")
@@ -349,7 +349,7 @@ def test_a_file_that_is_no_longer_kept_is_told_so(reader: Callable[..., Reader])
     own.reached("[data-pin]").click()
     page.evaluate(GIVE, 20)
     own.root.locator(".runs").get_by_role("button", name="Restore").click()
-    told(own, "source", "No longer kept, open it again. It was source.csv: ")
+    told(own, "source", "No longer stored; open it again. It was source.csv: ")
     expect(own.root.locator(".figure-status")).to_contain_text("Choose or draw a source and a target first.")
     both(own)
     told(own, "source", "source.csv: ")
@@ -364,8 +364,8 @@ PRINT = "0123456789abcdef" * 2
     [
         ({"source": [PRINT], "target": PRINT}, "the source", {"target": PRINT}),
         ({"source": PRINT, "target": 7, "third": PRINT}, "the target, “third”", {"source": PRINT}),
-        ([PRINT], "what was brought along", None),
-        (None, "what was brought along", None),
+        ([PRINT], "your files", None),
+        (None, "your files", None),
     ],
 )
 def test_a_link_with_faulty_files_opens_with_what_is_sound(
@@ -376,12 +376,12 @@ def test_a_link_with_faulty_files_opens_with_what_is_sound(
     link = urlsafe_b64encode(json.dumps(state).encode()).decode().rstrip("=")
     page = reader(reduced_motion="reduce").open(f"clouds.html#fig-own?s={link}")
     own = Figure(page, "fig-own").live().settled()
-    said = f"Of the state in this page's address, this was ignored: {ignored}."
+    said = f"Ignored in the state in this page's address: {ignored}."
     expect(own.root.locator(".figure-status")).to_contain_text(said)
     assert own.record().get("given") == kept
     assert own.record()["controls"]["method"] == "gicp"
     for place in kept or {}:
-        told(own, place, "Not here: open what this state was made with.")
+        told(own, place, "Not here: open the file used for this state.")
     own.becomes("live")
 
 

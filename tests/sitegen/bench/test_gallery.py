@@ -147,7 +147,7 @@ def test_a_library_that_is_absent_is_left_out_and_named(tmp_path: Path) -> None:
     data = {**DATA, "tasks": without, "importing": importing, "absent": {"open3d": "No module named 'open3d'"}}
     page = gallery.written(PAGE, data)
     assert "import open3d" not in page
-    assert "Open3D was not there: No module named 'open3d'." in page
+    assert "Open3D was not available: No module named 'open3d'." in page
 
 
 def test_a_page_without_marks_is_an_error() -> None:

@@ -24,7 +24,7 @@ TEXT = {
     "a decimal comma": ("::figure[C]{toy noise=¦0,5 id=a6}", ["noise: '0,5' is not a number"]),
     "blanks around =": (
         "::figure[C]{toy ¦preset = noisy id=a7}\n\n:ref[fig:a7]",
-        ["an attribute is written name=value, without blanks around the ="],
+        ["an attribute is written name=value, without spaces around the ="],
     ),
     "two faults of one line": (
         "::figure[C]{toy nose=1 ¦loud=7 id=a8}".replace("nose", "¦nose").replace("¦loud=", "loud=¦"),
@@ -34,7 +34,7 @@ TEXT = {
         "::figure[C]{toy id=a9}\n\n::try[T]{a9 press=go,¦goo}",
         ["no button 'goo' to press; did you mean 'go'?"],
     ),
-    "a preset of a button": ("::figure[C]{toy id=b0}\n\n::try[T]{b0 ¦preset=noisy}", ["that is the ::figure line's"]),
+    "a preset of a button": ("::figure[C]{toy id=b0}\n\n::try[T]{b0 ¦preset=noisy}", ["that belongs on the ::figure"]),
     "a figure of no id": (
         "::figure[C]{toy id=b1}\n\n::try[T]{¦b11}",
         ["no figure 'b11' in this chapter; did you mean"],
@@ -67,7 +67,7 @@ TEXT = {
     "a formula never closed": ("The sum ¦$a_i + b holds.", ["never closed by $; a dollar itself is written \\$"]),
     "LaTeX": ("The sum $x + ¦\\frb{y}$ holds.", ["formula: Unsupported function name: \\frb"]),
     "LaTeX in lines": ("$$\na +\n  ¦\\frb{y}\n$$ (b8)\n\n:ref[eq:b8]", ["formula: Unsupported function name: \\frb"]),
-    "a label twice": ("$$\nx\n$$ (b9)\n\n$$\ny\n$$ (¦b9)", ["the equation 'b9' stands twice"]),
+    "a label twice": ("$$\nx\n$$ (b9)\n\n$$\ny\n$$ (¦b9)", ["the equation 'b9' appears twice"]),
     "a reference": ("$$\nx\n$$ (energy)\n\nBy :ref[¦eq:energi].", ["no equation 'energi'; did you mean 'energy'?"]),
     "a reference without its kind": ("$$\nx\n$$ (inertia)\n\nBy :ref[¦inertia].", ["did you mean 'eq:inertia'?"]),
     "a figure that is none": ("::figure[C]{toy id=c0}\n\nBy :ref[¦fig:c00].", ["no figure 'c00'; did you mean"]),
@@ -87,21 +87,21 @@ TEXT = {
         ["no readout 'press'; did you mean 'presses'?"],
     ),
     "a term": ("A :term[gate]{¦gat}.", ["no term 'gat' in the glossary; did you mean 'gate'?"]),
-    "a level left out": ("## One\n\n¦#### Two", ["a heading of level 4 after one of level 2: a level is left out"]),
+    "a level left out": ("## One\n\n¦#### Two", ["a heading of level 4 after one of level 2: a level is skipped"]),
     "a heading without a blank": ("¦##Three", ["a heading has a blank after its ##"]),
     "an image that is not there": ("![A line](¦lin.svg)", ["no image content/lin.svg; did you mean 'line.svg'?"]),
-    "an image without words": ("![](¦line.svg)", ["needs a text in its place"]),
+    "an image without words": ("![](¦line.svg)", ["needs alternative text"]),
     "a page": ("[that](¦secnd.html)", ["no page 'secnd.html'; did you mean 'second.html'?"]),
     "an anchor": ("## There\n\n[that](¦#ther)", ["no anchor 'ther' on second.html; did you mean 'there'?"]),
     "a footnote": ("A note.¦[^c3]", ["no footnote [^c3]"]),
     "a language": ("¦```pyhton\nx\n```", ["no language 'pyhton'; did you mean 'python'?"]),
     "code never closed": (
         "¦```python\nx = 1\n\n::figure[C]{toy id=c4}\n\n:ref[fig:c4]",
-        ["begins code that never ends"],
+        ["opens a code block that never ends"],
     ),
     "code whose end is left out": (
         "¦```python\nx = a[$1]\n# d :ref[no]\n\n::figure[C]{toy id=d4}\n\n```python\ny\n```\n\n:ref[fig:d4] [@¦no]",
-        ["'```python' begins code that never ends: a line of ``` alone ends it, and line ", "no reference 'no'"],
+        ["'```python' opens a code block that never ends: a line of ``` alone ends it, and line ", "no reference 'no'"],
     ),
     "code whose end has words": (
         "¦```python\nx\n``` python\n\n::figure[C]{toy id=d5}\n\n```python\ny\n```\n\n:ref[fig:d5]",
@@ -109,7 +109,7 @@ TEXT = {
     ),
     "code in a list never closed": (
         "- a\n\n  ¦```python\n  x\n\n::figure[C]{toy id=d6}\n\n:ref[fig:d6]",
-        ["'```python' begins code that never ends"],
+        ["'```python' opens a code block that never ends"],
     ),
     "a merge": (
         "¦<<<<<<< HEAD\nOurs [@one2001].\n=======\nTheirs [@no].\n>>>>>>> branch\n",
@@ -133,7 +133,7 @@ FILES = {
         '---\ntitle: ¦"Pairs\nslug: quote\nsummary: S\n---\n',
         ["the quote that begins here is never closed"],
     ),
-    "22-tab.md": ("---\ntitle: T\n¦\tslug: tab\nsummary: S\n---\n", ["a tab: lines are indented by blanks"]),
+    "22-tab.md": ("---\ntitle: T\n¦\tslug: tab\nsummary: S\n---\n", ["a tab: indent with spaces"]),
     "23-indent.md": ("---\ntitle: T\n slug¦: indent\nsummary: S\n---\n", ["begins in the column of its neighbours"]),
     "24-key.md": ("---\ntitle: T\nslug: key\n¦sumary: S\n---\n", ["no key 'sumary'; did you mean 'summary'?"]),
     "25-number.md": ("---\ntitle: T\nslug: number\nsummary: S\n¦rung: 1\n---\n", ['in quotes it is one: rung: "1"']),
@@ -149,8 +149,8 @@ FILES = {
     "31-latin.md": ("---\ntitle: T\nslug: latin\nsummary: S\n---\n\nA caf¦é.\n", ["not UTF-8 from here on"]),
     "32-utf16.md": ("¦---\ntitle: T\nslug: utf16\nsummary: S\n---\n", ["UTF-16, and UTF-8 is expected"]),
     "33-windows.md": ("---\ntitle: T\nslug: windows\nsummary: S\n---\n\n[@¦no]\n", ["no reference 'no'"]),
-    "34-tab-list.md": ("---\ntitle: T\nredirects:\n¦\t- old-list\nsummary: S\n---\n", ["a tab: lines are indented by"]),
-    "35-tab-dash.md": ("---\ntitle: T\nslides:\n  -¦\ttitle: A\n---\n", ["a tab: lines are indented by blanks"]),
+    "34-tab-list.md": ("---\ntitle: T\nredirects:\n¦\t- old-list\nsummary: S\n---\n", ["a tab: indent with"]),
+    "35-tab-dash.md": ("---\ntitle: T\nslides:\n  -¦\ttitle: A\n---\n", ["a tab: indent with spaces"]),
     "36-quote-later.md": (
         '---\ntitle: ¦"Pairs\nslug: later\nsummary: "S"\n---\n',
         ["the quote that begins here is never closed"],
@@ -209,7 +209,7 @@ def test_a_mistake_in_the_text(desk: Project, name: str) -> None:
 @pytest.mark.parametrize("name", FENCES)
 def test_a_fence_that_is_left_over_is_told_once(desk: Project, name: str) -> None:
     desk.write("content/01-second.md", FRONT + FENCES[name].replace("¦", "") + "\n")
-    agree(desk.problems(), [("01-second.md:6:1", "begins code that never ends")])
+    agree(desk.problems(), [("01-second.md:6:1", "opens a code block that never ends")])
 
 
 def test_code_may_hold_shorter_and_other_fences(desk: Project) -> None:
@@ -287,6 +287,6 @@ LISTS = {
 
 @pytest.mark.parametrize("name", LISTS)
 def test_quotes_and_tabs_of_the_lists_are_told_where_they_are(desk: Project, name: str) -> None:
-    for text, said in zip(LISTS[name], ("the quote that begins here", "a tab: lines are indented"), strict=True):
+    for text, said in zip(LISTS[name], ("the quote that begins here", "a tab: indent with"), strict=True):
         desk.write(f"content/{name}", text.replace("¦", ""))
         agree(desk.problems(), [(f"{name}:{places(text, 1)[0]}", said)])

@@ -20,7 +20,7 @@ WRONG = {
     "no reason": ("  - ¦to: start\n", "says is missing: a text"),
     "no place": ("  - ¦says: S\n", "to is missing: a text"),
     "a key": ("  - to: start\n    ¦say: S\n    says: S\n", "no key 'say'; did you mean 'says'?"),
-    "twice": ("  - to: start\n    says: S\n  - to: ¦start\n    says: S\n", "'start' stands twice"),
+    "twice": ("  - to: start\n    says: S\n  - to: ¦start\n    says: S\n", "'start' appears twice"),
     "four": (
         "".join(f"  - {'¦' * (k == 3)}to: {to}\n    says: S\n" for k, to in enumerate(["start", "start#deep",
         "second", "second#two"])),

@@ -98,8 +98,8 @@ def test_a_ghost_is_of_a_source(project: Project) -> None:
         ("¦::predict[Q | a | b]{demo press=go}", "a prediction says what decides it: expect="),
         ("¦::predict[Q]{demo press=go panels=main}", "a prediction says what decides it: expect="),
         ("::predict[¦Q | a | b]{demo press=go within=0.5}", "answers after a bar are for expect="),
-        ("::predict[Q]{demo press=go within=¦near}", "'near' is no distance in u"),
-        ("::predict[Q]{demo press=go within=¦-1}", "'-1' is no distance in u"),
+        ("::predict[Q]{demo press=go within=¦near}", "'near' is not a distance in u"),
+        ("::predict[Q]{demo press=go within=¦-1}", "'-1' is not a distance in u"),
         ("¦::predict[Q]{demo press=go panels=man says=right}", "no panel 'man'; did you mean 'main'?"),
         ("::predict[Q]{¦demon press=go within=1}", "no figure 'demon' in this chapter; did you mean 'demo'?"),
         ("¦::predict[]{demo press=go within=1}", "::predict has no text"),
@@ -118,7 +118,7 @@ def test_what_is_wrong_with_a_question(project: Project, line: str, said: str) -
 def test_a_slide_asks_nothing(project: Project) -> None:
     front = 'title: T\nrung: "1"\nslug: second\nsummary: S\nslides:\n  - title: S\n    figure: demo\n    text: |\n'
     project.chapter(f"\n{FIGURE}\n", f"{front}      {ASK}")
-    assert any("predictions stand in the chapter, with their figures" in each for each in project.problems())
+    assert any("predictions belong in the chapter, with their figures" in each for each in project.problems())
     project.chapter(f"\n{FIGURE}\n\n{ASK}\n", f"{front}      Look.")
     project.build()
     assert 'class="predict"' in project.page("second.html")

@@ -41,14 +41,14 @@ BROKEN = {
         "::figure[C]{toy scene=nosy}\n",
         ["7:23: scene: no option 'nosy'; did you mean 'noisy'?"],
     ),
-    "twice the same": ("::figure[C]{toy noise=0.1 noise=0.2}\n", ["7:27: 'noise' stands twice"]),
+    "twice the same": ("::figure[C]{toy noise=0.1 noise=0.2}\n", ["7:27: 'noise' appears twice"]),
     "wrapped caption": (
         "::figure[A long\ncaption with :ref[fig:dem].]{toy id=demo}\n",
         ["8:19: no figure 'dem'; did you mean 'demo'?"],
     ),
     "twice the same figure": (
         "::figure[C]{toy id=a}\n\n::figure[C]{toy id=a}\n",
-        ["9:1: the figure 'a' stands twice in this chapter (first in line 7)"],
+        ["9:1: the figure 'a' appears twice in this chapter (first in line 7)"],
     ),
     "no caption": ("::figure[]{toy}\n", ["7:1: ::figure has no text"]),
     "button for no figure": (
@@ -85,7 +85,7 @@ BROKEN = {
     ),
     "no literal": (
         'A :value[solvers.core.validate.number(x, "x")]\n',
-        ["7:39: arguments are literals, 'x' is none"],
+        ["7:39: arguments must be literals, not 'x'"],
     ),
     "a call that fails": (
         'A :value[solvers.core.validate.number("a", "x")]\n',
@@ -143,21 +143,21 @@ BROKEN = {
     "in a heading": ("## A :ref[fig:x]\n", ["7:11: no figure 'x'; there are none"]),
     "equation twice": (
         "$$\nx\n$$ (e)\n\n$$\ny\n$$ (e)\n",
-        ["13:5: the equation 'e' stands twice in this chapter (first in line 9)"],
+        ["13:5: the equation 'e' appears twice in this chapter (first in line 9)"],
     ),
     "footnote not there": ("A [^x]\n", ["7:3: no footnote [^x]; there are none"]),
     "footnote not used": ("A\n\n[^x]: B\n", ["9:1: footnote [^x] is never referred to"]),
-    "title in the text": ("# A\n", ["7:1: the chapter's title stands in its front matter: headings begin with ##"]),
-    "level left out": ("## A\n\n#### B\n", ["9:1: a heading of level 4 after one of level 2: a level is left out"]),
+    "title in the text": ("# A\n", ["7:1: the chapter's title belongs in its front matter: headings start at ##"]),
+    "level left out": ("## A\n\n#### B\n", ["9:1: a heading of level 4 after one of level 2: a level is skipped"]),
     "anchor twice": (
         "## A {#x}\n\n## B {#x}\n",
-        ["9:1: the anchor 'x' stands twice in this chapter (first in line 7)"],
+        ["9:1: the anchor 'x' appears twice in this chapter (first in line 7)"],
     ),
     "no anchor": ("## A {#X y}\n", ["7:8: 'X y' is no anchor: small letters, digits and hyphens, a letter first"]),
     "the page's own anchor": ("## A {#main}\n", ["7:1: the anchor 'main' is one that the page gives itself"]),
     "image without words": (
         "A ![](x.png)\n",
-        ["7:7: no image content/x.png", "7:7: the image x.png needs a text in its place: ![what it shows](x.png)"],
+        ["7:7: no image content/x.png", "7:7: the image x.png needs alternative text: ![what it shows](x.png)"],
     ),
     "image outside": ("A ![b](../tests/test_claimed.py)\n", ["7:8: no image content/../tests/test_claimed.py"]),
     "unknown language": ("```pyhton\nx\n```\n", ["7:1: no language 'pyhton'; did you mean 'python'?"]),
@@ -205,9 +205,9 @@ FRONT = {
     "a control character": ('title: "a\x07"', "", ["2:1: not YAML: unacceptable character"]),
     "a date that is none": ("title: T\nsummary: 2001-02-31", "", ["2:1: not YAML: day is out of range for month"]),
     "a list within itself": ("title: T\nredirects: &r [*r]", "", ["2:1: not YAML: "]),
-    "twice": ("title: T\ntitle: U\nsummary: S", "", ["3:1: 'title' stands twice"]),
-    "no page name": ("title: T\nslug: Ätsch\nsummary: S", "", ["3:1: 'Ätsch' is no page name"]),
-    "redirect no name": ("title: T\nsummary: S\nredirects: [ok, 'no/name']", "", ["4:17: 'no/name' is no page name"]),
+    "twice": ("title: T\ntitle: U\nsummary: S", "", ["3:1: 'title' appears twice"]),
+    "no page name": ("title: T\nslug: Ätsch\nsummary: S", "", ["3:1: 'Ätsch' is not a page name"]),
+    "redirect no name": ("title: T\nsummary: S\nredirects: [ok, 'no/name']", "", ["4:17: 'no/name' is not a page"]),
     "own page": (
         "title: T\nslug: checks\nsummary: S",
         "",

@@ -97,7 +97,7 @@ def test_two_equal_lines_are_two_tokens() -> None:
     assert first is not None
     assert second is not None
     assert first.place.line < second.place.line
-    assert ["stands twice" in problem.message for problem in problems.found] == [True]
+    assert ["appears twice" in problem.message for problem in problems.found] == [True]
 
 
 @pytest.mark.parametrize("inside", ["::figure[A toy.]{toy id=a}", "::plot[A plot.]{toy-plot id=a}", "## A heading"])

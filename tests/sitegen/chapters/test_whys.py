@@ -25,7 +25,7 @@ def test_silent():
 MISTAKES = {  # ¦ stands before the place that is named
     f":claim[C]{{{CAUSE} kind=¦whi}}": "no kind of claim 'whi'; did you mean 'why'?",
     f":claim[C]{{{CAUSE} ¦kin=why}}": "a claim has no attribute 'kin'; did you mean 'kind'?",
-    f":claim[C]{{{CAUSE} ¦why}}": "name=value is expected, not 'why'; did you mean kind=why?",
+    f":claim[C]{{{CAUSE} ¦why}}": "expected name=value, not 'why'; did you mean kind=why?",
     ":claim[C]{¦kind=why}": "a claim names its test: {tests/file.py::test_name}",
     ":claim[C]{¦tests/test_caused.py::test_silent kind=why}": "tests/test_caused.py::test_silent changes no factor: "
     "a claim of kind why has a test that takes the fixture `why`",
@@ -82,7 +82,7 @@ def test_a_test_that_passed_and_left_no_outcomes_is_a_mistake(caused: Project) -
     ("outcomes", "says"),
     [
         ({"0.6 u": "3 of 25"}, "an outcome as it is and one with the factor changed"),
-        ({"0.6 u": "3 of 25", "none": "3 of 25"}, "with every setting '3 of 25', so it is no cause"),
+        ({"0.6 u": "3 of 25", "none": "3 of 25"}, "with every setting '3 of 25', so it is not the cause"),
         ({"0.6 u": "3 of 25", "none": " "}, "settings and outcomes are texts"),
     ],
 )

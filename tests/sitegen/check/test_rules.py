@@ -64,7 +64,7 @@ FAULTS = [
     ('src="assets/a.png"', 'src="assets/a.png" srcset="assets/b.png 2x"', "there is no assets/b.png"),
     ("tapes/t.js", "tapes/u.js", "tapes/u.js: there is no tapes/u.js"),
     ("core.wasm", "gone.wasm", "runtime/x/gone.wasm: there is no runtime/x/gone.wasm"),
-    ('<p id="words"', '<p id="top-1"></p><p id="words"', "the id 'top-1' stands here again; first in line 4"),
+    ('<p id="words"', '<p id="top-1"></p><p id="words"', "the id 'top-1' is used again; first in line 4"),
     ('labelledby="words"', 'labelledby="wordz"', "aria-labelledby: no id 'wordz' on this page; did you mean"),
     (' aria-labelledby="words"', "", "<svg role=img> without aria-label"),
     (' alt=""', "", "assets/a.png: an image without alt"),
@@ -78,8 +78,8 @@ FAULTS = [
     ("<p id", "<button type=button></button><p id", "an empty <button>"),
     ('<p id="words">Text</p>', '<h3 id="words">Text</h3>', "<h3> where <h2> is the next level"),
     ('<p id="words">Text</p>', '<h1 id="words">Text</h1>', "a second <h1>"),
-    ('src="assets/a.png"', 'src="a.png"', "a.png: loaded from outside of assets/, images/, runtime/, tapes/"),
-    ('data-tape="tapes/t.js"', 'data-tape="two.html"', "two.html: loaded from outside of"),
+    ('src="assets/a.png"', 'src="a.png"', "a.png: loaded from outside assets/, images/, runtime/, tapes/"),
+    ('data-tape="tapes/t.js"', 'data-tape="two.html"', "two.html: loaded from outside"),
     ('id="words"', 'id="wörds"', "the id 'wörds' is not plain ASCII"),
 ]
 

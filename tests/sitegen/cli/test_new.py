@@ -106,7 +106,7 @@ def test_what_is_no_name_is_refused(project: Project, name: str) -> None:
 def test_a_word_of_python_s_names_no_figure(project: Project, name: str, capsys: pytest.CaptureFixture[str]) -> None:
     """Its test could not import it. A chapter may have the name."""
     assert new_command(project.root, "figure", name, "") == 2
-    assert f"{name!r} is a word of Python's own" in capsys.readouterr().err
+    assert f"{name!r} is a Python keyword" in capsys.readouterr().err
     assert not (project.root / "widgets" / "figures").exists()
     assert new_command(project.root, "chapter", name, "") == 0
 
@@ -121,7 +121,7 @@ def test_a_word_of_yaml_s_names_nothing(project: Project, name: str) -> None:
 
 def test_a_name_that_windows_or_every_test_has_is_refused(project: Project) -> None:
     for new in (new_chapter, new_figure):
-        with pytest.raises(NameTaken, match="a device's name on Windows"):
+        with pytest.raises(NameTaken, match="a device name on Windows"):
             new(project.root, "aux")
     for name in ("test", "py", "e", "figure", "widgets"):
         with pytest.raises(NameTaken, match=f"`test -k {name}` would run them all"):
@@ -142,7 +142,7 @@ def test_what_cannot_be_written_leaves_nothing(project: Project, capsys: pytest.
     project.write("tests/widgets/figures", "a file")
     assert new_command(project.root, "figure", "mine", "") == 1
     told = capsys.readouterr().err
-    assert re.fullmatch(r"new figure: tests/widgets/figures/test_mine\.py: .+; nothing was made\n", told)
+    assert re.fullmatch(r"new figure: tests/widgets/figures/test_mine\.py: .+; nothing was created\n", told)
     assert not (project.root / "widgets" / "figures" / "mine.py").exists()
 
 
@@ -169,7 +169,7 @@ def test_a_name_is_given_once(project: Project, capsys: pytest.CaptureFixture[st
     assert new_command(project.root, "chapter", "second", "") == 2
     assert "there is content/01-second.md" in capsys.readouterr().err
     assert new_command(project.root, "chapter", "glossary", "") == 2
-    assert "a page of the site's own" in capsys.readouterr().err
+    assert "one of the site's own pages" in capsys.readouterr().err
     assert new_command(project.root, "figure", "mine", "") == 0
     assert "made widgets/figures/mine.py" in capsys.readouterr().out
     assert new_command(project.root, "figure", "mine", "") == 2

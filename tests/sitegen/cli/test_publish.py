@@ -51,7 +51,7 @@ def test_a_folder_gets_what_changed_and_keeps_what_is_its_own(site: Path, tmp_pa
     assert {k: v for k, v in there(host).items() if k != LIST} == {**own, **published}
     (site / "assets/a.1.css").unlink()
     write(site, {"index.html": "two", "new/b.2.css": "b"})
-    assert to_folder(site, host).endswith("2 files written, 2 as they were, 1 old ones removed")
+    assert to_folder(site, host).endswith("2 files written, 2 unchanged, 1 old ones removed")
     published = {"index.html": "two", "new/b.2.css": "b", "sw.js": "w", "_headers": "h"}
     assert {k: v for k, v in there(host).items() if k != LIST} == {**own, **published}
     assert "0 files written" in to_folder(site, host)
@@ -67,7 +67,7 @@ def test_what_others_put_there_is_replaced_only_when_told_to(site: Path, tmp_pat
     assert there(host)["index.html"] == "one"
     assert there(host)["CNAME"] == "example.org"
     write(site, {"CNAME": "elsewhere.org"})
-    with pytest.raises(PublishError, match=r"no publish put CNAME there.*add --force"):
+    with pytest.raises(PublishError, match=r"CNAME comes from elsewhere.*add --force"):
         to_folder(site, host)
     assert there(host)["CNAME"] == "example.org"
     to_folder(site, host, force=True)
@@ -125,7 +125,7 @@ def test_no_planted_link_to_a_folder_is_followed(site: Path, tmp_path: Path, lea
     (host / "assets").symlink_to(leads if leads.startswith("..") else tmp_path / leads)
     write(site, {"index.html": "two"})
     for force in (False, True):
-        with pytest.raises(PublishError, match=r"host: assets leads out of it by a link; remove the link first"):
+        with pytest.raises(PublishError, match=r"host: assets leads out of it through a link; remove the link first"):
             to_folder(site, host, force=force)
     assert (host / "index.html").read_text("utf-8") == "one"  # nothing at all was written
     shutil.rmtree(site / "assets")
@@ -195,7 +195,7 @@ def test_a_link_on_a_branch_is_not_followed(site: Path, project: Path, tmp_path:
     git(project, "add", "assets")
     git(project, *AUTHOR, "commit", "--quiet", "-m", "link")
     git(project, "branch", "--force", "main", "work")
-    with pytest.raises(PublishError, match="assets leads out of it by a link"):
+    with pytest.raises(PublishError, match="assets leads out of it through a link"):
         to_branch(site, Branch(str(project), "main"), force=True)
     assert there(precious) == {"a.1.css": "p"}
 
@@ -217,7 +217,7 @@ def test_a_hook_s_repository_is_not_taken_for_the_branch_s(
 REFUSED = {
     "https://example.org/ladder.git": r"is a URL, not a folder; .* write git\+https://example.org/ladder.git#gh-pages",
     "git@example.org:me/ladder.git": r"write git\+git@example.org:me/ladder.git#gh-pages",
-    "": "no folder is named",
+    "": "no folder is given",
     300 * "x": "File name too long",
     "git+": r"git\+ names no repository; write git\+REPOSITORY#BRANCH",
     "git+#gh-pages": "names no repository",

@@ -146,13 +146,13 @@ def test_results_are_proved_or_said_to_be_stale(home: Path, monkeypatch: pytest.
         cell["bits"] = bits([not flag for flag in flags(cell["bits"], 8)])
     path.write_text(json.dumps(data), "utf-8")
     (problem,) = sweep_verify.standing(home, [small], cache).wrong
-    assert "small.json:0:0: ICP: 8 of 8 runs made again end otherwise" in str(problem)
+    assert "small.json:0:0: ICP: 8 of 8 repeated runs end differently" in str(problem)
 
     data["contestants"]["icp"]["code"] = "older"
     path.write_text(json.dumps(data), "utf-8")
     old = sweep_verify.standing(home, [small])
     assert (old.wrong, old.proved) == ((), 8)
-    assert "stale: of other code or settings than now (ICP)" in str(old.stale[0])
+    assert "stale: from other code or settings (ICP)" in str(old.stale[0])
 
     path.unlink()
     assert "(ICP, GICP)" in str(sweep_verify.standing(home, [small]).stale[0])

@@ -105,7 +105,7 @@ def test_when_no_source_has_it_the_message_names_the_file_and_all_sources(tmp_pa
     with pytest.raises(OutsideError) as error:
         gather(["thing"], cache=tmp_path / "c", manifest=given)
     message = str(error.value)
-    assert "A thing 1: a.txt could not be had" in message
+    assert "A thing 1: a.txt could not be obtained" in message
     assert f"bad ({web.origin}bad/): a.txt has sha256 {hashlib.sha256(WRONG).hexdigest()[:16]}" in message
     assert "none (" in message
     assert "404" in message
@@ -287,7 +287,7 @@ def test_an_archive_cut_short_is_told(tmp_path: Path, monkeypatch: pytest.Monkey
         archive.write_bytes(archive.read_bytes()[:cut])
 
     monkeypatch.setattr(fetch, "_download", short)
-    with pytest.raises(OutsideError, match=r"a\.txt could not be had\n  it \(thing\): "):
+    with pytest.raises(OutsideError, match=r"a\.txt could not be obtained\n  it \(thing\): "):
         gather(["thing"], cache=tmp_path / "c", manifest=given)
 
 

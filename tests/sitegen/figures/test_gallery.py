@@ -73,10 +73,10 @@ def test_figures_and_plots_are_numbered_together(project: Project) -> None:
         ("::plot[C]{}\n", ["7:11: a plot's name is expected first: {trial-budget id=budget}"]),
         ("::plot[]{toy-plot}\n", ["7:1: ::plot has no text"]),
         ("::plot[C]{toy-plot idd=a}\n", ["7:20: a plot has no 'idd', only an id; did you mean 'id'?"]),
-        ("::plot[C]{toy-plot id=a_b}\n", ["7:23: 'a_b' is no id: ASCII letters, digits and hyphens"]),
+        ("::plot[C]{toy-plot id=a_b}\n", ["7:23: 'a_b' is not an id: use letters, digits, hyphens"]),
         (
             "::plot[C]{toy-plot id=a}\n\n::figure[C]{toy id=a}\n",
-            ["9:1: the figure 'a' stands twice in this chapter (first in line 7)"],
+            ["9:1: the figure 'a' appears twice in this chapter (first in line 7)"],
         ),
         ("::plot[C]{toy-plot id=dots}\n\n:ref[fig:dot]\n", ["9:6: no figure 'dot'; did you mean 'dots'?"]),
         (":value[plots.toy_plt.highest()]\n", ["7:14: no plot 'toy_plt'; did you mean 'toy_plot'?"]),

@@ -80,7 +80,7 @@ BROKEN = {
     ),
     "the same figure twice": (
         "slides:\n  - {title: T, figure: demo}\n  - {title: U, figure: demo}\n",
-        ["8:16: the figure 'demo' stands on a slide before: a ::try line sets it anew"],
+        ["8:16: the figure 'demo' is on an earlier slide: change it with a ::try line"],
     ),
     "another slide's button": (
         "slides:\n  - title: T\n    figure: demo\n    text: |\n      ::try[Go.]{other}\n",
@@ -92,12 +92,12 @@ BROKEN = {
     ),
     "a claim, a note, a heading": (
         "slides:\n  - title: T\n    text: |\n      ## B\n\n      :claim[A]{x::y} and[^n]\n",
-        ["9:1: a slide has one heading, its title", "11:7: claims stand in the chapter, with their tests",
-         "11:26: side notes stand in the chapter"],
+        ["9:1: a slide has one heading, its title", "11:7: claims belong in the chapter, with their tests",
+         "11:26: side notes belong in the chapter"],
     ),
     "a button among the notes": (
         "slides:\n  - title: T\n    figure: demo\n    notes: |\n      ::try[Go.]{demo}\n",
-        ["10:7: a button stands in the slide's text"],
+        ["10:7: a button belongs in the slide's text"],
     ),
     "a bad formula, far inside": (
         "slides:\n  - title: T\n    text: |\n      One line,\n      and $\\frc{1}$ here.\n",

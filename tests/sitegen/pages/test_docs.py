@@ -52,7 +52,7 @@ def test_a_page_of_the_docs_is_a_page_of_the_site(project: Project) -> None:
     assert 'class="chapter-rung"' not in project.page("docs.html")
     for name in ("second.html", "about.html", "docs.html"):
         assert '<li><a href="docs.html">Docs</a></li>' in project.page(name)
-    assert 'in the <a href="docs.html">docs</a>' in project.page("about.html")
+    assert 'The <a href="docs.html">docs</a> explain' in project.page("about.html")
     ladder = page.partition('<nav class="ladder')[2].partition("</nav>")[0]
     assert "second.html" in ladder
     assert "docs" not in ladder
@@ -100,7 +100,7 @@ def test_every_page_of_the_docs_is_led_to(project: Project) -> None:
     with_docs(project)
     (project.root / "content/docs/index.md").unlink()
     project.write("content/docs/one.md", ONE.replace("[the index](index.md)", "it"))
-    assert project.problems() == ["content/docs/index.md:0:0: is missing: it leads to the other pages of the docs"]
+    assert project.problems() == ["content/docs/index.md:0:0: is missing: it must link to the other pages of the docs"]
 
 
 def test_names_of_docs_and_of_chapters_do_not_meet(project: Project) -> None:

@@ -96,7 +96,7 @@ def test_clouds_in_space_and_from_above(files, capsys):
         (["a.csv", "b.xyz", "--options", "gate=wide"], r"gate: expected a number, got 'wide'"),
         (["a.csv", "b.xyz", "--start", "1,2"], r"--start: '1,2' has 1 shifts; expected 2"),
         (["a.csv", "b.xyz", "--start", "1,2,x"], r"--start: '1,2,x' is not ANGLE,X,Y"),
-        (["a.csv", "d.xyz"], r"the other points in space; --above"),
+        (["a.csv", "d.xyz"], r"the other 3-D points; --above"),
         (["a.csv", "b.xyz", "--method", "kabsch"], r"target: row i must be the partner"),
         (["a.csv", "b.xyz", "--points", "0"], r"--points: must be at least 1"),
         (["a.csv", "b.xyz", "--out", "no/such/folder.svg"], r"--out: .*No such file"),

@@ -144,7 +144,7 @@ def made(kind: str, shape: str, data: bytes = b"") -> bytes:
         (npy(np.zeros(4)), r"of shape \(4,\); expected \(n, 2\) or \(n, 3\)"),
         (npy(np.zeros((3, 4))), r"of shape \(3, 4\)"),
         (npy(np.array([["a", "b"]])), "expected numbers"),
-        (npy(np.full((2, 2), np.nan)), "holds no point"),
+        (npy(np.full((2, 2), np.nan)), "contains no points"),
         (npy(np.zeros((2, 2)))[:-3], "the header says"),
         (made("<f8", "(1000000000, 2)"), "the header says"),
         (made("|O", "(2, 2)", b"\x80" * 32), "expected numbers"),

@@ -159,8 +159,8 @@ def test_a_control_changes_the_picture_and_the_numbers(control: str, value: Any,
 
 def test_a_knob_that_plays_no_part_is_named() -> None:
     """The gate under a fixed count and the trimming under a cap change nothing but the note that says so."""
-    assert "plays no part" in draw(run(objective="count", gate=0.5)).note
-    assert "plays no part" in draw(run(objective="capped", trim=30.0)).note
+    assert "has no effect" in draw(run(objective="count", gate=0.5)).note
+    assert "has no effect" in draw(run(objective="capped", trim=30.0)).note
     assert draw(run(objective="count")).note == draw(run()).note == ""
 
 

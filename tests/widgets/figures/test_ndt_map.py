@@ -69,7 +69,7 @@ def test_discarded_cells_say_why() -> None:
     assert any("fewer than 3 points" in note for note in notes)
     said, frame = shown(["hover", "main", 0.5, -0.5])
     assert (said["cell"], said["count"], said["angle"]) == ("empty", "0", "–")
-    assert "holds no point" in frame["note"]
+    assert "This cell is empty" in frame["note"]
 
 
 def test_the_stuck_beam_adds_its_returns_and_nothing_that_is_kept() -> None:

@@ -200,7 +200,7 @@ def test_what_plays_no_part_is_said() -> None:
     """GMMReg has no clutter, FilterReg no w of zero, CPD no filter: the figure tells when one is asked for."""
     assert "no clutter term" in frame(method="gmmreg")["note"]
     assert "10⁻⁶" in frame(method="filterreg", clutter=0.0)["note"]
-    assert "no part" in frame(filter="grid")["note"]
+    assert "not used" in frame(filter="grid")["note"]
 
 
 def test_back_is_a_prefix_and_a_drag_begins_anew() -> None:

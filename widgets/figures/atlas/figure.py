@@ -48,10 +48,10 @@ class Controls:
     """What is run from every start, and on which scans."""
 
     method: str = choice("icp", "Method", basins.METHODS, keeps="log")
-    gate: float = slider(OPEN, "Gate", 0.1, OPEN, 0.1, "u", "At 3 u it stands open; NDT has none")
+    gate: float = slider(OPEN, "Gate", 0.1, OPEN, 0.1, "u", "At 3 u it is off; NDT has none")
     setting: str = choice("clean", "Room", SETTINGS, keeps="log", sets=BRINGS)
     noise: float = slider(0.02, "Noise σ", 0.0, 0.3, 0.01, "u")
-    outliers: float = slider(0.0, "Outliers", 0.0, 60.0, 5.0, "%", "Of each cloud, put anywhere")
+    outliers: float = slider(0.0, "Outliers", 0.0, 60.0, 5.0, "%", "Of each cloud, at random")
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,8 +132,8 @@ def _map(state: State, ends: Ends) -> Panel:
         a, b = basins.around(basins.alike(ends.pose, state.track.poses[-1]))
         marks.append(Segments(a, b, "source", weight=np.ones(len(a))))
     marks += [Ring(here, "source", radius=8.0), Points(here, "source", radius=3.0)]
-    label = "Where runs end, over the turn and the offset of their starts"
-    return Panel("map", label, MAP, tuple(marks), grid=False, caption="Each start in the colour of its end")
+    label = "Where runs end, by the turn and the offset of their starts"
+    return Panel("map", label, MAP, tuple(marks), grid=False, caption="Each start, coloured by its end")
 
 
 @lru_cache(maxsize=16)
@@ -175,13 +175,13 @@ def _room(state: State) -> Panel:
         *(Points(ways[:, i], "source", radius=1.5, weight=np.full(k + 1, 0.6)) for i in range(len(TRACED)) if k),
         Group("source", (*outline(scene, state.pose, "source"), source)),
     )
-    name = "The source on the way from the start that was picked, over the target"
+    name = "The source on its way from the chosen start, over the target"
     return Panel("room", name, ROOM, marks, caption=_caption(state))
 
 
 def _caption(state: State) -> str:
     if not state.ended:
-        return f"The start that is picked, {_steps(state.steps)} on" if state.steps else "The start that is picked"
+        return f"The chosen start, after {_steps(state.steps)}" if state.steps else "The chosen start"
     return f"The end: {basins.NAMES[state.track.kind]}"
 
 
@@ -225,7 +225,7 @@ def _note(state: State) -> str:
         how = {Status.STALLED: "stalled", Status.CAPPED: "capped"}.get(track.status, "stopped")
         return f"It {how} at step {track.steps}: {worded(track.reason)}."
     if c.method == "ndt" and c.gate < OPEN:
-        return "The gate plays no part in NDT."
+        return "The gate has no effect in NDT."
     return ""
 
 
@@ -237,13 +237,13 @@ def _description(state: State, said: Count) -> str:
         f"{number(100.0 * n / said.starts, 1)} % {words}" for n, words in zip(said.by_kind[1:], SAID, strict=True) if n
     )
     words = [
-        f"Runs of {basins.METHODS[c.method]}, {gate}, from {said.starts} starts of {len(state.atlas.source)} source"
-        f" points: turned by −180° to 180° along x, and moved by 0 to {number(basins.FARTHEST, 0)} u up to the right"
-        f" along y. The room is '{c.setting}', with noise of σ = {number(c.noise)} u and {number(c.outliers, 0)} %"
-        " outliers.",
-        f"Of the starts {number(said.reached, 1)} % end within {number(CLOSE_DEGREES, 0)}° and"
+        f"Runs of {basins.METHODS[c.method]}, {gate}, from {said.starts} starts with {len(state.atlas.source)} source"
+        f" points: turned by −180° to 180° along x, and shifted by 0 to {number(basins.FARTHEST, 0)} u up and to the"
+        f" right along y. The room is '{c.setting}', with noise of σ = {number(c.noise)} u and"
+        f" {number(c.outliers, 0)} % outliers.",
+        f"{number(said.reached, 1)} % of the starts end within {number(CLOSE_DEGREES, 0)}° and"
         f" {number(CLOSE_DISTANCE, 1)} u of the truth{'; ' if shares else ''}{shares}.",
-        f"The start that is picked is turned by {number(float(basins.TURNS[column]), 1)}° and moved by"
+        f"The chosen start is turned by {number(float(basins.TURNS[column]), 1)}° and moved by"
         f" {number(float(basins.OFFSETS[row]))} u.",
     ]
     if state.ended:
@@ -257,11 +257,11 @@ def _description(state: State, said: Count) -> str:
 
 
 SAID = (
-    "end hardly turned and in the wrong place",
-    "are turned by 15° to 75° there",
+    "end in the wrong place but hardly turned",
+    "end turned by 15° to 75°",
     "by 75° to 135°",
     "by more than 135°",
-    "come to no fit",
+    "find no fit",
 )
 
 
@@ -321,7 +321,7 @@ WIDGET = Widget(
         Key("end-quarter", "a quarter turn: 75° to 135°", "area"),
         Key("end-half", "half a turn: more than 135°", "area"),
         Key("end-none", "no fit: capped, or too few pairs", "area"),
-        Key("source", "the start, and all that end with it", "ring"),
+        Key("source", "the start, and all with the same end", "ring"),
         Key("target", "target", "square"),
         Key("ghost", "where the run began", "dotted"),
     ),
@@ -336,5 +336,5 @@ WIDGET = Widget(
         controls=("gate", "method"),
         buttons=("run", "finish", "reset"),
     ),
-    shows="Colours every start by the end that ICP, point to plane or NDT reaches from there.",
+    shows="Colours every start by where ICP, point to plane or NDT ends.",
 )

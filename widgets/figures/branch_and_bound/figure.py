@@ -38,8 +38,8 @@ class Controls:
     """What is searched, and how closely."""
 
     scene: str = choice("noise", "Scene", ROOMS)
-    search: str = choice("all", "Search", {"turns": "Turns only", "all": "All poses"}, "Turns only: its place is known")
-    cap: float = slider(0.4, "Cap τ", 0.2, 1.6, 0.1, "u", "What a point counts at most", "nothing")
+    search: str = choice("all", "Search", {"turns": "Turns only", "all": "All poses"}, "Turns only: the place is known")
+    cap: float = slider(0.4, "Cap τ", 0.2, 1.6, 0.1, "u", "The most a point can count", "nothing")
     gap: float = slider(0.001, "Allowed gap", 0.0005, 0.01, 0.0005, "u²", "When a box is ruled out", "nothing")
 
 
@@ -154,7 +154,7 @@ def _main(state: State) -> Panel:
         ),
         *marks.pointers(float(pose.angle), middle),
     )
-    label = "The scene at the best pose met, the headings left as a ring and the places left as a field"
+    label = "The scene at the best pose found, with remaining headings as a ring and remaining places as a field"
     return Panel("main", label, VIEW, shown, grid=False)
 
 
@@ -185,7 +185,7 @@ def _chart(state: State) -> Panel:
 def _readouts(state: State) -> tuple[Readout, ...]:
     now, (ceiling, floor), truth = state.now, state.course[-1], state.scene.truth
     return (
-        Readout("ceiling", "Ceiling: the best value met", number(ceiling, 4), "u²", "source"),
+        Readout("ceiling", "Ceiling: best value found", number(ceiling, 4), "u²", "source"),
         Readout("floor", "Floor: no pose is below", number(floor, 4), "u²", "accent"),
         Readout("gap", "Gap between them", number(ceiling - floor, 4), "u²"),
         Readout("headings", "Headings ruled out", number(100.0 * state.floors.share_gone, 0), "%"),
@@ -215,10 +215,10 @@ def _note(state: State) -> str:
 
 
 _WORDS = {
-    "clean": "A room with little noise, seen by two scans",
-    "noise": "A noisy room, seen by two scans",
-    "outliers": "A room, seen by two scans of which a fifth is junk",
-    "combo": "A noisy room, seen by two scans of which a fifth is junk",
+    "clean": "A room with little noise, in two scans",
+    "noise": "A noisy room, in two scans",
+    "outliers": "A room, in two scans with a fifth of the points junk",
+    "combo": "A noisy room, in two scans with a fifth of the points junk",
     "hall": "A rectangular hall, which looks the same after half a turn",
 }
 
@@ -229,14 +229,14 @@ def _description(state: State) -> str:
     error = number(float(np.degrees(rre(state.pose, state.scene.truth))), 1)
     words = [
         f"{_WORDS[c.scene]}: {len(state.scene.source)} source points and {len(state.scene.target)} target points, each"
-        f" source point counted with its squared distance, up to a cap of {number(c.cap, 1)} u.",
-        "A ring round the scene has the floor of each heading, up to the ceiling at its rim; headings ruled out are"
-        " grey up to the rim. The truth is at the top.",
+        f" source point counting its squared distance, capped at {number(c.cap, 1)} u.",
+        "A ring around the scene shows the floor of each heading, with the ceiling at its rim; headings ruled out are"
+        " grey up to the rim. The true heading is at the top.",
     ]
     if state.held:
-        words.append("The source's place is held at the true one, and only its turn is searched.")
+        words.append("The source's position is fixed at the true one; only its rotation is searched.")
     else:
-        words.append("Within the ring, colour shows where the middle of the source may still lie.")
+        words.append("Within the ring, colour shows where the centre of the source may still be.")
     words.append(
         f"After {steps} step{'' if steps == 1 else 's'} the best pose is turned by {degrees(float(state.pose.angle))}°,"
         f" {error}° from the truth, with a mean of {number(ceiling, 4)} u²; no pose is below {number(floor, 4)} u²."
@@ -294,9 +294,9 @@ WIDGET = Widget(
     draw=draw,
     buttons=ITERATED,
     legend=(
-        Key("source", "source at the best pose met; the ceiling", "dot"),
-        Key("source", "middle of the source", "cross"),
-        Key("accent", "floor of a heading that is open", "area"),
+        Key("source", "source at the best pose found; ceiling", "dot"),
+        Key("source", "centre of the source", "cross"),
+        Key("accent", "floor of an open heading", "area"),
         Key("ghost", "heading ruled out", "area"),
         Key("weak", "ruled out by the last step", "area"),
         Key("target", "target", "square"),
@@ -306,5 +306,5 @@ WIDGET = Widget(
     motion=motion,
     python=python,
     lead=Lead(("main",), ("ceiling", "floor", "left"), ("search",), ("step", "run", "finish", "reset")),
-    shows="Splits all poses into boxes, bounds each from below, and rules out those that cannot hold the best.",
+    shows="Splits all poses into boxes, bounds each from below, and rules out those that cannot contain the best.",
 )

@@ -165,8 +165,8 @@ def _description(state: State, found: dict[str, Linked]) -> str:
     return (
         f"Nine pictures of {len(state.scene.source)} source and {len(state.scene.target)} target points on the outline"
         f" of a bird, the source centred at ({number(x, 1)}, {number(y, 1)}) u, turned by {degrees(heading)}° and"
-        f" {number(off, 1)}° from the truth. What source point {round(state.controls.point)} is linked to, by each"
-        f" contestant with the race’s options: {said}."
+        f" {number(off, 1)}° from the truth. Each contestant, with the race’s options, links source point"
+        f" {round(state.controls.point)} to: {said}."
     )
 
 
@@ -186,7 +186,7 @@ scene, i = bird(seed={state.scene.seed}), {round(c.point) - 1}
 start = {written(state.pose)}
 
 
-def at_start(method):  # what it makes of the pairs before its first step, with the options that it races with
+def at_start(method):  # its links before the first step, with its options in the race
     (one,) = contestants([method])
     return register(scene.source, scene.target, method, start=start, max_steps=0, seed=scene.seed, **one.options)
 
@@ -210,7 +210,7 @@ WIDGET = Widget(
         Key("source", "source, the chosen point large"),
         Key("target", "target", "square"),
         Key("ink", "what it is linked to", "line"),
-        Key("accent", "where it is drawn to", "diamond"),
+        Key("accent", "where it is pulled", "diamond"),
         Key("normal", "wall through the nearest point", "line"),
         Key("target", "covariance of a point (GICP) or cell (NDT)", "ring"),
         Key("source", "the guessed pair, and its partner (RANSAC)", "line"),

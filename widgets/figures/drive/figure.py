@@ -33,13 +33,13 @@ WAYS = {"odometry": "Odometry", "matched": "Matched", "closed": "Closed"}
 class Controls:
     """Whose poses put the scans on the map, and what goes into the graph."""
 
-    poses: str = choice("odometry", "Poses", WAYS, "By the wheels, by scan to scan, or by the graph", keeps="log")
-    wrong: bool = toggle(False, "One wrong loop", f"Scan {WRONG[0]} said to stand where scan {WRONG[1]} stood")
+    poses: str = choice("odometry", "Poses", WAYS, "From the wheels, scan matching or the graph", keeps="log")
+    wrong: bool = toggle(False, "One wrong loop", f"Scan {WRONG[0]} tied to where scan {WRONG[1]} was")
     kernel: str = choice(
         "none",
         "Kernel on loops",
         {"none": "None", "huber": "Huber", "cauchy": "Cauchy"},
-        "What becomes of a loop that does not agree",
+        "What happens to a loop that disagrees",
         keeps="log",
     )
 
@@ -142,10 +142,10 @@ def draw(state: State) -> Picture:
     driven, turned = driven_so_far(state.way, n)
     readouts = (
         Readout("scans", "Scans so far", str(n)),
-        Readout("apart", "Loops missed by, median", *_or_dash(float(np.median(shift)) if known else None, 3, "m")),
-        Readout("bent", "Farthest that the wrong loop takes a pose", *_or_dash(bent if closed else None, 2, "m")),
-        Readout("turn", "Headings missed by, median", *_or_dash(float(np.median(turn)) if known else None, 2, "°")),
-        Readout("worst", "Loops missed by, at most", *_or_dash(float(shift.max()) if known else None, 3, "m")),
+        Readout("apart", "Median loop error", *_or_dash(float(np.median(shift)) if known else None, 3, "m")),
+        Readout("bent", "Largest shift by the wrong loop", *_or_dash(bent if closed else None, 2, "m")),
+        Readout("turn", "Median loop heading error", *_or_dash(float(np.median(turn)) if known else None, 2, "°")),
+        Readout("worst", "Largest loop error", *_or_dash(float(shift.max()) if known else None, 3, "m")),
         Readout(
             "weight",
             "Weight left to the wrong loop",
@@ -186,24 +186,24 @@ def _or_dash(value: float | None, decimals: int, unit: str) -> tuple[str, str]:
 def _description(state: State, shift: Array) -> str:
     c, n = state.controls, state.seen
     by = {
-        "odometry": "by the odometry of its wheels",
+        "odometry": "from wheel odometry",
         "matched": "by matching each scan to the one before",
         "closed": "by a graph of matched scans and loops",
     }[c.poses]
     x, y = (number(float(v), 1) for v in state.way.t[n - 1])
     words = [
-        f"A map seen from above, of {n} of {SCANS} laser scans of a robot that drives once and a third round a block,"
-        f" put together {by}. The robot is at ({x}, {y}) m; its scan covers the half circle ahead of it."
+        f"A map seen from above, of {n} of {SCANS} laser scans of a robot that drives round a block one and a third"
+        f" times, assembled {by}. The robot is at ({x}, {y}) m; its scan covers the half circle ahead of it."
     ]
     if not len(shift):
-        words.append("No place has been seen a second time so far.")
+        words.append("No place has been seen twice yet.")
     else:
         many = "1 loop" if len(shift) == 1 else f"{len(shift)} loops"
         words.append(f"The poses miss {many} by {number(float(np.median(shift)), 3)} m in the median.")
     if c.poses == "closed" and c.wrong:
         kernel = {"none": "no kernel", "huber": "Huber's kernel", "cauchy": "Cauchy's kernel"}[c.kernel]
         bent = float(np.linalg.norm(state.way.t - plain(c.kernel).t, axis=1).max())
-        words.append(f"A wrong loop is among the edges; with {kernel} it takes a pose {number(bent)} m away at most.")
+        words.append(f"A wrong loop is among the edges; with {kernel} it moves a pose by at most {number(bent)} m.")
     return " ".join(words)
 
 
@@ -287,10 +287,10 @@ WIDGET = Widget(
     ),
     legend=(
         Key("target", "echoes on the map", "line"),
-        Key("source", "the robot, its way and its present scan"),
+        Key("source", "the robot, its path and current scan"),
         Key("inlier", "loop: two scans of one place", "line"),
         Key("outlier", "wrong loop", "dashed"),
-        Key("ghost", "way by odometry", "dotted"),
+        Key("ghost", "odometry path", "dotted"),
     ),
     tape=(
         ({}, ("finish",)),
@@ -301,5 +301,5 @@ WIDGET = Widget(
     ),
     python=python,
     lead=Lead(readouts=("scans", "apart"), controls=("poses",), buttons=("run", "finish", "reset")),
-    shows="225 laser scans of a real drive become a map, by odometry, by matched scans, and by a closed graph.",
+    shows="Turns 225 laser scans of a real drive into a map: by odometry, scan matching or a pose graph.",
 )

@@ -75,7 +75,7 @@ def _rotation(look: Look, step: cpd.Stages) -> Shown:
     ]
     one, other = np.linalg.svd(step.correlation, compute_uv=False).tolist()
     sizes = f"{number(one, 1)} and {number(other, 1)} u²"
-    words = f"R turns the cloud as given by {degrees(angle, 1)}°; H’s singular values {sizes}."
+    words = f"R turns the original cloud by {degrees(angle, 1)}°; H’s singular values {sizes}."
     return Shown(tuple(marks), words)
 
 
@@ -91,7 +91,7 @@ def _variance(look: Look, step: cpd.Stages) -> Shown:
     for centre in moved[SOME]:
         marks += [Ring(centre, "ghost", reach=step.sigma_before, dashed=True), Ring(centre, "accent", reach=step.sigma)]
     now = f"{number(step.sigma_before, 3)} → {number(step.sigma, 3)} u"
-    return Shown(tuple(marks), f"σ {now}, from the weighted distances that are left; dashed: before.")
+    return Shown(tuple(marks), f"σ {now}, from the remaining weighted distances; dashed: before.")
 
 
 def _cross() -> tuple[Mark, ...]:

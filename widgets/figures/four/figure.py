@@ -26,8 +26,8 @@ class Controls:
 
     scene: str = choice("clean", "Scene", {name: name.capitalize() for name in FISH_SETTINGS}, keeps="pose")
     turn: float = slider(START_DEGREES, "Start: turned by", -180.0, 180.0, 5.0, "°", keeps="nothing")
-    smaller: bool = toggle(False, "Moving cloud 15 % smaller", "Only CPD looks for a scale, ideally 1/0.85")
-    project: bool = toggle(True, "Flow: rigid projection", "Endpoints are made rigid copies of the clouds")
+    smaller: bool = toggle(False, "Moving cloud 15 % smaller", "Only CPD estimates scale; ideal 1/0.85")
+    project: bool = toggle(True, "Flow: rigid projection", "Endpoints become rigid copies of the clouds")
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +133,7 @@ def _note(walk: Walk, looks: tuple[Look, ...]) -> str:
             f" {CLOSE_SHIFT:g} u. Their stopping certifies nothing."
         )
     if walk.stage == STAGES:
-        return "A fifth stage is CPD’s alone: the other three hold their fourth."
+        return "Only CPD has a fifth stage; the others hold their fourth."
     if walk.iteration == 1 and walk.stage == 1:
         return ""
     return f"Iteration {walk.iteration}, stage {walk.stage} of {STAGES}."
@@ -147,14 +147,14 @@ def _description(state: State, panels: tuple[Panel, ...]) -> str:
     words = [
         f"Four small pictures of one scene: a fish-like curve, {len(scene.target)} fixed and {len(scene.source)} moving"
         f" points, noise of σ = {number(noise)} u, {number(100 * clutter, 0)} % clutter in each cloud. The moving cloud"
-        f" {'is 15 % smaller and ' if c.smaller else ''}lies turned by {degrees(float(walk.start.angle))}°"
-        f" and moved by ({number(x)}, {number(y)}) u.",
+        f" {'is 15 % smaller and ' if c.smaller else ''}is turned by {degrees(float(walk.start.angle))}°"
+        f" and shifted by ({number(x)}, {number(y)}) u.",
         f"Iteration {walk.iteration}, stage {walk.stage} of {STAGES}.",
     ]
     for panel in panels:
         words.append(". ".join(line.rstrip(".") for line in panel.caption.split("\n")) + ".")
     if not c.project:
-        words.append("The flow’s endpoints are followed as they are, not made rigid.")
+        words.append("The flow’s endpoints are used as they are, not made rigid.")
     return " ".join(words)
 
 
@@ -211,12 +211,12 @@ WIDGET = Widget(
         Key("truth", "where the moving cloud belongs", "line"),
         Key("ghost", "before this step", "dotted"),
         Key("accent", "what the stage found", "line"),
-        Key("pair", "responsibilities, of six fixed points", "line"),
+        Key("pair", "responsibilities of six fixed points", "line"),
         Key("outlier", "share given to clutter", "cross"),
     ),
     handles=HANDLES,
     tape=(({}, ("next",) * (2 * STAGES - 1)), ({}, ("finish",))),
     python=python,
     lead=Lead(readouts=(), controls=("scene",), buttons=("next", "auto", "iterate", "finish", "reset")),
-    shows="Walks four registration methods through one step after another, side by side, stage by stage.",
+    shows="Steps four registration methods side by side, stage by stage.",
 )

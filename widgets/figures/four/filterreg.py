@@ -73,7 +73,7 @@ def _twist(look: Look) -> Shown:
 
 
 def _held(look: Look) -> Shown:
-    return Shown(_moved(look), "Held while CPD finds its variance; its own came with the twist.")
+    return Shown(_moved(look), "Held while CPD finds its variance; here it came with the twist.")
 
 
 def _moved(look: Look) -> tuple[Mark, ...]:

@@ -57,7 +57,7 @@ def _endpoint(look: Look) -> Shown:
         cloud(ends[:m], radius=4.0),
     )
     way = float(np.sqrt(np.square(ends - before).sum(axis=1).mean()))
-    words = f"Where the network says that points end: {number(way)} u away, RMS."
+    words = f"Where the network predicts the ends: {number(way)} u away, RMS."
     return Shown(marks, words)
 
 
@@ -95,7 +95,7 @@ def _read_out(look: Look) -> Shown:
 
 
 def _held(look: Look) -> Shown:
-    return Shown(carried(look), "Held while CPD finds its variance; it has none to find.")
+    return Shown(carried(look), "Held while CPD finds its variance; there is none here.")
 
 
 def _sample(look: Look) -> int:

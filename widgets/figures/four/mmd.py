@@ -76,7 +76,7 @@ def _optimise(look: Look) -> Shown:
 
 
 def _held(look: Look) -> Shown:
-    return Shown(carried(look), "Held while CPD finds its variance; it has none to find.")
+    return Shown(carried(look), "Held while CPD finds its variance; there is none here.")
 
 
 def _slowest(look: Look) -> IntArray:

@@ -62,10 +62,10 @@ class Controls:
         },
         keeps="pose",
     )
-    gate: float = slider(OPEN, "Gate", 0.1, OPEN, 0.05, "u", "The cap, where capped; at 3 u it stands open", "pose")
-    trim: float = slider(0.0, "Trim", 0.0, 60.0, 5.0, "%", "The farthest pairs, not used", "pose")
+    gate: float = slider(OPEN, "Gate", 0.1, OPEN, 0.05, "u", "Also the cap, if capped; off at 3 u", "pose")
+    trim: float = slider(0.0, "Trim", 0.0, 60.0, 5.0, "%", "Farthest pairs, discarded", "pose")
     noise: float = slider(0.02, "Noise σ", 0.0, 0.3, 0.01, "u", keeps="pose")
-    outliers: float = slider(0.0, "Outliers", 0.0, 50.0, 5.0, "%", "Of each cloud, put anywhere", "pose")
+    outliers: float = slider(0.0, "Outliers", 0.0, 50.0, 5.0, "%", "Of each cloud, at random", "pose")
     overlap: float = slider(100.0, "Target seen", 30.0, 100.0, 5.0, "%", "The part of the room in the target", "pose")
 
 
@@ -216,9 +216,9 @@ def _note(c: Controls, run: Run) -> str:
         return f"Stopped at step {run.steps}: {run.reason}."
     if run.steps == 0:
         if c.objective == "count" and c.gate < OPEN:
-            return "The gate plays no part where the count is fixed."
+            return "The gate has no effect when the count is fixed."
         if c.objective == "capped" and c.trim > 0.0:
-            return "Trimming plays no part where distances are capped."
+            return "Trimming has no effect when distances are capped."
         return ""
     before, last = run.course[-2:]
     rose = ", a rise" if run.steps in run.rises else ""
@@ -235,7 +235,7 @@ def _description(c: Controls, run: Run, gated: int) -> str:
         f"{n} source points and {len(run.scene.target)} target points of one room, {SETTINGS[c.scene].lower()}:"
         f" noise of σ = {number(c.noise)} u, {number(c.outliers, 0)} % outliers, the target sees"
         f" {number(c.overlap, 0)} % of the room.",
-        f"After {run.steps} step{'' if run.steps == 1 else 's'} the source lies turned by {degrees(heading)}° with its"
+        f"After {run.steps} step{'' if run.steps == 1 else 's'} the source is turned by {degrees(heading)}°, with its"
         f" origin at ({number(x)}, {number(y)}) u.",
         f"A line joins each source point to its nearest target point; {last.used} of {n} pairs are used"
         + (f", at an RMS of {number(last.rms, 3)} u." if last.used else ".")

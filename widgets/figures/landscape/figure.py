@@ -267,8 +267,8 @@ def _readouts(state: State, said: _Numbers) -> tuple[Readout, ...]:
 
 ENDS = {
     Status.CONVERGED: "came to rest",
-    Status.STALLED: "found no lower place",
-    Status.CAPPED: "met the cap on its steps",
+    Status.STALLED: "found no lower point",
+    Status.CAPPED: "hit the step limit",
     Status.DEGENERATE: "found nothing within the cap",
 }
 
@@ -293,7 +293,7 @@ def _description(state: State, said: _Numbers) -> str:
         what = f"The mean squared distance to the nearest target point, each capped at {number(c.cap, 1)} u,"
     x, y = said.lowest.tolist()
     words = [
-        f"{what} is drawn over shifts of up to {number(REACH, 1)} u along each axis, the rotation being the true one;"
+        f"{what} is drawn over shifts of up to {number(REACH, 1)} u along each axis at the true rotation;"
         f" strong colours are low. The room is '{c.setting}', with noise of σ = {number(c.noise)} u and"
         f" {number(c.outliers, 0)} % outliers. The deepest tile lies at ({number(x)}, {number(y)}) u, and the objective"
         f" at the truth, a green ring at the centre, is {number(said.truth, 4)}."

@@ -50,8 +50,8 @@ class Controls:
 
     turn: float = slider(25.0, "Start turned by", -90.0, 90.0, 1.0, "°", "About the world's origin", "nothing")
     shift: float = slider(1.4, "Start shifted by", 0.0, 2.5, 0.05, "u", "Down and to the right", "nothing")
-    cell: float = slider(0.8, "Cell size h", 0.4, 2.0, 0.1, "u", "Of the one run and of the other's last level", "pose")
-    noise: float = slider(0.03, "Noise σ", 0.0, 0.3, 0.01, "u", "Stretches the same draw on both clouds", "pose")
+    cell: float = slider(0.8, "Cell size h", 0.4, 2.0, 0.1, "u", "For one run, and the other's last level", "pose")
+    noise: float = slider(0.03, "Noise σ", 0.0, 0.3, 0.01, "u", "Scales the same draw on both clouds", "pose")
     max_shift: float = slider(0.5, "Longest shift", 0.05, 1.5, 0.05, "u", "The step cap of the translation", "pose")
     max_turn: float = slider(0.2, "Longest turn", 0.02, 0.6, 0.02, "rad", "The step cap of the rotation", "pose")
     four: bool = toggle(True, "Four grids", "Each moved by half a cell", "pose")

@@ -54,16 +54,16 @@ class Controls:
         "as",
         "Start",
         {"as": "As they lie", "centred": "Centroids together", "wheels": "By the wheels"},
-        "Only real scans have wheels; other clouds stay as they lie",
+        "Only real scans have odometry; other clouds stay put",
         "nothing",
     )
     length: float = slider(
-        OPEN, "Length scale", 0.5, OPEN, 0.5, "spacings", "Of the target's points. At 40 a gate stands open", "pose"
+        OPEN, "Length scale", 0.5, OPEN, 0.5, "spacings", "Of the target's points; at 40 no gate applies", "pose"
     )
-    share: float = slider(0.0, "Without a partner", 0.0, 60.0, 5.0, "%", "Of the points, as expected", "pose")
-    points: float = slider(400.0, "Points at most", 100.0, 1000.0, 50.0, "", "Of each cloud; more are thinned", "pose")
+    share: float = slider(0.0, "Without a partner", 0.0, 60.0, 5.0, "%", "Expected share of points", "pose")
+    points: float = slider(400.0, "Points at most", 100.0, 1000.0, 50.0, "", "Per cloud; more are thinned", "pose")
     height: float = slider(50.0, "Slice: height", 0.0, 100.0, 1.0, "%", "For clouds in 3-D", "pose")
-    thickness: float = slider(100.0, "Slice: thickness", 2.0, 100.0, 1.0, "%", "At 100 all is seen", "pose")
+    thickness: float = slider(100.0, "Slice: thickness", 2.0, 100.0, 1.0, "%", "At 100, everything", "pose")
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,7 +205,7 @@ def _description(state: State) -> str:
         f" {_counted(c, 0)} source points and {_counted(c, 1)} target points."
     ]
     if c.slice:
-        words.append(f"Seen are heights from {plain(c.slice[0])} to {plain(c.slice[1])} u.")
+        words.append(f"It shows heights from {plain(c.slice[0])} to {plain(c.slice[1])} u.")
     if run.evidence is not None:
         steps = f"{run.steps} step{'' if run.steps == 1 else 's'}"
         words += [
@@ -270,5 +270,5 @@ WIDGET = Widget(
     reads=reads,
     files=files,
     lead=Lead(("main",), ("explained", "rms", "stop"), ("clouds", "method"), ("step", "run", "finish", "reset")),
-    shows="Registers two clouds that the reader brings, and judges the pose by the clouds alone.",
+    shows="Registers two clouds of your own and judges the pose from the clouds alone.",
 )

@@ -85,7 +85,7 @@ def clouds_panel(run: Run) -> Panel:
         stalk = (PLACING.stalk(_held(seen, anchor), anchor),) if c.whole else ()
         dots = Points(moved(c, run.pose), "source", radius=2.5, weight=weight)
         marks.append(Group("source", (*stalk, dots, *robot(c, run.pose, "source"))))
-    label = "Both clouds in the target's coordinates, the source where the pose has it"
+    label = "Both clouds in the target's coordinates, the source placed by the current pose"
     return Panel("main", label, VIEW, tuple(marks), grid=False)
 
 

@@ -57,17 +57,17 @@ class Controls:
     """What the reader sets. A scene brings its noise and outliers."""
 
     scene: str = choice("combo", "Scene", SCENES, sets=BROUGHT, keeps="pose")
-    turn: float = slider(150.0, "Prediction: turn", -180.0, 180.0, 1.0, "°", "It is also the start", "nothing")
+    turn: float = slider(150.0, "Prediction: turn", -180.0, 180.0, 1.0, "°", "Also the start", "nothing")
     offset: float = slider(1.43, "Prediction: offset", 0.0, 3.0, 0.01, "u", keeps="nothing")
-    draws: float = slider(70.0, "Propose: steps", 0.0, 70.0, 1.0, "", "Of 32 hypotheses each; 0 leaves it out", "pose")
+    draws: float = slider(70.0, "Propose: steps", 0.0, 70.0, 1.0, "", "32 hypotheses each; 0 skips it", "pose")
     refine: str = choice("point", "Refine", REFINES, keeps="pose")
     gate: float = slider(0.5, "Refine: gate", 0.1, 3.0, 0.1, "u", keeps="log")
     accept: str = choice("signs", "Accept by", ACCEPTS, keeps="log")
     least: float = slider(75.0, "Overlap asked for", 0.0, 100.0, 5.0, "%", f"Source within {REACH} u", "log")
-    trust: float = slider(180.0, "Prediction trusted to", 5.0, 180.0, 5.0, "°", "At 180° it is not asked", "log")
+    trust: float = slider(180.0, "Prediction trusted to", 5.0, 180.0, 5.0, "°", "At 180° it is not used", "log")
     noise: float = slider(0.11, "Noise σ", 0.0, 0.3, 0.01, "u", keeps="pose")
-    outliers: float = slider(20.0, "Outliers", 0.0, 60.0, 5.0, "%", "Of each cloud, put anywhere", "pose")
-    overlap: float = slider(100.0, "Target seen", 30.0, 100.0, 5.0, "%", "Of the rooms, not hall or corridor", "pose")
+    outliers: float = slider(20.0, "Outliers", 0.0, 60.0, 5.0, "%", "Of each cloud, at random", "pose")
+    overlap: float = slider(100.0, "Target seen", 30.0, 100.0, 5.0, "%", "For rooms, not hall or corridor", "pose")
 
     @property
     def plan(self) -> tuple[str, ...]:
@@ -176,7 +176,7 @@ def _signs(state: State) -> Panel:
     for row, sign in enumerate(state.judgement.signs):
         y = 4.25 - row
         marks += _scale(sign, y)
-    label = "Five signs at the present pose: how each stands against what is asked of it"
+    label = "Five signs at the current pose, each against its threshold"
     return Panel("signs", label, SIGNS, tuple(marks), grid=False)
 
 
@@ -217,7 +217,7 @@ def _readouts(state: State) -> tuple[Readout, ...]:
 def _note(state: State) -> str:
     if not state.verdict:
         c = state.controls
-        return "Target seen plays no part in this scene." if c.scene in ("hall", "corridor") and c.overlap < 100 else ""
+        return "Target seen has no effect in this scene." if c.scene in ("hall", "corridor") and c.overlap < 100 else ""
     by = "the stop flag" if state.controls.accept == "flag" else "the signs"
     fits = right(state.scene, state.pose)
     end = {
@@ -241,7 +241,7 @@ def _description(state: State) -> str:
         f" σ = {number(c.noise)} u, {number(c.outliers, 0)} % outliers.",
         *([_ends(turn)] if scene.name == "hall" else []),
         f"Left out: {' and '.join(left_out)}." if left_out else "No stage is left out.",
-        f"The stage shown is called {TITLES[state.stages[-1].name]}: the source lies turned by {degrees(heading)}° with"
+        f"The stage shown is called {TITLES[state.stages[-1].name]}: the source is turned by {degrees(heading)}°, with"
         f" its origin at ({number(x)}, {number(y)}) u, {number(turn, 1)}° and {number(shift)} u from the truth.",
         f"The signs: {'; '.join(map(_told, state.judgement.signs))}.",
     ]
@@ -252,13 +252,13 @@ def _description(state: State) -> str:
 
 def _ends(turn: float) -> str:
     end = "the other end of the hall from" if turn > 90.0 else "the same end of the hall as"
-    return f"A shut door, which no scan sees, lies at {end} the true one."
+    return f"The closed door, which no scan sees, would be at {end} the true one."
 
 
 def _told(sign: Sign) -> str:
     if sign.at is None:
         return f"{sign.name} not known yet"
-    asked = sign.asked if sign.asked == "not asked" else f"asked {sign.asked}, {'met' if sign.met else 'not met'}"
+    asked = sign.asked if sign.asked == "not asked" else f"required {sign.asked}, {'met' if sign.met else 'not met'}"
     return f"{sign.name} {sign.said}, {asked}"
 
 
@@ -321,12 +321,12 @@ WIDGET = Widget(
         *UNDONE,
     ),
     legend=(
-        Key("source", "source, where the stage leaves it"),
-        Key("outlier", "source point that nothing explains", "cross"),
+        Key("source", "source, as the stage leaves it"),
+        Key("outlier", "unexplained source point", "cross"),
         Key("target", "target", "square"),
-        Key("truth", "the true place, not known to any stage", "line"),
-        Key("ghost", "the prediction, where it began", "dotted"),
-        Key("inlier", "what a sign may be, and one that is met", "line"),
+        Key("truth", "true place, unknown to every stage", "line"),
+        Key("ghost", "prediction, where it began", "dotted"),
+        Key("inlier", "accepted range, and a sign within it", "line"),
     ),
     handles=HANDLES,
     tape=(({}, ("next", "next", "next")), ({}, ("finish",))),

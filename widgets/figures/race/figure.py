@@ -135,7 +135,7 @@ def _note(state: State) -> str:
         return ""
     close = [run.entry.contestant.label for run in state.runs if run.close]
     said = f"All have stopped, {len(close)} of 9 within {CLOSE_TURN:g}° and {CLOSE_SHIFT:g} u"
-    return f"{said}. Another seed may say otherwise."
+    return f"{said}. Another seed may differ."
 
 
 def _description(state: State) -> str:

@@ -40,8 +40,8 @@ class Controls:
         keeps="log",
     )
     outliers: float = slider(0.45, "Wrong fraction", 0.0, 0.8, 0.05, "", "Of the 40 pairs")
-    noise: float = slider(0.06, "Noise σ", 0.0, 0.3, 0.01, "u", "Stretches the same draw of noise on the target")
-    epsilon: float = slider(0.25, "Threshold ε", 0.02, 1.6, 0.01, "u", "A pair within ε counts for a pose")
+    noise: float = slider(0.06, "Noise σ", 0.0, 0.3, 0.01, "u", "Scales the same noise draw on the target")
+    epsilon: float = slider(0.25, "Threshold ε", 0.02, 1.6, 0.01, "u", "Pairs within ε support a pose")
     confidence: str = choice(
         "0.99",
         "Confidence p",
@@ -238,7 +238,7 @@ def _description(state: State, ran: Run) -> str:
     wrong = int(state.wrong.sum())
     kind = "scattered over windows at the right" if c.scene == "occluded" else "all one window to the side"
     words = [
-        f"Forty lines join window corners of a building front on the left to proposed partners in a second view on the"
+        f"Forty lines join window corners of a façade on the left to proposed partners in a second view on the"
         f" right; {wrong} partners are wrong, {kind}, the noise is σ = {number(c.noise)} u, and a circle of"
         f" ε = {number(c.epsilon)} u surrounds each partner."
     ]
@@ -253,7 +253,7 @@ def _description(state: State, ran: Run) -> str:
     counted = int((now.inliers[0] & state.wrong).sum())
     words.append(
         f"After {_runs(now)} the best pose has {int(now.count[0])} pairs within ε, {counted} of them wrong, and is"
-        f" {turn}° and {shift} u from the truth; at a fraction estimated as {number(ran.share, 3)} the formula asks"
+        f" {turn}° and {shift} u from the truth; at an estimated fraction of {number(ran.share, 3)} the formula asks"
         f" for {whole(float(now.budget[0]))} trials at {100 * float(c.confidence):g} % confidence, of at most {MOST}."
     )
     return " ".join(words)

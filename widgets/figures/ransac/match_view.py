@@ -89,7 +89,7 @@ def match_panel(shown: Shown) -> Panel:
             Points(np.concatenate([p[drawn], q[drawn]]), "accent", "ring", radius=8.0),
         ]
     marks += [_name(-6.35, "source view", "source"), _name(7.35, "target view", "target")]
-    return Panel("main", "Forty proposed matches between two views of a building front", VIEW, tuple(marks))
+    return Panel("main", "Forty proposed matches between two views of a façade", VIEW, tuple(marks))
 
 
 def _panes(scene: Scene, offset: Array) -> Segments:

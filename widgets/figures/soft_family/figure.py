@@ -223,7 +223,7 @@ def _readouts(run: Run, found: Links) -> tuple[Readout, ...]:
         Readout("promise", "Certain not to rise", PROMISES[run.rule.promise]),
         Readout("rises", "Steps at which it rose", f"{len(run.rises)} of {run.steps}"),
         Readout("sigma", "σ", number(last.sigma, 3), "u"),
-        Readout("partners", "Partners of a point, in effect", number(found.partners, 1) if shared else "–"),
+        Readout("partners", "Effective partners of a point", number(found.partners, 1) if shared else "–"),
         Readout(
             "clutter",
             "Given to clutter, on average",
@@ -250,11 +250,11 @@ def _note(c: Controls, run: Run, found: Links) -> str:
         )
     if c.method == "gmmreg":
         held = "" if c.width != "estimated" else " It estimates no σ and follows its schedule."
-        return f"GMMReg shares nothing out and has no clutter term: w and its density play no part.{held}"
+        return f"GMMReg has no shares and no clutter term: w and its density have no effect.{held}"
     if c.method == "filterreg" and c.clutter < LEAST:
-        return "FilterReg takes no w of zero: here it is 10⁻⁶."
+        return "FilterReg needs w above zero: here it is 10⁻⁶."
     if c.method != "filterreg" and c.filter != "exact":
-        return "CPD sums exactly: the filter plays no part."
+        return "CPD sums exactly: the filter is not used."
     return ""
 
 
@@ -279,14 +279,14 @@ def _description(c: Controls, run: Run, found: Links) -> str:
     if len(found.clutter):
         given = int((found.clutter > 0.5).sum())
         words.append(
-            f"A point has {number(found.partners, 1)} partners in effect and gives"
+            f"A point has {number(found.partners, 1)} effective partners and gives"
             f" {number(100.0 * float(found.clutter.mean()), 1)} % to the clutter on average;"
             f" {given} {'point gives' if given == 1 else 'points give'} more than half."
         )
     said = {
-        "never rises": "The objective is certain not to rise at any step.",
-        "within a stage": "The objective cannot rise while σ stays; with σ it becomes another function.",
-        "none": "Nothing keeps the objective from rising here.",
+        "never rises": "The objective is guaranteed not to rise at any step.",
+        "within a stage": "The objective cannot rise while σ stays fixed; a new σ makes it another function.",
+        "none": "Nothing prevents the objective from rising here.",
     }
     words.append(f"{said[run.rule.promise]} So far it rose at {len(run.rises)} of {run.steps} steps.")
     if run.done:
@@ -346,7 +346,7 @@ PRESETS: dict[str, dict[str, Any]] = {
 
 WIDGET = Widget(
     name="soft-family",
-    title="Shares in place of matches",
+    title="Shares instead of matches",
     controls=Controls,
     presets=PRESETS,
     start=start,

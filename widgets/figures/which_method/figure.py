@@ -84,7 +84,7 @@ def draw(state: State, detail: int = DETAILS - 1) -> Picture:
     made = state.runs[:detail] if state.tried else ()
     counts = {("judge" if k == 0 else each.path[0]): each.found for k, each in enumerate(made)}
     return Picture(
-        (Panel("ladder", "The ladder, with the path that is advised", VIEW, _marks(state, counts), grid=False),),
+        (Panel("ladder", "The ladder, with the recommended path", VIEW, _marks(state, counts), grid=False),),
         _readouts(state, made),
         _description(state, counts),
         note=_sentence(state.advice),
@@ -221,5 +221,5 @@ WIDGET = Widget(
     tape=tuple((answers, ("try",)) for answers in _TAPED),
     python=python,
     lead=Lead(readouts=("found", "faded")),
-    shows="Four answers light a path up the ladder; what it is worth is counted on 25 scenes.",
+    shows="Four answers light a path up the ladder, which is then tried on 25 scenes.",
 )

@@ -91,7 +91,7 @@ TAKES: Mapping[str, str] = {
     "ransac": "finds the pairs that agree",
     "icp": "refines, with a narrow gate",
     "gicp": "refines along the walls",
-    "soft": "comes near from far off",
+    "soft": "gets close from far off",
     "propose": "tries poses everywhere",
     "judge": "may still refuse it",
     "search": "scores every pose of a grid",
@@ -102,7 +102,7 @@ _FAR: tuple[Row[tuple[Verdict, str]], ...] = (
     ({"start": "none"}, ("not", "alone, it needs a start")),
     ({"start": "rough"}, ("not", "alone, the start is too far")),
 )
-_MISLED: tuple[Verdict, str] = ("not", "half an overlap misleads it")
+_MISLED: tuple[Verdict, str] = ("not", "half overlap misleads it")
 OTHERS: Mapping[str, tuple[Row[tuple[Verdict, str]], ...]] = {
     "kabsch": (({"pairs": "none"}, ("not", "there are no pairs")), ({}, ("not", "trusts every pair"))),
     "ransac": (({"pairs": "none"}, ("not", "there are no pairs")), ({}, ("can", "has nothing to vote out"))),
@@ -116,7 +116,7 @@ OTHERS: Mapping[str, tuple[Row[tuple[Verdict, str]], ...]] = {
         ({}, ("can", "finds nearly all")),
     ),
     "mmd": (_FAR[0], ({"overlap": "half"}, _MISLED), ({}, ("can", "finds nearly all"))),
-    "propose": (({}, ("can", "does without the start")),),
+    "propose": (({}, ("can", "needs no start")),),
     "search": (({}, ("idle", "not needed: there is a start")),),
 }
 """For each rung that is not on the path the first row that fits: whether it would do alone, and a word why."""

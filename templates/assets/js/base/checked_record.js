@@ -36,7 +36,7 @@ function known(spec, action) {
  */
 function brought(given, takes, ignored) {
   if (typeof given !== "object" || given === null || Array.isArray(given)) {
-    ignored.push("what was brought along");
+    ignored.push("your files");
     return {};
   }
   /** @type {Record<string, string>} */
@@ -70,7 +70,7 @@ export function sound(given, initial, spec) {
   if (!seed) ignored.push("the seed");
   const stop = given.log.findIndex((action) => !known(spec, action));
   const count = Math.min(stop < 0 ? given.log.length : stop, LONGEST);
-  if (count < given.log.length) ignored.push(`what was done from action ${count + 1} on`);
+  if (count < given.log.length) ignored.push(`everything from action ${count + 1} on`);
   const record = { ...initial, controls, seed: seed ? given.seed : initial.seed, log: given.log.slice(0, count) };
   if (given.given !== undefined) Object.assign(record, brought(given.given, spec.takes, ignored));
   return { record, ignored };

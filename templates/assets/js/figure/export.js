@@ -253,7 +253,7 @@ async function bitmap(svg, { width, height }) {
   const canvas = make("canvas", { width: SHARP * width, height: SHARP * height });
   canvas.getContext("2d")?.drawImage(image, 0, 0, canvas.width, canvas.height);
   return new Promise((resolve, reject) => {
-    canvas.toBlob((blob) => (blob ? resolve(blob) : reject(new Error("too large for a picture"))), "image/png");
+    canvas.toBlob((blob) => (blob ? resolve(blob) : reject(new Error("too large for an image"))), "image/png");
   });
 }
 

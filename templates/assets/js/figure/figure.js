@@ -225,7 +225,7 @@ export class Figure {
         (error) => {
           if (stale()) return;
           this.#coarse();
-          if (!error.stopped) this.refuse(`This cannot be drawn finer: ${messageOf(error)}.`);
+          if (!error.stopped) this.refuse(`This cannot be drawn in more detail: ${messageOf(error)}.`);
           this.tell();
         },
       );

@@ -77,7 +77,7 @@ export function createGhost(figure, overlay) {
     overlay.put(handles.turn, PANEL, ...percent(view, there(knob)));
     const degrees = Math.round(-turn);
     slide(handles.move, `x ${x.toFixed(2)} u, y ${y.toFixed(2)} u`, x0, x1, x);
-    slide(handles.turn, `${degrees}° from where the source stands`, -180, 180, degrees);
+    slide(handles.turn, `${degrees}° from the source as it is`, -180, 180, degrees);
   }
 
   /** @param {HTMLElement} button @param {string} words @param {number} least @param {number} most @param {number} is */

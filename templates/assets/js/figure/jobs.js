@@ -126,7 +126,7 @@ function job(figure, box) {
     const tool = (what, label) => make("button", { type: "button", "data-do": what }, label);
     place.replaceChildren(
       make("p", { class: "job-caption" }, found.caption),
-      ...(kept ? [make("p", { class: "job-caption was" }, `Kept, the smaller numbers: ${kept.caption}`)] : []),
+      ...(kept ? [make("p", { class: "job-caption was" }, `Kept run, in smaller print: ${kept.caption}`)] : []),
       scroll,
       make("div", { class: "job-panels" }, ...drawings(found)),
       ...(kept ? [make("p", { class: "job-caption was" }, "Kept:")] : []),
@@ -134,7 +134,7 @@ function job(figure, box) {
       make(
         "div",
         { class: "job-tools" },
-        kept ? tool("drop", "Forget the kept run") : tool("keep", "Keep to compare"),
+        kept ? tool("drop", "Remove the kept run") : tool("keep", "Keep to compare"),
         tool("csv", "Copy as CSV"),
         tool("save", "Save as CSV"),
         tool("python", "Copy the Python"),
@@ -174,7 +174,7 @@ function job(figure, box) {
     stop.focus({ preventScroll: true });
     box.dataset.state = "running";
     bar.value = 0;
-    tell(runtime.state === "live" ? "Running." : "Python is starting; the run begins when it is up.");
+    tell(runtime.state === "live" ? "Running." : "Python is starting; the run begins when it is ready.");
     if (runtime.state === "failed") runtime.restart();
     else runtime.start();
     const began = performance.now();
@@ -187,14 +187,14 @@ function job(figure, box) {
       }
     } catch (error) {
       const stopped = error instanceof Error && "stopped" in error;
-      if (run === mine) end(stopped ? "Python stopped before the run was done." : `${messageOf(error)}.`);
+      if (run === mine) end(stopped ? "Python stopped before the run was finished." : `${messageOf(error)}.`);
     }
   }
 
   function halt() {
     if (!run) return;
     const { record, rows } = run;
-    end(rows ? "Stopped. The rows below are those that were done." : "Stopped. The table is that of the run before.");
+    end(rows ? "Stopped. The table shows the finished rows." : "Stopped. The table is from the previous run.");
     if (runtime.state === "live") runtime.job({ figure: figure.id, record, name, does: "stop" }).catch(() => {});
   }
 

@@ -60,7 +60,7 @@ function linked() {
   try {
     const { record, ignored } = sound(records.decode(data, figure.initial), figure.initial, figure.spec);
     figure.ask(record);
-    if (ignored.length) figure.say(`Of the state in this page's address, this was ignored: ${ignored.join(", ")}.`);
+    if (ignored.length) figure.say(`Ignored in the state in this page's address: ${ignored.join(", ")}.`);
   } catch (error) {
     figure.refuse(`The state in this page's address cannot be shown: ${messageOf(error)}.`);
   }
@@ -87,7 +87,7 @@ export function addLinkButton(figure) {
   return on(button, "click", async () => {
     const link = figure.link();
     if (await handOn(link)) return;
-    const without = figure.shown.given ? " Your clouds are not in it: whoever opens it opens the same files here." : "";
+    const without = figure.shown.given ? " It does not contain your clouds: whoever opens it must open the same files." : "";
     if (await copy(link)) figure.say(`Link copied.${without}`);
     else figure.offer("Link to this state:", link);
   });

@@ -33,7 +33,7 @@ export function addOwnClouds(figure, overlay) {
   const told = (place) => box.querySelector(`[data-told="${place}"]`);
 
   /** @param {string} name */
-  const waits = (name) => (runtime.state === "live" ? `Reading ${name}.` : `${name} is read as soon as Python is up.`);
+  const waits = (name) => (runtime.state === "live" ? `Reading ${name}.` : `${name} will be read once Python is ready.`);
 
   /**
    * On what a record names; that may be forgotten by now, or have been brought on another visit.
@@ -43,7 +43,7 @@ export function addOwnClouds(figure, overlay) {
     if (!key) return "Nothing yet.";
     if (runtime.holds(key)) return words.get(key) ?? "";
     const known = words.get(key);
-    return known ? `No longer kept, open it again. It was ${known}` : "Not here: open what this state was made with.";
+    return known ? `No longer stored; open it again. It was ${known}` : "Not here: open the file used for this state.";
   }
 
   function show() {
@@ -117,7 +117,7 @@ export function addOwnClouds(figure, overlay) {
     const chosen = other ? { [places[0]]: one, [places[1]]: other } : { [place ?? free]: one };
     const large = Object.values(chosen).find(({ size }) => size > LARGEST);
     if (large) {
-      figure.refuse(`${large.name}: ${megabytes(large.size)} MB are more than the ${LARGEST / 1e6} MB that are read.`);
+      figure.refuse(`${large.name}: ${megabytes(large.size)} MB exceed the limit of ${LARGEST / 1e6} MB.`);
       return;
     }
     pen.put();

@@ -51,7 +51,7 @@ export function addPen(figure, overlay, bring) {
   const box = find(figure.root, ".own");
   const panel = find(figure.stage, `.figure-panel[data-panel="${PANEL}"]`);
   const [source, target] = figure.spec.takes;
-  const words = { does: "Put a point", hint: "Arrow keys move, Shift for larger steps; Enter puts a point." };
+  const words = { does: "Place a point", hint: "Arrow keys move, Shift for larger steps; Enter places a point." };
   const cross = crosshair(figure, overlay, PANEL, words, () => {});
   /** @type {Stroke[]} in the order they were drawn */
   let strokes = [];

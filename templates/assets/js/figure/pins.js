@@ -168,8 +168,8 @@ export function addPins(figure) {
       const readouts = figure.frame.readouts.map(({ name, label, value, unit }) => ({ name, label, value, unit }));
       keep([...pins, { record: figure.shown, readouts }]);
       const notes = [
-        full && `No more than ${MOST} are kept: the oldest one was dropped.`,
-        !stored && "This browser could not store it: it is gone when you leave this page.",
+        full && `At most ${MOST} are kept: the oldest was dropped.`,
+        !stored && "This browser could not store it: it will be lost when you leave this page.",
       ];
       figure.say([`Run ${pins.length} pinned.`, ...notes.filter(Boolean)].join(" "));
     }),

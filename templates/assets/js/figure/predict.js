@@ -52,7 +52,7 @@ export function addPrediction(figure, overlay) {
   function tell(right, words) {
     box?.setAttribute("data-told", right ? "right" : "wrong");
     says.replaceChildren(
-      make("strong", {}, right ? "Right." : "Not so."),
+      make("strong", {}, right ? "Right." : "Wrong."),
       " ",
       words,
       " ",
@@ -114,7 +114,7 @@ export function addPrediction(figure, overlay) {
     run(() => {
       const far = ghost?.compare() ?? 0;
       const right = far <= within;
-      const limit = right ? "" : `, and right is within ${within} u`;
+      const limit = right ? "" : `; right means within ${within} u`;
       tell(right, `Your ghost's points are ${far.toFixed(2)} u away on average${limit}.`);
     });
   }

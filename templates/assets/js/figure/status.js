@@ -15,7 +15,7 @@ const megabytes = (bytes) => (bytes / 1e6).toFixed(1);
 /** @type {Record<string, string>} */
 const STAGES = { python: "unpacking", numpy: "starting numpy", widgets: "starting the solvers" };
 const FROM_DISK =
-  "Opened from disk: to bring the figures alive, run “python3 -m http.server” in this folder and open localhost:8000.";
+  "Opened from disk: for live figures, run “python3 -m http.server” in this folder and open localhost:8000.";
 
 /** @param {string} words */
 const short = (words) => (words.length > LONGEST ? `${words.slice(0, LONGEST - 2).trimEnd()} …` : words);
@@ -28,7 +28,7 @@ function progress() {
 /** @param {Progress} replay */
 function replaying({ replayed, of, reads }) {
   if (of === undefined) return { words: `Python is reading ${reads || "the drawing"} again.` };
-  return { words: "Bringing back what was done:", progress: `${replayed} of ${of} actions` };
+  return { words: "Restoring your actions:", progress: `${replayed} of ${of} actions` };
 }
 
 /**
@@ -45,13 +45,13 @@ function told(figure, late) {
   }
   const waits = figure.waiting;
   if (runtime.state === "failed" && (waits || figure.visible)) {
-    const kept = waits ? " What you did is kept." : "";
-    if (published.anew) return { words: `This site has been published anew.${kept}`, ways: ["Reload"], heard: waits };
+    const kept = waits ? " Your work is kept." : "";
+    if (published.anew) return { words: `This site has been updated.${kept}`, ways: ["Reload"], heard: waits };
     const choices = runtime.stopped ? ["Retry", "Reset"] : ["Retry"];
     return { words: `${runtime.message}.${kept}`, ways: choices, heard: waits };
   }
   if (waits && runtime.state !== "live") {
-    const words = "Python is starting; this will then be shown.";
+    const words = "Python is starting; then this will be shown.";
     return { words, progress: progress(), ways: [], heard: true };
   }
   const first = figures.values().next().value === figure;

@@ -58,7 +58,7 @@ function script(src) {
   return new Promise((resolve, reject) => {
     const node = make("script", { src });
     node.onload = resolve;
-    node.onerror = () => reject(new Error(`${src} did not come`));
+    node.onerror = () => reject(new Error(`${src} did not load`));
     document.head.append(node);
   });
 }
@@ -135,7 +135,7 @@ function dialog() {
   });
   const list = make("div", { role: "listbox", id: "search-found", class: "found", "aria-label": "Results" });
   const told = make("p", { class: "search-told", role: "status" });
-  const close = make("button", { type: "button", class: "search-close", "aria-label": "Close the search" }, "Close");
+  const close = make("button", { type: "button", class: "search-close", "aria-label": "Close search" }, "Close");
   const box = make("dialog", { class: "search", "aria-label": "Search" }, make("div", { class: "search-head" }, field, close), told, list);
   let asked = 0;
 
@@ -161,7 +161,7 @@ function dialog() {
     field.setAttribute("aria-expanded", String(found.length > 0));
     choose(found.length ? 0 : -1);
     const count = found.length === 1 ? "1 place" : `${found.length} places`;
-    text(told, !words ? "" : found.length ? `${count}${found.length > MOST ? `, the first ${MOST} of them` : ""}` : "Nothing found");
+    text(told, !words ? "" : found.length ? `${count}${found.length > MOST ? `; showing the first ${MOST}` : ""}` : "Nothing found");
   }
 
   async function ask() {

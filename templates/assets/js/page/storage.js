@@ -25,7 +25,7 @@ export function addForgetButton(place) {
   place.replaceChildren(button, " ", told);
   return on(button, "click", async () => {
     await forget();
-    text(told, "Forgotten. What you visit next is kept again.");
+    text(told, "Forgotten. Whatever you visit next is stored again.");
   });
 }
 

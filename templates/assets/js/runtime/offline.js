@@ -48,7 +48,7 @@ async function keep() {
     const { kept, bytes } = await ask(/** @type {ServiceWorker} */ (active));
     if (!kept) return;
     offline.ready = true;
-    text(document.querySelector(".site-kept"), `Works offline: kept on this device (${(bytes / 1e6).toFixed(1)} MB)`);
+    text(document.querySelector(".site-kept"), `Works offline: stored on this device (${(bytes / 1e6).toFixed(1)} MB)`);
   } catch {
     // a browser may refuse, or have no such thing; the site works all the same
   }

@@ -111,9 +111,9 @@ function begin(careful) {
   worker.onerror = (event) => {
     event.preventDefault();
     const missing = `${script.split("/").at(-1)} could not be loaded`;
-    die(event.message ? `Python could not go on: ${event.message}` : missing);
+    die(event.message ? `Python stopped: ${event.message}` : missing);
   };
-  worker.onmessageerror = () => die("Python sent something unreadable");
+  worker.onmessageerror = () => die("Python sent an unreadable message");
   const known = store.get(ENGINE) === engine;
   const address = new URL(folder, document.baseURI).href;
   worker.postMessage({ type: "start", runtime: address, files, again: careful, known });
@@ -154,7 +154,7 @@ function die(message) {
 function wait() {
   const limit = globalThis.LADDER_PATIENCE ?? limits.start;
   const seconds = Math.max(1, Math.round(limit / 1000));
-  lasting(limit, wait, () => become("failed", `Python has not come any further for ${seconds} s`));
+  lasting(limit, wait, () => become("failed", `Python has made no progress for ${seconds} s`));
 }
 
 function told() {
