@@ -11,6 +11,7 @@ from sitegen.cache.files import cache_dir
 from sitegen.check.html import Page, read_pages
 from sitegen.check.rules import check_pages
 from sitegen.check.sizes import page_weight, runtime_weight
+from sitegen.check.spelling import spelling
 from sitegen.pipeline.attempt import attempt, tell
 from sitegen.progress import shown
 
@@ -56,10 +57,11 @@ def prove_sweep(root: Path, *, anew: bool = False) -> int:
 
 
 def check_command(root: Path) -> int:
-    """Build strictly into a temporary folder and check that; site/ stays as it is. Then prove the sweep's files."""
+    """Build strictly into a temporary folder and check that; site/ stays as it is. Then the spelling of the sources,
+    and the sweep's files are proved."""
     began = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="ladder-check-") as folder:
         code = publish_and_check(root, Path(folder) / "site")
-    code = max(code, prove_sweep(root))
+    code = max(code, spelling(root), prove_sweep(root))
     print(f"checked in {time.monotonic() - began:.1f} s", flush=True)
     return code

@@ -17,6 +17,7 @@ import pytest
 from sitegen.chapters import claims, whys
 from sitegen.check import browsers, scripts
 from sitegen.check.command import prove_sweep, publish_and_check
+from sitegen.check.spelling import spelling
 from sitegen.pipeline.attempt import build_command
 
 
@@ -106,6 +107,7 @@ def test(root: Path, engines: Sequence[str], given: Path | None, further: Sequen
     os.environ["LADDER_ENGINES"] = ",".join(engines or ["chromium"])
     steps: dict[str, Callable[[], int]] = {
         "ruff": lambda: module("ruff", "check", "."),
+        "spelling": lambda: spelling(root),
         "mypy": lambda: module("mypy"),
         "imports": imports,
         "eslint": lambda: scripts.script_lint(root),

@@ -31,7 +31,7 @@ root, engines, builds, runs = json.loads(sys.argv[1])
 run_tests.module = lambda *words: told.append(words[0]) or 0
 run_tests.publish_and_check, run_tests.prove_sweep = notes("check"), notes("sweep")
 run_tests.scripts.script_lint, run_tests.scripts.script_types = notes("eslint"), notes("tsc")
-run_tests.imports = notes("imports")
+run_tests.imports, run_tests.spelling = notes("imports"), notes("spelling")
 run_tests.build_command = notes("build", builds)
 run_tests.browsers.found = lambda *_: told.append("browser") or Path("a-browser")
 run_tests.claims.write_results = lambda root, outcomes, changes: told.append(f"results of {len(outcomes)}")
@@ -43,7 +43,7 @@ for words in runs:
     found.append([code, [*told], printed.getvalue()])
 print(json.dumps(found))
 """
-WHOLE = ["browser", "ruff", "mypy", "imports", "eslint", "tsc", "check", "sweep", "results of 3"]
+WHOLE = ["browser", "ruff", "spelling", "mypy", "imports", "eslint", "tsc", "check", "sweep", "results of 3"]
 
 
 @pytest.fixture
@@ -89,7 +89,7 @@ PARTS = {
 
 
 def test_a_part_gets_what_it_needs(checkout: Path) -> None:
-    """No lint, no types, no checks, no sweep; and the tracked file of results is not written."""
+    """No lint, no spelling, no types, no checks, no sweep; and the tracked file of results is not written."""
     for (needs, passed), found in zip(PARTS.values(), ran(checkout, *PARTS), strict=True):
         assert found[:2] == (0, needs), found[2]
         assert f"{passed} passed" in found[2]
