@@ -59,6 +59,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption("--walk-steps", type=int, help="actions a page")
     group.addoption("--walk-seed", help="any text")
     group.addoption("--walk-pages", help="names, separated by commas; every page with a figure without it")
+    parser.getgroup("pages").addoption("--pages", help="names, separated by commas: tests of every page go to these")
     parser.getgroup("hostile").addoption("--hostile-calls", type=int, help="calls that each hostile test makes, about")
 
 

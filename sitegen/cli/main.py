@@ -57,6 +57,14 @@ def _test_options(parser: argparse.ArgumentParser) -> None:
         help="only the build and the solvers' tests, with every other suitable Python on this machine",
     )
     parser.add_argument(
+        "--changed",
+        nargs="?",
+        default="",
+        const="HEAD",
+        metavar="COMMIT",
+        help="only the tests of what differs from a commit (default: %(const)s), on the pages whose chapters differ",
+    )
+    parser.add_argument(
         "--hostile",
         action="store_true",
         help="only thousands of hostile calls, which takes minutes; --hostile-calls N sets the number of each",
@@ -147,10 +155,12 @@ def _test(root: Path, asked: Arguments) -> int:
         from sitegen.cli.pythons import test_pythons
 
         return test_pythons(root)
-    from sitegen.cli.run_tests import hostile, test
+    from sitegen.cli.run_tests import hostile, test, test_changed
 
     if asked.hostile:
         return hostile(root, asked.further)
+    if asked.changed:
+        return test_changed(root, asked.changed, asked.browser_path, asked.further)
     return test(root, [name for name in asked.engines.split(",") if name], asked.browser_path, asked.further)
 
 

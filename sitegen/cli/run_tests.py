@@ -18,6 +18,7 @@ from sitegen.chapters import claims, whys
 from sitegen.check import browsers, scripts
 from sitegen.check.command import prove_sweep, publish_and_check
 from sitegen.check.spelling import spelling
+from sitegen.cli import changed
 from sitegen.pipeline.attempt import build_command
 
 
@@ -141,6 +142,34 @@ def test_part(needs: Needs, asked: argparse.Namespace, further: Sequence[str]) -
             print(fault, file=sys.stderr)
             return 1
     return 1 if pytest.main([*further], plugins=[needs]) else 0
+
+
+def test_changed(root: Path, commit: str, given: Path | None, further: Sequence[str]) -> int:
+    """Run what the files that differ from a commit touch: spelling, lint, the check of a strict build, and their tests;
+    everything, where everything depends on one of them."""
+    os.chdir(root)
+    try:
+        names = changed.differing(root, commit)
+    except ValueError as error:
+        print(error, file=sys.stderr)
+        return 2
+    if not names:
+        print(f"nothing differs from {commit}")
+        return 0
+    found = changed.chosen(root, names)
+    if found.everything:
+        return test(root, [], given, further)
+    asked = understood(further)
+    fault = "" if asked is None else find_browsers(["chromium"], given)
+    if asked is None or fault:
+        print(fault, file=sys.stderr)
+        return 1 if fault else 2
+    os.environ["LADDER_ENGINES"] = "chromium"
+    code = max(module("ruff", "check", "."), spelling(root), publish_and_check(root, root / "site"))
+    pages = [f"--pages={','.join(found.pages)}"] if found.pages else []
+    if found.tests and not code:
+        code = int(pytest.main([*processes(asked), f"--ignore={ENGINE_TESTS}", *pages, *found.tests, *further]))
+    return 1 if code else 0
 
 
 def understood(words: Sequence[str]) -> argparse.Namespace | None:

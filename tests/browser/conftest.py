@@ -34,9 +34,12 @@ def browser(playwright: Playwright) -> Iterator[Browser]:
 
 
 @pytest.fixture(scope="session")
-def pages(site: Path) -> list[str]:
-    """All but the decks, which test_slides.py goes over: their figures are those of the chapters."""
-    return sorted(p.name for p in site.glob("*.html") if not p.name.startswith("slides-"))
+def pages(site: Path, pytestconfig: pytest.Config) -> list[str]:
+    """All but the decks, which test_slides.py goes over: their figures are those of the chapters. With --pages those
+    that are named."""
+    named = pytestconfig.getoption("--pages")
+    every = sorted(p.name for p in site.glob("*.html") if not p.name.startswith("slides-"))
+    return [name for name in every if not named or name in named.split(",")]
 
 
 @pytest.fixture
