@@ -19,7 +19,7 @@ OF_PAGES = (
     "tests/browser/figures/test_lead.py",
     "tests/browser/deck/test_slides.py::test_every_slide_of_every_deck_fits",
 )
-OF_WORDS = ("tests/sitegen/chapters", "tests/sitegen/pages")
+OF_WORDS = ("tests/sitegen/pages/test_notebooks.py", "tests/sitegen/pages/test_real_docs.py")
 OF_LOOKS = ("tests/browser", "tests/scripts", "tests/sitegen/assets")
 
 

@@ -61,7 +61,7 @@ def test_what_leads_fits_one_screen(
             count += 1
             too_tall += [f"{name} {figure['id']}: {part} ends at {figure[part]:.0f} of {height}"
                          for part in parts if figure[part] > height]  # fmt: skip
-    assert count > 30
+    assert count > min(30, len(pages) - 1)
     assert not too_tall
 
 
@@ -79,7 +79,7 @@ def test_a_phone_keeps_the_picture_in_sight(reader: Callable[..., Reader], pages
                 assert shown >= 0.6, (name, figure.name, index, shown)
                 assert free, f"{name} {figure.name}: field {index} has the focus and is covered"
                 count += 1
-    assert count > 200
+    assert count > min(200, 5 * (len(pages) - 1))
 
 
 def test_more_opens_in_place_and_goes_with_the_link(reader: Callable[..., Reader]) -> None:

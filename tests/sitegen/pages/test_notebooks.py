@@ -17,7 +17,7 @@ from sitegen.pages.notebooks import written
 from tests.sitegen.conftest import Project
 
 ROOT = Path(__file__).resolve().parents[3]
-LARGEST = 300_000  # bytes
+LARGEST = 400_000  # bytes
 IMAGE = re.compile(r'<img alt="([^"]+)" width="[\d.]+" src="data:image/svg\+xml;base64,([^"]+)">')
 OURS = re.compile(r"::?(?:figure|plot|try|aside|value|readout|claim|ref|term)\[|\[@|\[\^|^#.*\{#|\$\$ \(", re.MULTILINE)
 
