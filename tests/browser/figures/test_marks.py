@@ -55,7 +55,8 @@ def test_a_handle_moves_without_a_layout(reader: Callable[..., Reader]) -> None:
     handle = solve.handle("source")
     assert handle.evaluate("e => [e.offsetLeft, e.offsetTop, e.style.left, e.style.top]") == [0, 0, "", ""]
     middle, box = handle.bounding_box(), solve.root.locator('[data-panel="main"] > svg').first.bounding_box()
-    assert middle and box
+    assert middle
+    assert box
     (place,) = (each for each in solve.frame()["handles"] if each["name"] == "source")
     assert abs(middle["x"] + middle["width"] / 2 - box["x"] - place["left"] / 100 * box["width"]) < 0.5
     assert abs(middle["y"] + middle["height"] / 2 - box["y"] - place["top"] / 100 * box["height"]) < 0.5
