@@ -1,4 +1,4 @@
-"""What is far from what is seen is not drawn, and nobody can tell: heights, addresses, search and paper are as before."""
+"""What is far from what is seen is not drawn, and nobody can tell: heights, addresses, search and paper stay."""
 
 from __future__ import annotations
 
