@@ -27,7 +27,6 @@ import { showReadouts, showWords } from "./figure/readouts.js";
 import { figures } from "./figure/registry.js";
 import { addStatus } from "./figure/status.js";
 import { addCards, describeCards } from "./page/cards.js";
-import { markFar } from "./page/far.js";
 import { revealNamed } from "./page/reveal.js";
 import { addSearch, receiveSections } from "./page/search.js";
 import { addCopyButton, addForgetButton } from "./page/storage.js";
@@ -39,7 +38,6 @@ import { loadTape, receiveTape } from "./runtime/tape.js";
 
 const page = document.documentElement;
 const FIGURES = "figure.figure:has(> script.figure-record)";
-const SKIPPED = ".text > :is(figure, p, .equation, .table, pre), .onward, .chapter-footer, .site-footer";
 
 /**
  * A figure's part: what takes it away again, also where there was nothing to set up.
@@ -168,7 +166,6 @@ arrive();
 each(FIGURES, live);
 each("figure.graph", addPictureButtons);
 apart(watch);
-apart(() => void markFar(document.querySelectorAll(SKIPPED)));
 each(".ladder", climb);
 each(".contents details", unfold);
 apart(() => reach(document.querySelectorAll(".formula")));
