@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from statistics import median
 
 from playwright.sync_api import Locator, Page
 
+from sitegen.bench import split
 from sitegen.bench.model import Bench, Row
 from sitegen.bench.pages import (
     IDLE,
@@ -27,8 +28,10 @@ from sitegen.serve.static_files import serving
 
 MOVES = 75  # a handle
 HANDLES = 2  # of a figure: the cloud and its turn; the others of a figure are theirs again, in other panels
-NEAR = ("0", "1", "2", "3", "3½")  # the rungs whose figures answer within half a frame
-NEAR_MS = 8.0
+NEAR = ("0", "1", "2", "3", "3½")  # the rungs whose figures answer within a frame
+NEAR_MS = 16.0
+OURS_MS = 4.0  # of it what Python and the page's scripts may take
+CONTROLLED = 1.5  # times the control figure's
 NINE = "race"
 NINE_MS = 25.0
 FRAME_MS = 16.0
@@ -47,7 +50,8 @@ _DRAWN = """async (slider, moves) => {
 
 @dataclass(frozen=True)
 class Followed:
-    """One figure: the widget, where it stands, what was moved, the delay of each input in ms, frames missed of all."""
+    """One figure: the widget, where it stands, what was moved, the delay of each input in ms, frames missed of all; of
+    each answer what Python and the page's scripts took, and the delays of the control figure where one can be laid."""
 
     widget: str
     where: str
@@ -56,6 +60,8 @@ class Followed:
     delays: list[float]
     missed: int
     frames: int
+    ours: list[tuple[float, float]] = field(default_factory=list)
+    control: list[float] = field(default_factory=list)
 
 
 def drag(bench: Bench) -> list[Row]:
@@ -64,12 +70,13 @@ def drag(bench: Bench) -> list[Row]:
     with ExitStack() as stack:
         server, browser = stack.enter_context(serving(bench.site)), stack.enter_context(browser_of(bench))
         for name in with_figures(bench.site):
-            with visit(browser, f"{server.origin}/{name}") as page:
+            with visit(browser, f"{server.origin}/{name}", hook=split.HOOK) as page:
                 live(page)
                 until(page, IDLE)
                 rung = page.locator(".chapter-rung").inner_text().removeprefix("Rung").strip()
                 figures = page.locator("figure.figure[data-widget]")
-                found += [one for figure in figures.all() if (one := followed(page, figure, name, rung))]
+                each = (followed(page, figure, name, rung, server.origin) for figure in figures.all())
+                found += [one for one in each if one]
     return rows(found)
 
 
@@ -79,10 +86,11 @@ def with_figures(site: Path) -> list[str]:
     return [name for name in pages_with(site, 'class="figure" id="') if name in rungs]
 
 
-def followed(page: Page, figure: Locator, page_name: str, rung: str) -> Followed | None:
+def followed(page: Page, figure: Locator, page_name: str, rung: str, origin: str) -> Followed | None:
     """The figure's handles dragged, or without any its first slider drawn; None where there is neither.
 
-    A hand comes after the figure has come into sight and Python has drawn it once, unseen.
+    A hand comes after the figure has come into sight and Python has drawn it once, unseen. A drag of a near rung is
+    made once more on the control figure, right after it.
     """
     widget, where = figure.get_attribute("data-widget") or "", f"{page_name}#{figure.get_attribute('id')}"
     figure.evaluate(_CENTRED)
@@ -91,20 +99,29 @@ def followed(page: Page, figure: Locator, page_name: str, rung: str) -> Followed
     handles = list(named)[:HANDLES]
     slider = figure.locator("input[type=range]").first
     delays, missed, frames, moved = list[float](), 0, 0, handles
+    ours, control = list[tuple[float, float]](), list[float]()
     for handle in (figure.locator(f'.handle[data-handle="{name}"]').first for name in handles):
         handle.evaluate(_CENTRED)
+        split.begin(page)
         late, some = drag_once(page, handle.bounding_box(), MOVES)
         missed, frames = missed + late, frames + some
         delays += answered(page.evaluate(MARKS))
+        ours += split.shares(page)
+        if rung in NEAR:
+            with split.laid_control(page, figure, handle, origin) as other:
+                drag_once(other, other.locator("button").bounding_box(), MOVES)
+                control += answered(other.evaluate(MARKS))
     if not handles:
         if not slider.count():
             return None
         page.evaluate("performance.clearMarks()")
+        split.begin(page)
         slider.evaluate(_DRAWN, MOVES)
         until(page, IDLE)
         delays = answered(page.evaluate(MARKS))
+        ours = split.shares(page)
         moved = [f"slider {slider.get_attribute('name')}"]
-    return Followed(widget, where, rung, " and ".join(moved), delays, missed, frames)
+    return Followed(widget, where, rung, " and ".join(moved), delays, missed, frames, ours, control)
 
 
 def rows(found: list[Followed]) -> list[Row]:
@@ -117,7 +134,25 @@ def rows(found: list[Followed]) -> list[Row]:
         which = "nine panels, " if one.widget == NINE else "near rungs, " if one.rung in NEAR else ""
         what = f"{which}input to swapped SVG, 95th percentile, {one.where}"
         out.append(Row(what, centile(one.delays, 95), "ms", aim, note + reading))
+        out += _split(one, which)
     missed, frames = sum(one.missed for one in found), sum(one.frames for one in found)
     worst = max(found, key=lambda one: one.missed / max(one.frames, 1))
     note = f"{missed} of {frames} in all figures with handles; most in {worst.where}, {worst.missed} of {worst.frames}"
     return [*out, Row("frames missed in a drag", 100 * missed / max(frames, 1), "%", 2, note)]
+
+
+def _split(one: Followed, which: str) -> list[Row]:
+    """The figure's own share of its answers, and its delays beside the control figure's."""
+    out = []
+    if one.ours:
+        near = which.startswith("near")
+        python, script = (number_ms(median(part)) for part in zip(*one.ours, strict=True))
+        note = f"medians: Python {python}, page script {script}"
+        what = f"{which}our share of it, 95th percentile, {one.where}"
+        out.append(Row(what, centile([*map(sum, one.ours)], 95), "ms", OURS_MS if near else None, note))
+    if one.control:
+        here, there = centile(one.delays, 95), centile(one.control, 95)
+        note = f"the control takes {number_ms(there)}, median {number_ms(median(one.control))}"
+        what = f"{which}of the control figure's, 95th percentile, {one.where}"
+        out.append(Row(what, here / there, "times", CONTROLLED, note))
+    return out

@@ -51,10 +51,13 @@ def browser_of(bench: Bench) -> Iterator[Browser]:
 
 
 @contextmanager
-def visit(browser: Browser, url: str, foreign: list[str] | None = None) -> Iterator[Page]:
-    """A page in a browser context of its own, where nothing is cached. Foreign requests are added to `foreign`."""
+def visit(browser: Browser, url: str, foreign: list[str] | None = None, hook: str = "") -> Iterator[Page]:
+    """A page in a browser context of its own, where nothing is cached. Foreign requests are added to `foreign`; `hook`
+    is a function that runs before the page's scripts do."""
     context = browser.new_context(viewport={"width": 1280, "height": 900})
     context.add_init_script(f"({WATCH})()")
+    if hook:
+        context.add_init_script(f"({hook})()")
     context.set_default_timeout(PATIENCE_MS)
     page = context.new_page()
     origin = "/".join(url.split("/")[:3])

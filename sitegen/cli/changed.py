@@ -81,7 +81,7 @@ def importing(root: Path, modules: Iterable[str]) -> set[str]:
     graph = grimp.build_graph(*ROOMS)
     touched = names | {far for name in names & graph.modules for far in graph.find_downstream_modules(name)}
     of = {_dotted(path.relative_to(root).as_posix()): path for path in (root / "tests").rglob("*.py")}
-    imports = {name: _imported(path) for name, path in of.items()}
+    imports = {name: _imported(path) | _fixtures(name) for name, path in of.items()}
     found = {name for name, wanted in imports.items() if name in touched or wanted & touched}
     while more := {name for name, wanted in imports.items() if wanted & found} - found:
         found |= more
@@ -110,6 +110,12 @@ def _imported(path: Path) -> set[str]:
         elif isinstance(node, ast.ImportFrom) and node.module:
             found |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
     return found
+
+
+def _fixtures(name: str) -> set[str]:
+    """The conftest modules whose fixtures a module of tests is given without importing them."""
+    folders = name.split(".")[:-1]
+    return {".".join([*folders[: k + 1], "conftest"]) for k in range(len(folders))} - {name}
 
 
 def _there(root: Path, test: str) -> bool:

@@ -74,4 +74,4 @@ def test_figure_numbers_and_anchors_agree(reader: Callable[..., Reader]) -> None
     assert links
     for link in links:
         target = (link.get_attribute("href") or "#")[1:]
-        assert Figure(page, target).root.locator(".figure-number").inner_text() == link.inner_text()
+        assert Figure(page, target).root.locator(".figure-number").text_content() == link.text_content()

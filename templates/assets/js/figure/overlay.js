@@ -40,8 +40,8 @@ export function createOverlay(figure) {
   function settle(button) {
     const [panel, left, top] = places.get(button) ?? ["", 0, 0];
     const [x, y, width, height] = boxes.get(panel) ?? [0, 0, 0, 0];
-    button.style.left = `${(x + (left / 100) * width) / scale}px`;
-    button.style.top = `${(y + (top / 100) * height) / scale}px`;
+    const [across, down] = [x + (left / 100) * width, y + (top / 100) * height];
+    button.style.translate = `${across / scale}px ${down / scale}px`; // which lays nothing out, as left and top would
   }
 
   const watch = new ResizeObserver(measure);

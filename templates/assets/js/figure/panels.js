@@ -4,6 +4,7 @@
 /** @import { Panel } from "../base/types.js" */
 
 import { find, make, text } from "../base/dom.js";
+import { redraw, tagsOf } from "./marks.js";
 
 /** @type {(root: HTMLElement, name: string) => HTMLElement | null} */
 export const panelOf = (root, name) => root.querySelector(`.figure-panel[data-panel="${CSS.escape(name)}"]`);
@@ -25,10 +26,24 @@ export function onStage(root, name) {
 }
 
 /**
- * The drawing that each panel element holds, as text: what has not changed is left alone.
- * @type {WeakMap<HTMLElement, string>}
+ * The drawing that each panel element holds, as text and by its tags: what has not changed is left alone.
+ * @type {WeakMap<HTMLElement, { svg: string, tags: string[] }>}
  */
 const held = new WeakMap();
+
+/**
+ * Shows a drawing in a panel, set in place where it can be.
+ * @param {HTMLElement} panel
+ * @param {string} svg
+ */
+function show(panel, svg) {
+  const known = held.get(panel);
+  if (known?.svg === svg) return;
+  const tags = tagsOf(svg);
+  const drawing = /** @type {SVGSVGElement} */ (panel.querySelector("svg.plot"));
+  if (!known || !redraw(drawing, known.tags, tags)) drawing.outerHTML = svg;
+  held.set(panel, { svg, tags });
+}
 
 /**
  * A panel's caption: a line each, the first its name.
@@ -56,8 +71,7 @@ export function swapPanels(root, panels) {
   for (const { name, svg, caption: words } of panels) {
     const there = panelOf(root, name);
     if (there) {
-      if (held.get(there) !== svg) find(there, "svg.plot").outerHTML = svg;
-      held.set(there, svg);
+      show(there, svg);
       caption(there, words);
       continue;
     }

@@ -1,0 +1,62 @@
+"""A drag sets a drawing in place: what stays is the same element, and what is seen is the frame's own markup."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from tests.browser.conftest import Reader
+from tests.browser.figure import Figure
+
+KEPT = "([name, panel]) => (window.kept = [...Ladder.drawing(document.getElementById(name), panel).children]).length"
+STAYED = "([name, panel]) => kept.every(e => e.parentNode === Ladder.drawing(document.getElementById(name), panel))"
+SAME = """name => Ladder.figures.get(name).frame.panels.every(({ name: panel, svg }) => {
+  const template = document.createElement("template");
+  template.innerHTML = svg;
+  return Ladder.drawing(document.getElementById(name), panel).outerHTML === template.innerHTML;
+})"""
+
+
+def test_a_drag_keeps_the_drawing_s_elements(reader: Callable[..., Reader]) -> None:
+    """The first frame takes the place of the build's; from then on nothing of the panel is made anew."""
+    solve = Figure(reader(reduced_motion="reduce").open("kabsch.html"), "fig-solve").live()
+    before = solve.readout("rms")
+    solve.drag("source", 40, 20)
+    moved = solve.changes("rms", before)
+    assert solve.page.evaluate(KEPT, [solve.name, "main"]) > 2
+    solve.drag("source", 30, 30)
+    solve.changes("rms", moved)
+    assert solve.page.evaluate(STAYED, [solve.name, "main"])
+    assert solve.page.evaluate(SAME, solve.name)
+
+
+def test_what_does_not_belong_to_the_drawing_goes_with_the_next_frame(reader: Callable[..., Reader]) -> None:
+    """Ink of a pen in it: the drawing is swapped whole."""
+    solve = Figure(reader(reduced_motion="reduce").open("kabsch.html"), "fig-solve").live()
+    before = solve.readout("rms")
+    solve.drag("source", 40, 20)
+    moved = solve.changes("rms", before)
+    solve.page.evaluate(
+        "name => { const svg = Ladder.drawing(document.getElementById(name), 'main');"
+        "  svg.prepend(svg.firstElementChild.cloneNode()); }",
+        solve.name,
+    )
+    assert not solve.page.evaluate(SAME, solve.name)
+    solve.drag("source", 30, 30)
+    solve.changes("rms", moved)
+    assert solve.page.evaluate(SAME, solve.name)
+
+
+def test_a_handle_moves_without_a_layout(reader: Callable[..., Reader]) -> None:
+    """It stands in the layer's corner and is translated to its place, where the frame has it."""
+    solve = Figure(reader(reduced_motion="reduce").open("kabsch.html"), "fig-solve").live()
+    before = solve.readout("rms")
+    solve.drag("source", 40, 20)
+    solve.changes("rms", before)
+    handle = solve.handle("source")
+    assert handle.evaluate("e => [e.offsetLeft, e.offsetTop, e.style.left, e.style.top]") == [0, 0, "", ""]
+    middle, box = handle.bounding_box(), solve.root.locator('[data-panel="main"] > svg').first.bounding_box()
+    assert middle
+    assert box
+    (place,) = (each for each in solve.frame()["handles"] if each["name"] == "source")
+    assert abs(middle["x"] + middle["width"] / 2 - box["x"] - place["left"] / 100 * box["width"]) < 0.5
+    assert abs(middle["y"] + middle["height"] / 2 - box["y"] - place["top"] / 100 * box["height"]) < 0.5
