@@ -180,7 +180,7 @@ def _unrolled(state: State, full: bool) -> Panel:
         x_range=(-180.0, 180.0),
         y_range=(0.0, 1.05),
         x_ticks=[(t, number(t, 0)) for t in (-180.0, -90.0, 0.0, 90.0, 180.0)],
-        y_ticks=[(0.0, "lowest"), (1.0, "highest")],
+        y_ticks=[(0.0, "low"), (1.0, "high")],
         width=480.0,
         height=220.0,
     )

@@ -268,7 +268,7 @@ def test_a_link_says_that_the_clouds_are_not_in_it(reader: Callable[..., Reader]
     own.button("ten").click()
     after = own.changes("rotation", before)
     own.reached("[data-link]").click()
-    expect(own.root.locator(".figure-status")).to_contain_text(re.compile("not in it|Link to this state"))
+    expect(own.root.locator(".figure-status")).to_contain_text(re.compile("not contain your clouds|Link to this state"))
     link = own.page.evaluate("name => Ladder.figures.get(name).link()", own.name)
     page = one.context.new_page()
     page.goto(link)
