@@ -94,7 +94,7 @@ def test_what_is_sound_of_a_link_is_taken(reader: Callable[..., Reader]) -> None
     }
     solve = Figure(one.open(f"kabsch.html#fig-solve?s={link(given)}"), "fig-solve").live()
     note = solve.root.locator(".figure-status")
-    expect(note).to_contain_text("ignored: ")
+    expect(note).to_contain_text("Ignored in the state")
     for part in ("wrong", "“<img src=x onerror=alert(1)>”"[:31], "the seed", "action 2"):
         expect(note).to_contain_text(part, ignore_case=True)
     solve.settled()

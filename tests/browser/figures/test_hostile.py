@@ -152,7 +152,7 @@ def test_words_from_outside_are_clipped_in_the_status(reader: Callable[..., Read
     assert 135_000 < len(link) < 190_000
     page.evaluate("link => { location.hash = `fig-solve?s=${link}`; }", link)
     solve = Figure(page, "fig-solve")
-    expect(solve.root.locator(".status-words")).to_contain_text("this was ignored")
+    expect(solve.root.locator(".status-words")).to_contain_text("Ignored in the state")
     box = solve.root.locator(".figure-status").bounding_box()
     assert box is not None
     assert box["height"] < 250
