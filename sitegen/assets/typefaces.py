@@ -31,11 +31,10 @@ from sitegen.progress import Progress, quiet
 BUNDLES = ("serif", "sans", "math-font")
 FORMAT = "5"  # of what is cached; raised when the making changes in a way that its inputs do not tell
 
-# What any page may come to need at run time (numbers of a live figure, messages) or after a small edit.
-BASICS = (
-    "".join(map(chr, range(0x20, 0x7F)))
-    + "\u00a0§©«»°±²³·¹¼½¾×÷ÄÉÖÜßàáâäåæçèéêëíîïñóôöøúûüý–—‘’“”…′″−"
-)
+# What any page may come to need at run time: numbers of a live figure, messages. Rarer letters come with the text that
+# has them.
+ASCII = "".join(map(chr, range(0x20, 0x7F)))
+BASICS = ASCII + "\u00a0°±²³×¼½¾–—‘’“”…′−"
 SYMBOLS = "←→↑↓⁰⁴⁵⁶⁷⁸⁹⁻αβγδεθκλμνπρστφχψωΔΣ≤≥≈√"
 # A browser sets a lone letter in mathematics with the slanted letters of this block, not with the letter itself.
 ITALIC = {
@@ -47,7 +46,7 @@ ITALIC = {
     **{chr(0x3B1 + i): chr(0x1D6FC + i) for i in range(25)},
     **dict(zip("ϵϑϰϕϱϖ", "𝜖𝜗𝜘𝜙𝜚𝜛", strict=True)),
 }
-MATHEMATICS = "".join(chr(c) for c in range(0x20, 0x7F)) + "".join(ITALIC.values()) + "·×±−≤≥≠≈→∈∞∑∏√∂⊤‖′… ,"
+MATHEMATICS = ASCII + "·×±−≤≥≠≈→′… ,"
 
 
 SHOWN = ("title", "placeholder", "value")  # attributes whose text a reader sees

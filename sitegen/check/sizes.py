@@ -13,7 +13,7 @@ from sitegen.cache.files import cache_dir
 from sitegen.cache.packing import gzipped as packed
 from sitegen.check.html import Page, inside, is_foreign
 
-PAGE_LIMIT = 300_000  # the heaviest page, with its fonts; tapes and the runtime load beside it
+PAGE_LIMIT = 250_000  # the heaviest page, with its fonts; tapes and the runtime load beside it
 RUNTIME_LIMIT = 7_500_000
 
 
