@@ -12,8 +12,8 @@ import json
 import tempfile
 import zipfile
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
-from pathlib import Path
+from dataclasses import asdict, dataclass, field
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 from sitegen.cache.files import cache_dir, fingerprint, short_hash, write
@@ -22,7 +22,8 @@ from sitegen.cache.store import Store
 from sitegen.external.fetch import gather
 from sitegen.external.node import run_node
 from sitegen.progress import Progress, quiet
-from sitegen.runtime.patches import ADDED, CHANGED, PREPARED, REPLACED, SITE_PACKAGES, STDLIB
+from sitegen.runtime.later import START, holds, pack_of
+from sitegen.runtime.patches import ADDED, CHANGED, DATACLASSES, REPLACED, SITE_PACKAGES, STDLIB
 from sitegen.runtime.wheel import Archive, build_wheel
 
 HERE = Path(__file__).parent
@@ -31,40 +32,47 @@ COMPILER = HERE / "compile_in_pyodide.py"
 KEPT_MODULES = HERE / "kept_modules.txt"
 CORE = ("pyodide.mjs", "pyodide.asm.mjs", "pyodide.asm.wasm")
 ENVIRONMENT = {"PYTHONNODEBUGRANGES": "1"}  # tracebacks keep lines; columns are shown beside sources, and none are here
+LISTED = "later.json"  # the later files, for the worker: name, size, sha256 and what each holds
 PYC_HEADER = 16  # bytes before the code in a .pyc
 _DATE = (1980, 1, 1, 0, 0, 0)
 
 
 @dataclass(frozen=True)
 class RuntimeFile:
-    """A file the worker loads: name below the runtime's folder, bytes on disk, their sha256, bytes by gzip -9."""
+    """A file the worker loads: name below the runtime's folder, bytes on disk, their sha256, bytes by gzip -9.
+
+    holds: the modules for which it is loaded when Python first asks for one; none where a start loads it.
+    """
 
     name: str
     size: int
     sha256: str
     gzipped: int
+    holds: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class RuntimeInfo:
     """An assembled runtime: what the worker loads, and the wheel that readers may install.
 
+    files: what a start loads, the list of the later ones among it. later: what is loaded when Python asks for it.
     wheel: its name, in a folder of its own that is named by its content. contents: every file by its name.
     """
 
     files: tuple[RuntimeFile, ...]
+    later: tuple[RuntimeFile, ...]
     wheel: str
     version: str
     contents: Mapping[str, bytes] = field(repr=False)
 
     @property
     def size(self) -> int:
-        """Bytes of all files as they lie."""
+        """Bytes of all files that a start loads, as they lie."""
         return sum(file.size for file in self.files)
 
     @property
     def gzipped(self) -> int:
-        """Bytes of all files by gzip -9: what a reader loads once."""
+        """Bytes of the same by gzip -9: what a reader loads once."""
         return sum(file.gzipped for file in self.files)
 
     def start_files(self) -> list[dict[str, str | int]]:
@@ -74,7 +82,7 @@ class RuntimeInfo:
     def kept_files(self) -> list[tuple[str, int, str]]:
         """Name below the site, bytes and sha256 of everything that a reader may ask of the runtime."""
         wheel = self.contents[self.wheel]
-        files = [(file.name, file.size, file.sha256) for file in self.files]
+        files = [(file.name, file.size, file.sha256) for file in (*self.files, *self.later)]
         files.append((self.wheel, len(wheel), hashlib.sha256(wheel).hexdigest()))
         return [(f"runtime/{name}", size, digest) for name, size, digest in files]
 
@@ -100,24 +108,26 @@ def assemble(*, cache: Path | None = None, progress: Progress = quiet) -> Runtim
     library = bundled(pick(stdlib, lambda name: module_name(name) in kept), "library", before_bundles)
     stdlib_zip = stored_zip(library)
     numpy_zip = stored_zip(bundled(pick(numpy, lambda name: in_numpy(name, kept)), "numpy"))
-    ours = pick(ladder, lambda name: ".dist-info/" not in name or name.endswith("/METADATA"))
-    ladder_zip = stored_zip(bundled(ours, "ladder"))
-    lock = lock_text(outside["pyodide/pyodide-lock.json"], {numpy_given.name: numpy_zip, wheel.name: ladder_zip})
+    ours = our_packs(ladder)
+    lock = lock_text(outside["pyodide/pyodide-lock.json"], {numpy_given.name: numpy_zip, wheel.name: ours[START]})
 
     core = {name: outside[f"pyodide/{name}"].read_bytes() for name in CORE}
     contents = {f"core-{fingerprint(core.items())[:10]}/{name}": data for name, data in core.items()}
-    packs = {"python_stdlib.pack": stdlib_zip, "numpy.pack": numpy_zip, "ladder.pack": ladder_zip}
-    for name, data in packs.items():
-        contents[f"{short_hash(data)}/{name}"] = gzipped(data, cache)
+    for name, data in {"python_stdlib": stdlib_zip, "numpy": numpy_zip, **ours}.items():
+        contents[f"{short_hash(data)}/{name}.pack"] = gzipped(data, cache)
     contents[f"{short_hash(lock)}/pyodide-lock.json"] = lock
 
-    files = tuple(
-        RuntimeFile(name, len(data), hashlib.sha256(data).hexdigest(), len(gzipped(data, cache)))
-        for name, data in contents.items()
-    )
+    def told(name: str) -> RuntimeFile:
+        data, modules = contents[name], holds(PurePosixPath(name).stem)
+        return RuntimeFile(name, len(data), hashlib.sha256(data).hexdigest(), len(gzipped(data, cache)), modules)
+
+    later = tuple(file for file in map(told, contents) if file.holds)
+    listed = json.dumps([{k: v for k, v in asdict(file).items() if k != "gzipped"} for file in later]).encode()
+    contents[f"{short_hash(listed)}/{LISTED}"] = listed
+    files = tuple(file for file in map(told, contents) if not file.holds)
     given = f"{short_hash(wheel.data)}/{wheel.name}"
     version = fingerprint((file.name, file.sha256.encode()) for file in files)[:12]
-    return RuntimeInfo(files, given, version, {**contents, given: wheel.data})
+    return RuntimeInfo(files, later, given, version, {**contents, given: wheel.data})
 
 
 def numpy_wheel(outside: Mapping[str, Path]) -> Path:
@@ -170,7 +180,7 @@ def compiled(
     """
     engine = outside["pyodide/pyodide.asm.wasm"]
     job: dict[str, Any] = {"prefix": prefix, "optimize": optimize, "replaced": REPLACED, "changed": CHANGED}
-    job |= {"packages": ["solvers", "widgets"] if ours else [], "prepared": PREPARED}
+    job |= {"packages": ["solvers", "widgets"] if ours else [], "prepared": DATACLASSES}
     job |= {"added": ADDED if prefix == STDLIB else ()}
     inputs = {
         "archive": archive.data,
@@ -215,6 +225,19 @@ def pick(archive: bytes, wanted: Callable[[str], bool]) -> dict[str, bytes]:
     """The members of a zip whose names are wanted, sorted by name."""
     with zipfile.ZipFile(io.BytesIO(archive)) as given:
         return {name: given.read(name) for name in sorted(given.namelist()) if wanted(name)}
+
+
+def our_packs(ladder: bytes) -> dict[str, bytes]:
+    """Our packs by name, of the compiled wheel: modules, what their dataclasses are made of, and data."""
+    packs: dict[str, dict[str, bytes]] = {}
+    for member, data in pick(ladder, lambda member: pack_of(member) is not None).items():
+        packs.setdefault(str(pack_of(member)), {})[member] = data
+    made = {}
+    for name, members in sorted(packs.items()):
+        prepared = [member for member in members if member.startswith(f"{DATACLASSES}/")]
+        texts = b"".join(members.pop(member) for member in prepared)
+        made[name] = stored_zip(bundled({**members, f"{name}.{DATACLASSES}": texts}, name))
+    return made
 
 
 def bundled(

@@ -35,13 +35,14 @@ def compile_archive(
 
     `prefix` goes before file names in tracebacks. `replaced` gives members another source, `changed` other lines and an
     end; `added` names those of the replaced that the archive has not. Where it holds our `packages`, its sources go in
-    bare, and the methods of its dataclasses into the member `prepared`.
+    bare, and the methods of a module's dataclasses into a member of the folder `prepared`.
     Raises ValueError where a line to be changed does not stand there exactly once.
     """
     count = 0
     with zipfile.ZipFile(source) as given, zipfile.ZipFile(target, "w", zipfile.ZIP_STORED) as made:
         if packages:
-            made.writestr(zipfile.ZipInfo(prepared, DATE), dataclass_code(source, packages))
+            for module, texts in dataclass_code(source, packages).items():
+                made.writestr(zipfile.ZipInfo(f"{prepared}/{module}", DATE), texts)
         for name in sorted({*given.namelist(), *added}):
             if name.endswith("/"):
                 continue
@@ -104,13 +105,13 @@ def undocumented(node: ast.Module | ast.FunctionDef | ast.ClassDef) -> None:
         node.body[:1] = [] if len(node.body) > 1 else [ast.Pass()]
 
 
-def dataclass_code(archive: str, packages: list[str]) -> bytes:
-    """Import the packages from the archive; marshalled, the texts that dataclasses compiled with their code."""
-    texts: dict[str, bytes] = {}
+def dataclass_code(archive: str, packages: list[str]) -> dict[str, bytes]:
+    """Import the packages; by module, marshalled, the texts that dataclasses compiled and their code."""
+    texts: dict[str, dict[str, bytes]] = {}
 
     def record(text: str, *scopes: dict[str, object]) -> None:
         code = compile(text, "<string>", "exec", dont_inherit=True)
-        texts[text] = marshal.dumps(code)
+        texts.setdefault(str(scopes[0]["__name__"]), {})[text] = marshal.dumps(code)
         builtins.exec(code, *scopes)
 
     dataclasses.exec = record  # type: ignore[attr-defined]
@@ -120,7 +121,7 @@ def dataclass_code(archive: str, packages: list[str]) -> bytes:
         for module in pkgutil.walk_packages(package.__path__, top + "."):
             if not module.name.endswith("__main__"):
                 importlib.import_module(module.name)
-    return marshal.dumps(dict(sorted(texts.items())))
+    return {module: marshal.dumps(dict(sorted(its.items()))) for module, its in sorted(texts.items())}
 
 
 def main(text: str) -> str:

@@ -11,7 +11,9 @@ from pathlib import Path
 
 STDLIB = "/lib/python314.zip/"
 SITE_PACKAGES = "/lib/python3.14/site-packages/"
-PREPARED = "dataclass_code.bin"  # beside the packages: a marshalled dict, source text → marshalled code
+# Beside the packages: of each module whose dataclasses have methods a marshalled dict, source text → marshalled code;
+# of a pack all of them, one after the other, in a file with this ending.
+DATACLASSES = "dataclasses"
 
 # Members with another source: the files of page-python/, which stand at their place in the archive; and the one of them
 # that the library has not.
@@ -56,12 +58,13 @@ CHANGED = {
         ),
         f"""
 
-def _read_prepared():
-    try:
-        with open("{SITE_PACKAGES}{PREPARED}", "rb") as file:
-            return marshal.load(file)
-    except OSError:
-        return {{}}
+def _read_prepared(path):
+    with open(path, "rb") as file:
+        while True:
+            try:
+                _PREPARED.update(marshal.load(file))
+            except EOFError:
+                return
 
 
 def _prepared(txt):
@@ -69,8 +72,12 @@ def _prepared(txt):
     return txt if code is None else marshal.loads(code)
 
 
-import marshal
-_PREPARED = _read_prepared()
+import marshal, os
+_PREPARED = {{}}
+if os.path.isdir("{SITE_PACKAGES}"):
+    for _name in os.listdir("{SITE_PACKAGES}"):
+        if _name.endswith(".{DATACLASSES}"):
+            _read_prepared("{SITE_PACKAGES}" + _name)
 """,
     ),
     # Pyodide holds it from the start; what it takes to show an error is imported with the first one.

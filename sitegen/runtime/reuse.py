@@ -30,13 +30,17 @@ def assembled(*, cache: Path | None = None, progress: Progress = quiet) -> Runti
         plain = json.loads(kept)
         contents = {name: data for name, key in plain["contents"].items() if (data := store.find(key)) is not None}
         if contents.keys() == plain["contents"].keys():
-            files = tuple(RuntimeFile(**file) for file in plain["files"])
-            return RuntimeInfo(files, plain["wheel"], plain["version"], contents)
+            first, later = (
+                tuple(RuntimeFile(**{**file, "holds": tuple(file["holds"])}) for file in plain[name])
+                for name in ("files", "later")
+            )
+            return RuntimeInfo(first, later, plain["wheel"], plain["version"], contents)
     info = assemble(cache=cache, progress=progress)
     keys = {name: digest(data) for name, data in info.contents.items()}
     for name, key in keys.items():
         store.get(key, partial(info.contents.__getitem__, name))
-    plain = {"files": [asdict(file) for file in info.files], "wheel": info.wheel, "version": info.version}
+    listed = {"files": [asdict(file) for file in info.files], "later": [asdict(file) for file in info.later]}
+    plain = {**listed, "wheel": info.wheel, "version": info.version}
     store.put(made_of, json.dumps({**plain, "contents": keys}).encode())
     return info
 

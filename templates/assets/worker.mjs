@@ -5,6 +5,7 @@
 //     modules? }
 //       runtime: absolute address of the runtime's folder    { type: "stage", stage }               download, python, numpy, widgets
 //       files: [{ name, size, sha256 }]                      { type: "ready", milliseconds }
+//         one of them, later.json, lists those that are loaded when Python first asks for a module that they hold
 //       again: an earlier start failed: the engine too is    { type: "failed", message, detail }
 //         held to its hash before it is used
 //       known: this very engine has come up here before
@@ -23,7 +24,10 @@ const WASM = "application/wasm";
 let python = null; // once it is up
 /** @type {Answers | null} */
 let answers = null; // frame, job, give and forget of the one widgets.engine.host.Host, the Python objects that are held
+/** @type {Rooms | null} */
+let rooms = null; // what Python asks for of the files that were not loaded at the start
 let failed = false;
+let turn = Promise.resolve(); // of one question after another, also where one waits for a file
 
 /** @param {object} message */
 const post = (message) => self.postMessage(message);
@@ -220,7 +224,9 @@ async function start({ runtime, files, again = false, known = false, modules = [
   );
   const loader = shared(script(pick("/pyodide.mjs")));
   const engine = shared(script(pick("pyodide.asm.mjs")));
-  const lock = load(pick(".json")).then((bytes) => JSON.parse(new TextDecoder().decode(bytes)));
+  const json = (/** @type {string} */ ending) => load(pick(ending)).then((bytes) => JSON.parse(new TextDecoder().decode(bytes)));
+  const lock = json("pyodide-lock.json");
+  const later = shared(json("later.json"));
   const stdlib = load(stdlibFile);
   const archives = wheels.map(load);
   // An engine keeps a compiled module while somebody holds it: dlopen then finds these ready.
@@ -241,7 +247,7 @@ async function start({ runtime, files, again = false, known = false, modules = [
     return { module, instance };
   };
 
-  const downloads = Promise.all([compiledCore, loader, engine, lock, stdlib, ...archives]);
+  const downloads = Promise.all([compiledCore, loader, engine, lock, later, stdlib, ...archives]);
   const begin = async () => {
     const { loadPyodide } = await loader;
     return loadPyodide({
@@ -264,6 +270,7 @@ async function start({ runtime, files, again = false, known = false, modules = [
   self.fetch = network;
   WebAssembly.instantiateStreaming = instantiateStreaming;
 
+  rooms = expecting(pyodide, await later, address);
   post({ type: "stage", stage: "numpy" });
   pyodide.runPython("import numpy.random, numpy.linalg");
   post({ type: "stage", stage: "widgets" });
@@ -278,24 +285,51 @@ async function start({ runtime, files, again = false, known = false, modules = [
   post({ type: "ready", milliseconds: performance.now() - began });
 }
 
+/**
+ * Tells Python of the files that come later; loads the one that an import has asked for.
+ * @param {Pyodide} pyodide
+ * @param {RuntimeFile[]} files
+ * @param {(file: RuntimeFile) => string} address
+ * @returns {Rooms}
+ */
+function expecting(pyodide, files, address) {
+  const later = pyodide.runPython("import sitecustomize; sitecustomize.later");
+  const packs = new Map(files.map((file) => [file.name, file]));
+  for (const [name, { holds = [] }] of packs) for (const top of holds) later.expect(top, name);
+  return {
+    wanted: () => packs.get(later.taken() ?? ""),
+    async bring(file) {
+      install(pyodide.FS, later.folder, await bytesOf(address(file), file, () => {}));
+      later.arrived(file.name);
+    },
+  };
+}
+
 const NAMES = { frame: "frame", job: "slice", give: "told" };
 
 /** @param {Question} question */
-function answer({ type, id, request, data }) {
-  const began = performance.now();
-  try {
-    const ask = /** @type {Answers} */ (answers)[type];
-    const text = data ? ask(request, data) : ask(request);
-    post({ type, id, [NAMES[type]]: text, python_ms: performance.now() - began });
-  } catch (error) {
-    const trace = String(/** @type {any} */ (error)?.message ?? error).trim();
-    post({ type: "error", id, message: trace.slice(trace.lastIndexOf("\n") + 1), trace });
+async function answer({ type, id, request, data }) {
+  for (;;) {
+    const began = performance.now();
+    try {
+      const ask = /** @type {Answers} */ (answers)[type];
+      const text = data ? ask(request, data) : ask(request);
+      post({ type, id, [NAMES[type]]: text, python_ms: performance.now() - began });
+      return;
+    } catch (error) {
+      const file = rooms?.wanted();
+      const fault = file ? await rooms?.bring(file).catch((lack) => lack) : error;
+      if (!fault) continue; // once more, with what it lacked
+      const trace = String(/** @type {any} */ (fault)?.message ?? fault).trim();
+      post({ type: "error", id, message: trace.slice(trace.lastIndexOf("\n") + 1), trace });
+      return;
+    }
   }
 }
 
 self.onmessage = ({ data }) => {
   if (data.type === "start") start(data).catch((error) => fail(error.message, error));
-  else if (data.type in NAMES) answer(data);
-  else if (data.type === "forget") answers?.forget(data.key);
+  else if (data.type in NAMES) turn = turn.then(() => answer(data));
+  else if (data.type === "forget") turn = turn.then(() => void answers?.forget(data.key));
   else if (data.type === "heap") post({ type: "heap", bytes: python ? python._module.HEAPU8.byteLength : 0 });
 };

@@ -9,6 +9,7 @@ interface RuntimeFile {
   name: string;
   size: number;
   sha256: string;
+  holds?: string[];
 }
 
 /** Told of bytes as they come. */
@@ -24,7 +25,14 @@ interface FileSystem {
 interface Pyodide {
   runPython(code: string): any;
   pyimport(name: string): { destroy(): void };
+  FS: FileSystem;
   _module: { HEAPU8: Uint8Array };
+}
+
+/** What Python asks for of the files that were not loaded at the start, once an answer has failed for want of one. */
+interface Rooms {
+  wanted(): RuntimeFile | undefined;
+  bring(file: RuntimeFile): Promise<unknown>;
 }
 
 /** The host's methods. */

@@ -28,7 +28,7 @@ def run_python_in_shipped_runtime(
     `info` defaults to the runtime of this checkout. Raises NodeError with the traceback where the code fails.
     """
     info = info or assembled(cache=cache)
-    files = {PurePosixPath(file.name).name: info.contents[file.name] for file in info.files}
+    files = {PurePosixPath(file.name).name: info.contents[file.name] for file in (*info.files, *info.later)}
     packs = {name: gzip.decompress(data) for name, data in files.items() if name.endswith(".pack")}
     with tempfile.TemporaryDirectory(prefix="ladder-inside-") as temporary:
         home = Path(temporary)

@@ -43,21 +43,56 @@ class Modules:
         name = path.removeprefix(self.folder).replace("/", ".")
         if not path.startswith(self.folder) or name not in self.places:
             raise ImportError(f"{path} is no package of these modules", path=path)
-        return Package(self.places, name, path)
+        return Package(name, path)
 
 
 class Package:
     """What pkgutil asks for the modules of a package; its shared libraries are files."""
 
-    def __init__(self, places, name, path):
-        self.places, self.name = places, name
+    def __init__(self, name, path):
+        self.name = name
         self.find_spec = FileFinder(path, (ExtensionFileLoader, EXTENSION_SUFFIXES)).find_spec
 
     def iter_modules(self, prefix=""):
-        for name, (member, _, _) in self.places.items():
+        here = [name for finder in sys.meta_path if isinstance(finder, Modules) for name in finder.places]
+        parents = {name.rpartition(".")[0] for name in here}
+        for name in [*here, *later.packs]:
             parent, _, last = name.rpartition(".")
             if parent == self.name:
-                yield prefix + last, member.endswith("/__init__")
+                yield prefix + last, name in parents
+
+
+class Later:
+    """Modules of packs that are not here yet: an import fails, and the worker asks which pack it takes."""
+
+    folder = SITE_PACKAGES
+
+    def __init__(self):
+        self.packs, self.wanted = {}, None
+
+    def expect(self, top, file):
+        """The module and all below it come with a file of the runtime, "hash/name.pack"."""
+        self.packs[top] = file
+
+    def find_spec(self, name, path=None, target=None):
+        for top, file in self.packs.items():
+            if f"{name}.".startswith(f"{top}."):
+                self.wanted = file
+                raise ModuleNotFoundError(f"{name} comes with {file}, which is not loaded yet", name=name)
+
+    def taken(self):
+        """The file that an import has asked for since, or nothing."""
+        wanted, self.wanted = self.wanted, None
+        return wanted
+
+    def arrived(self, file):
+        """The file's members lie among the packages: its modules can be imported."""
+        self.packs = {top: other for top, other in self.packs.items() if other != file}
+        name = file.rpartition("/")[2].removesuffix(".pack")
+        if "dataclasses" in sys.modules:
+            sys.modules["dataclasses"]._read_prepared(f"{SITE_PACKAGES}{name}.dataclasses")
+        with open(f"{SITE_PACKAGES}{name}.modules", "rb") as bundle:
+            install(bundle.read(), SITE_PACKAGES)
 
 
 def install(data, folder):
@@ -79,3 +114,5 @@ def install_all():
 
 
 install_all()
+later = Later()
+sys.meta_path.append(later)

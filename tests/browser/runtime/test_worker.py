@@ -47,7 +47,8 @@ class Served:
         self.root, self.origin, self.info, self.page = root, origin, info, page
 
     def file(self, ending: str) -> Path:
-        (name,) = [file.name for file in self.info.files if file.name.endswith(ending)]
+        files = (*self.info.files, *self.info.later)
+        (name,) = [file.name for file in files if file.name.endswith(ending)]
         return self.root / "runtime" / name
 
     def before(self, script: str) -> None:
@@ -109,8 +110,67 @@ def test_it_starts_draws_and_says_what_went_wrong(served: Served) -> None:
     assert by_type["heap"][0]["bytes"] > 10_000_000
 
 
+def asked(widget: str, number: int) -> dict[str, Any]:
+    request = json.dumps({"figure": "f", "record": preset(WIDGETS[widget]).plain()})
+    return {"type": "frame", "id": number, "request": request}
+
+
+def test_what_a_figure_needs_is_loaded_when_it_is_first_asked_for(served: Served) -> None:
+    """A figure comes with its own pack, and one of many scans with theirs; the second answer loads nothing more."""
+    wanted: list[str] = []
+    served.page.on("request", lambda request: wanted.append(request.url.rpartition("/")[2]))
+    graph, kabsch = asked("pose-loop", 1), asked("kabsch", 2)
+    heard = served.talk((graph, "frame"), (kabsch, "frame"), (graph, "frame"))
+    frames = [m["frame"] for m in heard if m["type"] == "frame"]
+    natively = [Host().frame(one["request"]) for one in (graph, kabsch, graph)]
+    assert frames == natively, "not the same bytes as natively"
+    later = {Path(file.name).name for file in served.info.later}
+    assert [name for name in wanted if name in later] == ["figure-pose_loop.pack", "drive.pack", "figure-kabsch.pack"]
+
+
+def test_questions_are_answered_in_turn_while_one_waits_for_its_files(served: Served) -> None:
+    """What is asked meanwhile is answered after it."""
+    served.before("""
+      const fetch = self.fetch.bind(self);
+      self.fetch = async (...given) => {
+        const response = await fetch(...given);
+        if (String(given[0]).endsWith("figure-kabsch.pack")) await new Promise((go) => setTimeout(go, 300));
+        return response;
+      };
+    """)
+    served.page.goto(served.origin)
+    start = {"type": "start", "runtime": f"{served.origin}/runtime/", "files": served.info.start_files()}
+    answered = served.page.evaluate(
+        """([start, questions]) => new Promise((done) => {
+          const worker = new Worker("worker.mjs", { type: "module" }), ids = [];
+          worker.onmessage = ({ data }) => {
+            if (data.type === "ready") questions.forEach((question) => worker.postMessage(question));
+            if (data.type === "frame" && ids.push(data.id) === questions.length) done(ids);
+          };
+          worker.postMessage(start);
+        })""",
+        [start, [asked("kabsch", 1), asked("icp", 2), asked("kabsch", 3)]],
+    )
+    assert answered == [1, 2, 3]
+
+
+def test_a_pack_that_does_not_come_fails_its_figure_alone_and_is_asked_for_again(served: Served) -> None:
+    path = served.file("/figure-kabsch.pack")
+    data = path.read_bytes()
+    path.write_bytes(data[:-9])
+    heard = served.talk((asked("kabsch", 1), "error"), (asked("icp", 2), "frame"))
+    assert "figure-kabsch.pack is not the file that was built" in heard[-2]["message"]
+    path.unlink()
+    heard = served.talk((asked("kabsch", 1), "error"), (asked("kabsch", 2), "error"))
+    assert "figure-kabsch.pack could not be loaded: the server answered 404" in heard[-1]["message"]
+
+
 @pytest.mark.parametrize(
-    "ending", ["pyodide.mjs", "pyodide.asm.mjs", "pyodide.asm.wasm", "python_stdlib.pack", "numpy.pack", "lock.json"]
+    "ending",
+    [
+        *("pyodide.mjs", "pyodide.asm.mjs", "pyodide.asm.wasm"),
+        *("python_stdlib.pack", "numpy.pack", "lock.json", "later.json"),
+    ],
 )
 def test_a_missing_file_is_named(served: Served, ending: str) -> None:
     path = served.file(f"/{ending}" if ending == "pyodide.mjs" else ending)

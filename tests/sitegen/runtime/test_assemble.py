@@ -26,12 +26,12 @@ from sitegen.external.node import NodeError, run_node
 from sitegen.runtime import wheel
 from sitegen.runtime.assemble import RUNNER, RuntimeInfo, assemble, kept_modules, module_name
 from sitegen.runtime.compile_in_pyodide import Bare, change
-from sitegen.runtime.patches import PREPARED
 from sitegen.runtime.wheel import build_wheel
 from tests.pyodide.inside import run_python_in_shipped_runtime
+from widgets.engine.registry import WIDGETS
 from widgets.engine.script import WHEEL
 
-MOST = 7_500_000  # bytes by gzip -9 that a reader may have to load
+MOST = 6_200_000  # bytes by gzip -9 that a reader may have to load
 
 
 @pytest.fixture(scope="module")
@@ -40,17 +40,17 @@ def info() -> RuntimeInfo:
 
 
 def pack(info: RuntimeInfo, name: str) -> zipfile.ZipFile:
-    (file,) = [file for file in info.files if file.name.endswith(f"/{name}.pack")]
+    (file,) = [file for file in (*info.files, *info.later) if file.name.endswith(f"/{name}.pack")]
     return zipfile.ZipFile(io.BytesIO(gzip.decompress(info.contents[file.name])))
 
 
 def test_files_are_what_is_said_of_them_and_small_enough(info: RuntimeInfo) -> None:
-    for file in info.files:
+    for file in (*info.files, *info.later):
         data = info.contents[file.name]
         assert len(data) == file.size
         assert hashlib.sha256(data).hexdigest() == file.sha256
         assert len(data if data[:2] == b"\x1f\x8b" else gzip.compress(data, 9)) == pytest.approx(file.gzipped, rel=0.02)
-    assert info.contents.keys() == {file.name for file in info.files} | {info.wheel}
+    assert info.contents.keys() == {file.name for file in (*info.files, *info.later)} | {info.wheel}
     assert info.gzipped <= MOST
     assert [entry["name"] for entry in info.start_files()] == [file.name for file in info.files]
 
@@ -65,14 +65,16 @@ def test_a_second_build_from_an_empty_cache_gives_the_same_bytes(info: RuntimeIn
 
 def test_packs_hold_bytecode_alone_dated_alike(info: RuntimeInfo) -> None:
     kept = kept_modules()
-    for name in ("python_stdlib", "numpy", "ladder"):
+    packs = [Path(file.name).stem for file in (*info.files, *info.later) if file.name.endswith(".pack")]
+    ours: list[str] = []
+    for name in packs:
         with pack(info, name) as members:
             for member in members.infolist():
                 assert member.date_time == (1980, 1, 1, 0, 0, 0)
                 assert member.compress_type == zipfile.ZIP_STORED
                 assert member.create_system == 3, "else the archive tells on which system it was made"
-                kinds = (".modules", ".pyc", ".so", ".int8", ".scans", ".f4", "LICENSE.txt", "METADATA")
-                assert member.filename.endswith((*kinds, "py.typed", PREPARED))
+                kinds = (".modules", ".dataclasses", ".pyc", ".so", ".int8", ".scans", ".f4", "LICENSE.txt", "METADATA")
+                assert member.filename.endswith((*kinds, "py.typed"))
             names = members.namelist()
             (bundle,) = [n for n in names if n.endswith(".modules")]
             index, _, code = members.read(bundle).partition(b"\n\n")
@@ -81,12 +83,33 @@ def test_packs_hold_bytecode_alone_dated_alike(info: RuntimeInfo) -> None:
         assert sum(map(int, modules.values())) == len(code), "the index tells where each module's code is"
         files = {n for n in names if n.endswith((".pyc", ".so"))}
         assert not {n.removesuffix(".pyc") for n in files} & set(modules)
-        if name == "ladder":
+        if name not in ("python_stdlib", "numpy"):
             assert not files
-            assert {f"{n}.py" for n in modules} == {n for n in wheel.sources() if n.endswith(".py")}
+            ours += modules
         else:
             assert {module_name(n) for n in files} | {module_name(f"{n}.pyc") for n in modules} <= kept
+    command_line = ("solvers/cli/", "solvers/__main__")  # which no page runs
+    sources = [n.removesuffix(".py") for n in wheel.sources() if n.endswith(".py")]
+    assert sorted(ours) == sorted(n for n in sources if not n.startswith(command_line)), "each module is in one pack"
     assert not [name for name in kept if ".tests" in name or ".f2py" in name or ".testing" in name]
+
+
+def test_what_comes_later_is_listed_with_what_it_holds(info: RuntimeInfo) -> None:
+    """A start loads no figure, no trained network and no drive; the list names what brings them, and their hashes."""
+    (listed,) = [info.contents[file.name] for file in info.files if file.name.endswith("/later.json")]
+    by_name = {entry["name"]: entry for entry in json.loads(listed)}
+    assert by_name.keys() == {file.name for file in info.later}
+    holds = {top: Path(name).stem for name, entry in by_name.items() for top in entry["holds"]}
+    assert holds["solvers.methods.flow"] == "flow"
+    assert holds["solvers.posegraph"] == holds["solvers.odometry"] == "drive"
+    assert holds["solvers.uncertainty"] == "uncertainty"
+    assert {f"widgets.figures.{name.replace('-', '_')}" for name in WIDGETS} <= holds.keys()
+    with pack(info, "ladder") as members:
+        names = [*members.namelist(), *members.read("ladder.modules").partition(b"\n\n")[0].decode().split()]
+    tops = tuple(f"{top}." for top in holds)
+    assert not [name for name in names if (".".join(name.split("/")) + ".").startswith(tops)]
+    for name, entry in by_name.items():
+        assert entry["sha256"] == hashlib.sha256(info.contents[name]).hexdigest()
 
 
 def test_the_lock_names_our_packages_with_the_hashes_of_their_packs(info: RuntimeInfo) -> None:

@@ -9,6 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
+from solvers.core.registry import METHODS
 from solvers.core.stepper import advance
 from solvers.studies import race as racing
 from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE, Line, line
@@ -47,6 +48,8 @@ def work(controls: Settings, seed: int) -> Iterator[Progress]:
     race = controls.race()
     problem, truth = race_problem(race)
     entries, lines = field(controls.ninth), list[Line]()
+    for entry in entries:
+        METHODS[entry.contestant.method]  # what a page lacks of a method it lacks before anything has begun
     for k, entry in enumerate(entries):
         label, seconds, steps = entry.contestant.label, 0.0, 0
         begun = perf_counter()

@@ -1,0 +1,49 @@
+"""What the page's Python loads when it is first asked for: each figure, and a few rooms of the solvers, in packs.
+
+A page starts without them. The worker loads a pack when an import names one of its modules, and asks again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import PurePosixPath
+
+from sitegen.runtime.patches import DATACLASSES
+
+START = "ladder"
+ROOMS: Mapping[str, tuple[str, ...]] = {
+    "flow": ("solvers.methods.flow",),
+    "search": ("solvers.methods.search",),
+    "uncertainty": ("solvers.uncertainty", "solvers.studies.coverage", "solvers.studies.redrawn"),
+    "drive": (
+        *("solvers.odometry", "solvers.posegraph", "solvers.io.g2o", "solvers.scenes.drive", "solvers.scenes.recorded"),
+        *("widgets.parts.drive_table", "widgets.parts.drive_solved", "widgets.parts.drive_poses"),
+    ),
+}
+"""The rooms' packs by name, and the modules and folders that each of them holds, with all that lies below."""
+FIGURES = "widgets.figures"
+LEFT_OUT = ("solvers.cli", "solvers.__main__")  # the command line, which no page runs
+
+
+def pack_of(member: str) -> str | None:
+    """The pack that a member of our compiled wheel belongs to; None for what no page has."""
+    parts = PurePosixPath(member.removeprefix(f"{DATACLASSES}/"))
+    name = ".".join(parts.with_suffix("").parts) if parts.suffix in (".pyc", ".f4") else ".".join(parts.parts)
+    name = name.removesuffix(".__init__")
+    if ".dist-info" in name:
+        return START if name.endswith(".METADATA") else None
+    if _below(name, LEFT_OUT):
+        return None
+    if _below(name, (FIGURES,)) and name != FIGURES:
+        return "figure-" + name.split(".")[2]
+    return next((pack for pack, holds in ROOMS.items() if _below(name, holds)), START)
+
+
+def holds(pack: str) -> tuple[str, ...]:
+    """The modules for which a pack is loaded; none where a start loads it."""
+    figure = pack.removeprefix("figure-")
+    return ROOMS.get(pack, () if figure == pack else (f"{FIGURES}.{figure}",))
+
+
+def _below(name: str, tops: tuple[str, ...]) -> bool:
+    return any(f"{name}.".startswith(f"{top}.") for top in tops)
