@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from widgets.drawing.picture import Group, Mark, Panel, Picture, Points, View
 from widgets.drawing.svg import mark_svg, panel_svg
-from widgets.engine.contract import preset
+from widgets.engine.contract import Action, Pieces, preset
 from widgets.engine.host import Host, _rounded, _view
 from widgets.engine.registry import WIDGETS
 from widgets.figures import ndt_score, two_poses
@@ -262,6 +262,35 @@ def test_slices_of_any_records_draw_what_a_fresh_host_draws(asked: list[tuple[in
             if "replayed" not in answer:
                 assert answer == Host().render("f", record(*log))
                 break
+
+
+def test_a_long_action_is_answered_in_slices() -> None:
+    """A widget that acts in pieces does one a slice here, none twice, and takes up where it was after another record
+    has been refused its turn; given up for another action, it begins anew. The frame is that of `act`."""
+    done: list[str] = []
+
+    def pieces(state: Any, action: Action) -> Pieces:
+        for k in range(3):
+            clock.time += 0.5
+            done.append(f"{action.name} {k}")
+            yield
+        return WIDGET.act(state, action)
+
+    clock = _Clock()
+    host = Host({"kabsch": replace(WIDGET, pieces=pieces)}, clock)
+    assert sliced(host, record()) == Host().render("f", record())
+    # What a slice is measured by passes only after a first piece.
+    answers = [sliced(host, record(SOLVE)) for _ in range(3)]
+    assert answers == [{"replayed": 0, "of": 1}] * 3
+    assert sliced(host, record(SOLVE)) == Host().render("f", record(SOLVE))
+    assert done == ["solve 0", "solve 1", "solve 2"]
+    done.clear()
+    drag = ["drag", "source", 1.0, 0.0]
+    assert sliced(host, record(SOLVE, drag)) == {"replayed": 1, "of": 2}
+    assert sliced(host, record(SOLVE, SOLVE)) == {"replayed": 1, "of": 2}
+    assert done == ["source 0", "solve 0"]
+    assert host.render("f", record(SOLVE, SOLVE)) == Host().render("f", record(SOLVE, SOLVE))
+    assert done == ["source 0", "solve 0", "solve 1", "solve 2"]
 
 
 def test_an_unknown_widget_is_named() -> None:
