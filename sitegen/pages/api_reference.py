@@ -81,12 +81,13 @@ GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     ),
     (
         "Many poses",
-        "Graphs of poses, and their files; a drive's poses from its scans.",
+        "Graphs of poses, and their files; drives, and their poses from their scans.",
         (
             *(f"solvers.posegraph.{name}" for name in ("Edges", "optimise", "GraphResult", "begin", "advance")),
             *(f"solvers.posegraph.{name}" for name in ("GraphRun", "marginals", "residuals", "jacobians")),
             *(f"solvers.odometry.{name}" for name in ("read_drive", "prepare", "Scans", "match", "MatchOptions")),
             *(f"solvers.odometry.{name}" for name in ("Matches", "scan_to_scan", "scan_to_map", "Chain", "keyframes")),
+            *(f"solvers.drives.{name}" for name in ("Drive", "telecom_loop", "simulated_drive", "chained")),
             *(f"solvers.odometry.{name}" for name in ("candidates", "verified", "LoopOptions", "close", "missed")),
             *("solvers.posegraph.chi_squared", "solvers.g2o.read", "solvers.g2o.GraphText", "solvers.g2o.write"),
         ),

@@ -1,4 +1,4 @@
-"""How often 95 % regions hold the truth: three places, two residuals, three ways to a covariance."""
+"""How often 95 % regions hold the truth: three places, three residuals, three ways to a covariance."""
 
 from __future__ import annotations
 
@@ -7,51 +7,73 @@ from typing import Any
 
 from sitegen.plots._rates import interval, wilson
 from sitegen.plots._sizes import sizes
-from solvers.studies.coverage import LEVEL, METHODS, coverage
+from solvers.studies.coverage import LEVEL, coverage
 from solvers.studies.redrawn import PLACES
+from solvers.uncertainty.closed_form import CENSI
 
 TITLE = "The share of redrawn scans whose 95 % region contains the truth"
-SIZES = sizes(360, 430)
-SECONDS = 12
+SIZES = sizes(360, 630)
+SECONDS = 20
 
 DRAWS = 1000
+CARRIED = 100  # each takes seven registrations
 SHOWN = ("hessian", "censi", "sampled")
 NAMES = {"hessian": "Hessian", "censi": "Censi", "sampled": "Redrawn scans"}
 ROLES = {"hessian": "accent", "censi": "inlier", "sampled": "source"}
-RESIDUALS = {"point-to-plane": "point to plane", "icp": "point to point"}
+RESIDUALS = {"point-to-plane": "point to plane", "icp": "point to point", "gicp": "GICP"}
 
 
 @dataclass(frozen=True)
 class Result:
-    """covered: by residual, then place, then way; of `draws`. widest: the regions' median largest σ, in u."""
+    """covered: by residual, then place, then way, None where a residual has no such way; of `draws`. widest: the
+    regions' median largest σ, in u. carried: of `carried_draws` in the room, with the start's spread carried through,
+    by residual."""
 
     draws: int
     residuals: tuple[str, ...]
     places: tuple[str, ...]
     ways: tuple[str, ...]
-    covered: tuple[tuple[tuple[int, ...], ...], ...]
-    widest: tuple[tuple[tuple[float, ...], ...], ...]
+    covered: tuple[tuple[tuple[int | None, ...], ...], ...]
+    widest: tuple[tuple[tuple[float | None, ...], ...], ...]
+    carried_draws: int
+    carried: tuple[int | None, ...]
 
 
 def compute() -> Result:
     """Each draw from a start of its own, 3° and 0.15 u about the truth."""
-    residuals = tuple(reversed(METHODS))
-    lines = [[coverage(place, method, SHOWN, count=DRAWS) for place in PLACES] for method in residuals]
+    covered, widest, carried = [], [], []
+    for method in RESIDUALS:
+        ways = tuple(way for way in SHOWN if way != "censi" or method in CENSI)
+        lines = [{line.way: line for line in coverage(place, method, ways, count=DRAWS)} for place in PLACES]
+        covered.append(tuple(tuple(row[way].covered if way in row else None for way in SHOWN) for row in lines))
+        widest.append(tuple(tuple(row[way].widest if way in row else None for way in SHOWN) for row in lines))
+        carried.append(coverage("room", method, ("starts",), count=CARRIED)[0].covered if method in CENSI else None)
     return Result(
-        DRAWS, residuals, PLACES, SHOWN,
-        tuple(tuple(tuple(line.covered for line in three) for three in row) for row in lines),
-        tuple(tuple(tuple(line.widest for line in three) for three in row) for row in lines),
+        DRAWS, tuple(RESIDUALS), PLACES, SHOWN, tuple(covered), tuple(widest), CARRIED, tuple(carried)
     )  # fmt: skip
 
 
 def held(result: Result, residual: str, place: str, way: str) -> float:
-    """The draws whose region holds the truth."""
+    """The draws whose region holds the truth. Raises ValueError where the residual has no such way."""
     return float(_entry(result, result.covered, residual, place, way))
 
 
 def widest(result: Result, residual: str, place: str, way: str) -> float:
-    """The median of the regions' largest standard deviation, in u."""
+    """The median of the regions' largest standard deviation, in u. Raises ValueError as `held` does."""
     return float(_entry(result, result.widest, residual, place, way))
+
+
+def carried(result: Result, residual: str) -> float:
+    """The draws of the room whose region holds the truth where the start's spread is carried through."""
+    held = result.carried[result.residuals.index(residual)]
+    if held is None:
+        raise ValueError(f"the start is not carried through for {residual}")
+    return float(held)
+
+
+def carried_draws(result: Result) -> int:
+    """How many such a count is of."""
+    return result.carried_draws
 
 
 def draws(result: Result) -> int:
@@ -60,7 +82,16 @@ def draws(result: Result) -> int:
 
 
 def _entry(result: Result, of: Any, residual: str, place: str, way: str) -> Any:
-    return of[result.residuals.index(residual)][result.places.index(place)][result.ways.index(way)]
+    entry = of[result.residuals.index(residual)][result.places.index(place)][result.ways.index(way)]
+    if entry is None:
+        raise ValueError(f"{way} is not counted for {residual}")
+    return entry
+
+
+def _ways(result: Result, residual: str) -> list[str]:
+    """The ways that are counted for a residual."""
+    row = result.covered[result.residuals.index(residual)][0]
+    return [way for way, count in zip(result.ways, row, strict=True) if count is not None]
 
 
 def words(result: Result) -> str:
@@ -69,13 +100,18 @@ def words(result: Result) -> str:
     for residual in result.residuals:
         parts = []
         for place in result.places:
-            counts = [f"{NAMES[way]} {held(result, residual, place, way):.0f}" for way in result.ways]
+            counts = [f"{NAMES[way]} {held(result, residual, place, way):.0f}" for way in _ways(result, residual)]
             parts.append(f"{place}: {', '.join(counts)}")
-        said.append(f"{RESIDUALS[residual].capitalize()}, {'; '.join(parts)}.")
+        said.append(f"{_titled(residual)}, {'; '.join(parts)}.")
     return (
-        f"Two charts of how many of {result.draws} redrawn pairs of scans have the truth in their 95 % region, in a "
+        f"Three charts of how many of {result.draws} redrawn pairs of scans have the truth in their 95 % region, in a "
         f"room, a corridor and a hall; 950 would be right. {' '.join(said)}"
     )
+
+
+def _titled(residual: str) -> str:
+    name = RESIDUALS[residual]
+    return name[0].upper() + name[1:]
 
 
 def table(result: Result) -> tuple[list[str], list[list[str]]]:
@@ -85,6 +121,9 @@ def table(result: Result) -> tuple[list[str], list[list[str]]]:
         for place in result.places:
             cells = [f"{RESIDUALS[residual]}, {place}"]
             for way in result.ways:
+                if way not in _ways(result, residual):
+                    cells.append("–")
+                    continue
                 share = interval(int(held(result, residual, place, way)), result.draws)
                 cells.append(f"{share}; σ {widest(result, residual, place, way):.3f} u")
             rows.append(cells)
@@ -96,17 +135,17 @@ def draw(result: Result, figure: Any, narrow: bool) -> None:
     from sitegen.figures.matplotlib_svg import COLOURS
     from sitegen.plots._look import axes_in, label, measured
 
-    wide = [(44, 44, 290, 236), (400, 44, 290, 236)]
-    small = [(44, 44, 280, 120), (44, 244, 280, 120)]
+    wide = [(44 + 232 * k, 44, 184, 236) for k in range(3)]
+    small = [(44, 44 + 200 * k, 280, 120) for k in range(3)]
     for i, (axes, residual) in enumerate(zip(axes_in(figure, narrow, wide, small), result.residuals, strict=True)):
-        axes.set_title(RESIDUALS[residual].capitalize(), fontweight="bold", pad=12)
+        axes.set_title(_titled(residual), fontweight="bold", pad=12)
         axes.axhline(LEVEL, color=COLOURS["guide"], linewidth=1.25, dashes=(4, 3))
         axes.grid(axis="y")
         axes.spines["left"].set_visible(False)
-        for k, way in enumerate(result.ways):
+        for way in _ways(result, residual):
             hits = [int(held(result, residual, place, way)) for place in result.places]
             low, high = zip(*(wilson(n, result.draws) for n in hits), strict=True)
-            x = [j + 0.18 * (k - 1) for j in range(len(hits))]
+            x = [j + 0.18 * (result.ways.index(way) - 1) for j in range(len(hits))]
             measured(axes, x, [n / result.draws for n in hits], low, high, ROLES[way])
         axes.set(xlim=(-0.5, 2.5), ylim=(0.0, 1.0))
         axes.set_xticks(range(len(result.places)), result.places)
@@ -119,5 +158,5 @@ def _named(axes: Any, label: Any, narrow: bool) -> None:
     """The ways' names under the last chart, each in its colour."""
     height = -0.36 if narrow else -0.24
     for k, way in enumerate(SHOWN):
-        x = (-0.45, 0.5, 1.2)[k] if narrow else (-1.6, -0.6, 0.15)[k]
+        x = (-0.45, 0.5, 1.2)[k] if narrow else (-3.0, -2.0, -1.3)[k]
         label(axes, x, height, NAMES[way], ROLES[way])

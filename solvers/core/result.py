@@ -139,8 +139,9 @@ class Result:
 
         Its `made_by` names the form, "hessian", and the noise is estimated from the residuals.
         None from a method that has none, in space, with a scale and for a list of clouds.
-        It takes each partner as given, which makes it overconfident with point to point:
-        `solvers.uncertainty` has other ways.
+        It takes each partner as given, which makes it overconfident with every method that
+        finds its own pairs, far more so with point to point and GICP than with point to
+        plane: `solvers.uncertainty` has other ways, and says what was counted.
         """
         return import_module("solvers.uncertainty.closed_form").offered(self)
 

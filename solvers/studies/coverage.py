@@ -6,7 +6,9 @@ the truth. A region that is right holds it in 95 of 100 draws, but for chance.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -25,8 +27,9 @@ from solvers.uncertainty import (
     range_bearing,
     spread_of,
 )
+from solvers.uncertainty.closed_form import CENSI
 
-METHODS = ("icp", "point-to-plane")
+METHODS = ("icp", "point-to-plane", "gicp")
 WAYS = ("hessian", "censi", "starts", "sampled")
 GATE = 2.0
 LEVEL = 0.95
@@ -86,6 +89,8 @@ class Runs:
         σ of a range, in u.
     result : Result
         Of `solvers.register`.
+    options : mapping
+        The method's, as `solvers.register` was given them.
 
     Examples
     --------
@@ -99,11 +104,12 @@ class Runs:
     spread: tuple[float, float]
     noise: float
     result: Result
+    options: Mapping[str, Any]
 
 
 def runs(
     place: str, method: str = "point-to-plane", count: int = 1000, *, seed: int = 40, end: float | None = None,
-    noise: float = 0.04, heading: float = 3.0, shift: float = 0.15, gate: float = GATE,
+    noise: float = 0.04, heading: float = 3.0, shift: float = 0.15, **options: Any,
 ) -> Runs:  # fmt: skip
     """Register redrawn scans, each from a start of its own about the truth.
 
@@ -112,7 +118,7 @@ def runs(
     place : str
         "room", "corridor" or "hall".
     method : str, default "point-to-plane"
-        Of `solvers.METHODS`, one that takes weights and a gate.
+        Of `solvers.METHODS`; where a ray may find no echo, one that takes weights.
     count : int, default 1000
         How many draws.
     seed : int, default 40
@@ -125,8 +131,9 @@ def runs(
         The standard deviation of the starts' angle, degrees.
     shift : float, default 0.15
         That of their place, in each coordinate, in u.
-    gate : float, default 2.0
-        The method's, in u.
+    **options
+        The method's own. "icp", "point-to-plane" and "gicp" get a gate of 2 u unless
+        they are given another.
 
     Returns
     -------
@@ -146,8 +153,11 @@ def runs(
     """
     scans = redrawn(place, count, seed=seed, end=end, noise=noise)
     start = starts(scans.truth, count, heading=heading, shift=shift, seed=seed)
-    result = register(scans.source, scans.target, method, start=start, weights=scans.weights, gate=gate)
-    return Runs(scans, start, (heading, shift), noise, result)
+    if method in METHODS:
+        options = {"gate": GATE, **options}
+    weights = None if scans.weights.all() else scans.weights
+    result = register(scans.source, scans.target, method, start=start, weights=weights, **options)
+    return Runs(scans, start, (heading, shift), noise, result, options)
 
 
 def ends_of(made: Runs) -> Spread:
@@ -225,8 +235,8 @@ def regions(made: Runs, way: str) -> Covariance:
     matrix = np.diag(np.square([np.radians(heading), shift, shift]))
     each = [
         from_starts(
-            scans.source[i], scans.target[i], result.method, weights=scans.weights[i], gate=GATE, noise=closed[i],
-            start=from_matrix(matrix, made.start[i], frame="source"),
+            scans.source[i], scans.target[i], result.method, weights=scans.weights[i], noise=closed[i],
+            start=from_matrix(matrix, made.start[i], frame="source"), **made.options,
         )
         for i in range(k)
     ]  # fmt: skip
@@ -234,8 +244,9 @@ def regions(made: Runs, way: str) -> Covariance:
 
 
 def coverage(
-    place: str, method: str = "point-to-plane", ways: tuple[str, ...] = WAYS, *, count: int = 1000, seed: int = 40,
-    level: float = LEVEL, noise: float = 0.04, heading: float = 3.0, shift: float = 0.15, end: float | None = None,
+    place: str, method: str = "point-to-plane", ways: tuple[str, ...] | None = None, *, count: int = 1000,
+    seed: int = 40, level: float = LEVEL, noise: float = 0.04, heading: float = 3.0, shift: float = 0.15,
+    end: float | None = None, **options: Any,
 ) -> tuple[Line, ...]:  # fmt: skip
     """Count the draws whose region holds the truth.
 
@@ -245,8 +256,9 @@ def coverage(
         "room", "corridor" or "hall".
     method : str, default "point-to-plane"
         What registers the scans.
-    ways : tuple of str
-        How the spread is told; by default all four.
+    ways : tuple of str, optional
+        How the spread is told. None is all that the method has: "gicp" has "hessian" and
+        "sampled", the others all four.
     count : int, default 1000
         How many draws.
     seed : int, default 40
@@ -261,6 +273,8 @@ def coverage(
         That of their place, in u.
     end : float, optional
         How far the end walls are from the middle, in u.
+    **options
+        As for `runs`.
 
     Returns
     -------
@@ -279,9 +293,9 @@ def coverage(
     >>> line.covered < 25  # it claims far too much
     True
     """
-    made = runs(place, method, count, seed=seed, end=end, noise=noise, heading=heading, shift=shift)
+    made = runs(place, method, count, seed=seed, end=end, noise=noise, heading=heading, shift=shift, **options)
     lines = []
-    for way in ways:
+    for way in ways or (WAYS if method in CENSI else ("hessian", "sampled")):
         found = regions(made, way)
         inside = found.covers(made.scans.truth, level)
         widest = float(np.median(found.deviations[:, 0]))

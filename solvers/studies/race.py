@@ -3,7 +3,8 @@ benchmark and sweeps run it.
 
 One list of contestants with the options that they race with, one set of controls, one
 way to make the problems; what steps them is `solvers.stepper`. RANSAC takes no start:
-it ignores the starting pose, and its panel says so.
+it ignores the starting pose, and its panel says so. Among the extras so does
+`correlative`. `graduated-nonconvexity` does not race: it needs pairs.
 
 A controlled experiment: one room, one sampling, options chosen for it. It ranks nothing
 beyond itself, and steps of different methods are different amounts of work.
@@ -201,6 +202,10 @@ EXTRAS: tuple[Contestant, ...] = (
     Contestant(
         "branch-and-bound", "Branch and bound", {"cap": 0.4, "gap": 1e-3},
         "searches everywhere: the starting pose is one ceiling of many",
+    ),
+    Contestant(
+        "correlative", "Correlative", {},
+        "searches a grid of poses everywhere and ignores the start; the race's true heading is on the grid",
     ),
 )
 """Others that may take the place of one of the nine."""

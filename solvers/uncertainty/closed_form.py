@@ -73,7 +73,11 @@ def covariance(
     it ended with: neither knows that other pairs, or another start, would have led
     elsewhere. "hessian" is exact to that order for `kabsch`, with isotropic noise. For
     the others it takes the partner of each point as given, and the residuals as
-    independent.
+    independent, which makes it overconfident. Of 100 redrawn pairs of scans of a room,
+    its 95 % regions held the truth in about 89 with `point-to-plane`, 54 with `gicp`, 24
+    with `icp`, `capped-icp` and `kiss-threshold-icp`, and 10 with `trimmed-icp`; in a
+    corridor in 51 with `point-to-plane`, 6 with `gicp` and none with `icp`.
+    `solvers.uncertainty_study.coverage` counts this.
 
     "censi" differentiates the condition of the minimum, ∂E/∂x = 0, by pose and
     measurements: cov x = H⁻¹ (∂²E/∂x∂z) Σ_z (∂²E/∂x∂z)ᵀ H⁻¹, with H = ∂²E/∂x². A point

@@ -266,12 +266,19 @@ def _moved(spread: Covariance, centre: FloatArray, radius: float) -> Covariance:
     """The same covariance told about another centre and in units of another radius."""
     if np.allclose(spread.centre, centre) and np.isclose(spread.radius, radius):
         return spread
-    if spread.free.any():
-        raise ValueError("noise: with a free direction it has to be of the same clouds")
-    scale = np.array([radius, 1.0, 1.0])
-    out = scale[:, None] * se2.shifted(centre)
-    scaled = out @ spread.matrix @ out.T
-    return from_scaled(scaled, spread.mean, centre, np.asarray(radius), "target", spread.made_by)
+    before, out = _scaled_about(spread.centre, float(spread.radius)), _scaled_about(centre, radius)
+    lost = out @ np.linalg.inv(before) @ spread.directions[:, spread.free]
+    free = np.zeros((3, 3))
+    free[:, : lost.shape[1]] = np.linalg.qr(lost)[0]
+    keep = np.eye(3) - free @ free.T
+    scaled = keep @ out @ spread.matrix @ out.T @ keep
+    return from_scaled(scaled, spread.mean, centre, np.asarray(radius), "target", spread.made_by, free)
+
+
+def _scaled_about(centre: FloatArray, radius: float) -> FloatArray:
+    """The matrix (3, 3) that makes (radius · angle, x, y) about the centre of a twist about the origin."""
+    out: FloatArray = np.array([radius, 1.0, 1.0])[:, None] * se2.shifted(centre)
+    return out
 
 
 def _unscented(start: Covariance) -> Pose:

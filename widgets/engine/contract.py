@@ -34,7 +34,7 @@ By tests that go over all figures; `python3 build.py test -k NAME` runs them for
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -73,6 +73,19 @@ class Button:
     does: Literal["press", "run", "back", "reset", "reseed"] = "press"
     primary: bool = False
     repeats: str = ""
+
+
+Pieces = Generator[None, None, Any]
+"""An action done piece by piece; it returns the state."""
+
+
+def whole(pieces: Pieces) -> Any:
+    """The state that an action leads to, its pieces done in one go."""
+    while True:
+        try:
+            next(pieces)
+        except StopIteration as end:
+            return end.value
 
 
 UNDONE = (Button("back", "Back", "back"), Button("reset", "Reset", "reset"), Button("new", "New draw", "reseed"))
@@ -133,6 +146,8 @@ class Widget:
     second argument, the level, from 0, the coarsest, to details − 1, which it must take for its default. The page
     shows the coarsest at once, then each finer one for as long as nothing else is asked. `known` is the finest level
     of a state that costs nothing more to draw.
+    pieces: `act` for actions that may take long: a generator that yields after every small piece of work and returns
+    the state. The page then stays alive, and the reader can cancel. `whole` of it is `act`.
     jobs: long work on the figure's settings, done in slices beside its frames (widgets.engine.jobs).
     motion: how to animate the last action, from the state before it to the state after it, or None.
     python: source text that reproduces a state with the solvers package alone.
@@ -159,6 +174,7 @@ class Widget:
     details: int = 1
     known: Callable[[Any], int] = lambda state: 0
     tape: tuple[tuple[Mapping[str, Value], tuple[str, ...]], ...] = ()
+    pieces: Callable[[Any, Action], Pieces] | None = None
     jobs: tuple[Job, ...] = ()
     motion: Callable[[Any, Any], Motion | None] = lambda before, after: None
     python: Callable[[Any], str] = lambda state: ""

@@ -5,8 +5,9 @@ states along the last record of each figure, so that one more action, a replaced
 most; and what a state hands on unchanged, a panel or a mark that is the very same object, is not turned into markup
 again, nor is a mark that several panels of one view share drawn more than once.
 
-A record whose replay takes long is replayed in slices, for those who ask for it so: the states that a slice leads to
-are kept beside those of the last frame until the frame is drawn or another record is asked for.
+A record whose replay takes long is replayed in slices, for those who ask for it so, and so is a single action of a
+widget that acts in pieces: the states that a slice leads to are kept beside those of the last frame until the frame is
+drawn or another record is asked for.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ import numpy as np
 
 from widgets.drawing.picture import Group, Handle, Mark, Panel, Picture, View
 from widgets.drawing.svg import UNIT, group_svg, mark_svg, panel_svg
-from widgets.engine.contract import Action, Motion, Record, Widget, parsed
+from widgets.engine.contract import Action, Motion, Pieces, Record, Widget, parsed
 from widgets.engine.controls import clip, nearest, values
 from widgets.engine.jobs import Running
 from widgets.engine.registry import WIDGETS
@@ -33,11 +34,13 @@ SLICE = 0.1  # seconds after which a slice of a replay begins nothing more
 
 @dataclass
 class _Replay:
-    """The states along the beginning of a log: states[i] is what its first i actions lead to."""
+    """The states along the beginning of a log: states[i] is what its first i actions lead to. pieces: of the action
+    after these, if some of it is done."""
 
     key: Any
     states: list[Any]
     log: tuple[Action, ...] = ()
+    pieces: Pieces | None = None
 
     def shared(self, log: tuple[Action, ...]) -> int:
         """How many of the log's first actions lead to states that are known."""
@@ -46,7 +49,9 @@ class _Replay:
 
     def towards(self, log: tuple[Action, ...]) -> _Replay:
         """What is known along another log, to go on from."""
-        return _Replay(self.key, self.states[: self.shared(log) + 1], log)
+        shared, reached = self.shared(log), len(self.states) - 1
+        same = shared == reached and log[reached : reached + 1] == self.log[reached : reached + 1]
+        return _Replay(self.key, self.states[: shared + 1], log, self.pieces if same else None)
 
     @property
     def whole(self) -> bool:
@@ -54,8 +59,17 @@ class _Replay:
         return len(self.states) > len(self.log)
 
     def act(self, widget: Widget) -> None:
-        """One action more."""
-        self.states.append(widget.act(self.states[-1], self.log[len(self.states) - 1]))
+        """One action more, or a piece of it where the widget acts in pieces."""
+        state, action = self.states[-1], self.log[len(self.states) - 1]
+        if widget.pieces is None:
+            self.states.append(widget.act(state, action))
+            return
+        self.pieces = self.pieces or widget.pieces(state, action)
+        try:
+            next(self.pieces)
+        except StopIteration as end:
+            self.pieces = None
+            self.states.append(end.value)
 
 
 _Marks = dict[tuple[int, int], tuple[Mark, View, str]]
@@ -194,7 +208,7 @@ class Host:
         here = tuple(key in self._given for _, key in record.given)
         key = (widget.name, record.controls, record.seed, record.given, here)
         # A replay that raises half way is not kept, and one that is given up leaves the last frame's states alone.
-        known = [one for one in (self._replays.get(figure), self._begun.pop(figure, None)) if one and one.key == key]
+        known = [one for one in (self._begun.pop(figure, None), self._replays.get(figure)) if one and one.key == key]
         if known:
             replay = max(known, key=lambda one: one.shared(record.log)).towards(record.log)
         else:

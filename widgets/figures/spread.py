@@ -118,7 +118,7 @@ def _runs(ask: Ask, first: int, last: int, count: int) -> Runs:
     part = slice(first, last)
     some = replace(scans, source=scans.source[part], target=scans.target[part], weights=scans.weights[part])
     found = register(some.source, some.target, ask.method, start=begun[part], weights=some.weights, gate=GATE)
-    return Runs(some, begun[part], (ask.heading, ask.shift), ask.noise, found)
+    return Runs(some, begun[part], (ask.heading, ask.shift), ask.noise, found, {"gate": GATE})
 
 
 @lru_cache(maxsize=64)

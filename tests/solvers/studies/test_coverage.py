@@ -86,6 +86,25 @@ def test_starts_carried_through_add_to_the_closed_form():
     assert (more.deviations[:, 0] > closed.deviations[:, 0]).all()
 
 
+def test_each_method_is_counted_in_the_ways_that_it_has():
+    assert [line.way for line in coverage("room", "gicp", count=3)] == ["hessian", "sampled"]
+    assert [line.way for line in coverage("room", "icp", count=3)] == ["hessian", "censi", "starts", "sampled"]
+    with pytest.raises(ValueError, match="gicp"):
+        coverage("room", "gicp", ("censi",), count=3)
+
+
+def test_options_are_the_method_s_own():
+    """A gate of 2 u unless another is given, and none for a method that has none; where every ray has an echo a method
+    needs no weights."""
+    assert runs("room", "icp", 2).options == {"gate": 2.0}
+    assert runs("room", "icp", 2, gate=0.5).options == {"gate": 0.5}
+    assert runs("room", "trimmed-icp", 2, keep=0.7).options == {"keep": 0.7}
+    (line,) = coverage("room", "trimmed-icp", ("hessian",), count=3, keep=0.7)
+    assert line.count == 3
+    with pytest.raises(ValueError, match="weights"):
+        runs("corridor", "trimmed-icp", 2)
+
+
 @pytest.mark.parametrize("wrong", [
     {"place": "cellar"}, {"count": 0}, {"end": 1.0}, {"noise": -1.0}, {"rays": 3}, {"seed": -1},
 ])  # fmt: skip

@@ -107,6 +107,19 @@ def test_what_the_noise_leaves_free_stays_free():
     assert not np.isnan(found.matrix).any()
 
 
+def test_a_free_direction_told_about_another_centre_stays_free():
+    """The noise of half of the source points, about their own centre, carried through for all of them."""
+    scene = corridor(noise=0.0)
+    half = (np.arange(len(scene.source)) % 2).astype(float) + (scene.source[:, 0] > 0.0)
+    run = register(scene.source, scene.target, "point-to-plane", start=scene.truth, gate=0.4, weights=half)
+    noise = covariance(run, "censi", source_noise=0.02)
+    start = from_matrix(np.diag([0.01, 0.02, 0.02]) ** 2, scene.truth)
+    found = from_starts(scene.source, scene.target, "point-to-plane", start=start, noise=noise, gate=0.4)
+    assert np.linalg.norm(found.centre - noise.centre) > 0.1
+    assert found.free.tolist() == [True, False, False]
+    np.testing.assert_allclose(found.directions[:, 0], noise.directions[:, 0], atol=1e-9)
+
+
 def test_what_is_refused():
     with pytest.raises(ValueError, match="poses"):
         spread_of(Pose.identity(batch=(1,)), centre=(0.0, 0.0), radius=1.0)

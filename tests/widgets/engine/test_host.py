@@ -5,7 +5,6 @@ from __future__ import annotations
 import gc
 import json
 import re
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -175,93 +174,6 @@ def test_a_failure_leaves_no_half_replayed_log() -> None:
     with pytest.raises(RuntimeError, match="broken"):
         host.render("fig-solve", record(["drag", "source", 3, 1]))
     assert host.frame(json.dumps({"figure": "fig-solve", "record": plain})) == fresh(plain)
-
-
-class _Clock:
-    """Half a second passes with every start and act, and none otherwise."""
-
-    def __init__(self) -> None:
-        self.time = 0.0
-        self.calls = 0
-
-    def __call__(self) -> float:
-        return self.time
-
-    def host(self) -> Host:
-        """A host over the Kabsch widget whose work takes time."""
-        return Host({"kabsch": replace(WIDGET, start=self._taking(WIDGET.start), act=self._taking(WIDGET.act))}, self)
-
-    def _taking(self, work: Callable[..., Any]) -> Callable[..., Any]:
-        def taking(*given: Any) -> Any:
-            self.time += 0.5
-            self.calls += 1
-            return work(*given)
-
-        return taking
-
-
-LONG = [["drag", "source", 0.5 * k, -0.25 * k] if k % 2 else SOLVE for k in range(6)]
-
-
-def sliced(host: Host, plain: dict[str, Any]) -> dict[str, Any]:
-    """A host's answer, which may be how far it has come."""
-    answer: dict[str, Any] = json.loads(host.frame(json.dumps({"figure": "f", "record": plain, "slices": True})))
-    return answer
-
-
-def test_a_long_replay_is_answered_in_slices() -> None:
-    """Each does a piece and tells how far it is, none does one again, and the frame is that of a replay in one go."""
-    clock, plain = _Clock(), record(*LONG)
-    host, answers, calls = clock.host(), [], []
-    while not answers or "replayed" in answers[-1]:
-        answers.append(sliced(host, plain))
-        calls.append(clock.calls)
-    assert answers[:-1] == [{"replayed": k, "of": 6} for k in range(6)]
-    assert calls == [1, 2, 3, 4, 5, 6, 7]
-    assert answers[-1] == Host().render("f", plain)
-    assert _Clock().host().render("f", plain) == answers[-1]  # not asked for slices: all at once
-
-
-def test_quick_work_is_one_slice_and_one_slow_action_too() -> None:
-    """A request that has time for all of it, and every single action on what is known, are answered at once."""
-    assert sliced(Host({"kabsch": WIDGET}, lambda: 0.0), record(*LONG)) == Host().render("f", record(*LONG))
-    host, log = _Clock().host(), []
-    for one in ([], *LONG):
-        log = [*log, one] if one else []
-        assert sliced(host, record(*log)) == Host().render("f", record(*log))
-
-
-def test_a_replay_that_is_given_up_leaves_what_was_seen() -> None:
-    """After some slices of another record, one action more on the last frame still costs one; a newer record takes over
-    what was replayed of the older."""
-    clock = _Clock()
-    host = clock.host()
-    while "replayed" in sliced(host, record(*LONG)):
-        pass
-    for _ in range(3):
-        assert "replayed" in sliced(host, record(*LONG, noise=0.3))
-    clock.calls = 0
-    frame = sliced(host, record(*LONG, SOLVE))
-    assert (clock.calls, frame) == (1, Host().render("f", record(*LONG, SOLVE)))
-    for k in range(4):
-        assert sliced(host, record(*LONG, noise=0.3)) == {"replayed": k, "of": 6}
-    clock.calls = 0
-    assert sliced(host, record(*LONG[:3], SOLVE, noise=0.3)) == Host().render("f", record(*LONG[:3], SOLVE, noise=0.3))
-    assert clock.calls == 1
-
-
-@settings(max_examples=30, deadline=None)
-@given(st.lists(st.tuples(st.integers(0, 6), st.booleans(), st.integers(1, 4)), min_size=1, max_size=8))
-def test_slices_of_any_records_draw_what_a_fresh_host_draws(asked: list[tuple[int, bool, int]]) -> None:
-    """Replays begun, given up and taken up again, of records that share more or less: every frame byte for byte."""
-    host = _Clock().host()
-    for length, other, patience in asked:
-        log = [*LONG[: length // 2], ["drag", "turn", 1.0, 2.0], *LONG[length // 2 :]] if other else LONG[:length]
-        for _ in range(patience):
-            answer = sliced(host, record(*log))
-            if "replayed" not in answer:
-                assert answer == Host().render("f", record(*log))
-                break
 
 
 def test_an_unknown_widget_is_named() -> None:

@@ -17,7 +17,7 @@ from solvers.scenes.rooms import Scene, room
 from solvers.scenes.walls import hall
 from widgets.drawing.chart import Series, chart
 from widgets.drawing.picture import Group, Panel, Path, Picture, Points, Readout, View, degrees, number
-from widgets.engine.contract import ITERATED, Action, Key, Lead, Motion, Widget
+from widgets.engine.contract import ITERATED, Action, Key, Lead, Motion, Pieces, Widget, whole
 from widgets.engine.controls import choice, slider
 from widgets.engine.script import called
 from widgets.figures.branch_and_bound import marks
@@ -110,12 +110,18 @@ def _values(batch: Batch[BranchAndBoundState]) -> tuple[float, float]:
 
 def act(state: State, action: Action) -> State:
     """One step, or all to the end."""
+    return whole(pieces(state, action))  # type: ignore[no-any-return]
+
+
+def pieces(state: State, action: Action) -> Pieces:
+    """The same, a step of the search at a time."""
     batch, course = state.batch, [*state.course]
     while not batch.done:
         batch = advance(batch)
         course.append(_values(batch))
         if action.name == "step":
             break
+        yield
     return replace(state, batch=batch, course=tuple(course))
 
 
@@ -291,6 +297,7 @@ WIDGET = Widget(
     },
     start=start,
     act=act,
+    pieces=pieces,
     draw=draw,
     buttons=ITERATED,
     legend=(

@@ -76,6 +76,8 @@ _SAID: tuple[tuple[str, str, Role, str, str], ...] = (
      "Gaussians of both clouds' cells. The points themselves are not used."),
     ("branch-and-bound", "search", "by-nearest", "-.",
      "All poses in boxes, with a proof for the capped distances. It ignores the start."),
+    ("correlative", "grid", "by-cells", "-",
+     "The best of a grid of poses, which holds the true heading. It ignores the start."),
 )  # fmt: skip
 
 ENTRIES: Mapping[str, Entry] = MappingProxyType(
