@@ -138,7 +138,7 @@ def rows(found: list[Followed]) -> list[Row]:
     missed, frames = sum(one.missed for one in found), sum(one.frames for one in found)
     worst = max(found, key=lambda one: one.missed / max(one.frames, 1))
     note = f"{missed} of {frames} in all figures with handles; most in {worst.where}, {worst.missed} of {worst.frames}"
-    return [*out, Row("frames missed in a drag", 100 * missed / max(frames, 1), "%", 2, note)]
+    return [*out, Row("frames missed in a drag", 100 * missed / max(frames, 1), "%", 1, note)]
 
 
 def _split(one: Followed, which: str) -> list[Row]:

@@ -98,7 +98,7 @@ def paint(bench: Bench) -> list[Row]:
                     live(page)
                     shifts.append(page.evaluate("seen.shift"))
             note = f"median of {LOADS} cold loads"
-            rows.append(Row(f"largest contentful paint, {name}", median(paints), "ms", 500, note))
+            rows.append(Row(f"largest contentful paint, {name}", median(paints), "ms", 300, note))
     rows.append(Row("layout shift, until Python is up", max(shifts), "", 0, "worst of all loads"))
     rows.append(Row("requests to another origin", len(foreign), "", 0))
     return rows
@@ -143,7 +143,7 @@ def tape(bench: Bench) -> list[Row]:
     note = f"first click of a page, runtime held back; worst of {len(delays)} pages, {worst}"
     note += f"; median {number_ms(median(delays.values()))}"
     note += f"; kept until Python is up: {', '.join(kept)}" if kept else ""
-    return [Row("first answer from the tape", delays[worst], "ms", 50, note)]
+    return [Row("first answer from the tape", delays[worst], "ms", 16, note)]
 
 
 _MAIN = 'figure.figure button.primary[data-button]:not([aria-disabled="true"])'
@@ -206,7 +206,7 @@ def heat(bench: Bench) -> list[Row]:
     note = f"{len(coarse)} turns of the NDT score map, from the input to the swapped picture; median "
     return [
         Row("heat map, coarse, 95th percentile", centile(coarse, 95), "ms", 33, note + number_ms(median(coarse))),
-        Row("heat map, full, 63 × 63, 95th percentile", centile(full, 95), "ms", 1000, note + number_ms(median(full))),
+        Row("heat map, full, 63 × 63, 95th percentile", centile(full, 95), "ms", 300, note + number_ms(median(full))),
     ]
 
 
@@ -242,7 +242,7 @@ def nine(bench: Bench) -> list[Row]:
             "25-seed benchmark in slices on the page", total, "ms", 2500,
             f"{len(slices)} slices, longest {number_ms(max(slices))}; {number_ms(total - inside)} beside the solvers",
         ),
-        Row("Stop of the benchmark, until Python is free", max(stops), "ms", 100, f"worst of {STOPS}, in mid run"),
+        Row("Stop of the benchmark, until Python is free", max(stops), "ms", 50, f"worst of {STOPS}, in mid run"),
     ]  # fmt: skip
 
 
