@@ -128,6 +128,9 @@ class Method(Generic[S]):
         The dimensions it works in; None for any.
     max_steps : int
         The default step limit.
+    any_extent : bool
+        Whether it copes with clouds so narrow that squares of lengths vanish; without, a
+        run on such clouds is degenerate.
 
     Examples
     --------
@@ -151,6 +154,7 @@ class Method(Generic[S]):
     scaled: bool = False
     dims: tuple[int, ...] | None = (2,)
     max_steps: int = 70
+    any_extent: bool = False
 
     def __post_init__(self) -> None:
         # What `help(METHODS["icp"])` shows, in place of the words about the class.

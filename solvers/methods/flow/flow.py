@@ -261,6 +261,7 @@ def flow_method(name: str, folder: str = FOLDER) -> Method[FlowState]:
     summary, source = _METHODS[name]
     return Method(
         name=name,
+        any_extent=True,
         summary=summary,
         source=source,
         start=lambda problem, options: _start(problem, options, params(name, folder), anchored),
