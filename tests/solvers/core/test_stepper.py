@@ -54,7 +54,7 @@ def halving_step(state):
     with np.errstate(invalid="ignore"):
         t = np.where((size > state.options.breaks_beyond)[:, None], np.nan, state.pose.t + gap)
     return replace(
-        state, pose=Pose(state.pose.R, t), objective=size, status=status, reason=reason, offsets=(gap, size)
+        state, pose=Pose.trusted(state.pose.R, t), objective=size, status=status, reason=reason, offsets=(gap, size)
     )
 
 
