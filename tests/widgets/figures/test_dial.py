@@ -80,7 +80,7 @@ def test_a_flow_has_no_objective() -> None:
     assert np.ptp(marks.heights(dial, True)) == 0.0
 
 
-@pytest.mark.parametrize(("name", "words"), [("flow", "It ended "), ("nearest", "It came to rest ")])
+@pytest.mark.parametrize(("name", "words"), [("flow", "It ended "), ("default", "It came to rest ")])
 def test_a_flow_that_has_finished_is_not_said_to_rest(name: str, words: str) -> None:
     frame = Host().render("f", {**preset(figure.WIDGET, name, {}).plain(), "log": [["press", "roll"]]})
     assert frame["note"].startswith(words)
