@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from solvers.core import validate
 from solvers.core.arrays import FloatArray
-from solvers.core.pose import Pose
+from solvers.core.pose import Pose, a_pose
 
 
 def rre(pose: Pose, truth: Pose) -> FloatArray:
@@ -31,6 +31,8 @@ def rre(pose: Pose, truth: Pose) -> FloatArray:
 
     Raises
     ------
+    TypeError
+        If what is to be a pose is none.
     ValueError
         If the poses do not broadcast, or are not both of 2 or of 3 dimensions.
 
@@ -69,6 +71,8 @@ def rte(pose: Pose, truth: Pose) -> FloatArray:
 
     Raises
     ------
+    TypeError
+        If what is to be a pose is none.
     ValueError
         If the poses do not broadcast, or are of different dimensions.
 
@@ -101,8 +105,10 @@ def scale_error(pose: Pose, truth: Pose) -> FloatArray:
 
     Raises
     ------
+    TypeError
+        If what is to be a pose is none.
     ValueError
-        If the poses do not broadcast.
+        If the poses do not broadcast, or are of different dimensions.
 
     Examples
     --------
@@ -111,6 +117,7 @@ def scale_error(pose: Pose, truth: Pose) -> FloatArray:
     >>> scale_error(Pose.from_angle(0.0, scale=0.3), Pose.identity()).round(6)
     np.float64(0.7)
     """
+    _one_space(pose, truth)
     error: FloatArray = np.abs(np.asarray(pose.scale) / np.asarray(truth.scale) - 1.0)
     return error[()]
 
@@ -134,6 +141,8 @@ def point_error(pose: Pose, truth: Pose, points: ArrayLike) -> FloatArray:
 
     Raises
     ------
+    TypeError
+        If what is to be a pose is none.
     ValueError
         If `points` is no finite cloud of the poses' dimension, or shapes do not
         broadcast.
@@ -146,8 +155,10 @@ def point_error(pose: Pose, truth: Pose, points: ArrayLike) -> FloatArray:
     >>> point_error(pose, Pose.identity(), [[0.0, 0.0], [5.0, 1.0]]).round(6)
     np.float64(0.5)
     """
+    _one_space(pose, truth)
     p = validate.cloud(points, "points", pose.dim)
-    return _root_mean_square(pose.apply(p) - truth.apply(p), None)
+    validate.batch_shape(pose=pose.batch, truth=truth.batch, points=p.shape[:-2])
+    return _root_mean_square(pose.apply(p) - truth.apply(p), np.ones(p.shape[-2]))
 
 
 def residuals(pose: Pose, source: ArrayLike, target: ArrayLike) -> FloatArray:
@@ -169,6 +180,8 @@ def residuals(pose: Pose, source: ArrayLike, target: ArrayLike) -> FloatArray:
 
     Raises
     ------
+    TypeError
+        If what is to be a pose is none.
     ValueError
         If the clouds are not finite, not matched row by row, or do not fit the pose.
 
@@ -179,8 +192,7 @@ def residuals(pose: Pose, source: ArrayLike, target: ArrayLike) -> FloatArray:
     >>> residuals(Pose.identity(), [[0.0, 0.0], [1.0, 0.0]], [[0.0, 2.0], [1.0, 0.0]])
     array([2., 0.])
     """
-    p, q = validate.matched(source, target)
-    distance: FloatArray = np.linalg.norm(pose.apply(p) - q, axis=-1)
+    distance: FloatArray = np.linalg.norm(_left(pose, source, target), axis=-1)
     return distance
 
 
@@ -211,6 +223,8 @@ def rms(
 
     Raises
     ------
+    TypeError
+        If what is to be a pose is none.
     ValueError
         If the clouds are not finite, not matched row by row, or do not fit the pose, or
         if a weight is negative.
@@ -225,20 +239,30 @@ def rms(
     >>> float(rms(Pose.identity(), p, q, weights=[0.0, 1.0]))
     0.0
     """
+    left = _left(pose, source, target)
+    w = validate.weights(weights, left.shape[-2])
+    validate.batch_shape(weights=w.shape[:-1], residuals=left.shape[:-2])
+    return _root_mean_square(left, w)
+
+
+def _left(pose: Pose, source: ArrayLike, target: ArrayLike) -> FloatArray:
+    """What is left between each moved source row and its target row, (..., n, d)."""
+    d = a_pose(pose, "pose").dim
     p, q = validate.matched(source, target)
-    w = None if weights is None else validate.weights(weights, p.shape[-2])
-    return _root_mean_square(pose.apply(p) - q, w)
+    if p.shape[-1] != d:
+        raise ValueError(f"pose: moves points in {d} dimensions, the clouds have {p.shape[-1]}")
+    validate.batch_shape(pose=pose.batch, source=p.shape[:-2], target=q.shape[:-2])
+    return pose.apply(p) - q
 
 
-def _root_mean_square(offsets: FloatArray, weights: FloatArray | None) -> FloatArray:
+def _root_mean_square(offsets: FloatArray, weights: FloatArray) -> FloatArray:
     squares = np.einsum("...nd,...nd->...n", offsets, offsets)
-    if weights is None:
-        weights = np.ones(squares.shape[-1])
     total = weights.sum(axis=-1)
     root: FloatArray = np.sqrt((weights * squares).sum(axis=-1) / np.where(total > 0.0, total, 1.0))
     return root[()]
 
 
 def _one_space(pose: Pose, truth: Pose) -> None:
-    if pose.dim != truth.dim:
+    if a_pose(pose, "pose").dim != a_pose(truth, "truth").dim:
         raise ValueError(f"truth: moves points in {truth.dim} dimensions, the pose in {pose.dim}")
+    validate.batch_shape(pose=pose.batch, truth=truth.batch)

@@ -10,7 +10,7 @@ To add a method, write a module with:
    run, by `numpy.random.default_rng(problem.seed[i])` for problem i. A hopeless problem
    gets `Status.DEGENERATE` and a reason (`status.mark`).
 3. `step`, which returns `tree.changed(state, pose=…, objective=…, status=…, …)`:
-   running, converged, stalled or degenerate. It must not raise for geometry and must
+   running, converged, stalled, finished or degenerate. It must not raise for geometry and must
    not write into arrays.
 4. A `Method(...)`, added to the list in `solvers/core/registry.py`;
    tests/solvers/core/test_registry.py says where else its name belongs.
@@ -128,6 +128,9 @@ class Method(Generic[S]):
         The dimensions it works in; None for any.
     max_steps : int
         The default step limit.
+    any_extent : bool
+        Whether it copes with clouds so narrow that squares of lengths vanish; without, a
+        run on such clouds is degenerate.
 
     Examples
     --------
@@ -151,6 +154,7 @@ class Method(Generic[S]):
     scaled: bool = False
     dims: tuple[int, ...] | None = (2,)
     max_steps: int = 70
+    any_extent: bool = False
 
     def __post_init__(self) -> None:
         # What `help(METHODS["icp"])` shows, in place of the words about the class.

@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike
 
 from solvers.core.arrays import FloatArray
-from solvers.core.proper import apart, check
+from solvers.core.numbers import finite, numbers
+from solvers.core.proper import apart, check, check_rotation, of_one_batch
+from solvers.core.rotations import planar, spatial
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +33,8 @@ class Pose:
     Raises
     ------
     ValueError
-        If the shapes do not match, R is not a rotation, or a scale is not positive.
+        If the shapes do not match, a number is not finite, R is not a rotation, or a scale
+        is not positive.
 
     Examples
     --------
@@ -61,8 +64,11 @@ class Pose:
     __array_ufunc__ = None  # `array @ pose` is refused, too
 
     def __post_init__(self) -> None:
+        for name in ("R", "t", "scale"):
+            object.__setattr__(self, name, numbers(getattr(self, name), name))
         self._fill()
-        check(self.R, np.asarray(self.scale))
+        check(self.t, np.asarray(self.scale))
+        check_rotation(self.R)
 
     @classmethod
     def trusted(cls, R: ArrayLike, t: ArrayLike, scale: ArrayLike = 1.0) -> Pose:
@@ -98,24 +104,8 @@ class Pose:
 
     def _fill(self) -> None:
         """Bring the three to one batch shape, as arrays that cannot be written to."""
-        R, t = np.asarray(self.R, dtype=np.float64), np.asarray(self.t, dtype=np.float64)
-        scale = np.asarray(self.scale, dtype=np.float64)
-        if R.ndim < 2 or R.shape[-1] != R.shape[-2]:
-            raise ValueError(f"R: expected shape (..., d, d), got {R.shape}")
-        d = R.shape[-1]
-        if t.ndim < 1 or t.shape[-1] != d:
-            raise ValueError(f"t: expected shape (..., {d}) to go with R, got {t.shape}")
-        batch = scale.shape
-        if not R.shape[:-2] == t.shape[:-1] == batch:  # seldom, and slow to work out
-            try:
-                batch = np.broadcast_shapes(R.shape[:-2], t.shape[:-1], scale.shape)
-            except ValueError:
-                raise ValueError(
-                    f"R, t, scale: leading axes {R.shape[:-2]}, {t.shape[:-1]} and {scale.shape} do not broadcast"
-                ) from None
-        object.__setattr__(self, "R", _frozen(R, (*batch, d, d)))
-        object.__setattr__(self, "t", _frozen(t, (*batch, d)))
-        object.__setattr__(self, "scale", _frozen(scale, batch))
+        for name, value in zip(("R", "t", "scale"), of_one_batch(self.R, self.t, self.scale), strict=True):
+            object.__setattr__(self, name, value)
 
     @classmethod
     def identity(cls, d: int = 2, batch: tuple[int, ...] = ()) -> Pose:
@@ -156,11 +146,10 @@ class Pose:
         Raises
         ------
         ValueError
-            If the shapes do not fit together.
+            If the shapes do not fit together, a number is not finite, or a scale is not
+            positive.
         """
-        c, s = np.cos(np.asarray(theta, dtype=np.float64)), np.sin(np.asarray(theta, dtype=np.float64))
-        R = np.stack([np.stack([c, -s], axis=-1), np.stack([s, c], axis=-1)], axis=-2)
-        return cls.trusted(R, t, scale)
+        return cls._turned(planar(finite(numbers(theta, "theta"), "theta")), t, scale)
 
     @classmethod
     def from_rotvec(cls, rotvec: ArrayLike, t: ArrayLike = (0.0, 0.0, 0.0), scale: ArrayLike = 1.0) -> Pose:
@@ -183,7 +172,8 @@ class Pose:
         Raises
         ------
         ValueError
-            If the shapes do not fit together.
+            If the shapes do not fit together, a number is not finite, or a scale is not
+            positive.
 
         Notes
         -----
@@ -198,18 +188,17 @@ class Pose:
         >>> quarter([[1.0, 0.0, 5.0]]).round(6)
         array([[0., 1., 5.]])
         """
-        v = np.asarray(rotvec, dtype=np.float64)
+        v = finite(numbers(rotvec, "rotvec"), "rotvec")
         if v.ndim < 1 or v.shape[-1] != 3:
             raise ValueError(f"rotvec: expected shape (..., 3), got {v.shape}")
-        theta = np.linalg.norm(v, axis=-1)[..., None, None]
-        x, y, z = v[..., 0], v[..., 1], v[..., 2]
-        o = np.zeros_like(x)
-        rows = [[o, -z, y], [z, o, -x], [-y, x, o]]
-        skew = np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
-        # sin θ / θ and (1 − cos θ) / θ² = sinc²(θ/2) / 2; numpy's sinc has a π in it.
-        first, second = np.sinc(theta / np.pi), 0.5 * np.square(np.sinc(theta / (2.0 * np.pi)))
-        R = np.eye(3) + first * skew + second * (skew @ skew)
-        return cls.trusted(R, t, scale)
+        return cls._turned(spatial(v), t, scale)
+
+    @classmethod
+    def _turned(cls, R: FloatArray, t: ArrayLike, scale: ArrayLike) -> Pose:
+        """The pose of rotations that were made here, and of the rest as it was given."""
+        pose = cls.trusted(R, numbers(t, "t"), numbers(scale, "scale"))
+        check(pose.t, np.asarray(pose.scale))
+        return pose
 
     @classmethod
     def from_matrix(cls, matrix: ArrayLike) -> Pose:
@@ -305,9 +294,10 @@ class Pose:
             If the points are not rows of d numbers, or the leading axes do not
             broadcast.
         """
-        p = np.asarray(points, dtype=np.float64)
+        p = numbers(points, "points")
         if p.ndim < 2 or p.shape[-1] != self.dim:
             raise ValueError(f"points: expected shape (..., n, {self.dim}), got {p.shape}")
+        self._fits(p.shape[:-2], "points")
         moved: FloatArray = p @ (np.asarray(self.scale)[..., None, None] * self.R).swapaxes(-1, -2)
         for k in range(self.dim):  # with d innermost numpy's loop would be d long
             moved[..., k] += self.t[..., k, None]
@@ -328,19 +318,26 @@ class Pose:
 
         Raises
         ------
+        TypeError
+            If `first` is not a Pose.
         ValueError
             If the two do not fit together.
         """
+        a_pose(first, "first")
         if first.dim != self.dim:
             raise ValueError(f"first: moves points in {first.dim} dimensions, this pose in {self.dim}")
-        if self.batch != first.batch:
-            try:
-                np.broadcast_shapes(self.batch, first.batch)
-            except ValueError:
-                raise ValueError(f"first: leading axes {first.batch} do not broadcast with {self.batch}") from None
+        self._fits(first.batch, "first")
         s = np.asarray(self.scale)
         turned = (self.R @ first.t[..., None])[..., 0]
         return Pose.trusted(self.R @ first.R, s[..., None] * turned + self.t, s * first.scale)
+
+    def _fits(self, axes: tuple[int, ...], name: str) -> None:
+        """Refuse leading axes that do not broadcast against the pose's."""
+        if axes and self.batch and axes != self.batch:
+            try:
+                np.broadcast_shapes(self.batch, axes)
+            except ValueError:
+                raise ValueError(f"{name}: leading axes {axes} do not broadcast with {self.batch}") from None
 
     def inverse(self) -> Pose:
         """The pose that undoes this one: `T⁻¹(q) = Rᵀ (q − t) / s`.
@@ -392,8 +389,8 @@ class Pose:
         return f"Pose({turn}t=({t}), scale={float(self.scale):.6g})"
 
 
-def _frozen(values: FloatArray, shape: tuple[int, ...]) -> FloatArray:
-    # Broadcasting costs more than the copy, and is seldom needed.
-    out = np.array(values if values.shape == shape else np.broadcast_to(values, shape), dtype=np.float64)
-    out.flags.writeable = False
-    return out
+def a_pose(value: object, name: str) -> Pose:
+    """`value` when it is a pose, else a TypeError."""
+    if not isinstance(value, Pose):
+        raise TypeError(f"{name}: expected a Pose, got {type(value).__name__}; Pose.from_matrix makes one of a matrix")
+    return value

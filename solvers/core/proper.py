@@ -1,4 +1,4 @@
-"""What is no rotation and no scale is refused here, given as arrays or as a homogeneous matrix."""
+"""What makes a pose is brought to one shape here, and refused where it is no rotation, no translation or no scale."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from solvers.core.arrays import FloatArray
+from solvers.core.numbers import finite, numbers
 
 ROUNDING = 1e-12
 """How far from 1 a scale may be and still be told as 1."""
@@ -13,12 +14,45 @@ SHEARED = 1e-6
 """How far R Rᵀ may be from the identity: what is written with six digits still passes."""
 
 
-def check(R: FloatArray, scale: FloatArray) -> None:
-    """Refuse what is no rigid motion and no similarity. What is not finite passes: its run tells what became of it."""
+def of_one_batch(R: ArrayLike, t: ArrayLike, scale: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """R (..., d, d), t (..., d) and scale (...) with the leading axes that they broadcast to, as copies that cannot be
+    written to."""
+    R, t = np.asarray(R, dtype=np.float64), np.asarray(t, dtype=np.float64)
+    scale = np.asarray(scale, dtype=np.float64)
+    if R.ndim < 2 or R.shape[-1] != R.shape[-2]:
+        raise ValueError(f"R: expected shape (..., d, d), got {R.shape}")
+    d = R.shape[-1]
+    if t.ndim < 1 or t.shape[-1] != d:
+        raise ValueError(f"t: expected shape (..., {d}) to go with R, got {t.shape}")
+    batch = scale.shape
+    if not R.shape[:-2] == t.shape[:-1] == batch:  # seldom, and slow to work out
+        try:
+            batch = np.broadcast_shapes(R.shape[:-2], t.shape[:-1], scale.shape)
+        except ValueError:
+            raise ValueError(
+                f"R, t, scale: leading axes {R.shape[:-2]}, {t.shape[:-1]} and {scale.shape} do not broadcast"
+            ) from None
+    return _frozen(R, (*batch, d, d)), _frozen(t, (*batch, d)), _frozen(scale, batch)
+
+
+def _frozen(values: FloatArray, shape: tuple[int, ...]) -> FloatArray:
+    # Broadcasting costs more than the copy, and is seldom needed.
+    out = np.array(values if values.shape == shape else np.broadcast_to(values, shape), dtype=np.float64)
+    out.flags.writeable = False
+    return out
+
+
+def check(t: FloatArray, scale: FloatArray) -> None:
+    """Refuse what is not finite, and a scale that is not positive."""
+    finite(t, "t")
+    finite(scale, "scale")
     if np.any(scale <= 0.0):
         raise ValueError(f"scale: must be positive, but the smallest is {scale.min():.6g}")
-    if not np.isfinite(R).all():
-        return
+
+
+def check_rotation(R: FloatArray) -> None:
+    """Refuse what is no rotation."""
+    finite(R, "R")
     d = R.shape[-1]
     off = np.abs(R @ R.swapaxes(-1, -2) - np.eye(d)).max(initial=0.0)
     if off > SHEARED:
@@ -31,11 +65,10 @@ def check(R: FloatArray, scale: FloatArray) -> None:
 
 def apart(matrix: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
     """R, t and scale of homogeneous matrices."""
-    M = np.asarray(matrix, dtype=np.float64)
+    M = numbers(matrix, "matrix")
     if M.ndim < 2 or M.shape[-1] != M.shape[-2] or M.shape[-1] < 3:
         raise ValueError(f"matrix: expected shape (..., d + 1, d + 1) with d of at least 2, got {M.shape}")
-    if not np.isfinite(M).all():
-        raise ValueError("matrix: holds numbers that are not finite")
+    finite(M, "matrix")
     d = M.shape[-1] - 1
     if np.any(M[..., d, :d] != 0.0) or np.any(M[..., d, d] != 1.0):
         raise ValueError(f"matrix: expected the last row {[0] * d + [1]}, as of a homogeneous matrix")

@@ -16,7 +16,7 @@ from solvers.core.method import State
 from solvers.core.partners import NONE
 from solvers.core.pose import Pose
 from solvers.core.registry import METHODS
-from solvers.core.status import ENDED, Status
+from solvers.core.status import RULED, Status
 from solvers.core.stepper import Batch, History
 
 
@@ -71,8 +71,10 @@ class Result:
     @property
     def converged(self) -> BoolArray | bool:
         """Whether the method's own stopping rule was met; the pose may still be wrong.
+
+        False for `Status.FINISHED`, of a method that has no such rule.
         """
-        return bool(self.status) if isinstance(self.status, Status) else np.isin(self.status, ENDED)
+        return self.status in RULED if isinstance(self.status, Status) else np.isin(self.status, RULED)
 
     @property
     def matrix(self) -> FloatArray:

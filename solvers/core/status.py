@@ -38,6 +38,8 @@ class Status(IntEnum):
     PROVED = 5
     """No pose in the searched region has an objective lower by more than the gap (`Result.gap`); not that the pose is
     the true one."""
+    FINISHED = 6
+    """All steps that the method takes were taken: it has no test of rest."""
 
     @property
     def label(self) -> str:
@@ -46,7 +48,8 @@ class Status(IntEnum):
         return self.name.lower()
 
     def __bool__(self) -> bool:
-        """Whether the method came to an end of its own: true for `CONVERGED` and `PROVED`.
+        """Whether the method came to an end of its own: true for `CONVERGED`, `PROVED` and
+        `FINISHED`.
         """
         return self in ENDED
 
@@ -54,8 +57,10 @@ class Status(IntEnum):
         return self.label
 
 
-ENDED = (Status.CONVERGED, Status.PROVED)
-"""The statuses that a method's own stopping rule gives."""
+RULED = (Status.CONVERGED, Status.PROVED)
+"""The statuses of a stopping rule that was met."""
+ENDED = (*RULED, Status.FINISHED)
+"""The statuses of a method that came to an end of its own."""
 
 
 def statuses(batch: tuple[int, ...], status: Status = Status.RUNNING) -> StatusArray:

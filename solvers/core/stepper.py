@@ -24,6 +24,10 @@ from solvers.core.tree import changed, put, take
 
 T = TypeVar("T")
 
+LEAST_EXTENT = 1e-130
+"""World units, along an axis. Where both clouds are narrower, squares of their distances lose digits, then vanish."""
+TOO_NARROW = f"both clouds are less than {LEAST_EXTENT:g} u wide: multiply their points, and all lengths, by one number"
+
 
 @dataclass(frozen=True, eq=False)
 class Batch(Generic[S]):
@@ -90,6 +94,9 @@ class Batch(Generic[S]):
 def begin(method: Method[S], problem: Problem, options: Any = None, max_steps: int | None = None) -> Batch[S]:
     """Every problem at its start, no step taken.
 
+    A problem whose clouds are both narrower than 1e-130 u, and not points, is degenerate, but
+    for a method of `any_extent`.
+
     Parameters
     ----------
     method : Method
@@ -118,7 +125,7 @@ def begin(method: Method[S], problem: Problem, options: Any = None, max_steps: i
     state = method.start(problem, method.options() if options is None else options)
     cap = method.max_steps if max_steps is None else max_steps
     steps = np.zeros(problem.size, dtype=np.int64)
-    state = _cap(state, steps, cap)
+    state = _cap(state if method.any_extent else _mark_narrow(state, problem), steps, cap)
     rows = np.flatnonzero(state.status == Status.RUNNING).astype(np.int64)
     return Batch(method, cap, state, rows, state if rows.size == problem.size else take(state, rows), steps)
 
@@ -239,6 +246,16 @@ def run(batch: Batch[S], callback: Callback | None = None) -> tuple[Batch[S], Hi
         np.stack([p.R for p in poses]), np.stack([p.t for p in poses]), np.stack([np.asarray(p.scale) for p in poses])
     )
     return batch, History(course, np.stack(objective))
+
+
+def _mark_narrow(state: S, problem: Problem) -> S:
+    width = np.maximum(*(np.ptp(points, axis=1).max(axis=-1) for points in (problem.source, problem.target)))
+    narrow = (width > 0.0) & (width < LEAST_EXTENT)
+    if not narrow.any():
+        return state
+    begun = np.where(narrow, np.int8(Status.RUNNING), state.status)  # what the method said of them is beside the point
+    status, reason = mark(begun, state.reason, narrow, Status.DEGENERATE, TOO_NARROW)
+    return changed(state, status=status, reason=reason)
 
 
 def _cap(state: S, steps: IntArray, max_steps: int) -> S:

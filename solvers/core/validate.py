@@ -8,40 +8,42 @@ whose fits are degenerate.
 from __future__ import annotations
 
 import difflib
-import sys
 from collections.abc import Collection, Iterable
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from solvers.core.arrays import AnyArray, FloatArray, IntArray
+from solvers.core.arrays import FloatArray, IntArray
+from solvers.core.numbers import array, finite, numbers
 from solvers.core.pose import Pose
 
 LARGEST = 1e150
 """The largest coordinate or weight accepted: beyond it squares overflow float64."""
 
-TRANSPOSED = 8
-"""Two or three rows of more coordinates than this are taken for a transposed cloud."""
+TRANSPOSED = 3
+"""So many rows, or fewer, of more coordinates than this are taken for a transposed cloud: as points, they would leave
+the rotation open in any case."""
 
 
 def cloud(points: ArrayLike, name: str, dim: int | None = None) -> FloatArray:
     """`points` as a finite float64 array of shape (..., n, d), n ≥ 1, d ≥ 2 (d = `dim`
     where given).
     """
-    p = _numbers(points, name)
-    if dim is None and p.ndim == 2 and p.shape[0] <= 3 and p.shape[1] > TRANSPOSED:
-        raise ValueError(
-            f"{name}: shape {p.shape} is {p.shape[0]} points in {p.shape[1]} dimensions; a cloud has one point a row"
-            f" (pass {name}.T)"
-        )
+    p = numbers(points, name)
     wanted = "d" if dim is None else str(dim)
     if p.ndim < 2:
         raise ValueError(f"{name}: expected shape (..., n, {wanted}), rows of coordinates, got {p.shape}")
     if p.size == 0:
         raise ValueError(f"{name}: is empty, shape {p.shape}; at least one point is needed")
-    if p.shape[-1] < 2 or (dim is not None and p.shape[-1] != dim):
-        raise ValueError(f"{name}: expected {wanted if dim else 'at least 2'} coordinates a point, got {p.shape[-1]}")
-    return _finite(p, name)
+    n, d = p.shape[-2:]
+    if n <= TRANSPOSED < d != dim:
+        way = f"{name}.T" if p.ndim == 2 else f"numpy.swapaxes({name}, -1, -2)"
+        raise ValueError(
+            f"{name}: shape {p.shape} is {n} points in {d} dimensions; a cloud has one point a row (pass {way})"
+        )
+    if d < 2 or (dim is not None and d != dim):
+        raise ValueError(f"{name}: expected {wanted if dim else 'at least 2'} coordinates a point, got {d}")
+    return _moderate(p, name)
 
 
 def matched(source: ArrayLike, target: ArrayLike) -> tuple[FloatArray, FloatArray]:
@@ -61,7 +63,7 @@ def weights(values: ArrayLike | None, count: int, name: str = "weights") -> Floa
     """Non-negative finite weights of shape (..., count); None means all one."""
     if values is None:
         return np.ones(count)
-    w = _finite(_numbers(values, name), name)
+    w = _moderate(numbers(values, name), name)
     if w.ndim < 1 or w.shape[-1] != count:
         raise ValueError(f"{name}: expected shape (..., {count}), one weight a row, got {w.shape}")
     if np.any(w < 0.0):
@@ -71,10 +73,7 @@ def weights(values: ArrayLike | None, count: int, name: str = "weights") -> Floa
 
 def pairs(values: ArrayLike, source_count: int, target_count: int, name: str = "pairs") -> IntArray:
     """Index pairs (..., k, 2) of source row and target row, k ≥ 1, within range."""
-    try:
-        k = np.asarray(values)
-    except ValueError:
-        raise ValueError(f"{name}: rows of unequal length are no (k, 2) array") from None
+    k = array(values, name)
     if k.ndim < 2 or k.shape[-1] != 2:
         raise ValueError(f"{name}: expected shape (..., k, 2), source row and target row, got {k.shape}")
     if k.size == 0:
@@ -95,7 +94,7 @@ def start(value: Pose | ArrayLike | None, name: str = "start") -> Pose | None:
     """A pose, or the pose of homogeneous matrices (..., d + 1, d + 1)."""
     if value is None or isinstance(value, Pose):
         return value
-    matrix = _finite(_numbers(value, name), name)
+    matrix = _moderate(numbers(value, name), name)
     try:
         return Pose.from_matrix(matrix)
     except ValueError as error:
@@ -111,7 +110,7 @@ def pose(value: Pose | None, dim: int, name: str = "start") -> Pose:
         raise ValueError(f"{name}: moves points in {value.dim} dimensions, the clouds have {dim}")
     scale = np.asarray(value.scale)
     for part, what in ((value.R, "R"), (value.t, "t"), (scale, "scale")):
-        _finite(part, f"{name}.{what}")
+        _moderate(part, f"{name}.{what}")
     off = np.abs(value.R @ value.R.swapaxes(-1, -2) - np.eye(dim)).max(initial=0.0)
     if off > 1e-6:
         raise ValueError(f"{name}.R: is not orthogonal, R Rᵀ differs from the identity by {off:.2g}")
@@ -128,10 +127,7 @@ def seeds(values: ArrayLike | np.random.Generator | None, name: str = "seed") ->
     """
     if values is None or isinstance(values, np.random.Generator):
         return np.asarray(np.random.default_rng(values).integers(np.iinfo(np.int64).max))
-    try:
-        s = np.asarray(values)
-    except ValueError:
-        raise ValueError(f"{name}: rows of unequal length are no array") from None
+    s = array(values, name)
     if s.dtype.kind not in "iu" or s.size == 0:
         raise ValueError(f"{name}: expected a non-negative integer or an array of them, got {values!r}")
     if s.min() < 0 or s.max() > np.iinfo(np.int64).max:
@@ -197,30 +193,11 @@ def batch_shape(**shapes: tuple[int, ...]) -> tuple[int, ...]:
         raise ValueError(f"{', '.join(shapes)}: leading axes do not broadcast: {said}") from None
 
 
-def _numbers(values: ArrayLike, name: str) -> FloatArray:
-    ma = sys.modules.get("numpy.ma")  # who has a masked array has imported it; the page's numpy is without
-    if ma is not None and isinstance(values, ma.MaskedArray):
-        # Its mask would be lost, and what it hides would be registered.
-        if ma.is_masked(values):
-            raise ValueError(
-                f"{name}: a masked array hides {int(ma.getmaskarray(values).sum())} numbers; leave their rows out"
-            )
-        values = values.data
-    try:
-        a: AnyArray = np.asarray(values)
-    except ValueError:
-        raise ValueError(f"{name}: rows of unequal length are no array") from None
-    if a.dtype.kind not in "iuf":
-        raise ValueError(f"{name}: expected real numbers, got dtype {a.dtype}")
-    return a.astype(np.float64, copy=False)
-
-
-def _finite(a: FloatArray, name: str) -> FloatArray:
+def _moderate(a: FloatArray, name: str) -> FloatArray:
+    """`a`, in which every number is finite and has a square."""
     # One pass: NaN fails every comparison, so `not (max <= LARGEST)` catches NaN,
     # infinity and what would overflow.
     if a.size and not np.abs(a).max() <= LARGEST:
-        bad = int(np.count_nonzero(~np.isfinite(a)))
-        if bad:
-            raise ValueError(f"{name}: {bad} of {a.size} numbers are not finite")
+        finite(a, name)
         raise ValueError(f"{name}: beyond {LARGEST:g} squares overflow, but there is {np.abs(a).max():.3g}")
     return a

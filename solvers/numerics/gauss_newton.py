@@ -33,6 +33,7 @@ import numpy as np
 
 from solvers.core.arrays import BoolArray, FloatArray
 from solvers.core.pose import Pose
+from solvers.core.rotations import planar
 from solvers.geometry.spectral import symmetric_eigen
 
 
@@ -151,7 +152,7 @@ def rotation(omega: FloatArray) -> FloatArray:
     space; radians. (..., d, d).
     """
     if omega.shape[-1] == 1:
-        return Pose.from_angle(omega[..., 0]).R
+        return planar(omega[..., 0])
     angle = np.linalg.norm(omega, axis=-1)[..., None, None]
     axis = omega / np.where(angle > 0.0, angle, 1.0)[..., 0]
     K = np.cross(np.eye(3), axis[..., None, :])

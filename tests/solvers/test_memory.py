@@ -78,14 +78,17 @@ def test_the_limit_itself_is_taken():
 
 @pytest.mark.parametrize("method", FLOWS)
 def test_a_flow_that_ends_says_by_what(method):
-    """Its last step moves the points as the ones before do: the reason speaks of time, and of no rest."""
+    """Its last step moves the points as the ones before do: it has finished, and not converged; the reason speaks of
+    time, and of no rest."""
     rng = np.random.default_rng(40)
     cloud, seen = rng.standard_normal((30, 2)), []
     result: Result = register(
         cloud, Pose.from_angle(0.3).apply(cloud), method,
         callback=lambda k, state: seen.append(state.pose.apply(cloud[None])[0]) and None,
     )  # fmt: skip
-    assert result.status == Status.CONVERGED
+    assert result.status is Status.FINISHED
+    assert result.status
+    assert not result.converged
     assert result.steps == METHODS[method].options().steps
     assert result.reason == "the flow's time is up, and it has no test of rest"
     assert np.sqrt(np.square(seen[-1] - seen[-2]).sum(axis=1).mean()) > 1e-4

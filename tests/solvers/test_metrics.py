@@ -52,7 +52,34 @@ def test_residuals_and_their_rms_over_a_batch(rng, random_pose):
         residuals(poses, source, target[:5])
 
 
+def on_points(pose, truth):
+    return point_error(pose, truth, np.ones((4, 2)))
+
+
+def test_what_does_not_fit_together_is_named():
+    """No pose, batches that do not broadcast, clouds of another dimension: numpy's own words would name nothing."""
+    three, two, one = Pose.identity(2, (3,)), Pose.identity(2, (2,)), np.ones((4, 2))
+    for error in (rre, rte, scale_error, on_points):
+        with pytest.raises(ValueError, match=r"^pose, truth: leading axes do not broadcast: pose \(3,\), truth \(2,\)"):
+            error(three, two)
+        with pytest.raises(TypeError, match=r"^pose: expected a Pose, got ndarray"):
+            error(np.eye(3), two)
+        with pytest.raises(TypeError, match=r"^truth: expected a Pose, got ndarray"):
+            error(two, np.eye(3))
+    for left in (residuals, rms):
+        with pytest.raises(TypeError, match=r"^pose: expected a Pose, got ndarray"):
+            left(np.eye(3), one, one)
+        with pytest.raises(ValueError, match=r"^pose, source, target: leading axes do not broadcast: pose \(3,\), "):
+            left(three, np.stack([one] * 2), one)
+        with pytest.raises(ValueError, match=r"^pose: moves points in 3 dimensions, the clouds have 2"):
+            left(Pose.identity(3), one, one)
+    with pytest.raises(ValueError, match=r"^weights, residuals: leading axes do not broadcast"):
+        rms(three, one, one, np.ones((2, 4)))
+    with pytest.raises(ValueError, match=r"^pose, truth, points: leading axes do not broadcast"):
+        point_error(three, three, np.stack([one] * 2))
+
+
 def test_poses_of_the_plane_and_of_space_are_not_compared():
-    for error in (rre, rte):
+    for error in (rre, rte, scale_error, on_points):
         with pytest.raises(ValueError, match="truth: moves points in 3 dimensions, the pose in 2"):
             error(Pose.identity(), Pose.identity(3))

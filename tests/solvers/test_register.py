@@ -163,7 +163,16 @@ def test_a_callback_is_called_after_every_step(scene):
         ({"start": np.diag([1.0, -1.0, 1.0])}, "start: is neither .*a reflection"),
         ({"start": "here"}, "start: expected real numbers"),
         ({"source": np.ones((2, 150))}, r"source: .*2 points in 150 dimensions.*pass source\.T"),
+        ({"source": np.ones((2, 8))}, r"source: .*2 points in 8 dimensions.*pass source\.T"),
+        ({"source": np.ones((2, 2, 150))}, r"source: .*2 points in 150 dim.*pass numpy\.swapaxes\(source, -1, -2\)"),
+        ({"source": np.ones((2, 1, 3, 4))}, r"source: .*3 points in 4 dimensions"),
+        ({"target": np.ones((2, 13))}, r"target: .*2 points in 13 dimensions.*pass target\.T"),
         ({"source": np.ma.masked_less(np.eye(2), 0.5)}, "source: a masked array hides 2 numbers"),
+        ({"target": np.ma.masked_less(np.eye(2), 0.5)}, "target: a masked array hides 2 numbers"),
+        ({"weights": np.ma.masked_less(np.arange(13.0), 5.0)}, "weights: a masked array hides 5 numbers"),
+        ({"pairs": np.ma.masked_equal(np.ones((9, 2), dtype=int), 1)}, "pairs: a masked array hides 18 numbers"),
+        ({"start": np.ma.masked_equal(np.eye(3), 0.0)}, "start: a masked array hides 6 numbers"),
+        ({"seed": np.ma.masked_equal([1, 2], 2)}, "seed: a masked array hides 1 number"),
         ({"start": Pose.identity(3)}, "start: moves points in 3 dimensions"),
         ({"start": Pose.trusted(np.diag([1.0, -1.0]), np.zeros(2))}, "start.R: is a reflection"),
         ({"start": Pose.trusted(2.0 * np.eye(2), np.zeros(2))}, "start.R: is not orthogonal"),
@@ -227,6 +236,31 @@ def test_a_start_may_be_a_matrix(scene):
     assert np.allclose(in_list.matrix, by_pose.matrix, atol=1e-12)
 
 
+def test_in_space_a_start_is_a_matrix_of_four_rows(rng, scene):
+    points = rng.standard_normal((40, 3))
+    start = Pose.from_rotvec([0.1, -0.2, 0.3], (0.2, 0.0, -0.1))
+    found = register(points, start.apply(points), start=start.matrix)
+    assert np.array_equal(found.history.poses.matrix[0], start.matrix)
+    assert found.history.objective[0] < 1e-28
+    with pytest.raises(ValueError, match="start: moves points in 3 dimensions, the clouds have 2"):
+        register(scene.source, scene.target, start=np.eye(4))
+
+
+@pytest.mark.parametrize("shape", [(2, 3), (3, 3), (1, 2), (2, 2), (3, 2), (5, 2, 3), (4, 150)])
+def test_few_points_are_no_transposed_cloud(shape, rng):
+    """One to three points of the plane or of space, batches of them, and four points in any dimension pass."""
+    cloud = rng.standard_normal(shape)
+    assert register(cloud, cloud, "kabsch").pose.batch == shape[:-2]
+
+
+def test_a_masked_array_is_refused_where_points_are_moved(scene):
+    """By the pose and by the result, whose masks would be lost."""
+    masked = np.ma.masked_less(scene.source, 0.0)
+    for move in (kabsch(scene.source, scene.target).transform, Pose.identity().apply):
+        with pytest.raises(ValueError, match=r"^points: a masked array hides \d+ numbers; leave their rows out"):
+            move(masked)
+
+
 def test_a_masked_array_that_hides_nothing_is_an_array(scene):
     bare = register(np.ma.asarray(scene.source), scene.target)
     assert np.array_equal(bare.matrix, register(scene.source, scene.target).matrix)
@@ -246,7 +280,8 @@ def test_a_seed_may_be_drawn(scene):
 
 
 def test_a_status_is_true_where_the_method_came_to_its_end():
-    assert [bool(status) for status in Status] == [status in (Status.CONVERGED, Status.PROVED) for status in Status]
+    own = (Status.CONVERGED, Status.PROVED, Status.FINISHED)
+    assert [bool(status) for status in Status] == [status in own for status in Status]
     ends = register([[0.0, 0.0], [1.0, 0.0]], [[0.0, 0.0], [1.0, 0.0]], "kabsch")
     lost = register([[0.0, 0.0], [0.0, 0.0]], [[0.0, 0.0], [1.0, 0.0]], "kabsch")
     assert ends.converged is True

@@ -218,6 +218,7 @@ def _readouts(state: State, count: int | None, some: int | None, full: bool) -> 
 
 ENDS = {
     Status.CONVERGED: "came to rest",
+    Status.FINISHED: "ended",
     Status.STALLED: "stalled",
     Status.CAPPED: "hit the step limit",
     Status.DEGENERATE: "found nothing to go by",

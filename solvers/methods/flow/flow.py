@@ -17,8 +17,8 @@ pose off a rigid fit between its first and last coordinates.
 
 Neither objective nor stop is evidence of alignment: the rigidity residual says that the
 generated coordinates are a rigid copy of each view, and a run ends when its time does.
-That is its own stopping rule, so it is then *converged*; it has no test of rest, and its
-last step moves the points, too.
+It is then *finished* and not converged: it has no test of rest, and its last step moves
+the points, too.
 
 Attention weighs every point of both clouds against every other: some 105 (m + n)² bytes
 of memory, so that clouds of more than 3000 points together are refused.
@@ -219,7 +219,7 @@ def _step(state: FlowState, weights: Params, anchored: bool) -> FlowState:
     end = projected if options.project else predicted
     chosen = rigidity.argmin(axis=1).astype(np.int64)
     words = "the flow's time is up, and it has no test of rest"
-    status, reason = mark(state.status, state.reason, taken >= options.steps, Status.CONVERGED, words)
+    status, reason = mark(state.status, state.reason, taken >= options.steps, Status.FINISHED, words)
     return replace(
         state,
         pose=_read_out(state, views, chosen),
@@ -261,6 +261,7 @@ def flow_method(name: str, folder: str = FOLDER) -> Method[FlowState]:
     summary, source = _METHODS[name]
     return Method(
         name=name,
+        any_extent=True,
         summary=summary,
         source=source,
         start=lambda problem, options: _start(problem, options, params(name, folder), anchored),

@@ -50,6 +50,7 @@ from solvers.geometry.nearest import Index
 from solvers.methods.icp.icp import partners
 from solvers.numerics import robust
 from solvers.numerics.fits import fit_pairs, rms_radius
+from solvers.numerics.gauss_newton import rotation
 
 NO_WEIGHT = "every pair's weight is zero"
 
@@ -287,12 +288,7 @@ def _posed(x: FloatArray, origin: Pose, radius: FloatArray, centre: FloatArray) 
     """The poses (b,) at the coordinates x."""
     d = origin.dim
     vector = x[:, :-d] / radius[:, None]
-    if d == 2:
-        R = Pose.from_angle(vector[:, 0]).R @ origin.R
-    else:
-        angle = np.linalg.norm(vector, axis=1)[:, None, None]
-        K = np.cross(np.eye(3), (vector / np.where(angle > 0.0, angle, 1.0)[:, 0])[:, None, :])
-        R = (np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * (K @ K)) @ origin.R
+    R = rotation(vector) @ origin.R
     return Pose.trusted(R, origin.t + x[:, -d:] - ((R - origin.R) @ centre[..., None])[..., 0])
 
 

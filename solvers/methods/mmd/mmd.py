@@ -45,6 +45,7 @@ from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
 from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
+from solvers.core.rotations import planar
 from solvers.core.status import Status, mark, reasons, statuses
 from solvers.core.tree import CONSTANT, SHARED, changed, put, take
 from solvers.numerics.fits import rms_radius
@@ -181,7 +182,7 @@ def _moved_by(pose: Pose, centroid: FloatArray, shift: FloatArray, turns: FloatA
     """
     d = pose.dim
     if d == 2:
-        turn = Pose.from_angle(turns[:, 0]).R
+        turn = planar(turns[:, 0])
     else:
         # Cayley's map: a rotation for every antisymmetric matrix, equal to the
         # exponential to second order.

@@ -3,7 +3,7 @@ cells one Gaussian.
 
 A cell of side h with at least three points keeps their mean μ and their
 maximum-likelihood covariance Σ (divided by the count). It is dropped when the points
-lie at one place, `λ_max < 1e-9`; else the small eigenvalue is raised to `0.001 λ_max`
+lie at one place, `λ_max < 1e-9 h²`; else the small eigenvalue is raised to `0.001 λ_max`
 and Σ is inverted. One Gaussian forgets what else it saw: a corner is blurred into an
 ellipse, a cell that two walls share into one wall across.
 
@@ -30,9 +30,13 @@ from solvers.geometry.spectral import symmetric_eigen
 
 LEAST_POINTS = 3
 LEAST_VARIANCE = 1e-9
-"""The largest eigenvalue below which a cell's points are at one place, squared world units."""
+"""The largest eigenvalue below which a cell's points are at one place, as a fraction of the square of its side."""
+LEAST_SIZE = 1e-9
+"""The default cell size is at least this fraction of the largest coordinate: rounding parts no points."""
 FLOOR = 1e-3
 """The smallest eigenvalue of a cell's covariance is raised to this fraction of the largest."""
+SMALLEST = 1e-300
+"""An eigenvalue below this is zero: it has no inverse in float64."""
 LARGEST_TABLE = 2**18
 """Places in the bounding box of one grid's kept cells, from which the cells are said to be too small."""
 
@@ -121,14 +125,14 @@ def build(points: FloatArray, size: FloatArray | float, *, offset: FloatArray | 
         products = np.stack([centred[:, i] * centred[:, j] for i, j in ((0, 0), (0, 1), (1, 1))], axis=1)
         xx, xy, yy = (np.add.reduceat(products, starts) / count[:, None]).T
         covariance = np.stack([np.stack([xx, xy], axis=-1), np.stack([xy, yy], axis=-1)], axis=-1)
-        precision, wide = inverse(covariance)
+        owner = many[starts] // grids
+        precision, wide = inverse(covariance, LEAST_VARIANCE * np.square(h[owner]))
     enough = count >= LEAST_POINTS
     group, cell = many[starts], flat[starts]
     good, lost = _indexable(enough & wide, group, cell, b, grids)
     dropped = np.where(enough, np.where(wide, "", ONE_PLACE), TOO_FEW).astype(object)
     dropped[(dropped == "") & ~good] = TOO_SMALL
 
-    owner = group // grids
     number = np.arange(len(owner)) - np.searchsorted(owner, owner)
     most = int(number.max()) + 1
 
@@ -151,23 +155,24 @@ def build(points: FloatArray, size: FloatArray | float, *, offset: FloatArray | 
 
 
 def default_size(points: FloatArray) -> FloatArray:
-    """A cell size for the clouds (b, n, 2) that goes with their extent and density, at
-    least 1e-4 u, (b,).
+    """A cell size for the clouds (b, n, 2) that goes with their extent and density, (b,).
 
     0.3 of the RMS radius ρ, or, for sparse clouds, what holds three points of n spread
-    over a circle of that radius: `3 · 2πρ/n`.
+    over a circle of that radius: `3 · 2πρ/n`. 1 u where all points are at the origin.
     """
     with np.errstate(over="ignore", under="ignore"):
         b, n, _ = points.shape
         squares = np.square(points - points.mean(axis=1, keepdims=True)).reshape(b, -1).sum(axis=1)
-        return np.asarray(np.maximum(np.sqrt(squares / n) * max(0.3, 6.0 * np.pi / n), 1e-4))
+        least = LEAST_SIZE * np.abs(points).max(axis=(1, 2))
+        size = np.maximum(np.sqrt(squares / n) * max(0.3, 6.0 * np.pi / n), least)
+        return np.asarray(np.where(size > 0.0, size, 1.0))
 
 
-def inverse(covariance: FloatArray) -> tuple[FloatArray, BoolArray]:
-    """The inverses (..., 2, 2) after the floor of the small eigenvalue, and where there
-    is any variance, (...).
+def inverse(covariance: FloatArray, least: FloatArray | float = 0.0) -> tuple[FloatArray, BoolArray]:
+    """The inverses (..., 2, 2) after the floor of the small eigenvalue, and where the
+    large one is at least `least` (...), and not zero; the identity elsewhere.
     """
-    values, vectors, wide = _floored(covariance)
+    values, vectors, wide = _floored(covariance, least)
     return (vectors / values[..., None, :]) @ vectors.swapaxes(-1, -2), wide
 
 
@@ -179,10 +184,10 @@ def floored(covariance: FloatArray) -> FloatArray:
     return np.asarray((vectors * values[..., None, :]) @ vectors.swapaxes(-1, -2))
 
 
-def _floored(covariance: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
+def _floored(covariance: FloatArray, least: FloatArray | float = 0.0) -> tuple[FloatArray, FloatArray, BoolArray]:
     values, vectors = symmetric_eigen(covariance)
     high = values[..., 1]
-    wide = np.asarray(high >= LEAST_VARIANCE) & np.isfinite(high)
+    wide = np.asarray(high >= np.maximum(least, SMALLEST)) & np.isfinite(high)
     return np.where(wide[..., None], np.maximum(values, FLOOR * high[..., None]), 1.0), vectors, wide
 
 

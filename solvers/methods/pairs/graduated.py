@@ -212,6 +212,7 @@ GRADUATED = Method(
     options=GraduatedOptions,
     partners=lambda state: own_rows(state.shares > 0.0),
     paired=True,
+    any_extent=True,
     weighted=True,
     dims=None,
     max_steps=200,

@@ -100,6 +100,7 @@ KABSCH = Method(
     weighted=True,
     dims=None,
     max_steps=1,
+    any_extent=True,
 )
 
 SIMILARITY = Method(
@@ -114,4 +115,5 @@ SIMILARITY = Method(
     scaled=True,
     dims=None,
     max_steps=1,
+    any_extent=True,
 )

@@ -229,4 +229,5 @@ CORRELATIVE = Method(
     options=CorrelativeOptions,
     dims=(2,),
     max_steps=1000,
+    any_extent=True,
 )

@@ -382,6 +382,7 @@ def _method(name: str, summary: str, start: Callable[[Problem, Any], CpdState]) 
     source = "Myronenko & Song 2010"
     return Method(
         name, summary, source, start, _step, CpdOptions, scaled=start is _start_similarity, dims=None, max_steps=200,
+        any_extent=True,
     )  # fmt: skip
 
 

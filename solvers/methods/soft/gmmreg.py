@@ -37,6 +37,7 @@ from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, ReasonArray, StatusArray
 from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
+from solvers.core.rotations import planar
 from solvers.core.status import Status, mark, reasons, statuses
 from solvers.core.tree import CONSTANT, SHARED, changed, put, take
 from solvers.numerics import gauss_newton, gaussians, newton
@@ -196,7 +197,7 @@ def moved_by(state: GmmRegState, xi: FloatArray) -> Pose:
     """The state's poses after ξ = (v, ρω), (b, 3): turned by ω about the moved cloud's
     centroid, then moved by v.
     """
-    turn = Pose.from_angle(xi[:, 2] / state.radius).R
+    turn = planar(xi[:, 2] / state.radius)
     centre = state.moved.mean(axis=1)
     t = centre + (turn @ (state.pose.t - centre)[..., None])[..., 0] + xi[:, :2]
     return Pose.trusted(turn @ state.pose.R, t)

@@ -180,6 +180,9 @@ def test_poses_that_do_not_fit_together_are_named():
         ([np.eye(3), np.diag([1.0, 1.0, -1.0])], 1.0, "but one is a reflection"),
         (np.eye(2), 0.0, "scale: must be positive, but the smallest is 0"),
         (np.eye(2), [1.0, -2.0], "scale: must be positive, but the smallest is -2"),
+        (np.eye(2), np.nan, "scale: 1 of 1 numbers are not finite"),
+        (np.eye(2), [1.0, np.inf], "scale: 1 of 2 numbers are not finite"),
+        (np.nan * np.eye(2), 1.0, "R: 4 of 4 numbers are not finite"),
     ],
 )
 def test_what_is_no_rotation_and_no_scale_is_refused(R, scale, says):
@@ -187,6 +190,35 @@ def test_what_is_no_rotation_and_no_scale_is_refused(R, scale, says):
     with pytest.raises(ValueError, match=says):
         Pose(R, np.zeros(R.shape[-1]), scale)
     assert Pose.trusted(R, np.zeros(R.shape[-1]), scale).dim == R.shape[-1]
+
+
+@pytest.mark.parametrize(
+    ("make", "says"),
+    [
+        (lambda: Pose(np.eye(2), [np.nan, 0.0]), "t: 1 of 2 numbers are not finite"),
+        (lambda: Pose(np.eye(2), np.ma.masked_equal([1.0, 2.0], 2.0)), "t: a masked array hides 1 number"),
+        (lambda: Pose(np.ma.masked_equal(np.eye(2), 0.0), [0.0, 0.0]), "R: a masked array hides 2 numbers"),
+        (lambda: Pose(np.eye(2), [0.0, 0.0], "one"), "scale: expected real numbers"),
+        (lambda: Pose.from_angle(np.nan), "theta: 1 of 1 numbers are not finite"),
+        (lambda: Pose.from_angle(0.0, (0.0, np.inf)), "t: 1 of 2 numbers are not finite"),
+        (lambda: Pose.from_angle(0.0, scale=-1.0), "scale: must be positive, but the smallest is -1"),
+        (lambda: Pose.from_rotvec([0.0, np.nan, 0.0]), "rotvec: 1 of 3 numbers are not finite"),
+        (lambda: Pose.from_rotvec([0.0, 0.0, 1.0], scale=-2.0), "scale: must be positive, but the smallest is -2"),
+        (lambda: Pose.from_rotvec([0.0, 0.0, 1.0], scale=np.nan), "scale: 1 of 1 numbers are not finite"),
+        (lambda: Pose.from_matrix(np.ma.masked_equal(np.eye(3), 0.0)), "matrix: a masked array hides 6 numbers"),
+        (lambda: Pose.from_matrix("x"), "matrix: expected real numbers"),
+        (lambda: Pose.identity(2, (3,)).apply(np.zeros((2, 5, 2))), r"points: leading axes \(2,\) do not broadcast"),
+        (lambda: Pose.identity().apply("x"), "points: expected real numbers"),
+    ],
+)
+def test_what_is_no_number_is_refused_by_name(make, says):
+    with pytest.raises(ValueError, match=f"^{says}"):
+        make()
+
+
+def test_only_a_pose_is_composed():
+    with pytest.raises(TypeError, match=r"^first: expected a Pose, got ndarray; Pose\.from_matrix makes one"):
+        Pose.identity().compose(np.eye(3))
 
 
 def test_a_rotation_written_with_six_digits_is_one():

@@ -54,7 +54,7 @@ def halving_step(state):
     with np.errstate(invalid="ignore"):
         t = np.where((size > state.options.breaks_beyond)[:, None], np.nan, state.pose.t + gap)
     return replace(
-        state, pose=Pose(state.pose.R, t), objective=size, status=status, reason=reason, offsets=(gap, size)
+        state, pose=Pose.trusted(state.pose.R, t), objective=size, status=status, reason=reason, offsets=(gap, size)
     )
 
 
@@ -186,4 +186,5 @@ def test_only_what_still_runs_is_marked():
     assert status.tolist() == [Status.STALLED, Status.CONVERGED, Status.RUNNING]
     assert status.dtype == np.int8
     assert reason.tolist() == ["no way down", "", ""]
-    assert [s.label for s in Status] == ["running", "converged", "stalled", "capped", "degenerate", "proved"]
+    labels = ["running", "converged", "stalled", "capped", "degenerate", "proved", "finished"]
+    assert [s.label for s in Status] == labels

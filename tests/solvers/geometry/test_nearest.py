@@ -53,6 +53,8 @@ KINDS = ["random", "lattice", "equal", "repeated", "far", "tiny", "circle"]
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_nearest_is_that_of_the_definition(kind, tree_from, rng):
     """Matrix products and k-d tree alike return exactly the neighbours of the definition, ties to the lowest row."""
+    if tree_from == 1:
+        pytest.importorskip("scipy")
     for m, n, d in ((5, 1, 2), (9, 7, 2), (20, 60, 2), (15, 40, 3), (6, 30, 4)):
         points, target = clouds(kind, rng, m, n, d)
         index = nearest.build(target[None], tree_from=tree_from)
@@ -103,6 +105,7 @@ def test_memory_stays_within_a_few_blocks(rng):
 @pytest.mark.native
 def test_a_thousand_points_at_one_place_do_not_slow_the_tree(rng):
     """Scanners return the origin where they saw nothing; a place counts once, so no query visits all of them."""
+    pytest.importorskip("scipy")
     target = rng.standard_normal((1, 4000, 3))
     target[0, rng.permutation(4000)[:2000]] = 0.0
     points = np.concatenate([np.zeros((1, 500, 3)), rng.standard_normal((1, 500, 3))], axis=1)
@@ -117,6 +120,7 @@ def test_a_thousand_points_at_one_place_do_not_slow_the_tree(rng):
 
 @pytest.mark.native
 def test_large_clouds_use_the_tree_and_one_tree_serves_equal_clouds(rng):
+    pytest.importorskip("scipy")
     target = rng.standard_normal((nearest.TREE_FROM, 2))
     trees = nearest.build(np.stack([target, target, target + 1.0])).trees
     assert trees[0] is trees[1]

@@ -263,7 +263,7 @@ def test_what_is_no_edge_is_refused():
     refused("i: expected integers", run, i=[0.5])
     refused("j: expected as many nodes as i has, 1, got 2", run, j=[1, 2])
     refused("relative: expected poses of shape (1,)", run, relative=Pose.identity())
-    refused("relative.t: 1 of 2 numbers are not finite", run, relative=Pose.from_angle([0.0], [[np.nan, 0.0]]))
+    refused("relative.t: 1 of 2 numbers are not finite", run, relative=Pose.trusted([np.eye(2)], [[np.nan, 0.0]]))
     refused("information: expected shape (1, 3, 3) or (3, 3), got (2, 2)", run, information=np.eye(2))
     refused("the matrix of edge 0 is not positive definite", run, information=np.diag([1.0, 0.0, 1.0]))
     refused("the matrix of edge 0 is not positive definite", run, information=-np.eye(3))

@@ -80,6 +80,12 @@ def test_a_flow_has_no_objective() -> None:
     assert np.ptp(marks.heights(dial, True)) == 0.0
 
 
+@pytest.mark.parametrize(("name", "words"), [("flow", "It ended "), ("default", "It came to rest ")])
+def test_a_flow_that_has_finished_is_not_said_to_rest(name: str, words: str) -> None:
+    frame = Host().render("f", {**preset(figure.WIDGET, name, {}).plain(), "log": [["press", "roll"]]})
+    assert frame["note"].startswith(words)
+
+
 @pytest.mark.parametrize("name", RUNGS)
 @pytest.mark.parametrize("turn", [-2.5, 0.0, 1.2])
 def test_the_ball_ends_where_the_method_does(name: str, turn: float) -> None:

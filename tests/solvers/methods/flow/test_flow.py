@@ -109,7 +109,7 @@ def test_a_step_predicts_makes_rigid_and_noises_again_by_the_same_draw(method):
         assert state.rigidity == pytest.approx(off, abs=1e-12)
         assert (state.rigidity[range(5), state.chosen] == state.rigidity.min(axis=1)).all()
     assert batch.done
-    assert (batch.state().status == Status.CONVERGED).all()
+    assert (batch.state().status == Status.FINISHED).all()
 
 
 def test_without_projection_the_endpoint_itself_is_followed():
@@ -238,7 +238,7 @@ def test_the_unit_changes_nothing(method, unit):
     scene = room("clean", seed=40)
     source, target = scene.source[::8], scene.target[::8]
     plain, other = (register(source * k, target * k, method, steps=3, samples=1) for k in (1.0, unit))
-    assert other.status == Status.CONVERGED
+    assert other.status == Status.FINISHED
     assert other.pose.angle == pytest.approx(plain.pose.angle, abs=1e-6)
     np.testing.assert_allclose(other.pose.t / unit, plain.pose.t, atol=1e-6)
 

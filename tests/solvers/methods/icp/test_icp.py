@@ -321,6 +321,7 @@ def test_no_weight_at_all_is_degenerate(rng):
 @pytest.mark.parametrize("method", FAMILY)
 def test_tree_and_products_give_the_same_run(method, monkeypatch, rng):
     """Where scipy answers and where it does not, every step is the same, bit for bit."""
+    pytest.importorskip("scipy")
     cloud = shape(rng, 2, 500)
     assert nearest.build(cloud[None]).trees is not None
     make = partial(register, cloud[::2] + 0.02, cloud, method, start=Pose.from_angle(0.1))

@@ -1,0 +1,50 @@
+"""What is no array of real numbers is refused here, by a ValueError that names the argument."""
+
+from __future__ import annotations
+
+import sys
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from solvers.core.arrays import AnyArray, FloatArray
+
+_Given = TypeVar("_Given")
+
+
+def unmasked(values: _Given, name: str) -> _Given | AnyArray:
+    """`values`, of a masked array that hides nothing the plain one: a mask would be lost, and what it hides be used."""
+    ma = sys.modules.get("numpy.ma")  # who has a masked array has imported it; the page's numpy is without
+    if ma is None or not isinstance(values, ma.MaskedArray):
+        return values
+    if ma.is_masked(values):
+        hidden = int(ma.getmaskarray(values).sum())
+        raise ValueError(f"{name}: a masked array hides {hidden} numbers; leave their rows out")
+    plain: AnyArray = values.data
+    return plain
+
+
+def array(values: ArrayLike, name: str) -> AnyArray:
+    """`values` as an array of any kind, without a mask and of equal rows."""
+    values = unmasked(values, name)
+    try:
+        return np.asarray(values)
+    except ValueError:
+        raise ValueError(f"{name}: rows of unequal length are no array") from None
+
+
+def numbers(values: ArrayLike, name: str) -> FloatArray:
+    """`values` as a float64 array; they may be infinite or no number."""
+    a = array(values, name)
+    if a.dtype.kind not in "iuf":
+        raise ValueError(f"{name}: expected real numbers, got dtype {a.dtype}")
+    return a.astype(np.float64, copy=False)
+
+
+def finite(a: FloatArray, name: str) -> FloatArray:
+    """`a`, in which every number is finite."""
+    bad = a.size - int(np.count_nonzero(np.isfinite(a)))
+    if bad:
+        raise ValueError(f"{name}: {bad} of {a.size} numbers are not finite")
+    return a

@@ -1,0 +1,73 @@
+"""Clouds as small and as large as float64 allows, and clouds of no extent: the pose, or a status that says why not."""
+
+import numpy as np
+import pytest
+
+from solvers import METHODS, Pose, Status, register
+from solvers.core.stepper import LEAST_EXTENT
+from solvers.core.validate import LARGEST
+
+pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
+
+SHAPE = np.random.default_rng(0).standard_normal((30, 2))
+TRUTH = Pose.from_angle(0.1, (0.1, -0.05))
+
+
+def power(exponent):
+    """The power of two next to a power of ten: in such a unit every coordinate has the same digits."""
+    return 2.0 ** round(exponent / np.log10(2.0))
+
+
+def in_unit(method, unit):
+    """A cloud on to itself, moved, in this unit."""
+    return register(unit * SHAPE, unit * TRUTH(SHAPE), method, max_steps=20)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_the_pose_or_the_reason(method):
+    """From 1e-129 to 1e149 the pose of one unit; narrower clouds leave squares without digits, and are degenerate where
+    the method needs them."""
+    plain = in_unit(method, 1.0)
+    assert plain.status != Status.DEGENERATE
+    narrow = (-131, -140, -150, -156, -162, -200, -300)
+    copes = METHODS[method].any_extent
+    for exponent in (*narrow, -129, -60, 60, 140, 149) if copes else (-129, -60, 60, 140, 149):
+        unit = power(exponent)
+        other = in_unit(method, unit)
+        assert other.status == plain.status
+        np.testing.assert_allclose(other.pose.R, plain.pose.R, atol=1e-6)
+        np.testing.assert_allclose(other.pose.t / unit, plain.pose.t, atol=1e-6)
+    for exponent in () if copes else narrow:
+        lost = in_unit(method, power(exponent))
+        assert lost.status == Status.DEGENERATE
+        assert lost.reason.startswith("both clouds are less than 1e-130 u wide: multiply")
+        assert lost.steps == 0
+        assert np.array_equal(lost.matrix, np.eye(3))
+
+
+@pytest.mark.parametrize("unit", [1e151, 1e200, 1e300])
+def test_larger_is_refused(unit):
+    assert LARGEST == 1e150
+    with pytest.raises(ValueError, match=r"^source: beyond 1e\+150 squares overflow"):
+        register(unit * SHAPE, unit * SHAPE)
+
+
+def test_a_narrow_problem_leaves_its_batch_alone():
+    """One unit beside 1e-200: the others come out as if alone. A narrow source on a wide target is no such problem."""
+    units = np.array([1.0, 1e-200, 3.0])[:, None, None]
+    both = register(units * SHAPE, units * TRUTH(SHAPE))
+    assert both.converged.tolist() == [True, False, True]
+    assert np.array_equal(both.matrix[0], register(SHAPE, TRUTH(SHAPE)).matrix)
+    small = register(0.5 * LEAST_EXTENT * SHAPE, SHAPE, "similarity")
+    assert small.status == Status.CONVERGED
+    assert small.pose.scale == pytest.approx(2.0 / LEAST_EXTENT)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_one_point_and_equal_points_are_degenerate(method):
+    """No method claims a rotation of clouds that have none, and each says why."""
+    for n in (1, 6):
+        found = register(np.full((n, 2), 3.5), np.ones((n, 2)), method)
+        assert found.status == Status.DEGENERATE
+        assert found.reason
+        assert np.isfinite(found.matrix).all()
