@@ -376,7 +376,7 @@ def _refitted(problem: Problem, index: Index, score: _Score, where: BoolArray, i
     going = np.flatnonzero(where)
     for _ in range(_REFITS):
         part, own, map_ = take(problem, going), take(score, going), take(index, going)
-        partners = np.take_along_axis(map_.points, own.rows[..., None], axis=1)
+        partners = nearest.picked(map_.points, own.rows)
         weights = (own.squares <= np.square(inlier[going])[:, None]).astype(np.float64)
         pose, _, _ = fit_pairs(own.pose, part.source, partners, weights)
         new = _score(part, map_, pose, inlier[going])
