@@ -38,13 +38,12 @@ class Shares:
     """The sums of `P_ij = K_ij / (Σ_k K_ik + c)`, rows a_i (n of them), columns b_j (m
     of them).
 
-    row (b, n): Σ_j P_ij, at most 1. column (b, m): Σ_i P_ij. first (b, m, d): Σ_i P_ij
-    a_i. scatter (b,): Σ_ij P_ij ‖a_i − b_j‖². log_sum (b,): Σ_i log(Σ_k K_ik + c).
+    row (b, n): Σ_j P_ij, at most 1. moments (b, 1 + d, m): Σ_i P_ij and Σ_i P_ij a_i.
+    scatter (b,): Σ_ij P_ij ‖a_i − b_j‖². log_sum (b,): Σ_i log(Σ_k K_ik + c).
     """
 
     row: FloatArray
-    column: FloatArray
-    first: FloatArray
+    moments: FloatArray
     scatter: FloatArray
     log_sum: FloatArray
 
@@ -97,7 +96,8 @@ class _Kernel:
             np.multiply(kernel, kernel, out=kernel)
             np.add(squares, kernel, out=squares)
         np.multiply(squares, self.factor[some], out=kernel)
-        np.maximum(kernel, -_FAR, out=kernel)
+        if kernel.min() < -_FAR:  # a look costs less than half of cutting off what need not be
+            np.maximum(kernel, -_FAR, out=kernel)
         np.exp(kernel, out=kernel)
         return squares, kernel
 
@@ -136,14 +136,16 @@ def shares(rows: FloatArray, columns: FloatArray, sigma: FloatArray, c: FloatArr
     """
     b, n, d = rows.shape
     m = columns.shape[1]
-    ones, nothing = np.ones((m, 1)), np.zeros((1, 1))
+    ones, nothing = np.ones(m), np.zeros((1, 1))
     row, log_sum, scatter = np.empty((b, n)), np.zeros(b), np.zeros(b)
-    moments = np.zeros((b, d + 1, m))
+    moments = np.zeros((b, 1 + d, m))
+    values = np.ones((b, 1 + d, n))
+    values[:, 1:] = rows.swapaxes(1, 2)
     with np.errstate(over="ignore", under="ignore"):
         kernel = _Kernel(rows, columns, sigma, limit)
         for some, part in kernel.blocks:
             D, K = kernel.block(some, part)
-            total = (K @ ones)[..., 0]
+            total = K @ ones
             constant, shift = c[some, None], nothing
             if total.min() < _LOW:
                 constant, shift = _rescue(D, K, total, constant, kernel.factor[some])
@@ -151,13 +153,9 @@ def shares(rows: FloatArray, columns: FloatArray, sigma: FloatArray, c: FloatArr
             share = 1.0 / whole
             row[some, part] = total * share
             log_sum[some] += (np.log(whole) + shift).sum(axis=-1)
-            np.multiply(D, K, out=D)
-            scatter[some] += np.einsum("gr,gr->g", (D @ ones)[..., 0], share)
-            weighted = np.empty((*share.shape, d + 1))
-            weighted[..., 0] = share
-            np.multiply(rows[some, part], share[..., None], out=weighted[..., 1:])
-            moments[some] += weighted.swapaxes(-1, -2) @ K
-    return Shares(row, moments[:, 0], moments[:, 1:].swapaxes(-1, -2), scatter, log_sum)
+            scatter[some] += np.vecdot(np.vecdot(D, K), share)
+            moments[some] += (values[some, :, part] * share[:, None]) @ K
+    return Shares(row, moments, scatter, log_sum)
 
 
 def share_matrix(rows: FloatArray, columns: FloatArray, sigma: float, c: float) -> FloatArray:

@@ -202,7 +202,7 @@ def _start(problem: Problem, options: FastRobustOptions) -> FastRobustState:
 
 def _step(state: FastRobustState) -> FastRobustState:
     problem, at, options = state.problem, state.pairing, state.options
-    partners = np.take_along_axis(state.index.points, at.rows[..., None], axis=1)
+    partners = nearest.picked(state.index.points, at.rows)
     plain, free, condition = fit_pairs(state.pose, problem.source, partners, at.weights)
     past_x, past_g = _push(state.past_x, state.pose), _push(state.past_g, plain)
     depth = np.minimum(state.depth + 1, options.history + 1)

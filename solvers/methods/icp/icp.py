@@ -48,7 +48,7 @@ from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
 from solvers.core.tree import CONSTANT, SHARED, changed
 from solvers.geometry import nearest
-from solvers.geometry.nearest import Index
+from solvers.geometry.nearest import Index, Known
 from solvers.numerics import robust
 from solvers.numerics.fits import fit_pairs, rms_radius
 
@@ -207,7 +207,8 @@ class Pairing:
     moved: (b, m, d) the source points at the pose. rows: (b, m) the target row nearest
     to each. distances: (b, m). used: (b, m). weights: (b, m) of the pairs in the fit,
     zero where unused. threshold: (b,) that of the robust weight. count: (b,) pairs
-    used. rms: (b,) √(Σ w r² / Σ w) over them. objective: (b,).
+    used. rms: (b,) √(Σ w r² / Σ w) over them. objective: (b,). known: what spares the next
+    pairing look-ups, None where there are no trees.
     """
 
     moved: FloatArray
@@ -219,6 +220,7 @@ class Pairing:
     count: IntArray
     rms: FloatArray
     objective: FloatArray
+    known: Known | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -282,14 +284,15 @@ def _no_pairs(options: AnyOptions) -> str:
 
 
 def pair(
-    problem: Problem, index: Index, reach: FloatArray, scale: FloatArray | None, options: AnyOptions, pose: Pose
+    problem: Problem, index: Index, reach: FloatArray, scale: FloatArray | None, options: AnyOptions, pose: Pose,
+    known: Known | None = None,
 ) -> Pairing:
     """The nearest neighbours at `pose` and which of them count. reach, scale: (b,) as
-    in `IcpState`.
+    in `IcpState`; known: of the pairing before.
     """
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         moved = pose.apply(problem.source)
-        rows, squares = index.nearest(moved)
+        rows, squares, known = index.follow(moved, known)
         among = (problem.weights > 0.0) & nearest.within(squares, reach)
         if isinstance(options, IcpOptions):
             among = nearest.trimmed(squares, options.trim, among)
@@ -309,7 +312,7 @@ def pair(
             losses = np.where(among, losses, top[:, None])
             among = problem.weights > 0.0
         objective = np.where(among, problem.weights * losses, 0.0).sum(axis=1)
-    return Pairing(moved, rows, distances, used, weights, k, used.sum(axis=1), rms, objective)
+    return Pairing(moved, rows, distances, used, weights, k, used.sum(axis=1), rms, objective, known)
 
 
 def start(problem: Problem, options: AnyOptions) -> IcpState:
@@ -339,9 +342,9 @@ def start_with(problem: Problem, options: AnyOptions, reach: FloatArray, scale: 
 def step(state: IcpState) -> IcpState:
     """Fit the pairs, then pair anew."""
     at = state.pairing
-    partners = np.take_along_axis(state.index.points, at.rows[..., None], axis=1)
+    partners = nearest.picked(state.index.points, at.rows)
     pose, reason, condition = fit_pairs(state.pose, state.problem.source, partners, at.weights)
-    pairing = pair(state.problem, state.index, state.reach, state.scale, state.options, pose)
+    pairing = pair(state.problem, state.index, state.reach, state.scale, state.options, pose, at.known)
     return finish(state, pose, pairing, reason, condition)
 
 

@@ -32,8 +32,8 @@ from solvers.core.method import Problem
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
 from solvers.core.tree import CONSTANT, SHARED, changed
-from solvers.geometry import normals
-from solvers.geometry.nearest import Index
+from solvers.geometry import nearest, normals
+from solvers.geometry.nearest import Index, Known
 from solvers.geometry.normals import Normals
 from solvers.methods.icp import icp
 from solvers.methods.icp.icp import IcpOptions, Pairing
@@ -188,8 +188,9 @@ def step(state: SurfaceState) -> SurfaceState:
     xi = gauss_newton.solve(state.system, options.max_shift, options.max_turn)
     pose = gauss_newton.apply(xi, state.system, state.pose)
     pairing, precision, system = _at(
-        state.problem, options, state.index, state.normals, state.covariances, state.scale, state.radius, pose
-    )
+        state.problem, options, state.index, state.normals, state.covariances, state.scale, state.radius, pose,
+        old.known,
+    )  # fmt: skip
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         change = _motion(old.moved, pairing.moved) / state.radius
         again = _motion(state.remembered, pairing.moved) / state.radius <= options.tolerance
@@ -247,20 +248,20 @@ def _at(
     scale: FloatArray | None,
     radius: FloatArray,
     pose: Pose,
+    known: Known | None = None,
 ) -> tuple[Pairing, FloatArray, System]:
     """The pairs at a pose, their precisions, and their normal equations."""
     b = problem.size
-    pairing = icp.pair(problem, index, np.full(b, options.gate), scale, options.pairing(), pose)
-    which = np.arange(b)[:, None]
-    partners = index.points[which, pairing.rows]
+    pairing = icp.pair(problem, index, np.full(b, options.gate), scale, options.pairing(), pose, known)
+    partners = nearest.picked(index.points, pairing.rows)
     weights = pairing.weights
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         if covariances is None:
-            n = surface.vectors[which, pairing.rows]
+            n = nearest.picked(surface.vectors, pairing.rows)
             precision = n[..., :, None] * n[..., None, :]
-            weights = np.where(surface.flagged[which, pairing.rows], 0.0, weights)
+            weights = np.where(nearest.picked(surface.flagged, pairing.rows), 0.0, weights)
         else:
-            precision = precisions(covariances[0], covariances[1][which, pairing.rows], pose.R)
+            precision = precisions(covariances[0], nearest.picked(covariances[1], pairing.rows), pose.R)
         used = weights > 0.0
         left = np.where(used[..., None], pairing.moved - partners, 0.0)
         squares = np.einsum("bmi,bmij,bmj->bm", left, precision, left)

@@ -38,7 +38,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from solvers.core import validate
-from solvers.core.arrays import BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.arrays import AnyArray, BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
 from solvers.core.method import Method, Problem
 from solvers.core.partners import chosen
 from solvers.core.pose import Pose
@@ -223,9 +223,9 @@ class _Score:
     cost: FloatArray
 
 
-def _score(problem: Problem, index: Index, pose: Pose, inlier: FloatArray) -> _Score:
+def _score(source: FloatArray, index: Index, pose: Pose, inlier: FloatArray) -> _Score:
     with np.errstate(over="ignore", under="ignore"):
-        rows, squares = index.nearest(pose.apply(problem.source))
+        rows, squares = index.nearest(pose.apply(source))
         return _Score(pose, rows, squares, np.minimum(squares, np.square(inlier)[:, None]).sum(axis=1))
 
 
@@ -251,7 +251,7 @@ def _start(problem: Problem, options: CongruentOptions) -> CongruentState:
         if enough[i]:
             draws[i] = np.resize(kept[:total], (total, 2))
     index = nearest.build(problem.target)
-    at = _score(problem, index, problem.start, inlier)
+    at = _score(problem.source, index, problem.start, inlier)
     used = at.squares <= np.square(inlier)[:, None]
     equal = np.ptp(problem.source, axis=1).max(axis=1) == 0.0
     status, reason = mark(statuses((b,)), reasons((b,)), equal, Status.DEGENERATE, "all source points are equal")
@@ -329,14 +329,8 @@ def _step(state: CongruentState) -> CongruentState:
     )  # fmt: skip
     if promising.any():
         some = np.flatnonzero(promising)
-        part = _try(take(new, some), Pose.trusted(R[some, chosen[some]], t[some, chosen[some]]))
-        hit = part.best < state.best[some]
-        part = changed(
-            part,
-            source_pair=np.where(hit[:, None], pairs[some, chosen[some]], part.source_pair),
-            target_pair=np.where(hit[:, None], ends[some, chosen[some]], part.target_pair),
-        )
-        new = put(new, some, part)
+        own = some, chosen[some]
+        new = _try(new, some, Pose.trusted(R[own], t[own]), pairs[own], ends[own])
     found = np.isfinite(new.best)
     resting = new.idle >= options.patience
     words = "no two target points were found as far apart as two source points, up to "
@@ -346,45 +340,61 @@ def _step(state: CongruentState) -> CongruentState:
     return changed(new, status=status, reason=reason)
 
 
-def _try(state: CongruentState, pose: Pose) -> CongruentState:
-    """Score a hypothesis; where it is the best one so far, refit it; where that is the
-    best pose so far, keep it.
+def _try(state: CongruentState, some: IntArray, pose: Pose, pairs: IntArray, ends: IntArray) -> CongruentState:
+    """Score a hypothesis of each of the problems `some`; where it is the best one so far,
+    refit it; where that is the best pose so far, keep it. pairs, ends: its rows.
     """
-    problem, inlier = state.problem, state.inlier
-    score = _score(problem, state.index, pose, inlier)
-    better = score.cost < state.best
-    if not better.any():
+    source, index, inlier = state.problem.source[some], take(state.index, some), state.inlier[some]
+    score = _score(source, index, pose, inlier)
+    better = np.flatnonzero(score.cost < state.best[some])
+    if not better.size:
         return state
-    first = ~np.isfinite(state.best)
-    state = changed(state, best=np.where(better, score.cost, state.best))
-    score = _refitted(problem, state.index, score, better, inlier)
-    kept = better & (first | (score.cost < state.objective))
-    used = np.where(kept[:, None], score.squares <= np.square(inlier)[:, None], state.used)
+    some = some[better]
+    first = ~np.isfinite(state.best[some])
+    state = changed(
+        state,
+        best=_with(state.best, some, score.cost[better]),
+        source_pair=_with(state.source_pair, some, pairs[better]),
+        target_pair=_with(state.target_pair, some, ends[better]),
+    )
+    score = _refitted(source[better], take(index, better), take(score, better), inlier[better])
+    kept = np.flatnonzero(first | (score.cost < state.objective[some]))
+    some, score = some[kept], take(score, kept)
+    used = score.squares <= np.square(state.inlier[some])[:, None]
     return changed(
         state,
-        pose=put(state.pose, kept, score.pose[kept]),
-        objective=np.where(kept, score.cost, state.objective),
-        rows=np.where(kept[:, None], score.rows, state.rows),
-        distances=np.where(kept[:, None], np.sqrt(score.squares), state.distances),
-        used=used,
-        count=used.sum(axis=1),
-        idle=np.where(kept, 0, state.idle),
+        pose=put(state.pose, some, score.pose),
+        objective=_with(state.objective, some, score.cost),
+        rows=_with(state.rows, some, score.rows),
+        distances=_with(state.distances, some, np.sqrt(score.squares)),
+        used=_with(state.used, some, used),
+        count=_with(state.count, some, used.sum(axis=1)),
+        idle=_with(state.idle, some, 0),
     )
 
 
-def _refitted(problem: Problem, index: Index, score: _Score, where: BoolArray, inlier: FloatArray) -> _Score:
-    going = np.flatnonzero(where)
+def _with(whole: AnyArray, rows: IntArray, part: AnyArray | int) -> AnyArray:
+    """A copy of `whole` with other rows."""
+    out = whole.copy()
+    out[rows] = part
+    return out
+
+
+def _refitted(source: FloatArray, index: Index, score: _Score, inlier: FloatArray) -> _Score:
+    """The scores after as many fits to the pairs within reach as lower the cost."""
+    going, own = np.arange(len(source)), score
     for _ in range(_REFITS):
-        part, own, map_ = take(problem, going), take(score, going), take(index, going)
-        partners = np.take_along_axis(map_.points, own.rows[..., None], axis=1)
-        weights = (own.squares <= np.square(inlier[going])[:, None]).astype(np.float64)
-        pose, _, _ = fit_pairs(own.pose, part.source, partners, weights)
-        new = _score(part, map_, pose, inlier[going])
-        lower = new.cost < own.cost
-        if not lower.any():
+        partners = nearest.picked(index.points, own.rows)
+        weights = (own.squares <= np.square(inlier)[:, None]).astype(np.float64)
+        pose, _, _ = fit_pairs(own.pose, source, partners, weights)
+        own, cost = _score(source, index, pose, inlier), own.cost
+        better = np.flatnonzero(own.cost < cost)
+        if not better.size:
             break
-        going = going[lower]
-        score = put(score, going, take(new, lower))
+        if better.size < going.size:
+            going, own = going[better], take(own, better)
+            source, index, inlier = source[better], take(index, better), inlier[better]
+        score = put(score, going, own)
     return score
 
 

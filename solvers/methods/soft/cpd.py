@@ -117,11 +117,13 @@ class Frame:
     range of numbers.
 
     moving (b, m, d), fixed (b, n, d), centre_moving and centre_fixed (b, d), unit (b,).
+    lifted (b, m, 1 + d): 1 and the moving points, so that one product takes all moments.
     radius (b,): RMS radius of the moving cloud, in the unit. blur (b,): rounding of the
     coordinates as they came, in the unit. floor (b,): of σ.
     """
 
     moving: FloatArray
+    lifted: FloatArray
     fixed: FloatArray
     centre_moving: FloatArray
     centre_fixed: FloatArray
@@ -136,12 +138,11 @@ class CpdState:
     """A pose, σ, and what the responsibilities at them add up to; the objective is the
     negative log-likelihood there.
 
-    sigma: (b,) world units. mass: (b,) N_P. column: (b, m) Σ_n P_mn, how much each
-    moving point explains. row: (b, n) Σ_m P_mn, how much of each fixed point is
-    explained rather than clutter. change: (b,) how far the last step moved the points,
-    root mean square, over their RMS radius. The rest is in the units of `frame`: R and
-    t of the pose, σ, the moved points, `first` (b, m, d) Σ_n P_mn x_n and `scatter`
-    (b,) Σ P_mn ‖x_n − T y_m‖².
+    sigma: (b,) world units. mass: (b,) N_P. row: (b, n) Σ_m P_mn, how much of each
+    fixed point is explained rather than clutter. change: (b,) how far the last step
+    moved the points, root mean square, over their RMS radius. The rest is in the units
+    of `frame`: t of the pose, σ, the moved points, `moments` (b, 1 + d, m) Σ_n P_mn and
+    Σ_n P_mn x_n, and `scatter` (b,) Σ P_mn ‖x_n − T y_m‖².
     """
 
     problem: Problem = field(metadata=CONSTANT)
@@ -155,14 +156,18 @@ class CpdState:
     reason: ReasonArray
     sigma: FloatArray
     mass: FloatArray
-    column: FloatArray
     row: FloatArray
     change: FloatArray
     width: FloatArray  # σ in the frame's unit
     shift: FloatArray  # (b, d) t in the frame
     moved: FloatArray  # (b, m, d)
-    first: FloatArray
+    moments: FloatArray
     scatter: FloatArray
+
+    @property
+    def column(self) -> FloatArray:
+        """(b, m) Σ_n P_mn, how much each moving point explains."""
+        return self.moments[:, 0]
 
 
 def _frame(problem: Problem) -> Frame:
@@ -175,7 +180,7 @@ def _frame(problem: Problem) -> Frame:
     largest = [np.abs(c).max(axis=(1, 2)) for c in (problem.source, problem.target)]
     blur = np.ldexp(np.maximum(*largest) * 8.0 * _EPS, -exponent)
     floor = np.maximum(FLOOR * rms_radius(q), 1e-12)
-    return Frame(p, q, centre_p, centre_q, np.ldexp(1.0, exponent), rms_radius(p), blur, floor)
+    return Frame(p, gaussians.powers(p), q, centre_p, centre_q, np.ldexp(1.0, exponent), rms_radius(p), blur, floor)
 
 
 def _start(problem: Problem, options: CpdOptions, scaled: bool) -> CpdState:
@@ -197,8 +202,8 @@ def _start(problem: Problem, options: CpdOptions, scaled: bool) -> CpdState:
     state = CpdState(
         problem=problem, frame=frame, clutter=c, scaled=scaled, options=options,
         pose=start, objective=nothing, status=statuses((b,)), reason=reasons((b,)), sigma=nothing, mass=nothing,
-        column=np.zeros((b, m)), row=np.zeros((b, n)), change=np.full(b, np.inf), width=nothing, shift=shift,
-        moved=moved, first=np.zeros((b, m, d)), scatter=nothing,
+        row=np.zeros((b, n)), change=np.full(b, np.inf), width=nothing, shift=shift, moved=moved,
+        moments=np.zeros((b, 1 + d, m)), scatter=nothing,
     )  # fmt: skip
     state = _expect(state, start, shift, moved, np.maximum(width, frame.floor), state.change)
     status, reason = mark(state.status, state.reason, _empty(state), Status.DEGENERATE, _NOTHING)
@@ -233,8 +238,8 @@ def _expect(
         per_point = np.log(moved.shape[1] / (1.0 - state.options.clutter)) + 0.5 * d * np.log(2.0 * np.pi)
         objective = n * (per_point + d * (np.log(width) + np.log(frame.unit))) - P.log_sum
     return changed(
-        state, pose=pose, objective=objective, sigma=sigma, mass=P.column.sum(axis=1), column=P.column, row=P.row,
-        change=change, width=width, shift=shift, moved=moved, first=P.first, scatter=P.scatter,
+        state, pose=pose, objective=objective, sigma=sigma, mass=P.moments[:, 0].sum(axis=1), row=P.row,
+        change=change, width=width, shift=shift, moved=moved, moments=P.moments, scatter=P.scatter,
     )  # fmt: skip
 
 
@@ -245,8 +250,8 @@ def _empty(state: CpdState) -> BoolArray:
 
 @dataclass(frozen=True, eq=False)
 class _Maximum:
-    """Where the M-step leads, in the frame's units; `free` (b,) where no rotation is
-    best and the old one is kept.
+    """Where the M-step leads, in the frame's units, and by which `step` (b, m, d) it
+    moves the points; `free` (b,) where no rotation is best and the old one is kept.
     """
 
     mean_moving: FloatArray
@@ -254,48 +259,58 @@ class _Maximum:
     H: FloatArray
     R: FloatArray
     scale: FloatArray
+    turn: FloatArray  # (b, d, d) scale times R
     shift: FloatArray
     moved: FloatArray
+    step: FloatArray
     width: FloatArray
     free: BoolArray
 
 
 def _maximise(state: CpdState) -> _Maximum:
-    frame, column, first = state.frame, state.column, state.first
-    y = frame.moving
-    mass = state.mass[:, None]
-    mean_x = first.sum(axis=1) / mass
-    mean_y = (column[:, None] @ y)[:, 0] / mass
-    centred = y - mean_y[:, None]
-    # The x need no centring: Σ P_mn ỹ_m is zero.
-    H = centred.swapaxes(1, 2) @ first
+    frame, moments, mass = state.frame, state.moments, state.mass
+    # Σ P_mn (1, x_n)ᵀ (1, y_m): no coordinate exceeds 1, so centring afterwards costs no
+    # more than the rounding that `free` allows for.
+    whole = moments @ frame.lifted
+    means = whole / mass[:, None, None]
+    mean_x, mean_y = means[:, 1:, 0], means[:, 0, 1:]
+    H = (whole[:, 1:, 1:] - mean_x[:, :, None] * whole[:, :1, 1:]).swapaxes(1, 2)
     R, turned, gap = best_rotation(H)
-    spread = (column[:, None] @ np.einsum("bmd,bmd->bm", centred, centred)[..., None])[:, 0, 0]
-    free = gap <= 8.0 * (_EPS + frame.blur) * state.mass
-    scale = turned / np.where(free, 1.0, spread) if state.scaled else np.ones(len(gap))
+    free = gap <= 8.0 * (_EPS + frame.blur) * mass
+    scale = np.ones(len(gap))
+    if state.scaled:
+        centred = frame.moving - mean_y[:, None]
+        spread = np.vecdot(moments[:, 0], np.vecdot(centred, centred))
+        scale = turned / np.where(free, 1.0, spread)
     if free.any():
         R = np.where(free[:, None, None], state.pose.R, R)
         scale = np.where(free, state.pose.scale if state.scaled else 1.0, scale)
-    sR = scale[:, None, None] * R
-    moved = centred @ sR.swapaxes(1, 2) + mean_x[:, None]
-    shift = mean_x - (sR @ mean_y[..., None])[..., 0]
+    turn = scale[:, None, None] * R
+    shift = mean_x - (turn @ mean_y[..., None])[..., 0]
+    moved = frame.moving @ turn.swapaxes(1, 2) + shift[:, None]
     # Σ P ‖x − z'‖² from Σ P ‖x − z‖², z' = z + δ: nothing here is larger than a
     # residual.
     step = moved - state.moved
-    left = first - column[..., None] * state.moved
-    cross = np.einsum("bmd,bmd->b", step, column[..., None] * step - 2.0 * left)
-    width = np.sqrt(np.maximum(state.scatter + cross, 0.0) / (state.mass * y.shape[2]))
-    return _Maximum(mean_y, mean_x, H, R, scale, shift, moved, np.maximum(width, frame.floor), free)
+    column, first = moments[:, 0, :, None], moments[:, 1:].swapaxes(1, 2)
+    cross = column * step - 2.0 * (first - column * state.moved)
+    cross *= step
+    width = np.sqrt(np.maximum(state.scatter + _total(cross), 0.0) / (mass * step.shape[2]))
+    return _Maximum(mean_y, mean_x, H, R, scale, turn, shift, moved, step, np.maximum(width, frame.floor), free)
+
+
+def _total(x: FloatArray) -> FloatArray:
+    """The sums over points and coordinates, (b,)."""
+    total: FloatArray = x.reshape(len(x), -1).sum(axis=1)
+    return total
 
 
 def _step(state: CpdState) -> CpdState:
     frame, options = state.frame, state.options
     with np.errstate(over="ignore", under="ignore"):
         to = _maximise(state)
-        arm = ((to.scale[:, None, None] * to.R) @ frame.centre_moving[..., None])[..., 0]
+        arm = (to.turn @ frame.centre_moving[..., None])[..., 0]
         t = frame.centre_fixed + to.shift * frame.unit[:, None] - arm
-        step = to.moved - state.moved
-        change = np.sqrt(np.einsum("bmd,bmd->b", step, step) / step.shape[1]) / frame.radius
+        change = np.sqrt(_total(np.square(to.step)) / to.step.shape[1]) / frame.radius
     rest = (change <= options.tolerance) & (np.abs(to.width - state.width) <= options.tolerance * state.width)
     state = _expect(state, Pose.trusted(to.R, t, to.scale), to.shift, to.moved, to.width, change)
     empty = _empty(state)

@@ -68,6 +68,52 @@ def test_the_nearest_is_that_of_the_definition(kind, tree_from, rng):
             assert np.array_equal(found[0], expected[:, :k])
 
 
+@pytest.mark.native
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("stride", [0.0, 1e-12, 1e-3, 0.1, 1.0, 1e3, 1e160])
+def test_points_that_are_followed_find_what_they_would_find_anew(kind, stride, rng):
+    """Rows and squares, bit for bit, whatever the clouds and the motion: a drift, a return to the start, points on
+    target points and midway between two, a jump beyond what has a square."""
+    for n, d in ((1, 2), (40, 2), (30, 3)):
+        points, target = (np.stack(x) for x in zip(*(clouds(kind, rng, 25, n, d) for _ in range(2)), strict=True))
+        index, known, size = nearest.build(target, tree_from=1), None, np.abs(target).max()
+        way = stride * size * rng.standard_normal((2, 25, d))
+        middles = 0.5 * (target[:, rng.integers(0, n, 25)] + target[:, rng.integers(0, n, 25)])
+        onto = target[:, rng.integers(0, n, 25)]
+        with np.errstate(over="ignore"):
+            path = [points + k * way for k in (0.0, 0.1, 0.2, 1.0, 0.9, 0.0)]
+        for now in [*path, middles, middles + 1e-16 * way, onto, np.nextafter(onto, np.inf), points]:
+            rows, squares, known = index.follow(now, known)
+            expected, expected_squares = index.nearest(now)
+            assert np.array_equal(rows, expected)
+            assert np.array_equal(squares, expected_squares)
+
+
+@pytest.mark.native
+def test_a_point_that_has_hardly_moved_is_not_looked_up_again(rng):
+    """Moved by less than half of what the next place is farther, a point keeps its neighbour; of a batch each by
+    itself, also in a part of it."""
+    points, target = rng.standard_normal((3, 200, 3)), rng.standard_normal((3, 500, 3))
+    index = nearest.build(target, tree_from=1)
+    _, _, known = index.follow(points, None)
+    squares = index.nearest_k(points, 2)[1]
+    gap = np.sqrt(squares[..., 1]) - np.sqrt(squares[..., 0])
+    np.testing.assert_allclose(known.slack, 0.5 * gap, rtol=1e-6, atol=1e-11)
+    step = 1e-3 * np.ones((3, 200, 3))
+    _, _, after = index.follow(points + step, known)
+    kept = (after.points == points).all(axis=2)
+    assert np.array_equal(kept, np.sqrt(3e-6) < known.slack)
+    assert 0.8 < kept.mean() < 1.0
+    part = take(index, np.array([2, 0])).follow(points[[2, 0]] + 3.0 * step[:2], take(after, np.array([2, 0])))
+    assert np.array_equal(part[0], index.nearest(points + 3.0 * step)[0][[2, 0]])
+    assert nearest.build(target, tree_from=NEVER).follow(points, None)[2] is None
+
+
+def test_what_is_picked_is_each_problems_own(rng):
+    values, rows = rng.standard_normal((4, 7, 2, 3)), rng.integers(0, 7, (4, 11))
+    assert np.array_equal(nearest.picked(values, rows), values[np.arange(4)[:, None], rows])
+
+
 def test_a_batch_is_its_single_problems(rng):
     """Every problem of a batch gets bit for bit what it gets alone, in whatever blocks it was computed."""
     points, target = rng.standard_normal((7, 50, 2)), np.round(4.0 * rng.standard_normal((7, 80, 2))) / 4.0

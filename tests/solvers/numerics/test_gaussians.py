@@ -40,7 +40,7 @@ def test_blocks_of_any_size_give_the_same(rng, limit, sigma):
     c = np.array([0.0, 0.3, 2.0])
     whole = gaussians.shares(rows, columns, width, c, limit=10**9)
     parts = gaussians.shares(rows, columns, width, c, limit=limit)
-    for name in ("row", "column", "first", "scatter", "log_sum"):
+    for name in ("row", "moments", "scatter", "log_sum"):
         a, b = getattr(whole, name), getattr(parts, name)
         np.testing.assert_allclose(b, a, rtol=1e-12, atol=1e-12 * np.abs(a).max(), err_msg=name)
 
@@ -54,8 +54,8 @@ def test_shares_are_the_sums_of_the_whole_matrix(rng):
     P = K / whole[..., None]
     squares = np.square(rows[:, :, None] - columns[:, None]).sum(axis=-1)
     np.testing.assert_allclose(found.row, P.sum(axis=2), rtol=1e-12)
-    np.testing.assert_allclose(found.column, P.sum(axis=1), rtol=1e-12)
-    np.testing.assert_allclose(found.first, P.swapaxes(1, 2) @ rows, rtol=1e-11, atol=1e-13)
+    np.testing.assert_allclose(found.moments[:, 0], P.sum(axis=1), rtol=1e-12)
+    np.testing.assert_allclose(found.moments[:, 1:], rows.swapaxes(1, 2) @ P, rtol=1e-11, atol=1e-13)
     np.testing.assert_allclose(found.scatter, (P * squares).sum(axis=(1, 2)), rtol=1e-12)
     np.testing.assert_allclose(found.log_sum, np.log(whole).sum(axis=1), rtol=1e-12)
     for i in range(3):
@@ -92,7 +92,7 @@ def test_rows_beyond_the_range_of_exponents_go_to_the_nearest():
     sigma = np.array([0.5])
     found = gaussians.shares(rows, columns, sigma, np.zeros(1))
     np.testing.assert_allclose(found.row, 1.0, rtol=1e-12)
-    np.testing.assert_allclose(found.column, [[2.0, 1.0]], rtol=1e-12)
+    np.testing.assert_allclose(found.moments[:, 0], [[2.0, 1.0]], rtol=1e-12)
     nearest = np.array([0.25, 990.0**2, (1e6 - 0.5) ** 2])
     np.testing.assert_allclose(found.log_sum, -2.0 * nearest.sum(), rtol=1e-12)
     P = gaussians.share_matrix(rows[0], columns[0], 0.5, 0.0)
