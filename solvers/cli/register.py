@@ -11,12 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from solvers import METHODS, Pose, Result, Status, register, verify
+from solvers import METHODS, Pose, Result, Status, verify
+from solvers.api import register
 from solvers.cli import arrays
 from solvers.cli.common import UNTRUSTED, Help, printed, program, whole
 from solvers.cli.picture import before_after
 from solvers.core import validate
 from solvers.core.arrays import FloatArray
+from solvers.core.registry import method_of
 from solvers.geometry import downsample, nearest
 from solvers.io import clouds
 
@@ -186,7 +188,7 @@ def register_files(arguments: Sequence[str]) -> int:
     (source, about_source), (target, about_target) = (_opened(path, given) for path in (given.source, given.target))
     if source.shape[1] != target.shape[1]:
         raise ValueError("one file has 2-D points, the other 3-D points; --above registers x and y")
-    method = METHODS[validate.one_of(given.method, METHODS, "--method")]
+    method = method_of(given.method, "--method")
     d = source.shape[1]
     if method.dims is not None and d not in method.dims:
         dims = " or ".join(map(str, method.dims))
