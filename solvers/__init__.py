@@ -20,9 +20,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from solvers.api import register
 from solvers.core.pose import Pose
-from solvers.core.registry import METHODS
 from solvers.core.result import Result
 from solvers.core.status import Status
 from solvers.geometry.rigid import Fit, fit_planar, fit_rigid
@@ -32,12 +30,15 @@ __all__ = ["METHODS", "Fit", "Pose", "Result", "Status", "fit_planar", "fit_rigi
 
 if TYPE_CHECKING:
     from solvers import drives, io, metrics, odometry, posegraph, thinning, uncertainty, verify  # noqa: F401
-    from solvers._functions import *  # noqa: F403
+    from solvers._functions import *  # noqa: F403  (`register` and `METHODS` too, by each method's name)
     from solvers.geometry import downsample  # noqa: F401
+else:
+    from solvers.api import register
+    from solvers.core.registry import METHODS
 
 _MODULES = {
     **{name: name for name in (
-        "drives", "io", "metrics", "odometry", "posegraph", "scenes", "thinning", "uncertainty", "verify"
+        "drives", "io", "metrics", "odometry", "options", "posegraph", "scenes", "thinning", "uncertainty", "verify"
     )},
     "downsample": "geometry.downsample",
 }  # fmt: skip
@@ -48,7 +49,7 @@ def __getattr__(name: str) -> Any:
     if name in _MODULES:
         return import_module(f"solvers.{_MODULES[name]}")
     functions = _functions()
-    if name in functions.NAMES:
+    if name in functions.NAMES or name in functions.ALSO:
         return functions.function(name)
     raise AttributeError(f"module 'solvers' has no attribute {name!r}")
 

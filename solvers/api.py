@@ -14,11 +14,12 @@ from solvers.core.arrays import FloatArray, IntArray
 from solvers.core.log import debug
 from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
-from solvers.core.registry import METHODS, MethodName
+from solvers.core.registry import MethodName, method_of
 from solvers.core.result import Result, from_batch, side_by_side
 from solvers.core.stepper import Callback, begin, run
 
-_ALIASES = {"max_distance": "gate"}  # what the field calls an option: understood where a method has the option
+OTHER_NAMES = {"gate": "max_distance", "cap": "max_distance"}
+"""What the field calls an option: understood where a method has the option."""
 _COMMON = ("options", "start", "pairs", "weights", "seed", "max_steps", "callback")
 
 
@@ -74,7 +75,7 @@ def register(
         value ends the run.
     **keywords
         The same options one by one: the fields of `METHODS[method].options`.
-        `max_distance` is accepted for `gate`.
+        `max_distance` is accepted for `gate`, and for the `cap` of `capped-icp`.
 
     Returns
     -------
@@ -121,7 +122,7 @@ def register(
     >>> np.degrees(rre(batch.pose, scene.truth)) < 5.0
     array([ True,  True, False])
     """
-    chosen = METHODS[validate.one_of(method, METHODS, "method")]
+    chosen = method_of(method)
     own = _options(chosen, options, keywords)
     poses, seeds = validate.start(start), validate.seeds(seed)
     cap = None if max_steps is None else validate.count(max_steps, "max_steps")
@@ -149,14 +150,14 @@ def _options(method: Method[Any], whole: Any, given: dict[str, Any]) -> Any:
         if given:
             raise ValueError(f"{next(iter(given))}: give the options as one object or one by one, not both")
         return whole
-    for name, own in _ALIASES.items():
+    for own, name in OTHER_NAMES.items():
         if name in given and own in known:
             if own in given:
                 raise ValueError(f"{name}: is another name of {own}; give one of them")
             given = {own if key == name else key: value for key, value in given.items()}
     for name in given:
         if name not in known:
-            near = validate.nearest(name, [*known, *_COMMON])
+            near = "" if name in OTHER_NAMES.values() else validate.nearest(name, [*known, *_COMMON])
             listed = ", ".join([*known, *_COMMON])
             raise ValueError(f"{name}: no option of method {method.name!r}{near}; it has: {listed}")
     return method.options(**given)

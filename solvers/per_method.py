@@ -1,7 +1,7 @@
 """Each method as a function of its own: `solvers.icp(source, target, gate=0.5)`.
 
 Made from `register` and from the method's options: names, defaults and words stand once. The types that an editor and
-a type checker read are in `solvers/_functions.pyi`; a test holds them to this.
+a type checker read, those of `register` among them, are in `solvers/_functions.pyi`; a test holds them to this.
 """
 
 from __future__ import annotations
@@ -13,12 +13,14 @@ from dataclasses import fields
 from functools import cache
 from typing import Any
 
-from solvers.api import register
-from solvers.core.registry import METHODS
+from solvers.api import OTHER_NAMES, register
+from solvers.core.registry import ALIASES, METHODS
 from solvers.core.result import Result
 
 NAMES = {name.replace("-", "_"): name for name in METHODS}
 """The functions' names, and the methods'."""
+ALSO = {alias.replace("-", "_"): name.replace("-", "_") for alias, name in ALIASES.items()}
+"""Other names of functions, and the functions' own: understood, not listed."""
 
 
 @cache
@@ -28,7 +30,7 @@ def function(name: str) -> Callable[..., Result]:
     Parameters
     ----------
     name : str
-        A key of `NAMES`.
+        A key of `NAMES` or of `ALSO`.
 
     Returns
     -------
@@ -42,6 +44,8 @@ def function(name: str) -> Callable[..., Result]:
     >>> icp.__name__, list(icp.__signature__.parameters)[:4]
     ('icp', ['source', 'target', 'gate', 'trim'])
     """
+    if name in ALSO:
+        return function(ALSO[name])
     method = METHODS[NAMES[name]]
 
     def call(source: Any, target: Any, **options: Any) -> Result:
@@ -55,7 +59,7 @@ def function(name: str) -> Callable[..., Result]:
 
 
 def parameters(method: str) -> list[inspect.Parameter]:
-    """What a method's function takes: the clouds, its own options, and what `register` takes besides.
+    """What a method's function takes: the clouds, its own options, their other names, and what `register` takes.
 
     Parameters
     ----------
@@ -68,20 +72,23 @@ def parameters(method: str) -> list[inspect.Parameter]:
         In the order of the signature.
     """
     chosen, common = METHODS[method], dict(inspect.signature(register).parameters)
-    own = [
-        inspect.Parameter(one.name, inspect.Parameter.KEYWORD_ONLY, default=one.default, annotation=one.type)
-        for one in fields(chosen.options)
-    ]
+    own = [_option(one.name, one.default, one.type) for one in fields(chosen.options)]
+    own += [_option(OTHER_NAMES[o.name], o.default, o.annotation) for o in own if o.name in OTHER_NAMES]
     left_out = {"method", "options", "keywords"}
     left_out |= {name for name, takes in (("pairs", chosen.paired), ("weights", chosen.weighted)) if not takes}
     rest = [one for name, one in common.items() if name not in left_out]
     return [*rest[:2], *own, *rest[2:]]
 
 
+def _option(name: str, default: Any, annotation: Any) -> inspect.Parameter:
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
+
+
 def _words(method: str) -> str:
     """A docstring in numpydoc's form, put together from those of the method, its options and `register`."""
     chosen = METHODS[method]
     told = {**_parameters_of(register.__doc__), **_parameters_of(chosen.options.__doc__)}
+    told |= {other: f"{other} : float\n    The same as `{own}`." for own, other in OTHER_NAMES.items() if own in told}
     listed = [told[one.name] for one in parameters(method) if one.name in told]
     summary = f"{chosen.summary[:1].upper()}{chosen.summary[1:]}."
     source = f"Source: {chosen.source}. The same as `register(…, {method!r})`."

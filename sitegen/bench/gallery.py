@@ -16,6 +16,7 @@ import sys
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from datetime import date
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -152,6 +153,7 @@ def measured(root: Path, python: Path) -> dict[str, Any]:
     importing = {m: _least(m, turns) for m in LIBRARIES if m not in absent}
     versions = asked(root, python, "-c", _VERSIONS, json.dumps([LIBRARIES[m] for m in importing if m != "solvers"]))
     return {
+        "date": date.today().isoformat(),
         "system": platform.system(), "machine": platform.machine(), "cores": os.cpu_count() or 0,
         "versions": {"solvers": solvers.__version__, **versions}, "importing": importing, "absent": absent,
         "tasks": found,
@@ -247,7 +249,7 @@ def _libraries(data: Mapping[str, Any]) -> str:
         f"{versions['numpy']}"
     )
     absent = "".join(f" {LIBRARIES[m]} was not available: {why}." for m, why in data["absent"].items())
-    return f"{table}\n\nMeasured on {where}.{absent}"
+    return f"{table}\n\nMeasured on {data['date']}: {where}.{absent}"
 
 
 def _markdown(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 
 from sitegen.plots._numbers import at
 from sitegen.plots._sizes import sizes
-from solvers import register
+from solvers.api import register
 from solvers.scenes.walls import sampled
 
 TITLE = "A scan closes in on an end wall, by point pairs and by planes"

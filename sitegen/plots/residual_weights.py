@@ -8,7 +8,7 @@ from typing import Any
 from sitegen.plots._numbers import at
 from sitegen.plots._rates import close, clouds, interval, seeds, span, wilson
 from sitegen.plots._sizes import sizes
-from solvers import register
+from solvers.api import register
 from solvers.scenes.rooms import room, room_start
 
 TITLE = "Success of residuals and robust weights, near and midway start"

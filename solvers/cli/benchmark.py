@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
-from solvers.cli.common import Help, printed, program, whole
+from solvers.cli.common import Bar, Help, printed, program, whole
 from solvers.scenes.rooms import ROOM_SETTINGS
 from solvers.studies.benchmark import Line, benchmark, table
-from solvers.studies.race import CONTESTANTS, EXTRAS, MAX_STEPS, SEEDS, Controls, contestants
+from solvers.studies.race import CONTESTANTS, EXTRAS, MAX_STEPS, SEEDS, Contestant, Controls, contestants
 
 MOST_SEEDS = 100_000
 
@@ -50,9 +50,11 @@ def race(arguments: Sequence[str]) -> int:
     found = []
     for name, degrees in cases:
         controls = Controls(degrees, given.distance, name, given.noise, given.outliers, given.overlap, given.density)
-        lines = benchmark(
-            controls, seeds=[40 + 13 * k for k in range(given.seeds)], contestants=racing, max_steps=given.max_steps
-        )
+        seeds = [40 + 13 * k for k in range(given.seeds)]
+        with Bar(name) as bar:
+            lines = benchmark(
+                controls, seeds=seeds, contestants=racing, max_steps=given.max_steps, progress=_counted(bar, racing)
+            )
         if given.json:
             found.append({"setting": name, "degrees": degrees, "distance": given.distance, "seeds": given.seeds})
             found[-1]["methods"] = [_told(line) for line in lines]
@@ -62,6 +64,11 @@ def race(arguments: Sequence[str]) -> int:
     if given.json:
         printed(found)
     return 0
+
+
+def _counted(bar: Callable[[int, int], None], racing: Sequence[Contestant]) -> Callable[[Contestant], None]:
+    """What shows on a bar how many of the contestants have run."""
+    return lambda contestant: bar(racing.index(contestant), len(racing))
 
 
 def _told(line: Line) -> dict[str, Any]:

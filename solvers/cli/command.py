@@ -7,11 +7,12 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 
-from solvers import __version__
 from solvers.cli.benchmark import race
+from solvers.cli.common import program
 from solvers.cli.drive import drive
 from solvers.cli.methods import methods
 from solvers.cli.register import register_files
+from solvers.core import validate
 
 COMMANDS: dict[str, Callable[[Sequence[str]], int]] = {
     "register": register_files,
@@ -29,18 +30,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # a console without σ prints the rest all the same
     try:
-        if given[:1] == ["--version"]:
-            print(f"registration-ladder {__version__}")
-            code = 0
-        elif given and given[0] in COMMANDS:
-            code = COMMANDS[given[0]](given[1:])
-        else:
-            code = register_files(given)
+        named = bool(given) and given[0] in COMMANDS
+        code = COMMANDS[given[0]](given[1:]) if named else register_files(_files(given))
         sys.stdout.flush()
     except BrokenPipeError:  # as `| head` does once it has its lines; what is left goes nowhere, and without a word
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except ValueError as error:
-        print(f"solvers: {error}", file=sys.stderr)
+        print(f"{program()}: {error}", file=sys.stderr)
         return 2
     return code
+
+
+def _files(given: list[str]) -> list[str]:
+    """Arguments that name no command. Raises ValueError where the first is no file either, but nearly a command."""
+    first = given[0] if given else "-"
+    near = "" if first.startswith("-") or os.path.exists(first) else validate.nearest(first, COMMANDS)
+    if near:
+        raise ValueError(f"{first!r} is neither a command nor a file{near}")
+    return given

@@ -1,11 +1,13 @@
-"""What the commands share: how help is set, whole numbers, and JSON."""
+"""What the commands share: how help is set, whole numbers, a progress bar, what drawing needs, and JSON."""
 
 from __future__ import annotations
 
 import argparse
+import importlib.util
 import json
 import sys
 import textwrap
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +17,35 @@ UNTRUSTED = 3
 """The exit code of an answer that the method itself does not stand by."""
 
 
-def program(command: str) -> str:
-    """What a usage line calls the program: the name that it was started by."""
+def program(command: str = "") -> str:
+    """What a usage line and an error call the program: the name that it was started by."""
     script = Path(sys.argv[0]).stem == "registration-ladder"
-    return f"{'registration-ladder' if script else 'python -m solvers'} {command}"
+    return f"{'registration-ladder' if script else 'python -m solvers'} {command}".rstrip()
+
+
+def able_to_draw() -> None:
+    """Raises ValueError where matplotlib, an extra, is missing: asked before anything is computed."""
+    if importlib.util.find_spec("matplotlib") is None:
+        raise ValueError("--out: drawing needs matplotlib: pip install 'registration-ladder[plot]'")
+
+
+class Bar:
+    """A bar on stderr where that is a terminal, cleared at the end; nothing in a log."""
+
+    def __init__(self, what: str) -> None:
+        self.what, self.live = what, sys.stderr.isatty()
+
+    def __enter__(self) -> Callable[[int, int], None]:
+        return self._show
+
+    def _show(self, done: int, total: int) -> None:
+        if self.live:
+            bar = "#" * (30 * done // max(total, 1))
+            print(f"\r{self.what} [{bar:30}] {done}/{total}", end="", file=sys.stderr, flush=True)
+
+    def __exit__(self, *_: object) -> None:
+        if self.live:
+            print("\r\033[K", end="", file=sys.stderr, flush=True)
 
 
 class Help(argparse.HelpFormatter):

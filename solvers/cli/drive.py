@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from solvers.cli.common import UNTRUSTED, program
+from solvers.cli.common import UNTRUSTED, Bar, able_to_draw, printed, program
 from solvers.cli.picture import drive_map
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray
@@ -34,7 +36,8 @@ from solvers.odometry.reading import MOST_BYTES
 from solvers.posegraph import KERNELS
 from solvers.scenes.drive import Drive, chained, telecom_loop
 
-KINDS = (".svg", ".png", ".g2o", ".csv")
+DRAWN = (".svg", ".png")
+KINDS = (*DRAWN, ".g2o", ".csv")
 
 
 def parser() -> argparse.ArgumentParser:
@@ -43,6 +46,8 @@ def parser() -> argparse.ArgumentParser:
         prog=program("drive"),
         description="Compute a robot's poses from its laser scans: match each scan to the one before or to a map"
         " of the last ones, find places seen again, and make everything agree in a pose graph.",
+        epilog="Exit codes: 0; 2 if an argument or the file is wrong; 3 if the poses should not be trusted: a scan was"
+        " not matched, or the pose graph did not converge.",
     )
     made.add_argument(
         "file", metavar="FILE", help="CSV with columns seconds,dx_m,dy_m,dphi_rad,r0,…, or a CARMEN log with FLASER"
@@ -60,15 +65,27 @@ def parser() -> argparse.ArgumentParser:
         "--out", type=Path, action="append", default=[], metavar="FILE",
         help="map.svg or map.png, drawn by matplotlib; graph.g2o; poses.csv; repeatable"
     )  # fmt: skip
+    made.add_argument("--json", action="store_true", help="print one JSON document instead of text")
     return made
 
 
 def drive(arguments: Sequence[str]) -> int:
     """Run the command; the exit code. Raises ValueError where an argument or the file is wrong."""
     given = parser().parse_args(arguments)
+    with contextlib.redirect_stdout(None if given.json else sys.stdout):
+        code, told = _driven(given)
+    if given.json:
+        printed(told)
+    return code
+
+
+def _driven(given: argparse.Namespace) -> tuple[int, dict[str, Any]]:
+    """The exit code, and what there is to say by name, which is printed in lines on the way; angles in degrees."""
     for path in given.out:
         if path.suffix.lower() not in KINDS:
             raise ValueError(f"--out: {path}: expected a name that ends in {', '.join(KINDS)}")
+        if path.suffix.lower() in DRAWN:
+            able_to_draw()
     matching, looking = MatchOptions(gate=given.gate), LoopOptions(radius=given.radius)
     validate.number(given.farthest, "--farthest", 0.1)
     recorded = telecom_loop() if given.file == "telecom-loop" else _opened(Path(given.file), given)
@@ -78,7 +95,7 @@ def drive(arguments: Sequence[str]) -> int:
     scans = prepare(recorded, given.farthest)
     wheels = chained(recorded.motion)
     way = scan_to_scan if given.to == "scan" else scan_to_map
-    with _Bar("matching") as bar:
+    with Bar("matching") as bar:
         chain = way(scans, recorded.motion, matching, progress=bar)
     length = float(np.linalg.norm(np.diff(chain.poses.t, axis=0), axis=1).sum())
     lost = np.flatnonzero(~chain.believed)
@@ -91,6 +108,10 @@ def drive(arguments: Sequence[str]) -> int:
         later, earlier = later[:0], earlier[:0]
     loops = verified(scans, chain.poses, later, earlier, looking, matching)
     poses, settled = chain.poses, True
+    told: dict[str, Any] = {
+        "drive": given.file, "scans": n, "beams": k, "length": length, "not_matched": lost,
+        "end_by_odometry": _by_name(wheels[-1]), "end_matched": _by_name(chain.poses[-1]), "candidates": len(later),
+    }  # fmt: skip
     used = int(loops.believed.sum())
     if not given.no_loops:
         print(f"loops     {used} of {len(later)} candidates accepted")
@@ -103,6 +124,7 @@ def drive(arguments: Sequence[str]) -> int:
         said = f"{result.status} after {result.steps} steps, chi2 {result.total:.4g}"
         print(f"graph     {said}, {dropped} loops let go of")
         print(f"          closed   {_said(poses[-1])}")
+        told["graph"] = {"status": result.status.label, "steps": result.steps, "chi2": result.total, "let_go": dropped}
     for path in given.out:
         data = _file(path, poses, lambda: edges_of(chain, loops)[0], scans, recorded.seconds, wheels)
         try:
@@ -110,7 +132,8 @@ def drive(arguments: Sequence[str]) -> int:
         except OSError as error:
             raise ValueError(f"--out: {path}: {error.strerror or error}") from None
         print(f"written   {path}")
-    return 0 if settled and not len(lost) else UNTRUSTED
+    told |= {"loops": used, "end": _by_name(poses[-1]), "written": [str(path) for path in given.out]}
+    return 0 if settled and not len(lost) else UNTRUSTED, told
 
 
 def _opened(path: Path, given: argparse.Namespace) -> Drive:
@@ -122,6 +145,10 @@ def _opened(path: Path, given: argparse.Namespace) -> Drive:
         raise ValueError(f"{path}: {error.strerror or error}") from None
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
+
+
+def _by_name(pose: Pose) -> dict[str, Any]:
+    return {"translation": pose.t, "angle_degrees": np.degrees(pose.angle)}
 
 
 def _said(pose: Pose) -> str:
@@ -146,22 +173,3 @@ def _file(
         return text.encode()
     points = np.concatenate([poses[k].apply(scans.cloud(k)) for k in range(len(scans))])
     return drive_map(points, poses.t, wheels.t, kind[1:])
-
-
-class _Bar:
-    """A bar on stderr where that is a terminal, cleared at the end; nothing in a log."""
-
-    def __init__(self, what: str) -> None:
-        self.what, self.live = what, sys.stderr.isatty()
-
-    def __enter__(self) -> Callable[[int, int], None]:
-        return self._show
-
-    def _show(self, done: int, total: int) -> None:
-        if self.live:
-            bar = "#" * (30 * done // max(total, 1))
-            print(f"\r{self.what} [{bar:30}] {done}/{total}", end="", file=sys.stderr, flush=True)
-
-    def __exit__(self, *_: object) -> None:
-        if self.live:
-            print("\r\033[K", end="", file=sys.stderr, flush=True)

@@ -9,7 +9,7 @@ from typing import Any
 
 from solvers import METHODS
 from solvers.cli.common import Help, printed, program
-from solvers.core import validate
+from solvers.core.registry import method_of
 
 
 def parser() -> argparse.ArgumentParser:
@@ -27,7 +27,7 @@ def parser() -> argparse.ArgumentParser:
 def methods(arguments: Sequence[str]) -> int:
     """Run the command; the exit code. Raises ValueError for a name that is none."""
     given = parser().parse_args(arguments)
-    names = [validate.one_of(name, METHODS, "METHOD") for name in given.names] or list(METHODS)
+    names = [method_of(name, "METHOD").name for name in given.names] or list(METHODS)
     if given.json:
         printed([told(name) for name in names])
         return 0

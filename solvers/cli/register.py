@@ -11,12 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from solvers import METHODS, Pose, Result, Status, register, verify
+from solvers import METHODS, Pose, Result, Status, __version__, verify
+from solvers.api import register
 from solvers.cli import arrays
-from solvers.cli.common import UNTRUSTED, Help, printed, program, whole
+from solvers.cli.common import UNTRUSTED, Bar, Help, able_to_draw, printed, program, whole
 from solvers.cli.picture import before_after
 from solvers.core import validate
 from solvers.core.arrays import FloatArray
+from solvers.core.registry import method_of
 from solvers.geometry import downsample, nearest
 from solvers.io import clouds
 
@@ -30,8 +32,8 @@ def parser() -> argparse.ArgumentParser:
         prog=program("register"),
         description="Register two point clouds: find the pose that maps SOURCE to TARGET.",
         epilog=f"Methods: {', '.join(METHODS)}. Exit codes: 0; 2 if an argument or a file is wrong; 3 if the"
-        " answer should not be trusted: the run was cut short, the clouds do not determine it, or no source point lies"
-        " near the target. Other commands, each with --help: 'benchmark', the race's table; 'drive', a"
+        " answer should not be trusted: the status is neither converged nor proved, or no source point lies near the"
+        " target. Other commands, each with --help: 'benchmark', the race's table; 'drive', a"
         " drive's map; 'methods', all methods and their options. The word 'register' may be omitted.",
         formatter_class=Help,
     )
@@ -55,6 +57,7 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument("--reach", type=float, help="how near a target point explains a source point (3 target spacings)")
     made.add_argument("--out", type=Path, metavar="PICTURE.svg", help="draw both clouds, with matplotlib")
     made.add_argument("--json", action="store_true", help="print one JSON document instead of text")
+    made.add_argument("-V", "--version", action="version", version=f"registration-ladder {__version__}")
     return made
 
 
@@ -183,10 +186,12 @@ def _lines(told: dict[str, Any], result: Result) -> str:
 def register_files(arguments: Sequence[str]) -> int:
     """Run the command; the exit code. Raises ValueError where an argument or a file is wrong."""
     given = parser().parse_args(arguments)
+    if given.out is not None:
+        able_to_draw()
     (source, about_source), (target, about_target) = (_opened(path, given) for path in (given.source, given.target))
     if source.shape[1] != target.shape[1]:
         raise ValueError("one file has 2-D points, the other 3-D points; --above registers x and y")
-    method = METHODS[validate.one_of(given.method, METHODS, "--method")]
+    method = method_of(given.method, "--method")
     d = source.shape[1]
     if method.dims is not None and d not in method.dims:
         dims = " or ".join(map(str, method.dims))
@@ -198,7 +203,12 @@ def register_files(arguments: Sequence[str]) -> int:
     validate.number(reach, "--reach", 1e-100, 1e100)
     start = _start(given.start, d)
     options = dict(_option(text) for text in given.options)
-    result = register(source, target, method.name, start=start, seed=given.seed, max_steps=given.max_steps, **options)
+    limit = method.max_steps if given.max_steps is None else given.max_steps
+    with Bar(method.name) as bar:
+        result = register(
+            source, target, method.name, start=start, seed=given.seed, max_steps=given.max_steps,
+            callback=lambda k, state: bar(k, limit), **options,
+        )  # fmt: skip
     told = _told(result, source, target, reach)
     if given.json:
         about = {"source": about_source, "target": about_target, "method": method.name}
@@ -214,5 +224,4 @@ def register_files(arguments: Sequence[str]) -> int:
             raise ValueError(f"--out: {given.out}: {error.strerror or error}") from None
         if not given.json:
             print(f"picture   {given.out}")
-    ended = result.status not in (Status.CAPPED, Status.DEGENERATE)
-    return 0 if ended and told["overlap"] > 0.0 else UNTRUSTED
+    return 0 if result.status and told["overlap"] > 0.0 else UNTRUSTED

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from importlib import import_module
 from typing import Any, Literal
 
+from solvers.core import validate
 from solvers.core.method import Method
 
 # name → module in solvers.methods and constant, in the order of the ladder
@@ -65,6 +66,8 @@ class _Methods(Mapping[str, Method[Any]]):
     """
 
     def __getitem__(self, name: str) -> Method[Any]:
+        if name not in self:
+            raise KeyError(_unknown(name))
         module, constant = _LIST[ALIASES.get(name, name)].rsplit(".", 1)
         method: Method[Any] = getattr(import_module(f"solvers.methods.{module}"), constant)
         return method
@@ -85,3 +88,17 @@ class _Methods(Mapping[str, Method[Any]]):
 
 METHODS: Mapping[str, Method[Any]] = _Methods()
 """Every method by name, in the order of the ladder."""
+
+
+def method_of(name: object, argument: str = "method") -> Method[Any]:
+    """The method of a name that somebody gave. Raises ValueError with the nearest right names."""
+    if isinstance(name, str) and name in METHODS:
+        return METHODS[name]
+    raise ValueError(f"{argument}: {_unknown(name)}")
+
+
+def _unknown(name: object) -> str:
+    """What is said of a name that is none: small letters and hyphens may be all it lacks."""
+    plain = str(name).lower().replace("_", "-")
+    near = f", did you mean {plain!r}?" if plain in METHODS else validate.nearest(plain, [*METHODS, *ALIASES])
+    return f"{name!r} is unknown{near}; known: {', '.join(sorted(METHODS))}"

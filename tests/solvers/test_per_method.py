@@ -5,7 +5,6 @@ from __future__ import annotations
 import inspect
 from collections.abc import Iterator
 from dataclasses import fields, is_dataclass
-from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
@@ -14,45 +13,7 @@ import pytest
 import solvers
 from solvers import METHODS, Pose, per_method, register
 from solvers.core.registry import ALIASES, MethodName
-from solvers.methods.icp.icp import IcpOptions
-
-STUB = Path(per_method.__file__).with_name("_functions.pyi")
-HEAD = '''"""The types of the methods' functions, written from `solvers.per_method`.
-
-By `python -c "from tests.solvers.test_per_method import write; write()"`; a test holds this file to that.
-"""
-
-from collections.abc import Sequence
-
-import numpy as np
-from numpy.typing import ArrayLike
-
-from solvers.core.arrays import IntArray
-from solvers.core.pose import Pose
-from solvers.core.result import Result
-from solvers.core.stepper import Callback
-'''
-
-
-def stub() -> str:
-    """The file's text: a signature for each method, with a line a parameter."""
-    parts = [HEAD]
-    for name, method in per_method.NAMES.items():
-        lines = [f"def {name}("]
-        starred = False
-        for one in per_method.parameters(method):
-            if one.kind is inspect.Parameter.KEYWORD_ONLY and not starred:
-                starred = True
-                lines.append("    *,")
-            default = "" if one.default is inspect.Parameter.empty else " = ..."
-            lines.append(f"    {one.name}: {one.annotation}{default},")
-        parts.append("\n".join([*lines, ") -> Result: ..."]) + "\n")
-    return "\n".join(parts)
-
-
-def write() -> None:
-    """Put the text into its place."""
-    STUB.write_text(stub(), "utf-8")
+from solvers.options import IcpOptions
 
 
 @pytest.fixture
@@ -63,6 +24,8 @@ def clouds() -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.native
 def test_the_types_are_those_of_the_functions() -> None:
+    from tests.solvers.stub import STUB, stub
+
     assert STUB.read_text("utf-8") == stub()
 
 
@@ -113,15 +76,38 @@ def test_the_field_s_names_are_understood(clouds: tuple[np.ndarray, np.ndarray])
     assert np.array_equal(near.matrix, told.matrix)
     with pytest.raises(ValueError, match="max_distance: is another name of gate; give one of them"):
         register(*clouds, gate=0.8, max_distance=0.8)
-    with pytest.raises(ValueError, match="max_distance: no option of method 'mmd'"):
-        register(*clouds, "mmd", max_distance=0.8)
+    capped = solvers.capped_icp(*clouds, max_distance=0.8)
+    assert np.array_equal(capped.matrix, solvers.capped_icp(*clouds, cap=0.8).matrix)
+    with pytest.raises(ValueError, match="max_distance: no option of method 'trimmed-icp'; it has: keep"):
+        register(*clouds, "trimmed-icp", max_distance=0.8)
 
 
-def test_a_part_of_a_name_leads_to_it(clouds: tuple[np.ndarray, np.ndarray]) -> None:
-    with pytest.raises(ValueError, match="'cpd' is unknown, did you mean 'cpd-rigid' or 'cpd-similarity'"):
-        register(*clouds, "cpd")
-    with pytest.raises(ValueError, match="did you mean 'trimmed-icp'"):
-        register(*clouds, "trimed-icp")
+def test_functions_have_the_field_s_names_too() -> None:
+    assert solvers.umeyama is solvers.similarity
+    assert solvers.ransac_unpaired is solvers.ransac_congruent
+    assert all(callable(getattr(solvers, name)) for name in per_method.ALSO)
+    assert not set(per_method.ALSO) & {*per_method.NAMES, *dir(solvers)}
+
+
+@pytest.mark.parametrize(
+    ("wrong", "meant"),
+    [
+        ("cpd", "'cpd-rigid' or 'cpd-similarity'"),
+        ("CPD", "'cpd-rigid' or 'cpd-similarity'"),
+        ("ICP", "'icp'"),
+        ("point_to_plane", "'point-to-plane'"),
+        ("trimed-icp", "'trimmed-icp'"),
+        ("umeyma", "'umeyama'"),
+        ("generalised-icp", "'generalized-icp'"),
+    ],
+)
+def test_a_wrong_name_leads_to_the_right_one(wrong: str, meant: str, clouds: tuple[np.ndarray, np.ndarray]) -> None:
+    """Of part of a name, of a slip, and of the field's names; from `METHODS` as from `register`."""
+    told = f"'{wrong}' is unknown, did you mean {meant}[?]; known: association-bp, branch-and-bound"
+    with pytest.raises(ValueError, match=f"method: {told}"):
+        register(*clouds, wrong)
+    with pytest.raises(KeyError, match=told):
+        METHODS[wrong]
 
 
 def test_methods_show_what_they_are() -> None:

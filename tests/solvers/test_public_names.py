@@ -8,6 +8,7 @@ from importlib import import_module
 import pytest
 
 import solvers
+from solvers import METHODS, options
 
 NAMES = {
     "api": "register",
@@ -30,6 +31,11 @@ NAMES = {
     ),
     "ndt_score": "BLOCK Score evaluate score_map",
     "ndt_translation": "Path climb",
+    "options": (
+        "BpOptions BranchAndBoundOptions CappedOptions CongruentOptions CorrelativeOptions CpdOptions D2dOptions "
+        "FastRobustOptions FilterRegOptions FlowOptions GicpOptions GmmRegOptions GraduatedOptions HypothesisOptions "
+        "IcpOptions KissOptions MmdOptions NdtOptions NoOptions RansacOptions SoftOptions SurfaceOptions TrimmedOptions"
+    ),
     "posegraph": (
         "KERNELS THRESHOLD Edges GraphResult GraphRun advance begin chi_squared jacobians marginals optimise residuals"
     ),
@@ -65,6 +71,10 @@ NAMES = {
 
 def test_the_front_door() -> None:
     assert solvers.__all__ == ["METHODS", "Fit", "Pose", "Result", "Status", "fit_planar", "fit_rigid", "register"]
+
+
+def test_the_options_of_every_method_are_public() -> None:
+    assert {METHODS[name].options for name in METHODS} == {getattr(options, name) for name in options.__all__}
 
 
 @pytest.mark.parametrize("module", NAMES)

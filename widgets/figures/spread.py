@@ -7,7 +7,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from solvers import Pose, register
+from solvers import Pose
+from solvers.api import register
 from solvers.core.arrays import BoolArray
 from solvers.studies.coverage import GATE, Runs, ends_of, regions
 from solvers.studies.redrawn import ENDS, NO_ECHO, STANDS, Redrawn, redrawn, starts

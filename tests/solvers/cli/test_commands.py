@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import sys
 import tracemalloc
 import zipfile
 
@@ -66,7 +67,11 @@ def test_the_command_may_be_left_out(files, capsys):
 
 @pytest.mark.parametrize(
     ("target", "further", "status"),
-    [("b.npz", ["--max-steps", "1"], "capped"), ("far.npy", ["--options", "gate=1.0"], "degenerate")],
+    [
+        ("b.npz", ["--max-steps", "1"], "capped"),
+        ("far.npy", ["--options", "gate=1.0"], "degenerate"),
+        ("b.npz", ["--method", "ndt"], "stalled"),
+    ],
 )
 def test_an_answer_that_is_not_to_be_trusted_is_exit_code_3(files, capsys, target, further, status):
     code, out, _ = said(capsys, files / "a.npy", files / target, *further, "--json")
@@ -93,7 +98,7 @@ def test_the_methods_are_listed_with_their_options(capsys):
     assert "gate=inf" in out
     code, _, err = said(capsys, "methods", "ipc")
     assert code == 2
-    assert err.startswith("solvers: METHOD: 'ipc' is unknown, did you mean 'icp'?")
+    assert err.startswith("python -m solvers: METHOD: 'ipc' is unknown, did you mean 'icp'?")
 
 
 def test_the_benchmark_as_json_is_its_table(capsys):
@@ -106,8 +111,57 @@ def test_the_benchmark_as_json_is_its_table(capsys):
     assert 0 <= line["close"] <= line["turned"] <= 2
 
 
-def test_the_version_is_the_package_s(capsys):
-    assert said(capsys, "--version") == (0, f"registration-ladder {solvers.__version__}\n", "")
+@pytest.mark.parametrize("option", ["--version", "-V"])
+def test_the_version_is_the_package_s(capsys, option):
+    with pytest.raises(SystemExit) as end:
+        main([option])
+    assert (end.value.code, capsys.readouterr().out) == (0, f"registration-ladder {solvers.__version__}\n")
+    with pytest.raises(SystemExit):
+        main(["--help"])
+    assert "-V, --version" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("wrong", "meant"), [("methodss", "methods"), ("bench", "benchmark"), ("regster", "register")])
+def test_a_misspelt_command_leads_to_the_right_one(capsys, monkeypatch, wrong, meant):
+    monkeypatch.setattr("sys.argv", ["/usr/bin/registration-ladder", wrong])
+    told = f"registration-ladder: '{wrong}' is neither a command nor a file, did you mean '{meant}'?\n"
+    assert said(capsys, wrong) == (2, "", told)
+
+
+def test_an_option_before_the_files_is_no_misspelt_command(files, capsys):
+    code, _, _ = said(capsys, "--method", "gicp", files / "a.npy", files / "b.npz")
+    assert code == 0
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+@pytest.mark.parametrize(
+    ("words", "bars"),
+    [
+        (["register", "a.npy", "b.npz", "--max-steps", "4"], ["icp", "/4"]),
+        (["benchmark", "--setting", "clean", "--seeds", "1", "--only", "icp", "gicp"], ["clean", " 0/2", " 1/2"]),
+    ],
+)
+def test_progress_is_shown_on_a_terminal_and_cleared(files, monkeypatch, words, bars):
+    monkeypatch.chdir(files)
+    monkeypatch.setattr("sys.stderr", Terminal())
+    main(words)
+    shown = sys.stderr.getvalue()
+    assert all(bar in shown for bar in bars)
+    assert shown.endswith("\r\033[K")
+
+
+def test_drawing_is_refused_before_anything_is_computed(files, capsys, monkeypatch):
+    """Without matplotlib: told at once, not after a long run."""
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    monkeypatch.setattr("solvers.cli.register.register", None)
+    monkeypatch.setattr("solvers.cli.drive.prepare", None)
+    told = "python -m solvers: --out: drawing needs matplotlib: pip install 'registration-ladder[plot]'\n"
+    for words in (["register", files / "a.npy", files / "b.npz"], ["drive", "telecom-loop"]):
+        assert said(capsys, *words, "--out", files / "drawn.svg") == (2, "", told)
 
 
 @pytest.mark.parametrize(

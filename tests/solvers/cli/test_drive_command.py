@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -58,6 +59,25 @@ def test_the_chain_alone(table: Path, capsys: pytest.CaptureFixture[str]) -> Non
     assert "graph" not in out
 
 
+def test_json_says_what_the_lines_say(table: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, err = said(capsys, table, "--json", "--out", tmp_path / "poses.csv")
+    told = json.loads(out)
+    assert (code, err) == (0, "")
+    assert (told["scans"], told["beams"], told["not_matched"]) == (70, 121, [])
+    assert told["graph"]["status"] == "converged"
+    assert 0 < told["loops"] <= told["candidates"]
+    *_, last = np.loadtxt(tmp_path / "poses.csv", delimiter=",", skiprows=1)
+    assert told["end"]["translation"] == pytest.approx(last[1:3].tolist(), abs=1e-6)
+    assert np.radians(told["end"]["angle_degrees"]) == pytest.approx(last[3], abs=1e-6)
+
+
+def test_scans_that_are_not_matched_are_exit_code_3(table: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, _ = said(capsys, table, "--no-loops", "--gate", 1e-3, "--json")
+    told = json.loads(out)
+    assert code == 3
+    assert told["not_matched"]
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -74,7 +94,7 @@ def test_what_cannot_be_done_is_told_with_code_2(
     code, out, err = said(capsys, *arguments)
     assert (code, out) == (2, "")
     assert words in err
-    assert err.startswith("solvers: ")
+    assert err.startswith("python -m solvers: ")
 
 
 def test_a_line_that_is_wrong_is_named(table: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -36,13 +36,16 @@ def test_nine_race_and_all_are_methods():
 @pytest.mark.parametrize("contestant", CONTESTANTS, ids=NAMES)
 @pytest.mark.parametrize("setting", ["clean", "combo"])
 def test_batched_as_one_by_one(contestant, setting):
-    """A seed's run is the same alone and in a batch: pose to 1e-12, number of steps, and how it stopped."""
+    """A seed's run is the same alone and in a batch: pose to 1e-9, number of steps, and how it stopped.
+
+    Not to the last bit: an older numpy sums a batch in another order, and the steps make more of that.
+    """
     controls, seeds = Controls(setting=setting), SEEDS[:4]
     problem, _ = race_problem(controls, seeds)
     together = _run(contestant, problem)
     for i, seed in enumerate(seeds):
         alone = _run(contestant, race_problem(controls, [seed])[0])
-        assert np.abs(alone.pose().matrix[0] - together.pose().matrix[i]).max() < 1e-12
+        assert np.abs(alone.pose().matrix[0] - together.pose().matrix[i]).max() < 1e-9
         assert alone.steps[0] == together.steps[i]
         assert alone.state().status[0] == together.state().status[i]
 

@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from solvers import Pose, register
+from solvers import Pose
+from solvers.api import register
 from solvers.core.arrays import BoolArray, IntArray
 from solvers.core.status import Status
 from solvers.metrics import rre, rte

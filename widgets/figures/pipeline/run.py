@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from solvers import Pose, register
+from solvers import Pose
+from solvers.api import register
 from solvers.metrics import rre, rte
 from solvers.scenes.rooms import ROOM_SETTINGS, Scene, room
 from solvers.scenes.walls import corridor, hall

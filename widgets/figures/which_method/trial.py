@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from solvers import Pose, register
+from solvers import Pose
+from solvers.api import register
 from solvers.metrics import rre, rte
 from solvers.scenes import room_start
 from solvers.scenes.rooms import kabsch_scene

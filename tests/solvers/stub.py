@@ -1,0 +1,127 @@
+"""What editors and type checkers read of methods: `python -m tests.solvers.stub` writes solvers/_functions.pyi.
+
+A signature for each method's function, an overload of `register` for each method, and `METHODS` with each method's
+options. All of it follows from `solvers.per_method`.
+"""
+
+from __future__ import annotations
+
+import inspect
+import textwrap
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from solvers import METHODS, per_method
+from solvers.core.registry import ALIASES
+from solvers.methods.soft import filterreg
+from solvers.numerics import fourier_features, kernel_filters, robust
+
+STUB = Path(per_method.__file__).with_name("_functions.pyi")
+CHOICES = {
+    "weight": robust.KERNELS,
+    "kernel": fourier_features.KERNELS,
+    "filter": kernel_filters.KINDS,
+    "variance": filterreg.VARIANCES,
+}
+"""The options that are words, and which words they are."""
+HEAD = '''"""The types of the methods' functions, of `register` and of `METHODS`, written from `solvers.per_method`.
+
+By `python -m tests.solvers.stub`; a test holds this file to that.
+"""
+
+from collections.abc import ItemsView, Iterator, KeysView, Mapping, Sequence
+from typing import Any, Generic, Literal, TypeVar, overload
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from solvers import options as options
+from solvers.core.arrays import IntArray
+from solvers.core.method import Method
+from solvers.core.pose import Pose
+from solvers.core.registry import MethodName
+from solvers.core.result import Result
+from solvers.core.stepper import Callback
+from solvers.options import (
+{options}
+)
+
+_O = TypeVar("_O")
+'''
+LISTED = '''class _Listed(Method[Any], Generic[_O]):
+    options: type[_O]
+
+class _Methods(Mapping[str, _Listed[Any]]):
+'''
+REST = '''    @overload
+    def __getitem__(self, name: str, /) -> _Listed[Any]: ...
+    def __iter__(self) -> Iterator[MethodName]: ...
+    def keys(self) -> KeysView[MethodName]: ...
+    def items(self) -> ItemsView[MethodName, _Listed[Any]]: ...
+    def __len__(self) -> int: ...
+
+METHODS: _Methods
+'''
+
+
+def stub() -> str:
+    """The file's text."""
+    classes = sorted({METHODS[name].options.__name__ for name in METHODS})
+    parts = [HEAD.format(options="\n".join(f"    {name}," for name in classes))]
+    for function, name in per_method.NAMES.items():
+        parts += [_signature(function, _parameters(name)), ""]
+    parts += [f"{other} = {function}" for other, function in per_method.ALSO.items()]
+    for name in METHODS:
+        usual = " = ..." if name == "icp" else ""
+        source, target, star, *own = _parameters(name)
+        options = f"options: {METHODS[name].options.__name__} | None = ..."
+        chosen = f"method: Literal[{_names(name)}]{usual}"
+        parts += ["", "@overload", _signature("register", [source, target, chosen, star, options, *own])]
+    parts += ["", LISTED + "".join(_item(name) for name in METHODS) + REST]
+    return "\n".join(parts)
+
+
+def write() -> None:
+    """Put the text into its place."""
+    STUB.write_text(stub(), "utf-8")
+
+
+def _names(method: str) -> str:
+    """A method's name and the field's names for it, as members of a Literal."""
+    return _quoted([method, *(other for other, own in ALIASES.items() if own == method)])
+
+
+def _quoted(words: Sequence[str]) -> str:
+    return ", ".join(f'"{word}"' for word in words)
+
+
+def _item(method: str) -> str:
+    options = METHODS[method].options.__name__
+    return f"    @overload\n    def __getitem__(self, name: Literal[{_names(method)}], /) -> _Listed[{options}]: ...\n"
+
+
+def _parameters(method: str) -> list[str]:
+    """The parameters of a method's function, with the star before those by name."""
+    return list(_with_star(per_method.parameters(method)))
+
+
+def _with_star(parameters: Sequence[inspect.Parameter]) -> Iterator[str]:
+    starred = False
+    for one in parameters:
+        if one.kind is inspect.Parameter.KEYWORD_ONLY and not starred:
+            starred = True
+            yield "*"
+        words = CHOICES.get(one.name) if one.annotation == "str" else None
+        kind = f"Literal[{_quoted(words)}]" if words else one.annotation
+        yield f"{one.name}: {kind}{'' if one.default is inspect.Parameter.empty else ' = ...'}"
+
+
+def _signature(name: str, parameters: Sequence[str]) -> str:
+    # A parameter is not to be broken at its spaces.
+    joined = ", ".join(one.replace(" ", "\0") for one in parameters) + ","
+    lines = textwrap.wrap(joined, 112, initial_indent="    ", subsequent_indent="    ", break_on_hyphens=False)
+    return f"def {name}(\n" + "\n".join(lines).replace("\0", " ") + "\n) -> Result: ..."
+
+
+if __name__ == "__main__":
+    write()
