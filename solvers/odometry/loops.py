@@ -256,7 +256,13 @@ def edges_of(chain: Chain, loops: Matches, used: BoolArray | None = None) -> tup
 
 
 def close(
-    chain: Chain, loops: Matches, used: BoolArray | None = None, *, kernel: str = "cauchy", fixed: int = 0
+    chain: Chain,
+    loops: Matches,
+    used: BoolArray | None = None,
+    *,
+    kernel: str = "cauchy",
+    fixed: int = 0,
+    progress: Progress | None = None,
 ) -> GraphResult:
     """The poses that agree with the chain and with its loops.
 
@@ -272,6 +278,8 @@ def close(
         What becomes of loops that do not agree; see `solvers.posegraph.optimise`.
     fixed : int, default 0
         The scan whose pose stays.
+    progress : callable, optional
+        Called as `progress(steps, most)` after every step.
 
     Returns
     -------
@@ -295,7 +303,7 @@ def close(
     converged
     """
     edges, robust = edges_of(chain, loops, used)
-    return optimise(chain.poses, edges, fixed=fixed, kernel=kernel, robust=robust)
+    return optimise(chain.poses, edges, fixed=fixed, kernel=kernel, robust=robust, progress=progress)
 
 
 def missed(poses: Pose, loops: Matches) -> tuple[FloatArray, FloatArray]:
