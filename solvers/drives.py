@@ -1,5 +1,5 @@
 """Drives with a laser: a real one, and simulated ones with a known truth."""
 
-from solvers.scenes.drive import Drive, chained, simulated_drive, telecom_loop
+from solvers.scenes.drive import Drive, chained, interlaced, simulated_drive, telecom_loop
 
-__all__ = ["Drive", "chained", "simulated_drive", "telecom_loop"]
+__all__ = ["Drive", "chained", "interlaced", "simulated_drive", "telecom_loop"]

@@ -89,7 +89,8 @@ GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
             *(f"solvers.odometry.{name}" for name in ("Matches", "scan_to_scan", "scan_to_map", "Chain", "keyframes")),
             *(f"solvers.drives.{name}" for name in ("Drive", "telecom_loop", "simulated_drive", "chained")),
             *(f"solvers.odometry.{name}" for name in ("candidates", "verified", "LoopOptions", "close", "missed")),
-            *("solvers.posegraph.chi_squared", "solvers.g2o.read", "solvers.g2o.GraphText", "solvers.g2o.write"),
+            *("solvers.odometry.straightened", "solvers.posegraph.chi_squared"),
+            *("solvers.g2o.read", "solvers.g2o.GraphText", "solvers.g2o.write"),
         ),
     ),
     (

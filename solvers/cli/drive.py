@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from solvers.cli.common import UNTRUSTED, Bar, able_to_draw, printed, program
-from solvers.cli.picture import drive_map
+from solvers.cli.picture import drive_maps
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray
 from solvers.core.edges import Edges
@@ -60,6 +60,8 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument("--kernel", choices=KERNELS, default="cauchy", help="kernel for loops that disagree (cauchy)")
     made.add_argument("--no-loops", action="store_true", help="do not close loops")
     made.add_argument("--view", type=float, default=180.0, help="angle from the first beam to the last, degrees (180)")
+    made.add_argument("--turns", type=int, default=0, help="mirror turns that make a scan; 0: beams sent at once (0)")
+    made.add_argument("--hertz", type=float, default=75.0, help="mirror turns a second (75)")
     made.add_argument("--ahead", type=float, default=0.0, help="laser position ahead of the robot's origin, metres (0)")
     made.add_argument(
         "--out", type=Path, action="append", default=[], metavar="FILE",
@@ -106,7 +108,8 @@ def _driven(given: argparse.Namespace) -> tuple[int, dict[str, Any]]:
     later, earlier = candidates(chain.poses, looking)
     if given.no_loops:
         later, earlier = later[:0], earlier[:0]
-    loops = verified(scans, chain.poses, later, earlier, looking, matching)
+    with Bar("closing loops") as bar:
+        loops = verified(scans, chain.poses, later, earlier, looking, matching, bar)
     poses, settled = chain.poses, True
     told: dict[str, Any] = {
         "drive": given.file, "scans": n, "beams": k, "length": length, "not_matched": lost,
@@ -116,7 +119,8 @@ def _driven(given: argparse.Namespace) -> tuple[int, dict[str, Any]]:
     if not given.no_loops:
         print(f"loops     {used} of {len(later)} candidates accepted")
     if used:
-        result = close(chain, loops, kernel=given.kernel)
+        with Bar("graph") as bar:
+            result = close(chain, loops, kernel=given.kernel, progress=bar)
         poses, settled = result.poses, bool(result.status)
         before, after = (_missed(missed(p, loops), loops.believed) for p in (chain.poses, poses))
         dropped = int((result.weights[n - 1 :] < 0.1).sum())
@@ -125,8 +129,11 @@ def _driven(given: argparse.Namespace) -> tuple[int, dict[str, Any]]:
         print(f"graph     {said}, {dropped} loops let go of")
         print(f"          closed   {_said(poses[-1])}")
         told["graph"] = {"status": result.status.label, "steps": result.steps, "chi2": result.total, "let_go": dropped}
+    ways = {"By odometry": wheels, "By matched scans": chain.poses}
+    if used:
+        ways = {"Before: by odometry": wheels, "After: loops closed": poses}
     for path in given.out:
-        data = _file(path, poses, lambda: edges_of(chain, loops)[0], scans, recorded.seconds, wheels)
+        data = _file(path, poses, lambda: edges_of(chain, loops)[0], scans, recorded.seconds, ways)
         try:
             path.write_bytes(data)
         except OSError as error:
@@ -140,7 +147,7 @@ def _opened(path: Path, given: argparse.Namespace) -> Drive:
     try:
         with path.open("rb") as file:
             data = file.read(MOST_BYTES + 1)
-        return read_drive(data, view=given.view, ahead=given.ahead)
+        return read_drive(data, view=given.view, ahead=given.ahead, turns=given.turns, hertz=given.hertz)
     except OSError as error:
         raise ValueError(f"{path}: {error.strerror or error}") from None
     except ValueError as error:
@@ -162,7 +169,7 @@ def _missed(both: tuple[FloatArray, FloatArray], among: BoolArray) -> str:
 
 
 def _file(
-    path: Path, poses: Pose, edges: Callable[[], Edges], scans: Scans, seconds: FloatArray, wheels: Pose
+    path: Path, poses: Pose, edges: Callable[[], Edges], scans: Scans, seconds: FloatArray, ways: dict[str, Pose]
 ) -> bytes:
     kind = path.suffix.lower()
     if kind == ".g2o":
@@ -171,5 +178,8 @@ def _file(
         rows = np.column_stack([seconds, poses.t, poses.angle]).tolist()
         text = "seconds,x_m,y_m,phi_rad\n" + "".join(",".join(f"{v:.6f}" for v in row) + "\n" for row in rows)
         return text.encode()
-    points = np.concatenate([poses[k].apply(scans.cloud(k)) for k in range(len(scans))])
-    return drive_map(points, poses.t, wheels.t, kind[1:])
+    maps = {
+        name: (np.concatenate([way[k].apply(scans.cloud(k)) for k in range(len(scans))]), way.t)
+        for name, way in ways.items()
+    }
+    return drive_maps(maps, kind[1:])

@@ -1,9 +1,10 @@
-"""What the command line draws: two clouds before and after a registration, and the map of a drive."""
+"""What the command line draws: two clouds before and after a registration, and a drive's map by two sets of poses."""
 
 from __future__ import annotations
 
 import io
 import re
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -46,8 +47,9 @@ def before_after(source: ArrayLike, target: ArrayLike, start: Pose, end: Pose, t
     return out.getvalue()
 
 
-def drive_map(points: FloatArray, way: FloatArray, wheels: FloatArray, kind: str) -> bytes:
-    """A drive's map as an SVG or PNG file: the echoes (n, 2), the way by scans and that by odometry, (k, 2) each.
+def drive_maps(maps: Mapping[str, tuple[FloatArray, FloatArray]], kind: str) -> bytes:
+    """Maps of one drive side by side in one scale, as an SVG or PNG file: under each name echoes (n, 2) and the robot's
+    path (k, 2).
 
     Raises ValueError where matplotlib, an extra of the package, is not installed.
     """
@@ -56,17 +58,18 @@ def drive_map(points: FloatArray, way: FloatArray, wheels: FloatArray, kind: str
         from matplotlib.figure import Figure
     except ImportError:
         raise ValueError("--out: drawing needs matplotlib: pip install 'registration-ladder[plot]'") from None
-    seen = thinned(points, MOST_ECHOES)
-    figure = Figure(figsize=(9.0, 8.0), layout="constrained")
-    axes = figure.subplots()
-    axes.scatter(seen[:, 0], seen[:, 1], s=1, c=TARGET, linewidths=0, label="echoes", gid="map")
-    axes.plot(wheels[:, 0], wheels[:, 1], ":", c="#777777", lw=1, label="path by odometry", gid="odometry")
-    axes.plot(way[:, 0], way[:, 1], c=SOURCE, lw=1.5, label="path by scans", gid="way")
-    axes.set_aspect("equal", adjustable="box")
-    axes.set_xlabel("x, m")
-    axes.set_ylabel("y, m")
-    axes.grid(alpha=0.25)
-    axes.legend(loc="best", fontsize="small")
+    figure = Figure(figsize=(7.0 * len(maps), 7.5), layout="compressed")
+    panels = figure.subplots(1, len(maps), sharex=True, sharey=True, squeeze=False)[0]
+    for k, (axes, (name, (points, way))) in enumerate(zip(panels, maps.items(), strict=True)):
+        seen = thinned(points, MOST_ECHOES)
+        axes.scatter(seen[:, 0], seen[:, 1], s=1, c=TARGET, linewidths=0, label="echoes", gid=f"map-{k}")
+        axes.plot(way[:, 0], way[:, 1], c=SOURCE, lw=1.5, label="path", gid=f"way-{k}")
+        axes.set_title(name, loc="left", fontsize="medium")
+        axes.set_aspect("equal", adjustable="box")
+        axes.set_xlabel("x, m")
+        axes.grid(alpha=0.25)
+    panels[0].set_ylabel("y, m")
+    panels[0].legend(loc="best", fontsize="small")
     out = io.BytesIO()
     with rc_context({"svg.hashsalt": "solvers", "svg.fonttype": "none"}):
         # A picture without a date is the same each time; PNG names only its software.

@@ -6,6 +6,7 @@ from solvers.odometry.chain import PREDICTIONS, Chain, keyframes, scan_to_map, s
 from solvers.odometry.loops import LoopOptions, candidates, close, edges_of, missed, verified
 from solvers.odometry.matching import Matches, MatchOptions, Scans, match, prepare
 from solvers.odometry.reading import read_drive
+from solvers.odometry.sweep import straightened
 
 __all__ = [
     "PREDICTIONS",
@@ -24,5 +25,6 @@ __all__ = [
     "read_drive",
     "scan_to_map",
     "scan_to_scan",
+    "straightened",
     "verified",
 ]

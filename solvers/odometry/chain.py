@@ -14,8 +14,7 @@ from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, IntArray
 from solvers.core.pose import Pose
 from solvers.core.status import Status
-from solvers.geometry import nearest
-from solvers.geometry.normals import Normals
+from solvers.odometry.maps import local_map
 from solvers.odometry.matching import (
     Matches,
     MatchOptions,
@@ -115,13 +114,13 @@ def scan_to_scan(
         rows = np.arange(1, n)
         return _chain(match(scans, rows, rows - 1, motion[1:], options, progress), motion[1:])
     parts, starts = [], []
-    start = Pose.identity(batch=(1,))
+    start = Pose.identity()
     for k in range(1, n):
-        found = match(scans, [k], [k - 1], start, options)
+        found = match(scans, [k], [k - 1], _stacked([start]), options)
         parts.append(found)
         starts.append(start)
         if prediction == "velocity" and found.believed[0]:
-            start = found.pose
+            start = found.pose[0]
         if progress is not None:
             progress(k, n - 1)
     return _chain(together(parts), _stacked(starts))
@@ -213,7 +212,7 @@ def scan_to_map(
     believed, share = np.ones(n, dtype=np.bool_), np.ones(n)
     said = np.zeros((n, 3, 3))
     kept = [0]
-    index, surface = _local_map(scans, kept, poses)
+    index, surface = local_map(scans, kept, _stacked(poses))
     for k in range(1, n):
         # All in the coordinates of the last keyframe, so that no number grows with the drive.
         frame = poses[kept[-1]]
@@ -228,27 +227,13 @@ def scan_to_map(
         poses.append(Pose.from_angle(there.angle, there.t))
         if believed[k] and _apart(frame, poses[k], shift, turn):
             kept = [*kept, k][-length:]
-            index, surface = _local_map(scans, kept, poses)
+            back = poses[kept[-1]].inverse()
+            index, surface = local_map(scans, kept, _stacked([back.compose(poses[j]) for j in kept]))
         if progress is not None:
             progress(k, n - 1)
-    whole = _stacked([Pose.trusted(p.R[None], p.t[None]) for p in poses])
+    whole = _stacked(poses)
     links = whole[:-1].inverse().compose(whole[1:])
     return Chain(whole, _with_first(links), said, believed, share)
-
-
-def _local_map(scans: Scans, kept: list[int], poses: list[Pose]) -> tuple[nearest.Index, Normals]:
-    """The echoes of the keyframes in the last one's coordinates, as one cloud with its normals."""
-    back = poses[kept[-1]].inverse()
-    points, vectors, flagged, values = [], [], [], []
-    for k in kept:
-        here, seen = back.compose(poses[k]), scans.weights[k] > 0.0
-        points.append(here.apply(scans.points[k][seen]))
-        vectors.append(scans.surface.vectors[k][seen] @ here.R.T)
-        flagged.append(scans.surface.flagged[k][seen])
-        values.append(scans.surface.eigenvalues[k][seen])
-    whole = (np.concatenate(part)[None] for part in (points, vectors, flagged, values))
-    cloud, normal, none, spread = whole
-    return nearest.build(cloud), Normals(normal, none, spread)
 
 
 def _checked(scans: Scans, motion: Pose) -> int:
@@ -276,4 +261,4 @@ def _chain(found: Matches, predicted: Pose) -> Chain:
 
 
 def _stacked(poses: list[Pose]) -> Pose:
-    return Pose.trusted(np.concatenate([p.R for p in poses]), np.concatenate([p.t for p in poses]))
+    return Pose.trusted(np.stack([p.R for p in poses]), np.stack([p.t for p in poses]))

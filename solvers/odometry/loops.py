@@ -3,24 +3,36 @@
 A loop edge is a claim that two scans far apart in the drive see one place. A wrong one bends the whole map, so each is
 asked four things: how much of the scan is explained, whether a motion is free, whether the match the other way round
 agrees, and how far it is from where the chain has the two. What passes goes to the graph under a robust kernel.
+
+The first two are those of `solvers.verify.evidence`, read off the match's last state instead of computed again, and
+without the echoes that only pad an array. The third stands for `solvers.verify.halves`: two halves of one scan see the
+same things from the same place and err alike, while the way back has other sources, other normals and another view.
+
+A scan is matched to a map of the scans around its partner. Two single scans that look at a place from aside each other
+share too few echoes: their matches agree both ways and are centimetres off all the same.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
+from solvers.api import register
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, IntArray
 from solvers.core.edges import Edges
 from solvers.core.pose import Pose
 from solvers.odometry.chain import Chain, keyframes
-from solvers.odometry.matching import Matches, MatchOptions, Scans, match
+from solvers.odometry.maps import match_to_map
+from solvers.odometry.matching import Matches, MatchOptions, Progress, Scans, match, together
 from solvers.posegraph import GraphResult, optimise
 
 SOFT = np.diag([1.0 / 0.1**2, 1.0 / 0.1**2, 1.0 / 0.1**2])
 """The information of a link that is only predicted: 0.1 m and 0.1 rad."""
+
+SEARCHES = ("none", "correlative", "branch-and-bound")
 
 
 @dataclass(frozen=True)
@@ -44,7 +56,13 @@ class LoopOptions:
     agree_turn : float, default 0.02
         By how much they may be turned against each other, radians.
     farthest : float, default 1.5
-        How far a match may lie from where the chain has it, metres.
+        How far a match may lie from where the chain has it, metres; infinite where the chain has no say.
+    around : int, default 3
+        How many scans before and after a scan make the map that its partner is matched to; with 0 it is matched to the
+        scan alone.
+    search : {"none", "correlative", "branch-and-bound"}, default "none"
+        Where matches start. "none" is where the chain has the two scans; the others are methods of `solvers.register`
+        that look everywhere and ask no chain.
 
     Raises
     ------
@@ -66,10 +84,16 @@ class LoopOptions:
     agree_shift: float = 0.1
     agree_turn: float = 0.02
     farthest: float = 1.5
+    around: int = 3
+    search: str = "none"
 
     def __post_init__(self) -> None:
-        for name in ("radius", "turn", "apart", "agree_shift", "agree_turn", "farthest"):
+        for name in ("radius", "turn", "apart", "agree_shift", "agree_turn"):
             validate.number(getattr(self, name), name, 0.0)
+        if self.farthest != np.inf:
+            validate.number(self.farthest, "farthest", 0.0)
+        validate.count(self.around, "around")
+        validate.one_of(self.search, SEARCHES, "search")
         validate.number(self.least_share, "least_share", 0.0, 1.0)
         validate.count(self.most, "most", 1)
 
@@ -119,14 +143,16 @@ def candidates(poses: Pose, options: LoopOptions | None = None) -> tuple[IntArra
 def verified(
     scans: Scans,
     poses: Pose,
-    later: IntArray,
-    earlier: IntArray,
+    later: Any,
+    earlier: Any,
     options: LoopOptions | None = None,
     matching: MatchOptions | None = None,
+    progress: Progress | None = None,
 ) -> Matches:
-    """Candidates matched from where a chain has them, `believed` where all four signs are met.
+    """Candidates matched, `believed` where all four signs are met.
 
-    A first match has three times the gate, since a chain may have drifted by more than that; its end starts the second.
+    A first match, scan to scan, has three times the gate, since a chain may have drifted by more than that; its end
+    starts the second, to a map, where the scans around stand as the chain has them.
 
     Parameters
     ----------
@@ -134,12 +160,14 @@ def verified(
         From `prepare`.
     poses : Pose
         The chain's.
-    later, earlier : ndarray of int64, shape (c,)
+    later, earlier : array_like of int, shape (c,)
         As from `candidates`.
     options : LoopOptions, optional
         None is the defaults.
     matching : MatchOptions, optional
         None is the defaults.
+    progress : callable, optional
+        Called as `progress(done, c)` after every candidate.
 
     Returns
     -------
@@ -162,15 +190,35 @@ def verified(
     True
     """
     options, matching = options or LoopOptions(), matching or MatchOptions()
-    start = poses[earlier].inverse().compose(poses[later])
+    later, earlier = np.asarray(later, dtype=np.int64), np.asarray(earlier, dtype=np.int64)
+    parts = []
+    for k in range(len(later)):
+        parts.append(_verified(scans, poses, later[k : k + 1], earlier[k : k + 1], options, matching))
+        if progress is not None:
+            progress(k + 1, len(later))
+    return together(parts)
+
+
+def _verified(
+    scans: Scans, poses: Pose, later: IntArray, earlier: IntArray, options: LoopOptions, matching: MatchOptions
+) -> Matches:
+    """`verified` for a single candidate."""
+    predicted = poses[earlier].inverse().compose(poses[later])
+    start = predicted if options.search == "none" else _sought(scans, int(later[0]), int(earlier[0]), options.search)
     wide = match(scans, later, earlier, start, replace(matching, gate=3.0 * matching.gate))
-    there = match(scans, later, earlier, wide.pose, matching)
-    back = match(scans, earlier, later, there.pose.inverse(), matching)
+    there = match_to_map(scans, later, earlier, poses, options.around, wide.pose, matching)
+    back = match_to_map(scans, earlier, later, poses, options.around, there.pose.inverse(), matching)
     gap = there.pose.compose(back.pose)
     agree = (np.linalg.norm(gap.t, axis=-1) <= options.agree_shift) & (np.abs(gap.angle) <= options.agree_turn)
-    near = np.linalg.norm(there.pose.t - start.t, axis=-1) <= options.farthest
+    near = np.linalg.norm(there.pose.t - predicted.t, axis=-1) <= options.farthest
     enough = np.minimum(there.share, back.share) >= options.least_share
     return replace(there, believed=there.believed & back.believed & agree & near & enough)
+
+
+def _sought(scans: Scans, later: int, earlier: int, method: str) -> Pose:
+    """Where a search of every pose puts one scan on another, (1,)."""
+    pose = register(scans.cloud(later), scans.cloud(earlier), method).pose
+    return Pose.trusted(pose.R[None], pose.t[None])
 
 
 def edges_of(chain: Chain, loops: Matches, used: BoolArray | None = None) -> tuple[Edges, BoolArray]:
@@ -208,7 +256,13 @@ def edges_of(chain: Chain, loops: Matches, used: BoolArray | None = None) -> tup
 
 
 def close(
-    chain: Chain, loops: Matches, used: BoolArray | None = None, *, kernel: str = "cauchy", fixed: int = 0
+    chain: Chain,
+    loops: Matches,
+    used: BoolArray | None = None,
+    *,
+    kernel: str = "cauchy",
+    fixed: int = 0,
+    progress: Progress | None = None,
 ) -> GraphResult:
     """The poses that agree with the chain and with its loops.
 
@@ -224,6 +278,8 @@ def close(
         What becomes of loops that do not agree; see `solvers.posegraph.optimise`.
     fixed : int, default 0
         The scan whose pose stays.
+    progress : callable, optional
+        Called as `progress(steps, most)` after every step.
 
     Returns
     -------
@@ -247,7 +303,7 @@ def close(
     converged
     """
     edges, robust = edges_of(chain, loops, used)
-    return optimise(chain.poses, edges, fixed=fixed, kernel=kernel, robust=robust)
+    return optimise(chain.poses, edges, fixed=fixed, kernel=kernel, robust=robust, progress=progress)
 
 
 def missed(poses: Pose, loops: Matches) -> tuple[FloatArray, FloatArray]:

@@ -25,10 +25,11 @@ from solvers.geometry.nearest import Index
 from solvers.geometry.normals import NEIGHBOURS, Normals, normals
 from solvers.methods.icp import surface_icp
 from solvers.methods.icp.surface_icp import SurfaceOptions, SurfaceState
+from solvers.odometry.sweep import straightened
 from solvers.scenes.drive import Drive
 
-TOGETHER = 128
-"""Pairs that run as one batch: more gain nothing and take memory."""
+TOGETHER = 32
+"""Pairs that run as one batch: more gain little, and progress is told after each."""
 
 Progress = Callable[[int, int], Any]
 """Told how many pairs are done, and of how many."""
@@ -46,7 +47,7 @@ class MatchOptions:
         A kernel of `solvers.robust` on the distance of a pair.
     reach : float, default 0.15
         How near an echo must be to a target's to count as explained, metres.
-    sigma : float, default 0.07
+    sigma : float, default 0.035
         What a pair's distance along the normal is worth in the information, metres: more than the laser's noise, since
         neighbouring beams err alike.
     least_share : float, default 0.3
@@ -71,7 +72,7 @@ class MatchOptions:
     gate: float = 0.5
     weight: str = "tukey"
     reach: float = 0.15
-    sigma: float = 0.07
+    sigma: float = 0.035
     least_share: float = 0.3
     least_weakest: float = 0.01
     max_steps: int = 40
@@ -165,7 +166,7 @@ def prepare(drive: Drive, farthest: float = 30.0, every: int = 1) -> Scans:
     ((225, 347, 2), 296)
     """
     validate.count(every, "every", 1)
-    clouds = [drive.points(k, farthest)[::every] for k in range(len(drive.ranges))]
+    clouds = [cloud[::every] for cloud in straightened(drive, farthest)]
     for k, cloud in enumerate(clouds):
         if len(cloud) < 3:
             raise ValueError(f"scan {k}: {len(cloud)} echoes within {farthest:g} m; three are needed")
@@ -286,7 +287,7 @@ def match(
         near = j[some]
         surface = Normals(scans.surface.vectors[near], scans.surface.flagged[near], scans.surface.eigenvalues[near])
         done = matched(scans, i[some], nearest.build(scans.points[near]), surface, start[some], options)
-        parts.append(_found(i[some], near, done, options))
+        parts.append(found(i[some], near, done, options))
         if progress is not None:
             progress(min(first + TOGETHER, len(i)), len(i))
     return together(parts)
@@ -325,11 +326,10 @@ def matched(
     return run(batch)[0].state()
 
 
-def _found(i: IntArray, j: IntArray, state: SurfaceState, options: MatchOptions) -> Matches:
+def found(i: IntArray, j: IntArray, state: SurfaceState, options: MatchOptions) -> Matches:
+    """What the states say of sources i and targets j, (b,) each."""
     share, weakest = signs(state, options)
-    believed = (
-        (state.status != Status.DEGENERATE) & (share >= options.least_share) & (weakest >= options.least_weakest)
-    )
+    believed = (state.status != Status.DEGENERATE) & (share >= options.least_share) & (weakest >= options.least_weakest)
     return Matches(
         i, j, state.pose, share, state.pairing.rms, weakest, information(state, options.sigma), state.status,
         state.reason, believed,

@@ -18,7 +18,7 @@ from solvers.core import validate
 from solvers.core.arrays import FloatArray
 from solvers.core.pose import Pose
 from solvers.io.text import is_number, lines_of, numbers, told
-from solvers.scenes.drive import Drive
+from solvers.scenes.drive import Drive, interlaced
 
 MOST_BYTES = 64_000_000
 MOST_SCANS = 20_000
@@ -27,7 +27,7 @@ LONGEST = 80.0
 _NAMES = ("seconds", "dx_m", "dy_m", "dphi_rad")
 
 
-def read_drive(data: bytes, *, view: float = 180.0, ahead: float = 0.0) -> Drive:
+def read_drive(data: bytes, *, view: float = 180.0, ahead: float = 0.0, turns: int = 0, hertz: float = 75.0) -> Drive:
     r"""The drive that a file's bytes hold.
 
     Parameters
@@ -39,6 +39,11 @@ def read_drive(data: bytes, *, view: float = 180.0, ahead: float = 0.0) -> Drive
     ahead : float, default 0.0
         How far the laser sits ahead of the robot's reference point, metres; 0 for a CARMEN log, which tells where the
         laser was.
+    turns : int, default 0
+        Turns of the laser's mirror that make a scan, each of which sends every so many-th beam; with 0 all beams are
+        taken to be sent at once.
+    hertz : float, default 75.0
+        Turns of the mirror a second.
 
     Returns
     -------
@@ -63,6 +68,8 @@ def read_drive(data: bytes, *, view: float = 180.0, ahead: float = 0.0) -> Drive
         raise ValueError(f"{len(data) / 1e6:.1f} MB are more than the {MOST_BYTES / 1e6:.0f} MB that are read")
     if not 0.0 < validate.number(view, "view") <= 360.0:
         raise ValueError(f"view: expected degrees above 0, up to 360, got {view!r}")
+    validate.count(turns, "turns")
+    validate.number(hertz, "hertz", 1e-3, 1e6)
     mount = Pose.from_angle(0.0, (validate.number(ahead, "ahead", -100.0, 100.0), 0.0))
     lines = lines_of(data.decode("utf-8-sig", "replace"))
     rows = [k for k, line in enumerate(lines) if (bare := line.strip()) and not bare.startswith("#")]
@@ -77,7 +84,9 @@ def read_drive(data: bytes, *, view: float = 180.0, ahead: float = 0.0) -> Drive
     if len(seconds) > MOST_SCANS:
         raise ValueError(f"{len(seconds)} scans are more than the {MOST_SCANS} that are read")
     bearings = np.radians(np.linspace(-view / 2, view / 2, ranges.shape[1]))
-    return Drive(seconds, motion, ranges, bearings, mount)
+    step = float(bearings[1] - bearings[0])
+    delays = interlaced(len(bearings), step, turns, 1.0 / hertz) if turns else None
+    return Drive(seconds, motion, ranges, bearings, mount, delays)
 
 
 def _table(lines: list[str], rows: list[int]) -> tuple[FloatArray, Pose, FloatArray]:

@@ -13,7 +13,7 @@ for the kernels see `solvers.posegraph.kernels`.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -308,6 +308,7 @@ def optimise(
     max_steps: int = 100,
     tolerance: float = 1e-9,
     sparse: bool | None = None,
+    progress: Callable[[int, int], Any] | None = None,
 ) -> GraphResult:
     """The poses that agree best with the measurements between them.
 
@@ -335,6 +336,8 @@ def optimise(
     sparse : bool, optional
         Whether scipy solves the normal equations. None is scipy from 300 free nodes on,
         where it is installed.
+    progress : callable, optional
+        Called as `progress(steps, max_steps)` after every step.
 
     Returns
     -------
@@ -370,6 +373,8 @@ def optimise(
     course, objective = [run.poses], [run.objective]
     while not run.done:
         run = advance(run)
+        if progress is not None:
+            progress(run.steps, max_steps)
         if run.steps == len(course):
             course.append(run.poses)
             objective.append(run.objective)

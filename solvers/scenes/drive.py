@@ -15,11 +15,13 @@ from functools import cache
 import numpy as np
 
 from solvers.core import validate
-from solvers.core.arrays import FloatArray
+from solvers.core.arrays import BoolArray, FloatArray
 from solvers.core.pose import Pose
 from solvers.scenes.scans import ranges as cast
 
 FOLDER = os.path.join(os.path.dirname(__file__), "recorded")
+MIRROR = 1.0 / 75.0
+"""Seconds that the mirror of a SICK LMS 200 takes for a turn."""
 ESCAPE = 255  # in a file of ranges: a difference of two bytes follows
 
 OUTER = np.array([(0, 0), (7, 0), (7, 1.2), (9, 1.2), (9, 0), (20, 0), (20, 14), (12, 14), (12, 13), (9, 13), (9, 14),
@@ -46,6 +48,8 @@ class Drive:
         The beams' angles in the laser's coordinates, radians, anticlockwise from ahead.
     mount : Pose
         From the laser's coordinates to the robot's.
+    delays : ndarray of shape (k,), optional
+        When each beam is sent, seconds after the moment of its scan. None: all at once.
 
     Examples
     --------
@@ -60,9 +64,27 @@ class Drive:
     ranges: FloatArray
     bearings: FloatArray
     mount: Pose
+    delays: FloatArray | None = None
+
+    def heard(self, k: int, farthest: float = np.inf) -> BoolArray:
+        """Which beams of one scan brought an echo.
+
+        Parameters
+        ----------
+        k : int
+            Which scan.
+        farthest : float, default inf
+            Metres beyond which an echo is left out.
+
+        Returns
+        -------
+        ndarray of bool
+            One a beam.
+        """
+        return np.asarray(np.isfinite(self.ranges[k]) & (self.ranges[k] <= farthest))
 
     def points(self, k: int, farthest: float = np.inf) -> FloatArray:
-        """The echoes of one scan, in the robot's coordinates.
+        """The echoes of one scan, in the robot's coordinates, as if all beams were sent at once.
 
         Parameters
         ----------
@@ -76,10 +98,9 @@ class Drive:
         ndarray of shape (m, 2)
             Metres, in the order of the beams.
         """
-        r = self.ranges[k]
-        seen = np.isfinite(r) & (r <= farthest)
+        seen = self.heard(k, farthest)
         ahead = np.stack([np.cos(self.bearings[seen]), np.sin(self.bearings[seen])], axis=1)
-        return self.mount.apply(r[seen, None] * ahead)
+        return self.mount.apply(self.ranges[k, seen, None] * ahead)
 
 
 def chained(motion: Pose) -> Pose:
@@ -111,11 +132,43 @@ def chained(motion: Pose) -> Pose:
     return Pose.trusted(R, t)
 
 
+def interlaced(beams: int, step: float, turns: int = 2, period: float = MIRROR) -> FloatArray:
+    """When the beams of a laser are sent whose mirror turns several times a scan and sends every so many-th each time.
+
+    Parameters
+    ----------
+    beams : int
+        How many.
+    step : float
+        Radians from a beam to the next.
+    turns : int, default 2
+        Turns of the mirror a scan: the first sends the beams 0, turns, 2 · turns …
+    period : float, default 1/75
+        Seconds a turn.
+
+    Returns
+    -------
+    ndarray of shape (beams,)
+        Seconds after their mean, for `Drive.delays`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers.drives import interlaced
+    >>> (1e3 * interlaced(5, np.pi / 4)).round(1)
+    array([-10.7,   4.3,  -7.3,   7.7,  -4. ])
+    """
+    k = np.arange(beams)
+    seconds = period * (k % turns + k * step / (2.0 * np.pi))
+    return np.asarray(seconds - seconds.mean(), dtype=np.float64)
+
+
 @cache
 def telecom_loop() -> Drive:
     """The real drive: 225 scans over half a circle, along one loop and a third.
 
-    Ranges are known to the centimetre, the odometry to the millimetre. The file is read when it is first asked for.
+    Ranges are known to the centimetre, the odometry to the millimetre. The laser sends its whole degrees in one turn of
+    the mirror and the half degrees in the next. The file is read when it is first asked for.
 
     Returns
     -------
@@ -138,9 +191,10 @@ def telecom_loop() -> Drive:
     motion = Pose.from_angle(table[:, 3] * 1e-6, table[:, 1:3] * 1e-6)
     ranges = np.where(centimetres == 0, np.inf, centimetres / 100.0)
     bearings = np.radians(-90.0 + 0.5 * np.arange(k))
-    for array in (ranges, bearings):
+    delays = interlaced(k, np.radians(0.5))
+    for array in (ranges, bearings, delays):
         array.flags.writeable = False
-    return Drive(table[:, 0] * 1e-3, motion, ranges, bearings, Pose.from_angle(0.0, (0.78, 0.0)))
+    return Drive(table[:, 0] * 1e-3, motion, ranges, bearings, Pose.from_angle(0.0, (0.78, 0.0)), delays)
 
 
 def packed(seconds: FloatArray, motion: FloatArray, centimetres: FloatArray) -> bytes:

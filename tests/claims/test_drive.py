@@ -1,5 +1,6 @@
 """The checkable claims of the chapter 'A real drive': on 225 recorded scans, for which nobody knows the truth."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -8,6 +9,8 @@ import pytest
 from solvers import Pose
 from solvers.core.edges import Edges
 from solvers.odometry import (
+    LoopOptions,
+    MatchOptions,
     candidates,
     close,
     edges_of,
@@ -18,6 +21,7 @@ from solvers.odometry import (
     scan_to_scan,
     verified,
 )
+from solvers.odometry.sweep import speeds
 from solvers.posegraph import optimise
 from solvers.scenes.drive import chained, telecom_loop
 
@@ -74,7 +78,7 @@ def test_what_a_standing_robot_measures():
 
 
 def test_the_wheels_err_by_their_headings(why):
-    """Odometry misses the loops by 4.7 m in the median. With the turns taken from the matched scans, and its own
+    """Odometry misses the loops by 4.8 m in the median. With the turns taken from the matched scans, and its own
     translations, by less than 0.3 m; with the translations from the scans and its own turns, by more than 4 m."""
     wheels, matched = telecom_loop().motion, chain().motion
     own = miss(chained(wheels))
@@ -88,14 +92,14 @@ def test_the_wheels_err_by_their_headings(why):
             "of the wheels, translations of the scans": f"missed by {said(shifts)}",
         },
     )
-    assert 4.5 < own < 5.0
+    assert 4.7 < own < 4.85
     assert turns < 0.3
     assert shifts > 4.0
 
 
 def test_matches_forwards_and_backwards_agree():
     """All 224 are believed, with 90 % of the scan explained in the median. Registered the other way round, half of them
-    agree to 4 mm, all to 6 cm and 1.1°."""
+    agree to 3 mm, all to 7 cm and 1.1°."""
     found = chain()
     assert found.believed.all()
     assert np.median(found.share[1:]) == pytest.approx(0.9, abs=0.01)
@@ -103,13 +107,13 @@ def test_matches_forwards_and_backwards_agree():
     back = match(scans(), rows - 1, rows, telecom_loop().motion[1:].inverse())
     gap = found.motion[1:].compose(back.pose)
     shift = np.linalg.norm(gap.t, axis=1)
-    assert np.median(shift) < 0.004
-    assert shift.max() < 0.06
+    assert np.median(shift) < 0.003
+    assert shift.max() < 0.07
     assert np.degrees(np.abs(gap.angle)).max() < 1.1
 
 
 def test_a_start_from_the_wheels_keeps_every_link(why):
-    """Started from the odometry, the chain misses the loops by 0.16 m in the median; from no motion at all by 0.7 m,
+    """Started from the odometry, the chain misses the loops by 0.11 m in the median; from no motion at all by 0.7 m,
     where three of 224 links end more than 10 cm from those."""
     drive = telecom_loop()
     rest = scan_to_scan(scans(), drive.motion, prediction="rest")
@@ -118,25 +122,115 @@ def test_a_start_from_the_wheels_keeps_every_link(why):
         "the start of a match",
         {"the odometry": f"missed by {said(miss(chain().poses))}", "no motion": f"missed by {said(miss(rest.poses))}"},
     )
-    assert 0.14 < miss(chain().poses) < 0.18
-    assert miss(rest.poses) > 0.5
+    assert 0.1 < miss(chain().poses) < 0.115
+    assert 0.65 < miss(rest.poses) < 0.8
     assert (apart > 0.1).sum() == 3
 
 
+def left_out(chain, loops, halves):
+    """How far the loops that are no edges are missed when the others are, for two choices of the edges."""
+    shifts, turns = [], []
+    for edges in halves:
+        used = np.zeros(len(loops.source), dtype=bool)
+        used[edges] = True
+        shift, turn = missed(close(chain, loops, used).poses, loops)
+        rest = loops.believed & ~used
+        shifts.append(shift[rest])
+        turns.append(np.degrees(turn[rest]))
+    return shifts, turns
+
+
+def every_second(loops):
+    found = np.flatnonzero(loops.believed)
+    return found[::2], found[1::2]
+
+
 def test_loops_between_the_edges_close_as_well():
-    """51 of 55 candidates are accepted. With every second one as an edge, the 25 between, which were missed by 0.16 m,
-    are missed by less than 1 cm in the median, and 24 of them by less than 3 cm and 0.2°."""
+    """All 55 candidates are accepted. With every second one as an edge, the 27 between, which were missed by 0.11 m,
+    are missed by less than 4 mm in the median, the worst by less than 1.5 cm and 0.15°; so are the 28 with the others
+    as edges."""
+    assert (loops().believed.sum(), len(loops().source)) == (55, 55)
+    before = missed(chain().poses, loops())[0]
+    assert 0.1 < np.median(before[1::2]) < 0.115
+    shifts, turns = left_out(chain(), loops(), every_second(loops()))
+    assert list(map(len, shifts)) == [27, 28]
+    for shift, turn in zip(shifts, turns, strict=True):
+        assert np.median(shift) < 0.004
+        assert shift.max() < 0.015
+        assert turn.max() < 0.15
+
+
+def test_loops_far_from_the_edges_close_less_well():
+    """With the first half of the loops as edges, or the second, the rest are missed by up to 6 cm and 0.4°."""
     found = np.flatnonzero(loops().believed)
-    assert (len(found), len(loops().source)) == (51, 55)
-    used = np.zeros(len(loops().source), dtype=bool)
-    used[found[::2]] = True
-    rest = found[1::2]
-    before = missed(chain().poses, loops())[0][rest]
-    after, turn = (gap[rest] for gap in missed(close(chain(), loops(), used).poses, loops()))
-    assert len(rest) == 25
-    assert 0.14 < np.median(before) < 0.18
-    assert np.median(after) < 0.01
-    assert ((after < 0.03) & (np.degrees(turn) < 0.2)).sum() == 24
+    shifts, turns = left_out(chain(), loops(), (found[:27], found[27:]))
+    assert 0.04 < max(shift.max() for shift in shifts) < 0.06
+    assert 0.3 < max(turn.max() for turn in turns) < 0.4
+
+
+def of_single_scans(scans, chain):
+    return verified(scans, chain.poses, *candidates(chain.poses), LoopOptions(around=0))
+
+
+def test_single_scans_from_aside_measure_a_loop_worse(why):
+    """Matched to single scans, three of the loops left out are missed by more than 3 cm or 0.2°, the worst by 5.5 cm
+    and 0.37°; matched to small maps none."""
+    count, worst = {}, {}
+    for name, found in (("a map of seven scans", loops()), ("a single scan", of_single_scans(scans(), chain()))):
+        shift, turn = map(np.concatenate, left_out(chain(), found, every_second(found)))
+        count[name] = int(((shift >= 0.03) | (turn >= 0.2)).sum())
+        worst[name] = (float(shift.max()), float(turn.max()))
+    why("what a loop is matched to", {name: f"{n} beyond 3 cm or 0.2°" for name, n in count.items()})
+    assert list(count.values()) == [0, 3]
+    assert worst["a single scan"] == pytest.approx((0.055, 0.37), abs=0.005)
+
+
+def test_half_degrees_are_seen_a_turn_of_the_mirror_later():
+    """Half degrees registered to whole degrees of the same scan, both ways, over the robot's speed: 13.5 ± 1.2 ms later
+    by the translation, 10.5 ± 1.5 ms by the turn. A turn of the mirror takes 13.3 ms. Straightened both are 0."""
+    late = delays_of(replace(telecom_loop(), delays=None))
+    assert late[0] == pytest.approx([13.5e-3, 1.2e-3], abs=0.2e-3)
+    assert late[1] == pytest.approx([10.5e-3, 1.5e-3], abs=0.2e-3)
+    for found, spread in delays_of(telecom_loop()):
+        assert abs(found) < spread
+
+
+def delays_of(drive):
+    """By translations and by turns: how much later the half degrees are seen than the whole ones, s, and the standard
+    deviation of that."""
+    n = len(drive.ranges)
+    whole, half = drive.ranges.copy(), drive.ranges.copy()
+    whole[:, 1::2] = half[:, ::2] = np.inf
+    motion = Pose(np.tile(drive.motion.R, (2, 1, 1)), np.tile(drive.motion.t, (2, 1)))
+    both = prepare(replace(
+        drive, seconds=np.tile(drive.seconds, 2), motion=motion, ranges=np.concatenate([whole, half])
+    ))  # fmt: skip
+    k, none = np.arange(n), Pose.identity(batch=(n,))
+    there, back = (match(both, k + a, k + b, none, MatchOptions(gate=0.3)).pose for a, b in ((n, 0), (0, n)))
+    speed, turn = speeds(drive)
+    out = []
+    for y, x in (((there.t - back.t)[:, 0] / 2, speed[:, 0]), ((there.angle - back.angle) / 2, turn)):
+        usual = np.abs(y - np.median(y))
+        kept = usual < 5 * np.median(usual) + 1e-3
+        line, covariance = np.polyfit(x[kept], y[kept], 1, cov=True)
+        out.append((line[0], np.sqrt(covariance[0, 0])))
+    return out
+
+
+def test_loops_of_scans_as_recorded_disagree_more(why):
+    """As if all beams were sent at once, χ² is 1.8 to 2.1 times as large in the closed graph, and two of the loops left
+    out are missed by more than 0.2°."""
+    still = prepare(replace(telecom_loop(), delays=None))
+    links = scan_to_scan(still, telecom_loop().motion)
+    recorded = verified(still, links.poses, *candidates(links.poses))
+    left, beyond = {}, {}
+    for name, c, found in (("straightened", chain(), loops()), ("as recorded", links, recorded)):
+        left[name] = optimise(c.poses, edges_of(c, found)[0]).total / found.believed.sum()
+        shift, turn = map(np.concatenate, left_out(c, found, every_second(found)))
+        beyond[name] = int(((shift >= 0.03) | (turn >= 0.2)).sum())
+    why("the scans", {name: f"χ² of {chi2:.1f} a loop" for name, chi2 in left.items()})
+    assert 1.8 < left["as recorded"] / left["straightened"] < 2.1
+    assert list(beyond.values()) == [0, 2]
 
 
 @cache
@@ -156,19 +250,19 @@ def with_wrong(kernel):
 
 
 def test_a_kernel_lets_go_of_the_wrong_loop(why):
-    """One wrong loop beside 51 right ones takes a pose 7 m away; with Huber's kernel half a metre, with Cauchy's less
-    than a centimetre."""
+    """One wrong loop beside 55 right ones takes a pose 7 m away; with Huber's kernel a quarter of a metre, with
+    Cauchy's less than a centimetre."""
     off = {kernel: with_wrong(kernel)[0] for kernel in ("none", "huber", "cauchy")}
     words = {"none": "none", "huber": "Huber", "cauchy": "Cauchy"}
     why("the kernel", {words[k]: f"a pose {v:.3f} m away" for k, v in off.items()})
     assert 6.5 < off["none"] < 7.5
-    assert 0.3 < off["huber"] < 0.7
+    assert 0.2 < off["huber"] < 0.3
     assert off["cauchy"] < 0.01
     assert with_wrong("cauchy")[1] < 1e-4
 
 
 def test_a_kernel_believes_a_chain_that_is_wrong(why):
-    """Matches that start from the motion before have one link that is 1.1 m off. Cauchy's kernel then leaves 18 of 46
+    """Matches that start from the motion before have one link that is 1.1 m off. Cauchy's kernel then leaves 19 of 49
     right loops less than a tenth of their weight; on the chain that starts from the odometry it leaves all of them
     more."""
     wrong = scan_to_scan(scans(), telecom_loop().motion, prediction="velocity")
@@ -181,15 +275,15 @@ def test_a_kernel_believes_a_chain_that_is_wrong(why):
         dropped[name] = int((close(one, found).weights[224:] < 0.1).sum())
         count[name] = int(found.believed.sum())
     why("the chain", {name: f"{dropped[name]} of {count[name]} loops dropped" for name in dropped})
-    assert (dropped["one link wrong"], count["one link wrong"]) == (18, 46)
+    assert (dropped["one link wrong"], count["one link wrong"]) == (19, 49)
     assert dropped["none wrong"] == 0
 
 
 def test_a_map_drifts_less_than_a_scan(why):
-    """Matched to the last keyframe alone the loops are missed by 0.1 m, to a map of the last eight by less than 0.03 m,
+    """Matched to the last keyframe alone the loops are missed by 0.11 m, to a map of the last eight by 0.03 m,
     in the median."""
     motion = telecom_loop().motion
     alone, eight = (miss(scan_to_map(scans(), motion, length=length).poses) for length in (1, 8))
     why("keyframes in the map", {"eight": f"missed by {eight:.3f} m", "one": f"missed by {alone:.3f} m"})
-    assert eight < 0.03
-    assert 0.08 < alone < 0.11
+    assert 0.025 < eight < 0.035
+    assert 0.105 < alone < 0.12

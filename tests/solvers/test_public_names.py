@@ -16,7 +16,7 @@ NAMES = {
     "bird_scene": "AREA COUNTS FIELD MOST SHAPE TRUTH bird bird_start",
     "cloud_text": "CloudText MOST_BYTES MOST_POINTS read",
     "collinear": "poses_about_line",
-    "drives": "Drive chained simulated_drive telecom_loop",
+    "drives": "Drive chained interlaced simulated_drive telecom_loop",
     "features": "BLOCK cos_sin exact_squared_mmd feature_sums mean_features mean_kernel unit_frequencies",
     "g2o": "MOST_BYTES GraphText read write",
     "hall": "FLOOR HEIGHT Hall hall",
@@ -41,7 +41,7 @@ NAMES = {
     ),
     "odometry": (
         "Chain LoopOptions MatchOptions Matches PREDICTIONS Scans candidates close edges_of keyframes match missed "
-        "prepare read_drive scan_to_map scan_to_scan verified"
+        "prepare read_drive scan_to_map scan_to_scan straightened verified"
     ),
     "race": "CONTESTANTS Contestant Controls EXTRAS MAX_STEPS SEEDS contestants race_problem",
     "consensus": "RANSAC RansacOptions RansacState capped_sum trials",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -11,20 +12,24 @@ import pytest
 
 from solvers.cli.command import main
 from solvers.io import g2o
-from solvers.scenes.drive import simulated_drive
+from solvers.scenes.drive import Drive, simulated_drive, telecom_loop
 
 pytestmark = pytest.mark.native
+
+
+def as_csv(drive: Drive) -> str:
+    """A drive as a file, its ranges in whole centimetres as a laser tells them."""
+    names = ["seconds", "dx_m", "dy_m", "dphi_rad", *(f"r{k}" for k in range(len(drive.bearings)))]
+    centimetres = np.where(np.isinf(drive.ranges), 0, np.rint(100 * drive.ranges))
+    rows = np.column_stack([drive.seconds, drive.motion.t, drive.motion.angle, centimetres]).tolist()
+    return "\n".join([",".join(names), *(",".join(f"{v:.9g}" for v in row) for row in rows)]) + "\n"
 
 
 @pytest.fixture(scope="module")
 def table(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A simulated drive as a file, rounded to the centimetre as a real one."""
-    drive, _ = simulated_drive(scans=70, beams=121)
-    names = ["seconds", "dx_m", "dy_m", "dphi_rad", *(f"r{k}" for k in range(121))]
-    centimetres = np.where(np.isinf(drive.ranges), 0, np.rint(100 * drive.ranges))
-    rows = np.column_stack([drive.seconds, drive.motion.t, drive.motion.angle, centimetres]).tolist()
     path = tmp_path_factory.mktemp("drive") / "drive.csv"
-    path.write_text("\n".join([",".join(names), *(",".join(f"{v:g}" for v in row) for row in rows)]) + "\n", "utf-8")
+    path.write_text(as_csv(simulated_drive(scans=70, beams=121)[0]), "utf-8")
     return path
 
 
@@ -104,3 +109,57 @@ def test_a_line_that_is_wrong_is_named(table: Path, tmp_path: Path, capsys: pyte
     code, _, err = said(capsys, broken)
     assert code == 2
     assert "line 6: 3 fields found; expected 125" in err
+
+
+def test_the_recorded_drive_from_a_file_is_the_one_included(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Told where the laser sits and how it turns, the command says the same of both, and it is what the chapter says;
+    otherwise the robot's poses, and with them the candidates for loops, are those of the laser."""
+    path, poses = tmp_path / "recorded.csv", tmp_path / "poses.csv"
+    path.write_text(as_csv(telecom_loop()), "utf-8")
+    code, included, _ = said(capsys, "telecom-loop")
+    assert code == 0
+    assert "225 scans of 361 beams, 11.5 % without echo" in included
+    assert "224 of 224 scans matched" in included
+    assert "loops     55 of 55 candidates accepted" in included
+    assert "missed by 0.106 m" in included
+    code, out, _ = said(capsys, path, "--ahead", 0.78, "--turns", 2, "--out", poses)
+    assert code == 0
+    assert out.splitlines()[1:-1] == included.splitlines()[1:]
+    assert len(np.loadtxt(poses, delimiter=",", skiprows=1)) == 225
+
+
+def test_a_bar_grows_in_small_pieces_on_a_terminal(
+    table: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of matching, loops and graph; each is cleared before the next line, and no piece is more than a third."""
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True)
+    recorded = said(capsys, table, "--ahead", 0.3)
+    parts = recorded[2].split("\r\033[K")
+    assert parts.pop() == ""
+    assert [part.split()[0].lstrip("\r") for part in parts] == ["matching", "closing", "graph"]
+    for part in parts:
+        shown = [re.fullmatch(r"[a-z ]+ \[(#*) *\] (\d+)/(\d+)", text) for text in part.split("\r")[1:]]
+        counts = [(len(hit[1]), int(hit[2]), int(hit[3])) for hit in shown if hit]
+        assert len(counts) == len(shown) >= 3
+        assert counts == sorted(counts)
+        assert all(bars == 30 * done // total for bars, done, total in counts)
+        assert part is parts[2] or counts[-1][0] == 30  # of the graph the most steps are told, not those it will take
+
+
+def test_the_picture_shows_the_map_before_and_after(
+    table: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Two panels of one drive, with a path each that differ: by odometry, and closed, or matched where no loop is."""
+    closed, chained = tmp_path / "closed.svg", tmp_path / "chained.svg"
+    assert said(capsys, table, "--ahead", 0.3, "--out", closed)[0] == 0
+    assert said(capsys, table, "--ahead", 0.3, "--no-loops", "--out", chained)[0] == 0
+    for path, names in (
+        (closed, ("Before: by odometry", "After: loops closed")),
+        (chained, ("By odometry", "By matched scans")),
+    ):
+        text = path.read_text("utf-8")
+        first, second = (re.findall(rf'<g id="way-{k}">\s*<path d="([^"]*)"', text) for k in (0, 1))
+        assert all(name in text for name in names)
+        assert len(first) == len(second) == 1
+        assert first != second
+        assert all(f'id="map-{k}"' in text for k in (0, 1))

@@ -60,6 +60,31 @@ def test_a_straight_loop_shares_its_excess_by_the_inverse_of_the_information(leg
 
 
 @settings(deadline=None)
+@given(st.integers(3, 30), st.floats(-1.0, 1.0), st.floats(-0.5, 0.5))
+def test_a_regular_ring_closes_at_its_closed_form_optimum(n, turn, length):
+    """n equal edges, each measured as a step ahead and a turn, that by symmetry go round a regular polygon at the
+    optimum: each takes its n-th of the excess turn, and the steps, now sides of a polygon that closes of itself, keep
+    their length. So the optimum is known: χ² is n · ω (turn / n)², whatever the length."""
+    nodes = np.arange(n)
+    step = 1.0 + length
+    edges = Edges(
+        nodes, (nodes + 1) % n, Pose.from_angle(np.full(n, (2 * np.pi + turn) / n), np.tile([step, 0.0], (n, 1))),
+        INFORMATION,
+    )  # fmt: skip
+    ring = Pose.from_angle(np.full(n - 1, 2 * np.pi / n), np.tile([step, 0.0], (n - 1, 1)))
+    result = optimise(chained(edges.relative[: n - 1], Pose.identity()), edges)
+    assert result.total <= n * INFORMATION[2, 2] * (turn / n) ** 2 * (1 + 1e-9) + 1e-12
+    np.testing.assert_allclose(result.poses.matrix, chained(ring, Pose.identity()).matrix, atol=1e-6)
+
+
+def test_progress_is_told_after_every_step():
+    _, start, edges, _ = noisy_streets()
+    told: list[tuple[int, int]] = []
+    result = optimise(start, edges, max_steps=50, progress=lambda *now: told.append(now))
+    assert sorted(set(told)) == [(k, 50) for k in range(1, result.steps + 1)]
+
+
+@settings(deadline=None)
 @given(st.integers(3, 9), st.floats(-1.0, 1.0))
 def test_turns_on_the_spot_share_their_excess_evenly(n, excess):
     """All the way round in n turns that are measured `excess` too large in all: each takes an n-th of it."""

@@ -151,7 +151,7 @@ def _rms(run: Run) -> tuple[str, str]:
 
 
 def _from_graph(run: Run) -> tuple[Readout, ...]:
-    """How far the pose is from the one that the closed graph of the drive has: no truth, but what 51 loops agree on."""
+    """How far the pose is from the one that the closed graph of the drive has: no truth, but what 55 loops agree on."""
     known, shift, turn = run.clouds.raw.graph, ("–", ""), ("–", "")
     if known is not None:
         shift = number(float(np.linalg.norm(run.pose.t - known.t)), run.clouds.decimals), "u"

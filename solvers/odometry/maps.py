@@ -1,0 +1,38 @@
+"""Scans registered to a map of several: what one of them sees sparsely or from aside, its neighbours see better."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from solvers.core.arrays import IntArray
+from solvers.core.pose import Pose
+from solvers.geometry import nearest
+from solvers.geometry.nearest import Index
+from solvers.geometry.normals import Normals
+from solvers.odometry.matching import Matches, MatchOptions, Scans, found, matched
+
+
+def local_map(scans: Scans, rows: Sequence[int], poses: Pose) -> tuple[Index, Normals]:
+    """The echoes of the scans `rows` at their `poses`, as one cloud with its normals."""
+    points, vectors, flagged, values = [], [], [], []
+    for k, R, t in zip(rows, poses.R, poses.t, strict=True):
+        seen = scans.weights[k] > 0.0
+        points.append(Pose.trusted(R, t).apply(scans.points[k][seen]))
+        vectors.append(scans.surface.vectors[k][seen] @ R.T)
+        flagged.append(scans.surface.flagged[k][seen])
+        values.append(scans.surface.eigenvalues[k][seen])
+    cloud, normal, none, spread = (np.concatenate(part)[None] for part in (points, vectors, flagged, values))
+    return nearest.build(cloud), Normals(normal, none, spread)
+
+
+def match_to_map(
+    scans: Scans, source: IntArray, target: IntArray, poses: Pose, around: int, start: Pose, options: MatchOptions
+) -> Matches:
+    """`match` of a single pair, but that the scans up to `around` before and after the target are a part of it, where
+    the chain's `poses` have them."""
+    j = int(target[0])
+    rows = range(max(j - around, 0), min(j + around + 1, len(scans)))
+    index, surface = local_map(scans, rows, poses[j].inverse().compose(poses[rows.start : rows.stop]))
+    return found(source, target, matched(scans, source, index, surface, start, options), options)
