@@ -135,7 +135,7 @@ def point_error(pose: Pose, truth: Pose, points: ArrayLike) -> FloatArray:
     Raises
     ------
     ValueError
-        If `points` is no finite cloud of the poses' dimension, or shapes do not
+        If `points` is not a finite cloud of the poses' dimension, or shapes do not
         broadcast.
 
     Examples

@@ -28,8 +28,8 @@ OURS = ("solvers", "widgets")
 SPARE = 2000  # numbers of one code that are kept: a build may ask for none but those of an edited chapter
 NAMESPACES = (*OURS, "plots")
 OPERATORS: dict[type[ast.AST], Callable[..., float]] = {
-    **{ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv},
-    **{ast.Pow: math.pow, ast.USub: operator.neg},
+    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
+    ast.Pow: math.pow, ast.USub: operator.neg,
 }
 FUNCTIONS = ("sqrt", "exp", "log", "log2", "sin", "cos", "asin", "degrees", "radians")
 

@@ -1,4 +1,4 @@
-"""What is no rotation and no scale is refused here, given as arrays or as a homogeneous matrix."""
+"""What is not a rotation or a scale is refused here, given as arrays or as a homogeneous matrix."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ SHEARED = 1e-6
 
 
 def check(R: FloatArray, scale: FloatArray) -> None:
-    """Refuse what is no rigid motion and no similarity. What is not finite passes: its run tells what became of it."""
+    """Refuse what is neither rigid motion nor similarity. What is not finite passes: its run tells what it became."""
     if np.any(scale <= 0.0):
         raise ValueError(f"scale: must be positive, but the smallest is {scale.min():.6g}")
     if not np.isfinite(R).all():

@@ -119,7 +119,7 @@ def test_arithmetic_is_worked_out(text: str, number: float) -> None:
     assert read_value(text) == pytest.approx(number, rel=1e-15)
 
 
-@pytest.mark.parametrize("text", ["1 / 0", "sqrt(-1)", "sqrt()", "1 + x", "True", "exit(1)", "1 if 1 else 2", "10.0**999"])
+@pytest.mark.parametrize("text", ["1 / 0", "sqrt(-1)", "sqrt()", "1 + x", "True", "exit(1)", "1 if 1 else 2", "9**999"])
 def test_what_gives_no_number_is_told(text: str) -> None:
     with pytest.raises(CallError):
         read_value(text)
