@@ -15,7 +15,7 @@ READ = ("content", "templates", "solvers", "sitegen", "widgets", "README.md", "C
 KINDS = {".md", ".yaml", ".html", ".py", ".pyi", ".js"}
 HERE = "sitegen/check/style.py"
 # What may follow "is no": a comparison, and idioms.
-AFTER_NO = "longer|more|less|fewer|farther|further|nearer|better|worse|larger|smaller|slower|faster|higher|such|one"
+AFTER_NO = "longer|more|less|fewer|farther|further|nearer|better|worse|larger|smaller|slower|faster|higher|lower|such"
 PHRASES = {
     rf"(?<!there\s)(?<!There\s)\b(?:is|are|was|were) no (?!(?:{AFTER_NO})\b)[a-z]+": "is not a …",
     r"but for rounding": "up to rounding",

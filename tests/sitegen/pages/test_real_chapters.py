@@ -51,3 +51,30 @@ def test_it_has_three_exercises_whose_answers_are_computed(chapter: Path) -> Non
 
 def test_counts_are_folded_in_every_chapter_that_has_them() -> None:
     assert [path.name for path in RUNGS if not parts(path.read_text("utf-8"), "evidence")] == [INSTRUMENT]
+
+
+def test_its_head_links_slides_notebook_and_sources(chapter: Path, site: Path) -> None:
+    """Above the text, each to a heading at the foot of the same page."""
+    slug = re.search(r"^slug: (\S+)$", chapter.read_text("utf-8"), re.MULTILINE)
+    assert slug
+    page = (site / f"{slug[1]}.html").read_text("utf-8")
+    (links,) = re.findall(r'<p class="chapter-links">(.*?)</p>', page, re.DOTALL)
+    found = re.findall(r'href="#([\w-]+)"', links)
+    assert found == ["slides", "notebook", *(["works-cited"] if 'id="works-cited"' in page else [])]
+    assert all(f'id="{anchor}"' in page for anchor in found)
+    assert page.index("chapter-links") < page.index("<strong>Assumes</strong>")
+
+
+def test_the_contestants_stand_right_before_the_race() -> None:
+    names = [path.name for path in CHAPTERS]
+    assert names.index("10-contestants.md") + 1 == names.index("11-race.md")
+
+
+def test_the_minutes_of_each_path_add_up() -> None:
+    """The paths of the first page: what their steps take is what their headings say."""
+    text = CHAPTERS[0].read_text("utf-8").partition("{#forty-minutes}\n")[2].partition("\n## ")[0]
+    first, *others = re.split(r"^\*\*[^*]+\*\* \((\d+) min\)\.$", text, flags=re.MULTILINE)
+    said = [40, *(int(minutes) for minutes in others[::2])]
+    steps = [[int(n) for n in re.findall(r"\((\d+) min\)", part)] for part in (first, *others[1::2])]
+    assert [len(each) for each in steps] == [8, 3, 4]
+    assert [sum(each) for each in steps] == said
