@@ -131,7 +131,7 @@ def seeds(values: ArrayLike | np.random.Generator | None, name: str = "seed") ->
     try:
         s = np.asarray(values)
     except ValueError:
-        raise ValueError(f"{name}: rows of unequal length do not make an array") from None
+        raise ValueError(f"{name}: rows of unequal length are no array") from None
     if s.dtype.kind not in "iu" or s.size == 0:
         raise ValueError(f"{name}: expected a non-negative integer or an array of them, got {values!r}")
     if s.min() < 0 or s.max() > np.iinfo(np.int64).max:
@@ -209,7 +209,7 @@ def _numbers(values: ArrayLike, name: str) -> FloatArray:
     try:
         a: AnyArray = np.asarray(values)
     except ValueError:
-        raise ValueError(f"{name}: rows of unequal length do not make an array") from None
+        raise ValueError(f"{name}: rows of unequal length are no array") from None
     if a.dtype.kind not in "iuf":
         raise ValueError(f"{name}: expected real numbers, got dtype {a.dtype}")
     return a.astype(np.float64, copy=False)
