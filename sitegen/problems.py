@@ -24,13 +24,13 @@ class Problem:
 
 @dataclass
 class Problems:
-    """The problems of one build; its warnings, which are problems in a strict one; notes, which are no fault."""
+    """The problems of one build; its warnings, which are problems in a strict one; notes, which are not faults."""
 
     found: list[Problem] = field(default_factory=list)
     warnings: list[Problem] = field(default_factory=list)
     notes: list[Problem] = field(default_factory=list)
     unread: set[str] = field(default_factory=set)
-    """Files of which nothing could be read: what they would have named is no mistake of others."""
+    """Files of which nothing could be read: what they would have named is not a mistake of others."""
     unclear: set[tuple[str, int]] = field(default_factory=set)
     """Lines of files that may be code or text, which has been told: what is wrong in them waits for that."""
 

@@ -144,7 +144,7 @@ def point_error(pose: Pose, truth: Pose, points: ArrayLike) -> FloatArray:
     TypeError
         If what is to be a pose is none.
     ValueError
-        If `points` is no finite cloud of the poses' dimension, or shapes do not
+        If `points` is not a finite cloud of the poses' dimension, or shapes do not
         broadcast.
 
     Examples

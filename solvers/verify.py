@@ -82,7 +82,7 @@ def evidence(source: ArrayLike, target: ArrayLike, pose: Pose, reach: float = 0.
     Raises
     ------
     ValueError
-        If an argument is no planar cloud, if leading axes differ (they do not broadcast
+        If an argument is not a planar cloud, if leading axes differ (they do not broadcast
         here), or if the reach is not positive.
 
     Examples

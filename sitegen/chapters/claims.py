@@ -62,7 +62,7 @@ def standing(result: Result | None) -> str:
 
 
 def read_tests(root: Path, files: Iterable[str], cache: Path, kept: Memory | None = None) -> dict[str, Test]:
-    """The tests of the named files (relative to the root; what is no file has none) by id."""
+    """The tests of the named files (relative to the root; what is not a file has none) by id."""
     paths = {name: root / name for name in sorted(set(files)) if name.endswith(".py")}
     sources = {name: content(path) for name, path in paths.items() if path.is_file()}
     return (kept or Memory()).answer("tests", sources, partial(_tests_of, sources, cache))

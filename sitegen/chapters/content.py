@@ -221,7 +221,7 @@ def read_chapters(
             problems.add(
                 Place(f"content/{path.name}"), "a chapter's file is called like 01-kabsch.md: number, hyphen, name"
             )
-        # Without a number it stands last, so that what refers to it is no mistake as well.
+        # Without a number it stands last, so that what refers to it is not a mistake as well.
         found.append(((float(match["number"]), match["letter"]) if match else (math.inf, path.name), path))
     found.sort()
     if not found and not problems.found:

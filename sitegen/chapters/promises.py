@@ -145,8 +145,8 @@ def _unmet(
 
 
 def _holds(one: Expectation, before: str, now: str) -> bool:
-    """Whether a readout's text is as expected. Words may be followed by a comma and more; what is no number is neither
-    less nor more than one."""
+    """Whether a readout's text is as expected. Words may be followed by a comma and more; what is not a number is
+    neither less nor more than one."""
     if one.words:
         return now == one.words or now.startswith(f"{one.words},")
     if one.goes == "stays":

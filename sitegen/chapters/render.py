@@ -27,7 +27,7 @@ from sitegen.chapters.promises import hold
 from sitegen.chapters.rendered import Body, Claim
 from sitegen.chapters.surveyed import Heading, Survey
 from sitegen.chapters.tokens import directive_of, simple, unlinked
-from sitegen.chapters.values import CallError, printed, read_call
+from sitegen.chapters.values import CallError, printed, read_value
 from sitegen.figures.wire import dumps
 from sitegen.markup.code import highlighted
 from sitegen.markup.directives import Directive
@@ -269,8 +269,8 @@ class _Renderer:
     def _value(self, token: Token) -> str:
         directive, at = directive_of(token)
         try:
-            call = read_call(directive.text)
-            number = self._known.values.value(call)
+            asked = read_value(directive.text)
+            number = asked if isinstance(asked, float) else self._known.values.value(asked)
         except CallError as error:
             self._problems.add(at(directive.text_start + error.offset), str(error))
             return ""

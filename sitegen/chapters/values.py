@@ -1,7 +1,7 @@
 """Numbers in the text given by a call, like `solvers.consensus.trials(0.5, 0.99, 2)`: evaluated by the build, and kept.
 
 `plots.trial_budget.needed(0.5)` is a function of a plot's module, over what that computed; it stands first among the
-arguments, unwritten.
+arguments, unwritten. Arithmetic, like `0.12 / sqrt(13)`, is worked out where it stands.
 """
 
 from __future__ import annotations
@@ -9,8 +9,9 @@ from __future__ import annotations
 import ast
 import importlib
 import math
+import operator
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
@@ -26,6 +27,11 @@ from widgets.drawing.picture import SUPERSCRIPT
 OURS = ("solvers", "widgets")
 SPARE = 2000  # numbers of one code that are kept: a build may ask for none but those of an edited chapter
 NAMESPACES = (*OURS, "plots")
+OPERATORS: dict[type[ast.AST], Callable[..., float]] = {
+    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
+    ast.Pow: math.pow, ast.USub: operator.neg,
+}
+FUNCTIONS = ("sqrt", "exp", "log", "log2", "sin", "cos", "asin", "degrees", "radians")
 
 
 class CallError(ValueError):
@@ -44,6 +50,34 @@ class Call:
     names: tuple[tuple[str, int], ...]
     positional: tuple[Any, ...]
     named: dict[str, Any]
+
+
+def read_value(text: str) -> Call | float:
+    """The number that a text of arithmetic gives, or the call that it is. Raises CallError."""
+    try:
+        tree = ast.parse(text, mode="eval").body
+        return _worked_out(tree)
+    except (SyntaxError, LookupError):
+        return read_call(text)
+    except (ArithmeticError, TypeError, ValueError) as error:
+        raise CallError(f"{type(error).__name__}: {error}", 0) from None
+
+
+def _worked_out(node: ast.expr) -> float:
+    """Raises LookupError for what is not arithmetic."""
+    match node:
+        case ast.Constant(value=int() | float() as number) if not isinstance(number, bool):
+            return float(number)
+        case ast.Name("pi"):
+            return math.pi
+        case ast.BinOp(left, sign, right):
+            return OPERATORS[type(sign)](_worked_out(left), _worked_out(right))
+        case ast.UnaryOp(sign, operand):
+            return OPERATORS[type(sign)](_worked_out(operand))
+        case ast.Call(ast.Name(name), arguments, []) if name in FUNCTIONS:
+            found: float = getattr(math, name)(*map(_worked_out, arguments))
+            return found
+    raise LookupError
 
 
 def read_call(text: str) -> Call:

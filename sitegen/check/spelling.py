@@ -1,4 +1,4 @@
-"""Spelling: no misspelt word in prose, comments and messages, and no American one in what readers read."""
+"""Spelling: no misspelt word in prose, comments and messages, and no American one in what readers read; and style."""
 
 from __future__ import annotations
 
@@ -8,24 +8,34 @@ import tempfile
 from importlib.resources import files
 from pathlib import Path
 
+from sitegen.check.style import style
+
 # Tests misspell on purpose.
 WRITTEN = ("content", "solvers", "sitegen", "widgets", "templates", "README.md", "CHANGELOG.md")
 READ = ("content", "README.md", "CHANGELOG.md", "solvers/README.md")
 TITLES = "content/references.yaml"  # others spell as they like
 # British too, in what is meant: a program that runs, the file LICENSE, how a story goes, good practice.
 BOTH = "program,programs,story,stories,practice,practices,license,licenses,math"
+DRAWN = ("widgets", "templates")  # what is read here stands among names of HTML, CSS, SVG and matplotlib
+NAMES = "color,center,dialog,capitalize,behavior,normalize,miter,focused"
 
 
 def spelling(root: Path) -> int:
-    """Tell every misspelling. The exit code is 1 where there is one; pyproject.toml has the project's own words."""
+    """Tell every misspelling and every phrase that style.py lists. The exit code is 1 where there is one;
+    pyproject.toml has the project's own words."""
     with tempfile.TemporaryDirectory(prefix="ladder-spelling-") as folder:
         american = Path(folder, "american.txt")
         american.write_text(anglicised(), "utf-8")
-        found = [
-            _codespell(root, ["--builtin", "clear,rare", *_there(root, WRITTEN)]),
-            _codespell(root, ["-D", str(american), "-L", BOTH, "--skip", TITLES, *_there(root, READ)]),
+        runs = [
+            _codespell(root, ["--builtin", "clear,rare"], WRITTEN),
+            _codespell(root, ["-D", str(american), "-L", BOTH, "--skip", TITLES], READ),
+            _codespell(root, ["-D", str(american), "-L", f"{BOTH},{NAMES}"], DRAWN),
         ]
-    return max(found)
+        phrases = style(root)
+        for run in filter(None, runs):
+            sys.stdout.write(run.communicate()[0])
+        sys.stdout.flush()
+    return 1 if phrases or any(run and run.returncode for run in runs) else 0
 
 
 def anglicised() -> str:
@@ -42,10 +52,10 @@ def anglicised() -> str:
     )
 
 
-def _there(root: Path, names: tuple[str, ...]) -> list[str]:
-    return [name for name in names if (root / name).exists()]
-
-
-def _codespell(root: Path, words: list[str]) -> int:
-    command = [sys.executable, "-P", "-m", "codespell_lib", *words]
-    return 1 if subprocess.run(command, cwd=root, stdin=subprocess.DEVNULL, check=False).returncode else 0
+def _codespell(root: Path, words: list[str], names: tuple[str, ...]) -> subprocess.Popen[str] | None:
+    """A run over what of these there is; codespell itself takes no names for all that it finds."""
+    there = [name for name in names if (root / name).exists()]
+    command = [sys.executable, "-P", "-m", "codespell_lib", *words, *there]
+    if not there:
+        return None
+    return subprocess.Popen(command, cwd=root, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True)

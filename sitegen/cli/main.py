@@ -227,7 +227,7 @@ COMMANDS: dict[str, Command] = {
 
 
 def parse(words: Sequence[str]) -> Arguments:
-    """The arguments of one command. Ends the process with code 0 for help and 2 for what is no command."""
+    """The arguments of one command. Ends the process with code 0 for help and 2 for what is not a command."""
     parser = argparse.ArgumentParser(
         prog="build.py", description="The Registration Ladder: builds, shows and tests the site.", allow_abbrev=False
     )

@@ -29,7 +29,7 @@ def module_file(name: str) -> str:
 
 
 def sound(widgets: Mapping[str, Widget], problems: Problems) -> dict[str, Widget]:
-    """The figures that can be placed. Of the others it is told what is wrong; to place them is no mistake."""
+    """The figures that can be placed. Of the others it is told what is wrong; to place them is not a mistake."""
     good = {}
     for name in widgets:
         widget = _imported(widgets, name, problems)
@@ -87,7 +87,7 @@ def widget_faults(widget: Widget) -> Iterator[tuple[str, str, str]]:
     presses = [button.name for button in widget.buttons if button.does == "press"]
     for button in widget.buttons:
         if button.does == "run" and button.repeats not in presses:
-            says = f"it repeats {button.repeats!r}, which is no button to press{hint(button.repeats, presses)}"
+            says = f"it repeats {button.repeats!r}, which is not a button to press{hint(button.repeats, presses)}"
             yield "buttons", button.name, says
     for key in widget.legend:
         if key.role not in ROLES:

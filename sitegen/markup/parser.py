@@ -82,7 +82,7 @@ class Source:
 class Document:
     """A parsed file: the flow, and each footnote's tokens by label.
 
-    lost: figures and equations ("fig:id", "eq:label") in what could not be read; to refer to them is no mistake.
+    lost: figures and equations ("fig:id", "eq:label") in what could not be read; to refer to them is not a mistake.
     """
 
     tokens: Sequence[Token]
@@ -225,7 +225,7 @@ def _heading_ids(state: StateCore) -> None:
                 name = match[1]
             else:
                 source.problems.add(
-                    place, f"{match[1]!r} is no anchor: small letters, digits and hyphens, a letter first"
+                    place, f"{match[1]!r} is not an anchor: small letters, digits and hyphens, a letter first"
                 )
             inline.content = inline.content[: match.start()]
         place = Place(source.path, (heading.map or [0])[0] + 1, 1)

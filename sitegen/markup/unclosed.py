@@ -27,7 +27,7 @@ def dollar(state: StateInline, silent: bool) -> bool:
             says = "$$ stands in a paragraph: an equation has lines of its own, after a blank one"
         fault(state, start, says)
         lose(state.env, state.src[start : state.posMax])
-    # What an equation holds is no text.
+    # What an equation holds is not text.
     state.pos = end + 2 if end >= 0 else state.posMax if double else start + 1
     return True
 

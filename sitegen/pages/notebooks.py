@@ -220,7 +220,7 @@ class _Writer:
                 directive = written.thing
                 text_end = directive.text_start + len(directive.text)
                 yield self._offset(written.place), self._offset(written.at(directive.text_start)), ""
-                # The end is counted from the text's: it may be the end of a line, which is no place in the next.
+                # The end is counted from the text's: it may be the end of a line, which is not a place in the next.
                 after = self._offset(written.at(text_end))
                 yield after, after + directive.end - text_end, ""
             case "cite":

@@ -20,7 +20,7 @@ from sitegen.html_reader import Tag, read
 FORMAT = "1"  # of what is remembered; raised when the reading changes
 LEFT_OUT = tuple(fixed.page for fixed in FIXED_PAGES if not fixed.searched)
 HEADINGS = ("h1", "h2", "h3")
-# What is read elsewhere, or is no prose: cards, code that figures show, controls, drawings, formulas, data for scripts.
+# What is read elsewhere, or is not prose: cards, code in figures, controls, drawings, formulas, data for scripts.
 SILENT = ("script", "style", "svg", "math", "form", "nav", "button", "select", "template", "dialog", "details")
 SILENT_CLASSES = ("card", "figure-stage", "buttons", "readouts", "legend", "job", "runs", "chapter-footer", "pager")
 ENTRY_IDS = ("term-", "ref-")  # entries of the glossary and of the references are sections of their own

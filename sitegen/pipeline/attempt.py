@@ -15,7 +15,7 @@ from sitegen.external.fetch import OutsideError
 from sitegen.problems import BuildFailed, Problem
 from sitegen.progress import Progress, quiet, shown
 
-# What is no mistake of anybody's code: a full disk, or one that only others may write.
+# What is not a mistake of anybody's code: a full disk, or one that only others may write.
 MACHINE = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM)
 
 

@@ -76,7 +76,7 @@ SERVED = ("temml", "pyodide", "numpy", "minisearch", *typefaces.BUNDLES)
 
 @dataclass(frozen=True)
 class Report:
-    """A build that went well: its pages, its warnings (of a strict build: notes that are no fault), files and bytes.
+    """A build that went well: its pages, its warnings (of a strict build: notes that are not faults), files and bytes.
 
     Packed copies and the runtime are not counted. sources: the page of each chapter's file.
     """

@@ -211,7 +211,7 @@ class StaticServer(ThreadingHTTPServer):
         return f"http://{'127.0.0.1' if host == '0.0.0.0' else host!s}:{port}"
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """A browser that goes away in the middle of an answer is no event; everything else is told."""
+        """A browser that goes away in the middle of an answer is not an event; everything else is told."""
         if not isinstance(sys.exc_info()[1], ConnectionError):
             super().handle_error(request, client_address)
 

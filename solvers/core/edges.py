@@ -163,7 +163,7 @@ def _nodes(values: ArrayLike, name: str) -> IntArray:
     try:
         nodes = np.asarray(values)
     except ValueError:
-        raise ValueError(f"{name}: rows of unequal length are no array") from None
+        raise ValueError(f"{name}: rows of unequal length do not make an array") from None
     if nodes.ndim != 1:
         raise ValueError(f"{name}: expected shape (e,), one node an edge, got {nodes.shape}")
     if nodes.size and nodes.dtype.kind not in "iu":

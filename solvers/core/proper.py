@@ -1,4 +1,4 @@
-"""What makes a pose is brought to one shape here, and refused where it is no rotation, no translation or no scale."""
+"""What makes a pose is brought to one shape here, and refused where it is not a rotation, a translation or a scale."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is no point cloud, no weight, no pair and no pose is refused here, by a
+"""What is not a point cloud, a weight, a pair or a pose is refused here, by a
 ValueError that names the argument.
 
 Geometry is never refused: one point, equal points, collinear points are proper clouds

@@ -34,7 +34,7 @@ def slab(points: ArrayLike, low: float, high: float) -> FloatArray:
     Raises
     ------
     ValueError
-        If `points` is no cloud of 3-D points.
+        If `points` is not a cloud of 3-D points.
 
     Examples
     --------
@@ -67,7 +67,7 @@ def thinned(points: ArrayLike, most: int) -> FloatArray:
     Raises
     ------
     ValueError
-        If `points` is no cloud, or `most` no integer of at least 1.
+        If `points` is not a cloud, or `most` not an integer of at least 1.
 
     Examples
     --------
@@ -113,7 +113,7 @@ def spacing(points: ArrayLike) -> float:
     Raises
     ------
     ValueError
-        If `points` is no cloud.
+        If `points` is not a cloud.
 
     Examples
     --------

@@ -216,7 +216,7 @@ def _by_products(index: Index, points: FloatArray) -> IntArray:
             best = score.argmin(axis=-1)
             limit = np.take_along_axis(score, best[..., None], axis=-1) + bound[some, part, None]
             near = np.less_equal(score, limit, out=flags[:size].reshape(shape))
-            # Fewer than one a row happens where a score is no number; the definition
+            # Fewer than one a row happens where a score is not a number; the definition
             # decides there, too.
             if np.count_nonzero(near) != best.size:
                 unsure = near.sum(axis=-1) != 1

@@ -96,7 +96,7 @@ def fit_rigid(
         Whether to fit a scale too (Umeyama's similarity).
     proper : bool, default True
         Whether to keep det R = +1. False gives the best orthogonal matrix, which may be
-        a reflection and then is no rigid motion.
+        a reflection and then is not a rigid motion.
 
     Returns
     -------
@@ -318,8 +318,8 @@ def _posed(
         R = np.where(bad[..., None, None], np.eye(R.shape[-1]), R)
     s = np.ones(bad.shape)
     if scale:
-        # The ratio of the divided clouds, multiplied back; a ratio that is no float64
-        # is no scale either.
+        # The ratio of the divided clouds, multiplied back; a ratio that is not a float64
+        # is not a scale either.
         with np.errstate(over="ignore", under="ignore"):
             s = np.ldexp(np.where(bad, 1.0, turned / np.where(bad, 1.0, m.square_p)), np.where(bad, 0, eq - ep))
     mean_p, mean_q = np.ldexp(m.mean_p, ep[..., None]), np.ldexp(m.mean_q, eq[..., None])

@@ -154,7 +154,7 @@ def write(poses: Pose, edges: Edges, *, fixed: Sequence[int] = (), ids: ArrayLik
     Returns
     -------
     bytes
-        The file. `read` gives the same numbers back, but for rounding in the angles'
+        The file. `read` gives the same numbers back, up to rounding in the angles'
         last digits.
 
     Raises
@@ -202,7 +202,7 @@ def _written(values: Sequence[float]) -> str:
 
 def _id(field: str, line: int) -> int:
     if not (field.isascii() and field.isdigit() and len(field) < 20 and int(field) < _LARGEST_ID):
-        raise ValueError(f"line {line}: {told(field)} is no node; expected a number such as 12")
+        raise ValueError(f"line {line}: {told(field)} is not a node; expected a number such as 12")
     return int(field)
 
 
@@ -211,7 +211,7 @@ def _numbers(fields: Sequence[str], line: int) -> list[float]:
     for field in fields:
         value = float(field) if is_number(field) else np.nan
         if not abs(value) <= validate.LARGEST:
-            raise ValueError(f"line {line}: {told(field)} is no number; expected one such as -1.25 or 3e-2")
+            raise ValueError(f"line {line}: {told(field)} is not a number; expected one such as -1.25 or 3e-2")
         found.append(value)
     return found
 

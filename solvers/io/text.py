@@ -54,12 +54,12 @@ def delimited(lines: Sequence[str]) -> tuple[FloatArray, str, list[str]]:
     notices: list[str] = []
     comma = next((field for field in fields if not is_number(field) and is_number(field.replace(",", "."))), None)
     if comma is not None:
-        raise ValueError(f"line {rows[0] + 1}: {told(comma)} is no number; {_hint(comma)}")
+        raise ValueError(f"line {rows[0] + 1}: {told(comma)} is not a number; {_hint(comma)}")
     if all(is_number(field) for field in fields):
         columns, width = list(range(min(3, len(fields)))), len(fields)
     elif any(is_number(field) for field in fields):
         wrong = next(field for field in fields if not is_number(field))
-        raise ValueError(f"line {rows[0] + 1}: {told(wrong)} is no number; expected numbers, or names alone")
+        raise ValueError(f"line {rows[0] + 1}: {told(wrong)} is not a number; expected numbers, or names alone")
     else:
         columns, width = _named(fields, rows[0], notices), len(fields)
         rows = rows[1:]
@@ -132,7 +132,7 @@ def _wrong(
             return f"line {k + 1}: {fields} found; expected {width}, separated by {by}"
         for c in columns:
             if not is_number(part[c]):
-                return f"line {k + 1}: {told(part[c])} is no number; {_hint(part[c])}"
+                return f"line {k + 1}: {told(part[c])} is not a number; {_hint(part[c])}"
     raise AssertionError("no line is wrong")  # pragma: no cover
 
 

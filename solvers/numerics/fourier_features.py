@@ -134,8 +134,8 @@ def exact_squared_mmd(
 
     source: (..., m, d), target: (..., n, d), length: (...) ℓ, positive, in world units;
     the answer (...). `MMD² = mean k(x, x′) − 2 mean k(x, y) + mean k(y, y′)`, never
-    negative but for rounding. The cost is quadratic, the memory that of one block.
-    Raises ValueError for what is no cloud, for a length that is not positive and for an
+    negative up to rounding. The cost is quadratic, the memory that of one block.
+    Raises ValueError for what is not a cloud, for a length that is not positive and for an
     unknown kernel.
     """
     p = validate.cloud(source, "source")

@@ -205,7 +205,7 @@ def scores(found: Candidates, m: int, sigma: FloatArray) -> FloatArray:
 
 
 def check_schedule(options: Any) -> None:
-    """Refuse, by a ValueError that names the option, what is no schedule: see
+    """Refuse, by a ValueError that names the option, what is not a schedule: see
     `Scheduled`.
     """
     for name in ("first", "last"):
@@ -305,7 +305,7 @@ def associated(state: S, mass: FloatArray, moment: FloatArray) -> S:
     some = mass > 0.0
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         soft = np.where(some[..., None], moment / np.where(some, mass, 1.0)[..., None], moved)
-        # A mean lies among its points, but for rounding.
+        # A mean lies among its points, up to rounding.
         soft = np.clip(soft, -validate.LARGEST, validate.LARGEST)
         used = some & (mass >= state.options.least_support)
         gap = moved - soft

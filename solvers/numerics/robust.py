@@ -131,7 +131,7 @@ def threshold(
 
 
 def check_options(weight: str, tuning: float | None, scale: float | None) -> None:
-    """Refuse, by a ValueError that names the option, what is no kernel, tuning constant
+    """Refuse, by a ValueError that names the option, what is not a kernel, tuning constant
     or scale.
     """
     validate.one_of(weight, KERNELS, "weight")

@@ -5,7 +5,7 @@ odometry's motion since the scan before in the frame of the pose before, and the
 The first scan's motion is not used. The beams are spread evenly over the field of view, the first to the right.
 
 CARMEN: of the lines of a log those that begin with FLASER: `FLASER n r₁ … rₙ x y θ odom_x odom_y odom_θ time host
-logger_time`, in metres and radians; the odometry is a pose, of the laser. Its ranges from `LONGEST` on are no echo.
+logger_time`, in metres and radians; the odometry is a pose, of the laser. Its ranges from `LONGEST` on are not echoes.
 
 It is given bytes and opens no file.
 """
@@ -127,7 +127,7 @@ def _carmen(lines: list[str], rows: list[int]) -> tuple[FloatArray, Pose, FloatA
         taken = fields[2 : n + 9]
         for field in taken:
             if not is_number(field) or not abs(float(field)) <= 1e12:
-                raise ValueError(f"line {k + 1}: {told(field)} is no number; expected a number such as -1.25 or 3e-2")
+                raise ValueError(f"line {k + 1}: {told(field)} is not a number; expected one such as -1.25 or 3e-2")
         scans.append([float(field) for field in taken])
     if not scans:
         raise ValueError(f"line {rows[0] + 1}: neither columns that begin with seconds,dx_m nor a line with FLASER")

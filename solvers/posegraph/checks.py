@@ -1,4 +1,4 @@
-"""What is no graph to be optimised is refused here, by a ValueError that names the
+"""What is not a graph to be optimised is refused here, by a ValueError that names the
 argument.
 """
 

@@ -229,7 +229,7 @@ def packed(seconds: FloatArray, motion: FloatArray, centimetres: FloatArray) -> 
 def unpacked(data: bytes, n: int, k: int) -> FloatArray:
     """The centimetres (n, k) of `packed`'s last part. Raises ValueError where its length is another one's."""
     raw = np.frombuffer(data, np.uint8)
-    # Where an escape stands, the two bytes after it are no beams of their own.
+    # Where an escape stands, the two bytes after it are not beams of their own.
     begins = np.ones(len(raw), dtype=np.bool_)
     for at in np.flatnonzero(raw == ESCAPE).tolist():
         if begins[at]:

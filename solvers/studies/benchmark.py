@@ -171,7 +171,7 @@ def benchmark(
     Raises
     ------
     ValueError
-        If the seeds are no integers, negative, or none at all, or an option of a
+        If the seeds are not integers, are negative, or are none at all, or an option of a
         contestant is out of its range.
     KeyError, TypeError
         As `Contestant.begin`.

@@ -94,7 +94,7 @@ class Controls:
         Raises
         ------
         ValueError
-            If the seed is no integer or negative.
+            If the seed is not an integer or is negative.
         """
         return room(
             self.setting,
@@ -267,7 +267,7 @@ def race_problem(controls: Controls, seeds: Sequence[int] = SEEDS) -> tuple[Prob
     Raises
     ------
     ValueError
-        If the seeds are no integers, negative, or none at all.
+        If the seeds are not integers, are negative, or are none at all.
 
     Examples
     --------

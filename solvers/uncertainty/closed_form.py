@@ -65,7 +65,8 @@ def covariance(
     ------
     ValueError
         If the method has no such covariance, if the result is not of the plane or of a
-        list of clouds, or if a noise is no noise.
+        list of clouds, or if a noise is not finite or
+        is negative.
 
     Notes
     -----
@@ -176,7 +177,7 @@ def range_bearing(
     Raises
     ------
     ValueError
-        If the points are no planar cloud or a deviation is negative.
+        If the points are not a planar cloud or a deviation is negative.
 
     Examples
     --------

@@ -48,7 +48,7 @@ def from_matrix(
     ------
     ValueError
         If the matrix is not finite, not symmetric or not positive semidefinite, or the
-        mean is no planar pose.
+        mean is not a planar pose.
 
     Examples
     --------

@@ -195,7 +195,7 @@ class Covariance:
         Raises
         ------
         ValueError
-            If the level is no probability.
+            If the level is not a probability.
         """
         limits = np.array([np.inf, *(quantile(level, k) for k in (1, 2, 3))])
         within: BoolArray = self.distance(pose) <= limits[3 - self.free.sum(axis=-1)]
@@ -253,7 +253,7 @@ class Covariance:
         ------
         ValueError
             If this is a batch, if a direction is free and there is no reach, or if the
-            level is no probability.
+            level is not a probability.
         """
         self._single("ellipse")
         here = self.to("target")

@@ -53,8 +53,8 @@ FAR = 1e6  # px; what lies beyond is clamped, so that no exponent or overflow re
 
 
 def snap(values: Any) -> list[Any]:
-    """Px values as integers in SVG units, nested lists of the same shape. NaN is refused: a point that is nowhere is no
-    point at the origin.
+    """Px values as integers in SVG units, nested lists of the same shape. NaN is refused: a point that is nowhere does
+    not lie at the origin.
 
     Raises ValueError for NaN.
     """
@@ -109,7 +109,7 @@ def _path(classes: str, d: str) -> str:
 
 def _levels(weight: Any, count: int) -> Array:
     """Weights in [0, 1] as level numbers 1 … WEIGHT_LEVELS; a weight that rounds to nothing gets 0 and is not drawn."""
-    w = np.fmin(np.fmax(np.asarray(weight, dtype=float).reshape(count), 0.0), 1.0)  # what is no number counts nothing
+    w = np.fmin(np.fmax(np.asarray(weight, dtype=float).reshape(count), 0.0), 1.0)  # NaN counts zero
     return np.asarray(np.ceil(np.round(w * WEIGHT_LEVELS, 6) - 0.5 + NUDGE), dtype=float)
 
 

@@ -272,7 +272,7 @@ def _known(widget: Widget) -> Mapping[str, set[str]]:
 
 def _action(widget: Widget, known: Mapping[str, set[str]], entry: Any) -> Action:
     if not isinstance(entry, list) or len(entry) < 2 or not isinstance(entry[0], str) or not isinstance(entry[1], str):
-        raise ValueError(f"log: {clip(entry)} is no action")
+        raise ValueError(f"log: {clip(entry)} is not an action")
     if entry[0] not in known:
         raise ValueError(f"log: no kind of action {clip(entry[0])}{nearest(entry[0], known)}")
     kind, name, *place = entry

@@ -121,7 +121,7 @@ def _solved(state: State) -> State:
 
 
 def motion(before: State, after: State) -> Motion | None:
-    """The rigid motion of a Solve, about the source's centroid; a reflection is no motion."""
+    """The rigid motion of a Solve, about the source's centroid; a reflection is not a motion."""
     if before.solved or not after.solved or after.mirrored:
         return None
     return PLACING.motion(before.pose, after.pose, after.centroid)

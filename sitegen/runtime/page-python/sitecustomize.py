@@ -42,7 +42,7 @@ class Modules:
     def folder_hook(self, path):
         name = path.removeprefix(self.folder).replace("/", ".")
         if not path.startswith(self.folder) or name not in self.places:
-            raise ImportError(f"{path} is no package of these modules", path=path)
+            raise ImportError(f"{path} is not a package of these modules", path=path)
         return Package(name, path)
 
 

@@ -90,7 +90,7 @@ export function swap(was, now) {
 }
 
 /**
- * Whether two sources are one page; the name of its build is no part of it.
+ * Whether two sources are one page; the name of its build is not part of it.
  * @param {Document} was
  * @param {Document} now
  */

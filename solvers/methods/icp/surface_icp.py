@@ -10,7 +10,7 @@ distance), so a state's pose, pairs, precisions and objective belong together:
 
     objective = Σ w_i (x_i − q_i)ᵀ M_i (x_i − q_i)    over the pairs used.
 
-It may rise: a Gauss-Newton step is no exact minimisation, and pairs are nearest in
+It may rise: a Gauss-Newton step is not an exact minimisation, and pairs are nearest in
 another metric than the residual's. Robust weights are functions of the pair's distance,
 not of the residual that is squared, so this is not the iteratively reweighted
 minimisation of any one loss; their scale is a heuristic, and a gate that suits one

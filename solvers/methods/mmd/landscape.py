@@ -84,7 +84,7 @@ class MmdField:
         across, up = (np.exp(1j * np.outer(v, w)) for v, w in zip((x, y), self.frequencies.T, strict=True))
         up *= self.moving * np.conj(self.fixed)
         # The real part by two real products: small ones stay on one thread, which on a
-        # busy machine is no detail.
+        # busy machine is not a detail.
         cross = up.real @ across.real.T - up.imag @ across.imag.T
         level = np.square(np.abs(self.moving)).sum() + np.square(np.abs(self.fixed)).sum()
         grid: FloatArray = np.maximum(level - 2.0 * cross, 0.0)
@@ -141,7 +141,7 @@ class MmdField:
 def mmd_field(turned: ArrayLike, target: ArrayLike, frequencies: ArrayLike) -> MmdField:
     """The MMD objective over translations of `turned` (m, 2), the rotated source,
     against `target` (n, 2), with frequencies (D, 2) in radians per unit (unit
-    frequencies over ℓ). Raises ValueError for what is no planar cloud.
+    frequencies over ℓ). Raises ValueError for what is not a planar cloud.
     """
     p, q, w = _one_cloud(turned, "turned"), _one_cloud(target, "target"), _one_cloud(frequencies, "frequencies")
     D = len(w)
@@ -267,7 +267,7 @@ def capped_field(turned: ArrayLike, target: ArrayLike, cap: float, *, squares: i
     rotated source, against `target` (n, 2), with the cap τ in world units.
 
     squares: about how many the plane is divided into; fewer take less to make and each
-    query longer, the values are the same. Raises ValueError for what is no planar
+    query longer, the values are the same. Raises ValueError for what is not a planar
     cloud, a cap that is not positive, a count below one.
     """
     p, q = _one_cloud(turned, "turned"), _one_cloud(target, "target")

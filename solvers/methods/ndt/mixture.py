@@ -35,7 +35,7 @@ PEAK = 10.0
 
 
 def check_share(outliers: float | None) -> None:
-    """Refuse, by a ValueError, what is no share strictly between 0 and 1; None is no
+    """Refuse, by a ValueError, what is not a share strictly between 0 and 1; None is not a
     mixture.
     """
     if outliers is not None and not 0.0 < validate.number(outliers, "outliers") < 1.0:

@@ -13,7 +13,7 @@ lever ℓ = x − c, `∂_φ x = (−ℓ_y, ℓ_x)` and `∂_φ² x = −ℓ`. T
 the derivatives by the pose's own translation and angle.
 
 They hold for fixed cells: where a point changes its cell, f jumps. The score has no
-determinant factors: it is no likelihood, and a sharp cell counts no more than a blurred
+determinant factors: it is not a likelihood, and a sharp cell counts no more than a blurred
 one.
 
 Sources: Biber & Straßer 2003, The normal distributions transform: a new approach to

@@ -60,7 +60,7 @@ def climb(
     be at most `tolerance` cells, when none of the step and its halves raises the score,
     after `max_steps` steps, or, degenerate, where no point lies in a cell. Raises
     ValueError for the map of more than one cloud, a negative number of steps, a cap
-    that is no length.
+    that is not a length.
     """
     if len(cells.size) != 1:
         raise ValueError(f"cells: expected the map of one cloud, got {len(cells.size)}")

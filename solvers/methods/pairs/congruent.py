@@ -15,7 +15,7 @@ the few with the lowest sums with all of them, and the lowest of these is scored
 exactly, by nearest neighbours, if its bound lies below the best score of a hypothesis
 so far. A hypothesis that becomes the best is refitted to the pairs within ε while that
 lowers C; the pose kept is the best of the refitted. After `patience` steps without a
-better one the run has come to rest, which is no proof that there is none.
+better one the run has come to rest, which is not a proof that there is none.
 
 Left out: the search structures for congruent sets of [3]_.
 

@@ -17,7 +17,7 @@ d *distinct* pairs are all right with probability k(k−1)…/(n(n−1)…), a l
 wᵈ.
 
 A draw in which two source points, or two target points, lie closer than `separation` is
-thrown away and is no trial: a short baseline makes a poor angle.
+thrown away and is not a trial: a short baseline makes a poor angle.
 
 Beside it, for comparison, the least-squares fit of all pairs, right and wrong: `ghost`.
 
@@ -72,7 +72,7 @@ def trials(share: ArrayLike, confidence: float, sample: int) -> FloatArray | flo
         raise ValueError(f"confidence: expected a probability above 0 and below 1, got {confidence!r}")
     s = validate.count(sample, "sample", 1)
     with np.errstate(divide="ignore", under="ignore", over="ignore"):
-        # A quotient that is a whole number but for rounding is that number.
+        # A quotient that is a whole number up to rounding is that number.
         exact = np.log1p(-confidence) / np.log1p(-(w**s))
         n = np.where(w > 0.0, np.maximum(1.0, np.ceil(exact * (1.0 - 1e-12))), np.inf)
     return n if n.ndim else float(n)

@@ -206,7 +206,7 @@ def step(state: BranchAndBoundState) -> BranchAndBoundState:
         ground: Ground = state.ground[i]
         unit = ground.cap**2
         first = state.examined[i] == 0
-        # The start may be scaled, and outside what is searched: it is no ceiling as it stands.
+        # The start may be scaled, and outside what is searched: it is not a ceiling as it stands.
         ceiling = np.inf if first else objective[i] / unit
         best = _sweep(ground, state.problem.start[i], state.problem.source[i]) if first else None
         if best is not None:
@@ -235,7 +235,7 @@ def step(state: BranchAndBoundState) -> BranchAndBoundState:
 
 
 def _one_place(points: FloatArray) -> bool:
-    """Whether all points are equal, but for rounding or underflow."""
+    """Whether all points are equal, up to rounding or underflow."""
     spread = np.abs(points - points[0]).max()
     return not spread > max(1e-14 * np.abs(points).max(), 1e-150)
 

@@ -15,7 +15,7 @@ whose bound does not exceed the best score so far are dropped, the others are cu
 every pose of the grid. It is the grid's best and is not polished: the rest is for a local
 method that starts from it.
 
-A second search gives the *runner-up*, the best pose of the grid that is no neighbour of
+A second search gives the *runner-up*, the best pose of the grid that is not a neighbour of
 the best: the root mean square way of the source points from one to the other exceeds
 `apart`. Two scores that are nearly equal are the sign of a scene that looks the same from
 two poses.
@@ -69,7 +69,7 @@ class CorrelativeOptions:
         all the way round.
     apart : float, default 0.25
         How far the source points lie from one pose to another, root mean square, that is
-        no neighbour of it, in root mean square radii of the source.
+        not a neighbour of it, in root mean square radii of the source.
     per_step : int, default 64
         Squares that are cut up in a step.
 
@@ -106,7 +106,7 @@ class CorrelativeState:
     """The best pose so far; the objective is 1 − its score, (b,).
 
     lattice: (b,) a `Lattice` each, None where there is none. poses: (b,) of the grid.
-    score: (b,) of the best, 0 to 1. runner_up: the best pose beside it that is no
+    score: (b,) of the best, 0 to 1. runner_up: the best pose beside it that is not a
     neighbour, runner_score: (b,); the start and 0 before one is found, or where none is.
     nodes: (b,) squares and poses scored so far. place, runner_place: (b, 3) angle,
     column and row of both, −1 before one is found. second: (b,) whether the runner-up

@@ -15,7 +15,7 @@ crossed the tree, and an approximation on loops: at 2 × 2 the error reaches 0.1
 enumerate). The sweeps converge from any start to one fixed point (the paper's theorem).
 The marginals are the weights of a rigid fit, at a width σ that shrinks.
 
-This borrows the association step of a tracker and is no tracker: no motion model, no
+This borrows the association step of a tracker and is not a tracker: no motion model, no
 existence, no clutter model beyond a weight of one. Independently sampled surfaces need
 not match one to one at all.
 
@@ -132,7 +132,7 @@ def bp_marginals(scores: ArrayLike, miss: float = 0.12, sweeps: int = 6) -> Floa
     """P(a_i = j) by belief propagation, (m, n), for the scores ψ (m, n), not negative;
     ψ₀ is `miss`.
 
-    Raises ValueError for what is no matrix of scores, and for a miss score that is not
+    Raises ValueError for what is not a matrix of scores, and for a miss score that is not
     positive.
     """
     psi = _matrix(scores, miss)

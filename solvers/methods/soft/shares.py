@@ -29,7 +29,7 @@ def filterreg_shares(state: FilterRegState, i: int = 0) -> FloatArray:
 
 def gmmreg_overlaps(state: GmmRegState, i: int = 0) -> FloatArray:
     """The terms (m, n) of k_xy of problem i: exp(−‖T p − q‖² / 4σ²), from 0 to 1. They
-    are not normalised, so they are no shares: no point has a fixed amount to give away.
+    are not normalised, so they are not shares: no point has a fixed amount to give away.
     """
     apart = state.moved[i][:, None] - state.problem.target[i]
     overlaps: FloatArray = np.exp(np.maximum(np.square(apart).sum(axis=2) / (-4.0 * state.sigma[i] ** 2), -700.0))

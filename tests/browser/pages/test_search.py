@@ -33,12 +33,29 @@ def test_search_by_key_leads_to_the_section(reader: Callable[..., Reader], width
     field.press("Escape")
     expect(field).to_be_hidden()
     page.keyboard.press("Control+k")
-    field.fill("nothing ties a local minimum to the truth")
+    field.fill("a local minimum need not be near the truth")
     wanted = options.first.get_attribute("href") or ""
     field.press("Enter")
     page.wait_for_url(f"**/{wanted}")
     anchor = wanted.partition("#")[2]
     expect(page.locator(f"#{anchor}" if anchor else "h1")).to_be_in_viewport()
+
+
+@pytest.mark.parametrize(
+    ("words", "address"),
+    [
+        ("forty minutes", "index.html#forty-minutes"),
+        ("40 minutes", "index.html#forty-minutes"),
+        ("which method", "index.html#which"),
+    ],
+)
+def test_a_reader_in_a_hurry_or_in_doubt_is_led_to_the_right_section(
+    reader: Callable[..., Reader], words: str, address: str
+) -> None:
+    page = reader().open("index.html")
+    page.keyboard.press("/")
+    page.get_by_role("combobox", name="Search all pages").fill(words)
+    expect(page.locator(".search").get_by_role("option").first).to_have_attribute("href", address)
 
 
 def test_search_from_disk_and_none_without_scripts(browser: Browser, site: Path) -> None:

@@ -136,7 +136,7 @@ def test_what_is_wrong_with_a_file_is_said_where_it_is_read(reader: Callable[...
     before = own.frames()
     choose(own, "source", "<img src=x onerror=alert(1)>.csv", b"x,y\n1,2\n3,four\n")
     status = own.root.locator(".figure-status")
-    expect(status).to_contain_text("<img src=x onerror=alert(1)>.csv: line 3: 'four' is no number", timeout=60_000)
+    expect(status).to_contain_text("<img src=x onerror=alert(1)>.csv: line 3: 'four' is not a number", timeout=60_000)
     assert own.frames() == before
     assert own.root.locator("img").count() == 0
     choose(own, "source", "nul.ply", b"ply\nformat ascii 1.0\nelement vertex 3\nend_header\n")

@@ -9,7 +9,7 @@ import pytest
 
 from sitegen.chapters import claims
 from sitegen.chapters.citations import family_name, read_references
-from sitegen.chapters.values import CallError, Values, evaluate, printed, read_call
+from sitegen.chapters.values import CallError, Values, evaluate, printed, read_call, read_value
 from sitegen.figures.bakery import FIGURES, code_hash, code_of
 from sitegen.figures.gallery import Gallery
 from sitegen.markup.directives import Attribute, DirectiveError, attributes, read
@@ -109,6 +109,20 @@ def test_a_call_is_evaluated_once_for_one_state_of_the_code(tmp_path: Path, monk
     assert Values(tmp_path, {"solvers": "code", "widgets": "another"}, gallery).value(call) == 2.5
     with pytest.raises(AssertionError, match="again"):
         Values(tmp_path, {"solvers": "other code", "widgets": "one"}, gallery).value(call)
+
+
+@pytest.mark.parametrize(
+    ("text", "number"),
+    [("5 / sqrt(16)", 1.25), ("-2**2 + 1", -3.0), ("degrees(pi)", 180.0), ("log2(8) - exp(0)", 2.0)],
+)
+def test_arithmetic_is_worked_out(text: str, number: float) -> None:
+    assert read_value(text) == pytest.approx(number, rel=1e-15)
+
+
+@pytest.mark.parametrize("text", ["1 / 0", "sqrt(-1)", "sqrt()", "1 + x", "True", "exit(1)", "1 if 1 else 2", "9**999"])
+def test_what_gives_no_number_is_told(text: str) -> None:
+    with pytest.raises(CallError):
+        read_value(text)
 
 
 @pytest.mark.parametrize(

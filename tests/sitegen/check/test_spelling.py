@@ -1,4 +1,5 @@
-"""Misspelt words are told with their place; American ones where readers read, and not in code or titles."""
+"""Misspelt words are told with their place; American ones where readers read, and not in code or titles; and phrases
+that sound translated, wherever they are read."""
 
 from __future__ import annotations
 
@@ -7,6 +8,9 @@ from pathlib import Path
 import pytest
 
 from sitegen.check.spelling import anglicised, spelling
+from sitegen.check.style import KEPT, style
+
+ROOT = Path(__file__).resolve().parents[3]
 
 
 def told(root: Path, capfd: pytest.CaptureFixture[str]) -> tuple[int, list[str]]:
@@ -44,3 +48,42 @@ def test_the_dictionary_is_turned_round() -> None:
     assert pairs["center"] == "centre"
     assert "grey" not in pairs
     assert "colour" not in pairs
+
+
+def test_american_words_in_drawings_are_told_and_names_of_others_are_not(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "widgets").mkdir()
+    (tmp_path / "widgets" / "one.py").write_text('svg = "text-anchor: center"\nlabel = "Neighbors"\n', "utf-8")
+    (tmp_path / "templates").mkdir()
+    (tmp_path / "templates" / "one.css").write_text("a { color: red; }\n", "utf-8")
+    code, lines = told(tmp_path, capfd)
+    assert (code, lines) == (1, ["widgets/one.py:2: Neighbors ==> Neighbours"])
+
+
+@pytest.mark.parametrize(
+    ("text", "phrases"),
+    [
+        ("It is no number.", ["is no number"]),
+        ("# What is no\n# pose, and rows that are no\n    array", ["is no # pose", "are no array"]),
+        ("Equal but for rounding, it comes home.", ["but for rounding", "comes home"]),
+        ("There is no number, it is no longer there and is no larger; there\nare no rows.", []),
+        ("This is not a number. These rows do not make an array, up to rounding.", []),
+    ],
+)
+@pytest.mark.parametrize("name", ["content/01-one.md", "solvers/one.py", "templates/one.html", "README.md"])
+def test_a_phrase_that_sounds_translated_is_told(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], name: str, text: str, phrases: list[str]
+) -> None:
+    path = tmp_path / name
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(f"First.\n{text}\n", "utf-8")
+    assert style(tmp_path) == bool(phrases)
+    lines = capfd.readouterr().out.splitlines()
+    assert [line.split(": ", 1)[1].split(" ==> ")[0] for line in lines] == phrases
+    assert all(line.startswith(f"{name}:") and " ==> " in line for line in lines)
+
+
+def test_this_project_has_none_of_them_but_those_that_wait(capfd: pytest.CaptureFixture[str]) -> None:
+    assert style(ROOT) == 0, capfd.readouterr().out
+    assert all(words in (ROOT / name).read_text("utf-8") for name, words in KEPT), "no longer there: off the list"

@@ -202,7 +202,7 @@ MISTAKES = {
     "what runs": (
         'Button("run", "Run", "run", repeats="go")',
         'Button(¦"run", "Run", "run", repeats="gone")',
-        "buttons 'run': it repeats 'gone', which is no button to press; did you mean 'go'?",
+        "buttons 'run': it repeats 'gone', which is not a button to press; did you mean 'go'?",
     ),
     "a line that is no Python": (
         "    return controls, 0",

@@ -90,7 +90,7 @@ def test_clouds_in_space_and_from_above(files, capsys):
     ("arguments", "told"),
     [
         (["a.csv", "nothing.csv"], r"nothing\.csv: No such file"),
-        (["a.csv", "bad.csv"], r"bad\.csv: line 2: 'two' is no number"),
+        (["a.csv", "bad.csv"], r"bad\.csv: line 2: 'two' is not a number"),
         (["a.csv", "b.xyz", "--method", "gipc"], r"--method: 'gipc' is unknown, did you mean 'gicp'"),
         (["a.csv", "b.xyz", "--options", "gat=1"], r"gat: no option of method 'icp', did you mean 'gate'"),
         (["a.csv", "b.xyz", "--options", "gate"], r"--options: 'gate' is not NAME=VALUE"),

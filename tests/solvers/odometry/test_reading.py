@@ -43,15 +43,15 @@ def test_a_log_is_read_and_its_poses_become_motions() -> None:
         ("seconds,dx,dy_m,dphi_rad,r0,r1,r2\n", "line 1: .*where dx_m is expected stands 'dx'"),
         ("seconds,dx_m,dy_m,dphi_rad,r0\n0,0,0,0,1\n", "line 1: .*where r1 is expected stands ''"),
         (GOOD + "11,0,0,0,5\n", "line 4: 5 fields found; expected 7"),
-        (GOOD + "11,0,0,0,5,x,5\n", "line 4: 'x' is no number"),
+        (GOOD + "11,0,0,0,5,x,5\n", "line 4: 'x' is not a number"),
         (GOOD + "11,0,nan,0,5,5,5\n", "line 4: a number is not finite"),
         (GOOD + "11,0,0,0,5,-5,5\n", "line 4: a range is negative"),
         (HEAD + "0,0,0,0,1,1,1\n", "line 2: the drive ends after 1 scan"),
         (laser(count=2), "line 1: after FLASER the number of beams"),
         (laser() + laser("1 2 3 4", count=4), "line 2: 4 beams; the scan before has 3"),
         (laser() + "FLASER 3 1 2 3\n", "line 2: 5 fields found; expected 14"),
-        (laser() + laser("1 two 3"), "line 2: 'two' is no number"),
-        (laser() + laser("1 inf 3"), "line 2: 'inf' is no number"),
+        (laser() + laser("1 two 3"), "line 2: 'two' is not a number"),
+        (laser() + laser("1 inf 3"), "line 2: 'inf' is not a number"),
     ],
 )
 def test_what_cannot_be_read_is_told_by_its_line(text: str, said: str) -> None:

@@ -140,7 +140,7 @@ def test_choosing_real_scans_brings_their_start_and_their_method() -> None:
 
 def test_what_cannot_be_read_is_refused() -> None:
     host = Host()
-    with pytest.raises(ValueError, match=r"^line 2: 'x' is no number"):
+    with pytest.raises(ValueError, match=r"^line 2: 'x' is not a number"):
         give(host, "a.csv", b"1,2\n3,x\n")
     with pytest.raises(ValueError, match="no widget that takes anything"):
         host.give(json.dumps({"widget": "icp", "name": "a"}), b"1,2")

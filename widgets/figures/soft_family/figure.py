@@ -112,7 +112,7 @@ def act(state: State, action: Action) -> State:
 
 
 def motion(before: State, after: State) -> Motion | None:
-    """The move of one step; a change of scale is no motion."""
+    """The move of one step; a change of scale is not a motion."""
     a, b = before.run, after.run
     if b.steps != a.steps + 1 or abs(b.course[-1].scale - a.course[-1].scale) > 1e-9:
         return None

@@ -132,7 +132,7 @@ class Run:
 
     @property
     def rises(self) -> tuple[int, ...]:
-        """The steps after which the objective was larger than before; a new stage of GMMReg is no rise."""
+        """The steps after which the objective was larger than before; a new stage of GMMReg is not a rise."""
         found = [e.objective for e in self.course]
         return tuple(k for k in range(1, len(found)) if found[k] > found[k - 1] + RISE and not self.course[k].staged)
 

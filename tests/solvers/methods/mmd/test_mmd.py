@@ -290,6 +290,30 @@ def test_the_implicit_derivative_is_refused_with_a_reason(rng):
         implicit_derivative(Pose.identity(), np.zeros((3, 3)), circle, w)
 
 
+def test_no_derivative_sees_the_lowest_minimum_switch(rng):
+    """A target that holds the source twice, 6 u apart: as a point of one copy moves by 2e-6 u, the lowest minimum goes
+    from one copy to the other. At both, just before and just after, there is a derivative, and it is small."""
+    shape, w = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 0.6]]), rng.standard_normal((48, 2))
+    bent = np.array([[0.0, 0.0], [0.0, 0.0], [0.0, 1.0]])
+
+    def lowest(s):
+        target = np.concatenate([shape + [-3.0, 0.0] + 0.3 * bent, shape + [3.0, 0.0] + s * bent])
+        ends = [_optimum(shape, target, w, np.array([x, 0.0, 0.0])) for x in (-3.0, 3.0)]
+        poses = [Pose.from_angle(end[2], end[:2]) for end in ends]
+        values = [derivatives(pose, shape, target, w).value for pose in poses]
+        return ends[int(np.argmin(values))], [implicit_derivative(pose, shape, target, w) for pose in poses]
+
+    before, after = 0.0, 1.0
+    while after - before > 2e-6:
+        middle = (before + after) / 2.0
+        before, after = (before, middle) if lowest(middle)[0][0] < 0.0 else (middle, after)
+    (one, sides), (other, _) = lowest(before), lowest(after)
+    assert one[0] - other[0] > 5.0
+    for side in sides:
+        assert side.reason == ""
+        assert np.abs(side.by_target).max() * (after - before) < 1e-5
+
+
 @settings(max_examples=60, deadline=None, derandomize=True, database=None)
 @given(
     st.integers(2, 3).flatmap(

@@ -1,0 +1,68 @@
+"""Turns of phrase that sound translated, told wherever someone reads them: text, templates, messages and docstrings.
+
+`PHRASES` is the project's list: what is not to be written, and what to write instead. Add to it what an editor mends
+twice.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+READ = ("content", "templates", "solvers", "sitegen", "widgets", "README.md", "CHANGELOG.md")
+KINDS = {".md", ".yaml", ".html", ".py", ".pyi", ".js"}
+HERE = "sitegen/check/style.py"
+# What may follow "is no": a comparison, and idioms.
+AFTER_NO = "longer|more|less|fewer|farther|further|nearer|better|worse|larger|smaller|slower|faster|higher|lower|such"
+PHRASES = {
+    rf"(?<!there\s)(?<!There\s)\b(?:is|are|was|were) no (?!(?:{AFTER_NO})\b)[a-z]+": "is not a …",
+    r"but for rounding": "up to rounding",
+    r"find(?:s|ing)? no seeds? at all": "succeeds on no seed",
+    r"half a turn less a little": "just under half a turn",
+    r"[Dd]eep is high": "darker is higher",
+    r"(?:what|that) is dear\b": "what is expensive",
+    r"com(?:e|es|ing) home": "succeeds",
+    r"leads? into a circle": "is circular",
+    r"no currency": "not comparable",
+    r"bring(?:s)? up what nobody": "reveals a surprise",
+    r"hoped of (?:it|them)": "all we ask of …",
+    r"every further nine": "each extra nine",
+    r"helps? its point along": "say which draw is shown",
+    r"has come less far": "gets less far",
+    r"pairs hold fast": "the pairs constrain",
+    r"of which an unknown part": "an unknown fraction of them",
+    r"answers? differently to": "responds differently to",
+    r"it takes the full Hessian": "this needs the full Hessian",
+    r"vot(?:e|es|ed|ing) for staying": "vote to stay put",
+}
+# The sweep's files are kept by the code that ran, and a message is code: this one waits for the next sweep.
+KEPT = {("solvers/core/validate.py", "are no array")}
+_ANY = re.compile("|".join(f"(?P<p{k}>{phrase})" for k, phrase in enumerate(PHRASES)).replace(" ", r"\s+(?:#\s)?"))
+
+
+def style(root: Path) -> int:
+    """Tell every such phrase with its place. The exit code is 1 where there is one."""
+    found = [told for path in _files(root) for told in _told(path, path.relative_to(root).as_posix())]
+    sys.stdout.write("".join(f"{line}\n" for line in found))
+    sys.stdout.flush()
+    return 1 if found else 0
+
+
+def _files(root: Path) -> Iterator[Path]:
+    for name in READ:
+        place = root / name
+        for path in sorted(place.rglob("*")) if place.is_dir() else [place]:
+            if path.suffix in KINDS and path.is_file() and path != root / HERE:
+                yield path
+
+
+def _told(path: Path, name: str) -> Iterator[str]:
+    text = path.read_text("utf-8")
+    for match in _ANY.finditer(text):
+        words = " ".join(match[0].split())
+        if (name, words) in KEPT:
+            continue
+        instead = list(PHRASES.values())[int((match.lastgroup or "p0")[1:])]
+        yield f"{name}:{text.count(chr(10), 0, match.start()) + 1}: {words} ==> {instead}"
