@@ -22,7 +22,7 @@ ASKED = re.compile(r"\]\{[^{}]*\}|\{#[^{}]*\}|^ +(?:figure|plot|set|panels|contr
 # What holds of every page, whatever it says.
 OF_PAGES = (
     "tests/browser/pages/test_static.py",
-    "tests/browser/pages/test_search.py",
+    "tests/browser/pages/test_search.py::test_search_by_key_leads_to_the_section",
     "tests/browser/accessibility/test_axe.py",
     "tests/browser/deck/test_slides.py::test_every_slide_of_every_deck_fits",
 )
@@ -40,8 +40,8 @@ OF_WORDS = (
     "tests/sitegen/pages/test_real_chapters.py",
     "tests/sitegen/pages/test_real_docs.py",
 )
-# Where a test that names a chapter's file reads it: in tests/sitegen such files are of small sites.
-OF_TEXTS = ("tests/browser", "tests/claims", "tests/solvers")
+# Where a test that names a chapter's file reads its words: in tests/sitegen such files are of small sites.
+OF_TEXTS = ("tests/claims", "tests/solvers")
 OF_LOOKS = ("tests/browser", "tests/scripts", "tests/sitegen", "tests/test_imports.py")
 # What is loaded by name or read as files, which no import tells: by whom, and what with all that is in it.
 LOADS = {
@@ -133,7 +133,8 @@ def chosen(root: Path, names: Sequence[str], commit: str = "HEAD") -> Chosen:
         its = _pages(Path(name), text)
         tests |= {*CLAIM.findall(text), *OF_PAGES, *OF_WORDS}
         if ASKED.findall(text) != ASKED.findall(_before(root, commit, name)):
-            tests |= {test for page in its for test in _naming(root, page, "tests/browser", "test_*.py")}
+            named = (*its, Path(name).name)
+            tests |= {test for each in named for test in _naming(root, each, "tests/browser", "test_*.py")}
         pages |= its
     tests |= importing(root, modules)
     only = all(name.startswith("content/") for name in names) and not modules
@@ -142,7 +143,7 @@ def chosen(root: Path, names: Sequence[str], commit: str = "HEAD") -> Chosen:
 
 def naming(root: Path, name: str) -> set[str]:
     """The modules that name a file, or its folder: who reads it."""
-    found = {each for room in (*ROOMS, *OF_TEXTS) for each in _naming(root, name, room, "*.py")}
+    found = {each for room in (*ROOMS, *OF_TEXTS, "tests/browser") for each in _naming(root, name, room, "*.py")}
     return found - {"sitegen/cli/changed.py"}  # which names some of them, and reads them as git tells it
 
 
