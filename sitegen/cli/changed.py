@@ -129,10 +129,10 @@ def chosen(root: Path, names: Sequence[str], commit: str = "HEAD") -> Chosen:
             return Chosen((), everything=True)
     pages = set()
     for name in chapters:
-        text = (root / name).read_text("utf-8")
+        text, before = (root / name).read_text("utf-8"), _before(root, commit, name)
         its = _pages(Path(name), text)
-        tests |= {*CLAIM.findall(text), *OF_PAGES, *OF_WORDS}
-        if ASKED.findall(text) != ASKED.findall(_before(root, commit, name)):
+        tests |= {*CLAIM.findall("\n\n".join(_paragraphs(text) - _paragraphs(before))), *OF_PAGES, *OF_WORDS}
+        if ASKED.findall(text) != ASKED.findall(before):
             named = (*its, Path(name).name)
             tests |= {test for each in named for test in _naming(root, each, "tests/browser", "test_*.py")}
         pages |= its
@@ -187,6 +187,10 @@ def _before(root: Path, commit: str, name: str) -> str:
     """A file as it was at the commit; "" where there was none."""
     there = _git(root, commit, "ls-tree", "--name-only", commit, "--", name)
     return _git(root, commit, "show", f"{commit}:{name}") if there else ""
+
+
+def _paragraphs(text: str) -> set[str]:
+    return set(re.split(r"\n\s*\n", text))
 
 
 def _naming(root: Path, name: str, folder: str, pattern: str) -> set[str]:

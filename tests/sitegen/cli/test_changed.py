@@ -65,14 +65,18 @@ def checkout(tmp_path: Path) -> Path:
 
 
 def test_what_a_chapter_s_edit_runs(checkout: Path) -> None:
-    """Its claims and what holds of its page; what drives its figures only where these are others; and nothing else."""
+    """What holds of its page; the claims of what was edited; what drives its figures, where these are others."""
     chapter, drives = "content/02-ransac.md", "tests/browser/widgets/test_ransac.py"
+    claim = "tests/claims/test_corrupted_pairs.py::test_halving_the_fraction_takes_four_times_the_trials"
     edited(checkout, chapter, "summary: ", "summary: Once more. ")
     found = chosen(checkout, [chapter])
     assert found.pages == ("ransac.html", "slides-ransac.html")
-    assert "tests/claims/test_corrupted_pairs.py::test_halving_the_fraction_takes_four_times_the_trials" in found.tests
-    assert not any(name.startswith("tests/claims/test_soft_family.py") for name in found.tests)
+    assert not any(name.startswith("tests/claims/test_corrupted") for name in found.tests)
     assert {*OF_PAGES, *OF_WORDS} <= set(found.tests)
+    assert drives not in found.tests
+    edited(checkout, chapter, f"]{{{claim}}}", f" indeed]{{{claim}}}")
+    found = chosen(checkout, [chapter])
+    assert claim in found.tests
     assert drives not in found.tests
     edited(checkout, chapter, "]{ransac ", "]{ransac  ")
     assert drives in chosen(checkout, [chapter]).tests
