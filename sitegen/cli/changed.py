@@ -7,20 +7,64 @@ import re
 import subprocess
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import grimp
 
 ROOMS = ("solvers", "sitegen", "widgets")
 CLAIM = re.compile(r"\]\{\s*(tests/[^\s}]+?::\w+)")
 SLUG = re.compile(r"^slug: *[\"']?([a-z0-9-]+)", re.MULTILINE)
+# What a chapter asks of its figures and where its links lead; all else are words.
+ASKED = re.compile(r"\]\{[^{}]*\}|\{#[^{}]*\}|^ +(?:figure|plot|set|panels|controls|readouts): .*", re.MULTILINE)
 # What holds of every page, whatever it says.
 OF_PAGES = (
     "tests/browser/pages/test_static.py",
+    "tests/browser/pages/test_search.py::test_search_by_key_leads_to_the_section",
     "tests/browser/accessibility/test_axe.py",
-    "tests/browser/figures/test_lead.py",
     "tests/browser/deck/test_slides.py::test_every_slide_of_every_deck_fits",
 )
-OF_WORDS = ("tests/sitegen/pages/test_notebooks.py", "tests/sitegen/pages/test_real_docs.py")
-OF_LOOKS = ("tests/browser", "tests/scripts", "tests/sitegen/assets")
+# What reads the words of all chapters and docs.
+OF_WORDS = (
+    "tests/claims/test_snippets.py",
+    "tests/sitegen/assets/test_style_guide.py",
+    "tests/sitegen/bench/test_gallery.py",
+    "tests/sitegen/bench/test_readme_table.py",
+    "tests/sitegen/pages/test_decks.py::test_every_chapter_has_a_complete_deck",
+    "tests/sitegen/pages/test_decks.py::test_decks_are_kept_offline_and_in_the_zip_and_not_searched",
+    "tests/sitegen/pages/test_notebooks.py::test_every_chapters_notebook_is_whole",
+    "tests/sitegen/pages/test_notebooks.py::test_pictures_need_nothing",
+    "tests/sitegen/pages/test_notebooks.py::test_every_chapters_notebook_runs",
+    "tests/sitegen/pages/test_real_chapters.py",
+    "tests/sitegen/pages/test_real_docs.py",
+)
+# Where a test that names a chapter's file reads its words: in tests/sitegen such files are of small sites.
+OF_TEXTS = ("tests/claims", "tests/solvers")
+OF_LOOKS = ("tests/browser", "tests/scripts", "tests/sitegen", "tests/test_imports.py")
+# What is loaded by name or read as files, which no import tells: by whom, and what with all that is in it.
+LOADS = {
+    "sitegen.chapters.values": ("solvers",),
+    "sitegen.plots.registry": ("sitegen.plots",),
+    "sitegen.runtime.exercise": ("solvers", "widgets"),
+    "sitegen.runtime.wheel": ("solvers", "widgets"),
+    "sitegen.serve.build_process": ("sitegen.pipeline",),
+    "solvers": ("solvers.per_method",),
+    "solvers.core.registry": ("solvers.methods",),
+    "solvers.core.result": ("solvers.uncertainty.closed_form",),
+    "tests.browser.conftest": ("sitegen.pipeline",),
+    "tests.conftest": ("tests.recorded",),
+    "tests.pyodide.inside": ("solvers", "widgets"),
+    "tests.pyodide.test_inside": ("tests.widgets",),
+    "tests.pyodide.test_inside_solvers": ("tests.solvers",),
+    "tests.sitegen.pages.test_api_reference": ("solvers",),
+    "tests.sitegen.pages.test_real_docs": ROOMS,
+    "tests.solvers.test_examples": ("solvers",),
+    "tests.solvers.test_public_names": ("solvers",),
+    "tests.test_imports": (*ROOMS, "tests"),
+    "widgets.engine.registry": ("widgets.figures",),
+}
 
 
 @dataclass(frozen=True)
@@ -37,55 +81,124 @@ def differing(root: Path, commit: str) -> list[str]:
     """The files that differ from the commit, new ones as well, that are still there or were. Raises ValueError where
     git does not know the commit."""
     listed = []
-    for words in (["diff", "--name-only", commit, "--"], ["ls-files", "--others", "--exclude-standard"]):
-        done = subprocess.run(["git", *words], cwd=root, capture_output=True, text=True, check=False)
-        if done.returncode:
-            raise ValueError(f"git cannot compare with {commit!r}: {done.stderr.strip()}")
-        listed += done.stdout.splitlines()
+    for words in (
+        ["diff", "--name-only", "--no-renames", commit, "--"],
+        ["ls-files", "--others", "--exclude-standard"],
+    ):
+        listed += _git(root, commit, *words).splitlines()
     return sorted(set(listed))
 
 
-def chosen(root: Path, names: Sequence[str]) -> Chosen:
-    """The tests of these files."""
-    tests: set[str] = set()
-    pages: set[str] = set()
-    modules = [name for name in names if name.endswith(".py") and name.split("/")[0] in (*ROOMS, "tests")]
+def steps(names: Iterable[str]) -> list[str]:
+    """What of a whole run's steps before pytest these files need, by their kinds."""
+    found = {"ruff", "spelling", "check"}
     for name in names:
+        room, kind = name.split("/")[0], Path(name).suffix
+        if room in ROOMS and kind in (".py", ".pyi"):
+            found |= {"mypy", "imports"}
+        if room in ("templates", "sitegen") and kind in (".js", ".mjs", ".ts", ".json"):
+            found |= {"eslint", "tsc"}
+        if name.startswith(("solvers/", "sitegen/experiments/", "content/data/sweep/")):
+            found.add("sweep")
+    return sorted(found)
+
+
+def chosen(root: Path, names: Sequence[str], commit: str = "HEAD") -> Chosen:
+    """The tests of these files, which differ from the commit. Of a file that is gone nothing tells what it was for."""
+    if not all((root / name).is_file() for name in names):
+        return Chosen((), everything=True)
+    tests: set[str] = set()
+    chapters: set[str] = set()
+    modules = {name for name in names if name.endswith(".py") and name.split("/")[0] in (*ROOMS, "tests")}
+    for name in set(names) - modules - {"tests/results.json"}:
         room = name.split("/")[0]
-        if name in modules or name == "tests/results.json":
-            continue
-        if room == "content" and name.endswith(".md") and (root / name).is_file():
-            text = (root / name).read_text("utf-8")
-            tests |= {*CLAIM.findall(text), *OF_PAGES, *OF_WORDS}
-            pages |= _pages(Path(name), text)
+        if room == "content" and name.endswith(".md"):
+            chapters.add(name)
+            tests |= {each for room in OF_TEXTS for each in _naming(root, Path(name).name, room, "test_*.py")}
         elif room == "content":
-            tests |= {*OF_WORDS, "tests/browser/pages"}
+            chapters |= _naming(root, name, "content", "*.md")
+            modules |= naming(root, name)
         elif room == "templates":
             tests |= set(OF_LOOKS)
-        elif name in ("README.md", "CHANGELOG.md"):
-            tests |= {"tests/sitegen/cli", "tests/sitegen/bench"}
-        elif not name.endswith(".md"):
+        elif name.endswith(".md"):
+            modules |= naming(root, name)
+            tests |= {"tests/claims/test_snippets.py", "tests/sitegen/cli", "tests/sitegen/pages/test_real_docs.py"}
+        elif room == "tests" and name.endswith(".mjs"):
+            tests.add("tests/scripts")
+        else:
             return Chosen((), everything=True)
+    pages = set()
+    for name in chapters:
+        text, before = (root / name).read_text("utf-8"), _before(root, commit, name)
+        its = _pages(Path(name), text)
+        tests |= {*CLAIM.findall("\n\n".join(_paragraphs(text) - _paragraphs(before))), *OF_PAGES, *OF_WORDS}
+        if ASKED.findall(text) != ASKED.findall(before):
+            named = (*its, Path(name).name)
+            tests |= {test for each in named for test in _naming(root, each, "tests/browser", "test_*.py")}
+        pages |= its
     tests |= importing(root, modules)
-    only = all(name.startswith("content/") and name.endswith(".md") for name in names)
+    only = all(name.startswith("content/") for name in names) and not modules
     return Chosen(tuple(sorted(name for name in tests if _there(root, name))), tuple(sorted(pages)) if only else ())
 
 
-def importing(root: Path, modules: Iterable[str]) -> set[str]:
-    """The files of tests that import one of these modules, through others as well, or are one of them."""
-    import grimp
+def naming(root: Path, name: str) -> set[str]:
+    """The modules that name a file, or its folder: who reads it."""
+    found = {each for room in (*ROOMS, *OF_TEXTS, "tests/browser") for each in _naming(root, name, room, "*.py")}
+    return found - {"sitegen/cli/changed.py"}  # which names some of them, and reads them as git tells it
 
-    names = {_dotted(name) for name in modules if (root / name).is_file()}
+
+def importing(root: Path, modules: Iterable[str]) -> set[str]:
+    """The files of tests that import or load one of these modules, through others as well, or are one of them."""
+    names = {_dotted(name) for name in modules}
     if not names:
         return set()
-    graph = grimp.build_graph(*ROOMS)
+    graph, of = _imports(root)
     touched = names | {far for name in names & graph.modules for far in graph.find_downstream_modules(name)}
+    found = (path for name, path in of.items() if name in touched and path.name.startswith("test_"))
+    return {path.relative_to(root).as_posix() for path in found}
+
+
+@cache
+def _imports(root: Path) -> tuple[grimp.ImportGraph, dict[str, Path]]:
+    """Who imports or loads whom, tests among them; and where the tests' modules are."""
+    import grimp
+
     of = {_dotted(path.relative_to(root).as_posix()): path for path in (root / "tests").rglob("*.py")}
-    imports = {name: _imported(path) | _fixtures(name) for name, path in of.items()}
-    found = {name for name, wanted in imports.items() if name in touched or wanted & touched}
-    while more := {name for name, wanted in imports.items() if wanted & found} - found:
-        found |= more
-    return {of[name].relative_to(root).as_posix() for name in found if of[name].name.startswith("test_")}
+    graph = grimp.build_graph(*ROOMS)
+    for name, path in of.items():
+        graph.add_module(name)
+        for imported in (_imported(path) | _fixtures(name)) & (graph.modules | of.keys()):
+            graph.add_import(importer=name, imported=imported)
+    for loader, loaded in LOADS.items():
+        for each in graph.modules:
+            if each != loader and any(f"{each}.".startswith(f"{one}.") for one in loaded):
+                graph.add_import(importer=loader, imported=each)
+    return graph, of
+
+
+def _git(root: Path, commit: str, *words: str) -> str:
+    done = subprocess.run(["git", *words], cwd=root, capture_output=True, text=True, encoding="utf-8", check=False)
+    if done.returncode:
+        raise ValueError(f"git cannot compare with {commit!r}: {done.stderr.strip()}")
+    return done.stdout
+
+
+def _before(root: Path, commit: str, name: str) -> str:
+    """A file as it was at the commit; "" where there was none."""
+    there = _git(root, commit, "ls-tree", "--name-only", commit, "--", name)
+    return _git(root, commit, "show", f"{commit}:{name}") if there else ""
+
+
+def _paragraphs(text: str) -> set[str]:
+    return set(re.split(r"\n\s*\n", text))
+
+
+def _naming(root: Path, name: str, folder: str, pattern: str) -> set[str]:
+    """The files of a folder that hold a file's name, or that of its folder where this is no top one."""
+    path = Path(name)
+    words = {path.name, *([path.parent.as_posix()] if len(path.parts) > 2 else [])}
+    found = (each for each in (root / folder).rglob(pattern) if any(word in each.read_text("utf-8") for word in words))
+    return {each.relative_to(root).as_posix() for each in found}
 
 
 def _pages(file: Path, text: str) -> set[str]:
@@ -94,7 +207,8 @@ def _pages(file: Path, text: str) -> set[str]:
         return {"docs.html" if file.stem == "index" else f"docs-{file.stem}.html"}
     found = SLUG.search(text)
     slug = found[1] if found else file.stem.partition("-")[2]
-    return {"index.html" if file.name.startswith("00-") else f"{slug}.html"}
+    page = "index.html" if file.name.startswith("00-") else f"{slug}.html"
+    return {page, f"slides-{page}"}
 
 
 def _dotted(name: str) -> str:

@@ -9,7 +9,7 @@ import argparse
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 
 import pytest
@@ -106,7 +106,24 @@ def test(root: Path, engines: Sequence[str], given: Path | None, further: Sequen
         print(fault, file=sys.stderr)
         return 1
     os.environ["LADDER_ENGINES"] = ",".join(engines or ["chromium"])
-    steps: dict[str, Callable[[], int]] = {
+    steps = every_step(root)
+    if engines:
+        steps = {"check": steps["check"]}
+        further = [*further, *([] if any(ENGINE_TESTS in word for word in further) else [ENGINE_TESTS])]
+    else:  # what the engines' tests ask of Chromium, the other tests ask too
+        further = [*processes(asked), f"--ignore={ENGINE_TESTS}", *further]
+    failed = failing(steps)
+    print("== pytest", flush=True)
+    ledger = Ledger(failed)
+    code = int(pytest.main([*further], plugins=[ledger]))
+    if ledger.reports and not engines:
+        claims.write_results(root, claims.merged(ledger.reports), ledger.changes)
+    return 1 if code or failed else 0
+
+
+def every_step(root: Path) -> dict[str, Callable[[], int]]:
+    """What a whole run does before pytest, by its name."""
+    return {
         "ruff": lambda: module("ruff", "check", "."),
         "spelling": lambda: spelling(root),
         "mypy": lambda: module("mypy"),
@@ -116,22 +133,16 @@ def test(root: Path, engines: Sequence[str], given: Path | None, further: Sequen
         "check": lambda: publish_and_check(root, root / "site"),
         "sweep": lambda: prove_sweep(root, anew=True),
     }
-    if engines:
-        steps = {"check": steps["check"]}
-        further = [*further, *([] if any(ENGINE_TESTS in word for word in further) else [ENGINE_TESTS])]
-    else:  # what the engines' tests ask of Chromium, the other tests ask too
-        further = [*processes(asked), f"--ignore={ENGINE_TESTS}", *further]
+
+
+def failing(steps: Mapping[str, Callable[[], int]]) -> list[str]:
+    """Take all of these steps; the names of those that failed."""
     failed = []
     for name, step in steps.items():
         print(f"== {name}", flush=True)
         if step() != 0:
             failed.append(name)
-    print("== pytest", flush=True)
-    ledger = Ledger(failed)
-    code = int(pytest.main([*further], plugins=[ledger]))
-    if ledger.reports and not engines:
-        claims.write_results(root, claims.merged(ledger.reports), ledger.changes)
-    return 1 if code or failed else 0
+    return failed
 
 
 def test_part(needs: Needs, asked: argparse.Namespace, further: Sequence[str]) -> int:
@@ -145,31 +156,34 @@ def test_part(needs: Needs, asked: argparse.Namespace, further: Sequence[str]) -
 
 
 def test_changed(root: Path, commit: str, given: Path | None, further: Sequence[str]) -> int:
-    """Run what the files that differ from a commit touch: spelling, lint, the check of a strict build, and their tests;
-    everything, where everything depends on one of them."""
+    """Run what the files that differ from a commit touch: of the steps of a whole run those of their kinds, then their
+    tests; everything, where everything depends on one of them."""
     os.chdir(root)
+    asked = understood(further)
+    if asked is None:
+        return 2
     try:
         names = changed.differing(root, commit)
+        found = changed.chosen(root, names, commit)
     except ValueError as error:
         print(error, file=sys.stderr)
         return 2
     if not names:
         print(f"nothing differs from {commit}")
         return 0
-    found = changed.chosen(root, names)
     if found.everything:
         return test(root, [], given, further)
-    asked = understood(further)
-    fault = "" if asked is None else find_browsers(["chromium"], given)
-    if asked is None or fault:
+    fault = find_browsers(["chromium"], given)
+    if fault:
         print(fault, file=sys.stderr)
-        return 1 if fault else 2
+        return 1
     os.environ["LADDER_ENGINES"] = "chromium"
-    code = max(module("ruff", "check", "."), spelling(root), publish_and_check(root, root / "site"))
+    due = changed.steps(names)
+    failed = failing({name: step for name, step in every_step(root).items() if name in due})
     pages = [f"--pages={','.join(found.pages)}"] if found.pages else []
-    if found.tests and not code:
-        code = int(pytest.main([*processes(asked), f"--ignore={ENGINE_TESTS}", *pages, *found.tests, *further]))
-    return 1 if code else 0
+    words = [*processes(asked), f"--ignore={ENGINE_TESTS}", *pages, *found.tests, *further]
+    code = int(pytest.main(words, plugins=[Ledger(failed)])) if found.tests else 0
+    return 1 if code or failed else 0
 
 
 def understood(words: Sequence[str]) -> argparse.Namespace | None:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from playwright.sync_api import Browser, BrowserContext, Page, Playwright, sync_
 
 from sitegen.check.browsers import FLAGS
 from tests.browser.server import SiteServer
+from tests.browser.visits import Check, Found, found_on
 
 ROOT = Path(__file__).resolve().parents[2]
 BLOCKED = "Service Worker registration blocked"  # by the tests themselves, where they are not about being offline
@@ -40,6 +42,12 @@ def pages(site: Path, pytestconfig: pytest.Config) -> list[str]:
     named = pytestconfig.getoption("--pages")
     every = sorted(p.name for p in site.glob("*.html") if not p.name.startswith("slides-"))
     return [name for name in every if not named or name in named.split(",")]
+
+
+@pytest.fixture(scope="session")
+def alike(pages: list[str]) -> list[str]:
+    """The pages that are as another one, with other words: of one template, without a figure."""
+    return [path for path in pages if path.startswith("checks-")][1:]
 
 
 @pytest.fixture
@@ -80,15 +88,16 @@ class Reader:
         return [m for m in self.wrong if not any(part in m for part in self.expected)]
 
 
-@pytest.fixture
-def reader(browser: Browser, server: SiteServer) -> Iterator[Callable[..., Reader]]:
+@contextmanager
+def readers(browser: Browser, origin: str) -> Iterator[Callable[..., Reader]]:
+    """Makes readers; once they are done, what went wrong unasked is raised."""
     made: list[Reader] = []
 
     def make(width: int = 1280, height: int = 1000, **options: Any) -> Reader:
         options.setdefault("service_workers", "block")
         context = browser.new_context(viewport={"width": width, "height": height}, **options)
         context.set_default_timeout(60_000)
-        made.append(Reader(context, server.origin))
+        made.append(Reader(context, origin))
         return made[-1]
 
     yield make
@@ -98,3 +107,24 @@ def reader(browser: Browser, server: SiteServer) -> Iterator[Callable[..., Reade
         one.context.close()
     assert not foreign, f"requests to another origin: {foreign}"
     assert not wrong, f"the browser complained: {wrong}"
+
+
+@pytest.fixture
+def reader(browser: Browser, server: SiteServer) -> Iterator[Callable[..., Reader]]:
+    with readers(browser, server.origin) as make:
+        yield make
+
+
+@pytest.fixture(scope="session")
+def visit(browser: Browser, site: Path, pages: Sequence[str]) -> Callable[..., Found]:
+    """Visits every page once, but for those left out, see visits.py; the options are a reader's."""
+
+    def visited(checks: Mapping[str, Check], *, left_out: Collection[str] = (), **options: Any) -> Found:
+        server = SiteServer(site)
+        try:
+            with readers(browser, server.origin) as make:
+                return found_on(make(**options), [path for path in pages if path not in left_out], checks)
+        finally:
+            server.stop()
+
+    return visited

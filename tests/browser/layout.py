@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from pathlib import Path
+
 from playwright.sync_api import Page
 
 SETTLED = 3_000  # ms: a figure's handles follow a new width a frame or two later
@@ -66,6 +69,23 @@ LATE_FONTS = """() => {
   return performance.getEntriesByType('resource').map(e => e.name)
     .filter(name => name.endsWith('.woff2') && sources.includes(name.split('/').pop()) && !early.includes(name));
 }"""
+# From the lead sentence's top to the bottoms of what must be seen with it, per figure.
+BOTTOMS = """() => [...document.querySelectorAll('figure.figure')].map(figure => {
+  const first = figure.querySelector('.figure-lead') ?? figure.querySelector('.figure-stage');
+  const {top} = first.getBoundingClientRect();
+  const bottom = selector => Math.max(0, ...[...figure.querySelectorAll(selector)]
+    .map(e => e.getBoundingClientRect()).filter(r => r.height).map(r => r.bottom - top));
+  const many = figure.querySelector('.many > .figure-stage > .large');
+  return {
+    id: figure.id,
+    stage: bottom('.figure-stage'),
+    panel: many ? bottom('.figure-panel.large > svg') : bottom('.figure-stage > .figure-panel:first-child > svg'),
+    button: bottom('.figure-desk > .buttons > :is(.primary, button:first-child)'),
+    controls: bottom('.figure-desk .control'),
+    first: bottom('.figure-desk .control:first-child'),
+    readouts: bottom('.figure-desk .readouts'),
+  };
+})"""
 # What of a slide is cut off, lies under the bar, or is too small to be read from afar.
 MISFITS = """() => {
   const bar = document.querySelector('.deck-bar').getBoundingClientRect().height;
@@ -90,6 +110,26 @@ MISFITS = """() => {
     return [...out.slice(0, 3), ...small, ...words, ...rows].map(each => `${slide.id}: ${each}`);
   });
 }"""
+# Opens them; some of the many checks of a chapter stand for all.
+DETAILS = "[...document.querySelectorAll('details')].slice(0, 9).forEach(each => { each.open = true; })"
+FRAMES = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
+
+
+def placed(site: Path, path: str) -> int:
+    """How many figures the build has put into a page."""
+    return (site / path).read_text("utf-8").count('data-widget="')
+
+
+def low(page: Page, parts: Sequence[str], width: int, height: int, percent: int) -> tuple[int, list[str]]:
+    """How many figures a page of that size has, with text of so many percent, and what of them does not fit on it."""
+    page.set_viewport_size({"width": width, "height": height})
+    page.evaluate("percent => { document.documentElement.style.fontSize = `${percent}%`; }", percent)
+    page.evaluate("(scrollTo(0, 0), document.fonts.ready)")  # scrolled, a picture may stick while its figure passes by
+    page.evaluate(FRAMES)
+    found = page.evaluate(BOTTOMS)
+    page.evaluate("() => { document.documentElement.style.fontSize = ''; }")
+    wrong = [(each, part) for each in found for part in parts if each[part] > height]
+    return len(found), [f"{each['id']}: {part} ends at {each[part]:.0f} of {height}" for each, part in wrong]
 
 
 def remaining(page: Page, script: str) -> list[str]:

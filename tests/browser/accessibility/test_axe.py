@@ -1,20 +1,24 @@
-"""For everyone: what axe-core sees of every page, names and roles, the order of the focus, room and touch."""
+"""For everyone: what axe-core sees of every page, names and roles, the order of the focus, and on a wide screen, what
+leads and what fits. One visit of every page, and of each thing that must hold a test; room and touch, on a phone, are
+tests/browser/pages/test_static.py's."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
+import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Page, expect
 
-from tests.browser.conftest import Reader
 from tests.browser.figure import figures
-from tests.browser.layout import BEYOND, SMALL, STOPS, remaining
+from tests.browser.layout import CUT, DETAILS, SIDEWAYS, SMALL_TEXT, STOPS, low, placed, remaining
+from tests.browser.visits import QUIET, Found
 
-# Some of the many checks stand for all.
-OPEN = "[...document.querySelectorAll('details')].slice(0, 9).forEach(each => { each.open = true; })"
+SCREENS = ((1280, 800), (1440, 900))
+PERCENTS = (100, 130)
 BLOCKS = f"""root => {{
   const stops = ({STOPS})().filter(e => root.contains(e));
   const blocks = [...new Set(stops.map(e => {{ while (e.parentElement !== root) e = e.parentElement; return e; }}))];
@@ -55,53 +59,100 @@ def violations(page: Page, where: str, **options: Any) -> Iterator[str]:
             yield f"{where}: {found['id']}: {node['target']}"
 
 
-def test_axe_finds_nothing_on_any_page(reader: Callable[..., Reader], pages: list[str]) -> None:
-    """At both widths, with a figure alive, its words open and a run pinned; colours once more in the other theme."""
-    one = reader(1280, color_scheme="light", reduced_motion="reduce")
-    found: list[str] = []
-    alike = [path for path in pages if path.startswith("checks-")]  # of one template, with other words
-    for path in (path for path in pages if path not in alike[1:]):
-        page = one.open(path)
-        for figure in figures(page)[:1]:
-            figure.live()
-            figure.reached("[data-pin]").click()
-            expect(figure.root.locator(".runs table")).to_be_visible()
-        page.evaluate(OPEN)
-        found += violations(page, path)
-        page.set_viewport_size({"width": 390, "height": 1000})
-        found += violations(page, f"{path}, narrow")
-        page.emulate_media(color_scheme="dark")
-        found += violations(page, f"{path}, dark", runOnly={"type": "rule", "values": ["color-contrast"]})
-        page.close()
-    assert not found, "\n".join(found)
-
-
-def test_names_roles_and_order_on_every_page(reader: Callable[..., Reader], pages: list[str]) -> None:
-    """Landmarks, headings, titles and links; what a screen reader gets of every figure; the focus follows the eye."""
-    one = reader(reduced_motion="reduce")
+@pytest.fixture(scope="module")
+def wide(visit: Callable[..., Found], site: Path, alike: list[str]) -> Found:
+    """What is wrong with pages on a wide screen, by what must hold."""
     titles: set[str] = set()
-    for path in pages:
-        page = one.open(path)
+
+    def leads(page: Page, path: str, width: int, height: int, percent: int) -> Iterator[str]:
+        count, wrong = low(page, ("stage", "button", "controls", "readouts"), width, height, percent)
+        yield from wrong if not path.startswith("docs-") else []
+        if count != placed(site, path):
+            yield f"{count} of {placed(site, path)} figures"
+
+    def named(page: Page, path: str) -> Iterator[str]:
+        page.set_viewport_size({"width": 1280, "height": 1000})
         assert page.title() not in titles
         titles.add(page.title())
-        assert page.evaluate("document.documentElement.lang") == "en"
-        levels = page.evaluate(HEADINGS)
-        assert levels.count(1) == 1, path
-        assert levels[0] == 1
-        assert all(b <= a + 1 for a, b in pairwise(levels)), f"{path}: {levels}"
-        header, navs, main, footer = page.evaluate(LANDMARKS)
-        alone = path == "404.html"  # it stands without the site's frame: nothing to pass over, one link
-        assert (header, main, footer) == ((0, 1, 0) if alone else (1, 1, 1))
-        assert navs >= (not alone)
-        leads: dict[str, set[str]] = {}
-        for text, href in page.evaluate(LINKS):
-            assert len(text) > 1 or text.isdigit(), f"{path}: a link to {href} says {text!r}"
-            leads.setdefault(text, set()).add(href)
-        assert {text: hrefs for text, hrefs in leads.items() if len(hrefs) > 1} == {}, path
-        if not alone:
+        check_names(page, path)
+        if path != "404.html":
             check_focus(page, path)
         check_tree(page, path)
-        page.close()
+        yield from ()
+
+    def overflows(page: Page, _path: str) -> Iterator[str]:
+        for figure in figures(page):
+            figure.live()
+        for width in (768, 1280):
+            page.set_viewport_size({"width": width, "height": 1000})
+            for script in (SIDEWAYS, SMALL_TEXT, CUT):
+                yield from (f"at {width}: {each}" for each in remaining(page, script))
+
+    def axe(page: Page, path: str) -> Iterator[str]:
+        if path in alike:
+            return
+        for figure in figures(page)[:1]:
+            figure.reached("[data-pin]").click()
+            expect(figure.root.locator(".runs table")).to_be_visible()
+        page.evaluate(DETAILS)
+        yield from violations(page, "wide and light")
+        page.set_viewport_size({"width": 390, "height": 1000})
+        page.emulate_media(color_scheme="dark")
+        yield from violations(page, "narrow and dark")
+
+    looks = [(*screen, percent) for screen in SCREENS for percent in PERCENTS]
+    checks = {
+        **{f"{look}": lambda page, path, look=look: leads(page, path, *look) for look in looks},
+        "named": named,
+        "overflows": overflows,
+        "axe": axe,
+    }
+    return visit(checks, color_scheme="light", reduced_motion="reduce")
+
+
+def test_axe_finds_nothing_on_any_page(wide: Found) -> None:
+    """At both widths, one in the light theme and one in the dark, with figures alive, words open and a run pinned."""
+    assert wide["axe"] == []
+
+
+def test_names_roles_and_order_on_every_page(wide: Found) -> None:
+    """Landmarks, headings, titles and links; what a screen reader gets of every figure; the focus follows the eye."""
+    assert wide["named"] == []
+
+
+@pytest.mark.parametrize("percent", PERCENTS)
+@pytest.mark.parametrize(("width", "height"), SCREENS)
+def test_what_leads_fits_one_screen(wide: Found, width: int, height: int, percent: int) -> None:
+    """Sentence, pictures, main button, controls and readouts of every figure are seen at one look."""
+    assert wide[f"{(width, height, percent)}"] == []
+
+
+def test_nothing_overflows_a_wide_page(wide: Found) -> None:
+    """None scrolls sideways, has tiny text or cuts off a label, nor on a tablet."""
+    assert wide["overflows"] == []
+
+
+def test_the_browser_complains_of_no_page(wide: Found) -> None:
+    """No error, no warning, no request to another origin."""
+    assert wide[QUIET] == []
+
+
+def check_names(page: Page, path: str) -> None:
+    """Language, headings, landmarks; a link says where it leads, and one of the same words to the same place."""
+    assert page.evaluate("document.documentElement.lang") == "en"
+    levels = page.evaluate(HEADINGS)
+    assert levels.count(1) == 1, path
+    assert levels[0] == 1
+    assert all(b <= a + 1 for a, b in pairwise(levels)), f"{path}: {levels}"
+    header, navs, main, footer = page.evaluate(LANDMARKS)
+    alone = path == "404.html"  # it stands without the site's frame: nothing to pass over, one link
+    assert (header, main, footer) == ((0, 1, 0) if alone else (1, 1, 1))
+    assert navs >= (not alone)
+    leads: dict[str, set[str]] = {}
+    for text, href in page.evaluate(LINKS):
+        assert len(text) > 1 or text.isdigit(), f"{path}: a link to {href} says {text!r}"
+        leads.setdefault(text, set()).add(href)
+    assert {text: hrefs for text, hrefs in leads.items() if len(hrefs) > 1} == {}, path
 
 
 def check_focus(page: Page, path: str) -> None:
@@ -138,55 +189,3 @@ def check_tree(page: Page, path: str) -> None:
         assert [n for n in tree if role(n) == "slider" and name(n) == label], f"{path}: {label}"
         assert any(c.isdigit() for c in slider.get_attribute("aria-valuetext") or ""), f"{path}: {label}"
     assert not [n for n in tree if role(n) == "status" and name(n)], "nothing is said where nothing was asked"
-
-
-def test_room_and_touch_on_every_page(reader: Callable[..., Reader], pages: list[str]) -> None:
-    """At 390 px every target is at least 44 px; at 320 px, which is 400 % of 1280, and with text at twice its size
-    nothing reaches beyond the screen, the details open."""
-    one = reader(390, 844, has_touch=True, reduced_motion="reduce")
-    for path in pages:
-        page = one.open(path)
-        page.evaluate(OPEN)
-        assert remaining(page, SMALL) == [], path
-        page.set_viewport_size({"width": 320, "height": 640})
-        assert remaining(page, BEYOND) == [], f"{path} at 320 px"
-        page.set_viewport_size({"width": 640, "height": 900})
-        page.evaluate("() => { document.documentElement.style.fontSize = '200%'; }")
-        assert remaining(page, BEYOND) == [], f"{path} with large text"
-        page.close()
-
-
-def test_every_stop_of_the_keyboard_is_seen(reader: Callable[..., Reader]) -> None:
-    """Tab goes through a whole page, each stop shows that it has the focus, in both themes, and none is passed by."""
-    for scheme in ("light", "dark"):
-        page = reader(color_scheme=scheme, reduced_motion="reduce").open("kabsch.html")
-        stops = page.evaluate(f"() => ({STOPS})().length")
-        unseen, met = [], 0
-        page.keyboard.press("Tab")
-        while page.evaluate("document.activeElement !== document.body") and met <= stops:
-            seen, what, in_card = page.evaluate(SHOWN)
-            met += not in_card  # a card is a stop more, if the eye rests long enough on its link for it to open
-            if not seen:
-                unseen.append(what)
-            page.keyboard.press("Tab")
-        assert unseen == [], scheme
-        radios = page.evaluate(RADIOS)
-        assert met == stops - radios, "all radio buttons of one choice are one stop"
-        knob = page.locator("#fig-solve input[type=range]").first
-        before = knob.screenshot()
-        knob.focus()
-        assert knob.screenshot() != before, scheme
-
-
-# An outline of the element, of what is drawn for it or of the label around it; a slider's knob cannot be asked.
-SHOWN = """() => {
-  const e = document.activeElement;
-  const rims = [[e], [e, '::before'], [e.closest('label')]].filter(([x]) => x);
-  const style = rims.map(([x, part]) => getComputedStyle(x, part))
-    .map(s => [s.outlineStyle, parseFloat(s.outlineWidth)]);
-  const seen = e.matches('.crosshair') ? getComputedStyle(e).opacity === '1'
-    : e.matches('input[type=range]') || style.some(([line, width]) => line !== 'none' && width >= 2);
-  return [seen, e.outerHTML.slice(0, 90), e.closest('.card') !== null];
-}"""
-RADIOS = """() => { const sets = [...document.querySelectorAll('.options')].filter(e => e.checkVisibility());
-  return sets.reduce((sum, e) => sum + e.querySelectorAll('input').length - 1, 0); }"""

@@ -1,4 +1,5 @@
-"""What a figure tells those who hear it, where the focus goes, what stands still, what the system's colours leave."""
+"""What a figure tells those who hear it, where the focus goes and that it is seen, what stands still, what the system's
+colours leave."""
 
 from __future__ import annotations
 
@@ -13,6 +14,7 @@ from tests.browser.accessibility.test_axe import violations
 from tests.browser.conftest import Reader
 from tests.browser.figure import LIVE, Figure, experiments
 from tests.browser.figures.test_hover import place
+from tests.browser.layout import STOPS
 
 # Every change of every live region: when, and what it says then.
 LISTEN = """() => {
@@ -112,6 +114,42 @@ def test_the_focus_stays_where_something_is(reader: Callable[..., Reader]) -> No
     expect(begin).to_be_focused()
     found = [*violations(race.page, "race with a result")]
     assert found == []
+
+
+def test_every_stop_of_the_keyboard_is_seen(reader: Callable[..., Reader]) -> None:
+    """Tab goes through a whole page, each stop shows that it has the focus, in both themes, and none is passed by."""
+    for scheme in ("light", "dark"):
+        page = reader(color_scheme=scheme, reduced_motion="reduce").open("kabsch.html")
+        stops = page.evaluate(f"() => ({STOPS})().length")
+        unseen, met = [], 0
+        page.keyboard.press("Tab")
+        while page.evaluate("document.activeElement !== document.body") and met <= stops:
+            seen, what, in_card = page.evaluate(SHOWN)
+            met += not in_card  # a card is a stop more, if the eye rests long enough on its link for it to open
+            if not seen:
+                unseen.append(what)
+            page.keyboard.press("Tab")
+        assert unseen == [], scheme
+        radios = page.evaluate(RADIOS)
+        assert met == stops - radios, "all radio buttons of one choice are one stop"
+        knob = page.locator("#fig-solve input[type=range]").first
+        before = knob.screenshot()
+        knob.focus()
+        assert knob.screenshot() != before, scheme
+
+
+# An outline of the element, of what is drawn for it or of the label around it; a slider's knob cannot be asked.
+SHOWN = """() => {
+  const e = document.activeElement;
+  const rims = [[e], [e, '::before'], [e.closest('label')]].filter(([x]) => x);
+  const style = rims.map(([x, part]) => getComputedStyle(x, part))
+    .map(s => [s.outlineStyle, parseFloat(s.outlineWidth)]);
+  const seen = e.matches('.crosshair') ? getComputedStyle(e).opacity === '1'
+    : e.matches('input[type=range]') || style.some(([line, width]) => line !== 'none' && width >= 2);
+  return [seen, e.outerHTML.slice(0, 90), e.closest('.card') !== null];
+}"""
+RADIOS = """() => { const sets = [...document.querySelectorAll('.options')].filter(e => e.checkVisibility());
+  return sets.reduce((sum, e) => sum + e.querySelectorAll('input').length - 1, 0); }"""
 
 
 def test_nothing_moves_where_that_is_asked(reader: Callable[..., Reader]) -> None:

@@ -25,10 +25,12 @@ CURRENT = """() => {
 
 
 @pytest.fixture(scope="session")
-def decks(site: Path) -> list[str]:
+def decks(site: Path, pytestconfig: pytest.Config) -> list[str]:
+    """All of them; with --pages those that are named."""
+    named = pytestconfig.getoption("--pages")
     found = sorted(path.name for path in site.glob("slides-*.html"))
     assert len(found) >= 16
-    return found
+    return [name for name in found if not named or name in named.split(",")]
 
 
 def stands_at(page: Page, number: int) -> None:

@@ -1,4 +1,6 @@
-"""What leads in a figure is seen at one look, wide and on a phone; the rest waits behind More; of many one is large."""
+"""What does not lead in a figure waits behind More; of many panels one is large. That what leads is seen at one look,
+tests/browser/accessibility/test_axe.py holds of every wide page, tests/browser/pages/test_static.py of every one on a
+phone."""
 
 from __future__ import annotations
 
@@ -10,76 +12,7 @@ from playwright.sync_api import expect
 
 from sitegen.bench.pages import until
 from tests.browser.conftest import Reader
-from tests.browser.figure import LIVE, Figure, figures
-
-# From the lead sentence's top to the bottoms of what must be seen with it, per figure.
-BOTTOMS = """() => [...document.querySelectorAll('figure.figure')].map(figure => {
-  const first = figure.querySelector('.figure-lead') ?? figure.querySelector('.figure-stage');
-  const {top} = first.getBoundingClientRect();
-  const bottom = selector => Math.max(0, ...[...figure.querySelectorAll(selector)]
-    .map(e => e.getBoundingClientRect()).filter(r => r.height).map(r => r.bottom - top));
-  const many = figure.querySelector('.many > .figure-stage > .large');
-  return {
-    id: figure.id,
-    stage: bottom('.figure-stage'),
-    panel: many ? bottom('.figure-panel.large > svg') : bottom('.figure-stage > .figure-panel:first-child > svg'),
-    button: bottom('.figure-desk > .buttons > :is(.primary, button:first-child)'),
-    controls: bottom('.figure-desk .control'),
-    first: bottom('.figure-desk .control:first-child'),
-    readouts: bottom('.figure-desk .readouts'),
-  };
-})"""
-# The part of the first panel that is in the window and under nothing, while something of its figure has the focus.
-SEEN = """([id, index]) => {
-  const figure = document.getElementById(id);
-  const fields = figure.querySelectorAll('.figure-body :is(input, select, .buttons button)');
-  const field = fields[index];
-  field.focus();
-  const r = field.getBoundingClientRect(), at = document.elementFromPoint(r.left + r.width / 2, r.top + r.height / 2);
-  const panel = figure.querySelector('.figure-stage > .large > svg, .figure-stage > .figure-panel > svg');
-  const box = panel.getBoundingClientRect();
-  const shown = Math.min(innerHeight, box.bottom) - Math.max(0, box.top);
-  return [shown / box.height, Boolean(at && (at === field || at.closest('label, .control')?.contains(field)))];
-}"""
-
-
-
-@pytest.mark.parametrize("percent", [100, 130])
-@pytest.mark.parametrize(("width", "height"), [(1280, 800), (1440, 900), (390, 844)])
-def test_what_leads_fits_one_screen(
-    reader: Callable[..., Reader], pages: list[str], width: int, height: int, percent: int
-) -> None:
-    """Wide: sentence, pictures, main button, controls and readouts. On a phone: sentence, picture, button, control."""
-    one = reader(width=width, height=height)
-    page, too_tall, count = one.open(), list[str](), 0
-    for name in pages:
-        page.goto(f"{one.origin}/{name}")
-        page.evaluate("percent => { document.documentElement.style.fontSize = `${percent}%`; }", percent)
-        page.evaluate("document.fonts.ready")
-        parts = ("stage", "button", "controls", "readouts") if width > 640 else ("panel", "button", "first")
-        for figure in page.evaluate(BOTTOMS) if not name.startswith("docs-") else []:
-            count += 1
-            too_tall += [f"{name} {figure['id']}: {part} ends at {figure[part]:.0f} of {height}"
-                         for part in parts if figure[part] > height]  # fmt: skip
-    assert count > min(30, len(pages) - 1)
-    assert not too_tall
-
-
-def test_a_phone_keeps_the_picture_in_sight(reader: Callable[..., Reader], pages: list[str]) -> None:
-    """Whatever of a figure has the focus, More's among it: six tenths of its panel are seen, and so is what has it."""
-    one = reader(width=390, height=844, has_touch=True, reduced_motion="reduce")
-    page, count = one.open(), 0
-    for name in (name for name in pages if not name.startswith("docs-")):
-        page.goto(f"{one.origin}/{name}")
-        page.evaluate("document.querySelectorAll('details.figure-rest').forEach(e => { e.open = true; })")
-        for figure in figures(page):
-            fields = figure.root.locator(".figure-body :is(input, select, .buttons button)").count()
-            for index in range(fields):
-                shown, free = page.evaluate(SEEN, [figure.name, index])
-                assert shown >= 0.6, (name, figure.name, index, shown)
-                assert free, f"{name} {figure.name}: field {index} has the focus and is covered"
-                count += 1
-    assert count > min(200, 5 * (len(pages) - 1))
+from tests.browser.figure import LIVE, Figure
 
 
 def test_more_opens_in_place_and_goes_with_the_link(reader: Callable[..., Reader]) -> None:

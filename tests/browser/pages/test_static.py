@@ -1,15 +1,35 @@
-"""Before any script runs: every page is complete."""
+"""Every page is complete before any script runs; and as it becomes alive on a phone, nothing moves and all has room.
+
+Two visits of every page, and of each thing that must hold a test; a wide page is held by
+tests/browser/accessibility/test_axe.py.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import pytest
-from playwright.sync_api import expect
+from playwright.sync_api import Page
 
 from tests.browser.conftest import Reader
 from tests.browser.figure import Figure, figures
-from tests.browser.layout import CUT, LATE_FONTS, SIDEWAYS, SMALL_TEXT, UNUSED_FONTS, remaining
+from tests.browser.layout import (
+    BEYOND,
+    CUT,
+    DETAILS,
+    FRAMES,
+    LATE_FONTS,
+    SIDEWAYS,
+    SMALL,
+    SMALL_TEXT,
+    UNUSED_FONTS,
+    low,
+    placed,
+    remaining,
+)
+from tests.browser.visits import QUIET, Found
 
 SHIFT = """() => new Promise(done => {
   let moved = 0;
@@ -17,24 +37,151 @@ SHIFT = """() => new Promise(done => {
     .observe({type: 'layout-shift', buffered: true});
   requestAnimationFrame(() => requestAnimationFrame(() => done(moved)));
 })"""
+TWICE = "(ids => ids.filter((x, i) => ids.indexOf(x) !== i))([...document.querySelectorAll('[id]')].map(e => e.id))"
+# Where no script runs: what a figure lacks, and what there is to press that would do nothing.
+LACKS = """() => [...document.querySelectorAll('figure.figure')].map(figure => {
+  const drawings = [...figure.querySelectorAll('svg.plot')];
+  const vain = [...figure.querySelectorAll('.buttons, form.controls')].filter(e => e.checkVisibility());
+  return [figure.id, [
+    drawings.length ? '' : 'nothing drawn',
+    drawings.some(e => e.querySelectorAll('path').length < 2) ? 'an empty drawing' : '',
+    figure.querySelector('figcaption').innerText.startsWith('Figure') ? '' : 'without its number',
+    ...vain.map(e => `${e.className} do nothing`),
+  ].filter(words => words)];
+})"""
+# For each field of a figure, once it has the focus: the part of the first panel that is in the window, and whether
+# nothing lies over the field.
+FIELDS = """() => [...document.querySelectorAll('figure.figure')].flatMap(figure => {
+  const fields = [...figure.querySelectorAll('.figure-body :is(input, select, .buttons button)')];
+  const panel = figure.querySelector('.figure-stage > .large > svg, .figure-stage > .figure-panel > svg');
+  return fields.map((field, index) => {
+    field.focus();
+    const r = field.getBoundingClientRect();
+    const at = document.elementFromPoint(r.left + r.width / 2, r.top + r.height / 2);
+    const box = panel.getBoundingClientRect();
+    const shown = Math.min(innerHeight, box.bottom) - Math.max(0, box.top);
+    const free = Boolean(at && (at === field || at.closest('label, .control')?.contains(field)));
+    return [`${figure.id}, field ${index}`, shown / box.height, free];
+  });
+})"""
+WIDTHS = (1280, 390)
+PERCENTS = (100, 130)
 
 
-@pytest.mark.parametrize("width", [1280, 390])
-def test_every_page_is_complete_without_scripts(reader: Callable[..., Reader], pages: list[str], width: int) -> None:
-    """Text, mathematics and every figure are there with scripts switched off, and nothing overflows."""
-    one = reader(width, java_script_enabled=False)
-    for name in pages:
-        page = one.open(name)
-        assert page.locator("h1").count() == 1, name
-        assert page.title().strip()
+@pytest.fixture(scope="module")
+def bare(visit: Callable[..., Found], site: Path, alike: list[str]) -> Found:
+    """What is wrong with pages where no script runs, by width; of those that are alike, with the first."""
+
+    def complete(page: Page, path: str, width: int) -> Iterator[str]:
+        page.set_viewport_size({"width": width, "height": 1000})
+        if page.locator("h1").count() != 1 or not page.title().strip():
+            yield "no heading, or several, or no title"
+        lacks = page.evaluate(LACKS)
+        if len(lacks) != placed(site, path):
+            yield f"{len(lacks)} of {placed(site, path)} figures"
+        yield from (f"{name}: {each}" for name, wrong in lacks for each in wrong)
+        yield from page.evaluate(SIDEWAYS)
+
+    checks = {str(width): lambda page, path, width=width: complete(page, path, width) for width in WIDTHS}
+    return visit(checks, left_out=alike, java_script_enabled=False)
+
+
+@pytest.fixture(scope="module")
+def phone(visit: Callable[..., Found], site: Path) -> Found:
+    """What is wrong with pages on a phone, by what must hold."""
+
+    def moves(page: Page, path: str) -> Iterator[str]:
         for figure in figures(page):
-            drawings = figure.root.locator("svg.plot")
-            assert drawings.count() >= 1, f"{name}#{figure.name}: nothing drawn"
-            for i in range(drawings.count()):
-                assert drawings.nth(i).locator("path").count() > 1, f"{name}#{figure.name}: an empty drawing"
-            expect(figure.root.locator(".buttons:visible, form.controls:visible")).to_have_count(0)
-            assert figure.root.locator("figcaption").inner_text().startswith("Figure")
-        page.close()
+            figure.live()
+        moved = page.evaluate(SHIFT)
+        if moved >= 0.001:
+            yield f"shifts by {moved}"
+        yield from (f"asks for {each} after its styles are read: it may shift" for each in page.evaluate(LATE_FONTS))
+        yield from (f"asks for {each} ahead of need and does not use it" for each in page.evaluate(UNUSED_FONTS))
+        yield from (f"has the id {each} twice" for each in page.evaluate(TWICE))
+
+    def overflows(page: Page, _path: str) -> Iterator[str]:
+        for script in (SIDEWAYS, SMALL_TEXT, CUT):
+            yield from remaining(page, script)
+
+    def leads(page: Page, path: str, percent: int) -> Iterator[str]:
+        count, wrong = low(page, ("panel", "button", "first"), 390, 844, percent)
+        yield from wrong if not path.startswith("docs-") else []
+        if count != placed(site, path):
+            yield f"{count} of {placed(site, path)} figures"
+
+    def in_sight(page: Page, path: str) -> Iterator[str]:
+        page.emulate_media(reduced_motion="reduce")
+        if path.startswith("docs-"):
+            return
+        page.evaluate("document.querySelectorAll('details.figure-rest').forEach(e => { e.open = true; })")
+        page.evaluate(FRAMES)
+        fields = page.evaluate(FIELDS)
+        yield from (f"{name} has the focus, of the panel {seen:.2f} is seen" for name, seen, _ in fields if seen < 0.6)
+        yield from (f"{name} has the focus and is covered" for name, _, free in fields if not free)
+        if len(fields) < 2 * page.locator("figure.figure").count():
+            yield f"only {len(fields)} fields were found"
+
+    def room(page: Page, _path: str) -> Iterator[str]:
+        page.evaluate(DETAILS)
+        yield from remaining(page, SMALL)
+        page.set_viewport_size({"width": 320, "height": 640})
+        yield from (f"at 320 px: {each}" for each in remaining(page, BEYOND))
+        page.set_viewport_size({"width": 640, "height": 900})
+        page.evaluate("() => { document.documentElement.style.fontSize = '200%'; }")
+        yield from (f"with large text: {each}" for each in remaining(page, BEYOND))
+
+    checks = {
+        "moves": moves,
+        "overflows": overflows,
+        **{f"{each} %": lambda page, path, percent=each: leads(page, path, percent) for each in PERCENTS},
+        "in sight": in_sight,
+        "room": room,
+    }
+    return visit(checks, width=390, height=844, has_touch=True)
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_every_page_is_complete_without_scripts(bare: Found, width: int) -> None:
+    """Text, mathematics and every figure are there with scripts switched off, and nothing overflows."""
+    assert bare[str(width)] == []
+
+
+def test_pages_that_are_alike_are_complete_as_they_are_sent(site: Path, alike: list[str]) -> None:
+    """One heading and a title, and no figure, which would have to be looked at."""
+    for path in alike:
+        text = (site / path).read_text("utf-8")
+        assert len(re.findall(r"<h1\b", text)) == 1, path
+        assert re.search(r"<title>[^<]*\w[^<]*</title>", text), path
+        assert placed(site, path) == 0, path
+
+
+def test_nothing_overflows_or_moves(phone: Found) -> None:
+    """No page shifts while it becomes alive or uses an id twice; none scrolls sideways, has tiny text or cuts off a
+    label."""
+    assert phone["moves"] + phone["overflows"] == []
+
+
+@pytest.mark.parametrize("percent", PERCENTS)
+def test_what_leads_fits_a_phone(phone: Found, percent: int) -> None:
+    """Sentence, picture, button and first control of every figure are seen at one look."""
+    assert phone[f"{percent} %"] == []
+
+
+def test_a_phone_keeps_the_picture_in_sight(phone: Found) -> None:
+    """Whatever of a figure has the focus, More's among it: six tenths of its panel are seen, and so is what has it."""
+    assert phone["in sight"] == []
+
+
+def test_room_and_touch_on_every_page(phone: Found) -> None:
+    """At 390 px every target is at least 44 px; at 320 px, which is 400 % of 1280, and with text at twice its size
+    nothing reaches beyond the screen, the details open."""
+    assert phone["room"] == []
+
+
+def test_the_browser_complains_of_no_page(bare: Found, phone: Found) -> None:
+    """No error, no warning, no request to another origin."""
+    assert bare[QUIET] + phone[QUIET] == []
 
 
 def test_mathematics_is_rendered_at_build_time(reader: Callable[..., Reader]) -> None:
@@ -42,29 +189,6 @@ def test_mathematics_is_rendered_at_build_time(reader: Callable[..., Reader]) ->
     page = reader(java_script_enabled=False).open("kabsch.html")
     assert page.locator("math").count() > 10
     assert page.locator("main").inner_text().count("$") == 0
-
-
-def test_nothing_overflows_or_moves(reader: Callable[..., Reader], pages: list[str]) -> None:
-    """No page shifts while it becomes alive or uses an id twice; at any width none scrolls sideways, has tiny text or
-    cuts off a label."""
-    one = reader(390)
-    for name in pages:
-        page = one.open(name)
-        for figure in figures(page):
-            figure.live()
-        assert page.evaluate(SHIFT) < 0.001, f"{name} shifts"
-        assert page.evaluate(LATE_FONTS) == [], f"{name} asks for a font after its styles are read: it may shift"
-        assert page.evaluate(UNUSED_FONTS) == [], f"{name} asks for a font ahead of need that it does not use"
-        twice = page.evaluate(
-            "(ids => ids.filter((x, i) => ids.indexOf(x) !== i))([...document.querySelectorAll('[id]')].map(e => e.id))"
-        )
-        assert twice == [], name
-        for width in (390, 768, 1280):
-            page.set_viewport_size({"width": width, "height": 1000})
-            assert remaining(page, SIDEWAYS) == [], f"{name} at {width}"
-            assert remaining(page, SMALL_TEXT) == [], f"{name} at {width}"
-            assert remaining(page, CUT) == [], f"{name} at {width}"
-        page.close()
 
 
 def test_figure_numbers_and_anchors_agree(reader: Callable[..., Reader]) -> None:

@@ -2,12 +2,24 @@
 
 from __future__ import annotations
 
+import re
+import shutil
 import subprocess
 from pathlib import Path
 
 import pytest
 
-from sitegen.cli.changed import OF_PAGES, Chosen, chosen, differing, importing
+from sitegen.cli.changed import (
+    LOADS,
+    OF_LOOKS,
+    OF_PAGES,
+    OF_WORDS,
+    Chosen,
+    chosen,
+    differing,
+    importing,
+    steps,
+)
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -27,18 +39,53 @@ def test_what_differs_is_what_was_edited_added_or_taken_away(tmp_path: Path) -> 
     (tmp_path / "a.md").write_text("second\n", "utf-8")
     (tmp_path / "b.md").unlink()
     (tmp_path / "d.md").write_text("new\n", "utf-8")
-    assert differing(tmp_path, "HEAD") == ["a.md", "b.md", "d.md"]
+    git(tmp_path, "mv", "c.md", "e.md")  # gone from where it was
+    assert differing(tmp_path, "HEAD") == ["a.md", "b.md", "c.md", "d.md", "e.md"]
     with pytest.raises(ValueError, match="git cannot compare with 'nothing'"):
         differing(tmp_path, "nothing")
 
 
-def test_a_chapter_s_edit_runs_its_claims_and_its_page() -> None:
-    found = chosen(ROOT, ["content/02-ransac.md"])
-    assert found.pages == ("ransac.html",)
-    assert "tests/claims/test_corrupted_pairs.py::test_halving_the_fraction_takes_four_times_the_trials" in found.tests
-    assert not any(name.startswith("tests/claims/test_soft_family.py") for name in found.tests)
-    assert set(OF_PAGES) <= set(found.tests)
-    assert chosen(ROOT, ["content/00-start.md"]).pages == ("index.html",)
+def edited(root: Path, name: str, old: str, new: str) -> None:
+    path = root / name
+    text = path.read_text("utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new), "utf-8")
+
+
+@pytest.fixture
+def checkout(tmp_path: Path) -> Path:
+    """The project's sources, committed."""
+    for room in ("content", "sitegen", "solvers", "templates", "tests", "widgets"):
+        shutil.copytree(ROOT / room, tmp_path / room, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(ROOT / "README.md", tmp_path)
+    git(tmp_path, "init", "-q")
+    git(tmp_path, "add", "-A")
+    git(tmp_path, "commit", "-qm", "first")
+    return tmp_path
+
+
+def test_what_a_chapter_s_edit_runs(checkout: Path) -> None:
+    """What holds of its page; the claims of what was edited; what drives its figures, where these are others."""
+    chapter, drives = "content/02-ransac.md", "tests/browser/widgets/test_ransac.py"
+    claim = "tests/claims/test_corrupted_pairs.py::test_halving_the_fraction_takes_four_times_the_trials"
+    edited(checkout, chapter, "summary: ", "summary: Once more. ")
+    found = chosen(checkout, [chapter])
+    assert found.pages == ("ransac.html", "slides-ransac.html")
+    assert not any(name.startswith("tests/claims/test_corrupted") for name in found.tests)
+    assert {*OF_PAGES, *OF_WORDS} <= set(found.tests)
+    assert drives not in found.tests
+    edited(checkout, chapter, f"]{{{claim}}}", f" indeed]{{{claim}}}")
+    found = chosen(checkout, [chapter])
+    assert claim in found.tests
+    assert drives not in found.tests
+    edited(checkout, chapter, "]{ransac ", "]{ransac  ")
+    assert drives in chosen(checkout, [chapter]).tests
+    (checkout / "content/20-new.md").write_text("---\ntitle: New\nslug: new\n---\n\nWords.\n", "utf-8")
+    assert chosen(checkout, ["content/20-new.md"]).pages == ("new.html", "slides-new.html")
+
+
+def test_the_start_page_and_the_docs_have_pages_of_other_names() -> None:
+    assert chosen(ROOT, ["content/00-start.md"]).pages == ("index.html", "slides-index.html")
     assert chosen(ROOT, ["content/docs/index.md", "content/docs/style.md"]).pages == ("docs-style.html", "docs.html")
 
 
@@ -46,6 +93,78 @@ def test_with_python_beside_it_every_page_is_looked_at() -> None:
     found = chosen(ROOT, ["content/02-ransac.md", "widgets/figures/race/field.py"])
     assert found.pages == ()
     assert set(OF_PAGES) <= set(found.tests)
+
+
+def test_all_that_is_named_is_there() -> None:
+    """The tests that are listed, and who loads what by name."""
+    for test in (*OF_PAGES, *OF_WORDS, *OF_LOOKS):
+        path, _, name = test.partition("::")
+        assert (ROOT / path).exists(), test
+        assert not name or f"def {name}(" in (ROOT / path).read_text("utf-8"), test
+    for name in (name for loader, loaded in LOADS.items() for name in (loader, *loaded)):
+        path = ROOT / name.replace(".", "/")
+        assert path.is_dir() or path.with_suffix(".py").is_file(), name
+
+
+# They load what is no module of the project.
+FOREIGN = {
+    "sitegen.bench.solvers", "sitegen.experiments.sweep", "sitegen.runtime.compile_in_pyodide",
+    "sitegen.runtime.patches", "tests.sitegen.chapters.test_directives",
+}  # fmt: skip
+
+
+def test_whoever_loads_modules_by_name_is_listed() -> None:
+    """A new one has to say what it loads: no graph of imports tells."""
+    names = {
+        path.relative_to(ROOT).with_suffix("").as_posix().removesuffix("/__init__").replace("/", ".")
+        for room in ("solvers", "sitegen", "widgets", "tests")
+        for path in (ROOT / room).rglob("*.py")
+        if re.search(r"\b(?:import_module|__import__|walk_packages|iter_modules)\(", path.read_text("utf-8"))
+        if "page-python" not in path.parts  # stands in for modules of Pyodide's own
+    }
+    assert names - set(LOADS) == FOREIGN
+
+
+@pytest.mark.parametrize(
+    ("file", "test"),
+    [
+        ("solvers/methods/mmd/mmd.py", "tests/solvers/test_hostile.py"),  # a method, by the list of them
+        ("widgets/figures/race/field.py", "tests/widgets/test_every_widget.py"),  # a figure, by theirs
+        ("solvers/uncertainty/closed_form.py", "tests/pyodide/test_equality.py"),  # in the page's Python
+        ("solvers/core/pose.py", "tests/browser/figures/test_live.py"),  # in the built site
+        ("sitegen/plots/basins.py", "tests/sitegen/pipeline/test_build.py"),
+        ("tests/solvers/test_units.py", "tests/pyodide/test_inside_solvers.py"),
+        ("tests/recorded.py", "tests/claims/test_race.py"),
+        ("content/data/sweep/curves.json", "tests/claims/test_race.py"),
+        ("content/data/sweep/curves.json", "tests/browser/figures/test_plots.py"),
+        ("content/site.yaml", "tests/sitegen/pages/test_ladder.py"),
+        ("content/glossary.yaml", "tests/sitegen/chapters/test_glossary.py"),
+        ("content/13-reading.md", "tests/claims/test_real_scans.py"),
+        ("solvers/README.md", "tests/sitegen/cli/test_package.py"),
+        ("tests/scripts/marks.test.mjs", "tests/scripts"),
+        ("templates/figure.html", "tests/browser"),
+    ],
+)
+def test_what_reads_a_file_is_run(file: str, test: str) -> None:
+    assert test in chosen(ROOT, [file]).tests
+
+
+@pytest.mark.parametrize(
+    ("file", "due"),
+    [
+        ("content/02-ransac.md", set()),
+        ("solvers/core/pose.py", {"mypy", "imports", "sweep"}),
+        ("solvers/_functions.pyi", {"mypy", "imports", "sweep"}),
+        ("widgets/drawing/svg.py", {"mypy", "imports"}),
+        ("templates/assets/js/main.js", {"eslint", "tsc"}),
+        ("templates/assets/worker.mjs", {"eslint", "tsc"}),
+        ("templates/assets/css/print.css", set()),
+        ("content/data/sweep/curves.json", {"sweep"}),
+        ("tests/solvers/test_units.py", set()),
+    ],
+)
+def test_steps_are_taken_by_kind(file: str, due: set[str]) -> None:
+    assert set(steps([file])) == {"ruff", "spelling", "check"} | due
 
 
 def test_a_module_s_edit_runs_the_tests_that_import_it_through_others_as_well() -> None:
@@ -58,9 +177,12 @@ def test_a_module_s_edit_runs_the_tests_that_import_it_through_others_as_well() 
     assert "tests/browser/accessibility/test_axe.py" in helped
     assert "tests/solvers/test_units.py" not in helped
     assert "tests/sitegen/chapters/test_drags.py" in importing(ROOT, ["tests/sitegen/conftest.py"])
-    assert importing(ROOT, ["tests/solvers/test_units.py"]) == {"tests/solvers/test_units.py"}
+    inside = {"tests/pyodide/test_inside_solvers.py", "tests/test_imports.py"}
+    assert importing(ROOT, ["tests/solvers/test_units.py"]) == {"tests/solvers/test_units.py", *inside}
 
 
 def test_what_everything_depends_on_runs_everything() -> None:
+    """And what is gone: nothing tells what depended on it."""
+    assert chosen(ROOT, ["solvers/methods/gone.py", "content/02-ransac.md"]) == Chosen((), everything=True)
     assert chosen(ROOT, ["pyproject.toml", "content/02-ransac.md"]) == Chosen((), everything=True)
     assert chosen(ROOT, []) == Chosen(())

@@ -27,11 +27,11 @@ from sitegen.cli import run_tests
 told = []
 def notes(what, code=0):
     return lambda *_, **__: told.append(what) or code
-root, engines, builds, runs = json.loads(sys.argv[1])
+root, engines, builds, runs, commit = json.loads(sys.argv[1])
 run_tests.module = lambda *words: told.append(words[0]) or 0
 run_tests.publish_and_check, run_tests.prove_sweep = notes("check"), notes("sweep")
 run_tests.scripts.script_lint, run_tests.scripts.script_types = notes("eslint"), notes("tsc")
-run_tests.imports, run_tests.spelling = notes("imports"), notes("spelling")
+run_tests.imports, run_tests.spelling = notes("imports"), notes("spelling", "misspelt" in root)
 run_tests.build_command = notes("build", builds)
 run_tests.browsers.found = lambda *_: told.append("browser") or Path("a-browser")
 run_tests.claims.write_results = lambda root, outcomes, changes: told.append(f"results of {len(outcomes)}")
@@ -39,7 +39,11 @@ found = []
 for words in runs:
     told.clear()
     with contextlib.redirect_stdout(io.StringIO()) as printed, contextlib.redirect_stderr(printed):
-        code = run_tests.test(Path(root), engines, None, ["-p", "no:cacheprovider", *words])
+        words = ["-p", "no:cacheprovider", *words]
+        if commit:
+            code = run_tests.test_changed(Path(root), commit, None, words)
+        else:
+            code = run_tests.test(Path(root), engines, None, words)
     found.append([code, [*told], printed.getvalue()])
 print(json.dumps(found))
 """
@@ -60,9 +64,12 @@ def checkout(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def ran(root: Path, *runs: str, engines: tuple[str, ...] = (), builds: int = 0) -> list[tuple[int, list[str], str]]:
-    """Of each run its exit code, what was done beside pytest, and what was printed. builds: a build's exit code."""
-    given = json.dumps([str(root), engines, builds, [run.split() for run in runs]])
+def ran(
+    root: Path, *runs: str, engines: tuple[str, ...] = (), builds: int = 0, commit: str = ""
+) -> list[tuple[int, list[str], str]]:
+    """Of each run its exit code, what was done beside pytest, and what was printed. builds: a build's exit code;
+    commit: what has changed since is tested."""
+    given = json.dumps([str(root), engines, builds, [run.split() for run in runs], commit])
     env = {**os.environ, "PYTHONPATH": str(ROOT)}
     done = subprocess.run([sys.executable, "-c", RUNNER, given], env=env, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
@@ -119,6 +126,82 @@ def test_an_engine_s_tests_write_no_results(checkout: Path) -> None:
     ((code, told, printed),) = ran(checkout, "", engines=("firefox",))
     assert (code, told) == (0, ["browser", "check"]), printed
     assert "1 passed" in printed
+
+
+def git(root: Path, *words: str) -> None:
+    who = ("-c", "user.name=A", "-c", "user.email=a@example.org")
+    subprocess.run(["git", *who, *words], cwd=root, check=True, capture_output=True)
+
+
+@pytest.fixture
+def committed(checkout: Path) -> Path:
+    """The checkout with a chapter, a page of whose site a test looks at, and a package for each of the rooms."""
+    (checkout / "content").mkdir()
+    chapter = "---\nslug: one\n---\n\nSo it is.[it]{tests/test_plain.py::test_plain}\n"
+    (checkout / "content" / "01-one.md").write_text(chapter, "utf-8")
+    for room in ("solvers", "sitegen", "widgets"):
+        (checkout / room).mkdir()
+        (checkout / room / "__init__.py").write_text("", "utf-8")
+    asks = "def pytest_addoption(parser): parser.addoption('--pages')\n"
+    (checkout / "tests" / "conftest.py").write_text(asks, "utf-8")
+    static = checkout / "tests" / "browser" / "pages" / "test_static.py"
+    static.parent.mkdir()
+    static.write_text("def test_static(pytestconfig): print(pytestconfig.getoption('--pages'))\n", "utf-8")
+    (checkout / "tests" / "test_solvers.py").write_text("import solvers\ndef test_solvers(): pass\n", "utf-8")
+    git(checkout, "init", "-q")
+    git(checkout, "add", "-A")
+    git(checkout, "commit", "-qm", "first")
+    return checkout
+
+
+BRIEF = ["browser", "ruff", "spelling", "check"]
+
+
+def test_changed_runs_what_a_chapter_s_edit_touches(committed: Path) -> None:
+    """Its claim and the tests of every page, these on its own; lint, spelling and check, and no other step."""
+    chapter = committed / "content" / "01-one.md"
+    chapter.write_text(chapter.read_text("utf-8") + "More.\n", "utf-8")
+    ((code, told, printed),) = ran(committed, "-n0 -v -rP", commit="HEAD")
+    assert (code, told) == (0, BRIEF), printed
+    assert "2 passed" in printed
+    assert "one.html,slides-one.html" in printed
+
+
+def test_changed_runs_what_a_module_s_edit_touches(committed: Path) -> None:
+    (committed / "solvers" / "__init__.py").write_text("ONE = 1\n", "utf-8")
+    ((code, told, printed),) = ran(committed, "-n0", commit="HEAD")
+    assert (code, told) == (0, ["browser", "ruff", "spelling", "mypy", "imports", "check", "sweep"]), printed
+    assert "1 passed" in printed
+
+
+def test_changed_runs_everything_where_everything_may_depend_on_it(committed: Path) -> None:
+    (committed / "solvers" / "__init__.py").unlink()
+    (committed / "tests" / "test_solvers.py").write_text("def test_solvers(): pass\n", "utf-8")
+    ((_, told, _),) = ran(committed, "-n0", commit="HEAD")
+    assert told[: len(WHOLE) - 1] == WHOLE[:-1]
+
+
+def test_changed_says_what_it_cannot_do_or_need_not(committed: Path) -> None:
+    """Nothing differs; no such commit; an option that pytest does not know."""
+    nothing, unknown = ran(committed, "", "--max-fial=1", commit="HEAD")
+    assert nothing[:2] == (0, [])
+    assert "nothing differs from HEAD" in nothing[2]
+    assert unknown[:2] == (2, [])
+    ((code, told, printed),) = ran(committed, "", commit="nowhere")
+    assert (code, told) == (2, [])
+    assert "git cannot compare with 'nowhere'" in printed
+
+
+@pytest.mark.parametrize("fails", ["step", "test"])
+def test_changed_fails_where_something_does(committed: Path, fails: str) -> None:
+    """A step that failed is told after the tests, which run all the same; a failing test suffices."""
+    root = committed.rename(committed.with_name("misspelt")) if fails == "step" else committed
+    wrong = "assert False" if fails == "test" else "pass"
+    (root / "tests" / "test_solvers.py").write_text(f"def test_solvers(): {wrong}\n", "utf-8")
+    ((code, told, printed),) = ran(root, "-n0", commit="HEAD")
+    assert (code, told) == (1, BRIEF), printed
+    assert ("1 failed" if fails == "test" else "1 passed") in printed
+    assert ("failed: spelling (see above)" in printed) == (fails == "step")
 
 
 def asked(**options: Any) -> argparse.Namespace:

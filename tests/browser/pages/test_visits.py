@@ -1,0 +1,34 @@
+"""A visit tells of each check what it found, and goes on: tests of every page rest on that."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from playwright.sync_api import Page
+
+from tests.browser.conftest import Reader
+from tests.browser.visits import QUIET, found_on
+
+
+def test_what_is_wrong_is_told_of_its_page_and_check(reader: Callable[..., Reader]) -> None:
+    """What a check yields, that it failed, half way even, and what the browser complains of; others find nothing."""
+
+    def fails(page: Page, path: str) -> Iterator[str]:
+        yield "the first"
+        assert path == "references.html", "not this one"
+        page.evaluate("() => { throw new Error('thrown'); }")
+
+    def complains(page: Page, path: str) -> Iterator[str]:
+        page.evaluate("path => console.error('of ' + path)", path)
+        yield from ()
+
+    checks = {"fails": fails, "complains": complains, "finds nothing": lambda page, path: []}
+    found = found_on(reader(), ["404.html", "references.html"], checks)
+    first, other, again, thrown = found["fails"]
+    assert first == "404.html: the first"
+    assert other.startswith("404.html: not this one")
+    assert again == "references.html: the first"
+    assert thrown.startswith("references.html: ")
+    assert "thrown" in thrown
+    assert found["complains"] == found["finds nothing"] == []
+    assert found[QUIET] == ["404.html: console: of 404.html", "references.html: console: of references.html"]
