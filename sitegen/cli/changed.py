@@ -194,7 +194,7 @@ def _paragraphs(text: str) -> set[str]:
 
 
 def _naming(root: Path, name: str, folder: str, pattern: str) -> set[str]:
-    """The files of a folder that hold a file's name, or that of its folder where this is no top one."""
+    """The files of a folder that hold a file's name, or that of its folder where it lies deeper."""
     path = Path(name)
     words = {path.name, *([path.parent.as_posix()] if len(path.parts) > 2 else [])}
     found = (each for each in (root / folder).rglob(pattern) if any(word in each.read_text("utf-8") for word in words))

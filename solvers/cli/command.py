@@ -43,7 +43,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _files(given: list[str]) -> list[str]:
-    """Arguments that name no command. Raises ValueError where the first is no file either, but nearly a command."""
+    """Arguments that name no command. Raises ValueError where the first is not a file either, but nearly a command."""
     first = given[0] if given else "-"
     near = "" if first.startswith("-") or os.path.exists(first) else validate.nearest(first, COMMANDS)
     if near:

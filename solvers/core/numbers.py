@@ -1,4 +1,4 @@
-"""What is no array of real numbers is refused here, by a ValueError that names the argument."""
+"""What is not an array of real numbers is refused here, by a ValueError that names the argument."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def array(values: ArrayLike, name: str) -> AnyArray:
     try:
         return np.asarray(values)
     except ValueError:
-        raise ValueError(f"{name}: rows of unequal length are no array") from None
+        raise ValueError(f"{name}: rows of unequal length do not make an array") from None
 
 
 def numbers(values: ArrayLike, name: str) -> FloatArray:

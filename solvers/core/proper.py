@@ -51,7 +51,7 @@ def check(t: FloatArray, scale: FloatArray) -> None:
 
 
 def check_rotation(R: FloatArray) -> None:
-    """Refuse what is no rotation."""
+    """Refuse what is not a rotation."""
     finite(R, "R")
     d = R.shape[-1]
     off = np.abs(R @ R.swapaxes(-1, -2) - np.eye(d)).max(initial=0.0)

@@ -1,4 +1,4 @@
-"""Rotation matrices from angles; of what is no number they are NaN."""
+"""Rotation matrices from angles; of what is not a number they are NaN."""
 
 from __future__ import annotations
 

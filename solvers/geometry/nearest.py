@@ -89,7 +89,7 @@ class Index:
         with np.errstate(over="ignore", under="ignore", invalid="ignore"):
             if known is None:
                 known = Known(points, np.zeros(points.shape[:2], dtype=np.int64), np.zeros(points.shape[:2]))
-            # Not below, rather than above: what is no number is looked up.
+            # Not below, rather than above: what is not a number is looked up.
             lost = ~(np.sqrt(_between(points, known.points)) < known.slack)
             at, rows, slack = np.where(lost[..., None], points, known.points), known.rows.copy(), known.slack.copy()
             for i, tree in enumerate(self.trees):
