@@ -56,6 +56,10 @@ class Candidates:
     rows: int
     columns: int
 
+    def along(self, values: AnyArray) -> AnyArray:
+        """The value (rows,) of each pair's row, (e,): a repetition, quicker than a gather."""
+        return np.repeat(values, np.diff(self.starts))
+
     def row_sums(self, values: FloatArray) -> FloatArray:
         """Σ of the values (e,) of each row, (rows,)."""
         total = np.zeros(self.rows)
@@ -72,9 +76,14 @@ class Candidates:
 def listed(row: AnyArray, column: AnyArray, squares: FloatArray, rows: int, columns: int) -> Candidates:
     """Candidates from pairs in ascending order of `row`."""
     row, column = row.astype(np.intp, copy=False), column.astype(np.intp, copy=False)
-    starts = np.zeros(rows + 1, dtype=np.intp)
-    np.cumsum(np.bincount(row, minlength=rows), out=starts[1:])
-    return Candidates(row, column, squares, starts, rows, columns)
+    return Candidates(row, column, squares, _starts(np.bincount(row, minlength=rows)), rows, columns)
+
+
+def _starts(counts: AnyArray) -> AnyArray:
+    """Where each row's pairs begin, from how many it has, and the end of the last."""
+    starts = np.zeros(len(counts) + 1, dtype=np.intp)
+    np.cumsum(counts, out=starts[1:])
+    return starts
 
 
 def within_reach(moved: FloatArray, target: FloatArray, reach: FloatArray) -> Candidates:
@@ -87,24 +96,27 @@ def within_reach(moved: FloatArray, target: FloatArray, reach: FloatArray) -> Ca
     n = target.shape[1]
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         grid = _Cells.of(target, reach) if d == 2 else None
-        row, column = _by_products(moved, target, reach) if grid is None else grid.pairs(moved)
-        squares = np.zeros(len(row))
+        counts, column = _by_products(moved, target, reach) if grid is None else grid.pairs(moved)
+        squares, starts = np.zeros(len(column)), _starts(counts)
         for p, q in zip(moved.reshape(-1, d).T, target.reshape(-1, d).T, strict=True):
-            gap = np.ascontiguousarray(p)[row] - np.ascontiguousarray(q)[column]
+            gap = np.repeat(p, counts)
+            gap -= np.ascontiguousarray(q).take(column)
             gap *= gap
             squares += gap
-        near = np.flatnonzero(squares <= np.repeat(np.square(reach), m)[row])
+        near = np.flatnonzero(squares <= np.repeat(np.square(reach), counts.reshape(b, m).sum(axis=1)))
+    row = np.repeat(np.arange(b * m), counts)
     if near.size < row.size:
-        row, column, squares = row[near], column[near], squares[near]
+        row, column, squares = row.take(near), column.take(near), squares.take(near)
+        starts = np.searchsorted(near, starts)
     if grid is not None:
         order = np.argsort(row.astype(np.int64) * (b * n) + column, kind="stable")
-        row, column, squares = row[order], column[order], squares[order]
-    return listed(row, column, squares, b * m, b * n)
+        row, column, squares = row.take(order), column.take(order), squares.take(order)
+    return Candidates(row, column, squares, starts, b * m, b * n)
 
 
 def _by_products(moved: FloatArray, target: FloatArray, reach: FloatArray) -> tuple[AnyArray, AnyArray]:
-    """Rows and columns of the pairs within reach and a few beyond: those that rounding
-    leaves in doubt.
+    """The pairs within reach and a few beyond, those that rounding leaves in doubt: how many
+    each row has, and their columns.
     """
     b, m, d = moved.shape
     n = target.shape[1]
@@ -124,8 +136,7 @@ def _by_products(moved: FloatArray, target: FloatArray, reach: FloatArray) -> tu
         found.append(np.flatnonzero(passed.ravel()) + k * (m * n))
     flat = np.concatenate(found)
     counts = np.diff(np.searchsorted(flat, n * np.arange(b * m + 1)))
-    row = np.repeat(np.arange(b * m), counts)
-    return row, flat - np.repeat(n * (np.arange(b * m) - np.arange(b * m) // m), counts)
+    return counts, flat - np.repeat(n * (np.arange(b * m) - np.arange(b * m) // m), counts)
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,8 +174,8 @@ class _Cells:
         return cls(low, side, shape, first, starts, order)
 
     def pairs(self, moved: FloatArray) -> tuple[AnyArray, AnyArray]:
-        """Each moved point with the target points of the nine cells about it: rows,
-        ascending, and columns.
+        """Each moved point with the target points of the nine cells about it: how many each
+        row has, and their columns.
         """
         top = self.shape[:, None].astype(np.float64) + 1.0
         at = np.floor((moved - self.low[:, None]) / self.side[:, None, None]) + 1.0
@@ -180,7 +191,7 @@ class _Cells:
             end[..., k] = np.where(outside | (up != cell[..., 1] + (k - 1)), begin[..., k], end[..., k])
         count = (end - begin).ravel()
         place = np.repeat(begin.ravel() - (np.cumsum(count) - count), count) + np.arange(int(count.sum()))
-        return np.repeat(np.arange(len(count)) // 3, count), self.order[place]
+        return count.reshape(-1, 3).sum(axis=1), self.order.take(place)
 
 
 def scores(found: Candidates, m: int, sigma: FloatArray) -> FloatArray:
@@ -189,7 +200,7 @@ def scores(found: Candidates, m: int, sigma: FloatArray) -> FloatArray:
         # A width below 1e-154 has no square: the factor stays finite, and a distance of
         # 0 keeps a weight of 1.
         factor = np.repeat(-0.5 / np.maximum(np.square(sigma), _TINY), m)
-        psi: FloatArray = np.exp(found.squares * factor[found.row])
+        psi: FloatArray = np.exp(found.squares * found.along(factor))
     return psi
 
 

@@ -116,8 +116,7 @@ def messages(pairs: Candidates, psi: FloatArray, miss: float, sweeps: int) -> Fl
     """
     omega, mu, work = psi.copy(), np.empty_like(psi), np.empty_like(psi)
     for _ in range(sweeps):
-        np.take(pairs.row_sums(omega) + miss, pairs.row, out=work, mode="clip")
-        np.subtract(work, omega, out=work)
+        np.subtract(pairs.along(pairs.row_sums(omega) + miss), omega, out=work)
         # At least the miss score remains, whatever rounding says.
         np.maximum(work, miss, out=work)
         np.divide(psi, work, out=mu)
@@ -125,8 +124,7 @@ def messages(pairs: Candidates, psi: FloatArray, miss: float, sweeps: int) -> Fl
         np.subtract(work, mu, out=work)
         np.maximum(work, 1.0, out=work)
         np.divide(psi, work, out=omega)
-    np.take(pairs.row_sums(omega) + miss, pairs.row, out=work, mode="clip")
-    np.divide(omega, work, out=omega)
+    np.divide(omega, pairs.along(pairs.row_sums(omega) + miss), out=omega)
     return omega
 
 
@@ -223,10 +221,10 @@ def marginal_matrix(state: BpState, i: int = 0) -> FloatArray:
 def _associate(state: BpState) -> BpState:
     found, p = _listed(state)
     b, m, d = state.problem.source.shape
-    flat = state.problem.target.reshape(-1, d)
+    flat = np.ascontiguousarray(state.problem.target.reshape(-1, d).T)
     with np.errstate(over="ignore", under="ignore"):
         mass = found.row_sums(p).reshape(b, m)
-        parts = [found.row_sums(p * flat[found.column, k]) for k in range(d)]
+        parts = [found.row_sums(p * flat[k].take(found.column)) for k in range(d)]
         taken = found.column_sums(p).reshape(b, -1)
     return radius_pairs.associated(changed(state, taken=taken), mass, np.stack(parts, axis=-1).reshape(b, m, d))
 

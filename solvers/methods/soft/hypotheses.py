@@ -137,14 +137,14 @@ def greedy(found: Candidates, psi: FloatArray, miss: float) -> AnyArray:
         best_of_row[row], best_of_column[column] = 0.0, 0.0
         np.maximum.at(best_of_row, row, psi)
         np.maximum.at(best_of_column, column, psi)
-        mutual = np.flatnonzero((psi == best_of_row[row]) & (psi == best_of_column[column]))
+        mutual = np.flatnonzero((psi == best_of_row.take(row)) & (psi == best_of_column.take(column)))
         # Equal scores: the last to write is the first listed.
-        i, j, number = row[mutual], column[mutual], np.arange(len(mutual))
+        i, j, number = row.take(mutual), column.take(mutual), np.arange(len(mutual))
         first_of_row[i[::-1]], first_of_column[j[::-1]] = number[::-1], number[::-1]
         chosen = (first_of_row[i] == number) & (first_of_column[j] == number)
         out[i[chosen]] = j[chosen]
         taken[j[chosen]] = True
-        left = (out[row] < 0) & ~taken[column]
+        left = (out.take(row) < 0) & ~taken.take(column)
         row, column, psi = row[left], column[left], psi[left]
     return out
 
@@ -171,20 +171,20 @@ def drawn(
     pending: AnyArray = np.arange(rows * H)
     row = np.repeat(np.arange(rows), H)
     for u in uniform:
-        t = (u.reshape(-1)[pending] * total[row]).astype(np.int64)
-        hit = np.flatnonzero(t < mass[row])
-        pending, row = pending[hit], row[hit]
-        pair = np.searchsorted(ends, base[row] + t[hit], side="right") - 1
-        column = found.column[pair]
+        t = (u.reshape(-1).take(pending) * total.take(row)).astype(np.int64)
+        hit = np.flatnonzero(t < mass.take(row))
+        pending, row = pending.take(hit), row.take(hit)
+        pair = np.searchsorted(ends, base.take(row) + t.take(hit), side="right") - 1
+        column = found.column.take(pair)
         slot = column * H + (pending - H * row)
-        free = np.flatnonzero(owner[slot] >= 0)
-        mine, place = rank[pending[free]], slot[free]
+        free = np.flatnonzero(owner.take(slot) >= 0)
+        mine, place = rank.take(pending.take(free)), slot.take(free)
         np.minimum.at(owner, place, mine)
-        won = free[owner[place] == mine]
-        out[pending[won]] = column[won]
-        owner[slot[won]] = -1  # taken for good
-        left = np.flatnonzero(out[pending] < 0)
-        pending, row = pending[left], row[left]
+        won = free.take(np.flatnonzero(owner.take(place) == mine))
+        out[pending.take(won)] = column.take(won)
+        owner[slot.take(won)] = -1  # taken for good
+        left = np.flatnonzero(out.take(pending) < 0)
+        pending, row = pending.take(left), row.take(left)
     return out.reshape(rows, H)
 
 
@@ -203,7 +203,7 @@ def _associate(state: HypothesisState) -> HypothesisState:
     with np.errstate(over="ignore", under="ignore"):
         # A missed point's column, −1, finds the zero that is put last.
         shares = np.vstack([problem.target.reshape(-1, d) / options.count, np.zeros((1, d))])
-        moment = np.stack([x[columns].sum(axis=1) for x in np.ascontiguousarray(shares.T)], axis=-1)
+        moment = np.stack([x.take(columns).sum(axis=1) for x in np.ascontiguousarray(shares.T)], axis=-1)
     inside = columns.reshape(b, m, -1) - n * np.arange(b)[:, None, None]
     assignments = np.where(assigned.reshape(b, m, -1), inside, -1).swapaxes(1, 2)
     return radius_pairs.associated(changed(state, assignments=assignments), mass, moment.reshape(b, m, d))
