@@ -30,7 +30,7 @@ BUDGETS = {  # no more than each had before its counts were folded
     "14-four.md": 2140,
     "15-search.md": 1460,
     "16-uncertainty.md": 1450,
-    "17-drive.md": 1400,
+    "17-drive.md": 1520,
     "18-space.md": 1300,
     "19-clouds.md": 1174,
 }
