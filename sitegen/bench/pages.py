@@ -246,6 +246,27 @@ def nine(bench: Bench) -> list[Row]:
     ]  # fmt: skip
 
 
+def playing_map(bench: Bench) -> list[Row]:
+    """The drive's map from its first scan to its last, press by press, by each kind of poses."""
+    steps: list[float] = []
+    with ExitStack() as stack:
+        server, browser = stack.enter_context(serving(bench.site)), stack.enter_context(browser_of(bench))
+        page = stack.enter_context(visit(browser, f"{server.origin}/drive.html"))
+        live(page)
+        for poses in ("odometry", "matched", "closed"):
+            page.locator(f'#fig-drive [name="poses"][value="{poses}"]').check(force=True)
+            until(page, IDLE)
+            page.evaluate("performance.clearMarks()")
+            step = page.locator('#fig-drive [data-button="step"]')
+            while step.get_attribute("aria-disabled") != "true":
+                step.dispatch_event("click")  # it is in the fold
+                until(page, IDLE)
+            steps += answered(page.evaluate(MARKS))[int(poses == "odometry") :]
+            page.locator('#fig-drive [data-button="reset"]').click()
+    note = f"{len(steps)} presses, median {number_ms(median(steps))}, longest {number_ms(max(steps))}"
+    return [Row("the drive's map, a press to the swapped SVG, 95th percentile", centile(steps, 95), "ms", 25, note)]
+
+
 # The page's own job, as its button runs it, once to warm up: its slices, how long it took, and the solvers' part.
 _JOB = """async () => {
   const { record } = Ladder.figures.get('fig-race');

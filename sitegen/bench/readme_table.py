@@ -54,6 +54,7 @@ LINES = (
         "of what a control figure takes, whose worker gives back stored frames", "≤ 1.5 times", ("near rungs, of the",)
     ),
     Line("the same, the race's nine panels", "≤ 25 ms", ("nine panels, a", "nine panels, input")),
+    Line("five scans more on the map of a drive, press to swapped picture", "≤ 25 ms", ("the drive's map, a press",)),
     Line("frames missed in a drag", "≤ 2 %", ("frames missed",)),
     Line("heat map after a control moves: coarse", "≤ 33 ms", ("heat map, coarse",)),
     Line("the same: full, refined, interruptible", "≤ 1000 ms", ("heat map, full",)),

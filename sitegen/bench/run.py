@@ -34,6 +34,7 @@ def groups() -> dict[str, Callable[[Bench], list[Row]]]:
         "drag": figures.drag,
         "heat": pages.heat,
         "nine": pages.nine,
+        "map": pages.playing_map,
         "sizes": builds.sizes,
         "build": builds.build_times,
         "race": solvers.race,
