@@ -255,14 +255,14 @@ def playing_map(bench: Bench) -> list[Row]:
         live(page)
         for poses in ("odometry", "matched", "closed"):
             page.locator(f'#fig-drive [name="poses"][value="{poses}"]').check(force=True)
-            page.locator('#fig-drive [data-button="reset"]').click()
             until(page, IDLE)
             page.evaluate("performance.clearMarks()")
             step = page.locator('#fig-drive [data-button="step"]')
             while step.get_attribute("aria-disabled") != "true":
-                step.click()
+                step.dispatch_event("click")  # it is in the fold
                 until(page, IDLE)
             steps += answered(page.evaluate(MARKS))[int(poses == "odometry") :]
+            page.locator('#fig-drive [data-button="reset"]').click()
     note = f"{len(steps)} presses, median {number_ms(median(steps))}, longest {number_ms(max(steps))}"
     return [Row("the drive's map, a press to the swapped SVG, 95th percentile", centile(steps, 95), "ms", 25, note)]
 

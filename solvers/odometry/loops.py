@@ -62,7 +62,8 @@ class LoopOptions:
         scan alone.
     search : {"none", "correlative", "branch-and-bound"}, default "none"
         Where matches start. "none" is where the chain has the two scans; the others are methods of `solvers.register`
-        that look everywhere and ask no chain.
+        that look everywhere and ask no chain: "correlative" takes half a second a pair, "branch-and-bound" proves its
+        pose and takes up to a minute where the two have little in common.
 
     Raises
     ------

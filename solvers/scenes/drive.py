@@ -156,7 +156,7 @@ def interlaced(beams: int, step: float, turns: int = 2, period: float = MIRROR) 
     >>> import numpy as np
     >>> from solvers.drives import interlaced
     >>> (1e3 * interlaced(5, np.pi / 4)).round(1)
-    array([-10.7,   4.3,  -7.3,   7.7,  -4. ])
+    array([-8.7,  6.3, -5.3,  9.7, -2. ])
     """
     k = np.arange(beams)
     seconds = period * (k % turns + k * step / (2.0 * np.pi))

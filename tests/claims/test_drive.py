@@ -161,10 +161,10 @@ def test_loops_between_the_edges_close_as_well():
 
 
 def test_loops_far_from_the_edges_close_less_well():
-    """With the first half of the loops as edges, or the second, the rest are missed by up to 6 cm and 0.4°."""
+    """With the first half of the loops as edges, or the second, the rest are missed by up to 5.1 cm and 0.4°."""
     found = np.flatnonzero(loops().believed)
     shifts, turns = left_out(chain(), loops(), (found[:27], found[27:]))
-    assert 0.04 < max(shift.max() for shift in shifts) < 0.06
+    assert max(shift.max() for shift in shifts) == pytest.approx(0.051, abs=0.002)
     assert 0.3 < max(turn.max() for turn in turns) < 0.4
 
 
