@@ -19,6 +19,7 @@ ROOMS: Mapping[str, tuple[str, ...]] = {
         *("solvers.odometry", "solvers.posegraph", "solvers.io.g2o", "solvers.scenes.drive", "solvers.scenes.recorded"),
         *("widgets.parts.drive_table", "widgets.parts.drive_solved", "widgets.parts.drive_poses"),
     ),
+    "files": ("solvers.io",),  # the rest of it
 }
 """The rooms' packs by name, and the modules and folders that each of them holds, with all that lies below."""
 FIGURES = "widgets.figures"
