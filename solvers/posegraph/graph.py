@@ -379,9 +379,7 @@ def optimise(
             course.append(run.poses)
             objective.append(run.objective)
     history = History(Pose(np.stack([p.R for p in course]), np.stack([p.t for p in course])), np.array(objective))
-    return GraphResult(
-        run.poses, run.chi2, run.weights, run.objective, run.status, run.reason, run.steps, history
-    )
+    return GraphResult(run.poses, run.chi2, run.weights, run.objective, run.status, run.reason, run.steps, history)
 
 
 def _judged(setting: _Setting, edges: Edges, poses: Pose) -> GraphRun:
