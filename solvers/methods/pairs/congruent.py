@@ -1,6 +1,4 @@
-"""RANSAC without pairs.
-
-Two source points are laid on two target points equally far apart, wherever they may be.
+"""RANSAC without pairs: two source points are laid on two target points equally far apart.
 
 A draw takes two source points at least `separation` apart, a target point, and a second
 one whose distance from it is the same up to `tolerance`, and lays the one segment on
@@ -9,26 +7,21 @@ capped sum `C(T) = Σ_i min(r_i², ε²)` over the source points, r_i the distan
 point i to its nearest target point. The starting pose plays no part.
 
 Hypotheses are screened before they are scored. A grid over the target holds in each
-cell the least that r² can be for a point in it, so looking moved points up bounds C
-from below. All of a step's hypotheses are looked up with `screen` of the source points,
-the few with the lowest sums with all of them, and the lowest of these is scored
-exactly, by nearest neighbours, if its bound lies below the best score of a hypothesis
-so far. A hypothesis that becomes the best is refitted to the pairs within ε while that
-lowers C; the pose kept is the best of the refitted. After `patience` steps without a
-better one the run has come to rest, which is not a proof that there is none.
+cell the least r² of any point in it, which bounds C from below. All of a step's
+hypotheses are looked up with `screen` of the source points, the lowest few with all of
+them, and the lowest is scored exactly if its bound lies below the best score so far. A
+hypothesis that becomes the best is refitted to the pairs within ε while that lowers C.
+After `patience` steps without a better one the run is at rest, which proves nothing.
 
-Left out: the search structures for congruent sets of [3]_.
+Left out: the search structures of [3]_.
 
 References
 ----------
 .. [1] M. A. Fischler, R. C. Bolles, "Random sample consensus: a paradigm for model
    fitting with applications to image analysis and automated cartography", 1981.
    doi:10.1145/358669.358692
-.. [2] O. Chum, J. Matas, J. Kittler, "Locally optimized RANSAC", 2003 (refits of what
-   becomes the best).
-.. [3] D. Aiger, N. J. Mitra, D. Cohen-Or, "4-points congruent sets for robust pairwise
-   surface registration", 2008 (congruence finds candidates without descriptors; in the
-   plane two points suffice).
+.. [2] O. Chum, J. Matas, J. Kittler, "Locally optimized RANSAC", 2003 (the refits).
+.. [3] D. Aiger, N. J. Mitra, D. Cohen-Or, "4-points congruent sets …", 2008.
 """
 
 from __future__ import annotations
@@ -60,19 +53,18 @@ class CongruentOptions:
     Parameters
     ----------
     separation : float, optional
-        The least distance of two drawn source points, world units. None is 0.6 of the
-        source's RMS radius.
+        The least distance of two drawn source points, u; by default 0.6 of the source's
+        RMS radius.
     tolerance : float, optional
-        By how much the distance of the two target points may differ from theirs, world
-        units. None is 0.1 of the target's RMS radius.
+        By how much the two target points' distance may differ, u; by default 0.1 of
+        the target's RMS radius.
     inlier : float, optional
-        ε, the distance to the nearest target point beyond which a source point's share
-        of the objective grows no more, world units. None is 0.1 of the target's RMS
-        radius, which a single point far away makes too large.
+        ε, the distance at which a point's share of the objective is capped, u; by
+        default 0.1 of the target's RMS radius, too large with a point far away.
     per_step : int, default 32
         Hypotheses in a step, even.
     most : int, default 70
-        Steps that draws are made for, after which they come again.
+        Steps that draws are made for; then they come again.
     screen : int, default 32
         Source points looked up first, in all hypotheses of a step.
     patience : int, default 20
@@ -213,9 +205,7 @@ class CongruentState:
 
 @dataclass(frozen=True, eq=False)
 class _Score:
-    """Nearest neighbours at a pose and their capped sum: pose, rows (b, m), squares (b,
-    m), cost (b,).
-    """
+    """Nearest neighbours at a pose, rows and squares (b, m); their capped sum, cost (b,)."""
 
     pose: Pose
     rows: IntArray

@@ -1,7 +1,5 @@
-"""Coherent point drift, rigid and similarity.
-
-The moved points are the centres of a Gaussian mixture that explains the fixed cloud,
-fitted by expectation and maximisation.
+"""Coherent point drift, rigid and similarity: the moved points are the centres of a
+Gaussian mixture that explains the fixed cloud, fitted by expectation and maximisation.
 
 Here Y, of M points, moves and X, of N points, stays: the observations are the fixed
 points, the components the moving. With one standard deviation σ for all, and a uniform
@@ -12,10 +10,8 @@ part of weight w for clutter, the responsibility of component m for observation 
 
 V the volume over which the clutter is spread, uᵈ: `volume`, or else that of the square
 (the cube) in which evenly spread points have the fixed cloud's RMS radius r, `V =
-(√(12/d) r)ᵈ`. That is a choice of this package, so that the answer does not depend on
-the unit of length. The paper writes 1/N for the density, that is V = N, and scales both
-clouds to unit variance, so that its convention is `volume=len(target)` for clouds that
-were scaled so.
+(√(12/d) r)ᵈ`: a choice of this package, so that the answer has no unit. The paper
+writes 1/N for the density, which is `volume=len(target)` for clouds of unit variance.
 
 One step maximises for the responsibilities at hand, then finds those at the new pose,
 so a state's pose, σ, responsibilities and objective belong together. With
@@ -28,12 +24,10 @@ so a state's pose, σ, responsibilities and objective belong together. With
 5. variance: σ² = Σ P_mn ‖x_n − T(y_m)‖² / (N_P d), floored
 
 The objective is the negative log-likelihood of the fixed cloud under mixture and
-clutter. It never rises: each step is an exact EM step. (σ is estimated and need not
-fall at every step. The one exception is the first step of the rigid method from a start
-whose scale is not 1.) The variance is summed from residuals, never from the difference
-of traces `tr(X̃ᵀ d(Pᵀ1) X̃) − …`, which falls below zero on clean data; the sums run
-over blocks of the fixed points, and the matrix P is never stored: `responsibilities`
-makes it for a figure.
+clutter. It never rises: each step is an exact EM step; σ need not fall at every step.
+The variance is summed from residuals, never from the difference of traces
+`tr(X̃ᵀ d(Pᵀ1) X̃) − …`, which falls below zero on clean data. The sums run over blocks
+of the fixed points: P is stored only where `responsibilities` is called, for a figure.
 
 Left out: the affine and non-rigid forms and the fast Gauss transform.
 
@@ -250,9 +244,7 @@ def _empty(state: CpdState) -> BoolArray:
 
 @dataclass(frozen=True, eq=False)
 class _Maximum:
-    """Where the M-step leads, in the frame's units, and by which `step` (b, m, d) it
-    moves the points; `free` (b,) where no rotation is best and the old one is kept.
-    """
+    """Where the M-step leads, in the frame's units; `free` where it keeps the rotation."""
 
     mean_moving: FloatArray
     mean_fixed: FloatArray
@@ -338,9 +330,7 @@ def _why(state: CpdState, i: int) -> str:
 
 
 def responsibilities(state: CpdState, i: int = 0) -> FloatArray:
-    """The matrix P (m, n) of problem i at the state's pose and σ: moving points in
-    rows. Its columns add up to at most 1; what is missing is the clutter's share.
-    """
+    """P (m, n) of problem i, moving points in rows: what columns lack of 1 is clutter's."""
     frame = state.frame
     with np.errstate(over="ignore", under="ignore"):
         c = min(float(state.clutter[i] * state.width[i] ** frame.fixed.shape[2]), 1e300)
@@ -349,12 +339,10 @@ def responsibilities(state: CpdState, i: int = 0) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class Stages:
-    """One step of one problem in its stages, in world units; the fields follow
-    `STAGES`.
+    """One step of one problem in its stages, in world units; the fields follow `STAGES`.
 
     responsibilities (m, n). mean_moving, mean_fixed (d,); centred_moving (m, d),
-    centred_fixed (n, d). correlation (d, d) H, rotation (d, d). scale, translation
-    (d,). sigma_before, sigma.
+    centred_fixed (n, d). correlation H, rotation (d, d). translation (d,).
     """
 
     responsibilities: FloatArray

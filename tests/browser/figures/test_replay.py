@@ -22,7 +22,18 @@ self.addEventListener("message", ({ data }) => {
   if (data.type === "give") for (const end = Date.now() + 4000; Date.now() < end; );
   if (data.type !== "frame" || self.slowed) return;
   self.slowed = true;
-  python.runPython(`
+  turn = turn.then(slow); // before the answer
+});
+async function slow() {
+  for (;;) {
+    try {
+      return void python.runPython(SLOWER);
+    } catch {
+      await rooms.bring(rooms.wanted()); // the figure's own pack
+    }
+  }
+}
+const SLOWER = `
 import time
 from widgets.engine.registry import WIDGETS
 kabsch = WIDGETS["kabsch"]
@@ -30,8 +41,7 @@ def act(state, action, quick=kabsch.act):
     time.sleep(0.5)
     return quick(state, action)
 object.__setattr__(kabsch, "act", act)
-`);
-});
+`;
 """
 FRAME = 5000  # ms: the limit of an answer here; what comes back takes longer than this
 DONE = [["drag", "source", 0.1 * i, -0.2 * i] if i % 2 else ["press", "solve"] for i in range(14)]

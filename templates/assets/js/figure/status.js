@@ -28,7 +28,7 @@ function progress() {
 /** @param {Progress} replay */
 function replaying({ replayed, of, reads }) {
   if (of === undefined) return { words: `Python is reading ${reads || "the drawing"} again.` };
-  if (replayed === of - 1) return { words: "Python is working on this." }; // on the last action, which takes long itself
+  if (of === 1) return { words: "Python is working on this." }; // an action that takes long itself
   return { words: "Restoring your actions:", progress: `${replayed} of ${of} actions` };
 }
 
