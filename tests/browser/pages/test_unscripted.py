@@ -13,7 +13,7 @@ from tests.browser.figure import Figure
 from tests.browser.server import SiteServer
 
 # Where a script is cut decides what is unexpected.
-COMPLAINTS = ("Failed to load", "Unexpected", "Invalid or unexpected token", "MIME type", "ERR_")
+COMPLAINTS = ("Failed to load", "Unexpected", "Invalid or unexpected token", "missing ", "MIME type", "ERR_")
 # Where everything stands that is seen; what is told of the script lies over it.
 PLACES = """() => [...document.querySelectorAll('header *, main *, footer *')]
   .filter(node => node.checkVisibility({ visibilityProperty: true }) && !node.closest('svg, math'))
