@@ -75,7 +75,7 @@ class Needs:
 
     def fault(self, fixtures: Collection[str]) -> str:
         """A browser where one is driven, the site as its sources are where it is looked at; what cannot be had."""
-        fault = find_browsers(["chromium"], self.given) if "playwright" in fixtures else ""
+        fault = find_browsers([], self.given) if "playwright" in fixtures else ""
         if not fault and "site" in fixtures and build_command(self.root) != 0:
             return "these tests need the built site, which cannot be built"
         return fault
@@ -101,7 +101,7 @@ def test(root: Path, engines: Sequence[str], given: Path | None, further: Sequen
         return 2
     if is_part(root, asked) and not engines:
         return test_part(Needs(root, given), asked, further)
-    fault = find_browsers(engines or ["chromium"], given)
+    fault = find_browsers(engines, given)
     if fault:
         print(fault, file=sys.stderr)
         return 1
@@ -173,7 +173,7 @@ def test_changed(root: Path, commit: str, given: Path | None, further: Sequence[
         return 0
     if found.everything:
         return test(root, [], given, further)
-    fault = find_browsers(["chromium"], given)
+    fault = find_browsers([], given)
     if fault:
         print(fault, file=sys.stderr)
         return 1
@@ -220,14 +220,18 @@ def processes(asked: argparse.Namespace, count: int | None = None) -> list[str]:
 
 
 def find_browsers(engines: Sequence[str], given: Path | None) -> str:
-    """Find or install the engines' programs and name them to the tests; what cannot be had."""
+    """Find or install the engines' programs and name them to the tests; what cannot be had. Where no engines are named,
+    all that needs no window is tested in Chromium's shell."""
+    shell = None if engines else browsers.shell(given)
     faults = []
-    for name in engines:
+    for name in engines or ["chromium"]:
         try:
             program = browsers.found(name, given if name == "chromium" else None)
             os.environ[f"LADDER_{name.upper()}"] = str(program)
         except browsers.BrowserMissing as error:
             faults.append(str(error))
+    if shell:
+        os.environ["LADDER_SHELL"] = str(shell)
     return "\n".join(faults)
 
 

@@ -21,6 +21,11 @@ BLOCKED = "Service Worker registration blocked"  # by the tests themselves, wher
 EARLY = "was preloaded using link preload but not used within a few seconds"  # on a busy machine; UNUSED_FONTS asks
 
 
+def whole_chromium() -> str | None:
+    """A Chromium with all that its headless shell lacks: the back/forward cache, and apps to install."""
+    return os.environ.get("LADDER_CHROMIUM") or shutil.which("chromium") or shutil.which("google-chrome")
+
+
 @pytest.fixture(scope="session")
 def playwright() -> Iterator[Playwright]:
     with sync_playwright() as running:
@@ -29,7 +34,7 @@ def playwright() -> Iterator[Playwright]:
 
 @pytest.fixture(scope="session")
 def browser(playwright: Playwright) -> Iterator[Browser]:
-    path = os.environ.get("LADDER_CHROMIUM") or shutil.which("chromium") or shutil.which("google-chrome")
+    path = os.environ.get("LADDER_SHELL") or whole_chromium()
     running = playwright.chromium.launch(executable_path=path, args=FLAGS)
     yield running
     running.close()

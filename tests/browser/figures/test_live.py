@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -24,23 +25,23 @@ def solve(reader: Callable[..., Reader]) -> Figure:
 
 
 def records() -> list[dict[str, Any]]:
-    """Every widget's presets, what the tape of the first records, and for each preset some drags and picks."""
+    """Every widget as it opens, what its tape records, and a drag or pick of each of its places. What node draws by
+    the same Python, tests/pyodide/test_frames.py, has the other presets and every control too."""
     found = []
     for widget in WIDGETS.values():
-        for i, name in enumerate(widget.presets):
-            plain = preset(widget, name).plain()
-            found.append(plain)
-            found += [{**plain, "seed": SEED + 13, "log": [["drag", h, 1.23, -0.57]]} for h in widget.handles]
-            found += [{**plain, "log": [["click", c, 0.4, 0.3]]} for c in widget.clicks]
-            found += [{**plain, "log": [["hover", c, 0.4, 0.3]]} for c in widget.hovers]
-            for changes, presses in widget.tape if i == 0 else ():
-                log = [["press", press] for press in presses]
-                found.append({**preset(widget, name, changes).plain(), "log": log})
+        plain = preset(widget, "default").plain()
+        found.append(plain)
+        found += [{**plain, "seed": SEED + 13, "log": [["drag", h, 1.23, -0.57]]} for h in widget.handles]
+        found += [{**plain, "log": [["click", c, 0.4, 0.3]]} for c in widget.clicks]
+        found += [{**plain, "log": [["hover", c, 0.4, 0.3]]} for c in widget.hovers]
+        for changes, presses in widget.tape:
+            log = [["press", press] for press in presses]
+            found.append({**preset(widget, "default", changes).plain(), "log": log})
     return found
 
 
 def test_live_frames_are_the_build_s_byte_for_byte(reader: Callable[..., Reader]) -> None:
-    """For every widget, preset, taped state and a drag of each handle: native and browser frames are equal bytes."""
+    """For every widget, its taped states and a drag of each handle: native and browser frames are equal bytes."""
     page = reader().open("kabsch.html")
     Figure(page, "fig-solve").live()
     host = Host()
@@ -195,11 +196,9 @@ def drag_by_finger(page: Page, figure: Figure, name: str, dx: float, dy: float) 
 
 
 Record = dict[str, Any]
-PLACED = """() => [...document.querySelectorAll('figure.figure')].map(({ id }) => {
-  const { record, spec } = Ladder.figures.get(id);
-  const primary = document.getElementById(id).querySelector('.buttons .primary')?.dataset.button ?? "";
-  return { id, record, controls: spec.controls, primary };
-})"""
+PLACED = re.compile(
+    r'<figure class="figure" id="([\w-]+)".*?<script type="application/json" class="figure-record">(.*?)</script>', re.S
+)
 
 # They cut clouds in space, which a reader has to bring: see tests/browser/widgets/test_own_clouds.py.
 SLICING = {("own-clouds", "height"), ("own-clouds", "thickness")}
@@ -251,22 +250,32 @@ def test_every_control_changes_what_is_drawn(reader: Callable[..., Reader], site
     is what is drawn here, byte for byte, as the test above says; and a control of each kind is moved in the page."""
     one, host = reader(reduced_motion="reduce"), Host()
     unmoved: dict[str, tuple[str, str, str]] = {}
-    for name in (name for name in pages if layout.placed(site, name)):
-        page = one.open(name)
-        for placed in page.evaluate(PLACED):
-            record, primary = placed["record"], placed["primary"]
-            for control, spec in placed["controls"].items():
+    known: dict[str, list[Any]] = {}  # what was drawn: each state is compared with many others
+
+    def panels(record: Record) -> list[Any]:
+        key = json.dumps(record)
+        if key not in known:
+            known[key] = [panel["svg"] for panel in host.render("fig-x", record, 0)["panels"]]
+        return known[key]
+
+    for name in pages:
+        placed = PLACED.findall((site / name).read_text("utf-8"))
+        assert len(placed) == layout.placed(site, name), name
+        for figure_id, text in placed:
+            found = json.loads(text)
+            record, controls = found["record"], found["spec"]["controls"]
+            primary = next((each.name for each in WIDGETS[record["widget"]].buttons if each.primary), "")
+            for control, spec in controls.items():
                 if (record["widget"], control) in SLICING:
                     continue
-                unmoved.setdefault(spec["kind"], (name, placed["id"], control))
+                unmoved.setdefault(spec["kind"], (name, figure_id, control))
                 drawn = (
-                    [host.render("fig-x", each, 0)["panels"] for each in pair]
-                    for within in settings(record, placed["controls"], control)
+                    [panels(each) for each in pair]
+                    for within in settings(record, controls, control)
                     for value in others(spec, record["controls"][control])
                     for pair in asked(within, moved(within, spec, control, value), primary)
                 )
-                assert any(before != after for before, after in drawn), f"{name}#{placed['id']}: {control}"
-        page.close()
+                assert any(before != after for before, after in drawn), f"{name}#{figure_id}: {control}"
     assert set(unmoved) == {"slider", "choice", "toggle"}
     for name, figure_id, control in unmoved.values():
         figure = Figure(one.open(name), figure_id).live()

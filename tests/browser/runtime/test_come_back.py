@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import os
-import shutil
 from collections.abc import Callable
 
 from playwright.sync_api import Playwright, expect
 
 from sitegen.check.browsers import FLAGS
 from sitegen.check.offline import ask
-from tests.browser.conftest import Reader
+from tests.browser.conftest import Reader, whole_chromium
 from tests.browser.figure import Figure
 from tests.browser.server import SiteServer
 
@@ -38,9 +36,8 @@ def test_a_page_from_the_history_is_alive(playwright: Playwright, server: SiteSe
 
     What changed in the meantime in another tab is shown.
     """
-    path = os.environ.get("LADDER_CHROMIUM") or shutil.which("chromium") or shutil.which("google-chrome")
     running = playwright.chromium.launch(
-        executable_path=path, args=FLAGS, ignore_default_args=["--disable-back-forward-cache"]
+        executable_path=whole_chromium(), args=FLAGS, ignore_default_args=["--disable-back-forward-cache"]
     )
     try:
         context = running.new_context(reduced_motion="reduce")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import shutil
 import zipfile
 from collections.abc import Callable
 from functools import partial
@@ -16,15 +14,14 @@ from playwright.sync_api import Browser, Playwright, expect
 
 from sitegen.check.browsers import FLAGS
 from sitegen.check.offline import ask
-from tests.browser.conftest import Reader
+from tests.browser.conftest import Reader, whole_chromium
 from tests.browser.figure import Figure
 from tests.browser.server import SiteServer
 
 
 def test_the_site_can_be_installed(playwright: Playwright, server: SiteServer, tmp_path: Path) -> None:
     """Chromium finds nothing that keeps it from being installed, and no fault in the manifest."""
-    path = os.environ.get("LADDER_CHROMIUM") or shutil.which("chromium") or shutil.which("google-chrome")
-    context = playwright.chromium.launch_persistent_context(tmp_path, executable_path=path, args=FLAGS)
+    context = playwright.chromium.launch_persistent_context(tmp_path, executable_path=whole_chromium(), args=FLAGS)
     try:
         page = context.new_page()
         refused: list[str] = []

@@ -1,14 +1,16 @@
-"""A driver of WebKit is good when it gives a session, whatever it answers to --version; tried on programs like it."""
+"""A driver of WebKit is good when it gives a session, whatever it answers to --version; tried on programs like it. And
+when Chromium's shell is driven."""
 
 from __future__ import annotations
 
 import shutil
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from sitegen.check import webkit
+from sitegen.check import browsers, webkit
 from sitegen.check.browsers import BrowserMissing, found
 
 # As WebKitWebDriver 2.50 is: --version brings its usage and exit code 1; a session is asked for over HTTP.
@@ -95,3 +97,19 @@ def test_one_that_refuses_or_ends_is_told(folder: Path, monkeypatch: pytest.Monk
 def test_without_a_display_that_is_what_is_told(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(shutil, "which", lambda name: None)
     assert webkit.fault(driver(folder)) == "WebKit needs Xvfb, a display, which is not on the PATH"
+
+
+def test_the_shell_is_driven_where_it_starts_and_no_chromium_is_meant(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One that does not start is none; a Chromium that is given or named is what its user wants tested."""
+    there = program(folder / "chromium-headless-shell", "")
+    for name in browsers.ENGINES["chromium"].named:
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(browsers, "installers", lambda engine: iter(()))
+    assert browsers.shell() is None
+    monkeypatch.setattr(browsers, "SHELL", replace(browsers.SHELL, fault=lambda path: ""))
+    assert browsers.shell() == there
+    assert browsers.shell(given=there) is None
+    monkeypatch.setenv("CHROMIUM", str(there))
+    assert browsers.shell() is None
