@@ -44,12 +44,17 @@ FAR: dict[str, Value] = {"turn": -110.0, "offset": 1.43}
 def problem(scene: Scene, start: Pose) -> Problem:
     """One registration of the scene from `start`, as a batch of one for `solvers.stepper`."""
     weights, seed = np.ones((1, len(scene.source))), np.array([scene.seed])
-    return Problem(scene.source[None], scene.target[None], weights, Pose(start.R[None], start.t[None]), seed)
+    return Problem(scene.source[None], scene.target[None], weights, alone(start), seed)
+
+
+def alone(pose: Pose) -> Pose:
+    """A pose, its scale left out, as a batch of one. It is one already, and is not looked at again at every frame."""
+    return Pose.trusted(pose.R[None], pose.t[None], np.ones(1))
 
 
 def single(pose: Pose) -> Pose:
     """The one pose of a batch of one."""
-    return Pose(pose.R[0], pose.t[0], np.asarray(pose.scale)[0])
+    return Pose.trusted(pose.R[0], pose.t[0], np.asarray(pose.scale)[0])
 
 
 def outline(scene: Scene, pose: Pose, role: Role) -> tuple[Path, ...]:

@@ -32,8 +32,8 @@ from solvers.core.arrays import FloatArray, IntArray
 from solvers.methods.ndt.mixture import constants
 from solvers.methods.ndt.ndt_map import NdtMap
 
-BLOCK = 2**17
-"""Point-cell pairs that a score map looks up at once."""
+BLOCK = 2**18
+"""Point-cell pairs that a score map evaluates at once, at most."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,11 +114,11 @@ def score_map(
     """The score of the points (m, 2), turned beforehand, moved by every (x_i, y_j):
     (len(y), len(x)), one cloud's map.
 
-    A point's column of cells depends on x alone and its row on y alone, so a place in
-    the table is two look-ups and a sum; only pairs that meet a kept cell are evaluated.
-    Rows are independent: a caller may ask for a few at a time, or for a coarse lattice
-    first. outliers: as in `evaluate`. Raises ValueError for the map of more than one
-    cloud.
+    A point's column of cells depends on x alone and its row on y alone, and neighbouring
+    translations share them: a cell is looked up once for a point's run of columns and of
+    rows, and only pairs that meet a kept cell are evaluated. Rows are independent: a
+    caller may ask for a few at a time, or for a coarse lattice first. outliers: as in
+    `evaluate`. Raises ValueError for the map of more than one cloud.
     """
     if len(cells.size) != 1:
         raise ValueError(f"cells: expected the map of one cloud, got {len(cells.size)}")
@@ -132,32 +132,63 @@ def score_map(
     l11 = np.sqrt(np.maximum(P[:, 1, 1] - np.square(l10), 0.0))
     root = np.sqrt(0.5)
     a, c, e = root * l00, root * l10, root * l11
-    px, py = points[:, 0] + x[:, None], points[:, 1] + y[:, None]
+    px, py = points[:, :1] + x, points[:, 1:] + y
     out = np.zeros((ny, nx))
     together = max(1, BLOCK // (m * nx))
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         for g in range(cells.table.shape[1]):
             wide, high = (int(v) for v in cells.shape[0, g])
-            if wide == 0:
-                continue
-            table = np.full((wide + 1, high + 1), -1, dtype=np.int32)  # its last row and column mean outside
-            table[:wide, :high] = cells.table[0, g, : wide * high].reshape(wide, high)
-            column = _place(px, cells.origin[0, g, 0], h, cells.first[0, g, 0], wide) * (high + 1)
-            row = _place(py, cells.origin[0, g, 1], h, cells.first[0, g, 1], high)
-            for begin in range(0, ny, together):
-                some = slice(begin, begin + together)
-                cell = np.take(table, column[None] + row[some, None])
+            origin, first = cells.origin[0, g], cells.first[0, g]
+            columns = _runs(np.floor((px - origin[0]) / h) - first[0], wide)
+            begin = np.searchsorted(columns.point, np.arange(m + 1))
+            for top in range(0, ny, together):
+                some = slice(top, top + together)
+                rows = _runs(np.floor((py[:, some] - origin[1]) / h) - first[1], high)
+                # Every run of rows meets the same point's runs of columns.
+                many = np.diff(begin)[rows.point]
+                k = np.repeat(np.arange(len(many)), many)
+                q = _counted(many, begin[rows.point])
+                cell = cells.table[0, g, columns.cell[q] * high + rows.cell[k]]
                 hit = np.flatnonzero(cell >= 0)
-                cell = cell.ravel()[hit]
-                where, point = np.divmod(hit, m)
-                q0 = px.ravel()[(where % nx) * m + point] - mean[cell, 0]
-                q1 = py[some].ravel()[(where // nx) * m + point] - mean[cell, 1]
-                s = np.exp(-(np.square(a[cell] * q0 + c[cell] * q1) + np.square(e[cell] * q1)))
-                count = len(py[some]) * nx
+                k, q, cell = k[hit], q[hit], cell[hit]
+                # One entry for each row of a run: what no column changes is computed here.
+                j = _counted(rows.length[k], rows.first[k])
+                k, q, cell = (np.repeat(v, rows.length[k]) for v in (k, q, cell))
+                point, width = rows.point[k], columns.length[q]
+                q1 = py[point, top + j] - mean[cell, 1]
+                place = _counted(width, point * nx + columns.first[q])
+                q0 = px.ravel()[place] - np.repeat(mean[cell, 0], width)
+                along = np.repeat(a[cell], width) * q0 + np.repeat(c[cell] * q1, width)
+                s = np.exp(-(np.square(along) + np.repeat(np.square(e[cell] * q1), width)))
+                where = place + np.repeat((j - point) * nx, width)
+                count = len(out[some]) * nx
                 out[some] += np.bincount(where, weights=s, minlength=count).reshape(-1, nx)
     return out * gain
 
 
-def _place(at: FloatArray, origin: float, size: float, first: float, count: int) -> IntArray:
-    place = np.floor((at - origin) / size) - first
-    return np.where((place >= 0.0) & (place < count), place, count).astype(np.int64)
+@dataclass(frozen=True, eq=False)
+class _Runs:
+    """Neighbouring translations along one axis that leave a point in the same column, or
+    row, of cells: whose point, the first of them, how many, and the column's number.
+    """
+
+    point: IntArray
+    first: IntArray
+    length: IntArray
+    cell: IntArray
+
+
+def _runs(place: FloatArray, count: int) -> _Runs:
+    """The runs of equal numbers from 0 to count − 1 in each row of (m, n)."""
+    new = np.ones(place.shape, dtype=np.bool_)
+    np.not_equal(place[:, 1:], place[:, :-1], out=new[:, 1:])
+    at = np.flatnonzero(new)
+    length, cell = np.diff(np.append(at, place.size)), place.ravel()[at]
+    inside = (cell >= 0.0) & (cell < count)
+    point, first = np.divmod(at[inside], place.shape[1])
+    return _Runs(point, first, length[inside], cell[inside].astype(np.int64))
+
+
+def _counted(counts: IntArray, first: IntArray) -> IntArray:
+    """From each first number on, so many of them, one after the other."""
+    return np.arange(counts.sum()) + np.repeat(first + counts - np.cumsum(counts), counts)

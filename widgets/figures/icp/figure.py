@@ -101,7 +101,8 @@ def act(state: State, action: Action) -> State:
     """One step, all steps to the stop, or another start."""
     run = state.run
     if action.kind == "drag":
-        return replace(state, run=begun(run.rule, run.scene, PLACING.act(run.pose, ANCHOR, action), STEPS))
+        start = PLACING.act(run.pose, ANCHOR, action)
+        return replace(state, run=begun(run.rule, run.scene, start, STEPS, run.truth))
     run = run.step()
     while action.name == "finish" and not run.done:
         run = run.step()

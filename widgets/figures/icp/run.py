@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from solvers.core.stepper import Batch, advance, begin
 from solvers.methods.icp.icp import IcpState, Pairing, pair
 from solvers.metrics import rre, rte
 from solvers.scenes.rooms import Scene
-from widgets.parts.room import problem, single
+from widgets.parts.room import alone, problem, single
 
 RISE = 1e-9  # relative: less is rounding
 
@@ -56,7 +57,7 @@ class Run:
         """The solver's state, a batch of one."""
         return self.batch.state()
 
-    @property
+    @cached_property
     def pose(self) -> Pose:
         """Where the source lies."""
         return single(self.batch.pose())
@@ -96,13 +97,13 @@ class Run:
         return replace(self, batch=batch, course=(*self.course, entry))
 
 
-def begun(rule: Rule, scene: Scene, start: Pose, steps: int) -> Run:
-    """A run of the scene from `start`, no step taken, of at most `steps`."""
+def begun(rule: Rule, scene: Scene, start: Pose, steps: int, truth: Pairing | None = None) -> Run:
+    """A run of the scene from `start`, no step taken, of at most `steps`. truth: of another run of it by this rule."""
     method = METHODS[rule.method]
     batch = begin(method, problem(scene, start), method.options(**rule.options), steps)
     state: IcpState = batch.state()
-    at_truth = Pose(scene.truth.R[None], scene.truth.t[None])
-    truth = pair(state.problem, state.index, state.reach, state.scale, state.options, at_truth)
+    if truth is None:
+        truth = pair(state.problem, state.index, state.reach, state.scale, state.options, alone(scene.truth))
     return Run(rule, scene, start, batch, (_entry(scene, state, None),), truth)
 
 

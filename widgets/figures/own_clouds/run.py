@@ -14,7 +14,7 @@ from solvers.core.stepper import Batch, advance, begin
 from solvers.verify import Evidence, evidence
 from widgets.figures.own_clouds.clouds import Clouds
 from widgets.figures.own_clouds.methods import OPEN, OWN, options
-from widgets.parts.room import single
+from widgets.parts.room import alone, single
 
 REACH = 3.0  # spacings of the target within which a source point counts as explained
 
@@ -108,6 +108,4 @@ def begun(method: str, clouds: Clouds, spacings: float, share: float, seed: int,
 
 def _problem(clouds: Clouds, start: Pose, seed: int) -> Problem:
     weights = np.ones((1, len(clouds.source)))
-    return Problem(
-        clouds.source[None], clouds.target[None], weights, Pose(start.R[None], start.t[None]), np.array([seed])
-    )
+    return Problem(clouds.source[None], clouds.target[None], weights, alone(start), np.array([seed]))

@@ -16,6 +16,7 @@ from solvers.core.stepper import Batch, advance, begin
 from solvers.metrics import point_error, rms, rre
 from solvers.mug_scene import Mug, mug, mug_pairs, mug_start
 from widgets.drawing.picture import Array, worded
+from widgets.parts.room import alone, single
 
 STEPS = 60
 OFFSET = 0.4  # u, of the start
@@ -80,7 +81,7 @@ def begun(task: str, scene: Mug, turn: float) -> Run:
     if task not in UNKNOWN:
         return _known(task, scene, start, False)
     weights, seed = np.ones((1, len(scene.source))), np.array([scene.seed])
-    problem = Problem(scene.source[None], scene.target[None], weights, Pose(start.R[None], start.t[None]), seed)
+    problem = Problem(scene.source[None], scene.target[None], weights, alone(start), seed)
     method = METHODS[UNKNOWN[task]]
     return _read(task, scene, begin(method, problem, method.options(**OPTIONS[task]), STEPS), 0)
 
@@ -102,7 +103,7 @@ def _known(task: str, scene: Mug, pose: Pose, done: bool) -> Run:
 def _read(task: str, scene: Mug, batch: Batch[Any], steps: int) -> Run:
     state = batch.state()
     pairing = state.pairing
-    pose = Pose(state.pose.R[0], state.pose.t[0])
+    pose = single(state.pose)
     free = int(state.system.free[0].sum()) if task == "plane" else None
     status = Status(int(state.status[0]))
     reason = "" if status is Status.RUNNING else worded(str(state.reason[0]))
