@@ -1,5 +1,7 @@
 """The checkable claims on the map of starts in the chapter 'Correspondences unknown', against the solvers."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -17,6 +19,7 @@ def starts():
     return Pose.from_angle(turn, offset[..., None] * ROOM_START_DIRECTION)
 
 
+@cache
 def maps(seed, **options):
     """Which of the starts reach the truth, (12, 16), every second source point used as in the figure."""
     scene = room("clean", seed=seed)

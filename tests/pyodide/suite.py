@@ -19,7 +19,10 @@ def main(text):
     os.environ["HYPOTHESIS_NO_PLUGINS"] = "1"  # what the virtualenv has of them is for another platform
     os.chdir("/repo")
     import pytest
+    from hypothesis import settings
 
+    settings.register_profile("page", deadline=None)  # how long an example takes is of the machine
+    settings.load_profile("page")
     output = io.StringIO()
     with contextlib.redirect_stdout(output), contextlib.redirect_stderr(output):
         code = pytest.main(["-p", "_hypothesis_pytestplugin", "-p", "no:cacheprovider", *json.loads(text)["args"]])

@@ -30,7 +30,8 @@ def ends(spec: Spec) -> tuple[Value, ...]:
 
 
 def requests(widget: Widget) -> Iterator[dict[str, Any]]:
-    """Every preset, with each button, handle, pick and hover; and each control at each of its ends, after one press."""
+    """Every preset, with each button, handle, pick and hover; each control at each of its ends, after one press; and of
+    the first preset what the tape records, at the finest."""
     presses = [["press", b.name] for b in widget.buttons if b.does == "press"]
     placed = [
         *(["drag", handle, 1.23, -0.57] for handle in widget.handles),
@@ -46,6 +47,9 @@ def requests(widget: Widget) -> Iterator[dict[str, Any]]:
     for control, spec in specs(widget.controls).items():
         for end in ends(spec):
             yield asked({**preset(widget, "default", {control: end}).plain(), "log": presses[:1]}, 0)
+    for changes, taped in widget.tape:
+        log = [["press", press] for press in taped]
+        yield asked({**preset(widget, next(iter(widget.presets)), changes).plain(), "log": log}, None)
 
 
 def asked(record: Mapping[str, Any], detail: int | None) -> dict[str, Any]:

@@ -148,6 +148,7 @@ def committed(checkout: Path) -> Path:
     static.parent.mkdir()
     static.write_text("def test_static(pytestconfig): print(pytestconfig.getoption('--pages'))\n", "utf-8")
     (checkout / "tests" / "test_solvers.py").write_text("import solvers\ndef test_solvers(): pass\n", "utf-8")
+    (checkout / ".gitignore").write_text("__pycache__/\n", "utf-8")  # where Python writes bytecode, a run leaves it
     git(checkout, "init", "-q")
     git(checkout, "add", "-A")
     git(checkout, "commit", "-qm", "first")

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from sitegen.external.node import NodeError, run_node
 
 READ = 'import { appendFileSync, readFileSync } from "node:fs";\nconst said = JSON.parse(readFileSync(0, "utf-8"));\n'
+Waited = dict[str, tuple[Future[Any], Path]]
 STAY = "setInterval(() => {}, 1000);\n"
 
 
@@ -25,23 +29,36 @@ def test_the_last_line_is_the_answer(tmp_path: Path) -> None:
     assert run_node(path, {"a": 1}) == [{"a": 1}, "ü"]
 
 
-def test_an_answer_counts_although_its_process_never_ends(tmp_path: Path) -> None:
-    path = script(tmp_path, "console.log(JSON.stringify(said + 1));\n" + STAY)
-    assert run_node(path, 1, timeout=5, attempts=1) == 2
+@pytest.fixture(scope="module")
+def waited(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Waited]:
+    """Scripts that never end, all of them waited for at once: what comes of each, and the file that they begin."""
+    once = 'if (readFileSync(said, "utf-8") === "x") '
+    bodies = {"answers": ("console.log(7);\n" + STAY, {"attempts": 1}), "always": (STAY, {})}
+    with ThreadPoolExecutor() as threads:
+        found = {}
+        for name, (body, options) in {**bodies, "at first": (once + STAY + "else console.log(7);", {})}.items():
+            folder = tmp_path_factory.mktemp("node")
+            path, begun = script(folder, 'appendFileSync(said, "x");\n' + body), folder / "begun"
+            found[name] = (threads.submit(run_node, path, str(begun), timeout=5, **options), begun)
+        yield found
 
 
-def test_a_script_that_hangs_is_run_once_more(tmp_path: Path) -> None:
-    begun = tmp_path / "begun"
-    first = 'appendFileSync(said, "x");\nif (readFileSync(said, "utf-8") === "x") '
-    assert run_node(script(tmp_path, first + STAY + "else console.log(7);"), str(begun), timeout=5) == 7
+def test_an_answer_counts_although_its_process_never_ends(waited: Waited) -> None:
+    answer, begun = waited["answers"]
+    assert answer.result() == 7
+    assert begun.read_text() == "x"
+
+
+def test_a_script_that_hangs_is_run_once_more(waited: Waited) -> None:
+    answer, begun = waited["at first"]
+    assert answer.result() == 7
     assert begun.read_text() == "xx"
 
 
-def test_one_that_always_hangs_is_an_error_in_the_end(tmp_path: Path) -> None:
-    begun = tmp_path / "begun"
-    path = script(tmp_path, 'appendFileSync(said, "x");\n' + STAY)
+def test_one_that_always_hangs_is_an_error_in_the_end(waited: Waited) -> None:
+    answer, begun = waited["always"]
     with pytest.raises(NodeError, match=r"script\.mjs did not answer within 5 s"):
-        run_node(path, str(begun), timeout=5)
+        answer.result()
     assert begun.read_text() == "xx"
 
 
