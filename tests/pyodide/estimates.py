@@ -8,8 +8,8 @@ from solvers import register
 from solvers.drives import simulated_drive
 from solvers.odometry import candidates, close, edges_of, prepare, scan_to_map, scan_to_scan, verified
 from solvers.posegraph import marginals, optimise
-from solvers.scenes.rooms import ROOM_SETTINGS, kabsch_scene, room
-from solvers.scenes.walls import corridor, hall
+from solvers.scenes.rooms import kabsch_scene, room
+from solvers.scenes.walls import corridor
 from solvers.studies.race import SEEDS
 from solvers.uncertainty import covariance, monte_carlo
 
@@ -25,22 +25,16 @@ def rows(pose):
 
 
 def searches():
-    """Each search to its end: on the race's 25 seeds, and on five of them where it takes long; in every setting of the
-    room, and in the hall, which is as good half a turn off."""
+    """Each search to its end: on the race's 25 seeds, and on five of them where it takes long."""
 
     def end(scene, name):
         result = register(scene.source, scene.target, name)
         return [*rows(result.pose), float(result.objective), int(result.steps), int(result.status)]
 
     rooms = {seed: room("noise", seed=seed) for seed in SEEDS}
-    settings = {name: room(name, seed=SEEDS[5]) for name in ROOM_SETTINGS}
-    settings["hall"] = hall(seed=SEEDS[0])
     pairs = {seed: kabsch_scene("noisy", seed=seed, outliers=5) for seed in SEEDS}
     return {
         "branch-and-bound": {seed: end(rooms[seed], "branch-and-bound") for seed in SEEDS[:5]},
-        "settings": {
-            name: [end(settings[name], method) for method in ("branch-and-bound", "correlative")] for name in settings
-        },
         "correlative": {seed: end(rooms[seed], "correlative") for seed in SEEDS},
         "graduated-nonconvexity": {seed: end(pairs[seed], "graduated-nonconvexity") for seed in SEEDS},
     }

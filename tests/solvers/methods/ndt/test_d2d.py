@@ -39,7 +39,6 @@ def test_the_d2d_score_is_its_sum_over_all_pairs(rng):
         assert found.score[k] == pytest.approx(total, rel=1e-11)
 
 
-@pytest.mark.native  # long in the page, whose steps are the same: tests/pyodide/test_equality.py
 def test_the_d2d_score_has_no_jumps_and_the_points_score_has():
     """On a line of translations through the truth of the room, ten and a hundred times as finely sampled: the largest
     change from place to place falls with the spacing where cells meet cells. Where points meet cells it stays that of

@@ -85,7 +85,6 @@ def test_the_fine_bound_falls_with_the_square_of_a_box():
     assert lost[0.002][0] > 0.1 * lost[0.02][0]
 
 
-@pytest.mark.native  # long in the page, whose searches end the same: tests/pyodide/test_equality.py
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_the_optimum_is_that_of_enumeration_and_descent(seed):
     """All turns by 5°, all places by half a cap, each of the best thirty descended from by capped ICP."""
@@ -111,7 +110,6 @@ def test_the_optimum_is_that_of_enumeration_and_descent(seed):
     assert again == pytest.approx(float(found.objective), abs=1e-12)
 
 
-@pytest.mark.native  # as above
 @pytest.mark.parametrize("setting", ["noise", "combo"])
 def test_capped_icp_from_500_starts_is_never_better_by_more_than_the_gap(setting):
     """From 500 random poses none ends below the proved floor, and none below the proved pose by more than 1e-3 u²."""
@@ -124,7 +122,6 @@ def test_capped_icp_from_500_starts_is_never_better_by_more_than_the_gap(setting
     assert found.objective <= ends.objective.min() / len(scene.source) + 1e-3
 
 
-@pytest.mark.native  # as above
 def test_the_hall_is_proved_and_may_be_half_a_turn_off():
     """Of 6 draws all are proved; some answers lie within 5° of the truth, some within 5° of half a turn from it."""
     scenes = [hall(seed=40 + 13 * k) for k in range(6)]
@@ -156,7 +153,6 @@ def test_a_batch_equals_its_single_runs_and_the_bound_only_rises():
     assert (lower <= ceiling).all()
 
 
-@pytest.mark.native  # as above
 def test_the_start_plays_no_part():
     """Twelve starts about the circle: one value to within the gap, every one of them proved."""
     scene = room("outliers")
@@ -188,7 +184,6 @@ def test_a_search_that_is_confined_stays_where_it_is_told():
     assert near.objective > held.objective
 
 
-@pytest.mark.native  # as above
 def test_a_run_cut_short_has_the_gap_that_remains():
     scene = room("combo")
     cut = register(scene.source, scene.target, METHOD, gap=1e-3, boxes=256, max_steps=25)

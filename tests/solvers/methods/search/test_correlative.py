@@ -103,7 +103,6 @@ def test_no_pose_of_a_square_exceeds_its_bound(seed, level, blur):
     assert bound >= lattice.bounds(level - 1, inside[:1])[0]
 
 
-@pytest.mark.native  # long in the page, whose searches end the same: tests/pyodide/test_equality.py
 @pytest.mark.parametrize("setting", ROOM_SETTINGS)
 def test_the_room_is_found_from_nothing(setting):
     """Six draws, each turned by another angle: within 5° and 0.2 u, after scoring under a tenth of the poses; and the
@@ -120,7 +119,6 @@ def test_the_room_is_found_from_nothing(setting):
         assert result.detail("runner_score") < 0.85 * result.detail("score")
 
 
-@pytest.mark.native  # as above
 def test_the_hall_has_a_runner_up_half_a_turn_away():
     """25 draws of a hall that looks the same after half a turn: the runner-up lies 177° to 180° from the best pose and
     scores at least 0.97 of it; each of the two is the truth now and then."""

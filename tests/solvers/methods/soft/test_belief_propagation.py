@@ -66,7 +66,6 @@ def test_messages_are_exact_on_trees(rng):
     assert 0.0045 < np.abs(bp_marginals(chain, 0.12, BpOptions().sweeps) - exact).max() < 0.0055
 
 
-@pytest.mark.native  # long in the page, whose steps are the same: tests/pyodide/test_equality.py
 def test_on_loops_they_are_an_approximation_of_stated_error(rng):
     """Gaussian scores at 2 × 2 leave an error of nearly 0.1; larger matrices, with more loops but longer ones, less."""
     worst = {}
