@@ -184,6 +184,11 @@ def answered(marks: Sequence[Sequence[Any]]) -> list[float]:
     return delays
 
 
+def opened(page: Page, figure: str) -> None:
+    """Unfold what waits behind a figure's More, as a reader would who wants it."""
+    page.locator(f"{figure} details.figure-rest > summary").click()
+
+
 def heat(bench: Bench) -> list[Row]:
     """A control of the score map moved again and again: how long to the coarse map, and to the full one."""
     coarse: list[float] = []
@@ -192,6 +197,7 @@ def heat(bench: Bench) -> list[Row]:
         server, browser = stack.enter_context(serving(bench.site)), stack.enter_context(browser_of(bench))
         page = stack.enter_context(visit(browser, f"{server.origin}/ndt-score.html"))
         live(page)
+        opened(page, "#fig-score")
         for grids in ("one", "four"):
             page.locator(f'#fig-score [name="grids"][value="{grids}"]').check(force=True)
             for turn in range(TURNS + 1):
@@ -216,6 +222,7 @@ def nine(bench: Bench) -> list[Row]:
         server, browser = stack.enter_context(serving(bench.site)), stack.enter_context(browser_of(bench))
         page = stack.enter_context(visit(browser, f"{server.origin}/race.html"))
         live(page)
+        opened(page, "#fig-race")
         steps: list[float] = []
         for seed in range(RACES):
             page.locator('#fig-race [data-button="new"]').click()
@@ -253,13 +260,14 @@ def playing_map(bench: Bench) -> list[Row]:
         server, browser = stack.enter_context(serving(bench.site)), stack.enter_context(browser_of(bench))
         page = stack.enter_context(visit(browser, f"{server.origin}/drive.html"))
         live(page)
+        opened(page, "#fig-drive")
         for poses in ("odometry", "matched", "closed"):
             page.locator(f'#fig-drive [name="poses"][value="{poses}"]').check(force=True)
             until(page, IDLE)
             page.evaluate("performance.clearMarks()")
             step = page.locator('#fig-drive [data-button="step"]')
             while step.get_attribute("aria-disabled") != "true":
-                step.dispatch_event("click")  # it is in the fold
+                step.click()
                 until(page, IDLE)
             steps += answered(page.evaluate(MARKS))[int(poses == "odometry") :]
             page.locator('#fig-drive [data-button="reset"]').click()

@@ -173,8 +173,7 @@ def found_or_installed(engine: Engine, tried: list[str]) -> Iterator[tuple[str, 
     if not programs and not places:
         tried.append(f"the PATH: none of {', '.join(engine.programs)}")
     yield from ((path, Path(path)) for path in [*programs, *places])
-    own = playwrights_own()
-    if engine is ENGINES["chromium"] and own.is_file():
+    if engine is ENGINES["chromium"] and (own := playwrights_own()).is_file():
         yield "Playwright's own", own
     for how, command in installers(engine):
         print(f"no {engine.title} yet: {how}", file=sys.stderr, flush=True)
@@ -182,7 +181,7 @@ def found_or_installed(engine: Engine, tried: list[str]) -> Iterator[tuple[str, 
         if fault:
             tried.append(f"{how}: {fault}")
             continue
-        program = shutil.which(engine.programs[0]) if command[0] == "apt-get" else str(own)
+        program = shutil.which(engine.programs[0]) if command[0] == "apt-get" else str(playwrights_own())
         if program:
             yield how, Path(program)
 

@@ -107,6 +107,7 @@ def test_the_shell_is_driven_where_it_starts_and_no_chromium_is_meant(
     for name in browsers.ENGINES["chromium"].named:
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr(browsers, "installers", lambda engine: iter(()))
+    monkeypatch.setattr(browsers, "SHELL", replace(browsers.SHELL, fault=lambda path: "does not start"))
     assert browsers.shell() is None
     monkeypatch.setattr(browsers, "SHELL", replace(browsers.SHELL, fault=lambda path: ""))
     assert browsers.shell() == there
