@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from sitegen.cache import pool
 from tests.pyodide.frames import main
 from tests.pyodide.inside import run_python_in_shipped_runtime
 from tests.widgets.chosen import figures
@@ -65,13 +66,17 @@ def walk() -> Iterator[dict[str, Any]]:
 
 @pytest.fixture(scope="module")
 def answers(request: pytest.FixtureRequest) -> tuple[list[dict[str, Any]], dict[str, Any], dict[str, Any]]:
-    """The questions about the figures that are asked for, and the answers natively and in the page's Python."""
+    """The questions about the figures that are asked for, and the answers natively and in the page's Python: both of a
+    process that has drawn nothing yet, since what is known is drawn finer than was asked."""
     names = figures(request)
     questions = [each for name in names for each in requests(WIDGETS[name])] + [*(walk() if "four" in names else ())]
     unique = list({json.dumps(question, sort_keys=True): question for question in questions}.values())
     others = [item for item in request.session.items if item.path == request.path and not hasattr(item, "callspec")]
     given = {"frames": unique, "jobs": bool(others)}
-    return unique, json.loads(main(json.dumps(given))), run_python_in_shipped_runtime(FRAMES.read_text("utf-8"), given)
+    with pool.working([(main, (json.dumps(given),))]) as natively:
+        there = run_python_in_shipped_runtime(FRAMES.read_text("utf-8"), given)
+        ((_, here),) = natively
+    return unique, json.loads(here), there
 
 
 @pytest.mark.parametrize("name", WIDGETS)
