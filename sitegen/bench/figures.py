@@ -12,6 +12,7 @@ from playwright.sync_api import Locator, Page
 from sitegen.bench import split
 from sitegen.bench.model import Bench, Row
 from sitegen.bench.pages import (
+    CENTRED,
     IDLE,
     MARKS,
     answered,
@@ -36,7 +37,6 @@ NINE = "race"
 NINE_MS = 25.0
 FRAME_MS = 16.0
 
-_CENTRED = "element => element.scrollIntoView({block: 'center', behavior: 'instant'})"
 # The values of a slider from end to end, at most so many, one an event as a drawn thumb gives them.
 _DRAWN = """async (slider, moves) => {
   const low = +slider.min, step = +slider.step, count = Math.round((+slider.max - low) / step);
@@ -93,7 +93,7 @@ def followed(page: Page, figure: Locator, page_name: str, rung: str, origin: str
     made once more on the control figure, right after it.
     """
     widget, where = figure.get_attribute("data-widget") or "", f"{page_name}#{figure.get_attribute('id')}"
-    figure.evaluate(_CENTRED)
+    figure.evaluate(CENTRED)
     until(page, f"Ladder.figures.get({figure.get_attribute('id')!r}).ready && {IDLE}")
     named = dict.fromkeys(handle.get_attribute("data-handle") or "" for handle in figure.locator(".handle").all())
     handles = list(named)[:HANDLES]
@@ -101,7 +101,7 @@ def followed(page: Page, figure: Locator, page_name: str, rung: str, origin: str
     delays, missed, frames, moved = list[float](), 0, 0, handles
     ours, control = list[tuple[float, float]](), list[float]()
     for handle in (figure.locator(f'.handle[data-handle="{name}"]').first for name in handles):
-        handle.evaluate(_CENTRED)
+        handle.evaluate(CENTRED)
         split.begin(page)
         late, some = drag_once(page, handle.bounding_box(), MOVES)
         missed, frames = missed + late, frames + some

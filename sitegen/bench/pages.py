@@ -22,6 +22,7 @@ MOVES = 300
 TURNS = 20
 RACES, STEPS, STOPS = 3, 40, 5
 PATIENCE_MS = 60_000
+CENTRED = "element => element.scrollIntoView({block: 'center', behavior: 'instant'})"
 CHAPTERS = ("index.html", "kabsch.html", "race.html", "four.html")
 
 WATCH = """() => {
@@ -232,9 +233,9 @@ def nine(bench: Bench) -> list[Row]:
                 page.locator('#fig-race [data-button="step"]').click()
                 until(page, IDLE)
             steps += answered(page.evaluate(MARKS))[int(seed == 0) :]
-        figure = page.locator("#fig-race")
-        figure.scroll_into_view_if_needed()
-        late, frames = drag_once(page, figure.locator('.handle[data-handle="source"]').first.bounding_box())
+        handle = page.locator('#fig-race .handle[data-handle="source"]').first
+        handle.evaluate(CENTRED)
+        late, frames = drag_once(page, handle.bounding_box())
         drags = answered(page.evaluate(MARKS))
         slices, total, inside = page.evaluate(_JOB)
         stops = [page.evaluate(_STOP) for _ in range(STOPS)]
