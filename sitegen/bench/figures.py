@@ -125,13 +125,14 @@ def followed(page: Page, figure: Locator, page_name: str, rung: str, origin: str
 
 
 def rows(found: list[Followed]) -> list[Row]:
-    """A line a figure; the aims of the rungs, and for the others a frame to read their times by."""
+    """A line a figure; the aims for handles on the near rungs, and for the others a frame to read their times by."""
     out = []
     for one in found:
-        aim = NEAR_MS if one.rung in NEAR else NINE_MS if one.widget == NINE else None
+        near = one.rung in NEAR and one.frames > 0  # a slider draws another map: no drag
+        aim = NEAR_MS if near else NINE_MS if one.widget == NINE else None
         note = f"{one.moved}: {len(one.delays)} inputs, median {number_ms(median(one.delays))}"
         reading = "" if aim is not None else f"; a frame is {FRAME_MS:.0f} ms"
-        which = "nine panels, " if one.widget == NINE else "near rungs, " if one.rung in NEAR else ""
+        which = "nine panels, " if one.widget == NINE else "near rungs, " if near else ""
         what = f"{which}input to swapped SVG, 95th percentile, {one.where}"
         out.append(Row(what, centile(one.delays, 95), "ms", aim, note + reading))
         out += _split(one, which)
