@@ -48,7 +48,7 @@ LINES = (
     Line("start of the runtime against stock Pyodide with numpy", "", ("runtime start against",), headline=True),
     Line("the same on a later visit", "", ("runtime start, on a later",)),
     Line("the runtime's files, gzip", "", ("runtime, compressed",)),
-    Line("a drag, input to swapped picture, 95th percentile, rungs 1 to 3½", "", ("near rungs, input",), headline=True),
+    Line("a drag to its picture, 95th percentile, rungs 1 to 3½", "", ("near rungs, input",), headline=True),
     Line("of it Python and the page's scripts", "", ("near rungs, our share",)),
     Line(
         "of what a control figure takes, whose worker gives back stored frames", "", ("near rungs, of the",)
