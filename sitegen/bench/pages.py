@@ -185,7 +185,7 @@ def answered(marks: Sequence[Sequence[Any]]) -> list[float]:
     return delays
 
 
-def opened(page: Page, figure: str) -> None:
+def open_more(page: Page, figure: str) -> None:
     """Unfold what waits behind a figure's More, as a reader would who wants it."""
     page.locator(f"{figure} details.figure-rest > summary").click()
 
@@ -198,7 +198,7 @@ def heat(bench: Bench) -> list[Row]:
         server, browser = stack.enter_context(serving(bench.site)), stack.enter_context(browser_of(bench))
         page = stack.enter_context(visit(browser, f"{server.origin}/ndt-score.html"))
         live(page)
-        opened(page, "#fig-score")
+        open_more(page, "#fig-score")
         for grids in ("one", "four"):
             page.locator(f'#fig-score [name="grids"][value="{grids}"]').check(force=True)
             for turn in range(TURNS + 1):
@@ -223,7 +223,7 @@ def nine(bench: Bench) -> list[Row]:
         server, browser = stack.enter_context(serving(bench.site)), stack.enter_context(browser_of(bench))
         page = stack.enter_context(visit(browser, f"{server.origin}/race.html"))
         live(page)
-        opened(page, "#fig-race")
+        open_more(page, "#fig-race")
         steps: list[float] = []
         for seed in range(RACES):
             page.locator('#fig-race [data-button="new"]').click()
@@ -261,7 +261,7 @@ def playing_map(bench: Bench) -> list[Row]:
         server, browser = stack.enter_context(serving(bench.site)), stack.enter_context(browser_of(bench))
         page = stack.enter_context(visit(browser, f"{server.origin}/drive.html"))
         live(page)
-        opened(page, "#fig-drive")
+        open_more(page, "#fig-drive")
         for poses in ("odometry", "matched", "closed"):
             page.locator(f'#fig-drive [name="poses"][value="{poses}"]').check(force=True)
             until(page, IDLE)

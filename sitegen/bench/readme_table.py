@@ -53,7 +53,7 @@ LINES = (
     Line(
         "of what a control figure takes, whose worker gives back stored frames", "", ("near rungs, of the",)
     ),
-    Line("the same, the race's nine panels", "", ("nine panels, a", "nine panels, input")),
+    Line("a drag or a step of the race's nine panels to its picture", "", ("nine panels, a", "nine panels, input")),
     Line("five scans more on the map of a drive, press to swapped picture", "", ("the drive's map, a press",)),
     Line("frames missed in a drag", "", ("frames missed",)),
     Line("heat map after a control moves: coarse", "", ("heat map, coarse",)),

@@ -15,6 +15,7 @@ from widgets.drawing.picture import Label, Points
 from widgets.engine.contract import SEED, Action, preset
 from widgets.engine.host import Host
 from widgets.figures.icp.figure import OPEN, STEPS, WIDGET, State, act, draw, motion, start
+from widgets.figures.icp.run import begun
 
 STEP, FINISH = Action("press", "step"), Action("press", "finish")
 SCENES = ["clean", "noise", "gradient", "striped", "outliers", "combo"]
@@ -41,6 +42,17 @@ def test_the_chart_goes_as_far_as_its_words_say() -> None:
         assert words == [span * part / 4 for part in range(5)]
         dots = np.concatenate([np.reshape(m.xy, (-1, 2)) for m in panel.marks if isinstance(m, Points)])
         assert dots[:, 0].max() * span == pytest.approx(state.run.steps)
+
+
+@pytest.mark.parametrize("name", WIDGET.presets)
+def test_a_drag_changes_the_start_and_not_the_pairs_at_the_truth(name: str) -> None:
+    """They are those of a run that is begun at the new start, and so is where it ends."""
+    dragged = run(Action("drag", "source", 0.8, -0.6), name=name).run
+    anew = begun(dragged.rule, dragged.scene, dragged.began, STEPS)
+    assert np.abs(dragged.began.t - run(name=name).run.began.t).max() > 0.01
+    for part in ("rows", "used", "rms", "objective"):
+        assert np.array_equal(getattr(dragged.truth, part), getattr(anew.truth, part)), part
+    assert np.array_equal(dragged.step().pose.matrix, anew.step().pose.matrix)
 
 
 @settings(max_examples=30, deadline=None)

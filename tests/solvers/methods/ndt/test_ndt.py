@@ -190,6 +190,23 @@ def test_a_score_map_is_the_score_at_each_translation(rng, grids):
     assert not score_map(cells, turned, x + 100.0, y).any()
 
 
+@GRIDS
+def test_a_score_map_takes_translations_in_any_order(rng, grids):
+    """Shuffled, repeated and single ones score the very same; points that are nowhere add nothing, nor do grids none of
+    whose cells is kept."""
+    scene = room("combo")
+    cells = ndt_map.build(scene.target[None], 1.2, grids=grids)
+    x, y = np.linspace(-3.0, 3.0, 31), np.linspace(-2.0, 5.0, 23)
+    found = score_map(cells, scene.source, x, y)
+    i, j = rng.integers(0, 31, 40), rng.permutation(23)
+    assert np.array_equal(score_map(cells, scene.source, x[i], y[j]), found[np.ix_(j, i)])
+    assert score_map(cells, scene.source, x[4:5], y[9:10]) == found[9, 4]
+    nowhere = np.concatenate([[[np.nan, 0.0]], scene.source, [[0.0, np.inf], [1e300, -1e300]]])
+    assert np.array_equal(score_map(cells, nowhere, x, y), found)
+    empty = ndt_map.build(np.array([[[0.0, 0.0], [9.0, 9.0]]]), 1.2, grids=grids)
+    assert not score_map(empty, scene.source, x, y).any()
+
+
 # ---- the run ----
 
 
