@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from statistics import median
 
 from sitegen.bench.model import Bench, Row, number
-from sitegen.bench.pages import IDLE, browser_of, live, number_ms, until, visit
+from sitegen.bench.pages import IDLE, browser_of, live, number_ms, until, visit, warmed
 from sitegen.bench.solvers import asked, in_tab
 from sitegen.serve.static_files import serving
 from solvers.scenes.rooms import ROOM_SETTINGS
@@ -88,8 +88,7 @@ def figure_run(bench: Bench) -> Row:
         server, browser = stack.enter_context(serving(bench.site)), stack.enter_context(browser_of(bench))
         page = stack.enter_context(visit(browser, f"{server.origin}/search.html"))
         live(page)
-        page.locator("#fig-everywhere").scroll_into_view_if_needed()
-        until(page, f"{figure}.ready && {IDLE}")
+        warmed(page, "#fig-everywhere")
         began = page.evaluate("performance.now()")
         page.locator('#fig-everywhere [data-button="run"]').click()
         until(page, f"{figure}.frame.disabled.includes('step') && {IDLE}")

@@ -24,6 +24,7 @@ from sitegen.bench.pages import (
     pages_with,
     until,
     visit,
+    warmed,
 )
 from sitegen.serve.static_files import serving
 
@@ -51,7 +52,8 @@ _DRAWN = """async (slider, moves) => {
 @dataclass(frozen=True)
 class Followed:
     """One figure: the widget, where it stands, what was moved, the delay of each input in ms, frames missed of all; of
-    each answer what Python and the page's scripts took, and the delays of the control figure where one can be laid."""
+    each answer what Python and the page's scripts took, the delays of the control figure where one can be laid, and how
+    long its warm-up took, in ms."""
 
     widget: str
     where: str
@@ -62,6 +64,7 @@ class Followed:
     frames: int
     ours: list[tuple[float, float]] = field(default_factory=list)
     control: list[float] = field(default_factory=list)
+    warm_up: float = 0.0
 
 
 def drag(bench: Bench) -> list[Row]:
@@ -89,12 +92,11 @@ def with_figures(site: Path) -> list[str]:
 def followed(page: Page, figure: Locator, page_name: str, rung: str, origin: str) -> Followed | None:
     """The figure's handles dragged, or without any its first slider drawn; None where there is neither.
 
-    A hand comes after the figure has come into sight and Python has drawn it once, unseen. A drag of a near rung is
+    A hand comes once the figure has been in sight for as long as its warm-up takes. A drag of a near rung is
     made once more on the control figure, right after it.
     """
-    widget, where = figure.get_attribute("data-widget") or "", f"{page_name}#{figure.get_attribute('id')}"
-    figure.evaluate(CENTRED)
-    until(page, f"Ladder.figures.get({figure.get_attribute('id')!r}).ready && {IDLE}")
+    widget, name = figure.get_attribute("data-widget") or "", figure.get_attribute("id")
+    where, took = f"{page_name}#{name}", warmed(page, f"#{name}")
     named = dict.fromkeys(handle.get_attribute("data-handle") or "" for handle in figure.locator(".handle").all())
     handles = list(named)[:HANDLES]
     slider = figure.locator("input[type=range]").first
@@ -121,7 +123,7 @@ def followed(page: Page, figure: Locator, page_name: str, rung: str, origin: str
         delays = answered(page.evaluate(MARKS))
         ours = split.shares(page)
         moved = [f"slider {slider.get_attribute('name')}"]
-    return Followed(widget, where, rung, " and ".join(moved), delays, missed, frames, ours, control)
+    return Followed(widget, where, rung, " and ".join(moved), delays, missed, frames, ours, control, took)
 
 
 def rows(found: list[Followed]) -> list[Row]:
@@ -139,7 +141,10 @@ def rows(found: list[Followed]) -> list[Row]:
     missed, frames = sum(one.missed for one in found), sum(one.frames for one in found)
     worst = max(found, key=lambda one: one.missed / max(one.frames, 1))
     note = f"{missed} of {frames} in all figures with handles; most in {worst.where}, {worst.missed} of {worst.frames}"
-    return [*out, Row("frames missed in a drag", 100 * missed / max(frames, 1), "%", 1, note)]
+    out.append(Row("frames missed in a drag", 100 * missed / max(frames, 1), "%", 1, note))
+    slow = max(found, key=lambda one: one.warm_up)
+    note = f"in sight with Python up; {slow.where}, median {number_ms(median(one.warm_up for one in found))}"
+    return [*out, Row("warm-up of a figure, the longest", slow.warm_up, "ms", None, note)]
 
 
 def _split(one: Followed, which: str) -> list[Row]:

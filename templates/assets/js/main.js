@@ -26,6 +26,7 @@ import { addPrediction } from "./figure/predict.js";
 import { showReadouts, showWords } from "./figure/readouts.js";
 import { figures } from "./figure/registry.js";
 import { addStatus } from "./figure/status.js";
+import { addWarmUp } from "./figure/warm_up.js";
 import { addCards, describeCards } from "./page/cards.js";
 import { revealNamed } from "./page/reveal.js";
 import { addSearch, receiveSections } from "./page/search.js";
@@ -78,6 +79,7 @@ function live(root) {
     part(() => addPins(figure)),
     part(() => addLinkButton(figure)),
     part(() => addPictureButtons(root)),
+    part(() => addWarmUp(figure)),
     part(() => loadTape(root)),
     overlay.dispose,
     on(root, "pointerdown", touch),

@@ -53,9 +53,9 @@ def test_each_figure_is_held_to_its_rungs_aim() -> None:
     counted over all figures."""
     named = [("icp", "3"), ("surfaces", "3½"), ("race", "6"), ("mmd", "5b")]
     found = [Followed(widget, f"{widget}.html", rung, "source", [4.0] * 20, 1, 100) for widget, rung in named]
-    found.append(Followed("atlas", "icp.html", "3", "slider gate", [4.0] * 20, 0, 0))
-    assert [row.aim for row in rows(found)] == [16.0, 16.0, 25.0, None, None, 1]
-    assert [row.value for row in rows(found)] == [4.0, 4.0, 4.0, 4.0, 4.0, 1.0]
+    found.append(Followed("atlas", "icp.html", "3", "slider gate", [4.0] * 20, 0, 0, warm_up=7.0))
+    assert [row.aim for row in rows(found)] == [16.0, 16.0, 25.0, None, None, 1, None]
+    assert [row.value for row in rows(found)] == [4.0, 4.0, 4.0, 4.0, 4.0, 1.0, 7.0]
 
 
 def test_a_figure_s_own_share_and_its_control_are_told_apart() -> None:
@@ -66,7 +66,7 @@ def test_a_figure_s_own_share_and_its_control_are_told_apart() -> None:
     assert found["near rungs, our share of it, 95th percentile, icp.html"] == (3.0, 4.0)
     assert found["near rungs, of the control figure's, 95th percentile, icp.html"] == (1.5, 1.5)
     assert found["our share of it, 95th percentile, mmd.html"] == (5.0, None)
-    assert len(found) == 6
+    assert len(found) == 7
 
 
 def test_pages_with_figures_are_found_in_the_built_site(tmp_path: Path) -> None:

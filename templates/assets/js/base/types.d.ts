@@ -87,6 +87,7 @@ export interface Handle {
   left: number;
   top: number;
   value: string;
+  world: Point;
   slider: [least: number, most: number, now: number];
   keys: Record<string, Point>;
 }

@@ -23,8 +23,6 @@ export class Figure {
   #disposers = [];
   #visible = false;
   #running = false;
-  #warmed = false;
-  #ready = false;
   #speaks = false;
   /** @type {Dispose | null} what ends the motion that is under way */
   #moving = null;
@@ -108,11 +106,6 @@ export class Figure {
   /** A run presses its button again and again. */
   get running() {
     return this.#running;
-  }
-
-  /** Python has drawn it: the next touch pays for no import. */
-  get ready() {
-    return this.#ready;
   }
 
   /** What is seen is to be said to those who hear it. */
@@ -262,7 +255,6 @@ export class Figure {
     const motion = records.pressed(this.shown, record) ? frame.motion : null;
     this.#endMotion();
     this.#state.show(record, frame, source);
-    if (source === "live") this.#warmed = this.#ready = true;
     swapPanels(this.root, frame.panels);
     this.root.dataset.frame = String(Number(this.root.dataset.frame ?? 0) + 1);
     mark(this.#finer ? "ladder:finer" : "ladder:swap", this.id);
@@ -323,7 +315,6 @@ export class Figure {
    */
   see(visible) {
     this.#visible = visible;
-    this.#warm();
     this.#events.emit("seen");
   }
 
@@ -346,21 +337,8 @@ export class Figure {
     this.stage.focus({ preventScroll: true });
   }
 
-  /** Has what is seen drawn unseen, level by level, while Python is idle: a first touch waits for no import. */
-  #warm(detail = 0) {
-    if ((this.#warmed && !detail) || runtime.state !== "live" || !this.#visible || this.pending) return;
-    this.#warmed = true;
-    const { shown, spec } = this;
-    const asked = { figure: this.id, record: shown, detail: spec.details > 1 ? detail : undefined, finer: true };
-    void runtime.frame(asked).then((frame) => {
-      this.#ready = true; // and known that finely: the touch coarsens nothing
-      if (frame.detail + 1 < spec.details && this.shown === shown) this.#warm(frame.detail + 1);
-    }, () => (this.#ready = true));
-  }
-
   #runtimeChanged() {
     this.#pump();
-    this.#warm();
     if (runtime.state === "live" && !this.#finer) this.#refine(0);
     this.tell();
   }

@@ -1,0 +1,157 @@
+"""The moves that Python draws unseen while nobody asks it anything, so that a reader's first is not the slowest."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from math import cos, pi, sin
+from typing import Any
+
+import pytest
+from playwright.sync_api import expect
+
+from sitegen.bench.pages import until
+from tests.browser.conftest import Reader
+from tests.browser.figure import LIVE, Figure
+
+# What the worker is asked to draw, in order; what becomes of the page is for the test to see.
+LISTEN = """(() => {
+  window.posted = [];
+  window.Worker = class extends Worker {
+    postMessage(message, ...rest) {
+      if (message.type === 'frame') posted.push(JSON.parse(message.request));
+      super.postMessage(message, ...rest);
+    }
+  };
+})()"""
+# What a reader sees and hears of a figure, and where it stands.
+SEEN = """name => {
+  const { root, record, shown } = Ladder.figures.get(name);
+  const voice = document.querySelector('[aria-live]');
+  const stage = [...root.querySelectorAll('.figure-panel, .readouts, .figure-status')].map(each => each.innerHTML);
+  const handles = [...root.querySelectorAll('.handle')].map(each => each.outerHTML);
+  return JSON.stringify([record, shown, root.dataset.frame, root.dataset.state, stage, handles, voice?.textContent]);
+}"""
+
+
+def warm(figure: Figure) -> Figure:
+    """Waits until the warm-up is over."""
+    expect(figure.root).to_have_attribute("data-warm", "", timeout=LIVE)
+    return figure
+
+
+def posted(figure: Figure) -> list[dict[str, Any]]:
+    """What Python was asked about the figure so far."""
+    found: list[dict[str, Any]] = figure.page.evaluate("name => posted.filter(p => p.figure === name)", figure.name)
+    return found
+
+
+@pytest.fixture
+def listening(reader: Callable[..., Reader]) -> Callable[..., Figure]:
+    """A figure of a page with Python up, and all that the page asks of it heard."""
+
+    def open_at(path: str, name: str) -> Figure:
+        one = reader(reduced_motion="reduce")
+        one.context.add_init_script(LISTEN)
+        return Figure(one.open(path), name).live()
+
+    return open_at
+
+
+def test_it_makes_the_moves_that_a_reader_may_and_shows_none(listening: Callable[..., Figure]) -> None:
+    """Each handle dragged about its place and the run's steps pressed; the last thing drawn is what is seen."""
+    nearest = listening("icp.html", "fig-nearest")
+    before = nearest.page.evaluate(SEEN, nearest.name)
+    warm(nearest)
+    assert nearest.page.evaluate(SEEN, nearest.name) == before
+    logs = [each["record"]["log"] for each in posted(nearest)]
+    drags = [action for log in logs for action in log if action[0] == "drag"]
+    for handle in nearest.frame()["handles"]:
+        x, y = handle["world"]
+        mine = [action for action in drags if action[1] == handle["name"]]
+        assert len({(a[2], a[3]) for a in mine}) > 10, "Python may know a place that it has seen"
+        assert all(abs(a[2] - x) + abs(a[3] - y) < 1.0 for a in mine)
+    steps = [log for log in logs if log and log[-1] == ["press", "step"]]
+    assert [len(log) for log in steps] == list(range(1, len(steps) + 1))
+    assert len(steps) > 3
+    assert logs[-1] == nearest.record()["log"] == []
+
+
+@pytest.mark.parametrize(
+    ("path", "name", "kind"), [("ndt-map.html", "fig-cells", "hover"), ("race.html", "fig-race", "drag")]
+)
+def test_what_python_drew_unseen_changes_no_picture(
+    listening: Callable[..., Figure], path: str, name: str, kind: str
+) -> None:
+    """A step after it, and back: the pictures are those of a page that nobody warmed up."""
+    figure = warm(listening(path, name))
+    assert any(each["record"]["log"][-1][0] == kind for each in posted(figure) if each["record"]["log"])
+    button = figure.root.locator("[data-button=step], [data-button=next]").first.get_attribute("data-button")
+    log = [["press", button]]
+    frames = """async ([name, log]) => {
+      const { record, spec } = Ladder.figures.get(name);
+      const detail = spec.details > 1 ? 0 : undefined;
+      const told = [];
+      for (const figure of [name, 'cold']) {
+        const frames = [];
+        for (const each of [log, []]) {
+          const frame = await Ladder.runtime.frame({ figure, record: { ...record, log: each }, detail });
+          frames.push(JSON.stringify(frame).replaceAll(`${figure}-`, ''));
+        }
+        told.push(frames);
+      }
+      return told;
+    }"""
+    mine, cold = figure.page.evaluate(frames, [name, log])
+    assert mine[0] != mine[1]
+    assert mine == cold
+
+
+def test_a_figure_that_is_not_on_screen_stays_cold(listening: Callable[..., Figure]) -> None:
+    first = listening("icp.html", "fig-nearest")
+    last = Figure(first.page, "fig-wall")
+    warm(first)
+    assert posted(last) == []
+    warm(last.seen())
+    assert posted(last)
+
+
+def test_a_hand_has_python_for_itself(listening: Callable[..., Figure]) -> None:
+    """From a drag's first answer until it is let go nothing is drawn but where the hand was; then the rest is."""
+    nearest = listening("icp.html", "fig-nearest")
+    page = nearest.page
+    page.evaluate("() => { Ladder.limits.pause = 1; }")
+    before = nearest.readout("rms")
+    box = nearest.handle("source").bounding_box()
+    assert box is not None
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.evaluate(
+        """name => { const figure = Ladder.figures.get(name); window.wanted = [];
+          figure.on('asked', () => wanted.push(JSON.stringify(figure.record.log))); }""",
+        nearest.name,
+    )
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 5, y)
+    nearest.changes("rms", before)
+    begun = len(posted(nearest))
+    for i in range(40):
+        page.mouse.move(x + 60 * sin(pi * i / 20), y + 60 - 60 * cos(pi * i / 20))
+    until(page, "!Ladder.figures.get('fig-nearest').pending")
+    asked = [json.dumps(each["record"]["log"]) for each in posted(nearest)[begun:]]
+    wanted = [json.dumps(json.loads(each)) for each in page.evaluate("wanted")]
+    assert len(asked) > 5
+    assert set(asked) <= set(wanted)
+    page.mouse.up()
+    warm(nearest)
+
+
+def test_another_worker_is_warmed_up_anew(reader: Callable[..., Reader]) -> None:
+    solve = warm(Figure(reader(reduced_motion="reduce").open("kabsch.html"), "fig-solve").live())
+    solve.page.evaluate("Ladder.runtime.kill()")
+    solve.drag("source", 30, 30)
+    solve.becomes("failed")
+    expect(solve.root).not_to_have_attribute("data-warm", "")
+    solve.root.get_by_role("button", name="Retry").click()
+    solve.live().settled()
+    warm(solve)
