@@ -92,8 +92,8 @@ def with_figures(site: Path) -> list[str]:
 def followed(page: Page, figure: Locator, page_name: str, rung: str, origin: str) -> Followed | None:
     """The figure's handles dragged, or without any its first slider drawn; None where there is neither.
 
-    A hand comes once the figure has been in sight for as long as its warm-up takes. A drag of a near rung is
-    made once more on the control figure, right after it.
+    A hand comes once the figure has been in sight for as long as its warm-up takes. A drag of a near rung is made once
+    more on the control figure, right after it.
     """
     widget, name = figure.get_attribute("data-widget") or "", figure.get_attribute("id")
     where, took = f"{page_name}#{name}", warmed(page, f"#{name}")
