@@ -14,11 +14,11 @@ from tests.browser.server import SiteServer
 
 # Where a script is cut decides what is unexpected.
 COMPLAINTS = ("Failed to load", "Unexpected", "Invalid or unexpected token", "missing ", "MIME type", "ERR_")
-# Where everything stands that is seen; what is told of the script lies over it.
-PLACES = """() => [...document.querySelectorAll('header *, main *, footer *')]
+# Where everything stands that is seen, in the page's own letters; what is told of the script lies over it.
+PLACES = """() => document.fonts.ready.then(() => [...document.querySelectorAll('header *, main *, footer *')]
   .filter(node => node.checkVisibility({ visibilityProperty: true }) && !node.closest('svg, math'))
   .map(node => { const { x, y, width, height } = node.getBoundingClientRect();
-    return [node.localName, node.className, ...[x, y, width, height].map(Math.round)].join(' '); })"""
+    return [node.localName, node.className, ...[x, y, width, height].map(Math.round)].join(' '); }))"""
 
 
 def script(site: Path) -> str:
