@@ -41,27 +41,30 @@ def publish_and_check(root: Path, dest: Path) -> int:
     return 1 if problems else 0
 
 
-def prove_sweep(root: Path, *, anew: bool = False) -> int:
-    """Say which results of the sweep are stale, and run a sample of the others again, also one that has been proved
-    before where `anew` says so. The exit code is 1 for wrong."""
-    from sitegen.experiments.sweep_verify import standing
+def prove_kept(root: Path, *, anew: bool = False) -> int:
+    """Say which results that the repository keeps are stale, the sweep's and those of long plots, and run a sample of
+    the others again, also one that has been proved before where `anew` says so. The exit code is 1 for wrong."""
+    from sitegen.experiments import sweep_verify
+    from sitegen.pipeline import plot_parts
 
-    found = standing(root, cache=None if anew else cache_dir())
-    for problem in found.stale:
+    cache = None if anew else cache_dir()
+    sweep, plots = sweep_verify.standing(root, cache=cache), plot_parts.standing(cache=cache)
+    for problem in (*sweep.stale, *plots.stale):
         print(f"{problem} (note)", file=sys.stderr)
-    for problem in found.wrong:
+    for problem in (*sweep.wrong, *plots.wrong):
         print(problem, file=sys.stderr)
-    again = "made again" if found.ran else "repeated on this machine with the same code"
-    print(f"the sweep: {found.proved} runs {again} end as its files say", flush=True)
-    return 1 if found.wrong else 0
+    again = "made again" if sweep.ran else "repeated on this machine with the same code"
+    print(f"the sweep: {sweep.proved} runs {again} end as its files say", flush=True)
+    print(f"long plots: of {plots.proved} a part gives what their files say", flush=True)
+    return 1 if sweep.wrong or plots.wrong else 0
 
 
 def check_command(root: Path) -> int:
-    """Build strictly into a temporary folder and check that; site/ stays as it is. Then the spelling of the sources,
-    and the sweep's files are proved."""
+    """Build strictly into a temporary folder and check that; site/ stays as it is. Then the spelling of the sources;
+    and what the repository keeps of long runs is proved."""
     began = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="ladder-check-") as folder:
         code = publish_and_check(root, Path(folder) / "site")
-    code = max(code, spelling(root), prove_sweep(root))
+    code = max(code, spelling(root), prove_kept(root))
     print(f"checked in {time.monotonic() - began:.1f} s", flush=True)
     return code

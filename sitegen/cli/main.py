@@ -91,7 +91,9 @@ def _bench_options(parser: argparse.ArgumentParser) -> None:
 def _sweep_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--processes", type=int, default=0, help="processes to use (default: one per core)")
     parser.add_argument("--scheduler", default="", metavar="ADDRESS", help="a Dask cluster to run on instead")
-    parser.add_argument("--only", default="", help="sweeps to run, comma-separated: table,basins,curves (default: all)")
+    parser.add_argument(
+        "--only", default="", help="sweeps and long plots, comma-separated: table,basins,four-reach (default: all)"
+    )
     parser.add_argument("--methods", default="", help="contestants to run, comma-separated (default: all)")
 
 
@@ -175,10 +177,10 @@ def _bench(root: Path, asked: Arguments) -> int:
 
 
 def _sweep(root: Path, asked: Arguments) -> int:
-    from sitegen.experiments.sweep import sweep_command
+    from sitegen.cli.sweep import sweep
 
     only, methods = ([name for name in text.split(",") if name] for text in (asked.only, asked.methods))
-    return sweep_command(root, asked.processes, asked.scheduler, only, methods)
+    return sweep(root, asked.processes, asked.scheduler, only, methods)
 
 
 def _train(root: Path, asked: Arguments) -> int:
@@ -217,7 +219,7 @@ COMMANDS: dict[str, Command] = {
     "check": Command("a strict build: links, anchors, references, claims, HTML, sizes", _none, _check),
     "test": Command("run every check and test; find or install a browser", _test_options, _test, passes_on=TO_PYTEST),
     "bench": Command("measure the project against its targets; write bench.json", _bench_options, _bench),
-    "sweep": Command("run the race on 1,000 seeds, and its maps; resume where it stopped", _sweep_options, _sweep),
+    "sweep": Command("run the race on 1,000 seeds, and long plots; resume where it stopped", _sweep_options, _sweep),
     "train": Command("retrain the learned flows' networks with PyTorch; takes most of an hour", _train_options, _train),
     "new": Command("create a working chapter or figure to start from", _new_options, _new),
     "publish": Command("build strictly, then publish site/ to a folder or a git branch", _publish_options, _publish),

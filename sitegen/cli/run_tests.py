@@ -16,7 +16,7 @@ import pytest
 
 from sitegen.chapters import claims, whys
 from sitegen.check import browsers, scripts
-from sitegen.check.command import prove_sweep, publish_and_check
+from sitegen.check.command import prove_kept, publish_and_check
 from sitegen.check.spelling import spelling
 from sitegen.cli import changed
 from sitegen.pipeline.attempt import build_command
@@ -131,7 +131,7 @@ def every_step(root: Path) -> dict[str, Callable[[], int]]:
         "eslint": lambda: scripts.script_lint(root),
         "tsc": lambda: scripts.script_types(root),
         "check": lambda: publish_and_check(root, root / "site"),
-        "sweep": lambda: prove_sweep(root, anew=True),
+        "sweep": lambda: prove_kept(root, anew=True),
     }
 
 

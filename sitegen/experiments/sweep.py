@@ -1,4 +1,4 @@
-"""`sweep`: a thousand seeds of the race, its basins and its curves: over processes, or over a Dask cluster.
+"""The sweep: a thousand seeds of the race, its basins and its curves: over processes, or over a Dask cluster.
 
 Every unit of work is kept in the cache by the code that it ran, so a sweep that was stopped goes on where it was, and
 one after a change of a method runs that method alone. What is measured, and the files: sweep_plan.py.
@@ -23,34 +23,14 @@ import numpy as np
 
 from sitegen.cache import pool
 from sitegen.cache.code_hash import code_text
-from sitegen.cache.files import cache_dir, fingerprint, write
+from sitegen.cache.files import fingerprint, write
 from sitegen.cache.store import Store
 from sitegen.experiments import sweep_unit
-from sitegen.experiments.sweep_plan import FOLDER, SWEEPS, Sweep, code_of, racing, split, units
+from sitegen.experiments.sweep_plan import FOLDER, Sweep, code_of, racing, split, units
 from sitegen.experiments.sweep_unit import Unit, run_unit
-from sitegen.progress import Progress, shown
+from sitegen.progress import Progress
 
 Work = Iterator[tuple[Unit, dict[str, list[float]]]]
-
-
-def sweep_command(root: Path, processes: int, scheduler: str, only: Sequence[str], methods: Sequence[str]) -> int:
-    """Run what is missing and write the files. The exit code is 2 for names that are none."""
-    known = [sweep.name for sweep in SWEEPS]
-    wrong = [*(set(only) - set(known)), *(set(methods) - {c.method for c in racing()})]
-    if wrong:
-        ours = ", ".join([*known, *(c.method for c in racing())])
-        print(f"sweep: no {', '.join(sorted(wrong))}; there are {ours}", file=sys.stderr)
-        return 2
-    if scheduler and importlib.util.find_spec("distributed") is None:
-        print("sweep: --scheduler needs dask: `pip install 'dask[distributed]'`", file=sys.stderr)
-        return 2
-    chosen = [sweep for sweep in SWEEPS if not only or sweep.name in only]
-    with shown() as progress:
-        for sweep in chosen:
-            run(root, sweep, methods, cache_dir(), progress, processes, scheduler)
-            path = root / FOLDER / f"{sweep.name}.json"
-            print(f"{path.relative_to(root)}: {path.stat().st_size / 1000:.0f} kB", flush=True)
-    return 0
 
 
 def run(

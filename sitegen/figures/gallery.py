@@ -15,6 +15,7 @@ import numpy as np
 
 from sitegen.cache.files import fingerprint
 from sitegen.cache.store import Store
+from sitegen.figures.parts import Parts
 from sitegen.problems import Place
 from sitegen.progress import Progress, quiet
 
@@ -27,7 +28,8 @@ Table = tuple[Sequence[str], Sequence[Sequence[str]]]
 @dataclass(frozen=True)
 class Plot:
     """A regression figure as its module has it. code: the hash of what `compute` runs; look: of all of the module.
-    seconds: about how long `compute` takes, so that a build begins with the longest."""
+    seconds: about how long `compute` takes, so that a build begins with the longest. parts: of which a long
+    one is made."""
 
     name: str
     title: str
@@ -41,6 +43,7 @@ class Plot:
     code: str
     look: str
     seconds: float = 0.0
+    parts: Parts | None = None
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,6 +24,10 @@ NAMES = {"one": "one cell size", "fine": "coarse to fine"}
 ANGLES = tuple(range(-60, 61, 10))
 OFFSETS = tuple(round(0.25 * k, 2) for k in range(11))
 DIRECTION = np.array([0.83205, -0.5547])
+PARTS = (
+    *((run, angle, 0.0) for run in CELLS for angle in ANGLES),
+    *((run, 0, offset) for run in CELLS for offset in OFFSETS if offset),
+)
 
 
 @dataclass(frozen=True)
@@ -36,18 +41,20 @@ class Result:
     by_offset: tuple[tuple[int, ...], ...]
 
 
-def compute() -> Result:
-    """The NDT room, four grids, steps of at most 0.5 u and 0.2 rad; turned, or moved down to the right."""
+def part(run: str, angle: int, offset: float) -> int:
+    """The successes in the NDT room, four grids, steps of at most 0.5 u and 0.2 rad; turned, or moved down to the
+    right."""
     scenes = [ndt_room(seed=seed) for seed in seeds(RUNS)]
     source, target = clouds(scenes)
+    start = Pose.from_angle(np.radians(angle), offset * DIRECTION)
+    found = register(source, target, "ndt", start=start, cells=CELLS[run], max_shift=0.5, max_turn=0.2)
+    return close(found.pose, scenes[0].truth)
 
-    def count(cells: tuple[float, ...], angle: float, offset: float) -> int:
-        start = Pose.from_angle(np.radians(angle), offset * DIRECTION)
-        found = register(source, target, "ndt", start=start, cells=cells, max_shift=0.5, max_turn=0.2)
-        return close(found.pose, scenes[0].truth)
 
-    by_angle = tuple(tuple(count(cells, angle, 0.0) for angle in ANGLES) for cells in CELLS.values())
-    by_offset = tuple(tuple(count(cells, 0.0, offset) for offset in OFFSETS) for cells in CELLS.values())
+def whole(parts: Mapping[tuple[str, int, float], int]) -> Result:
+    """The successes of all."""
+    by_angle = tuple(tuple(parts[run, angle, 0.0] for angle in ANGLES) for run in CELLS)
+    by_offset = tuple(tuple(parts[run, 0, offset] for offset in OFFSETS) for run in CELLS)
     return Result(RUNS, ANGLES, OFFSETS, by_angle, by_offset)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,6 +22,10 @@ SHOWN = ("hessian", "censi", "sampled")
 NAMES = {"hessian": "Hessian", "censi": "Censi", "sampled": "Redrawn scans"}
 ROLES = {"hessian": "accent", "censi": "inlier", "sampled": "source"}
 RESIDUALS = {"point-to-plane": "point to plane", "icp": "point to point", "gicp": "GICP"}
+PARTS = (
+    *((method, place, "redrawn") for method in RESIDUALS for place in PLACES),
+    *((method, "room", "carried") for method in RESIDUALS if method in CENSI),
+)
 
 
 @dataclass(frozen=True)
@@ -39,18 +44,21 @@ class Result:
     carried: tuple[int | None, ...]
 
 
-def compute() -> Result:
-    """Each draw from a start of its own, 3° and 0.15 u about the truth."""
-    covered, widest, carried = [], [], []
-    for method in RESIDUALS:
-        ways = tuple(way for way in SHOWN if way != "censi" or method in CENSI)
-        lines = [{line.way: line for line in coverage(place, method, ways, count=DRAWS)} for place in PLACES]
-        covered.append(tuple(tuple(row[way].covered if way in row else None for way in SHOWN) for row in lines))
-        widest.append(tuple(tuple(row[way].widest if way in row else None for way in SHOWN) for row in lines))
-        carried.append(coverage("room", method, ("starts",), count=CARRIED)[0].covered if method in CENSI else None)
-    return Result(
-        DRAWS, tuple(RESIDUALS), PLACES, SHOWN, tuple(covered), tuple(widest), CARRIED, tuple(carried)
-    )  # fmt: skip
+def part(method: str, place: str, kind: str) -> dict[str, tuple[int, float]]:
+    """How many regions hold the truth and their median largest σ, by the way to the covariance; each draw from a start
+    of its own, 3° and 0.15 u about the truth. kind: "carried" carries that start's spread through."""
+    ways = ("starts",) if kind == "carried" else tuple(way for way in SHOWN if way != "censi" or method in CENSI)
+    lines = coverage(place, method, ways, count=CARRIED if kind == "carried" else DRAWS)
+    return {line.way: (line.covered, line.widest) for line in lines}
+
+
+def whole(parts: Mapping[tuple[str, str, str], Mapping[str, tuple[int, float]]]) -> Result:
+    """The counts and spreads of all."""
+    rows = [[parts[method, place, "redrawn"] for place in PLACES] for method in RESIDUALS]
+    covered = tuple(tuple(tuple(ways[w][0] if w in ways else None for w in SHOWN) for ways in row) for row in rows)
+    widest = tuple(tuple(tuple(ways[w][1] if w in ways else None for w in SHOWN) for ways in row) for row in rows)
+    carried = [parts[method, "room", "carried"]["starts"][0] if method in CENSI else None for method in RESIDUALS]
+    return Result(DRAWS, tuple(RESIDUALS), PLACES, SHOWN, covered, widest, CARRIED, tuple(carried))
 
 
 def held(result: Result, residual: str, place: str, way: str) -> float:

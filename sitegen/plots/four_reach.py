@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -27,6 +29,7 @@ CERTAIN = ("cpd", "filterreg")  # draw nothing: the same clouds give the same en
 ANGLES = tuple(range(0, 181, 15))
 RUNS = 16
 APART = 2.2  # degrees between the dots of two methods at one angle
+PARTS = tuple(itertools.product(SETTINGS, METHODS, ANGLES))
 
 
 @dataclass(frozen=True)
@@ -40,21 +43,22 @@ class Result:
     successes: tuple[tuple[tuple[int, ...], ...], ...]
 
 
-def compute() -> Result:
-    """Each method as the walkthrough runs it, from the shift that the figure starts with."""
+def part(setting: str, method: str, angle: int) -> int:
+    """The successes of a method as the walkthrough runs it, from the shift that the figure starts with."""
+    name = "clutter" if setting == "clutter" else "clean"
+    # Without noise and clutter every seed gives the same clouds, and these two draw nothing: one run is all runs.
+    alike = RUNS if setting != "clutter" and method in CERTAIN else 1
+    scenes = [fish(name, seed=seed, smaller=setting == "smaller") for seed in seeds(RUNS // alike)]
+    starts = [fish_start(angle)] * len(scenes)
+    pose, truth = found(run(begin_walk(method, scenes, starts))[0], starts), scenes[0].truth
+    near = (np.degrees(rre(pose, truth)) < CLOSE_DEGREES) & (rte(pose, truth) < CLOSE_DISTANCE)
+    return alike * int(np.count_nonzero(near))
 
-    def count(setting: str, method: str, angle: float) -> int:
-        name = "clutter" if setting == "clutter" else "clean"
-        # Without noise and clutter every seed gives the same clouds, and these two draw nothing: one run is all runs.
-        alike = RUNS if setting != "clutter" and method in CERTAIN else 1
-        scenes = [fish(name, seed=seed, smaller=setting == "smaller") for seed in seeds(RUNS // alike)]
-        starts = [fish_start(angle)] * len(scenes)
-        pose, truth = found(run(begin_walk(method, scenes, starts))[0], starts), scenes[0].truth
-        near = (np.degrees(rre(pose, truth)) < CLOSE_DEGREES) & (rte(pose, truth) < CLOSE_DISTANCE)
-        return alike * int(np.count_nonzero(near))
 
+def whole(parts: Mapping[tuple[str, str, int], int]) -> Result:
+    """The successes of all."""
     rows = tuple(
-        tuple(tuple(count(setting, method, angle) for angle in ANGLES) for method in METHODS) for setting in SETTINGS
+        tuple(tuple(parts[setting, method, angle] for angle in ANGLES) for method in METHODS) for setting in SETTINGS
     )
     return Result(RUNS, ANGLES, tuple(SETTINGS), tuple(METHODS), rows)
 

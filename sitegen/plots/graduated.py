@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,6 +28,7 @@ ROWS = {"ransac": "RANSAC", "graduated": "graduated", "scattered": "graduated, w
 BUDGET: dict[str, Any] = {"separation": SEPARATION, "most": 300, "per_step": 300, "max_steps": 400}
 MUS = (0.01, 0.1, 1.0, float("inf"))
 RUNS = 200
+PARTS = tuple(itertools.product(ROWS, SHARES))
 
 
 @dataclass(frozen=True)
@@ -38,22 +41,22 @@ class Result:
     successes: tuple[tuple[int, ...], ...]
 
 
-def compute() -> Result:
-    """The chapter's front, partners hidden at its left; and the same with each wrong partner as far away as there, in
-    a direction of its own."""
-    rows: dict[str, list[int]] = {row: [] for row in ROWS}
-    for share in SHARES:
-        scenes = [facade_scene(seed=seed, outliers=share) for seed in seeds(RUNS)]
-        source, target = clouds(scenes)
-        scattered = np.stack([_scattered(scene) for scene in scenes])
-        found = {
-            "ransac": register(source, target, "ransac", seed=seeds(RUNS), inlier=INLIER, **BUDGET),
-            "graduated": register(source, target, "graduated-nonconvexity", inlier=INLIER),
-            "scattered": register(source, scattered, "graduated-nonconvexity", inlier=INLIER),
-        }
-        for row, result in found.items():
-            rows[row].append(close(result.pose, FACADE_TRUTH))
-    return Result(RUNS, tuple(ROWS), SHARES, tuple(tuple(row) for row in rows.values()))
+def part(row: str, share: float) -> int:
+    """The successes on the chapter's front, partners hidden at its left; or with each wrong partner as far away as
+    there, in a direction of its own."""
+    scenes = [facade_scene(seed=seed, outliers=share) for seed in seeds(RUNS)]
+    source, target = clouds(scenes)
+    if row == "ransac":
+        found = register(source, target, "ransac", seed=seeds(RUNS), inlier=INLIER, **BUDGET)
+    else:
+        reached = np.stack([_scattered(scene) for scene in scenes]) if row == "scattered" else target
+        found = register(source, reached, "graduated-nonconvexity", inlier=INLIER)
+    return close(found.pose, FACADE_TRUTH)
+
+
+def whole(parts: Mapping[tuple[str, float], int]) -> Result:
+    """The successes of all."""
+    return Result(RUNS, tuple(ROWS), SHARES, tuple(tuple(parts[row, share] for share in SHARES) for row in ROWS))
 
 
 def _scattered(scene: Scene) -> FloatArray:

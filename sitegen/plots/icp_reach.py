@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,6 +20,7 @@ SECONDS = 12
 SETTINGS = {"clean": "Clean", "striped": "Striped sampling", "outliers": "Outliers", "combo": "Noise and outliers"}
 ANGLES = tuple(range(-90, 91, 10))
 RUNS = 40
+PARTS = tuple(itertools.product(SETTINGS, ANGLES))
 
 
 @dataclass(frozen=True)
@@ -30,15 +33,18 @@ class Result:
     successes: tuple[tuple[int, ...], ...]
 
 
-def compute() -> Result:
-    """Point-to-point ICP without gate or trim, turned about the world's origin and not moved."""
-    rows = []
-    for setting in SETTINGS:
-        scenes = [room(setting, seed=seed) for seed in seeds(RUNS)]
-        source, target = clouds(scenes)
-        found = [register(source, target, "icp", start=room_start(angle, 0.0)) for angle in ANGLES]
-        rows.append(tuple(close(each.pose, scenes[0].truth) for each in found))
-    return Result(RUNS, ANGLES, tuple(SETTINGS), tuple(rows))
+def part(setting: str, angle: int) -> int:
+    """The successes of point-to-point ICP without gate or trim, turned about the world's origin and not moved."""
+    scenes = [room(setting, seed=seed) for seed in seeds(RUNS)]
+    source, target = clouds(scenes)
+    found = register(source, target, "icp", start=room_start(angle, 0.0))
+    return close(found.pose, scenes[0].truth)
+
+
+def whole(parts: Mapping[tuple[str, int], int]) -> Result:
+    """The successes of all."""
+    rows = tuple(tuple(parts[setting, angle] for angle in ANGLES) for setting in SETTINGS)
+    return Result(RUNS, ANGLES, tuple(SETTINGS), rows)
 
 
 def success(result: Result, setting: str, angle: int) -> float:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,6 +22,7 @@ RESIDUALS = {"point": "Point to point", "plane": "Point to plane", "gicp": "GICP
 WEIGHTS = {"none": "none", "huber": "Huber", "tukey": "Tukey", "welsch": "Welsch"}
 METHOD = {"point": ("icp", {}), "plane": ("point-to-plane", {"free_below": 0.05}), "gicp": ("gicp", {})}
 RUNS = 100
+PARTS = tuple(itertools.product(STARTS, RESIDUALS, WEIGHTS))
 
 
 @dataclass(frozen=True)
@@ -33,18 +36,20 @@ class Result:
     successes: tuple[tuple[tuple[int, ...], ...], ...]
 
 
-def compute() -> Result:
-    """The room with noise and outliers ('combo'), no gate, no trim; thresholds by the distances' median deviation."""
+def part(start: str, residual: str, weight: str) -> int:
+    """The successes in the room with noise and outliers ('combo'), no gate, no trim; thresholds by the distances'
+    median deviation."""
     scenes = [room("combo", seed=seed) for seed in seeds(RUNS)]
     source, target = clouds(scenes)
+    method, options = METHOD[residual]
+    given: dict[str, Any] = {"weight": weight, **options}
+    found = register(source, target, method, start=room_start(*STARTS[start]), **given)
+    return close(found.pose, scenes[0].truth)
 
-    def count(start: str, residual: str, weight: str) -> int:
-        method, options = METHOD[residual]
-        given: dict[str, Any] = {"weight": weight, **options}
-        found = register(source, target, method, start=room_start(*STARTS[start]), **given)
-        return close(found.pose, scenes[0].truth)
 
-    counts = tuple(tuple(tuple(count(s, r, w) for w in WEIGHTS) for r in RESIDUALS) for s in STARTS)
+def whole(parts: Mapping[tuple[str, str, str], int]) -> Result:
+    """The successes of all."""
+    counts = tuple(tuple(tuple(parts[s, r, w] for w in WEIGHTS) for r in RESIDUALS) for s in STARTS)
     return Result(RUNS, tuple(STARTS), tuple(RESIDUALS), tuple(WEIGHTS), counts)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,6 +25,7 @@ CONFIDENCES = (0.9, 0.99, 0.999)
 SHARES = (0.3, 0.5, 0.7, 0.9)
 RUNS = 2000
 LEAST = 2e-4  # the floor of the second chart's log scale: less than one run
+PARTS = tuple(itertools.product(CONFIDENCES, SHARES))
 
 
 @dataclass(frozen=True)
@@ -36,23 +39,25 @@ class Result:
     failures: tuple[tuple[int, ...], ...]
 
 
-def compute() -> Result:
-    """Runs of exactly N trials, N from the true share of right pairs; what the run itself estimates ends none."""
-    budgets = [[int(trials(share, p, 2)) for share in SHARES] for p in CONFIDENCES]
-    failures = []
-    for row in budgets:
-        counts = []
-        for share, budget in zip(SHARES, row, strict=True):
-            source, target = clouds(
-                [facade_scene(seed=seed, noise=NOISE, outliers=round(1.0 - share, 6)) for seed in seeds(RUNS)]
-            )
-            found = register(
-                source, target, "ransac", seed=seeds(RUNS), inlier=INLIER, separation=SEPARATION, most=budget,
-                confidence=1.0 - 1e-12, max_steps=budget + 50,
-            )  # fmt: skip
-            counts.append(RUNS - close(found.pose, FACADE_TRUTH))
-        failures.append(tuple(counts))
-    return Result(RUNS, CONFIDENCES, SHARES, tuple(map(tuple, budgets)), tuple(failures))
+def part(confidence: float, share: float) -> int:
+    """The failures of runs of exactly N trials, N from the true share of right pairs; what the run itself estimates
+    ends none."""
+    most = int(trials(share, confidence, 2))
+    source, target = clouds(
+        [facade_scene(seed=seed, noise=NOISE, outliers=round(1.0 - share, 6)) for seed in seeds(RUNS)]
+    )
+    found = register(
+        source, target, "ransac", seed=seeds(RUNS), inlier=INLIER, separation=SEPARATION, most=most,
+        confidence=1.0 - 1e-12, max_steps=most + 50,
+    )  # fmt: skip
+    return RUNS - close(found.pose, FACADE_TRUTH)
+
+
+def whole(parts: Mapping[tuple[float, float], int]) -> Result:
+    """The budgets, and the failures of all."""
+    budgets = tuple(tuple(int(trials(share, p, 2)) for share in SHARES) for p in CONFIDENCES)
+    failures = tuple(tuple(parts[p, share] for share in SHARES) for p in CONFIDENCES)
+    return Result(RUNS, CONFIDENCES, SHARES, budgets, failures)
 
 
 def budget(result: Result, share: float, confidence: float) -> int:

@@ -137,6 +137,7 @@ def test_whoever_loads_modules_by_name_is_listed() -> None:
         ("tests/recorded.py", "tests/claims/test_race.py"),
         ("content/data/sweep/curves.json", "tests/claims/test_race.py"),
         ("content/data/sweep/curves.json", "tests/browser/figures/test_plots.py"),
+        ("content/data/plots/coverage.json", "tests/sitegen/figures/test_parts.py"),
         ("content/site.yaml", "tests/sitegen/pages/test_ladder.py"),
         ("content/glossary.yaml", "tests/sitegen/chapters/test_glossary.py"),
         ("content/13-reading.md", "tests/claims/test_real_scans.py"),
@@ -160,6 +161,8 @@ def test_what_reads_a_file_is_run(file: str, test: str) -> None:
         ("templates/assets/worker.mjs", {"eslint", "tsc"}),
         ("templates/assets/css/print.css", set()),
         ("content/data/sweep/curves.json", {"sweep"}),
+        ("content/data/plots/coverage.json", {"sweep"}),
+        ("sitegen/plots/coverage.py", {"mypy", "imports", "sweep"}),
         ("tests/solvers/test_units.py", set()),
     ],
 )

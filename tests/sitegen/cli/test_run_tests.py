@@ -29,7 +29,7 @@ def notes(what, code=0):
     return lambda *_, **__: told.append(what) or code
 root, engines, builds, runs, commit = json.loads(sys.argv[1])
 run_tests.module = lambda *words: told.append(words[0]) or 0
-run_tests.publish_and_check, run_tests.prove_sweep = notes("check"), notes("sweep")
+run_tests.publish_and_check, run_tests.prove_kept = notes("check"), notes("sweep")
 run_tests.scripts.script_lint, run_tests.scripts.script_types = notes("eslint"), notes("tsc")
 run_tests.imports, run_tests.spelling = notes("imports"), notes("spelling", "misspelt" in root)
 run_tests.build_command = notes("build", builds)

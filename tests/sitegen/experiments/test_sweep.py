@@ -13,7 +13,6 @@ import pytest
 from distributed import LocalCluster
 
 from sitegen.cache.code_hash import closure, code_text, imports, reached
-from sitegen.cli import main
 from sitegen.experiments import sweep, sweep_verify
 from sitegen.experiments.sweep_plan import (
     SWEEPS,
@@ -120,12 +119,6 @@ def test_processes_and_a_cluster_give_what_one_process_does(home: Path) -> None:
         sweep.workers(ROOT, asked, 1, cluster.scheduler_address) as finished,
     ):
         assert {unit.method: found for unit, found in finished} == expected
-
-
-def test_names_that_are_none_are_told(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert sweep.sweep_command(home, 1, "", ["tabel"], ["icpp"]) == 2
-    assert "no icpp, tabel; there are table, basins, curves, icp" in capsys.readouterr().err
-    assert main.parse(["sweep", "--only", "table", "--processes", "2"]).only == "table"
 
 
 def test_results_are_proved_or_said_to_be_stale(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:

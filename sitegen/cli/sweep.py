@@ -1,0 +1,38 @@
+"""`sweep`: what the repository keeps of long runs is brought up to date: the race's sweeps and the long plots."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from sitegen.cache.files import cache_dir
+from sitegen.experiments.sweep import run
+from sitegen.experiments.sweep_plan import FOLDER, SWEEPS, racing
+from sitegen.pipeline.plot_parts import long_plots, renew
+from sitegen.progress import shown
+
+
+def sweep(root: Path, processes: int, scheduler: str, only: Sequence[str], methods: Sequence[str]) -> int:
+    """Run what is missing or stale and write the files. Plots are not of one method: who names methods asks for none.
+
+    The exit code is 2 for names that are none.
+    """
+    sweeps, plots, contestants = [each.name for each in SWEEPS], list(long_plots()), [c.method for c in racing()]
+    wrong = sorted({*only} - {*sweeps, *plots} | {*methods} - {*contestants})
+    if wrong:
+        print(f"sweep: no {', '.join(wrong)}; there are {', '.join([*sweeps, *plots, *contestants])}", file=sys.stderr)
+        return 2
+    if scheduler and importlib.util.find_spec("distributed") is None:
+        print("sweep: --scheduler needs dask: `pip install 'dask[distributed]'`", file=sys.stderr)
+        return 2
+    with shown() as progress:
+        for each in SWEEPS:
+            if each.name in (only or sweeps):
+                run(root, each, methods, cache_dir(), progress, processes, scheduler)
+                path = root / FOLDER / f"{each.name}.json"
+                print(f"{path.relative_to(root)}: {path.stat().st_size / 1000:.0f} kB", flush=True)
+        for name in renew([name for name in plots if name in (only or plots) and not methods], processes, progress):
+            print(f"{name}: computed", flush=True)
+    return 0

@@ -1,0 +1,50 @@
+"""`sweep` knows the race's sweeps and the long plots by name, and runs those that are asked for."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from sitegen.cli import main, sweep
+
+
+def test_names_that_are_none_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert sweep.sweep(tmp_path, 1, "", ["tabel"], ["icpp"]) == 2
+    told = capsys.readouterr().err
+    assert "no icpp, tabel; there are table, basins, curves, coarse-to-fine, coverage, " in told
+    assert ", trial-budget, icp, " in told
+    assert main.parse(["sweep", "--only", "table", "--processes", "2"]).only == "table"
+
+
+@pytest.mark.parametrize(
+    ("words", "sweeps", "plots"),
+    [
+        ([], ["table", "basins", "curves"], True),
+        (["--only", "basins,four-reach"], ["basins"], ["four-reach"]),
+        (["--only", "four-reach"], [], ["four-reach"]),
+        (["--methods", "icp"], ["table", "basins", "curves"], []),
+    ],
+)
+def test_what_is_asked_for_is_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: list[str], sweeps: list[str], plots: Any
+) -> None:
+    """All of both by default; a plot is of several methods, so that who names one asks for no plot."""
+    ran: list[str] = []
+    renewed: list[str] = []
+
+    def run(root: Path, each: Any, *rest: Any) -> None:
+        ran.append(each.name)
+        (root / sweep.FOLDER).mkdir(parents=True, exist_ok=True)
+        (root / sweep.FOLDER / f"{each.name}.json").write_text("{}")
+
+    def renew(names: list[str], *rest: Any) -> list[str]:
+        renewed.extend(names)
+        return names
+
+    monkeypatch.setattr(sweep, "run", run)
+    monkeypatch.setattr(sweep, "renew", renew)
+    assert main.run(tmp_path, main.parse(["sweep", *words])) == 0
+    assert ran == sweeps
+    assert renewed == (list(sweep.long_plots()) if plots is True else plots)

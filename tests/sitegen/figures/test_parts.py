@@ -1,0 +1,96 @@
+"""Long plots' parts: taken from the repository while they are of this code, else run; and the files are whole."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from sitegen.figures.parts import Parts, named
+from sitegen.pipeline.plot_parts import long_plots
+from sitegen.plots import registry
+
+
+@pytest.fixture
+def parts(tmp_path: Path) -> Parts:
+    """Squares of three numbers, and their sum."""
+    asked = (("a", 1), ("a", 2), ("b", 3))
+    file = tmp_path / "sums.json"
+    return Parts(
+        asked, lambda name, k: (k * k, name), lambda found: sum(k for k, _ in found.values()), lambda: "code", file
+    )
+
+
+def never(*asked: Any) -> Any:
+    raise AssertionError(f"{asked} was run")
+
+
+def test_what_is_kept_is_not_run(parts: Parts) -> None:
+    """Without a file the parts are run; with one none is, and the result is the same."""
+    assert parts.kept() is None
+    assert parts.result() == 14
+    found = {asked: parts.run(asked) for asked in parts.asked}
+    assert found["a", 2] == [4, "a"], "as it comes from a file"
+    parts.keep(found)
+    kept = replace(parts, part=never)
+    assert kept.kept() == found
+    assert kept.result() == 14
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"code": lambda: "other"}, {"asked": (("a", 1), ("a", 2))}, {"asked": (("a", 1), ("a", 2), ("b", 4))}],
+    ids=["code", "a part less", "another part"],
+)
+def test_other_code_and_other_parts_are_run(parts: Parts, change: dict[str, Any]) -> None:
+    parts.keep({asked: parts.run(asked) for asked in parts.asked})
+    assert parts.kept() is not None
+    assert replace(parts, **change).kept() is None
+
+
+def test_another_numpy_is_run(parts: Parts) -> None:
+    parts.keep({asked: parts.run(asked) for asked in parts.asked})
+    data = json.loads(parts.file.read_text("utf-8"))
+    parts.file.write_text(json.dumps({**data, "numpy": "1.0"}), "utf-8")
+    assert parts.kept() is None
+
+
+@pytest.mark.parametrize("name", long_plots())
+def test_the_files_in_the_repository_are_whole(name: str) -> None:
+    """A line for each part, in their order, no two of one name; and the plot reads its result from them."""
+    parts = long_plots()[name].parts
+    assert parts is not None
+    names = [named(asked) for asked in parts.asked]
+    assert len(set(names)) == len(names)
+    assert list(json.loads(parts.file.read_text("utf-8"))["parts"]) == names
+    assert len(parts.file.read_text("utf-8").splitlines()) == len(names) + 2
+
+
+def test_words_make_no_part_stale_and_code_does(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of the solvers that a plot runs a comment does not count; a statement does, and so does a trained network."""
+    shutil.copytree(registry.ROOT / "solvers", tmp_path / "solvers", ignore=shutil.ignore_patterns("__pycache__"))
+    source = (registry.FOLDER / "four_reach.py").read_text("utf-8")
+    monkeypatch.setattr(registry, "ROOT", tmp_path)
+
+    def code() -> str:
+        registry._code.cache_clear()
+        return registry.runs(source, ("part", "PARTS"), words=False)
+
+    def edit(name: str, more: bytes) -> None:
+        path = tmp_path / "solvers" / name
+        path.write_bytes(path.read_bytes() + more)
+
+    first = code()
+    edit("methods/soft/cpd.py", b"\n# a comment\n")
+    assert code() == first
+    edit("methods/ndt/ndt.py", b"\nNEW = 1\n")
+    assert code() == first, "no plot of NDT"
+    edit("methods/flow/trained/flow.int8", b"1")
+    second = code()
+    assert second != first
+    edit("methods/soft/cpd.py", b"\nNEW = 1\n")
+    assert code() != second
