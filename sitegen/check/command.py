@@ -55,12 +55,12 @@ def prove_kept(root: Path, *, anew: bool = False) -> int:
         print(problem, file=sys.stderr)
     again = "made again" if sweep.ran else "repeated on this machine with the same code"
     print(f"the sweep: {sweep.proved} runs {again} end as its files say", flush=True)
-    print(f"long plots: of {plots.proved} a part gives what their files say", flush=True)
+    print(f"long plots: one part of each of {plots.proved} gives what its file says", flush=True)
     return 1 if sweep.wrong or plots.wrong else 0
 
 
 def check_command(root: Path) -> int:
-    """Build strictly into a temporary folder and check that; site/ stays as it is. Then the spelling of the sources;
+    """Build strictly into a temporary folder and check that; site/ stays as it is. Then the spelling of the sources,
     and what the repository keeps of long runs is proved."""
     began = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="ladder-check-") as folder:

@@ -43,6 +43,7 @@ OF_WORDS = (
 # Where a test that names a chapter's file reads its words: in tests/sitegen such files are of small sites.
 OF_TEXTS = ("tests/claims", "tests/solvers")
 OF_LOOKS = ("tests/browser", "tests/scripts", "tests/sitegen", "tests/test_imports.py")
+# What the repository keeps of long runs, and the code that these are of.
 KEPT = ("solvers/", "sitegen/experiments/", "sitegen/plots/", "content/data/sweep/", "content/data/plots/")
 # What is loaded by name or read as files, which no import tells: by whom, and what with all that is in it.
 LOADS = {

@@ -15,7 +15,7 @@ from sitegen.progress import shown
 
 
 def sweep(root: Path, processes: int, scheduler: str, only: Sequence[str], methods: Sequence[str]) -> int:
-    """Run what is missing or stale and write the files. Plots are not of one method: who names methods asks for none.
+    """Run what is missing or stale and write the files. Where methods are named no plot is run: each has several.
 
     The exit code is 2 for names that are none.
     """

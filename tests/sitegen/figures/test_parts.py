@@ -61,12 +61,16 @@ def test_another_numpy_is_run(parts: Parts) -> None:
 
 @pytest.mark.parametrize("name", long_plots())
 def test_the_files_in_the_repository_are_whole(name: str) -> None:
-    """A line for each part, in their order, no two of one name; and the plot reads its result from them."""
-    parts = long_plots()[name].parts
+    """A line for each part, in their order, no two of one name; and the plot's result is made of them."""
+    plot = long_plots()[name]
+    parts = plot.parts
     assert parts is not None
     names = [named(asked) for asked in parts.asked]
     assert len(set(names)) == len(names)
-    assert list(json.loads(parts.file.read_text("utf-8"))["parts"]) == names
+    found = json.loads(parts.file.read_text("utf-8"))["parts"]
+    assert list(found) == names
+    assert plot.compute == parts.result
+    assert isinstance(parts.whole({asked: found[named(asked)] for asked in parts.asked}), plot.result)
     assert len(parts.file.read_text("utf-8").splitlines()) == len(names) + 2
 
 

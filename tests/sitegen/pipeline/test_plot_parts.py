@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from sitegen.cache import pool
 from sitegen.figures.gallery import Plot
 from sitegen.pipeline import plot_parts
 from sitegen.pipeline.plot_parts import alike, renew, sample, standing
@@ -45,7 +46,7 @@ def test_a_part_that_fails_is_told_and_nothing_is_written(plots: dict[str, Plot]
     parts = plots[NAME].parts
     assert parts is not None
     plots[NAME] = replace(plots[NAME], parts=replace(parts, asked=(*parts.asked, ("graduated", "none"))))
-    with pytest.raises(Exception, match="outliers"):
+    with pytest.raises(pool.PieceFailed):
         renew([NAME], 2, quiet)
     assert not parts.file.exists()
 
