@@ -46,6 +46,14 @@ function fail(message, error) {
  */
 const shared = (promise) => (promise.catch(() => {}), promise);
 
+/**
+ * What Pyodide waits for: where it fails, `start` tells the reason, and Pyodide must not tell its own beside it.
+ * @template T
+ * @param {Promise<T>} promise
+ * @returns {Promise<T>}
+ */
+const awaited = (promise) => promise.catch(() => new Promise(() => {}));
+
 /** @param {RuntimeFile[]} files @returns {Count} */
 function progressTeller(files) {
   const total = files.reduce((sum, file) => sum + file.size, 0);
@@ -237,12 +245,12 @@ async function start({ runtime, files, again = false, known = false, modules = [
   // What Pyodide asks the network for by itself, it is handed from here.
   const handed = new Map([
     [address(wasm), async () => new Response()],
-    [address(stdlibFile), async () => new Response(await stdlib)],
+    [address(stdlibFile), async () => new Response(await awaited(stdlib))],
   ]);
   const { instantiateStreaming } = WebAssembly;
   self.fetch = (input, init) => (handed.get(input instanceof Request ? input.url : String(input)) ?? (() => network(input, init)))();
   WebAssembly.instantiateStreaming = async (_source, imports) => {
-    const module = await compiledCore;
+    const module = await awaited(compiledCore);
     const instance = /** @type {any} */ (await WebAssembly.instantiate(module, imports)); // of a module: an Instance
     return { module, instance };
   };
@@ -258,7 +266,7 @@ async function start({ runtime, files, again = false, known = false, modules = [
       stdout: (/** @type {string} */ line) => console.log(line),
       stderr: (/** @type {string} */ line) => console.warn(line),
       fsInit: async (/** @type {FileSystem} */ FS, /** @type {{ sitePackages: string }} */ { sitePackages }) => {
-        for (const archive of archives) install(FS, sitePackages, await archive);
+        for (const archive of archives) install(FS, sitePackages, await awaited(archive));
         post({ type: "stage", stage: "python" });
       },
     });

@@ -209,6 +209,34 @@ def test_a_flipped_bit_is_never_live(served: Served, ending: str, known: bool, s
     assert f"{path.name} {why}" in served.failure(known)
 
 
+# A file comes once Pyodide waits for nothing else, and all that goes wrong in the worker is told.
+LATE = """
+const tell = self.postMessage.bind(self), plain = self.fetch, { instantiate } = WebAssembly;
+const complaint = (text) => tell({ type: "complaint", text: String(text) });
+self.addEventListener("unhandledrejection", ({ reason }) => complaint(reason));
+console.error = complaint;
+self.postMessage = (message) => void setTimeout(setTimeout, 0, tell, 0, message); // after what is complained of
+let up;
+const engine = new Promise((go) => (up = go));
+WebAssembly.instantiate = (...given) => instantiate.apply(WebAssembly, given).finally(up);
+self.fetch = async (...asked) => {
+  if (asked[0].endsWith("FILE")) await engine;
+  return plain(...asked);
+};
+"""
+
+
+@pytest.mark.parametrize("ending", ["python_stdlib.pack", "numpy.pack"])
+def test_a_file_that_fails_while_python_waits_for_it_is_told_once(served: Served, ending: str) -> None:
+    """By the worker alone: Pyodide, which waits for it as well, leaves no error of its own."""
+    path = served.file(ending)
+    path.write_bytes(path.read_bytes()[:-9])
+    served.before(LATE.replace("FILE", path.name))
+    heard = served.talk()
+    assert f"{ending} is not the file that was built" in heard[-1]["message"]
+    assert [m["text"] for m in heard if m["type"] == "complaint"] == []
+
+
 @pytest.mark.parametrize("known", [False, True])
 def test_a_damaged_engine_is_named(served: Served, known: bool) -> None:
     path = served.file("pyodide.asm.wasm")
