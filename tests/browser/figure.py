@@ -35,6 +35,11 @@ class Figure:
         expect(self.page.locator("html")).to_have_attribute("data-runtime", "live", timeout=LIVE)
         return self
 
+    def warm(self) -> Figure:
+        """Waits until Python's warm-up for this figure is over."""
+        expect(self.live().root).to_have_attribute("data-warm", "", timeout=LIVE)
+        return self
+
     def button(self, name: str) -> Locator:
         return self.reached(f'[data-button="{name}"]')
 

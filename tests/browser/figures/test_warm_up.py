@@ -12,7 +12,7 @@ from playwright.sync_api import expect
 
 from sitegen.bench.pages import until
 from tests.browser.conftest import Reader
-from tests.browser.figure import LIVE, Figure
+from tests.browser.figure import Figure
 
 # What the worker is asked to draw, in order.
 LISTEN = """(() => {
@@ -32,12 +32,6 @@ SEEN = """name => {
   const { frame, state } = root.dataset;
   return [seen.map(({ length }) => length), JSON.stringify([record, shown, frame, state, seen])];
 }"""
-
-
-def warm(figure: Figure) -> Figure:
-    """Waits until the warm-up is over."""
-    expect(figure.root).to_have_attribute("data-warm", "", timeout=LIVE)
-    return figure
 
 
 def posted(figure: Figure) -> list[dict[str, Any]]:
@@ -62,7 +56,7 @@ def test_it_makes_the_moves_that_a_reader_may_and_shows_none(listening: Callable
     """Each handle dragged about its place and the run's steps pressed; the last thing drawn is what is seen."""
     nearest = listening("icp.html", "fig-nearest")
     before = nearest.page.evaluate(SEEN, nearest.name)
-    warm(nearest)
+    nearest.warm()
     assert all(before[0]), "panels, handles, numbers, the status, the voice"
     assert nearest.page.evaluate(SEEN, nearest.name) == before
     logs = [each["record"]["log"] for each in posted(nearest)]
@@ -86,7 +80,7 @@ def test_what_python_drew_unseen_changes_no_picture(
     listening: Callable[..., Figure], path: str, name: str, kind: str
 ) -> None:
     """A step after it, and back: the pictures are those of a page that nobody warmed up."""
-    figure = warm(listening(path, name))
+    figure = listening(path, name).warm()
     assert any(each["record"]["log"][-1][0] == kind for each in posted(figure) if each["record"]["log"])
     button = figure.root.locator("[data-button=step], [data-button=next]").first.get_attribute("data-button")
     log = [["press", button]]
@@ -112,9 +106,9 @@ def test_what_python_drew_unseen_changes_no_picture(
 def test_a_figure_that_is_not_on_screen_stays_cold(listening: Callable[..., Figure]) -> None:
     first = listening("icp.html", "fig-nearest")
     last = Figure(first.page, "fig-wall")
-    warm(first)
+    first.warm()
     assert posted(last) == []
-    warm(last.seen())
+    last.warm()
     assert posted(last)
 
 
@@ -145,7 +139,7 @@ def test_a_hand_has_python_for_itself(listening: Callable[..., Figure]) -> None:
     assert len(asked) > 5
     assert set(asked) <= set(wanted)
     page.mouse.up()
-    warm(nearest)
+    nearest.warm()
 
 
 def test_a_move_that_cannot_be_drawn_is_passed_over(reader: Callable[..., Reader]) -> None:
@@ -161,7 +155,7 @@ def test_a_move_that_cannot_be_drawn_is_passed_over(reader: Callable[..., Reader
             return last === 'drag' ? Promise.reject(new Error('refused')) : ask(wanted);
           }; }"""
     )
-    warm(nearest.live())
+    nearest.warm()
     drawn = page.evaluate("drawn")
     assert drawn.count("drag") == 1
     assert drawn.count("press") > 0
@@ -170,11 +164,11 @@ def test_a_move_that_cannot_be_drawn_is_passed_over(reader: Callable[..., Reader
 
 
 def test_another_worker_is_warmed_up_anew(reader: Callable[..., Reader]) -> None:
-    solve = warm(Figure(reader(reduced_motion="reduce").open("kabsch.html"), "fig-solve").live())
+    solve = Figure(reader(reduced_motion="reduce").open("kabsch.html"), "fig-solve").warm()
     solve.page.evaluate("Ladder.runtime.kill()")
     solve.drag("source", 30, 30)
     solve.becomes("failed")
     expect(solve.root).not_to_have_attribute("data-warm", "")
     solve.root.get_by_role("button", name="Retry").click()
     solve.live().settled()
-    warm(solve)
+    solve.warm()
