@@ -10,7 +10,17 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, BrowserContext, Page, Playwright, sync_playwright
+from playwright.sync_api import (
+    Browser,
+    BrowserContext,
+    Error,
+    Page,
+    Playwright,
+    Request,
+    ViewportSize,
+    expect,
+    sync_playwright,
+)
 
 from sitegen.check.browsers import FLAGS
 from tests.browser.server import SiteServer
@@ -19,6 +29,13 @@ from tests.browser.visits import Check, Found, found_on
 ROOT = Path(__file__).resolve().parents[2]
 BLOCKED = "Service Worker registration blocked"  # by the tests themselves, where they are not about being offline
 EARLY = "was preloaded using link preload but not used within a few seconds"  # on a busy machine; UNUSED_FONTS asks
+
+SIZE = 1280, 1000
+VIEW: ViewportSize = {"width": SIZE[0], "height": SIZE[1]}
+TIMEOUT = 60_000  # ms
+MEDIA = {"color_scheme", "contrast", "forced_colors", "reduced_motion"}  # what a page can be told by itself
+KEPT = "kabsch.html"
+ONE_PROCESS = "--renderer-process-limit=1"  # a context's pages share one, and with it the code that it has compiled
 
 
 def whole_chromium() -> str | None:
@@ -35,7 +52,7 @@ def playwright() -> Iterator[Playwright]:
 @pytest.fixture(scope="session")
 def browser(playwright: Playwright) -> Iterator[Browser]:
     path = os.environ.get("LADDER_SHELL") or whole_chromium()
-    running = playwright.chromium.launch(executable_path=path, args=FLAGS)
+    running = playwright.chromium.launch(executable_path=path, args=[*FLAGS, ONE_PROCESS])
     yield running
     running.close()
 
@@ -63,25 +80,60 @@ def server(site: Path) -> Iterator[SiteServer]:
 
 
 class Reader:
-    """One browser context on the site, and what went wrong in it."""
+    """One reader of the site, and what went wrong in the pages that it opened.
 
-    def __init__(self, context: BrowserContext, origin: str) -> None:
-        self.context, self.origin = context, origin
+    Its pages are in a browser context of its own, or, where `media` is given, in one that others use as well: only what
+    is of a page may then be changed. The origin is each test's own, as its server is: nothing that is stored is shared.
+    """
+
+    def __init__(
+        self, context: BrowserContext, origin: str, size: tuple[int, int], media: dict[str, Any] | None = None
+    ) -> None:
+        self._context, self.origin, self._size, self._media = context, origin, size, media
         self.wrong: list[str] = []
         self.foreign: list[str] = []
         self.expected: tuple[str, ...] = (BLOCKED, EARLY)
-        context.on("request", self._request)
-        context.on(
-            "console", lambda m: self.wrong.append(f"console: {m.text}") if m.type in ("error", "warning") else None
-        )
-        context.on("weberror", lambda e: self.wrong.append(f"error: {e.error}"))
+        self.beside: Collection[Page] = [*context.pages]  # pages that are not the reader's
+        self._heard: list[tuple[str, Callable[[Any], None]]] = [
+            ("request", self._request),
+            ("console", self._console),
+            ("weberror", self._error),
+        ]
+        for event, hears in self._heard:
+            context.on(event, hears)  # type: ignore[call-overload]
+
+    @property
+    def context(self) -> BrowserContext:
+        """The browser context, where it is the reader's own. Raises ValueError where it is not."""
+        if self._media is not None:
+            raise ValueError("this context is shared; ask for reader(alone=True)")
+        return self._context
+
+    def _console(self, message: Any) -> None:
+        if message.type in ("error", "warning") and message.page not in self.beside:
+            self.wrong.append(f"console: {message.text}")
+
+    def _error(self, error: Any) -> None:
+        if error.page not in self.beside:
+            self.wrong.append(f"error: {error.error}")
 
     def _request(self, request: Any) -> None:
-        if not request.url.startswith((self.origin, "data:", "blob:", "file:")):
+        ours = request.url.startswith((self.origin, "data:", "blob:", "file:"))
+        if not ours and _page_of(request) not in self.beside:
             self.foreign.append(request.url)
 
+    def page(self) -> Page:
+        """A new page, nowhere yet."""
+        page = self._context.new_page()
+        if self._media is not None:
+            if self._size != SIZE:
+                page.set_viewport_size({"width": self._size[0], "height": self._size[1]})
+            if self._media:
+                page.emulate_media(**self._media)
+        return page
+
     def open(self, path: str = "index.html") -> Page:
-        page = self.context.new_page()
+        page = self.page()
         page.goto(f"{self.origin}/{path}")
         return page
 
@@ -92,31 +144,72 @@ class Reader:
     def unexpected(self) -> list[str]:
         return [m for m in self.wrong if not any(part in m for part in self.expected)]
 
+    def leave(self) -> None:
+        """Close the reader's pages, or its context with all."""
+        for event, hears in self._heard:
+            self._context.remove_listener(event, hears)
+        if self._media is None:
+            self._context.close()
+        for page in self._context.pages if self._media is not None else ():
+            if page not in self.beside:
+                page.close()
+
+
+def _page_of(request: Request) -> Page | None:
+    """The page that asks; none where that is a service worker, or a page that is only coming up."""
+    try:
+        return request.frame.page
+    except Error:
+        return None
+
 
 @contextmanager
-def readers(browser: Browser, origin: str) -> Iterator[Callable[..., Reader]]:
-    """Makes readers; once they are done, what went wrong unasked is raised."""
+def readers(browser: Browser, origin: str, shared: BrowserContext | None = None) -> Iterator[Callable[..., Reader]]:
+    """Makes readers; once they are done, what went wrong unasked is raised. The first that asks for nothing that is of
+    a whole context is in the shared one."""
     made: list[Reader] = []
 
-    def make(width: int = 1280, height: int = 1000, **options: Any) -> Reader:
+    def make(width: int = SIZE[0], height: int = SIZE[1], *, alone: bool = False, **options: Any) -> Reader:
+        if shared and not alone and not made and options.keys() <= MEDIA:
+            made.append(Reader(shared, origin, (width, height), options))
+            return made[-1]
         options.setdefault("service_workers", "block")
         context = browser.new_context(viewport={"width": width, "height": height}, **options)
-        context.set_default_timeout(60_000)
-        made.append(Reader(context, origin))
+        context.set_default_timeout(TIMEOUT)
+        made.append(Reader(context, origin, (width, height)))
         return made[-1]
 
     yield make
     foreign = [url for one in made for url in one.foreign]
     wrong = [message for one in made for message in one.unexpected()]
     for one in made:
-        one.context.close()
+        one.leave()
     assert not foreign, f"requests to another origin: {foreign}"
     assert not wrong, f"the browser complained: {wrong}"
 
 
+def keep_python_up(context: BrowserContext, origin: str) -> None:
+    """A page with Python that stays: pages that come after it, in its process, find Python's code compiled."""
+    page = context.new_page()
+    page.goto(f"{origin}/{KEPT}")
+    page.locator("figure.figure").first.scroll_into_view_if_needed()
+    expect(page.locator("html")).to_have_attribute("data-runtime", "live", timeout=TIMEOUT)
+
+
+@pytest.fixture(scope="session")
+def shared(browser: Browser, site: Path) -> Iterator[BrowserContext]:
+    """A context for all tests that change nothing of it, with Python up in a page beside theirs."""
+    context, server = browser.new_context(viewport=VIEW, service_workers="block"), SiteServer(site)
+    context.set_default_timeout(TIMEOUT)
+    keep_python_up(context, server.origin)
+    yield context
+    context.close()
+    server.stop()
+
+
 @pytest.fixture
-def reader(browser: Browser, server: SiteServer) -> Iterator[Callable[..., Reader]]:
-    with readers(browser, server.origin) as make:
+def reader(browser: Browser, server: SiteServer, shared: BrowserContext) -> Iterator[Callable[..., Reader]]:
+    with readers(browser, server.origin, shared) as make:
         yield make
 
 
@@ -128,7 +221,11 @@ def visit(browser: Browser, site: Path, pages: Sequence[str]) -> Callable[..., F
         server = SiteServer(site)
         try:
             with readers(browser, server.origin) as make:
-                return found_on(make(**options), [path for path in pages if path not in left_out], checks)
+                one = make(**options)
+                if options.get("java_script_enabled", True):
+                    keep_python_up(one.context, server.origin)
+                    one.beside = one.context.pages
+                return found_on(one, [path for path in pages if path not in left_out], checks)
         finally:
             server.stop()
 

@@ -259,7 +259,7 @@ def test_without_scripts_and_from_disk(reader: Callable[..., Reader], site: Path
     assert plain.locator("h1").count() == 1
     one = reader(1280, 720, reduced_motion="reduce")
     one.expect("Access to font", "ERR_FAILED", "A preload for")  # as on every page from disk
-    page = one.context.new_page()
+    page = one.page()
     page.goto((site / DECK).as_uri())
     for _ in range(4):
         page.keyboard.press("ArrowRight")

@@ -100,7 +100,7 @@ def test_a_link_restores_the_state(reader: Callable[..., Reader]) -> None:
     solve.drag("source", -70, 50)
     moved = solve.changes("rms", before)
     link = solve.page.evaluate("name => Ladder.figures.get(name).link()", solve.name)
-    page = one.context.new_page()
+    page = one.page()
     page.goto(link)
     Figure(page, "fig-solve").live().shows("rms", moved)
 

@@ -72,7 +72,7 @@ def browser_page(reader: Callable[..., Reader], site: Path) -> Callable[[str], P
     one.expect("Access to font", "ERR_FAILED", "A preload for", "was preloaded using link preload")
 
     def opened(name: str) -> Page:
-        page = one.context.new_page()
+        page = one.page()
         page.goto((site / name).as_uri())
         return page
 

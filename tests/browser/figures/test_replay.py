@@ -58,7 +58,7 @@ def slowed(one: Reader) -> None:
 
 
 def opened(reader: Callable[..., Reader]) -> Figure:
-    one = reader(reduced_motion="reduce")
+    one = reader(alone=True, reduced_motion="reduce")
     slowed(one)
     page = one.open("kabsch.html")
     page.evaluate("limit => { Ladder.limits.frame = limit; }", FRAME)
@@ -141,7 +141,7 @@ Worker.prototype.postMessage = function (message, ...more) {
 
 def test_what_was_replayed_once_is_known(reader: Callable[..., Reader]) -> None:
     """Of a link that the page was opened with: the next action costs one answer, and so does Back."""
-    one = reader(reduced_motion="reduce")
+    one = reader(alone=True, reduced_motion="reduce")
     slowed(one)
     one.context.add_init_script(ASKED)
     page = one.open(f"kabsch.html#fig-solve?s={state({'widget': 'kabsch', 'log': DONE})}")

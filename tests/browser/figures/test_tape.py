@@ -57,7 +57,7 @@ def test_the_page_opened_from_disk_steps(site: Path, reader: Callable[..., Reade
     one = reader()
     # The early request for fonts is one that Chromium refuses on disk; the style sheet's own, which follows, it grants.
     one.expect("Access to font", "ERR_FAILED", "A preload for")
-    page = one.context.new_page()
+    page = one.page()
     page.goto((site / "kabsch.html").as_uri())
     expect(page.locator("html")).to_have_attribute("data-runtime", "file")
     solve = Figure(page, "fig-solve").seen()
@@ -92,12 +92,12 @@ def test_from_disk_what_is_pressed_before_its_tape_is_there_waits_for_it(
     site: Path, reader: Callable[..., Reader]
 ) -> None:
     """The answer comes with the tape; where that never comes, the figure says so and stays what it was."""
-    one = reader()
+    one = reader(alone=True)
     one.expect("Access to font", "ERR_FAILED", "A preload for", "ERR_FILE_NOT_FOUND")
     held: list[Route] = []
     one.context.route("**/tapes/kabsch-solve*", lambda route: held.append(route))
     for comes in (True, False):
-        page = one.context.new_page()
+        page = one.page()
         with page.expect_request("**/tapes/kabsch-solve*"):
             page.goto((site / "kabsch.html").as_uri(), wait_until="domcontentloaded")
             solve = Figure(page, "fig-solve").seen()

@@ -45,7 +45,7 @@ def listening(reader: Callable[..., Reader]) -> Callable[..., Figure]:
     """A figure of a page with Python up, and all that the page asks of it heard."""
 
     def open_at(path: str, name: str) -> Figure:
-        one = reader(reduced_motion="reduce")
+        one = reader(alone=True, reduced_motion="reduce")
         one.context.add_init_script(LISTEN)
         return Figure(one.open(path), name).live()
 

@@ -50,7 +50,7 @@ def test_a_column_of_pinned_runs_keeps_its_unit(reader: Callable[..., Reader]) -
 def test_a_pointer_at_rest_does_not_close_the_card_of_a_focused_citation(reader: Callable[..., Reader]) -> None:
     """Who moves by key has the pointer lying somewhere, and the page scrolls under it."""
     one = reader()
-    page = one.context.new_page()
+    page = one.page()
     page.clock.install()
     page.goto(f"{one.origin}/kabsch.html")
     link = page.locator("a.cite[data-card]").last

@@ -64,7 +64,7 @@ def test_a_script_that_hangs_is_given_up_and_taken_when_it_comes(
     """The line is there before the script; when that comes after all, the line goes and the page is alive."""
     one = reader(reduced_motion="reduce")
     server.hold(script(site))
-    page = one.context.new_page()
+    page = one.page()
     page.goto(f"{server.origin}/kabsch.html", wait_until="commit")
     untouched(page)
     server.release()

@@ -15,7 +15,7 @@ from tests.browser.server import SiteServer
 
 def test_two_tabs_share_pins_and_theme(reader: Callable[..., Reader]) -> None:
     """A run that is pinned or removed in one is so in the other; none is lost; the theme is one."""
-    one = reader(reduced_motion="reduce", color_scheme="light")
+    one = reader(alone=True, reduced_motion="reduce", color_scheme="light")
     tabs = [one.open("kabsch.html"), one.open("kabsch.html")]
     figures = [Figure(tab, "fig-solve").seen() for tab in tabs]
     rows = [figure.root.locator(".runs tbody tr") for figure in figures]
@@ -79,7 +79,7 @@ Worker.prototype.postMessage = function (message, ...more) {
 
 def test_an_engine_that_came_up_is_known_on_every_page(reader: Callable[..., Reader]) -> None:
     """The browser may then use what it compiled before. Where nothing can be stored, nothing is known."""
-    one = reader(reduced_motion="reduce")
+    one = reader(alone=True, reduced_motion="reduce")
     one.context.add_init_script(SAID)
     page = one.open("kabsch.html")
     for name, known in (("kabsch.html", False), ("icp.html", True)):

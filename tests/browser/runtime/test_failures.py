@@ -52,7 +52,7 @@ def test_a_missing_runtime_file_is_named_and_retry_works(reader: Callable[..., R
 
 def test_a_slow_start_says_so_and_offers_retry(reader: Callable[..., Reader], server: SiteServer) -> None:
     """Bytes stop coming: after the patience is over the figure says so and offers Retry, and Retry works."""
-    one = reader(reduced_motion="reduce")
+    one = reader(alone=True, reduced_motion="reduce")
     one.context.add_init_script("window.LADDER_PATIENCE = 300;")
     server.hold("/runtime/.*wasm")
     page = one.open("kabsch.html")
@@ -106,7 +106,7 @@ def test_a_wrong_file_is_named_and_does_not_stay(
 
 def test_a_worker_killed_at_its_start_or_at_work_is_replaced(reader: Callable[..., Reader], server: SiteServer) -> None:
     """The figure says that Python fell silent; Retry starts another, and what was asked of the first is shown."""
-    one = reader(reduced_motion="reduce")
+    one = reader(alone=True, reduced_motion="reduce")
     one.context.add_init_script("window.LADDER_PATIENCE = 1500")
     server.hold("/runtime/.*wasm")
     page = one.open("kabsch.html")
@@ -168,10 +168,10 @@ def test_an_error_in_one_figure_leaves_the_others_alone(reader: Callable[..., Re
 
 def test_a_part_that_fails_leaves_the_others(reader: Callable[..., Reader], server: SiteServer) -> None:
     """The deck cannot be steered and a figure's record is damaged: other figures answer, the theme changes."""
-    one = reader(reduced_motion="reduce")
+    one = reader(alone=True, reduced_motion="reduce")
     one.expect("No channels here", "Unexpected token", "JSON")
     one.context.add_init_script("window.BroadcastChannel = function () { throw new Error('No channels here'); };")
-    page = one.context.new_page()
+    page = one.page()
 
     def damage(route: Route) -> None:
         answer = route.fetch()
@@ -195,7 +195,7 @@ def test_a_page_older_than_the_site_offers_a_reload(
     reader: Callable[..., Reader], server: SiteServer, site: Path, tmp_path: Path
 ) -> None:
     """The site is published anew under an open page, whose worker is gone: Reload brings the new one, and the state."""
-    one = reader(reduced_motion="reduce")
+    one = reader(alone=True, reduced_motion="reduce")
     one.expect("404", "Failed to load", "Failed to fetch")
     one.context.add_init_script(FRUGAL)
     page = one.open("kabsch.html")

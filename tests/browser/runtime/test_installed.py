@@ -45,7 +45,7 @@ def test_the_zip_reads_and_steps_from_disk(reader: Callable[..., Reader], site: 
     with zipfile.ZipFile(path) as zipped:
         zipped.extractall(tmp_path)
     folder = tmp_path / path.stem
-    page = reader(reduced_motion="reduce").context.new_page()
+    page = reader(reduced_motion="reduce").page()
     page.goto((folder / "index.html").as_uri())
     page.locator(".ladder a", has_text="Correspondences known").click()
     assert page.url == (folder / "kabsch.html").as_uri()

@@ -250,7 +250,7 @@ def test_a_damaged_file_is_dropped_without_the_rest(reader: Callable[..., Reader
     one.expect(*GONE)
     offline.forget(one.context)
     spoil(page, "/icp.html")
-    gone = one.context.new_page()
+    gone = one.page()
     with pytest.raises(Error, match="ERR_FAILED"):
         gone.goto(f"{server.origin}/icp.html")
     gone.close()
@@ -284,7 +284,7 @@ def test_no_room_leaves_nothing_behind_and_the_site_works(reader: Callable[..., 
     """Storage is full half way: no part is kept or promised, figures answer; once there is room, all is kept."""
     one = reader(reduced_motion="reduce", service_workers="allow")
     one.expect("QuotaExceeded")
-    page = one.context.new_page()
+    page = one.page()
     quota = one.context.new_cdp_session(page)
     quota.send("Storage.overrideQuotaForOrigin", {"origin": server.origin, "quotaSize": 4_000_000})
     page.goto(f"{server.origin}/kabsch.html")

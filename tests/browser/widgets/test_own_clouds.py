@@ -270,7 +270,7 @@ def test_a_link_says_that_the_clouds_are_not_in_it(reader: Callable[..., Reader]
     own.reached("[data-link]").click()
     expect(own.root.locator(".figure-status")).to_contain_text(re.compile("not contain your clouds|Link to this state"))
     link = own.page.evaluate("name => Ladder.figures.get(name).link()", own.name)
-    page = one.context.new_page()
+    page = one.page()
     page.goto(link)
     other = Figure(page, "fig-own").live()
     expect(other.root.locator(".figure-status")).to_contain_text("Choose or draw a source", timeout=60_000)
@@ -316,7 +316,7 @@ def test_a_pinned_run_of_files_comes_back_with_them(reader: Callable[..., Reader
 
 def test_files_chosen_before_python_is_up_outlive_retry(reader: Callable[..., Reader], server: SiteServer) -> None:
     """They wait for the Python that comes, as the page says they do."""
-    one = reader(reduced_motion="reduce")
+    one = reader(alone=True, reduced_motion="reduce")
     one.context.add_init_script("window.LADDER_PATIENCE = 300;")
     server.hold("/runtime/.*wasm")
     own = Figure(one.open("clouds.html"), "fig-own").seen()
