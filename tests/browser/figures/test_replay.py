@@ -158,7 +158,7 @@ def test_what_was_replayed_once_is_known(reader: Callable[..., Reader]) -> None:
 
 def test_clouds_are_read_again_under_the_limit_of_reading(reader: Callable[..., Reader]) -> None:
     """Two files that take longer to read than an answer may come back after a restart of the worker."""
-    one = reader(reduced_motion="reduce")
+    one = reader(alone=True, reduced_motion="reduce")
     slowed(one)
     own = Figure(one.open("clouds.html"), "fig-own").live()
     own.page.evaluate("limit => { Ladder.limits.frame = limit; }", FRAME)

@@ -268,7 +268,7 @@ HOWS = {"absent": "return undefined", "forbidden": "throw new DOMException('The 
 @pytest.mark.parametrize("how", HOWS)
 def test_a_browser_that_keeps_nothing_shows_the_site(reader: Callable[..., Reader], how: str) -> None:
     """Figures answer, pins and the theme hold for the page, and nothing is said of being offline."""
-    one = reader(reduced_motion="reduce")
+    one = reader(alone=True, reduced_motion="reduce")
     one.context.add_init_script(REFUSED.replace("HOW", HOWS[how]))
     page = one.open("kabsch.html")
     answers(page)
