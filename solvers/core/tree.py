@@ -6,10 +6,14 @@ say) and a tuple are followed into; anything else (None, a number, a text) is sh
 all problems and left alone. Two kinds of field are declared: `field(metadata=CONSTANT)`
 and `field(metadata=SHARED)`. A field keeps its dtype and its trailing shape throughout
 a run; what varies in number (the cells of a grid, the pairs kept) is padded or masked.
+
+An array that all problems see (`np.broadcast_to`, as one cloud with many starts) stays
+one: rows of it are not copied, and what is made of it by `once` is made once.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import fields, is_dataclass
 from functools import cache
 from types import MappingProxyType
@@ -17,9 +21,10 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from solvers.core.arrays import BoolArray, IntArray
+from solvers.core.arrays import AnyArray, BoolArray, IntArray
 from solvers.core.pose import Pose
 
+A = TypeVar("A")
 T = TypeVar("T")
 
 
@@ -46,6 +51,21 @@ def put(whole: T, rows: IntArray | BoolArray, part: T) -> T:
     return _put(whole, rows, part, type(whole).__name__)  # type: ignore[no-any-return]
 
 
+def once(make: Callable[[A], T], batch: A) -> T:
+    """What `make` gives for a batch, of each problem by itself. Where all problems are one and
+    the same, as one cloud with many starts is, it is made of that one, and all see it.
+    """
+    count = _repeats(batch)
+    if count < 2:
+        return make(batch)
+    return _spread(make(_take(batch, slice(1))), count)  # type: ignore[no-any-return]
+
+
+def distinct(values: AnyArray) -> AnyArray:
+    """An array (b, …) without repeats: its first problem's where all problems see one, or else as it is."""
+    return values[:1] if len(values) > 1 and values.strides[0] == 0 else values
+
+
 def changed(state: T, **values: Any) -> T:
     """`dataclasses.replace` for a state, whose fields need no checks: without its
     `__init__`, which costs more than the rest of a small step.
@@ -66,9 +86,29 @@ def _plan(kind: type) -> tuple[tuple[str, ...], tuple[str, ...]]:
     return taken, tuple(f.name for f in of if not f.metadata.get("constant"))
 
 
+def _repeats(value: Any) -> int:
+    """How often a batch repeats its first problem in place of having others; 0 where it has."""
+    if isinstance(value, np.ndarray):
+        return len(value) if value.strides[0] == 0 else 0
+    parts = [part for part in value.__dict__.values() if part is not None]
+    return min(map(_repeats, parts), default=0)
+
+
+def _spread(value: Any, count: int) -> Any:
+    """A batch of one problem, seen `count` times."""
+    if isinstance(value, np.ndarray):
+        return np.broadcast_to(value, (count, *value.shape[1:]))
+    taken, _ = _plan(type(value))  # type: ignore[arg-type]
+    return changed(value, **{k: _spread(value.__dict__[k], count) for k in taken}) if taken else value
+
+
 def _take(value: Any, rows: Any) -> Any:
     if isinstance(value, np.ndarray):
-        return value[rows]
+        one = distinct(value)
+        if one is value:
+            return value[rows]
+        # What all problems see, some of them see: nothing is copied.
+        return np.broadcast_to(one, (len(np.arange(len(value))[rows]), *value.shape[1:]))
     if isinstance(value, tuple):
         return tuple(_take(item, rows) for item in value)
     if isinstance(value, Pose):

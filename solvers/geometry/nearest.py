@@ -27,6 +27,7 @@ from typing import Any
 import numpy as np
 
 from solvers.core.arrays import AnyArray, BoolArray, FloatArray, IntArray
+from solvers.core.tree import distinct, once
 
 BLOCK = 2**18
 """The most numbers that a temporary of the search holds (2 MB), unless a single row of distances is longer."""
@@ -130,6 +131,10 @@ def build(points: FloatArray, *, tree_from: int | None = None) -> Index:
     is used where scipy is installed (None: `TREE_FROM`); it changes the time, never the
     answer.
     """
+    return once(partial(_built, tree_from=tree_from), points)
+
+
+def _built(points: FloatArray, tree_from: int | None) -> Index:
     q = np.ascontiguousarray(points, dtype=np.float64)
     b, n, d = q.shape
     with np.errstate(over="ignore", under="ignore"):
@@ -144,7 +149,7 @@ def build(points: FloatArray, *, tree_from: int | None = None) -> Index:
     if make is not None:
         trees = np.empty(b, dtype=object)
         for i in range(b):
-            # One cloud with many starts is a batch of equal clouds: one tree does.
+            # One cloud with many starts may be a batch of equal clouds: one tree does.
             trees[i] = trees[i - 1] if i and np.array_equal(q[i], q[i - 1]) else _Tree.of(q[i], make)
     return Index(q, centre, product, radius, extent, trees)
 
@@ -153,9 +158,10 @@ def picked(values: AnyArray, rows: IntArray) -> AnyArray:
     """Of each problem's values (b, n, …) those at its rows (b, m): (b, m, …). One flat index
     takes an eighth of the time of two.
     """
-    b, n = values.shape[:2]
-    flat: AnyArray = values.reshape(b * n, *values.shape[2:])
-    return np.asarray(flat.take(rows + n * np.arange(b)[:, None], axis=0))
+    own = distinct(values)
+    b, n = own.shape[:2]
+    flat: AnyArray = own.reshape(b * n, *own.shape[2:])
+    return np.asarray(flat.take(rows + n * np.arange(b)[:, None] if b > 1 else rows, axis=0))
 
 
 def within(squares: FloatArray, gate: FloatArray | float) -> BoolArray:

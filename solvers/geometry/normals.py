@@ -17,11 +17,13 @@ images.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray
+from solvers.core.tree import once
 from solvers.geometry.nearest import Index
 from solvers.geometry.spectral import symmetric_eigen
 
@@ -60,6 +62,10 @@ def normals(index: Index, k: int = NEIGHBOURS, roundness: float = ROUNDNESS) -> 
     validate.count(k, "k", 1)
     if not 0.0 < validate.number(roundness, "roundness") <= 1.0:
         raise ValueError(f"roundness: expected a ratio above 0, up to 1, got {roundness!r}")
+    return once(partial(_found, k=k, roundness=roundness), index)
+
+
+def _found(index: Index, k: int, roundness: float) -> Normals:
     points = index.points
     n = points.shape[1]
     rows, _ = index.nearest_k(points, min(k + 1, n))

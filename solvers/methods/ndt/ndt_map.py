@@ -26,6 +26,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import AnyArray, BoolArray, FloatArray, IntArray, ReasonArray
+from solvers.core.tree import distinct, once
 from solvers.geometry.spectral import symmetric_eigen
 
 LEAST_POINTS = 3
@@ -83,16 +84,18 @@ class NdtMap:
         grid: (k, G, m), −1 for none. which: (k,) the cloud among the b in whose map
         each set of points is looked up.
         """
-        origin, first, shape = (a[which][:, :, None] for a in (self.origin, self.first, self.shape))
+        table = distinct(self.table)
+        clouds, G, length = table.shape
+        which = which % clouds
+        origin, first, shape = (distinct(a)[which][:, :, None] for a in (self.origin, self.first, self.shape))
         size = self.size[which, None, None]
         with np.errstate(over="ignore", under="ignore", invalid="ignore"):
             place = [np.floor((points[:, None, :, k] - origin[..., k]) / size) - first[..., k] for k in (0, 1)]
             nx, ny = shape[..., 0], shape[..., 1]
             inside = (place[0] >= 0.0) & (place[0] < nx) & (place[1] >= 0.0) & (place[1] < ny)
             flat = np.where(inside, place[0] * ny + place[1], 0.0).astype(np.int64)
-        _, G, length = self.table.shape
         base = (which[:, None, None] * G + np.arange(G)[:, None]) * length
-        return np.where(inside, self.table.ravel()[base + flat], np.int64(-1))
+        return np.where(inside, table.ravel()[base + flat], np.int64(-1))
 
 
 def build(points: FloatArray, size: FloatArray | float, *, offset: FloatArray | None = None, grids: int = 1) -> NdtMap:
@@ -102,9 +105,16 @@ def build(points: FloatArray, size: FloatArray | float, *, offset: FloatArray | 
     """
     if grids not in (1, 4):
         raise ValueError(f"grids: expected 1 or 4, got {grids!r}")
-    b, n, _ = points.shape
-    h = np.broadcast_to(np.asarray(size, dtype=np.float64), (b,)).copy()
+    h = np.broadcast_to(np.asarray(size, dtype=np.float64), (len(points),))
     shift = np.zeros(2) if offset is None else np.asarray(offset, dtype=np.float64)
+    if (h != h[:1]).any():
+        return _built(points, h, shift, grids)
+    return once(lambda clouds: _built(clouds, h[: len(clouds)], shift, grids), points)
+
+
+def _built(points: FloatArray, size: FloatArray, shift: FloatArray, grids: int) -> NdtMap:
+    b, n, _ = points.shape
+    h = size.copy()
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         origin = shift + h[:, None, None] * SHIFTS[:grids]
         place = np.floor((points[:, None] - origin[:, :, None]) / h[:, None, None, None])

@@ -1,0 +1,102 @@
+"""Batches of one cloud with many starts: what is equal is made once and not copied, and the answers are the same."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from solvers import METHODS, Pose, register
+from solvers.core.arrays import FloatArray
+from solvers.core.tree import distinct, once, put, take
+from solvers.geometry import nearest
+from solvers.geometry.normals import normals
+from solvers.methods.ndt import ndt_map
+from solvers.scenes.rooms import room, room_start
+
+NETWORKS = ("flow", "flow-from-source")
+
+
+@dataclass(frozen=True, eq=False)
+class Halves:
+    low: FloatArray
+    high: FloatArray | None
+
+
+def seen(cloud, b):
+    return np.broadcast_to(cloud, (b, *cloud.shape))
+
+
+def test_what_repeats_is_made_once_and_all_see_it(rng):
+    """Of clouds that differ, or of equal copies, it is made of each."""
+    cloud, given = rng.standard_normal((6, 2)), []
+
+    def halves(points):
+        given.append(len(points))
+        return Halves(points[:, :3], None)
+
+    made = [once(halves, clouds) for clouds in (seen(cloud, 5), np.stack([cloud] * 5), cloud[None])]
+    assert given == [1, 5, 1]
+    assert [m.low.shape for m in made] == [(5, 3, 2), (5, 3, 2), (1, 3, 2)]
+    assert (made[0].low == made[1].low).all()
+    assert [len(distinct(m.low)) for m in made] == [1, 5, 1]
+
+
+def test_a_batch_repeats_only_if_all_its_parts_do(rng):
+    cloud = rng.standard_normal((4, 2))
+    sizes = []
+    for high in (seen(cloud, 3), np.stack([cloud] * 3), None):
+        once(lambda both: sizes.append(len(both.low)) or both, Halves(seen(cloud, 3), high))
+    assert sizes == [1, 3, 1]
+
+
+@pytest.mark.parametrize("rows", [np.array([2, 0]), np.array([True, False, True, False]), np.array([], dtype=np.int64)])
+def test_rows_of_what_repeats_are_not_copied(rows, rng):
+    """They are what copies would give; what is put back into it stands in a copy."""
+    cloud = rng.standard_normal((5, 2))
+    whole, apart = Halves(seen(cloud, 4), None), Halves(np.stack([cloud] * 4), None)
+    part = take(whole, rows)
+    np.testing.assert_array_equal(part.low, take(apart, rows).low)
+    assert len(part.low) == 0 or np.shares_memory(part.low, cloud)
+    changed = put(whole, rows, Halves(np.zeros((len(part.low), 5, 2)), None))
+    np.testing.assert_array_equal(changed.low[rows], 0.0)
+    assert (whole.low == cloud).all()
+
+
+def test_index_normals_and_maps_of_one_cloud_are_made_once():
+    """And equal those of copies; cells of several sizes are of several maps."""
+    cloud = room("clean", seed=40).target
+    both = seen(cloud, 3), np.stack([cloud] * 3)
+    indices = [nearest.build(x) for x in both]
+    surfaces = [normals(x) for x in indices]
+    maps = [ndt_map.build(x, 1.3, grids=4) for x in both]
+    for (one, copies), names in (
+        (indices, ("points", "centre", "product", "radius", "extent")),
+        (surfaces, ("vectors", "flagged", "eigenvalues")),
+        (maps, ("mean", "precision", "table", "first", "reason", "dropped")),
+    ):
+        for name in names:
+            assert len(distinct(getattr(one, name))) == 1
+            np.testing.assert_array_equal(getattr(one, name), getattr(copies, name))
+    sizes = np.array([1.0, 1.3, 1.6])
+    several = [ndt_map.build(x, sizes) for x in both]
+    np.testing.assert_array_equal(several[0].table, several[1].table)
+    assert len({tuple(t) for t in several[0].first[:, 0]}) > 1
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_many_starts_of_one_pair_end_as_copies_of_it_do(method):
+    """Bit for bit, whatever stops first."""
+    scene = room("outliers", seed=40)
+    source, target = scene.source[::3], scene.target[::3]
+    if METHODS[method].paired:
+        source = Pose.from_angle(2.0, (0.3, -4.0)).apply(target)
+    if method in NETWORKS:
+        source, target = source[::3], target[::3]
+    starts = [room_start(turn, 0.4) for turn in (0.0, 20.0, 140.0)]
+    start = Pose(np.stack([s.R for s in starts]), np.stack([s.t for s in starts]))
+    one = register(source, target, method, start=start, seed=40)
+    copies = register(np.stack([source] * 3), np.stack([target] * 3), method, start=start, seed=40)
+    np.testing.assert_array_equal(one.pose.matrix, copies.pose.matrix)
+    np.testing.assert_array_equal(one.objective, copies.objective)
+    np.testing.assert_array_equal(one.steps, copies.steps)
+    assert list(one.reason) == list(copies.reason)
