@@ -97,15 +97,22 @@ class Bakery:
 
         return _frames(self._store.get(self._frames_key(dom_id, records), made))
 
+    def shown(self, figure: Figure, taped: Sequence[Plain], record: Plain) -> Plain:
+        """The frame of a figure in a state; of one on its tape, whose states are `taped`, as drawn there.
+
+        Raises FigureFault.
+        """
+        records = taped if record in taped else [record]
+        return self.frames(figure.dom_id, records)[records.index(record)]
+
     def readouts(self, figure: Figure, taped: Sequence[Plain], record: Plain) -> dict[str, str]:
-        """The readouts of a figure in a state, by name; of one on its tape, whose states are `taped`, as drawn there.
+        """The readouts of a figure in a state, by name, as `shown` has it.
 
         Raises FigureFault.
         """
 
         def made() -> bytes:
-            records = taped if record in taped else [record]
-            frame = self.frames(figure.dom_id, records)[records.index(record)]
+            frame = self.shown(figure, taped, record)
             return _plain([{readout["name"]: readout["value"] for readout in frame["readouts"]}])
 
         (found,) = _frames(self._store.get(self._readouts_key(figure, record), made))
@@ -179,10 +186,15 @@ class Bakery:
         return json.dumps([self._codes[name], SOUND, *asked])
 
 
-def frames_of(bakery: Bakery, problems: Problems, figure: Figure, records: Sequence[Plain]) -> list[Plain]:
-    """Frames of a figure in other states; none, and a problem, where it cannot be drawn."""
+def frames_of(
+    bakery: Bakery, problems: Problems, tapes: Mapping[str, Sequence[Plain]], figure: Figure, records: Sequence[Plain]
+) -> list[Plain]:
+    """Frames of a figure in some states; none, and a problem, where it cannot be drawn.
+
+    tapes: figure → the states of its tape.
+    """
     try:
-        return bakery.frames(figure.dom_id, records)
+        return [bakery.shown(figure, tapes.get(figure.id, ()), record) for record in records]
     except FigureFault as fault:
         fault.tell(problems, figure.place)
         return []
@@ -200,6 +212,11 @@ def readouts_of(
     except FigureFault as fault:
         fault.tell(problems, figure.place)
         return {}
+
+
+def known_by_name(widget: Widget) -> bool:
+    """Whether another process finds a widget by its name, as it does the site's own."""
+    return WIDGETS.get(widget.name) is widget
 
 
 def make_ahead(dom_id: str, records: Sequence[Plain], cache: Path) -> None:

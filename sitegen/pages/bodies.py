@@ -55,9 +55,9 @@ class Pen:
         return replace(
             known,
             mathematics=Mathematics(formulas, ""),
-            frames=partial(frames_of, self.bakery, problems),
+            frames=partial(frames_of, self.bakery, problems, one.taped),
             readouts=partial(readouts_of, self.bakery, problems, one.taped),
-            figure_html=partial(self._figure, one.chapter, problems),
+            figure_html=partial(self._figure, one, problems),
             plot_html=partial(self._plot, problems),
             picture_html=picture_html(self.templates),
             problems=problems,
@@ -75,19 +75,19 @@ class Pen:
 
     def _figure(
         self,
-        chapter: Chapter,
+        one: Survey,
         problems: Problems,
         figure: Figure,
         says: Markup,
         caption: Markup,
         question: Question | None,
     ) -> Markup:
-        tape = self.tapes.get((chapter.name, figure.id))
+        tape = self.tapes.get((one.chapter.name, figure.id))
         if tape is None:  # its widget fails, which is told
             return Markup("")
         view = figure_view(figure, figure.record.plain(), tape.first, tape.name, says, caption, tape.results)
         check_drawn(figure, view.main, tape.first, problems)
-        after = frames_of(self.bakery, problems, figure, [figure.after]) if figure.after else [None]
+        after = frames_of(self.bakery, problems, one.taped, figure, [figure.after]) if figure.after else [None]
         return figure_html(self.templates)(replace(view, after=next(iter(after), None), question=question))
 
     def _plot(self, problems: Problems, placed: Placed, caption: Markup) -> Markup:

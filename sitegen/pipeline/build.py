@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -41,15 +41,12 @@ from sitegen.chapters.glossary import read_glossary
 from sitegen.chapters.known import Known
 from sitegen.chapters.rendered import Body
 from sitegen.chapters.survey import survey
-from sitegen.chapters.surveyed import Survey
 from sitegen.chapters.values import Values
 from sitegen.external import fetch, served
-from sitegen.figures.bakery import Bakery, code_hash, draw_ahead, frames_of, make_ahead, readouts_of
+from sitegen.figures.bakery import Bakery, code_hash, frames_of, readouts_of
 from sitegen.figures.gallery import Gallery, Plot, version
-from sitegen.figures.model import Figure
 from sitegen.figures.tape import Tape
 from sitegen.figures.widget_faults import sound
-from sitegen.figures.wire import Plain
 from sitegen.markup.code import WAY, highlighted
 from sitegen.markup.math import Mathematics
 from sitegen.markup.math import render as render_formulas
@@ -60,6 +57,7 @@ from sitegen.pages.lost import inline
 from sitegen.pages.notebooks import Shown, notebooks
 from sitegen.pages.views import environment
 from sitegen.pages.writer import Inside, Writer
+from sitegen.pipeline.ahead import missing
 from sitegen.pipeline.output import clear, publish
 from sitegen.pipeline.presets import try_presets
 from sitegen.pipeline.tapes import record_tapes
@@ -148,7 +146,7 @@ def build(
     gallery = Gallery(parts.plots, cache, progress)
     values = Values(cache, kept.answer("codes", (), _codes), gallery)
     unmade = [one for one in surveys if not kept.has_told(("tapes", one.chapter.source.path), one, problems)]
-    pool.make("computing plots, drawing figures", _missing(unmade, gallery, bakery, cache), progress)
+    pool.make("computing plots, drawing figures", missing(unmade, gallery, bakery, cache), progress)
     tapes = record_tapes(surveys, bakery, problems, progress, kept)
     if strict:
         try_presets(placeable, surveys, bakery, cache, problems, progress)
@@ -163,7 +161,7 @@ def build(
         read_results(root, kept),
         mathematics,
         values,
-        partial(frames_of, bakery, problems),
+        partial(frames_of, bakery, problems, {}),
         partial(readouts_of, bakery, problems, {}),
         lambda figure, says, caption, question: Markup(""),
         lambda placed, caption: Markup(""),
@@ -228,28 +226,6 @@ class _Content:
     sources: Mapping[str, Markup]
     docs: Sequence[tuple[Chapter, Body]]
     kept: Memory
-
-
-def _missing(surveys: Sequence[Survey], gallery: Gallery, bakery: Bakery, cache: Path) -> list[pool.Piece]:
-    """The site's own plots and figures that the cache does not have; plots first, the longest to compute before all."""
-    plots = registry.longest_first(placed for one in surveys for placed in one.plots.values())
-    ours = [placed for placed in plots if registry.known().get(placed.plot.name) is placed.plot]
-    shown = [(figure, one.taped[figure.id]) for one in surveys for figure in one.figures.values()]
-    known = [(figure, taped) for figure, taped in shown if WIDGETS.get(figure.widget.name) is figure.widget]
-    return [
-        *((registry.make_ahead, (p.plot.name, p.id, cache)) for p in ours if gallery.lacks(p)),
-        *((make_ahead, (f.dom_id, taped, cache)) for f, taped in known if bakery.lacks(f.dom_id, taped)),
-        *((draw_ahead, (f.dom_id, [record], cache)) for f, record in _promised(surveys, bakery)),
-    ]
-
-
-def _promised(surveys: Sequence[Survey], bakery: Bakery) -> Iterator[tuple[Figure, Plain]]:
-    """The states beside the tapes that promises are held to, and the cache does not have."""
-    for taped, promise in ((one.taped, promise) for one in surveys for promise in one.promises):
-        figure, record = promise.figure, promise.record
-        ours = WIDGETS.get(figure.widget.name) is figure.widget
-        if ours and record not in taped[figure.id] and bakery.lacks_readouts(figure, record):
-            yield figure, record
 
 
 def _codes() -> dict[str, str]:

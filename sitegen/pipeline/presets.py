@@ -7,13 +7,12 @@ from pathlib import Path
 
 from sitegen.cache import pool
 from sitegen.chapters.surveyed import Survey
-from sitegen.figures.bakery import Bakery, draw_ahead
+from sitegen.figures.bakery import Bakery, draw_ahead, known_by_name
 from sitegen.figures.picture_faults import FigureFault
 from sitegen.figures.wire import Plain
 from sitegen.problems import Problems
 from sitegen.progress import Progress
 from widgets.engine.contract import Widget, preset
-from widgets.engine.registry import WIDGETS
 
 
 def try_presets(
@@ -27,7 +26,7 @@ def try_presets(
     """Draw each of them, untouched and after each of its buttons; what the cache has is not drawn again."""
     places = {figure.widget.name: figure.place for one in reversed(surveys) for figure in one.figures.values()}
     asked = [(name, _states(widget, chosen)) for name, widget in widgets.items() for chosen in widget.presets]
-    ours = [(f"fig-{name}", records) for name, records in asked if WIDGETS.get(name) is widgets[name]]
+    ours = [(f"fig-{name}", records) for name, records in asked if known_by_name(widgets[name])]
     lacking = [(draw_ahead, (*each, cache)) for each in ours if bakery.lacks_frames(*each)]
     pool.make("trying presets", lacking, progress)
     for name, records in asked:

@@ -1,0 +1,39 @@
+"""What a build computes and draws before all else, over processes: whatever of it the cache does not have."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from sitegen.cache import pool
+from sitegen.chapters.surveyed import Survey
+from sitegen.figures.bakery import Bakery, draw_ahead, known_by_name, make_ahead
+from sitegen.figures.gallery import Gallery
+from sitegen.figures.model import Figure
+from sitegen.figures.wire import Plain
+from sitegen.plots import registry
+
+
+def missing(surveys: Sequence[Survey], gallery: Gallery, bakery: Bakery, cache: Path) -> list[pool.Piece]:
+    """The site's own plots and figures that the cache does not have; plots first, the longest to compute before all."""
+    plots = registry.longest_first(placed for one in surveys for placed in one.plots.values())
+    ours = [placed for placed in plots if registry.known().get(placed.plot.name) is placed.plot]
+    figures = [(figure, one.taped[figure.id]) for one in surveys for figure in one.figures.values()]
+    taped = [(figure, states) for figure, states in figures if known_by_name(figure.widget)]
+    return [
+        *((registry.make_ahead, (p.plot.name, p.id, cache)) for p in ours if gallery.lacks(p)),
+        *((make_ahead, (f.dom_id, states, cache)) for f, states in taped if bakery.lacks(f.dom_id, states)),
+        *((draw_ahead, (f.dom_id, [record], cache)) for f, record in _beside(surveys, bakery)),
+    ]
+
+
+def _beside(surveys: Sequence[Survey], bakery: Bakery) -> Iterator[tuple[Figure, Plain]]:
+    """The states beside the tapes that pictures show and promises are held to, and the cache does not have."""
+    for one in surveys:
+        for still in one.tokens.pictures.values():
+            if known_by_name(still.figure.widget) and bakery.lacks_frames(still.figure.dom_id, [still.record]):
+                yield still.figure, still.record
+        for figure, record in ((promise.figure, promise.record) for promise in one.promises):
+            apart = known_by_name(figure.widget) and record not in one.taped[figure.id]
+            if apart and bakery.lacks_readouts(figure, record):
+                yield figure, record

@@ -1,0 +1,60 @@
+"""What is made over processes before all else: afterwards a build has no figure left to draw."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import pytest
+
+from sitegen.cache import pool
+from sitegen.figures.bakery import Bakery
+from tests.sitegen.conftest import Project, fresh_cache
+from widgets.engine.registry import WIDGETS
+
+SHOWN = """
+## Deep {#deep}
+
+::figure[One.]{kabsch id=demo}
+
+::picture[Two.]{kabsch noise=0.1}
+
+::picture[Three.]{kabsch expect="rms > 0"}
+
+::picture[Ours alone.]{toy}
+"""
+SLIDES = """\
+title: Second
+rung: "1"
+slug: second
+summary: S
+slides:
+  - {title: One, figure: demo, set: press=solve, text: Solved.}"""
+
+
+def test_pictures_slides_and_tapes_are_drawn_before_all_else(
+    project: Project, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """But for widgets that no other process knows by their names; a build with all of that in its cache draws none."""
+    project.cache = fresh_cache(tmp_path_factory.mktemp("cold"))
+    project.widgets["kabsch"] = WIDGETS["kabsch"]
+    project.chapter(SHOWN, SLIDES)
+    ahead: list[str] = []
+    late: list[str] = []
+    drawing = Bakery._frame
+
+    def make(_what: str, pieces: Sequence[pool.Piece], _progress: Any) -> None:
+        for function, given in pieces:
+            ahead.append(str(given[0]))
+            function(*given)
+        late.clear()
+
+    def drawn(bakery: Bakery, dom_id: str, record: Any) -> Any:
+        late.append(f"{record['widget']} {dom_id}")
+        return drawing(bakery, dom_id, record)
+
+    monkeypatch.setattr(pool, "make", make)
+    monkeypatch.setattr(Bakery, "_frame", drawn)
+    project.build()
+    assert ahead == ["fig-demo", "fig-picture-1", "fig-picture-2"]
+    assert set(late) == {"toy fig-picture-3"}
