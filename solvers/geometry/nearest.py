@@ -46,12 +46,14 @@ _MANY = 32  # neighbours beyond which sorting whole rows is no slower
 @dataclass(frozen=True, eq=False)
 class Known:
     """Points (b, m, d) as they were when their neighbours were last looked up, the rows (b,
-    m) found, and how far (b, m) each may move before it must be looked up again.
+    m) found, and how far (b, m) each may move before it must be looked up again. order (b,
+    m): one in which points that lie near each other at the start follow each other.
     """
 
     points: FloatArray
     rows: IntArray
     slack: FloatArray
+    order: IntArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +80,7 @@ class Index:
             if self.trees is None:
                 rows = _by_products(self, points)
             else:
-                rows = np.stack([t.nearest(p, 1)[0][:, 0] for t, p in zip(self.trees, points, strict=True)])
+                rows = np.stack([t.rows_of(p, 1)[:, 0] for t, p in zip(self.trees, points, strict=True)])
             return self._measured(points, rows)
 
     def follow(self, points: FloatArray, known: Known | None) -> tuple[IntArray, FloatArray, Known | None]:
@@ -89,14 +91,16 @@ class Index:
             return *self.nearest(points), None
         with np.errstate(over="ignore", under="ignore", invalid="ignore"):
             if known is None:
-                known = Known(points, np.zeros(points.shape[:2], dtype=np.int64), np.zeros(points.shape[:2]))
+                order = np.stack([_in_order(p) for p in points])
+                known = Known(points, np.zeros(order.shape, dtype=np.int64), np.zeros(order.shape), order)
             # Not below, rather than above: what is not a number is looked up.
             lost = ~(np.sqrt(_between(points, known.points)) < known.slack)
             at, rows, slack = np.where(lost[..., None], points, known.points), known.rows.copy(), known.slack.copy()
             for i, tree in enumerate(self.trees):
-                found, slack[i, lost[i]] = tree.nearest(points[i, lost[i]], 1)
-                rows[i, lost[i]] = found[:, 0]
-            return *self._measured(points, rows), Known(at, rows, slack)
+                asked = known.order[i, lost[i, known.order[i]]]
+                found, slack[i, asked] = tree.nearest(points[i, asked], 1)
+                rows[i, asked] = found[:, 0]
+            return *self._measured(points, rows), Known(at, rows, slack, known.order)
 
     def _measured(self, points: FloatArray, rows: IntArray) -> tuple[IntArray, FloatArray]:
         squares = _between(points, picked(self.points, rows))
@@ -118,7 +122,7 @@ class Index:
         with np.errstate(over="ignore", under="ignore", invalid="ignore"):
             for i in range(b):
                 if self.trees is not None and k < _MANY:
-                    rows[i] = self.trees[i].nearest(points[i], k)[0]
+                    rows[i] = self.trees[i].rows_of(points[i], k)
                     continue
                 for part in _blocks(m, n):
                     rows[i, part] = _first_k(_squares(points[i, part], self.points[i]), k)
@@ -260,18 +264,17 @@ class _Tree:
         there = column < count[:, None]
         return np.where(there, self.order[np.where(there, self.start[:-1, None] + column, 0)], -1)
 
+    def rows_of(self, queries: FloatArray, k: int) -> IntArray:
+        """The rows of the k nearest, (m, k), of queries in any order."""
+        along = _in_order(queries)
+        rows = np.empty((len(queries), k), dtype=np.int64)
+        rows[along] = self.nearest(queries[along], k)[0]
+        return rows
+
     def nearest(self, queries: FloatArray, k: int) -> tuple[IntArray, FloatArray]:
         """The rows of the k nearest, (m, k), as the definition has them; and how far each
         query may move, (m,), before it can have other ones, 0 where that is not known.
         """
-        # Queries in the order of the cells they lie in find the tree's nodes still in
-        # the cache.
-        along = _by_cells(queries) if len(queries) >= _SORTED else np.arange(len(queries))
-        rows, slack = np.empty((len(queries), k), dtype=np.int64), np.empty(len(queries))
-        rows[along], slack[along] = self._nearest(queries[along], k)
-        return rows, slack
-
-    def _nearest(self, queries: FloatArray, k: int) -> tuple[IntArray, FloatArray]:
         m, rows_at = len(queries), self.rows_at(k)
         places = len(rows_at)
         rows, slack = np.empty((m, k), dtype=np.int64), np.zeros(m)
@@ -297,6 +300,13 @@ class _Tree:
         for part in _blocks(left.size, max(1, able.size)):
             rows[left[part]] = able[_first_k(_squares(queries[left[part]], self.points[able]), k)]
         return rows, slack
+
+
+def _in_order(points: FloatArray) -> IntArray:
+    """An order of the points (m, d) in which a tree is asked of them: those that lie near
+    each other find its nodes still in the cache. A few points take any order.
+    """
+    return _by_cells(points) if len(points) >= _SORTED else np.arange(len(points))
 
 
 def _by_cells(points: FloatArray) -> IntArray:
@@ -360,5 +370,5 @@ def _tree_maker() -> Any:
     except ImportError:
         return None
     # Split in the middle of the longest side: on surfaces, queries take half the time
-    # of splits at the median.
-    return partial(cKDTree, balanced_tree=False, compact_nodes=False)
+    # of splits at the median. Compact nodes cost little, and save a sixth of it there.
+    return partial(cKDTree, balanced_tree=False, compact_nodes=True)
