@@ -37,9 +37,13 @@ class Parts:
         return json.loads(json.dumps(self.part(*asked), allow_nan=False))
 
     def kept(self) -> dict[Asked, Any] | None:
-        """What the parts found; None where the file is not of this code, this numpy and these parts."""
+        """What the parts found; None where the file is not of this code, this numpy and these parts, or is damaged, as
+        a merge may leave it."""
         names = {named(asked): asked for asked in self.asked}
-        data = json.loads(self.file.read_text("utf-8")) if self.file.is_file() else {"parts": {}}
+        try:
+            data = json.loads(self.file.read_text("utf-8"))
+        except (FileNotFoundError, ValueError):
+            return None
         if list(data["parts"]) != list(names) or data["numpy"] != np.__version__ or data["code"] != self.code():
             return None
         return {names[name]: found for name, found in data["parts"].items()}

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import platform
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from functools import partial
 from hashlib import sha256
 from pathlib import Path
@@ -13,6 +12,7 @@ from typing import Any
 
 from sitegen.cache import pool
 from sitegen.cache.memo import Remembered
+from sitegen.experiments.sweep_verify import Standing
 from sitegen.figures.gallery import Plot
 from sitegen.figures.parts import FOLDER, Asked, named
 from sitegen.plots.registry import known
@@ -23,16 +23,6 @@ OFF = 1
 """By how much a count may differ: on another processor, a close branch may be taken the other way."""
 NEAR = 1e-3
 """By how much of it a measure may differ, for the same reason."""
-
-
-@dataclass(frozen=True)
-class Standing:
-    """What was found. wrong: parts that are not what the code gives. stale: plots whose file is of other code, or not
-    there. proved: how many parts were run again and agree."""
-
-    wrong: tuple[Problem, ...]
-    stale: tuple[Problem, ...]
-    proved: int
 
 
 def long_plots() -> dict[str, Plot]:
@@ -77,7 +67,7 @@ def standing(plots: Mapping[str, Plot] | None = None, cache: Path | None = None)
         file, found = f"{FOLDER}/{name}.json", plot.parts.kept()
         if found is None:
             again = f"`python3 build.py sweep --only {name}` updates it"
-            stale.append(Problem(file, 0, 0, f"stale: from other code or another numpy; {again}"))
+            stale.append(Problem(file, 0, 0, f"stale: from other code or another numpy, or damaged; {again}"))
             continue
         asked, make = sample(found), plot.parts.run
         given = json.dumps([platform.platform(), platform.processor(), plot.parts.file.read_text("utf-8")])

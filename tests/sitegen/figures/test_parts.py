@@ -41,6 +41,17 @@ def test_what_is_kept_is_not_run(parts: Parts) -> None:
     assert kept.result() == 14
 
 
+def test_a_file_that_a_merge_has_damaged_is_as_one_of_other_code(parts: Parts) -> None:
+    """The parts are run, and `keep` makes a whole file of it again."""
+    found = {asked: parts.run(asked) for asked in parts.asked}
+    parts.keep(found)
+    parts.file.write_text(parts.file.read_text("utf-8").replace('"a 2"', '<<<<<<< ours\n"a 2"'), "utf-8")
+    assert parts.kept() is None
+    assert parts.result() == 14
+    parts.keep(found)
+    assert parts.kept() == found
+
+
 @pytest.mark.parametrize(
     "change",
     [{"code": lambda: "other"}, {"asked": (("a", 1), ("a", 2))}, {"asked": (("a", 1), ("a", 2), ("b", 4))}],
