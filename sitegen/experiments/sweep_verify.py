@@ -26,8 +26,8 @@ OFF = 1
 
 @dataclass(frozen=True)
 class Standing:
-    """What was found. wrong: results that are not what the code gives. stale: results of other code, or none at all.
-    proved: how many runs were made again and agreed; ran: how many samples were made now."""
+    """How kept results stand. wrong: results that are not what the code gives. stale: results of other code, or none at
+    all. proved: how many runs, or parts, were made again and agreed; ran: how many samples were made now."""
 
     wrong: tuple[Problem, ...]
     stale: tuple[Problem, ...]

@@ -7,8 +7,8 @@ all problems and left alone. Two kinds of field are declared: `field(metadata=CO
 and `field(metadata=SHARED)`. A field keeps its dtype and its trailing shape throughout
 a run; what varies in number (the cells of a grid, the pairs kept) is padded or masked.
 
-An array that all problems see (`np.broadcast_to`, as one cloud with many starts) stays
-one: rows of it are not copied, and what is made of it by `once` is made once.
+An array that all problems share (by `np.broadcast_to`, as one cloud with many starts)
+stays one: its rows are not copied, and `once` computes what follows from it once.
 """
 
 from __future__ import annotations
@@ -52,8 +52,8 @@ def put(whole: T, rows: IntArray | BoolArray, part: T) -> T:
 
 
 def once(make: Callable[[A], T], batch: A) -> T:
-    """What `make` gives for a batch, of each problem by itself. Where all problems are one and
-    the same, as one cloud with many starts is, it is made of that one, and all see it.
+    """`make(batch)`, for a `make` that treats each problem by itself. If all problems share
+    one array, as one cloud with many starts does, it is called once and they share the result.
     """
     count = _repeats(batch)
     if count < 2:
@@ -62,7 +62,7 @@ def once(make: Callable[[A], T], batch: A) -> T:
 
 
 def distinct(values: AnyArray) -> AnyArray:
-    """An array (b, …) without repeats: its first problem's where all problems see one, or else as it is."""
+    """An array (b, …) without its repeats: one row if all problems share it, else unchanged."""
     return values[:1] if len(values) > 1 and values.strides[0] == 0 else values
 
 
@@ -87,7 +87,7 @@ def _plan(kind: type) -> tuple[tuple[str, ...], tuple[str, ...]]:
 
 
 def _repeats(value: Any) -> int:
-    """How often a batch repeats its first problem in place of having others; 0 where it has."""
+    """How many problems share all arrays of a batch; 0 if any array has rows of its own."""
     if isinstance(value, np.ndarray):
         return len(value) if value.strides[0] == 0 else 0
     parts = [part for part in value.__dict__.values() if part is not None]
@@ -107,7 +107,7 @@ def _take(value: Any, rows: Any) -> Any:
         one = distinct(value)
         if one is value:
             return value[rows]
-        # What all problems see, some of them see: nothing is copied.
+        # Rows of a shared array are that array: nothing is copied.
         return np.broadcast_to(one, (len(np.arange(len(value))[rows]), *value.shape[1:]))
     if isinstance(value, tuple):
         return tuple(_take(item, rows) for item in value)

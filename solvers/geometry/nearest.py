@@ -304,7 +304,7 @@ class _Tree:
 
 def _in_order(points: FloatArray) -> IntArray:
     """An order of the points (m, d) in which a tree is asked of them: those that lie near
-    each other find its nodes still in the cache. A few points take any order.
+    each other find its nodes still in the cache. For few points any order will do.
     """
     return _by_cells(points) if len(points) >= _SORTED else np.arange(len(points))
 

@@ -47,7 +47,7 @@ function fail(message, error) {
 const shared = (promise) => (promise.catch(() => {}), promise);
 
 /**
- * What Pyodide waits for: where it fails, `start` tells the reason, and Pyodide must not tell its own beside it.
+ * For what Pyodide waits for: if it fails, `start` says why, and Pyodide must not add an error of its own.
  * @template T
  * @param {Promise<T>} promise
  * @returns {Promise<T>}

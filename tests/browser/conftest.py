@@ -165,8 +165,8 @@ def _page_of(request: Request) -> Page | None:
 
 @contextmanager
 def readers(browser: Browser, origin: str, shared: BrowserContext | None = None) -> Iterator[Callable[..., Reader]]:
-    """Makes readers; once they are done, what went wrong unasked is raised. The first that asks for nothing that is of
-    a whole context is in the shared one."""
+    """Makes readers; once they are done, what went wrong unasked is raised. The first is in
+    the shared context, if it asks for nothing that changes a whole one."""
     made: list[Reader] = []
 
     def make(width: int = SIZE[0], height: int = SIZE[1], *, alone: bool = False, **options: Any) -> Reader:

@@ -37,7 +37,7 @@ BLOCK = 2**18
 """Point-cell pairs that a score map evaluates at once, at most."""
 
 TOGETHER = 8000
-"""Points and grids that `evaluate` takes together: what it makes of them stays in a processor's nearest caches."""
+"""Points times grids that `evaluate` takes at once, at most. An atlas of NDT runs takes 0.8 of the time without."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -215,7 +215,7 @@ const tell = self.postMessage.bind(self), plain = self.fetch, { instantiate } = 
 const complaint = (text) => tell({ type: "complaint", text: String(text) });
 self.addEventListener("unhandledrejection", ({ reason }) => complaint(reason));
 console.error = complaint;
-self.postMessage = (message) => void setTimeout(setTimeout, 0, tell, 0, message); // after what is complained of
+self.postMessage = (message) => void setTimeout(setTimeout, 0, tell, 0, message); // after the complaints
 let up;
 const engine = new Promise((go) => (up = go));
 WebAssembly.instantiate = (...given) => instantiate.apply(WebAssembly, given).finally(up);

@@ -10,7 +10,7 @@ from solvers.core.arrays import FloatArray
 from solvers.core.tree import distinct, once, put, take
 from solvers.geometry import nearest
 from solvers.geometry.normals import normals
-from solvers.methods.ndt import ndt_map
+from solvers.methods.ndt import ndt_map, score
 from solvers.scenes.rooms import room, room_start
 
 NETWORKS = ("flow", "flow-from-source")
@@ -81,6 +81,42 @@ def test_index_normals_and_maps_of_one_cloud_are_made_once():
     several = [ndt_map.build(x, sizes) for x in both]
     np.testing.assert_array_equal(several[0].table, several[1].table)
     assert len({tuple(t) for t in several[0].first[:, 0]}) > 1
+
+
+@pytest.mark.native
+def test_one_tree_answers_for_all_starts(rng):
+    """Rows, squares and what may be followed are those of copies; of each problem's own points."""
+    pytest.importorskip("scipy")
+    cloud, points = rng.standard_normal((500, 2)), rng.standard_normal((3, 40, 2))
+    one, copies = (nearest.build(x, tree_from=1) for x in (seen(cloud, 3), np.stack([cloud] * 3)))
+    assert len(distinct(one.trees)) == 1
+    for index in (one, take(one, np.array([True, True, False])), take(one, np.array([2]))):
+        b = len(index.points)
+        rows, squares, known = index.follow(points[:b], None)
+        again, expected, _ = take(copies, np.arange(b)).follow(points[:b], None)
+        np.testing.assert_array_equal(rows, again)
+        np.testing.assert_array_equal(squares, expected)
+        np.testing.assert_array_equal(squares, np.square(points[:b, :, None] - cloud).sum(axis=-1).min(axis=-1))
+        assert known is not None
+
+
+@pytest.mark.parametrize("shared", [True, False])
+def test_ndt_scores_in_blocks_as_in_one(shared, monkeypatch):
+    """Of several clouds, each set of points on its own map, in any order; and of one that all share."""
+    clouds = np.stack([room("outliers", seed=40 + (0 if shared else i)).target for i in range(3)])
+    cells = ndt_map.build(seen(clouds[0], 3) if shared else clouds, 1.3, grids=4)
+    which = np.array([2, 0, 1, 1, 2, 0, 0])
+    moved = clouds[which] + 0.01 * np.arange(7)[:, None, None]
+    pivot = moved.mean(axis=1)
+    whole = score.evaluate(cells, moved, pivot, which)
+    each = [score.evaluate(take(cells, which[i : i + 1]), moved[i : i + 1], pivot[i : i + 1]) for i in range(7)]
+    for limit in (1, 2 * 4 * moved.shape[1]):
+        monkeypatch.setattr(score, "TOGETHER", limit)
+        blocks = score.evaluate(cells, moved, pivot, which)
+        for name in ("score", "gradient", "hessian", "cells", "values"):
+            np.testing.assert_array_equal(getattr(blocks, name), getattr(whole, name))
+    np.testing.assert_array_equal(whole.gradient, np.concatenate([one.gradient for one in each]))
+    assert len(set(whole.score)) == 7
 
 
 @pytest.mark.parametrize("method", METHODS)

@@ -90,6 +90,24 @@ def test_points_that_are_followed_find_what_they_would_find_anew(kind, stride, r
 
 
 @pytest.mark.native
+def test_many_points_are_asked_for_in_an_order_of_their_own(rng):
+    """So many that they are sorted: each finds what it would without a tree, also where only some are looked up."""
+    pytest.importorskip("scipy")
+    points, target = rng.standard_normal((2, 2500, 2)), rng.standard_normal((2, 300, 2))
+    index, plain, known = nearest.build(target, tree_from=1), nearest.build(target, tree_from=NEVER), None
+    step = 0.01 * rng.standard_normal((2, 2500, 2)) * (rng.random((2, 2500, 1)) < 0.5)
+    for k in range(4):
+        before = known
+        rows, squares, known = index.follow(points + k * step, known)
+        expected, expected_squares = plain.nearest(points + k * step)
+        assert np.array_equal(rows, expected)
+        assert np.array_equal(squares, expected_squares)
+        assert np.array_equal(index.nearest(points + k * step)[0], expected)
+        assert before is None or 0.0 < (known.points != before.points).any(axis=2).mean() < 0.5
+    assert not np.array_equal(known.order[0], np.arange(2500))
+
+
+@pytest.mark.native
 def test_a_point_that_has_hardly_moved_is_not_looked_up_again(rng):
     """Moved by less than half of what the next place is farther, a point keeps its neighbour; of a batch each by
     itself, also in a part of it."""
