@@ -9,6 +9,7 @@ from pathlib import Path, PurePosixPath
 from sitegen.assets.bundle import Bundle, Entry, bundled, read_files
 from sitegen.assets.css import urls
 from sitegen.assets.download import Download
+from sitegen.assets.early import Early, early
 from sitegen.assets.hosting import MAP
 from sitegen.assets.panel_classes import filled
 from sitegen.cache.files import hashed_name
@@ -36,7 +37,7 @@ class Assets:
     search_library: str = ""
     search_data: str = ""
     pictures: dict[str, str] = field(default_factory=dict)
-    preload: tuple[str, ...] = ()
+    preload: tuple[Early, ...] = ()
     manifest: str = ""
     ground: tuple[str, str] = ("", "")  # behind the pages, light and dark
     download: Download | None = None
@@ -49,6 +50,10 @@ class Assets:
     def get(self, name: str) -> str:
         """The picture's name on the site."""
         return self.pictures[name]
+
+    def early(self, page: str) -> list[str]:
+        """The typefaces' files that a page with this HTML asks for before its styles are read."""
+        return early(self.preload, page)
 
     def from_disk(self) -> Assets:
         """The same for pages that lie on a reader's disk: a browser refuses there what it would fetch ahead."""
@@ -66,7 +71,7 @@ def read_assets(
     pictures: Mapping[str, bytes],
     styles: Iterable[str],
     fonts: Mapping[str, bytes],
-    preload: Iterable[str],
+    preload: Iterable[Early],
     problems: Problems,
     cache: Path,
     progress: Progress = quiet,
@@ -79,7 +84,7 @@ def read_assets(
         assets.pictures[name] = assets.add(name, data)
     for name, data in fonts.items():
         assets.files[f"assets/fonts/{name}"] = data
-    assets.preload = tuple(f"assets/fonts/{name}" for name in preload)
+    assets.preload = tuple(replace(each, url=f"assets/{each.url}") for each in preload)
     files: dict[str, str] = {}
     for folder, pattern in (("js", "*.js"), ("css", "*.css"), ("", "*.mjs")):
         files |= read_files(root, f"templates/assets/{folder}".rstrip("/"), pattern, problems)

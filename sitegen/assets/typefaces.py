@@ -20,6 +20,7 @@ from typing import Any
 
 import fontTools
 
+from sitegen.assets.early import Early
 from sitegen.cache import pool
 from sitegen.cache.files import cache_dir, content, short_hash
 from sitegen.cache.memo import Remembered
@@ -125,14 +126,14 @@ SAMPLE = (
 class FontSet:
     """What a build needs of the fonts.
 
-    files: name → WOFF2 bytes, the name carrying its content's hash. css: the @font-face rules. preload: the names worth
-    a <link rel="preload" as="font" type="font/woff2" crossorigin>, as far as a page uses them.
+    files: name → WOFF2 bytes, the name carrying its content's hash. css: the @font-face rules. preload: those worth a
+    <link rel="preload" as="font" type="font/woff2" crossorigin>, as far as a page uses them.
     missing: characters that no face has, so that a reader's own fonts will show them.
     """
 
     files: dict[str, bytes]
     css: str
-    preload: tuple[str, ...]
+    preload: tuple[Early, ...]
     missing: str
 
 
@@ -195,17 +196,18 @@ def make(
     pool.make("cutting typefaces", [(_cut, cut) for cut in cuts if not store.has(_recipe(*cut[:3]))], progress)
     files: dict[str, bytes] = {}
     rules: list[str] = []
-    preload: list[str] = []
+    preload: list[Early] = []
     for face, original, codes, _ in cuts:
         data = _cut(face, original, codes, cache)
         name = f"{face.name}-{short_hash(data)}.woff2"
         files[name] = data
         first = original == originals[face.files[0]]
         rules.append(_rule(face, url + name, "" if first else ranges(set(codes))))
+        if face.preload and (first or face.style == "normal"):
+            preload.append(Early(url + name, face.name, "" if first else "".join(map(chr, codes))))
         if first:
             for near in (f for f in FALLBACKS if f.stands_for == face.name):
                 rules.append(known.answer(f"{near} {face} {name} {SAMPLE}", partial(_near, near, face, data)))
-            preload += [name] if face.preload else []
     known.keep()
     missing = {c for c in text + mathematics if ord(c) not in found and _shown(c)}
     return FontSet(files, "\n".join(rules) + "\n", tuple(preload), "".join(sorted(missing)))

@@ -61,13 +61,14 @@ UNUSED_FONTS = """async () => {
   return [...document.querySelectorAll('link[rel=preload][as=font]')].map(link => link.getAttribute('href'))
     .filter(href => face(rule(href))?.status !== 'loaded');
 }"""
-# Whole fonts that were used and not asked for early; a few single letters have small files of their own.
+# Fonts that were used and not asked for early; but for the few letters of the italic that have files of their own.
 LATE_FONTS = """() => {
   const early = [...document.querySelectorAll('link[rel=preload]')].map(e => e.href);
   const styles = [...document.styleSheets].flatMap(sheet => [...sheet.cssRules].map(rule => rule.style));
-  const sources = styles.map(style => !style?.unicodeRange && style?.src).filter(Boolean).join();
+  const few = styles.filter(style => style?.unicodeRange && style.fontStyle === 'italic');
+  const rare = few.map(style => style.src).join();
   return performance.getEntriesByType('resource').map(e => e.name)
-    .filter(name => name.endsWith('.woff2') && sources.includes(name.split('/').pop()) && !early.includes(name));
+    .filter(name => name.endsWith('.woff2') && !rare.includes(name.split('/').pop()) && !early.includes(name));
 }"""
 # From the lead sentence's top to the bottoms of what must be seen with it, per figure.
 BOTTOMS = """() => [...document.querySelectorAll('figure.figure')].map(figure => {

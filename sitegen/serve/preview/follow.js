@@ -1,7 +1,7 @@
 /* Keeps the page in step with what `python3 build.py serve` builds. Only that server serves this; no published page has it. */
 
 import { elsewhere, hide, problems } from "./messages.js";
-import { keep, place, restore } from "./place.js";
+import { keep, ladder, place, restore, unfold } from "./place.js";
 import { same, swap } from "./swap.js";
 
 /** @import { BuildState, Kept } from "./types.js" */
@@ -72,8 +72,11 @@ function follow() {
   } else if (!events) open();
 }
 
-/** After a reload: the place is taken before anything is painted, and held until fonts and pictures are there. */
-function comeBack() {
+/**
+ * After a reload: the place is taken before anything is painted, and held until fonts and pictures are there. The rest
+ * waits for the figures, whose buttons cannot be focused before.
+ */
+async function comeBack() {
   /** @type {Kept | null} */
   let kept = null;
   try {
@@ -83,7 +86,8 @@ function comeBack() {
     // forbidden: nothing was kept
   }
   if (kept?.page !== location.pathname) return;
-  restore(kept);
+  unfold(kept);
+  place(kept);
   const moved = new AbortController();
   for (const type of ["wheel", "touchstart", "pointerdown", "keydown"]) {
     addEventListener(type, () => moved.abort(), { once: true, passive: true, signal: moved.signal });
@@ -91,17 +95,19 @@ function comeBack() {
   const hold = () => moved.signal.aborted || place(kept);
   document.fonts.ready.then(hold);
   addEventListener("load", hold, { once: true });
+  await ladder()?.alive;
+  restore(kept);
 }
 
-comeBack();
+const back = comeBack();
 addEventListener("pagehide", () => {
   history.scrollRestoration = reloading ? "manual" : "auto"; // the browser's own would go by pixels
   events?.close();
   events = null;
 });
 addEventListener("pageshow", ({ persisted }) => persisted && follow());
-fetched().then(
-  (page) => {
+Promise.all([fetched(), back]).then(
+  ([page]) => {
     source = page;
     if (buildOf(page) !== shown) return reload();
     document.addEventListener("visibilitychange", follow);

@@ -123,8 +123,11 @@ export function place(kept) {
   if (Math.abs(off) >= 1) scrollBy({ top: off, behavior: "instant" });
 }
 
-/** @param {Kept} kept */
-function unfold(kept) {
+/**
+ * Opens what was open, and closes what was closed.
+ * @param {Kept} kept
+ */
+export function unfold(kept) {
   for (const each of kept.details) {
     const node = at(each);
     if (node instanceof HTMLDetailsElement && node.open !== each.open) node.open = each.open;

@@ -8,6 +8,7 @@ import type { describeCards } from "../../../templates/assets/js/page/cards.js";
 
 /** What of the page's own scripts is used (main.js). */
 export interface PageLadder {
+  alive: Promise<void>;
   figures: typeof figures;
   record: typeof record;
   sound: typeof sound;

@@ -147,12 +147,38 @@ function arrive() {
 }
 
 /**
+ * Once the page has been painted, so that reading comes first. At once where nothing is painted (a hidden page), or where
+ * what is to be seen is a figure's (a link into the page, a deck).
+ * @param {(value: void) => void} then
+ */
+function painted(then) {
+  if (document.hidden || location.hash || document.querySelector("main.deck")) then();
+  else requestAnimationFrame(() => setTimeout(then));
+}
+
+/** The figures, and all that goes on with them. */
+function enliven() {
+  each(FIGURES, live);
+  apart(watch);
+  each("main.deck", runDeck); // before the cards: Escape closes one first
+  apart(addCards);
+  apart(revealNamed);
+  apart(followLinks);
+  apart(() => startWhenSeen(document.querySelectorAll(FIGURES)));
+  apart(keepOffline);
+}
+
+arrive();
+const alive = new Promise(painted).then(enliven);
+
+/**
  * All that the page shows of itself to the outside: the files of tapes and of the search call `tape` and `searchable`; the
  * rest is for whoever looks in (tests, measurements, the preview, a console).
  */
 globalThis.Ladder = Object.freeze({
   tape: receiveTape,
   searchable: receiveSections,
+  alive,
   figures,
   runtime,
   limits,
@@ -164,10 +190,7 @@ globalThis.Ladder = Object.freeze({
   describeCards,
 });
 
-arrive();
-each(FIGURES, live);
 each("figure.graph", addPictureButtons);
-apart(watch);
 each(".ladder", climb);
 each(".contents details", unfold);
 apart(() => reach(document.querySelectorAll(".formula")));
@@ -175,9 +198,3 @@ each("button.theme", addThemeButton);
 each("button.search-open", addSearch);
 each(".stored", addForgetButton);
 each("pre.copied", addCopyButton);
-each("main.deck", runDeck); // before the cards: Escape closes one first
-apart(addCards);
-apart(revealNamed);
-apart(followLinks);
-apart(() => startWhenSeen(document.querySelectorAll(FIGURES)));
-apart(keepOffline);

@@ -95,7 +95,7 @@ def test_the_whole_set_is_light(made: typefaces.FontSet) -> None:
 
 def test_the_style_sheet_names_every_file_and_nothing_else(made: typefaces.FontSet) -> None:
     assert set(re.findall(r'url\("fonts/([^"]+)"\)', made.css)) == set(made.files)
-    assert set(made.preload) <= set(made.files)
+    assert {each.url for each in made.preload} <= {f"fonts/{name}" for name in made.files}
     assert made.css.count("size-adjust") == len(typefaces.FALLBACKS)
 
 

@@ -1,0 +1,31 @@
+"""Which typefaces a page asks for early: what its HTML sets in them, and no more."""
+
+from __future__ import annotations
+
+import pytest
+
+from sitegen.assets.early import Early, early
+
+FILES = [Early(name, name) for name in ("serif", "title", "sans", "math", "serif-italic")] + [
+    Early("greek", "serif", "σθ"),
+    Early("greek-italic", "serif-italic", "σθ"),
+]
+PLAIN = ["serif", "title", "sans"]
+
+
+@pytest.mark.parametrize(
+    ("html", "more"),
+    [
+        ("<p>Words.</p>", []),
+        ("<p>A formula: <math><mi>σ</mi></math>.</p>", ["math"]),
+        ("<p>Some <em>stress</em>.</p>", ["serif-italic"]),
+        ("<p>A width σ.</p>", ["greek"]),
+        ("<p>A width <em>σ</em>.</p>", ["serif-italic", "greek", "greek-italic"]),
+        ('<p title="σ">Words.</p>', []),
+        ("<figure><figcaption>A width σ.</figcaption></figure>", []),
+        ("<details><summary>More</summary><p>A width σ.</p></details>", []),
+        ('<p>Words.</p><div class="card" hidden><cite>On θ</cite> <math></math></div>', []),
+    ],
+)
+def test_a_page_asks_for_what_its_text_is_set_in(html: str, more: list[str]) -> None:
+    assert early(FILES, html) == PLAIN + more
