@@ -8,8 +8,8 @@ The first two are those of `solvers.verify.evidence`, read off the match's last 
 without the echoes that only pad an array. The third stands for `solvers.verify.halves`: two halves of one scan see the
 same things from the same place and err alike, while the way back has other sources, other normals and another view.
 
-A scan is matched to a map of the scans around its partner. Two single scans that look at a place from aside each other
-share too few echoes: their matches agree both ways and are centimetres off all the same.
+A scan is matched to a map of the scans around its partner. Matches of two single scans made side by side agree both
+ways and are centimetres off all the same.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Scans registered to a map of several: what one of them sees sparsely or from aside, its neighbours see better."""
+"""Scans registered to a map of several: what one of them sees sparsely or at a slant, its neighbours see better."""
 
 from __future__ import annotations
 

@@ -2,9 +2,9 @@
 
 The pose sought minimises the truncated sum of squares `C(T) = Σ_i w_i min(r_i², c²)`, r_i
 the distance that T leaves of pair i and c the bound within which a right pair is
-expected. It is replaced by a surrogate with a parameter μ, for small μ almost in
-proportion to the distances and for μ → ∞ the sum itself, and μ grows by a constant
-factor from step to step while a minimum is followed.
+expected. It is replaced by a surrogate with a parameter μ, for small μ growing with every
+distance, ever more slowly, and for μ → ∞ the sum itself; μ grows by a constant factor
+from step to step while a minimum is followed.
 
 One step is a weighted closed-form fit, then new weights for the pairs. By the duality
 of Black and Rangarajan the surrogate is `min over v of Σ_i w_i (v_i r_i² + Φ(v_i))` with
