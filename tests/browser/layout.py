@@ -61,11 +61,12 @@ UNUSED_FONTS = """async () => {
   return [...document.querySelectorAll('link[rel=preload][as=font]')].map(link => link.getAttribute('href'))
     .filter(href => face(rule(href))?.status !== 'loaded');
 }"""
-# Fonts that were used and not asked for early; but for the few letters of the italic that have files of their own.
-LATE_FONTS = """() => {
+# Fonts that were used and not asked for early; a few single letters have small files of their own, which count if they
+# are to: those of the upright text are asked for where a page begins with them, the others come when they are seen.
+LATE_FONTS = """(letters) => {
   const early = [...document.querySelectorAll('link[rel=preload]')].map(e => e.href);
   const styles = [...document.styleSheets].flatMap(sheet => [...sheet.cssRules].map(rule => rule.style));
-  const few = styles.filter(style => style?.unicodeRange && style.fontStyle === 'italic');
+  const few = styles.filter(style => style?.unicodeRange && (!letters || style.fontStyle === 'italic'));
   const rare = few.map(style => style.src).join();
   return performance.getEntriesByType('resource').map(e => e.name)
     .filter(name => name.endsWith('.woff2') && !rare.includes(name.split('/').pop()) && !early.includes(name));

@@ -91,6 +91,7 @@ def phone(visit: Callable[..., Found], site: Path) -> Found:
     """What is wrong with pages on a phone, by what must hold."""
 
     def moves(page: Page, path: str) -> Iterator[str]:
+        late = {*page.evaluate(LATE_FONTS, True)}
         for figure in figures(page):
             figure.live()
         moved = page.evaluate(SHIFT)
@@ -101,7 +102,8 @@ def phone(visit: Callable[..., Found], site: Path) -> Found:
             moved = min(moved, page.evaluate(SHIFT))
         if moved >= 0.001:
             yield f"shifts by {moved}"
-        yield from (f"asks for {each} after its styles are read: it may shift" for each in page.evaluate(LATE_FONTS))
+        late = {*late, *page.evaluate(LATE_FONTS, False)}
+        yield from (f"asks for {each} after its styles are read: it may shift" for each in late)
         yield from (f"asks for {each} ahead of need and does not use it" for each in page.evaluate(UNUSED_FONTS))
         yield from (f"has the id {each} twice" for each in page.evaluate(TWICE))
 
