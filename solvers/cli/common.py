@@ -1,4 +1,4 @@
-"""What the commands share: how help is set, whole numbers, a progress bar, what drawing needs, and JSON."""
+"""What the commands share: exit codes, how help is set, whole numbers, a progress bar, files to write, and JSON."""
 
 from __future__ import annotations
 
@@ -7,14 +7,15 @@ import importlib.util
 import json
 import sys
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 UNTRUSTED = 3
-"""The exit code of an answer that the method itself does not stand by."""
+"""The exit code of an answer that should not be trusted; each command's help says when."""
+DRAWN = (".svg", ".png")
 
 
 def program(command: str = "") -> str:
@@ -23,10 +24,15 @@ def program(command: str = "") -> str:
     return f"{'registration-ladder' if script else 'python -m solvers'} {command}".rstrip()
 
 
-def able_to_draw() -> None:
-    """Raises ValueError where matplotlib, an extra, is missing: asked before anything is computed."""
-    if importlib.util.find_spec("matplotlib") is None:
-        raise ValueError("--out: drawing needs matplotlib: pip install 'registration-ladder[plot]'")
+def able_to_write(path: Path, kinds: Sequence[str]) -> None:
+    """Raises ValueError where `path`, given as --out, ends in none of `kinds`, or is a picture and matplotlib, an
+    extra, is missing: asked before anything is computed.
+    """
+    kind = path.suffix.lower()
+    if kind not in kinds:
+        raise ValueError(f"--out: {path}: expected a name that ends in {', '.join(kinds)}")
+    if kind in DRAWN and importlib.util.find_spec("matplotlib") is None:
+        raise ValueError("--out: drawing needs matplotlib: pip install matplotlib")
 
 
 class Bar:

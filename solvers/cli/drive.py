@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from solvers.cli.common import UNTRUSTED, Bar, able_to_draw, printed, program
+from solvers.cli.common import DRAWN, UNTRUSTED, Bar, able_to_write, printed, program
 from solvers.cli.picture import drive_maps
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray
@@ -36,7 +36,6 @@ from solvers.odometry.reading import MOST_BYTES
 from solvers.posegraph import KERNELS
 from solvers.scenes.drive import Drive, chained, telecom_loop
 
-DRAWN = (".svg", ".png")
 KINDS = (*DRAWN, ".g2o", ".csv")
 
 
@@ -84,10 +83,7 @@ def drive(arguments: Sequence[str]) -> int:
 def _driven(given: argparse.Namespace) -> tuple[int, dict[str, Any]]:
     """The exit code, and what there is to say by name, which is printed in lines on the way; angles in degrees."""
     for path in given.out:
-        if path.suffix.lower() not in KINDS:
-            raise ValueError(f"--out: {path}: expected a name that ends in {', '.join(KINDS)}")
-        if path.suffix.lower() in DRAWN:
-            able_to_draw()
+        able_to_write(path, KINDS)
     matching, looking = MatchOptions(gate=given.gate), LoopOptions(radius=given.radius)
     validate.number(given.farthest, "--farthest", 0.1)
     recorded = telecom_loop() if given.file == "telecom-loop" else _opened(Path(given.file), given)

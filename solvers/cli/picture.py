@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,16 +20,10 @@ SOURCE, TARGET = "#c45d14", "#2760bd"
 NO_XML = re.compile(r"[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
-def before_after(source: ArrayLike, target: ArrayLike, start: Pose, end: Pose, title: str) -> str:
-    """The text of an SVG file: source (m, d) at both poses over target (n, d), d = 2 or 3, in one window.
+def before_after(source: ArrayLike, target: ArrayLike, start: Pose, end: Pose, title: str, kind: str) -> bytes:
+    """An SVG or PNG file: source (m, d) at both poses over target (n, d), d = 2 or 3, in one window."""
+    from matplotlib.figure import Figure
 
-    Raises ValueError where matplotlib, an extra of the package, is not installed.
-    """
-    try:
-        from matplotlib import rc_context
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise ValueError("--out: drawing needs matplotlib: pip install 'registration-ladder[plot]'") from None
     p, q = (thinned(np.asarray(x, dtype=float), MOST) for x in (source, target))
     figure = Figure(figsize=(10.0, 5.0), layout="constrained")
     left, right = figure.subplots(1, 2, sharex=True, sharey=True)
@@ -41,23 +36,15 @@ def before_after(source: ArrayLike, target: ArrayLike, start: Pose, end: Pose, t
         axes.set_aspect("equal", adjustable="box")
         axes.grid(alpha=0.25)
         axes.legend(loc="best", fontsize="small")
-    out = io.StringIO()
-    with rc_context({"svg.hashsalt": "solvers", "svg.fonttype": "none"}):
-        figure.savefig(out, format="svg", metadata={"Date": None, "Title": NO_XML.sub("\ufffd", title)})
-    return out.getvalue()
+    return _file(figure, kind, {"Title": NO_XML.sub("\ufffd", title)})
 
 
 def drive_maps(maps: Mapping[str, tuple[FloatArray, FloatArray]], kind: str) -> bytes:
     """Maps of one drive side by side in one scale, as an SVG or PNG file: under each name echoes (n, 2) and the robot's
     path (k, 2).
-
-    Raises ValueError where matplotlib, an extra of the package, is not installed.
     """
-    try:
-        from matplotlib import rc_context
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise ValueError("--out: drawing needs matplotlib: pip install 'registration-ladder[plot]'") from None
+    from matplotlib.figure import Figure
+
     figure = Figure(figsize=(7.0 * len(maps), 7.5), layout="compressed")
     panels = figure.subplots(1, len(maps), sharex=True, sharey=True, squeeze=False)[0]
     for k, (axes, (name, (points, way))) in enumerate(zip(panels, maps.items(), strict=True)):
@@ -70,8 +57,16 @@ def drive_maps(maps: Mapping[str, tuple[FloatArray, FloatArray]], kind: str) -> 
         axes.grid(alpha=0.25)
     panels[0].set_ylabel("y, m")
     panels[0].legend(loc="best", fontsize="small")
+    return _file(figure, kind, {})
+
+
+def _file(figure: Any, kind: str, told: Mapping[str, str]) -> bytes:
+    """matplotlib's figure as a file of that kind, "svg" or "png", with what is told of it."""
+    from matplotlib import rc_context
+
     out = io.BytesIO()
+    # A picture without a date is the same each time; PNG names only its software.
+    left_out = {"Date": None} if kind == "svg" else {"Software": None}
     with rc_context({"svg.hashsalt": "solvers", "svg.fonttype": "none"}):
-        # A picture without a date is the same each time; PNG names only its software.
-        figure.savefig(out, format=kind, dpi=150, metadata={"Date": None} if kind == "svg" else {"Software": None})
+        figure.savefig(out, format=kind, dpi=150, metadata={**left_out, **told})
     return out.getvalue()

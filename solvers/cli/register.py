@@ -14,7 +14,7 @@ import numpy as np
 from solvers import METHODS, Pose, Result, Status, __version__, verify
 from solvers.api import register
 from solvers.cli import arrays
-from solvers.cli.common import UNTRUSTED, Bar, Help, able_to_draw, printed, program, whole
+from solvers.cli.common import DRAWN, UNTRUSTED, Bar, Help, able_to_write, printed, program, whole
 from solvers.cli.picture import before_after
 from solvers.core import validate
 from solvers.core.arrays import FloatArray
@@ -55,7 +55,7 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument("--points", type=whole, metavar="N", help="thin each cloud to at most N points first")
     made.add_argument("--above", action="store_true", help="register 3-D clouds seen from above, by x and y")
     made.add_argument("--reach", type=float, help="how near a target point explains a source point (3 target spacings)")
-    made.add_argument("--out", type=Path, metavar="PICTURE.svg", help="draw both clouds, with matplotlib")
+    made.add_argument("--out", type=Path, metavar="FILE", help="draw both clouds: a .svg or .png file, by matplotlib")
     made.add_argument("--json", action="store_true", help="print one JSON document instead of text")
     made.add_argument("-V", "--version", action="version", version=f"registration-ladder {__version__}")
     return made
@@ -187,7 +187,7 @@ def register_files(arguments: Sequence[str]) -> int:
     """Run the command; the exit code. Raises ValueError where an argument or a file is wrong."""
     given = parser().parse_args(arguments)
     if given.out is not None:
-        able_to_draw()
+        able_to_write(given.out, DRAWN)
     (source, about_source), (target, about_target) = (_opened(path, given) for path in (given.source, given.target))
     if source.shape[1] != target.shape[1]:
         raise ValueError("one file has 2-D points, the other 3-D points; --above registers x and y")
@@ -218,8 +218,9 @@ def register_files(arguments: Sequence[str]) -> int:
         print(_lines(told, result))
     if given.out is not None:
         title = f"{given.source.name} registered to {given.target.name} by {method.name}"
+        drawn = before_after(source, target, start, result.pose, title, given.out.suffix.lower()[1:])
         try:
-            given.out.write_text(before_after(source, target, start, result.pose, title), "utf-8", newline="\n")
+            given.out.write_bytes(drawn)
         except OSError as error:
             raise ValueError(f"--out: {given.out}: {error.strerror or error}") from None
         if not given.json:

@@ -101,6 +101,8 @@ def test_clouds_in_space_and_from_above(files, capsys):
         (["a.csv", "b.xyz", "--method", "kabsch"], r"target: row i must be the partner"),
         (["a.csv", "b.xyz", "--points", "0"], r"--points: must be at least 1"),
         (["a.csv", "b.xyz", "--out", "no/such/folder.svg"], r"--out: .*No such file"),
+        (["a.csv", "b.xyz", "--out", "p.pdf"], r"--out: p.pdf: expected a name that ends in .svg, .png$"),
+        (["a.csv", "b.xyz", "--out", "p"], r"--out: p: expected a name that ends in .svg, .png$"),
     ],
 )
 def test_what_is_wrong_is_one_line_and_exit_code_2(files, capsys, monkeypatch, arguments, told):
@@ -204,3 +206,13 @@ def test_a_picture_is_well_formed_whatever_a_file_is_called(files, capsys):
     tree = ElementTree.fromstring((files / "picture.svg").read_text("utf-8"))
     title = next(node.text for node in tree.iter() if node.tag.endswith("title"))
     assert title == "a\ufffd\ufffd<&\ufffd\ufffd[31m.csv registered to b.xyz by icp"
+    code, _, _ = said(capsys, files / name, files / "b.xyz", "--out", files / "picture.PNG")
+    assert (code, (files / "picture.PNG").read_bytes()[:4]) == (0, b"\x89PNG")
+
+
+def test_a_picture_that_is_of_no_known_kind_is_refused_before_anything_is_computed(files, capsys, monkeypatch):
+    monkeypatch.setattr("solvers.cli.register.register", None)
+    code, out, err = said(capsys, files / "a.csv", files / "b.xyz", "--out", files / "p.pdf")
+    assert (code, out) == (2, "")
+    assert err.endswith("p.pdf: expected a name that ends in .svg, .png\n")
+    assert not (files / "p.pdf").exists()

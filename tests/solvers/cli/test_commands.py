@@ -159,7 +159,7 @@ def test_drawing_is_refused_before_anything_is_computed(files, capsys, monkeypat
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     monkeypatch.setattr("solvers.cli.register.register", None)
     monkeypatch.setattr("solvers.cli.drive.prepare", None)
-    told = "python -m solvers: --out: drawing needs matplotlib: pip install 'registration-ladder[plot]'\n"
+    told = "python -m solvers: --out: drawing needs matplotlib: pip install matplotlib\n"
     for words in (["register", files / "a.npy", files / "b.npz"], ["drive", "telecom-loop"]):
         assert said(capsys, *words, "--out", files / "drawn.svg") == (2, "", told)
 
