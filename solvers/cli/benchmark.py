@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from solvers.cli.common import Bar, Help, printed, program, whole
+from solvers.core import validate
 from solvers.scenes.rooms import ROOM_SETTINGS
 from solvers.studies.benchmark import Line, benchmark, table
 from solvers.studies.race import CONTESTANTS, EXTRAS, MAX_STEPS, SEEDS, Contestant, Controls, contestants
@@ -45,8 +46,9 @@ def race(arguments: Sequence[str]) -> int:
     if given.setting is None and given.degrees == 45.0:
         cases.append(("combo", 15.0))
     racing = contestants(given.only)
-    if given.seeds > MOST_SEEDS:
+    if validate.count(given.seeds, "--seeds", 1) > MOST_SEEDS:
         raise ValueError(f"--seeds: {given.seeds} are more than the {MOST_SEEDS} that are run")
+    validate.count(given.max_steps, "--max-steps")
     found = []
     for name, degrees in cases:
         controls = Controls(degrees, given.distance, name, given.noise, given.outliers, given.overlap, given.density)

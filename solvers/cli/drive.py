@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from solvers.cli.common import DRAWN, UNTRUSTED, Bar, able_to_write, printed, program
+from solvers.cli.common import DRAWN, UNTRUSTED, Bar, able_to_write, printed, program, whole
 from solvers.cli.picture import drive_maps
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray
@@ -36,6 +36,8 @@ from solvers.odometry.reading import MOST_BYTES
 from solvers.posegraph import KERNELS
 from solvers.scenes.drive import Drive, chained, telecom_loop
 
+INCLUDED = "telecom-loop"
+LASER = ("view", "turns", "hertz", "ahead")
 KINDS = (*DRAWN, ".g2o", ".csv")
 
 
@@ -59,7 +61,7 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument("--kernel", choices=KERNELS, default="cauchy", help="kernel for loops that disagree (cauchy)")
     made.add_argument("--no-loops", action="store_true", help="do not close loops")
     made.add_argument("--view", type=float, default=180.0, help="angle from the first beam to the last, degrees (180)")
-    made.add_argument("--turns", type=int, default=0, help="mirror turns that make a scan; 0: beams sent at once (0)")
+    made.add_argument("--turns", type=whole, default=0, help="mirror turns that make a scan; 0: beams sent at once (0)")
     made.add_argument("--hertz", type=float, default=75.0, help="mirror turns a second (75)")
     made.add_argument("--ahead", type=float, default=0.0, help="laser position ahead of the robot's origin, metres (0)")
     made.add_argument(
@@ -86,7 +88,8 @@ def _driven(given: argparse.Namespace) -> tuple[int, dict[str, Any]]:
         able_to_write(path, KINDS)
     matching, looking = MatchOptions(gate=given.gate), LoopOptions(radius=given.radius)
     validate.number(given.farthest, "--farthest", 0.1)
-    recorded = telecom_loop() if given.file == "telecom-loop" else _opened(Path(given.file), given)
+    validate.count(given.turns, "--turns")
+    recorded = _included(given) if given.file == INCLUDED else _opened(Path(given.file), given)
     n, k = recorded.ranges.shape
     silent = 100.0 * float(np.isinf(recorded.ranges).mean())
     print(f"drive     {given.file}: {n} scans of {k} beams, {silent:.1f} % without echo")
@@ -137,6 +140,15 @@ def _driven(given: argparse.Namespace) -> tuple[int, dict[str, Any]]:
         print(f"written   {path}")
     told |= {"loops": used, "end": _by_name(poses[-1]), "written": [str(path) for path in given.out]}
     return 0 if settled and not len(lost) else UNTRUSTED, told
+
+
+def _included(given: argparse.Namespace) -> Drive:
+    """The recorded drive. Raises ValueError where an option says of its laser what the recording itself says."""
+    usual = parser()
+    for name in LASER:
+        if getattr(given, name) != usual.get_default(name):
+            raise ValueError(f"--{name}: describes the laser of a file; {INCLUDED} has its own")
+    return telecom_loop()
 
 
 def _opened(path: Path, given: argparse.Namespace) -> Drive:

@@ -111,6 +111,19 @@ def test_the_benchmark_as_json_is_its_table(capsys):
     assert 0 <= line["close"] <= line["turned"] <= 2
 
 
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["--seeds", "0"], "--seeds: must be at least 1, got 0"),
+        (["--seeds", "-1"], "--seeds: must be at least 1, got -1"),
+        (["--max-steps", "-1"], "--max-steps: must be at least 0, got -1"),
+    ],
+)
+def test_the_benchmark_names_a_count_that_is_too_small(capsys, words, told):
+    asked = ["benchmark", "--setting", "clean", "--only", "icp", *words]
+    assert said(capsys, *asked) == (2, "", f"python -m solvers: {told}\n")
+
+
 @pytest.mark.parametrize("option", ["--version", "-V"])
 def test_the_version_is_the_package_s(capsys, option):
     with pytest.raises(SystemExit) as end:

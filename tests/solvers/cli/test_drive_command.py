@@ -91,6 +91,12 @@ def test_scans_that_are_not_matched_are_exit_code_3(table: Path, capsys: pytest.
         (["telecom-loop", "--gate", "-1"], "gate"),
         (["telecom-loop", "--farthest", "0"], "--farthest"),
         (["telecom-loop", "--radius", "-1"], "radius"),
+        (["telecom-loop", "--turns", "-1"], "--turns: must be at least 0, got -1"),
+        (["drive.csv", "--turns", "-1"], "--turns: must be at least 0, got -1"),
+        (["telecom-loop", "--turns", "3"], "--turns: describes the laser of a file; telecom-loop has its own"),
+        (["telecom-loop", "--view", "nan"], "--view: describes the laser of a file"),
+        (["telecom-loop", "--hertz", "-1"], "--hertz: describes the laser of a file"),
+        (["telecom-loop", "--ahead", "0.78"], "--ahead: describes the laser of a file"),
     ],
 )
 def test_what_cannot_be_done_is_told_with_code_2(
