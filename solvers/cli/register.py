@@ -6,24 +6,27 @@ import argparse
 import ast
 import sys
 from collections.abc import Sequence
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from solvers import METHODS, Pose, Result, Status, __version__, verify
-from solvers.api import register
+from solvers.api import OTHER_NAMES, register
 from solvers.cli import arrays
 from solvers.cli.common import DRAWN, UNTRUSTED, Bar, Help, able_to_write, printed, program, whole
 from solvers.cli.picture import before_after
 from solvers.core import validate
 from solvers.core.arrays import FloatArray
+from solvers.core.method import Method
 from solvers.core.registry import method_of
 from solvers.geometry import downsample, nearest
 from solvers.io import clouds
 
 REACH = 3.0  # spacings of the target
 LONGEST = 1000  # characters of an option's value
+BESIDE = ("--start", "--seed", "--max-steps")  # what every method takes beside its own options
 
 
 def parser() -> argparse.ArgumentParser:
@@ -62,8 +65,7 @@ def parser() -> argparse.ArgumentParser:
 
 
 def _opened(path: Path, given: argparse.Namespace) -> tuple[FloatArray, str]:
-    """The points of a file and a line on them. Raises ValueError that names the file.
-    """
+    """The points of a file and a line on them. Raises ValueError that names the file."""
     try:
         found = arrays.read(_bytes(path))
     except OSError as error:
@@ -120,6 +122,22 @@ def _option(text: str) -> tuple[str, Any]:
     if _too_large(read):
         raise ValueError(f"--options: {name}: {len(value)} digits; expected a number below 1e308")
     return name, read
+
+
+def _options(texts: Sequence[str], method: Method[Any]) -> Any:
+    """The method's options as one object. Raises ValueError for what the method itself does not take."""
+    own = {one.name: one.name for one in fields(method.options)}
+    own |= {other: name for name, other in OTHER_NAMES.items() if name in own}
+    found: dict[str, Any] = {}
+    for name, value in map(_option, texts):
+        if name not in own:
+            near = validate.nearest(name, [*own, *BESIDE])
+            listed = ", ".join(one.name for one in fields(method.options)) or "none"
+            raise ValueError(f"--options: {name}: no option of method {method.name!r}{near}; it has: {listed}")
+        if own[name] in found:
+            raise ValueError(f"--options: {own[name]} is given twice")
+        found[own[name]] = value
+    return method.options(**found)
 
 
 def _too_large(value: Any) -> bool:
@@ -202,12 +220,12 @@ def register_files(arguments: Sequence[str]) -> int:
         reach = REACH * downsample.spacing(target) or 1.0
     validate.number(reach, "--reach", 1e-100, 1e100)
     start = _start(given.start, d)
-    options = dict(_option(text) for text in given.options)
+    options = _options(given.options, method)
     limit = method.max_steps if given.max_steps is None else given.max_steps
     with Bar(method.name) as bar:
         result = register(
-            source, target, method.name, start=start, seed=given.seed, max_steps=given.max_steps,
-            callback=lambda k, state: bar(k, limit), **options,
+            source, target, method.name, options=options, start=start, seed=given.seed, max_steps=given.max_steps,
+            callback=lambda k, state: bar(k, limit),
         )  # fmt: skip
     told = _told(result, source, target, reach)
     if given.json:

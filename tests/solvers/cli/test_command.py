@@ -68,6 +68,15 @@ def test_it_runs_as_a_module_beside_the_files(files):
             assert sum(node.tag.endswith("use") for node in marks.iter()) == len(points)
 
 
+def test_an_option_s_other_name_is_understood(files, capsys):
+    """`max_distance` for `gate`, as `register` has it."""
+    told = [
+        said(capsys, files / "a.csv", files / "b.xyz", "--options", f"{name}=0.2") for name in ("gate", "max_distance")
+    ]
+    assert told[0] == told[1] != said(capsys, files / "a.csv", files / "b.xyz")
+    assert told[0][0] == 0
+
+
 def test_clouds_in_space_and_from_above(files, capsys):
     """3-D where the method can, x and y where it is asked for, and a word where it cannot."""
     c, d = files / "c.csv", files / "d.xyz"
@@ -93,6 +102,14 @@ def test_clouds_in_space_and_from_above(files, capsys):
         (["a.csv", "bad.csv"], r"bad\.csv: line 2: 'two' is not a number"),
         (["a.csv", "b.xyz", "--method", "gipc"], r"--method: 'gipc' is unknown, did you mean 'gicp'"),
         (["a.csv", "b.xyz", "--options", "gat=1"], r"gat: no option of method 'icp', did you mean 'gate'"),
+        (["a.csv", "b.xyz", "--options", "gat=1"], r"; it has: gate, trim, weight, tuning, scale, tolerance, rms_\w+$"),
+        (["a.csv", "b.xyz", "--options", "gap=1", "--method", "kabsch"], r"no option of .*; it has: none$"),
+        (["a.csv", "b.xyz", "--options", "start=1"], r"--options: start: no option .*, did you mean '--start'"),
+        (["a.csv", "b.xyz", "--options", "max_steps=1"], r"--options: max_steps: .*, did you mean '--max-steps'"),
+        (["a.csv", "b.xyz", "--options", "seed=1"], r"--options: seed: no option .*, did you mean '--seed'"),
+        (["a.csv", "b.xyz", "--options", "callback=1"], r"--options: callback: no option of method 'icp'"),
+        (["a.csv", "b.xyz", "--options", "method=1"], r"--options: method: no option of method 'icp'"),
+        (["a.csv", "b.xyz", "--options", "gate=1", "max_distance=2"], r"--options: gate is given twice"),
         (["a.csv", "b.xyz", "--options", "gate"], r"--options: 'gate' is not NAME=VALUE"),
         (["a.csv", "b.xyz", "--options", "gate=wide"], r"gate: expected a number, got 'wide'"),
         (["a.csv", "b.xyz", "--start", "1,2"], r"--start: '1,2' has 1 shifts; expected 2"),
