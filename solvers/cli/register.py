@@ -35,8 +35,8 @@ def parser() -> argparse.ArgumentParser:
         prog=program("register"),
         description="Register two point clouds: find the pose that maps SOURCE to TARGET.",
         epilog=f"Methods: {', '.join(METHODS)}. Exit codes: 0; 2 if an argument or a file is wrong; 3 if the"
-        " answer should not be trusted: the status is neither converged nor proved, or no source point lies near the"
-        " target. Other commands, each with --help: 'benchmark', the race's table; 'drive', a"
+        " answer should not be trusted: the status is neither converged, proved nor finished, or no source point lies"
+        " near the target. Other commands, each with --help: 'benchmark', the race's table; 'drive', a"
         " drive's map; 'methods', all methods and their options. The word 'register' may be omitted.",
         formatter_class=Help,
     )

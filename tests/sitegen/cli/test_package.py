@@ -26,6 +26,7 @@ from sitegen.cli.pythons import Interpreter, copied
 from sitegen.runtime import wheel as page
 from solvers.cli import benchmark, drive, methods, register
 from solvers.cli.command import COMMANDS
+from solvers.core.status import ENDED
 
 ROOT = Path(__file__).resolve().parents[3]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
@@ -168,6 +169,24 @@ def test_the_readme_reads_alone_on_an_index() -> None:
     assert [link for link in links if not link.startswith("https://")] == []
     assert "pip install registration-ladder" in README
     assert set(re.findall(r"registration-ladder\[(\w+)\]", README)) == set(PROJECT["optional-dependencies"])
+
+
+def test_until_the_first_release_the_readme_says_how_to_install_without_an_index() -> None:
+    log = (ROOT / "CHANGELOG.md").read_text("utf-8")
+    released = re.search(r"^## \[[\d.]+\] - \d{4}", log, re.MULTILINE) is not None
+    assert ("Until the first release" in README) is not released
+    assert ("\npip install ." in README) is not released
+
+
+def test_exit_code_3_is_told_in_the_same_words_everywhere() -> None:
+    """In the commands' help, the package's README and the docs: every status that is an end of a method's own."""
+    *others, last = [status.label for status in ENDED]
+    docs = (ROOT / "content/docs/package.md").read_text("utf-8").replace("`", "")
+    of_register = f"is neither {', '.join(others)} nor {last}, or no source point lies near the target"
+    of_drive = "a scan was not matched, or the pose graph did not converge"
+    for words, command in ((of_register, register), (of_drive, drive)):
+        for text in (README, docs, command.parser().epilog or ""):
+            assert words in " ".join(text.split())
 
 
 def test_change_log_citation_and_package_name_one_version() -> None:

@@ -80,6 +80,11 @@ def test_an_answer_that_is_not_to_be_trusted_is_exit_code_3(files, capsys, targe
     assert told["residual_rms"] is None or told["overlap"] > 0.0
 
 
+def test_a_method_without_a_test_of_rest_is_trusted_where_it_finished(files, capsys):
+    code, out, _ = said(capsys, files / "a.npy", files / "b.npz", "--method", "flow", "--json")
+    assert (code, json.loads(out)["status"]) == (0, "finished")
+
+
 def test_an_end_with_nothing_near_is_not_trusted(files, capsys):
     """The method came to its end; no point of the source lies within reach of the target."""
     code, out, _ = said(capsys, files / "a.npy", files / "b.npz", "--reach", "1e-9", "--json")
