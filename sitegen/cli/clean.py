@@ -6,20 +6,24 @@ import os
 import shutil
 import subprocess
 import sys
+from fnmatch import fnmatch
 from pathlib import Path
 
 from sitegen.cli import environment
 
-CACHES = (".mypy_cache", ".pytest_cache", ".ruff_cache", ".hypothesis", "build", "dist")
+MADE = (
+    ".hypothesis", ".mypy_cache", ".pytest_cache", ".ruff_cache", ".site-*", "*.egg-info", "__pycache__",
+    "artefacts", "bench.json", "build", "dist",
+)  # fmt: skip
+"""What commands leave at the top of a checkout, beside site/ and .venv. `.site-*` are builds that were cut off."""
 SOURCES = ("sitegen", "solvers", "widgets", "tests")
 
 
 def clean(root: Path, *, everything: bool = False) -> int:
-    """Empty site/ (but for its .gitignore) and remove the caches; `everything`: also .venv and the user's cache. The
+    """Empty site/ (but for its .gitignore) and remove what is made; `everything`: also .venv and the user's cache. The
     exit code is 1 where something cannot be removed, which is told; the rest is."""
     gone = [path for path in sorted((root / "site").glob("*")) if path.name != ".gitignore"]
-    gone += [root / name for name in CACHES]
-    gone += [root / "__pycache__", *root.glob("*.egg-info"), *root.glob(".site-*")]  # the last: builds cut off
+    gone += [path for path in sorted(root.iterdir()) if any(fnmatch(path.name, pattern) for pattern in MADE)]
     gone += [path for name in SOURCES for path in (root / name).rglob("__pycache__")]
     code = 0
     if everything:

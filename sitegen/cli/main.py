@@ -126,7 +126,9 @@ def _package_options(parser: argparse.ArgumentParser) -> None:
 
 def _clean_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "--all", action="store_true", help="also remove .venv and the user's cache of third-party files"
+        "--all",
+        action="store_true",
+        help="also remove .venv and the user's cache of third-party files and build results",
     )
 
 

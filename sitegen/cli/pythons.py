@@ -18,11 +18,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from sitegen.cli.clean import MADE
+
 LEAST = (3, 11)
 ASKS = "import sys, importlib.util as u; print(*sys.version_info[:4], u.find_spec('ensurepip') is not None)"
 TESTS = "tests/solvers"
 KEPT = ("outside", "plots")  # of the cache
-MADE = (".git", ".venv", "__pycache__", ".*_cache", ".hypothesis", ".site-*", "*.egg-info", "bench.json", "dist")
+NOT_COPIED = (".git", ".venv", "site", *MADE)  # of what stands at the top
 
 
 @dataclass(frozen=True, order=True)
@@ -108,8 +110,8 @@ def copied(root: Path, copy: Path) -> None:
     """Copy the checkout as it stands, edits and all, without what its commands made."""
 
     def left_out(folder: str, names: list[str]) -> set[str]:
-        site = {"site"} if Path(folder) == root else set()
-        return site | set(shutil.ignore_patterns(*MADE)(folder, names))
+        patterns = NOT_COPIED if Path(folder) == root else ("__pycache__",)
+        return set(shutil.ignore_patterns(*patterns)(folder, names))
 
     shutil.copytree(root, copy, ignore=left_out, symlinks=True)
     (copy / "site").mkdir()

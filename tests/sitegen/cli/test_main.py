@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from sitegen.cli import environment
-from sitegen.cli.clean import clean
+from sitegen.cli.clean import MADE, clean
 from tests.conftest import copied
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -162,7 +162,8 @@ def test_clean_tells_what_cannot_be_removed_and_removes_the_rest(
 def test_clean_leaves_the_site_folder_and_the_sources(checkout: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """What the commands made is gone, what people made stays; .venv only with --all."""
     made = ["site/index.html", "site/assets/a.css", ".mypy_cache/x", "sitegen/__pycache__/x.pyc", ".venv/bin/x"]
-    stays = ["site/.gitignore", "sitegen/cli/main.py", "content/01-a.md"]
+    made += ["bench.json", "artefacts/sight/a.png", "build/peers/bin/python", "dist/a.whl", "a.egg-info/x", ".site-1/x"]
+    stays = ["site/.gitignore", "sitegen/cli/main.py", "content/01-a.md", "content/build/a.svg"]
     for name in [*made, *stays]:
         (checkout / name).parent.mkdir(parents=True, exist_ok=True)
         (checkout / name).touch()
@@ -172,6 +173,12 @@ def test_clean_leaves_the_site_folder_and_the_sources(checkout: Path, monkeypatc
     assert clean(checkout, everything=True) == 1, "the cache of a broken .venv cannot be found, and that is said"
     assert not (checkout / ".venv").exists()
     assert all((checkout / name).exists() for name in stays)
+
+
+def test_whatever_git_ignores_is_what_clean_removes() -> None:
+    """Names that git is told to pass over are those of the commands' own: with .venv, which only --all removes."""
+    ignored = (ROOT / ".gitignore").read_text("utf-8").split()
+    assert {name.rstrip("/") for name in ignored} == {*MADE, ".venv"}
 
 
 def test_clean_removes_no_folder_that_a_variable_names(

@@ -49,16 +49,16 @@ def test_the_newest_release_of_each_minor_version_is_tried(tmp_path: Path) -> No
 
 def test_a_copy_holds_edits_and_nothing_that_was_made(tmp_path: Path) -> None:
     root = tmp_path / "checkout"
-    for name in ("build.py", "site/.gitignore", "content/site/kept.md", ".ci/run", "tests/new.py"):
-        (root / name).parent.mkdir(parents=True, exist_ok=True)
-        (root / name).write_text(name)
-    for name in (".git/HEAD", ".venv/bin/python", "site/index.html", "solvers/__pycache__/x.pyc", ".mypy_cache/x"):
+    kept = ["build.py", "site/.gitignore", "content/site/kept.md", "tests/build/kept.py", ".ci/run", "tests/new.py"]
+    left = [".git/HEAD", ".venv/bin/python", "site/index.html", "solvers/__pycache__/x.pyc", ".mypy_cache/x"]
+    left += ["artefacts/x", "bench.json", "build/peers/bin/python", "dist/x", "a.egg-info/x", ".site-1/index.html"]
+    for name in [*kept, *left]:
         (root / name).parent.mkdir(parents=True, exist_ok=True)
         (root / name).write_text(name)
     copied(root, tmp_path / "copy")
     files = (path for path in (tmp_path / "copy").rglob("*") if path.is_file())
     there = {path.relative_to(tmp_path / "copy").as_posix() for path in files}
-    assert there == {"build.py", "site/.gitignore", "content/site/kept.md", ".ci/run", "tests/new.py"}
+    assert there == {*kept}
 
 
 def test_one_that_fails_fails_the_whole_and_the_others_are_tried(
