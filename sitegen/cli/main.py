@@ -7,12 +7,17 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 Arguments = argparse.Namespace
 TO_PYTEST = "pytest: files, or -k NAME for tests with that name, run only these tests, after preparing what they need"
+UNUSED_BY_PARTS = {  # of `test`
+    "pythons": ("hostile", "changed", "engines", "browser_path", "further"),
+    "hostile": ("changed", "engines", "browser_path"),
+    "changed": ("engines",),
+}
 
 
 @dataclass(frozen=True)
@@ -24,6 +29,7 @@ class Command:
     run: Callable[[Path, Arguments], int]
     needs_venv: bool = True
     passes_on: str = ""  # where further arguments go; empty where there may be none
+    unused: Mapping[str, Sequence[str]] = field(default_factory=dict)  # what an option would leave without effect
 
 
 def _none(parser: argparse.ArgumentParser) -> None:
@@ -217,10 +223,26 @@ def _clean(root: Path, asked: Arguments) -> int:
 
 COMMANDS: dict[str, Command] = {
     "build": Command("build site/ (the default)", _none, _build),
-    "serve": Command("build and show the site, and reload the page on every edit", _serve_options, _serve),
+    "serve": Command(
+        "build and show the site, and reload the page on every edit",
+        _serve_options,
+        _serve,
+        unused={"offline_check": ("host", "port", "no_open")},
+    ),
     "check": Command("a strict build: links, anchors, references, claims, HTML, sizes", _none, _check),
-    "test": Command("run every check and test; find or install a browser", _test_options, _test, passes_on=TO_PYTEST),
-    "bench": Command("measure the project against its targets; write bench.json", _bench_options, _bench),
+    "test": Command(
+        "run every check and test; find or install a browser",
+        _test_options,
+        _test,
+        passes_on=TO_PYTEST,
+        unused=UNUSED_BY_PARTS,
+    ),
+    "bench": Command(
+        "measure the project against its targets; write bench.json",
+        _bench_options,
+        _bench,
+        unused={"gallery": ("only", "keep", "out", "browser_path")},
+    ),
     "sweep": Command("run the race on 1,000 seeds, and long plots; resume where it stopped", _sweep_options, _sweep),
     "train": Command("retrain the learned flows' networks with PyTorch; takes most of an hour", _train_options, _train),
     "new": Command("create a working chapter or figure to start from", _new_options, _new),
@@ -252,7 +274,17 @@ def parse(words: Sequence[str]) -> Arguments:
     asked.further = [word for word in further if word != "--"]
     if further and not COMMANDS[asked.command].passes_on:
         parser.error(f"{asked.command} does not know {' '.join(further)}")
+    own: argparse.ArgumentParser = subparsers.choices[asked.command]
+    for one, others in COMMANDS[asked.command].unused.items():
+        for other in others:
+            if all(getattr(asked, name) not in (own.get_default(name), []) for name in (one, other)):
+                own.error(f"{_shown(one, asked)} does not go with {_shown(other, asked)}")
     return asked
+
+
+def _shown(name: str, asked: Arguments) -> str:
+    """An argument by the name that it is given under."""
+    return " ".join(asked.further) if name == "further" else f"--{name.replace('_', '-')}"
 
 
 def run(root: Path, asked: Arguments) -> int:

@@ -17,12 +17,16 @@ from sitegen.progress import shown
 def sweep(root: Path, processes: int, scheduler: str, only: Sequence[str], methods: Sequence[str]) -> int:
     """Run what is missing or stale and write the files. Where methods are named no plot is run: each has several.
 
-    The exit code is 2 for names that are none.
+    The exit code is 2 for names that do not exist or do not go together.
     """
     sweeps, plots, contestants = [each.name for each in SWEEPS], list(long_plots()), [c.method for c in racing()]
     wrong = sorted({*only} - {*sweeps, *plots} | {*methods} - {*contestants})
     if wrong:
         print(f"sweep: no {', '.join(wrong)}; there are {', '.join([*sweeps, *plots, *contestants])}", file=sys.stderr)
+        return 2
+    alone = [name for name in plots if name in only and methods]
+    if alone:
+        print(f"sweep: --methods does not go with {', '.join(alone)}: a plot is run whole", file=sys.stderr)
         return 2
     if scheduler and importlib.util.find_spec("distributed") is None:
         print("sweep: --scheduler needs dask: `pip install 'dask[distributed]'`", file=sys.stderr)

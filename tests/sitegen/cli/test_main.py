@@ -16,6 +16,7 @@ import pytest
 
 from sitegen.cli import environment
 from sitegen.cli.clean import MADE, clean
+from sitegen.cli.main import parse
 from tests.conftest import copied
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -114,6 +115,7 @@ def test_an_older_python_is_told_so_in_one_line() -> None:
         (["serve", "--prot", "1"], 2, "serve does not know --prot 1"),
         (["build", "everything"], 2, "build does not know everything"),
         (["serve", "--port", "x"], 2, "invalid int value"),
+        (["serve", "--offline-check", "--port", "1"], 2, "--offline-check does not go with --port"),
     ],
 )
 def test_help_and_mistakes_are_answered_before_any_set_up(
@@ -126,15 +128,54 @@ def test_help_and_mistakes_are_answered_before_any_set_up(
     assert not (checkout / ".venv").exists()
 
 
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        ("serve --offline-check --host ::1", "--offline-check does not go with --host"),
+        ("serve --no-open --offline-check", "--offline-check does not go with --no-open"),
+        ("test --pythons -k kabsch", "--pythons does not go with -k kabsch"),
+        ("test --pythons --hostile", "--pythons does not go with --hostile"),
+        ("test --pythons --browser-path chrome", "--pythons does not go with --browser-path"),
+        ("test --engines firefox --changed", "--changed does not go with --engines"),
+        ("test --hostile --changed main", "--hostile does not go with --changed"),
+        ("bench --gallery python --only start", "--gallery does not go with --only"),
+        ("bench --gallery python --keep", "--gallery does not go with --keep"),
+        ("bench --gallery python --out a.json", "--gallery does not go with --out"),
+    ],
+)
+def test_an_option_that_would_have_no_effect_is_refused(
+    words: str, says: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as end:
+        parse(words.split())
+    assert end.value.code == 2
+    assert capsys.readouterr().err.endswith(f": error: {says}\n")
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "test --engines firefox -k drag --browser-path chrome",
+        "test --changed main -x",
+        "test --hostile --hostile-calls 9",
+        "test --pythons",
+        "bench --only start --keep --out a.json --browser-path chrome",
+        "serve --host ::1 --port 1 --no-open",
+        "serve --offline-check",
+        "",
+    ],
+)
+def test_options_that_go_together_are_taken(words: str) -> None:
+    assert parse(words.split()).command == (words.split() or ["build"])[0]
+
+
 def test_test_passes_further_arguments_on_in_order() -> None:
     """`build.py test -k drag -x tests/browser` reaches pytest as written."""
-    from sitegen.cli import main
-
-    asked = main.parse(["test", "--engines", "firefox", "-k", "drag", "-x", "tests/browser"])
+    asked = parse(["test", "--engines", "firefox", "-k", "drag", "-x", "tests/browser"])
     assert asked.engines == "firefox"
     assert asked.further == ["-k", "drag", "-x", "tests/browser"]
-    assert main.parse(["test", "--engines", "-x"]).engines == "chromium,firefox,webkit"
-    assert main.parse(["test"]).engines == ""
+    assert parse(["test", "--engines", "-x"]).engines == "chromium,firefox,webkit"
+    assert parse(["test"]).engines == ""
 
 
 def test_clean_tells_what_cannot_be_removed_and_removes_the_rest(

@@ -18,6 +18,11 @@ def test_names_that_are_none_are_told(tmp_path: Path, capsys: pytest.CaptureFixt
     assert main.parse(["sweep", "--only", "table", "--processes", "2"]).only == "table"
 
 
+def test_a_plot_is_not_asked_for_by_methods(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert sweep.sweep(tmp_path, 1, "", ["table", "four-reach"], ["icp"]) == 2
+    assert capsys.readouterr().err == "sweep: --methods does not go with four-reach: a plot is run whole\n"
+
+
 @pytest.mark.parametrize(
     ("words", "sweeps", "plots"),
     [
