@@ -14,6 +14,8 @@ import pytest
 
 from sitegen.chapters.content import read_docs
 from sitegen.cli.main import COMMANDS, parse
+from sitegen.markup.inline import BLOCK, INLINE
+from sitegen.markup.parser import CONTAINERS
 from sitegen.problems import Problems
 from solvers.cli import benchmark, drive, methods, register
 from tests.sitegen.conftest import START, Project
@@ -143,6 +145,14 @@ def test_a_docs_page_has_no_mistake_of_its_own() -> None:
     docs = read_docs(ROOT, problems)
     assert [doc.source.path for doc in docs] == NAMES[1:]
     assert problems.found == []
+
+
+def test_the_table_of_directives_names_every_one() -> None:
+    text = (ROOT / "content/docs/authoring.md").read_text("utf-8")
+    table = text.partition("\n## Directives")[2].partition("\n## ")[0]
+    wanted = [f"`::{name}[" for name in BLOCK] + [f"`:{name}[" for name in INLINE]
+    wanted += [f"`:::{name}`" for name in CONTAINERS]
+    assert [name for name in wanted if name not in table] == []
 
 
 def test_the_chapter_that_is_shown_builds(project: Project) -> None:
