@@ -1,4 +1,4 @@
-"""`check` and `build --strict`: build, check, and say what came of it."""
+"""`check`, whose steps `test` takes too: build strictly, check the site, rerun a sample of results that are kept."""
 
 from __future__ import annotations
 

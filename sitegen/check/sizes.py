@@ -10,7 +10,7 @@ from pathlib import Path
 
 from sitegen.assets.css import imports, urls
 from sitegen.cache.files import cache_dir
-from sitegen.cache.packing import gzipped as packed
+from sitegen.cache.packing import gzipped
 from sitegen.check.html import Page, inside, is_foreign
 
 PAGE_LIMIT = 250_000  # the heaviest page, with its fonts; tapes and the runtime load beside it
@@ -31,13 +31,13 @@ class Weight:
 
 
 @lru_cache(maxsize=4096)
-def _gzipped(path: Path, changed: int) -> int:
-    return len(packed(path.read_bytes(), cache_dir()))
+def _gzip_size(path: Path, changed: int) -> int:
+    return len(gzipped(path.read_bytes(), cache_dir()))
 
 
-def gzipped(path: Path) -> int:
+def gzip_size(path: Path) -> int:
     """A file's size by gzip -9; what is gzip already stays as it is."""
-    return _gzipped(path, path.stat().st_mtime_ns)
+    return _gzip_size(path, path.stat().st_mtime_ns)
 
 
 def page_weight(page: Page) -> Weight:
@@ -51,7 +51,7 @@ def page_weight(page: Page) -> Weight:
         path = page.site / name
         if name in parts or not path.is_file():
             continue
-        parts[name] = gzipped(path)
+        parts[name] = gzip_size(path)
         if path.suffix == ".css":
             addresses = _of_sheet(path.read_text("utf-8"))
             wanted += [target[0] for a in addresses if not is_foreign(a) and (target := inside(a, name))]
@@ -73,5 +73,5 @@ def runtime_weight(page: Page) -> Weight:
             for file in json.loads(element.get("data-runtime-files") or "[]"):
                 target = inside(folder + file["name"], page.name)
                 if target and (page.site / target[0]).is_file():
-                    parts[target[0]] = gzipped(page.site / target[0])
+                    parts[target[0]] = gzip_size(page.site / target[0])
     return Weight(page.name, parts)

@@ -10,7 +10,7 @@ import pytest
 from sitegen.assets.hosting import source_of
 from sitegen.check import rules
 from sitegen.check.html import inside, read_pages
-from sitegen.check.sizes import gzipped, page_weight, runtime_weight
+from sitegen.check.sizes import gzip_size, page_weight, runtime_weight
 
 HEAD = (
     '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
@@ -151,8 +151,8 @@ def test_sizes_are_those_of_gzip_at_its_best(tmp_path: Path) -> None:
     data = b"".join(b"%d " % (i * i) for i in range(3000))
     (tmp_path / "a.js").write_bytes(data)
     (tmp_path / "a.pack").write_bytes(gzip.compress(data, 1))
-    assert gzipped(tmp_path / "a.js") == len(gzip.compress(data, 9)) < gzipped(tmp_path / "a.pack")
-    assert gzipped(tmp_path / "a.pack") == (tmp_path / "a.pack").stat().st_size
+    assert gzip_size(tmp_path / "a.js") == len(gzip.compress(data, 9)) < gzip_size(tmp_path / "a.pack")
+    assert gzip_size(tmp_path / "a.pack") == (tmp_path / "a.pack").stat().st_size
 
 
 @pytest.mark.parametrize(
