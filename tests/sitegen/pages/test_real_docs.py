@@ -7,6 +7,7 @@ import importlib
 import re
 import shlex
 import shutil
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +33,7 @@ CODE = re.compile(r"`([^`\n]+(?:\n[^`\n]+)?)`")
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 FOR_NAMES = {"COMMAND": "build", "NAME": "name", "DEST": "folder"}
 PARSERS = {command.__name__.rpartition(".")[2]: command.parser() for command in (register, benchmark, drive, methods)}
+NO_ROOMS = {"__main__", "problems", "progress", "stopping", "html_reader"}
 BESIDE = {"--hostile-calls", "--help"}  # pytest's, argparse's
 
 
@@ -145,6 +147,29 @@ def test_a_docs_page_has_no_mistake_of_its_own() -> None:
     docs = read_docs(ROOT, problems)
     assert [doc.source.path for doc in docs] == NAMES[1:]
     assert problems.found == []
+
+
+@pytest.mark.parametrize("package", ["solvers", "widgets", "sitegen"])
+def test_the_tables_of_rooms_are_those_of_the_contracts(package: str) -> None:
+    """Each room once, none above a room that may import it; but for what is no room: the modules that users import,
+    and the generator's that stand below all rooms."""
+    text = (ROOT / "content/docs/architecture.md").read_text("utf-8")
+    table = text.partition(f"| room of `{package}` |")[2].partition("\n\n")[0]
+    rows = [row.split(", ") for row in re.findall(r"^\| ([a-z_, …]+) \|", table, re.MULTILINE)]
+    rooms = [name for row in rows if "…" not in row for name in row]
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["importlinter"]["contracts"]
+    (layers,) = [one["layers"] for one in contracts if one.get("containers") == [package]]
+    level = {name: k for k, layer in enumerate(layers) for name in layer.split(" | ")}
+    public = {name for name in level if level[name] == level.get("race")}
+    assert sorted(rooms) == sorted({*level} - public - NO_ROOMS)
+    assert [level[name] for name in rooms] == sorted(level[name] for name in rooms)
+    assert {name for row in rows if "…" in row for name in row} <= {*public, "…"}
+
+
+def test_every_family_of_methods_stands_among_the_rooms() -> None:
+    text = (ROOT / "content/docs/architecture.md").read_text("utf-8")
+    (listed,) = re.findall(r"^\| methods \| one room per family: ([a-z, ]+);", text, re.MULTILINE)
+    assert set(listed.split(", ")) == {path.parent.name for path in (ROOT / "solvers/methods").glob("*/__init__.py")}
 
 
 def test_the_table_of_directives_names_every_one() -> None:
