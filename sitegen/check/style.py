@@ -36,6 +36,7 @@ PHRASES = {
     r"answers? differently to": "responds differently to",
     r"it takes the full Hessian": "this needs the full Hessian",
     r"vot(?:e|es|ed|ing) for staying": "vote to stay put",
+    r"so many-th": "every `n`-th",
 }
 _ANY = re.compile("|".join(f"(?P<p{k}>{phrase})" for k, phrase in enumerate(PHRASES)).replace(" ", r"\s+(?:#\s)?"))
 

@@ -25,7 +25,7 @@ def parser() -> argparse.ArgumentParser:
 
 
 def methods(arguments: Sequence[str]) -> int:
-    """Run the command; the exit code. Raises ValueError for a name that is none."""
+    """Run the command; the exit code. Raises ValueError for an unknown name."""
     given = parser().parse_args(arguments)
     names = [method_of(name, "METHOD").name for name in given.names] or list(METHODS)
     if given.json:

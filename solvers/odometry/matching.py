@@ -145,7 +145,7 @@ def prepare(drive: Drive, farthest: float = 30.0, every: int = 1) -> Scans:
     farthest : float, default 30.0
         Echoes from farther away are left out, metres: there the beams lie far apart, and a wall has no normal.
     every : int, default 1
-        Only every so many-th echo is kept.
+        Keep every `every`-th echo.
 
     Returns
     -------

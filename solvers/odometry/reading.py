@@ -40,8 +40,8 @@ def read_drive(data: bytes, *, view: float = 180.0, ahead: float = 0.0, turns: i
         How far the laser sits ahead of the robot's reference point, metres; 0 for a CARMEN log, which tells where the
         laser was.
     turns : int, default 0
-        Turns of the laser's mirror that make a scan, each of which sends every so many-th beam; with 0 all beams are
-        taken to be sent at once.
+        Turns of the laser's mirror that make a scan: each turn sends every `turns`-th beam. With 0 all beams are taken
+        to be sent at once.
     hertz : float, default 75.0
         Turns of the mirror a second.
 

@@ -133,7 +133,7 @@ def chained(motion: Pose) -> Pose:
 
 
 def interlaced(beams: int, step: float, turns: int = 2, period: float = MIRROR) -> FloatArray:
-    """When the beams of a laser are sent whose mirror turns several times a scan and sends every so many-th each time.
+    """When each beam is sent by a laser whose mirror turns several times a scan: each turn sends every `turns`-th beam.
 
     Parameters
     ----------

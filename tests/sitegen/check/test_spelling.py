@@ -67,6 +67,7 @@ def test_american_words_in_drawings_are_told_and_names_of_others_are_not(
         ("It is no number.", ["is no number"]),
         ("# What is no\n# pose, and rows that are no\n    array", ["is no # pose", "are no array"]),
         ("Equal but for rounding, it comes home.", ["but for rounding", "comes home"]),
+        ("Every so many-th echo.", ["so many-th"]),
         ("There is no number, it is no longer there and is no larger; there\nare no rows.", []),
         ("This is not a number. These rows do not make an array, up to rounding.", []),
     ],
