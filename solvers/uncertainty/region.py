@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from solvers.core import validate
-from solvers.core.arrays import AnyArray, BoolArray, FloatArray
+from solvers.core.arrays import BoolArray, FloatArray
 from solvers.core.pose import Pose
 from solvers.uncertainty import se2
 from solvers.uncertainty.chi_square import quantile
+from solvers.uncertainty.words import said
 
 FRAMES = ("target", "source")
 
@@ -22,20 +23,18 @@ FRAMES = ("target", "source")
 class Covariance:
     """How far, and in which directions, poses spread about a mean.
 
-    The true pose is taken to be `exp(ξ) ∘ mean` in the frame "target" (the small motion
-    happens in target coordinates, after the pose) and `mean ∘ exp(ξ)` in the frame
-    "source", with ξ normal, of mean zero. It is kept by its eigen-directions, of the
-    twist about the cloud's centre with its angle multiplied by the cloud's RMS radius:
-    then all are lengths, and their order depends neither on units nor on the origin.
-    Where the data say nothing about a direction its deviation is infinite.
+    The true pose is taken to be `exp(ξ) ∘ mean` in the frame "target" (the small motion happens in target coordinates,
+    after the pose) and `mean ∘ exp(ξ)` in the frame "source", with ξ normal, of mean zero. It is kept by its
+    eigen-directions, of the twist about the cloud's centre with its angle multiplied by the cloud's RMS radius: then
+    all are lengths, and their order depends neither on units nor on the origin. Where the data say nothing about a
+    direction its deviation is infinite.
 
     Attributes
     ----------
     mean : Pose
         Rigid motions of the plane, of shape (...).
     deviations : ndarray of shape (..., 3)
-        Standard deviations along the directions, largest first, world units; infinite
-        where a direction is free.
+        Standard deviations along the directions, largest first, world units; infinite where a direction is free.
     directions : ndarray of shape (..., 3, 3)
         Unit vectors (radius · angle, x, y) of the motions, one a column.
     centre : ndarray of shape (..., 2)
@@ -79,8 +78,7 @@ class Covariance:
     def matrix(self) -> FloatArray:
         """The covariance (..., 3, 3) over (angle, x, y), about the frame's origin.
 
-        rad², rad·u and u². A free direction is left out, as if it did not move: no
-        finite matrix holds it. `information` says of it what there is to say, nothing.
+        rad², rad·u and u². A free direction is left out, as if it did not move: no finite matrix holds it.
         """
         finite = np.where(self.free, 0.0, self.deviations)
         half = self._basis() * finite[..., None, :]
@@ -90,8 +88,7 @@ class Covariance:
     def information(self) -> FloatArray:
         """The information matrix (..., 3, 3) over (angle, x, y), about the frame's origin.
 
-        The inverse of the covariance, as a pose graph takes it, with zero along a free
-        direction.
+        The inverse of the covariance, zero along a free direction. Pose graphs take `edge_information`.
 
         Raises
         ------
@@ -103,6 +100,33 @@ class Covariance:
         out = self._towards()
         half = out.swapaxes(-1, -2) @ (self.directions / self.deviations[..., None, :])
         return half @ half.swapaxes(-1, -2)
+
+    def edge_information(self) -> FloatArray:
+        """The information of edges that measure these poses, as `solvers.posegraph.Edges` takes it.
+
+        `information` in the frame "source", over (x, y, angle): the source is the measured node j, the target i.
+
+        Returns
+        -------
+        ndarray of shape (..., 3, 3)
+            1/u², 1/(u rad) and 1/rad². `Edges` refuses it where a direction is free.
+
+        Raises
+        ------
+        ValueError
+            If a deviation is zero: certainty has no finite information.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from solvers import Pose
+        >>> from solvers.uncertainty import from_matrix
+        >>> spread = from_matrix(np.diag([0.05, 0.1, 0.2]) ** 2, Pose.from_angle(np.pi / 2))
+        >>> spread.edge_information().diagonal().round(6)  # y of the target is x of the source
+        array([ 25., 100., 400.])
+        """
+        order = [1, 2, 0]
+        return self.to("source").information[..., order, :][..., order]
 
     def to(self, frame: str) -> Covariance:
         """The same spread with its small motion on the other side of the pose.
@@ -136,8 +160,7 @@ class Covariance:
     def distance(self, pose: Pose) -> FloatArray:
         """The squared Mahalanobis distance of poses from the mean.
 
-        Free directions count nothing; a motion along a direction without spread is
-        infinitely far.
+        Free directions count nothing; a motion along a direction without spread is infinitely far.
 
         Parameters
         ----------
@@ -229,9 +252,8 @@ class Covariance:
     ) -> FloatArray:
         """The curve about where a source point comes to lie that holds it with a probability.
 
-        For each point of the ellipse of the linearised spread the most likely motion
-        that leads there is carried through the exponential map, so that a spread of
-        angles bends the curve.
+        For each point of the ellipse of the linearised spread the most likely motion that leads there is carried
+        through the exponential map, so that a spread of angles bends the curve.
 
         Parameters
         ----------
@@ -252,8 +274,7 @@ class Covariance:
         Raises
         ------
         ValueError
-            If this is a batch, if a direction is free and there is no reach, or if the
-            level is not a probability.
+            If this is a batch, if a direction is free and there is no reach, or if the level is not a probability.
         """
         self._single("ellipse")
         here = self.to("target")
@@ -330,11 +351,7 @@ class Covariance:
     def words(self) -> str:
         """What is free or widest, in words, for a single pose."""
         self._single("words")
-        count = int(self.free.sum())
-        if count > 1:
-            return f"{count} of 3 directions of motion are free"
-        named = _named(self.directions[:, 0], self.centre, float(self.radius))
-        return f"{named} is free" if count else f"widest: {named}, σ = {self.deviations[0]:.2g} u"
+        return said(self.directions[:, 0], self.centre, float(self.radius), self.deviations)
 
     def __getitem__(self, rows: Any) -> Covariance:
         """The entries at `rows` of the batch: any numpy index of the leading axes."""
@@ -379,14 +396,3 @@ class Covariance:
         twist = (along @ self.directions.T) / self._scale()
         shift = Pose.trusted(np.eye(2), self.centre)
         return shift.compose(se2.exp(twist)).compose(shift.inverse())
-
-
-def _named(direction: AnyArray, centre: FloatArray, radius: float) -> str:
-    """A direction of motion in words: a slide, or a turn about a point."""
-    omega, v = float(direction[0]), direction[1:]
-    # A turn about a point ten radii away is a slide to the eye.
-    if abs(omega) < 0.1:
-        said = ", ".join(f"{x:.2f}" for x in v / np.linalg.norm(v))
-        return f"the slide along ({said})"
-    x = centre + np.array([-v[1], v[0]]) * radius / omega
-    return f"the turn about ({x[0]:.2f}, {x[1]:.2f})"

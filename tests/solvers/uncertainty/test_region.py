@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from solvers import Pose, register
 from solvers.geometry.rigid import fit_planar
+from solvers.posegraph import Edges, chi_squared, residuals
 from solvers.scenes.walls import single_wall
 from solvers.uncertainty import Covariance, adjoint, covariance, exp, from_matrix, quantile
 
@@ -175,3 +176,28 @@ def test_a_batch_is_its_single_covariances():
         assert found.distance(pose)[i] == pytest.approx(one.distance(pose[i]), rel=1e-9)
     with pytest.raises(ValueError, match="ellipse"):
         found.ellipse()
+
+
+@pytest.mark.parametrize("frame", ["target", "source"])
+def test_an_edge_s_information_is_that_of_its_residual(frame):
+    """Poses drawn from the spread are the true ones, the mean what an edge measured: the residuals have as covariance
+    the inverse of the edge's information, and χ² is 3 on average."""
+    half = 1e-3 * np.random.default_rng(9).standard_normal((3, 3))
+    spread = from_matrix(half @ half.T, Pose.from_angle(1.9, (4.0, -2.0)), centre=(1.0, 2.0), radius=2.5, frame=frame)
+    count = 20_000
+    drawn = spread.sample(count, seed=1)
+    nodes = Pose.trusted(np.concatenate([np.eye(2)[None], drawn.R]), np.concatenate([np.zeros((1, 2)), drawn.t]))
+    measured = Pose.trusted(np.tile(spread.mean.R, (count, 1, 1)), np.tile(spread.mean.t, (count, 1)))
+    edges = Edges(np.zeros(count, dtype=int), np.arange(1, count + 1), measured, spread.edge_information())
+    errors = residuals(nodes, edges)
+    whitened = np.linalg.cholesky(spread.edge_information()).T @ errors.T
+    np.testing.assert_allclose(whitened @ whitened.T / count, np.eye(3), atol=0.05)
+    assert chi_squared(nodes, edges).mean() == pytest.approx(3.0, abs=0.1)
+
+
+def test_an_edge_s_information_of_a_batch_is_that_of_its_poses():
+    both = from_matrix(np.stack([np.diag([0.01, 0.04, 0.02]) ** 2] * 2), Pose.from_angle([0.3, 2.0], [[1, 0], [0, 5]]))
+    for i in (0, 1):
+        np.testing.assert_allclose(both.edge_information()[i], both[i].edge_information(), rtol=1e-9)
+    with pytest.raises(ValueError, match="information: the matrix of edge 0 is not positive definite"):
+        Edges([0], [1], Pose.identity(batch=(1,)), slid().edge_information())
