@@ -16,7 +16,7 @@ from solvers.core.method import State
 from solvers.core.partners import NONE
 from solvers.core.pose import Pose
 from solvers.core.registry import METHODS
-from solvers.core.status import RULED, Status
+from solvers.core.status import ENDED, RULED, Status
 from solvers.core.stepper import Batch, History
 
 
@@ -75,6 +75,14 @@ class Result:
         False for `Status.FINISHED`, of a method that has no such rule.
         """
         return self.status in RULED if isinstance(self.status, Status) else np.isin(self.status, RULED)
+
+    @property
+    def ended(self) -> BoolArray | bool:
+        """Whether the method stopped of its own accord: `CONVERGED`, `PROVED` or `FINISHED`, (...).
+
+        For a single problem the same as `bool(status)`; the pose may still be wrong.
+        """
+        return self.status in ENDED if isinstance(self.status, Status) else np.isin(self.status, ENDED)
 
     @property
     def matrix(self) -> FloatArray:

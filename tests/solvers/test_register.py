@@ -290,3 +290,16 @@ def test_a_status_is_true_where_the_method_came_to_its_end():
         np.array([[[0.0, 0.0], [1.0, 0.0]], [[0.0, 0.0], [0.0, 0.0]]]), np.array([[0.0, 0.0], [1.0, 0.0]]), "kabsch"
     )
     assert both.converged.tolist() == [True, False]
+
+
+def test_ended_is_true_where_a_status_is_of_one_problem_and_of_each_of_a_batch():
+    """Not so `bool(status)`, which a batch's array has not."""
+    two = np.array([[[0.0, 0.0], [1.0, 0.0]], [[0.0, 0.0], [0.0, 0.0]]])
+    both = register(two, two[0], "kabsch")
+    assert both.ended.tolist() == [True, False]
+    for one, ended in zip(two, (True, False), strict=True):
+        assert register(one, two[0], "kabsch").ended is ended
+    assert register([two[0]] * 2, [two[0]] * 2, "kabsch").ended.tolist() == [True, True]
+    for status in Status:
+        batch = dataclasses.replace(both, status=np.full(2, status, dtype=np.int8))
+        assert batch.ended.tolist() == [bool(status)] * 2

@@ -195,7 +195,7 @@ def test_everything_listed_has_words() -> None:
                 assert one.signature
     results = {entry.name: entry for entry in api_reference.groups()[1].entries}
     assert {member.name for member in results["solvers.Result"].members} == {
-        "Result.matrix", "Result.transform", "Result.inverse", "Result.detail", "Result.converged",
+        "Result.matrix", "Result.transform", "Result.inverse", "Result.detail", "Result.converged", "Result.ended",
         "Result.correspondences", "Result.fitness", "Result.rmse", "Result.covariance", "Result.lower", "Result.gap",
     }  # fmt: skip
     stops = {value.name: value for value in results["solvers.Status"].values}
