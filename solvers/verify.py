@@ -18,10 +18,13 @@ from solvers.api import register
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray
 from solvers.core.pose import Pose
-from solvers.geometry import nearest
+from solvers.geometry import downsample, nearest
 from solvers.geometry.normals import normals
 from solvers.numerics import gauss_newton
 from solvers.numerics.fits import rms_radius
+
+SPACINGS = 3.0
+"""The usual reach, in spacings of the target: beyond noise and the gap between two of its points."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,8 +62,40 @@ class Evidence:
     weakest: FloatArray
 
 
-def evidence(source: ArrayLike, target: ArrayLike, pose: Pose, reach: float = 0.3) -> Evidence:
+def usual_reach(target: ArrayLike) -> FloatArray:
+    """How near a target point must be to explain a source point, if nothing else is said.
+
+    Parameters
+    ----------
+    target : array_like of shape (..., n, d)
+        The points that stay, in world units.
+
+    Returns
+    -------
+    ndarray of shape (...)
+        Three times a target's point spacing (`solvers.thinning.spacing`), world units; 1
+        where all its points are equal.
+
+    Raises
+    ------
+    ValueError
+        If `target` is not a cloud.
+
+    Examples
+    --------
+    >>> from solvers.verify import usual_reach
+    >>> usual_reach([[0.0, 0.0], [2.0, 0.0], [4.0, 0.0]])
+    np.float64(6.0)
+    """
+    q = validate.cloud(target, "target")
+    each = [SPACINGS * downsample.spacing(one) or 1.0 for one in q.reshape(-1, *q.shape[-2:])]
+    return np.array(each).reshape(q.shape[:-2])[()]
+
+
+def evidence(source: ArrayLike, target: ArrayLike, pose: Pose, reach: float | None = None) -> Evidence:
     """Judge poses by the clouds alone, in the plane.
+
+    Leading axes broadcast against each other, as those of `solvers.register` do.
 
     Parameters
     ----------
@@ -70,9 +105,9 @@ def evidence(source: ArrayLike, target: ArrayLike, pose: Pose, reach: float = 0.
         The points that stay.
     pose : Pose
         The poses to be judged, of shape (...).
-    reach : float, default 0.3
+    reach : float, optional
         How near a target point must be to explain a source point: world units, of the
-        order of spacing and noise.
+        order of spacing and noise. None is each target's `usual_reach`.
 
     Returns
     -------
@@ -82,8 +117,8 @@ def evidence(source: ArrayLike, target: ArrayLike, pose: Pose, reach: float = 0.
     Raises
     ------
     ValueError
-        If an argument is not a planar cloud, if leading axes differ (they do not broadcast
-        here), or if the reach is not positive.
+        If an argument is not planar, if leading axes do not broadcast, or if the reach is
+        not positive.
 
     Examples
     --------
@@ -100,15 +135,15 @@ def evidence(source: ArrayLike, target: ArrayLike, pose: Pose, reach: float = 0.
     >>> evidence(scene.source, scene.target, wrong).share.round(2)
     np.float64(1.0)
     """
-    p, q = validate.cloud(source, "source", 2), validate.cloud(target, "target", 2)
-    validate.number(reach, "reach", 1e-100, 1e100)
-    axes = p.shape[:-2]
-    if q.shape[:-2] != axes or pose.batch != axes:
-        raise ValueError(f"source, target, pose: their leading axes differ: {axes}, {q.shape[:-2]}, {pose.batch}")
-    moved = pose.apply(p).reshape(-1, *p.shape[-2:])
-    index = nearest.build(q.reshape(-1, *q.shape[-2:]))
+    p, q = validate.cloud(source, "source"), validate.cloud(target, "target")
+    for name, d in (("source", p.shape[-1]), ("target", q.shape[-1]), ("pose", pose.dim)):
+        if d != 2:
+            raise ValueError(f"{name}: evidence is planar, expected 2 dimensions, got {d}")
+    near = usual_reach(q) if reach is None else validate.number(reach, "reach", 1e-100, 1e100)
+    axes = validate.batch_shape(source=p.shape[:-2], target=q.shape[:-2], pose=pose.batch)
+    moved, index = _flat(pose.apply(p), axes), nearest.build(_flat(q, axes))
     rows, squares = index.nearest(moved)
-    explained = nearest.within(squares, reach)
+    explained = nearest.within(squares, np.broadcast_to(near, axes).reshape(-1))
     rms = np.sqrt(np.where(explained, squares, 0.0).sum(axis=1) / np.maximum(explained.sum(axis=1), 1))
     surface = normals(index)
     known = explained & ~np.take_along_axis(surface.flagged, rows, axis=1)
@@ -127,6 +162,11 @@ def evidence(source: ArrayLike, target: ArrayLike, pose: Pose, reach: float = 0.
         rms.reshape(axes)[()],
         np.clip(weakest, 0.0, 1.0).reshape(axes)[()],
     )
+
+
+def _flat(points: FloatArray, axes: tuple[int, ...]) -> FloatArray:
+    """The clouds (..., n, 2) of leading axes that broadcast to `axes`, one a problem, (b, n, 2)."""
+    return np.broadcast_to(points, (*axes, *points.shape[-2:])).reshape(-1, *points.shape[-2:])
 
 
 def halves(source: ArrayLike, target: ArrayLike, pose: Pose, method: str = "icp", **options: Any) -> FloatArray:

@@ -37,7 +37,7 @@ GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
         "Against a known truth, and by the clouds alone.",
         (
             *(f"solvers.metrics.{name}" for name in ("rre", "rte", "scale_error", "point_error", "residuals", "rms")),
-            *("solvers.verify.evidence", "solvers.verify.Evidence", "solvers.verify.halves"),
+            *(f"solvers.verify.{name}" for name in ("evidence", "Evidence", "usual_reach", "halves")),
         ),
     ),
     (

@@ -24,7 +24,6 @@ from solvers.core.registry import method_of
 from solvers.geometry import downsample, nearest
 from solvers.io import clouds
 
-REACH = 3.0  # spacings of the target
 LONGEST = 1000  # characters of an option's value
 BESIDE = ("--start", "--seed", "--max-steps")  # what every method takes beside its own options
 
@@ -217,7 +216,7 @@ def register_files(arguments: Sequence[str]) -> int:
         raise ValueError(f"--method: {method.name} works in {dims} dimensions, the points have {d}{hint}")
     reach = given.reach
     if reach is None:
-        reach = REACH * downsample.spacing(target) or 1.0
+        reach = float(verify.usual_reach(target))
     validate.number(reach, "--reach", 1e-100, 1e100)
     start = _start(given.start, d)
     options = _options(given.options, method)

@@ -12,7 +12,7 @@ from solvers.scenes.walls import corridor, hall
 from solvers.studies.benchmark import benchmark
 from solvers.studies.race import SEEDS, Controls, contestants, race_problem
 from solvers.verify import evidence, halves
-from widgets.figures.pipeline.run import SEARCH
+from widgets.figures.pipeline.run import REACH, SEARCH
 
 
 def right(pose, truth):
@@ -45,7 +45,7 @@ def race(degrees):
     found = benchmark(Controls(degrees=degrees))
     p, truth = problem(degrees=degrees)
     good = np.stack([right(x.pose, truth) for x in found])
-    explained = np.stack([evidence(p.source, p.target, x.pose).share >= 0.75 for x in found])
+    explained = np.stack([evidence(p.source, p.target, x.pose, REACH).share >= 0.75 for x in found])
     converged = np.stack([x.status == 1 for x in found])
     return good, explained, converged
 
@@ -219,11 +219,11 @@ def test_no_threshold_serves_half_an_overlap(why):
     them all and the 3 wrong ones as well; half accepts no wrong one and 7 right."""
     p, truth = problem(overlap=0.5)
     pose = pipeline(overlap=0.5).pose
-    good, share = right(pose, truth), evidence(p.source, p.target, pose).share
+    good, share = right(pose, truth), evidence(p.source, p.target, pose, REACH).share
     assert good.sum() == 22
     whole, whole_truth = problem()
     whole_pose = pipeline().pose
-    seen = right(whole_pose, whole_truth) & (evidence(whole.source, whole.target, whole_pose).share >= 0.75)
+    seen = right(whole_pose, whole_truth) & (evidence(whole.source, whole.target, whole_pose, REACH).share >= 0.75)
     why(
         "how much of the room the target sees",
         {
@@ -244,7 +244,7 @@ def test_a_symmetric_hall_passes_every_sign_of_the_clouds():
     wrong = np.degrees(rre(pose, truth)) > 179.0
     assert wrong.sum() == 17
     assert right(pose, truth)[~wrong].all()
-    found = evidence(source, target, pose)
+    found = evidence(source, target, pose, REACH)
     assert (found.share == 1.0).all()
     assert found.rms.max() < 0.06
     assert found.weakest.min() > 0.2
@@ -295,7 +295,7 @@ def test_a_corridor_shows_in_the_eigenvalues_alone():
     the smallest eigenvalue is below 0.002 of the largest, while residual and halves are within the figure's limits."""
     source, target, truth = clouds(corridor)
     found = proposed_and_refined(corridor)
-    signs = evidence(source, target, found.pose)
+    signs = evidence(source, target, found.pose, REACH)
     assert (found.status == 1).all()
     assert right(found.pose, truth).sum() == 1
     assert (signs.share == 1.0).all()

@@ -62,7 +62,7 @@ NAMES = {
         "ENDS GATE LEVEL Line METHODS NO_ECHO PLACES REACH Redrawn Runs SIDES STANDS WAYS coverage "
         "ends_of redrawn regions runs starts walls_of"
     ),
-    "verify": "Evidence evidence halves",
+    "verify": "Evidence SPACINGS evidence halves usual_reach",
     "walk_scenes": "FISH FISH_SETTINGS POINTS SIDE SMALLER START_DEGREES START_SHIFT fish fish_start",
     "walkthrough": "AREA EVERY FOUR MOST begin_walk clutter found",
     "wall_scenes": "CORRIDOR HALL NDT_ROOM PILLAR WALL corridor hall ndt_room sampled single_wall",

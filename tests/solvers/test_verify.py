@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from solvers import Pose
+from solvers.geometry.downsample import spacing
 from solvers.scenes.rooms import room
 from solvers.scenes.walls import corridor, hall
-from solvers.verify import evidence, halves
+from solvers.verify import evidence, halves, usual_reach
 
 
 def test_a_cloud_on_itself_is_explained_without_residual():
@@ -58,6 +59,43 @@ def test_a_batch_is_its_single_problems():
         assert apart[i] == pytest.approx(halves(source[i], target[i], poses[i], gate=0.5), rel=1e-12)
 
 
+def test_many_poses_of_one_pair_of_clouds_are_judged_at_once():
+    """As `register` takes them: poses of any leading axes, one source or one target for all of them."""
+    scene = room("combo")
+    poses = Pose.from_angle(np.zeros((2, 3)), np.array([0.0, 0.1, 5.0])[:, None] * [1.0, 0.5])
+    found = evidence(scene.source, scene.target, poses, 0.3)
+    assert found.explained.shape == (2, 3, len(scene.source))
+    sources = np.stack([scene.source, scene.source + 0.2])[:, None]
+    apart = evidence(sources, scene.target, poses, 0.3)
+    for i in (0, 1):
+        for j in (0, 1, 2):
+            for many, cloud in ((found, scene.source), (apart, sources[i, 0])):
+                one = evidence(cloud, scene.target, poses[i, j], 0.3)
+                for name in ("explained", "share", "rms", "weakest"):
+                    np.testing.assert_allclose(getattr(many, name)[i, j], getattr(one, name), rtol=1e-12)
+
+
+def test_the_usual_reach_is_three_spacings_in_any_unit():
+    """Of each target its own; where the clouds come in millimetres, lengths are a thousandfold and nothing else."""
+    scene = room("noise")
+    pose = Pose.from_angle(0.05, (0.3, 0.1))
+    one = evidence(scene.source, scene.target, pose)
+    assert usual_reach(scene.target) == 3.0 * spacing(scene.target)
+    assert 0.0 < one.share < 1.0
+    np.testing.assert_array_equal(
+        one.explained, evidence(scene.source, scene.target, pose, usual_reach(scene.target)).explained
+    )
+    milli = Pose(pose.R, 1e3 * pose.t)
+    far = evidence(1e3 * scene.source, 1e3 * scene.target, milli)
+    assert far.share == one.share
+    assert far.rms == pytest.approx(1e3 * one.rms, rel=1e-9)
+    thin = np.stack([scene.target, scene.target * 2.0])
+    both = evidence(scene.source, thin, pose)
+    for i in (0, 1):
+        np.testing.assert_array_equal(both.explained[i], evidence(scene.source, thin[i], pose).explained)
+    assert usual_reach([[1.0, 2.0]] * 3) == 1.0
+
+
 def test_halves_without_noise_agree():
     scene = room("clean", noise=0.0)
     assert halves(scene.target, scene.target, Pose.from_angle(0.02, (0.05, 0.0)), "point-to-plane") < 1e-3
@@ -67,8 +105,16 @@ def test_what_is_refused():
     scene = room("clean")
     with pytest.raises(ValueError, match="reach"):
         evidence(scene.source, scene.target, Pose.identity(), 0.0)
-    with pytest.raises(ValueError, match="leading axes"):
-        evidence(scene.source[None], scene.target, Pose.identity())
+    with pytest.raises(ValueError, match=r"source, target, pose: leading axes do not broadcast: source \(2,\), "):
+        evidence(np.stack([scene.source] * 2), scene.target, Pose.identity(batch=(3,)))
+    space = np.zeros((4, 3))
+    for name, wrong in (
+        ("source", (space, scene.target, Pose.identity())),
+        ("target", (scene.source, space, Pose.identity())),
+        ("pose", (scene.source, scene.target, Pose.identity(3))),
+    ):
+        with pytest.raises(ValueError, match=f"^{name}: evidence is planar, expected 2 dimensions, got 3"):
+            evidence(*wrong)
     with pytest.raises(ValueError, match="halves"):
         halves(scene.source[:1], scene.target, Pose.identity())
     with pytest.raises(ValueError, match="gaet"):

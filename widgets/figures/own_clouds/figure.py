@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from solvers.metrics import rre
+from solvers.verify import SPACINGS
 from widgets.drawing.picture import Picture, Readout, number, worded
 from widgets.engine.contract import Action, Button, Key, Lead, Motion, Widget
 from widgets.engine.controls import Value, choice, slider
@@ -27,7 +28,7 @@ from widgets.figures.own_clouds.clouds import (
 from widgets.figures.own_clouds.downloads import pose_csv, pose_json, script
 from widgets.figures.own_clouds.marks import clouds_panel, dragged, handles, heading, objective_chart, plain
 from widgets.figures.own_clouds.methods import OPEN, OWN
-from widgets.figures.own_clouds.run import REACH, Run, begun
+from widgets.figures.own_clouds.run import Run, begun
 from widgets.parts.placing import HANDLES
 from widgets.parts.room import PLACING
 
@@ -213,7 +214,7 @@ def _description(state: State) -> str:
             f" by {heading(run.pose, 1)}° and moves it by ({number(float(run.pose.t[0]), c.decimals)},"
             f" {number(float(run.pose.t[1]), c.decimals)}) u.",
             f"{number(100 * float(run.evidence.share), 0)} % of the source points have a target point within"
-            f" {number(REACH, 0)} spacings, {number(run.reach, c.decimals)} u; the others are pale.",
+            f" {number(SPACINGS, 0)} spacings, {number(run.reach, c.decimals)} u; the others are pale.",
         ]
     if run.done and run.reason:
         words.append(f"The run has stopped: {worded(run.reason)}.")

@@ -11,12 +11,10 @@ import numpy as np
 from solvers import METHODS, Pose, Status
 from solvers.core.method import Problem
 from solvers.core.stepper import Batch, advance, begin
-from solvers.verify import Evidence, evidence
+from solvers.verify import SPACINGS, Evidence, evidence
 from widgets.figures.own_clouds.clouds import Clouds
 from widgets.figures.own_clouds.methods import OPEN, OWN, options
 from widgets.parts.room import alone, single
-
-REACH = 3.0  # spacings of the target within which a source point counts as explained
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +67,7 @@ class Run:
     @property
     def reach(self) -> float:
         """World units within which a source point counts as explained."""
-        return REACH * (self.clouds.spacing or 1.0 / self.clouds.fit.scale)
+        return SPACINGS * (self.clouds.spacing or 1.0 / self.clouds.fit.scale)
 
     @cached_property
     def evidence(self) -> Evidence | None:
