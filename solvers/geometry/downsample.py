@@ -34,7 +34,7 @@ def slab(points: ArrayLike, low: float, high: float) -> FloatArray:
     Raises
     ------
     ValueError
-        If `points` is not a cloud of 3-D points.
+        If `points` is not one cloud of 3-D points.
 
     Examples
     --------
@@ -42,7 +42,7 @@ def slab(points: ArrayLike, low: float, high: float) -> FloatArray:
     >>> slab([[0.0, 0.0, 0.1], [1.0, 2.0, 1.5]], 1.0, 2.0)
     array([[1., 2.]])
     """
-    p = validate.cloud(points, "points", 3)
+    p = _one(points, 3)
     return np.ascontiguousarray(p[(p[:, 2] >= low) & (p[:, 2] <= high), :2])
 
 
@@ -67,7 +67,7 @@ def thinned(points: ArrayLike, most: int) -> FloatArray:
     Raises
     ------
     ValueError
-        If `points` is not a cloud, or `most` not an integer of at least 1.
+        If `points` is not one cloud of 2 or 3 dimensions, or `most` not an integer of at least 1.
 
     Examples
     --------
@@ -76,7 +76,9 @@ def thinned(points: ArrayLike, most: int) -> FloatArray:
     array([[0.1, 0. ],
            [4. , 0. ]])
     """
-    p = validate.cloud(points, "points")
+    p = _one(points)
+    if p.shape[1] > 3:
+        raise ValueError(f"points: expected 2 or 3 coordinates a point, got {p.shape[1]}")
     validate.count(most, "most", 1)
     if len(p) <= most:
         return p
@@ -113,7 +115,7 @@ def spacing(points: ArrayLike) -> float:
     Raises
     ------
     ValueError
-        If `points` is not a cloud.
+        If `points` is not one cloud.
 
     Examples
     --------
@@ -121,11 +123,19 @@ def spacing(points: ArrayLike) -> float:
     >>> spacing([[0.0, 0.0], [1.0, 0.0], [3.0, 0.0]])
     1.0
     """
-    places = np.unique(validate.cloud(points, "points"), axis=0)
+    places = np.unique(_one(points), axis=0)
     if len(places) < 2:
         return 0.0
     _, squares = nearest.build(places[None]).nearest_k(places[None], 2)
     return float(np.median(np.sqrt(squares[0, :, 1])))
+
+
+def _one(points: ArrayLike, dim: int | None = None) -> FloatArray:
+    """One cloud (n, d): leading axes would be taken for points."""
+    p = validate.cloud(points, "points", dim)
+    if p.ndim != 2:
+        raise ValueError(f"points: expected one cloud of shape (n, {dim or 'd'}), got {p.shape}")
+    return p
 
 
 def _cells(points: FloatArray, count: int) -> IntArray:

@@ -43,6 +43,19 @@ def test_a_slab_is_closed_and_seen_from_above():
         slab(p[:, :2], 0.0, 1.0)
 
 
+@pytest.mark.parametrize("reads", [lambda p: slab(p, 0.0, 1.0), lambda p: thinned(p, 2), spacing])
+def test_a_batch_is_refused(reads):
+    """Its leading axes would pass for points."""
+    with pytest.raises(ValueError, match=r"^points: expected one cloud of shape \(n, [d3]\), got \(2, 5, 3\)"):
+        reads(np.random.default_rng(3).standard_normal((2, 5, 3)))
+
+
+def test_cells_of_four_dimensions_are_refused():
+    """Their numbers are beyond 63 bits."""
+    with pytest.raises(ValueError, match=r"^points: expected 2 or 3 coordinates a point, got 4"):
+        thinned(np.random.default_rng(3).standard_normal((9, 4)), 2)
+
+
 def test_spacing_is_that_of_distinct_places():
     """A square lattice has its constant, whether or not its points come twice; one place has none."""
     x, y = np.meshgrid(np.arange(6) * 0.25, np.arange(5) * 0.25)
