@@ -51,7 +51,8 @@ def plan(count: int, i: IntArray, j: IntArray, fixed: BoolArray, sparse: bool | 
         place[free] = np.arange(free.size)
         return Plan(place, (), True)
     if free.size > MOST_DENSE:
-        raise ValueError(f"poses: {free.size} free nodes are more than {MOST_DENSE}, which take scipy; install it")
+        way = "pass sparse=None" if _has_scipy() else "install it"
+        raise ValueError(f"poses: {free.size} free nodes are more than {MOST_DENSE}, which take scipy; {way}")
     beside: dict[int, set[int]] = {int(k): set() for k in free}
     for a, b in zip(i.tolist(), j.tolist(), strict=True):
         if not fixed[a] and not fixed[b]:

@@ -8,7 +8,7 @@ import re
 import numpy as np
 import pytest
 
-from solvers import Pose
+from solvers import Pose, Status
 from solvers.posegraph import Edges, jacobians, linear, marginals, optimise
 from tests.solvers.posegraph.graphs import INFORMATION, chained, noisy_streets
 
@@ -155,3 +155,14 @@ def test_a_large_graph_without_scipy_is_eliminated_and_too_large_a_one_is_refuse
     assert optimise(start, edges).total < 1e-9
     with pytest.raises(ValueError, match="more than 3000, which take scipy; install it"):
         linear.plan(3002, np.arange(3001), np.arange(3001) + 1, np.arange(3002) == 0)
+
+
+@pytest.mark.native
+def test_who_has_scipy_is_told_to_let_it_solve_too_large_a_graph():
+    pytest.importorskip("scipy")
+    n = 3002
+    poses = Pose.from_angle(np.zeros(n), np.column_stack([np.arange(n), np.zeros(n)]))
+    edges = Edges.between(poses, np.arange(n - 1), np.arange(1, n), INFORMATION)
+    with pytest.raises(ValueError, match=r"^poses: 3001 free nodes are more than 3000, .*; pass sparse=None"):
+        optimise(poses, edges, sparse=False)
+    assert optimise(poses, edges).status is Status.CONVERGED
