@@ -29,16 +29,18 @@ __version__ = "0.1.0"
 __all__ = ["METHODS", "Fit", "Pose", "Result", "Status", "fit_planar", "fit_rigid", "register"]
 
 if TYPE_CHECKING:
-    from solvers import drives, io, metrics, odometry, posegraph, thinning, uncertainty, verify  # noqa: F401
-    from solvers._functions import *  # noqa: F403  (`register` and `METHODS` too, by each method's name)
-    from solvers.geometry import downsample  # noqa: F401
+    # The modules too, and `register` and `METHODS` by each method's name.
+    from solvers._functions import *  # noqa: F403
 else:
     from solvers.api import register
     from solvers.core.registry import METHODS
 
 _MODULES = {
     **{name: name for name in (
-        "drives", "io", "metrics", "odometry", "options", "posegraph", "scenes", "thinning", "uncertainty", "verify"
+        "benchmark", "bird_scene", "cloud_text", "collinear", "consensus", "drives", "features", "g2o", "hall",
+        "landscape", "match_scenes", "methods", "metrics", "mug_scene", "ndt_map", "ndt_score", "ndt_translation",
+        "odometry", "options", "posegraph", "race", "robust", "scans", "scenes", "soft_shares", "stepper", "thinning",
+        "uncertainty", "uncertainty_study", "verify", "walk_scenes", "walkthrough", "wall_scenes",
     )},
     "downsample": "geometry.downsample",
 }  # fmt: skip

@@ -1,4 +1,4 @@
-"""The types of the methods' functions, of `register` and of `METHODS`, written from `solvers.per_method`.
+"""The types of the modules, of the methods' functions, of `register` and of `METHODS`, written from the code.
 
 By `python -m tests.solvers.stub`; a test holds this file to that.
 """
@@ -9,13 +9,46 @@ from typing import Any, Generic, Literal, TypeVar, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
+from solvers import benchmark as benchmark
+from solvers import bird_scene as bird_scene
+from solvers import cloud_text as cloud_text
+from solvers import collinear as collinear
+from solvers import consensus as consensus
+from solvers import drives as drives
+from solvers import features as features
+from solvers import g2o as g2o
+from solvers import hall as hall
+from solvers import landscape as landscape
+from solvers import match_scenes as match_scenes
+from solvers import methods as methods
+from solvers import metrics as metrics
+from solvers import mug_scene as mug_scene
+from solvers import ndt_map as ndt_map
+from solvers import ndt_score as ndt_score
+from solvers import ndt_translation as ndt_translation
+from solvers import odometry as odometry
 from solvers import options as options
+from solvers import posegraph as posegraph
+from solvers import race as race
+from solvers import robust as robust
+from solvers import scans as scans
+from solvers import scenes as scenes
+from solvers import soft_shares as soft_shares
+from solvers import stepper as stepper
+from solvers import thinning as thinning
+from solvers import uncertainty as uncertainty
+from solvers import uncertainty_study as uncertainty_study
+from solvers import verify as verify
+from solvers import walk_scenes as walk_scenes
+from solvers import walkthrough as walkthrough
+from solvers import wall_scenes as wall_scenes
 from solvers.core.arrays import IntArray
 from solvers.core.method import Method
 from solvers.core.pose import Pose
 from solvers.core.registry import MethodName
 from solvers.core.result import Result
 from solvers.core.stepper import Callback
+from solvers.geometry import downsample as downsample
 from solvers.options import (
     BpOptions,
     BranchAndBoundOptions,

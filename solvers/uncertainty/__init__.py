@@ -13,7 +13,7 @@ answer different questions:
 
 `Covariance` says in which frame its small motion acts, names its directions, draws
 regions and poses through the exponential map, and changes frames by the adjoint. All of
-it is in the plane. `import solvers` does not import this.
+it is in the plane. It is loaded when it is first used.
 """
 
 from solvers.uncertainty.chi_square import quantile

@@ -1,7 +1,7 @@
 """What editors and type checkers read of methods: `python -m tests.solvers.stub` writes solvers/_functions.pyi.
 
-A signature for each method's function, an overload of `register` for each method, and `METHODS` with each method's
-options. All of it follows from `solvers.per_method`.
+The modules that come with `solvers`, a signature for each method's function, an overload of `register` for each method,
+and `METHODS` with each method's options. All of it follows from `solvers` and `solvers.per_method`.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import textwrap
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+import solvers
 from solvers import METHODS, per_method
 from solvers.core.registry import ALIASES
 from solvers.methods.soft import filterreg
@@ -24,7 +25,7 @@ CHOICES = {
     "variance": filterreg.VARIANCES,
 }
 """The options that are words, and which words they are."""
-HEAD = '''"""The types of the methods' functions, of `register` and of `METHODS`, written from `solvers.per_method`.
+HEAD = '''"""The types of the modules, of the methods' functions, of `register` and of `METHODS`, written from the code.
 
 By `python -m tests.solvers.stub`; a test holds this file to that.
 """
@@ -35,13 +36,14 @@ from typing import Any, Generic, Literal, TypeVar, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
-from solvers import options as options
+{modules}
 from solvers.core.arrays import IntArray
 from solvers.core.method import Method
 from solvers.core.pose import Pose
 from solvers.core.registry import MethodName
 from solvers.core.result import Result
 from solvers.core.stepper import Callback
+from solvers.geometry import downsample as downsample
 from solvers.options import (
 {options}
 )
@@ -67,7 +69,8 @@ METHODS: _Methods
 def stub() -> str:
     """The file's text."""
     classes = sorted({METHODS[name].options.__name__ for name in METHODS})
-    parts = [HEAD.format(options="\n".join(f"    {name}," for name in classes))]
+    modules = [f"from solvers import {name} as {name}" for name, file in solvers._MODULES.items() if name == file]
+    parts = [HEAD.format(modules="\n".join(modules), options="\n".join(f"    {name}," for name in classes))]
     for function, name in per_method.NAMES.items():
         parts += [_signature(function, _parameters(name)), ""]
     parts += [f"{other} = {function}" for other, function in per_method.ALSO.items()]

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import inspect
+import subprocess
+import sys
 from importlib import import_module
+from pathlib import Path
 
 import pytest
 
@@ -75,6 +78,25 @@ def test_the_front_door() -> None:
 
 def test_the_options_of_every_method_are_public() -> None:
     assert {METHODS[name].options for name in METHODS} == {getattr(options, name) for name in options.__all__}
+
+
+@pytest.mark.native
+def test_every_public_module_comes_with_solvers_when_it_is_first_named() -> None:
+    """In a Python that has imported `solvers` alone; until then none but those that `register` needs is loaded."""
+    early = ("solvers.uncertainty", "solvers.posegraph", "solvers.odometry", "solvers.io", "solvers.studies")
+    code = f"""
+import sys
+import solvers
+assert not {early!r} & sys.modules.keys()
+listed = dir(solvers)
+for name in {sorted(NAMES)!r}:
+    assert name in listed, name
+    assert getattr(solvers, name).__name__ == f"solvers.{{name}}", name
+for name in listed:
+    getattr(solvers, name)
+assert dir(solvers).count("io") == ("solvers.io" in sys.modules)
+"""
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=Path(solvers.__file__).parents[1])
 
 
 @pytest.mark.parametrize("module", NAMES)

@@ -38,6 +38,8 @@ solvers.capped_icp(p, q, max_distance=None)
 solvers.filterreg(p, q, filter="grid", variance="scheduled")
 solvers.mmd(p, q, kernel="laplace")
 solvers.umeyama(p, q, pairs=[[0, 0], [1, 1]])
+solvers.cloud_text.read(b"0 0").points
+solvers.uncertainty.covariance(register(p, q)).edge_information()
 """
 WRONG = """
 register(p, q, "icpp")
@@ -55,6 +57,7 @@ register(p, q, input())
 register(p, q, max_steps="many")
 register(p)
 METHODS["icp"].options(gat=1.0)
+solvers.cloud_text.read("scan.csv")
 IcpOptions(gate="x")
 solvers.icp(p, q, gat=1.0)
 solvers.icp(p, q, weight="hubr")
