@@ -14,7 +14,7 @@ import numpy as np
 from solvers.core.arrays import FloatArray
 from solvers.core.validate import LARGEST
 from solvers.io import pcd, ply
-from solvers.io.text import delimited, lines_of
+from solvers.io.text import delimited, file_bytes, lines_of
 
 MOST_BYTES = 24_000_000
 MOST_POINTS = 1_000_000
@@ -66,7 +66,7 @@ def read(data: bytes) -> CloudText:
     Raises
     ------
     ValueError
-        If the data cannot be read, hold no point or too many. Where a line is at fault
+        If the data are not bytes, cannot be read, hold no point or too many. Where a line is at fault
         the message says which, what was found there and what was expected.
 
     Examples
@@ -79,6 +79,7 @@ def read(data: bytes) -> CloudText:
     >>> text.format
     'text separated by commas'
     """
+    data = file_bytes(data)
     if len(data) > MOST_BYTES:
         raise ValueError(f"{len(data) / 1e6:.1f} MB are more than the {MOST_BYTES / 1e6:.0f} MB that are read")
     notices: list[str] = []

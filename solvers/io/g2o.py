@@ -25,7 +25,7 @@ from solvers.core import validate
 from solvers.core.arrays import FloatArray, IntArray
 from solvers.core.edges import Edges, rigid, within
 from solvers.core.pose import Pose
-from solvers.io.text import is_number, lines_of, told
+from solvers.io.text import file_bytes, is_number, lines_of, told
 
 MOST_BYTES = 64_000_000
 _LARGEST_ID = 2**62
@@ -78,7 +78,7 @@ def read(data: bytes) -> GraphText:
     Raises
     ------
     ValueError
-        If there is no node, and where a line is not as the format has it: the message
+        If the data are not bytes, if there is no node, and where a line is not as the format has it: the message
         says which line, what was found there and what was expected.
 
     Examples
@@ -94,6 +94,7 @@ def read(data: bytes) -> GraphText:
     array([[0., 0.],
            [2., 0.]])
     """
+    data = file_bytes(data)
     if len(data) > MOST_BYTES:
         raise ValueError(f"{len(data) / 1e6:.1f} MB are more than the {MOST_BYTES / 1e6:.0f} MB that are read")
     rows: dict[int, int] = {}

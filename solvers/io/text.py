@@ -21,6 +21,13 @@ def lines_of(text: str) -> list[str]:
     return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
 
 
+def file_bytes(data: object) -> bytes:
+    """`data` when it is bytes: a file's name, which is text, would be read as its contents."""
+    if not isinstance(data, bytes | bytearray):
+        raise ValueError(f"data: expected the file's bytes, e.g. Path(name).read_bytes(), got {type(data).__name__}")
+    return bytes(data)
+
+
 def told(value: str) -> str:
     """What was found, short enough for a message."""
     return repr(value if len(value) <= 40 else value[:39] + "…")

@@ -17,7 +17,7 @@ import numpy as np
 from solvers.core import validate
 from solvers.core.arrays import FloatArray
 from solvers.core.pose import Pose
-from solvers.io.text import is_number, lines_of, numbers, told
+from solvers.io.text import file_bytes, is_number, lines_of, numbers, told
 from solvers.scenes.drive import Drive, interlaced
 
 MOST_BYTES = 64_000_000
@@ -53,8 +53,8 @@ def read_drive(data: bytes, *, view: float = 180.0, ahead: float = 0.0, turns: i
     Raises
     ------
     ValueError
-        If the data cannot be read; where a line is at fault the message says which, what was found there and what was
-        expected.
+        If the data are not bytes or cannot be read; where a line is at fault the message says which, what was found
+        there and what was expected.
 
     Examples
     --------
@@ -64,6 +64,7 @@ def read_drive(data: bytes, *, view: float = 180.0, ahead: float = 0.0, turns: i
     >>> drive.ranges[0].tolist(), drive.motion.t[1].tolist()
     ([1.0, 2.0, inf], [0.1, 0.0])
     """
+    data = file_bytes(data)
     if len(data) > MOST_BYTES:
         raise ValueError(f"{len(data) / 1e6:.1f} MB are more than the {MOST_BYTES / 1e6:.0f} MB that are read")
     if not 0.0 < validate.number(view, "view") <= 360.0:

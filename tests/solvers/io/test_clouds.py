@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import struct
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -155,3 +156,10 @@ def test_what_is_too_large_is_refused_before_it_is_read():
             read(huge)
     with pytest.raises(ValueError, match="MB are more"):
         read(bytes(30_000_000))
+
+
+@pytest.mark.parametrize("name", ["file.txt", Path("file.txt"), None])
+def test_a_name_in_place_of_bytes_is_refused(name):
+    told = f"data: expected the file's bytes, e.g. Path(name).read_bytes(), got {type(name).__name__}"
+    with pytest.raises(ValueError, match=f"^{re.escape(told)}$"):
+        read(name)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -111,3 +112,10 @@ def test_what_cannot_be_written_is_refused():
     ):
         with pytest.raises(ValueError, match=re.escape(words)):
             call()
+
+
+@pytest.mark.parametrize("name", ["file.txt", Path("file.txt"), None])
+def test_a_name_in_place_of_bytes_is_refused(name):
+    told = f"data: expected the file's bytes, e.g. Path(name).read_bytes(), got {type(name).__name__}"
+    with pytest.raises(ValueError, match=f"^{re.escape(told)}$"):
+        read(name)

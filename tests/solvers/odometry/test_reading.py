@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -72,3 +75,10 @@ def test_bytes_of_any_kind_are_read_or_refused(data: bytes) -> None:
     except ValueError:
         return
     assert len(drive.ranges) >= 2
+
+
+@pytest.mark.parametrize("name", ["file.txt", Path("file.txt"), None])
+def test_a_name_in_place_of_bytes_is_refused(name: object) -> None:
+    told = f"data: expected the file's bytes, e.g. Path(name).read_bytes(), got {type(name).__name__}"
+    with pytest.raises(ValueError, match=f"^{re.escape(told)}$"):
+        read_drive(name)
