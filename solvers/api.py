@@ -124,6 +124,8 @@ def register(
     """
     chosen = method_of(method)
     own = _options(chosen, options, keywords)
+    if isinstance(start, Result):
+        raise ValueError("start: expected a Pose or its matrix, got a Result; pass result.pose")
     poses, seeds = validate.start(start), validate.seeds(seed)
     cap = None if max_steps is None else validate.count(max_steps, "max_steps")
 

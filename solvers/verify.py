@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 from solvers.api import register
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray
+from solvers.core.kinds import of_kind
 from solvers.core.pose import Pose
 from solvers.geometry import downsample, nearest
 from solvers.geometry.normals import normals
@@ -117,7 +118,7 @@ def evidence(source: ArrayLike, target: ArrayLike, pose: Pose, reach: float | No
     Raises
     ------
     ValueError
-        If an argument is not planar, if leading axes do not broadcast, or if the reach is
+        If `pose` is not a Pose, if an argument is not planar, if leading axes do not broadcast, or if the reach is
         not positive.
 
     Examples
@@ -136,6 +137,7 @@ def evidence(source: ArrayLike, target: ArrayLike, pose: Pose, reach: float | No
     np.float64(1.0)
     """
     p, q = validate.cloud(source, "source"), validate.cloud(target, "target")
+    of_kind(pose, Pose, "pose")
     for name, d in (("source", p.shape[-1]), ("target", q.shape[-1]), ("pose", pose.dim)):
         if d != 2:
             raise ValueError(f"{name}: evidence is planar, expected 2 dimensions, got {d}")
@@ -197,7 +199,7 @@ def halves(source: ArrayLike, target: ArrayLike, pose: Pose, method: str = "icp"
     Raises
     ------
     ValueError
-        If the source is a single point, and whatever `solvers.register` objects to.
+        If the source is a single point, if `pose` is not a Pose, and whatever `solvers.register` objects to.
 
     Examples
     --------
@@ -209,6 +211,7 @@ def halves(source: ArrayLike, target: ArrayLike, pose: Pose, method: str = "icp"
     True
     """
     p = validate.cloud(source, "source")
+    of_kind(pose, Pose, "pose")
     if p.shape[-2] < 2:
         raise ValueError("source: one point has no two halves")
     ends = [

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from solvers.core import validate
 from solvers.core.arrays import FloatArray, IntArray
+from solvers.core.kinds import of_kind
 from solvers.core.pose import Pose
 
 
@@ -143,9 +144,7 @@ class Edges:
 
 def rigid(pose: Pose, name: str) -> Pose:
     """`pose` when it is planar and of scale 1, else a ValueError that names it."""
-    if pose is None:
-        raise ValueError(f"{name}: expected a Pose, got None")
-    pose = validate.pose(pose, 2, name)
+    pose = validate.pose(of_kind(pose, Pose, name), 2, name)
     if np.any(np.abs(np.asarray(pose.scale) - 1.0) > 1e-9):
         raise ValueError(f"{name}.scale: a node of a graph is rigid, its scale 1")
     return pose

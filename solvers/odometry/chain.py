@@ -12,6 +12,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, IntArray
+from solvers.core.edges import rigid
 from solvers.core.pose import Pose
 from solvers.core.status import Status
 from solvers.odometry.maps import local_map
@@ -143,6 +144,11 @@ def keyframes(poses: Pose, shift: float = 0.5, turn: float = 0.2) -> IntArray:
     ndarray of int64
         Their numbers, ascending.
 
+    Raises
+    ------
+    ValueError
+        If the poses are not rigid motions of the plane, or not of shape (n,).
+
     Examples
     --------
     >>> from solvers import Pose
@@ -151,7 +157,7 @@ def keyframes(poses: Pose, shift: float = 0.5, turn: float = 0.2) -> IntArray:
     array([0, 2, 3])
     """
     chosen = [0]
-    for k in range(1, poses.batch[0]):
+    for k in range(1, in_a_row(poses)):
         if _apart(poses[chosen[-1]], poses[k], shift, turn):
             chosen.append(k)
     return np.array(chosen, dtype=np.int64)
@@ -240,6 +246,14 @@ def _checked(scans: Scans, motion: Pose) -> int:
     if motion.batch != (len(scans),):
         raise ValueError(f"motion: expected one a scan, shape ({len(scans)},), got {motion.batch}")
     return len(scans)
+
+
+def in_a_row(poses: Pose) -> int:
+    """The number n of rigid motions of the plane, of shape (n,); else a ValueError."""
+    batch = rigid(poses, "poses").batch
+    if len(batch) != 1 or not batch[0]:
+        raise ValueError(f"poses: expected shape (n,) with at least one pose, got {batch}")
+    return batch[0]
 
 
 def _apart(a: Pose, b: Pose, shift: float, turn: float) -> bool:

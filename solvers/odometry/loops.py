@@ -114,6 +114,11 @@ def candidates(poses: Pose, options: LoopOptions | None = None) -> tuple[IntArra
     later, earlier : ndarray of int64, shape (c,)
         Numbers of scans.
 
+    Raises
+    ------
+    ValueError
+        If the poses are not rigid motions of the plane, or not of shape (n,).
+
     Examples
     --------
     >>> import numpy as np

@@ -10,6 +10,8 @@ from numpy.typing import ArrayLike
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, IntArray
+from solvers.core.kinds import of_kind
+from solvers.core.numbers import finite, numbers
 from solvers.core.result import Result
 from solvers.geometry.nearest import Index
 from solvers.geometry.spectral import symmetric_eigen
@@ -64,9 +66,9 @@ def covariance(
     Raises
     ------
     ValueError
-        If the method has no such covariance, if the result is not of the plane or of a
-        list of clouds, or if a noise is not finite or
-        is negative.
+        If `result` is not a Result, if its method has no such covariance, if it is not of
+        the plane or of a list of clouds, or if a noise is not finite, is negative or not
+        of the shape.
 
     Notes
     -----
@@ -112,6 +114,7 @@ def covariance(
     """
     known = {"hessian": HESSIAN, "censi": CENSI}
     allowed = known[validate.one_of(how, known, "how")]
+    of_kind(result, Result, "result")
     if result.method not in allowed:
         raise ValueError(f"result: {how!r} has no covariance for {result.method!r}; it has for: {', '.join(allowed)}")
     if result.pose.dim != 2:
@@ -177,7 +180,8 @@ def range_bearing(
     Raises
     ------
     ValueError
-        If the points are not a planar cloud or a deviation is negative.
+        If the points are not a planar cloud, the origin not a point of the plane, or a
+        deviation is negative.
 
     Examples
     --------
@@ -186,8 +190,12 @@ def range_bearing(
     array([[0.01, 0.  ],
            [0.  , 0.04]])
     """
-    ray = validate.cloud(points, "points", 2) - np.asarray(origin, dtype=np.float64)
-    along, across = (validate.number(x, n, 0.0) for x, n in ((range_sigma, "range"), (bearing_sigma, "bearing")))
+    stand = finite(numbers(origin, "origin"), "origin")
+    if stand.shape != (2,):
+        raise ValueError(f"origin: expected shape (2,), got {stand.shape}")
+    ray = validate.cloud(points, "points", 2) - stand
+    along = validate.number(range_sigma, "range_sigma", 0.0)
+    across = validate.number(bearing_sigma, "bearing_sigma", 0.0)
     far = np.linalg.norm(ray, axis=-1, keepdims=True)
     u = ray / np.where(far > 0.0, far, 1.0)
     n = np.stack([-u[..., 1], u[..., 0]], axis=-1)
@@ -258,7 +266,11 @@ def _hessian(
     w = at.weights
     H = np.einsum("bm,bmip,bmij,bmjq->bpq", w, J, at.precision, J, optimize=True)
     if sigma is not None:
-        s = np.broadcast_to(np.asarray(sigma, dtype=np.float64), batch).reshape(-1)
+        given = numbers(sigma, "sigma")
+        try:
+            s = np.broadcast_to(given, batch).reshape(-1)
+        except ValueError:
+            raise ValueError(f"sigma: expected one number, or shape {batch}, got {given.shape}") from None
         if not np.isfinite(s).all() or (s < 0.0).any():
             raise ValueError("sigma: expected a finite deviation that is not negative")
         variance = np.square(s)
@@ -349,9 +361,7 @@ def _inverse(H: FloatArray, below: float) -> tuple[FloatArray, FloatArray]:
 
 def _noise(given: ArrayLike, name: str, batch: tuple[int, ...], count: int) -> FloatArray:
     """Covariances (b, count, 2, 2) from what the caller gave."""
-    a = np.asarray(given, dtype=np.float64)
-    if not np.isfinite(a).all():
-        raise ValueError(f"{name}: expected finite numbers")
+    a = finite(numbers(given, name), name)
     if a.shape in ((), (count,)):
         if (a < 0.0).any():
             raise ValueError(f"{name}: a deviation is negative")

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from solvers.api import register
 from solvers.core import validate
 from solvers.core.arrays import FloatArray, IntArray
+from solvers.core.kinds import of_kind
 from solvers.core.pose import Pose
 from solvers.uncertainty import se2
 from solvers.uncertainty.matrices import from_scaled
@@ -101,7 +102,7 @@ def spread_of(
     >>> spread_of(poses, centre=(1.0, 0.0), radius=2.0).whole.words()
     'widest: the slide along (1.00, 0.00), σ = 0.1 u'
     """
-    if len(poses.batch) != 1 or poses.batch[0] < 2:
+    if len(of_kind(poses, Pose, "poses").batch) != 1 or poses.batch[0] < 2:
         raise ValueError(f"poses: expected two or more, in one row, got the shape {poses.batch}")
     validate.number(radius, "radius", 1e-100, 1e100)
     limit = APART * radius if apart is None else validate.number(apart, "apart", 0.0)

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from solvers.core.arrays import FloatArray
+from solvers.core.kinds import of_kind
 from solvers.core.pose import Pose
 from solvers.uncertainty import se2
 from solvers.uncertainty.region import Covariance
@@ -65,6 +66,7 @@ def from_matrix(
     size = np.abs(S).max(initial=0.0)
     if np.abs(S - S.swapaxes(-1, -2)).max(initial=0.0) > 1e-9 * size:
         raise ValueError("matrix: it is not symmetric")
+    of_kind(mean, Pose, "mean")
     c, r = np.broadcast_to(np.asarray(centre, float), (*mean.batch, 2)), np.broadcast_to(radius, mean.batch)
     ones = np.ones_like(r)
     out = np.stack([r, ones, ones], axis=-1)[..., :, None] * se2.shifted(c)

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray
+from solvers.core.kinds import of_kind
 from solvers.core.pose import Pose
 from solvers.uncertainty import se2
 from solvers.uncertainty.chi_square import quantile
@@ -193,7 +194,8 @@ class Covariance:
             World units.
         """
         back = self.mean.inverse()
-        apart = pose.compose(back) if self.frame == "target" else back.compose(pose)
+        other = of_kind(pose, Pose, "pose")
+        apart = other.compose(back) if self.frame == "target" else back.compose(other)
         shift = Pose.trusted(np.eye(2), self.centre)
         twist = se2.log(shift.inverse().compose(apart).compose(shift))
         scaled = twist * self._scale()

@@ -142,6 +142,7 @@ def test_a_callback_is_called_after_every_step(scene):
     [
         ({"method": "kabash"}, r"method: 'kabash' is unknown, did you mean 'kabsch'\?"),
         ({"method": 3}, "method: 3 is unknown"),
+        ({"start": kabsch([[0.0, 0.0]], [[0.0, 0.0]])}, "start: expected a Pose or its matrix, got a Result; pass"),
         ({"wieghts": None}, r"wieghts: no option of method 'kabsch', did you mean 'weights'\?"),
         ({"maxsteps": 3}, r"did you mean 'max_steps'\?"),
         ({"frobnicate": 1}, "frobnicate: no option of method 'kabsch'; it has:"),

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from solvers import Pose
+from solvers import Pose, register
 from solvers.geometry.downsample import spacing
 from solvers.scenes.rooms import room
 from solvers.scenes.walls import corridor, hall
@@ -115,6 +115,11 @@ def test_what_is_refused():
     ):
         with pytest.raises(ValueError, match=f"^{name}: evidence is planar, expected 2 dimensions, got 3"):
             evidence(*wrong)
+    result = register(scene.source, scene.target)
+    for judge in (evidence, halves):
+        for wrong in (np.eye(3), result, None):
+            with pytest.raises(ValueError, match=f"^pose: expected a Pose, got {type(wrong).__name__}; .*from_matrix"):
+                judge(scene.source, scene.target, wrong)
     with pytest.raises(ValueError, match="halves"):
         halves(scene.source[:1], scene.target, Pose.identity())
     with pytest.raises(ValueError, match="gaet"):

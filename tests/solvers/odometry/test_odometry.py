@@ -224,6 +224,11 @@ def test_what_cannot_be_matched_is_refused() -> None:
         LoopOptions(search="corelative")
     with pytest.raises(ValueError, match="around"):
         LoopOptions(around=-1)
+    for look in (keyframes, candidates):
+        with pytest.raises(ValueError, match=r"^poses: expected shape \(n,\) with at least one pose, got \(\)"):
+            look(Pose.identity())
+        with pytest.raises(ValueError, match=r"^poses: expected a Pose, got ndarray"):
+            look(np.eye(3)[None])
 
 
 # Scans made on the move.

@@ -163,14 +163,23 @@ def test_what_has_none_says_so():
     found = register(scene.source, scene.target, "gicp")
     with pytest.raises(ValueError, match="'censi' has no covariance for 'gicp'"):
         covariance(found, "censi")
+    for wrong in (found.pose, None):
+        with pytest.raises(ValueError, match=f"^result: expected a Result, got {type(wrong).__name__}"):
+            covariance(wrong)
     with pytest.raises(ValueError, match="how"):
         covariance(found, "bootstrap")
     found = register(scene.source, scene.target, "icp")
-    for name, wrong in (("sigma", -1.0), ("sigma", np.nan)):
-        with pytest.raises(ValueError, match=name):
-            covariance(found, **{name: wrong})
-    for wrong in (-1.0, np.inf, np.ones(7)):
-        with pytest.raises(ValueError, match="source_noise"):
+    for name, wrong in (
+        *[("range_sigma", {"range_sigma": -1.0}), ("bearing_sigma", {"bearing_sigma": -1.0})],
+        *[("origin", {"origin": (0.0, 0.0, 0.0)}), ("origin", {"origin": (0.0, np.nan)})],
+    ):
+        with pytest.raises(ValueError, match=f"^{name}: "):
+            range_bearing(scene.source, **{"range_sigma": 0.1, **wrong})
+    for wrong in (-1.0, np.nan, [0.1, 0.2], "0.1"):
+        with pytest.raises(ValueError, match=r"^sigma: "):
+            covariance(found, sigma=wrong)
+    for wrong in (-1.0, np.inf, np.ones(7), "0.1"):
+        with pytest.raises(ValueError, match=r"^source_noise: "):
             covariance(found, "censi", source_noise=wrong)
     space = np.random.default_rng(1).standard_normal((9, 3))
     with pytest.raises(ValueError, match="plane"):

@@ -9,7 +9,7 @@ from solvers import Pose, register
 from solvers.geometry.rigid import fit_planar
 from solvers.posegraph import Edges, chi_squared, residuals
 from solvers.scenes.walls import single_wall
-from solvers.uncertainty import Covariance, adjoint, covariance, exp, from_matrix, quantile
+from solvers.uncertainty import Covariance, adjoint, covariance, exp, from_matrix, quantile, spread_of
 
 
 def some(seed: int, mean: Pose | None = None, **more) -> Covariance:
@@ -156,6 +156,13 @@ def test_what_else_is_refused():
     for wrong in (0.0, 1.0, -1.0, float("nan")):
         with pytest.raises(ValueError, match="level"):
             one.covers(one.mean, wrong)
+    for call in (one.distance, one.along, one.covers):
+        with pytest.raises(ValueError, match=r"^pose: expected a Pose, got ndarray"):
+            call(np.eye(3))
+    with pytest.raises(ValueError, match=r"^mean: expected a Pose, got ndarray"):
+        from_matrix(np.eye(3), np.eye(3))
+    with pytest.raises(ValueError, match=r"^poses: expected a Pose, got ndarray"):
+        spread_of(np.eye(3)[None], centre=(0.0, 0.0), radius=1.0)
     with pytest.raises(ValueError, match="frame"):
         one.to("world")
     with pytest.raises(ValueError, match="freedom"):
