@@ -20,7 +20,13 @@ from solvers.core.stepper import Callback, begin, run
 
 OTHER_NAMES = {"gate": "max_distance", "cap": "max_distance"}
 """What the field calls an option: understood where a method has the option."""
-_COMMON = ("options", "start", "pairs", "weights", "seed", "max_steps", "callback")
+_GATES = ("gate", "cap", "inlier")
+_MEANT = {
+    **dict.fromkeys(("init", "initial"), ("start",)),
+    **dict.fromkeys(("iterations", "max_iteration", "max_iterations"), ("max_steps",)),
+    **dict.fromkeys(("max_distance", "max_correspondence_distance"), _GATES),
+}
+"""What other libraries call an argument, and what it may be here: named in the message, not understood."""
 
 
 def register(
@@ -159,10 +165,17 @@ def _options(method: Method[Any], whole: Any, given: dict[str, Any]) -> Any:
             given = {own if key == name else key: value for key, value in given.items()}
     for name in given:
         if name not in known:
-            near = "" if name in OTHER_NAMES.values() else validate.nearest(name, [*known, *_COMMON])
-            listed = ", ".join([*known, *_COMMON])
-            raise ValueError(f"{name}: no option of method {method.name!r}{near}; it has: {listed}")
+            raise ValueError(f"{name}: no option of method {method.name!r}{_hint(name, method, known)}")
     return method.options(**given)
+
+
+def _hint(wrong: str, method: Method[Any], known: list[str]) -> str:
+    """What may have been meant by a name that is not an option, and what the method takes."""
+    takes = [*known, *(name for name, does in (("pairs", method.paired), ("weights", method.weighted)) if does)]
+    every = [*takes, "start", "seed", "max_steps"]
+    meant = [name for name in _MEANT[wrong] if name in every] if wrong in _MEANT else [wrong]
+    near = validate.nearest(meant[0], every) if meant else ""
+    return f"{near}; it takes: {', '.join(takes)}"
 
 
 def _problem(

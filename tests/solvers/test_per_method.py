@@ -78,8 +78,43 @@ def test_the_field_s_names_are_understood(clouds: tuple[np.ndarray, np.ndarray])
         register(*clouds, gate=0.8, max_distance=0.8)
     capped = solvers.capped_icp(*clouds, max_distance=0.8)
     assert np.array_equal(capped.matrix, solvers.capped_icp(*clouds, cap=0.8).matrix)
-    with pytest.raises(ValueError, match="max_distance: no option of method 'trimmed-icp'; it has: keep"):
+    with pytest.raises(ValueError, match="max_distance: no option of method 'trimmed-icp'; it takes: keep"):
         register(*clouds, "trimmed-icp", max_distance=0.8)
+
+
+@pytest.mark.parametrize(
+    ("method", "wrong", "meant"),
+    [
+        ("icp", "init", "start"),
+        ("icp", "initial", "start"),
+        ("icp", "strat", "start"),
+        ("gicp", "max_iterations", "max_steps"),
+        ("gicp", "max_correspondence_distance", "gate"),
+        ("capped-icp", "max_correspondence_distance", "cap"),
+        ("ransac", "max_distance", "inlier"),
+        ("ransac", "pair", "pairs"),
+        ("icp", "wieght", "weight"),
+    ],
+)
+def test_a_wrong_option_leads_to_the_right_one(
+    method: str, wrong: str, meant: str, clouds: tuple[np.ndarray, np.ndarray]
+) -> None:
+    with pytest.raises(ValueError, match=f"^{wrong}: no option of method '{method}', did you mean '{meant}'[?];"):
+        register(*clouds, method, **{wrong: 1.0})
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_of_a_wrong_option_it_is_told_what_the_method_itself_takes(
+    name: str, clouds: tuple[np.ndarray, np.ndarray]
+) -> None:
+    """Its options, and pairs and weights only where it takes them; nothing else is offered for what none of it is."""
+    method = METHODS[name]
+    takes = [option.name for option in fields(method.options)]
+    takes += [each for each, does in (("pairs", method.paired), ("weights", method.weighted)) if does]
+    for wrong in ("option", "callbak", "xyzzy"):
+        with pytest.raises(ValueError, match=f"; it takes: {', '.join(takes)}$") as refused:
+            register(*clouds, name, **{wrong: 1.0})
+        assert not any(f"'{each}'" in str(refused.value) for each in ("options", "callback"))
 
 
 def test_functions_have_the_field_s_names_too() -> None:

@@ -145,7 +145,7 @@ def test_a_callback_is_called_after_every_step(scene):
         ({"start": kabsch([[0.0, 0.0]], [[0.0, 0.0]])}, "start: expected a Pose or its matrix, got a Result; pass"),
         ({"wieghts": None}, r"wieghts: no option of method 'kabsch', did you mean 'weights'\?"),
         ({"maxsteps": 3}, r"did you mean 'max_steps'\?"),
-        ({"frobnicate": 1}, "frobnicate: no option of method 'kabsch'; it has:"),
+        ({"frobnicate": 1}, "frobnicate: no option of method 'kabsch'; it takes: pairs, weights$"),
         ({"source": np.zeros(3)}, r"source: expected shape \(\.\.\., n, d\)"),
         ({"source": np.zeros((13, 1))}, "source: expected at least 2 coordinates"),
         ({"source": np.zeros((0, 2))}, "source: is empty"),
