@@ -16,7 +16,8 @@ def parser() -> argparse.ArgumentParser:
     """The command's arguments."""
     made = argparse.ArgumentParser(
         prog=program("methods"),
-        description="List the methods. With a name: show its paper, and its options with their defaults.",
+        description="List the methods and the dimensions they work in. With a name: show its paper, and its options"
+        " with their defaults.",
         formatter_class=Help,
     )
     made.add_argument("names", nargs="*", metavar="METHOD", help="the method to describe")
@@ -33,11 +34,11 @@ def methods(arguments: Sequence[str]) -> int:
         return 0
     for name in names:
         about = told(name)
-        print(f"{name:24}{about['summary']}")
+        dims = "any" if about["dims"] is None else " or ".join(f"{d}-D" for d in about["dims"])
+        print(f"{name:24}{dims:12}{about['summary']}")
         if given.names:
             takes = [word for word in ("paired", "weighted") if about[word]]
-            dims = "any" if about["dims"] is None else " or ".join(map(str, about["dims"]))
-            print(f"{'':24}{about['source']}; dimensions: {dims}{''.join(f'; {word}' for word in takes)}")
+            print(f"{'':24}{about['source']}{''.join(f'; {word}' for word in takes)}")
             for option, default in about["options"].items():
                 print(f"{'':24}{option}={default}")
     return 0

@@ -94,6 +94,10 @@ def test_an_end_with_nothing_near_is_not_trusted(files, capsys):
 def test_the_methods_are_listed_with_their_options(capsys):
     code, out, _ = said(capsys, "methods")
     assert (code, [line.split()[0] for line in out.splitlines()]) == (0, list(METHODS))
+    for line, name in zip(out.splitlines(), METHODS, strict=True):
+        dims = METHODS[name].dims
+        assert line[24:36].strip() == ("any" if dims is None else " or ".join(f"{d}-D" for d in dims))
+        assert line[36:] == METHODS[name].summary
     code, out, _ = said(capsys, "methods", "icp", "kabsch", "--json")
     icp, kabsch = json.loads(out)
     assert icp["options"]["gate"] is None  # infinite, which JSON has no word for
