@@ -32,7 +32,7 @@ def rre(pose: Pose, truth: Pose) -> FloatArray:
     Raises
     ------
     TypeError
-        If what is to be a pose is none.
+        If `pose` or `truth` is not a Pose.
     ValueError
         If the poses do not broadcast, or are not both of 2 or of 3 dimensions.
 
@@ -72,7 +72,7 @@ def rte(pose: Pose, truth: Pose) -> FloatArray:
     Raises
     ------
     TypeError
-        If what is to be a pose is none.
+        If `pose` or `truth` is not a Pose.
     ValueError
         If the poses do not broadcast, or are of different dimensions.
 
@@ -106,7 +106,7 @@ def scale_error(pose: Pose, truth: Pose) -> FloatArray:
     Raises
     ------
     TypeError
-        If what is to be a pose is none.
+        If `pose` or `truth` is not a Pose.
     ValueError
         If the poses do not broadcast, or are of different dimensions.
 
@@ -142,7 +142,7 @@ def point_error(pose: Pose, truth: Pose, points: ArrayLike) -> FloatArray:
     Raises
     ------
     TypeError
-        If what is to be a pose is none.
+        If `pose` or `truth` is not a Pose.
     ValueError
         If `points` is not a finite cloud of the poses' dimension, or shapes do not
         broadcast.
@@ -181,7 +181,7 @@ def residuals(pose: Pose, source: ArrayLike, target: ArrayLike) -> FloatArray:
     Raises
     ------
     TypeError
-        If what is to be a pose is none.
+        If `pose` is not a Pose.
     ValueError
         If the clouds are not finite, not matched row by row, or do not fit the pose.
 
@@ -224,7 +224,7 @@ def rms(
     Raises
     ------
     TypeError
-        If what is to be a pose is none.
+        If `pose` is not a Pose.
     ValueError
         If the clouds are not finite, not matched row by row, or do not fit the pose, or
         if a weight is negative.
