@@ -48,7 +48,8 @@ def register(
     Leading axes form a batch. Those of `source`, `target`, `start`, `seed`, `pairs` and
     `weights` broadcast against each other: one pair of clouds with a thousand starts is
     a batch of a thousand. Pass clouds of unequal size as a list of (m, d) arrays; they
-    are run one by one, and the result is shaped like a batch.
+    are run one by one, and the result is shaped like a batch; of a list of one, like a
+    batch of one.
 
     Parameters
     ----------

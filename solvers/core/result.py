@@ -113,8 +113,8 @@ class Result:
     def correspondences(self) -> Any:
         """The target row that each source row is paired with at the end, int of shape (..., m).
 
-        −1 where it has no partner; for a list of clouds a list, one entry per cloud. None
-        from a method without single partners, such as a soft one.
+        −1 where it has no partner; for a list of several clouds a list, one entry per cloud.
+        None from a method without single partners, such as a soft one.
         """
         partners = METHODS[self.method].partners if self.method in METHODS else None
         if partners is None:
@@ -148,7 +148,7 @@ class Result:
         """A `solvers.uncertainty.Covariance` of the pose, in closed form from the last pairs.
 
         Its `made_by` names the form, "hessian", and the noise is estimated from the residuals.
-        None from a method that has none, in space, with a scale and for a list of clouds.
+        None from a method that has none, in space, with a scale and for a list of several clouds.
         It takes each partner as given, which makes it overconfident with every method that
         finds its own pairs, far more so with point to point and GICP than with point to
         plane: `solvers.uncertainty` has other ways, and says what was counted.

@@ -39,7 +39,8 @@ def covariance(
     Parameters
     ----------
     result : Result
-        Of `solvers.register`, in the plane: one problem or a batch.
+        Of `solvers.register`, in the plane: one problem or a batch, not a list of several
+        clouds.
     how : str, default "hessian"
         "hessian", σ² (JᵀJ)⁻¹, for `kabsch`, the ICPs of point to point,
         `point-to-plane` and `gicp`; "censi", which carries the noise of every measured
@@ -67,7 +68,7 @@ def covariance(
     ------
     ValueError
         If `result` is not a Result, if its method has no such covariance, if it is not of
-        the plane or of a list of clouds, or if a noise is not finite, is negative or not
+        the plane or of several clouds, or if a noise is not finite, is negative or not
         of the shape.
 
     Notes
@@ -149,7 +150,7 @@ def offered(result: Result) -> Covariance | None:
     -------
     Covariance or None
         None for other methods than `HESSIAN`, in space, for a pose with a scale, and
-        for a list of clouds.
+        for a list of several clouds.
     """
     planar = result.pose.dim == 2 and bool(np.all(np.abs(np.asarray(result.pose.scale) - 1.0) <= 1e-9))
     return covariance(result) if result.method in HESSIAN and planar and len(result.states) == 1 else None

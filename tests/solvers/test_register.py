@@ -95,6 +95,18 @@ def test_a_list_against_one_target_with_a_start_and_pairs_each(scene):
     assert kabsch([scene.source], [scene.target]).pose.batch == (1,)
 
 
+def test_a_list_of_one_is_a_batch_of_one(scene):
+    """Arrays with one leading axis; of several clouds it is lists, whose entries may differ in length."""
+    one, two = (kabsch([scene.source] * n, [scene.target] * n) for n in (1, 2))
+    alone = kabsch(scene.source, scene.target)
+    assert np.array_equal(one.correspondences, alone.correspondences[None])
+    assert np.array_equal(one.detail("condition"), [alone.detail("condition")])
+    assert np.array_equal(one.covariance.matrix, alone.covariance.matrix[None])
+    assert isinstance(two.correspondences, list)
+    assert isinstance(two.detail("condition"), list)
+    assert two.covariance is None
+
+
 def test_a_shorter_history_repeats_its_last_entry(scene):
     """Of listed problems that take unequal numbers of steps, each history ends at its own last pose."""
     stopped = kabsch([scene.source] * 2, [scene.target] * 2, max_steps=0)
