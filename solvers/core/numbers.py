@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from os import PathLike
 from typing import TypeVar
 
 import numpy as np
@@ -38,8 +39,19 @@ def numbers(values: ArrayLike, name: str) -> FloatArray:
     """`values` as a float64 array; they may be infinite or no number."""
     a = array(values, name)
     if a.dtype.kind not in "iuf":
-        raise ValueError(f"{name}: expected real numbers, got dtype {a.dtype}")
+        raise ValueError(f"{name}: expected real numbers, got {_got(values, a)}")
     return a.astype(np.float64, copy=False)
+
+
+def _got(values: object, a: AnyArray) -> str:
+    """What came in place of numbers, and what to do about it."""
+    if isinstance(values, str | bytes | PathLike):
+        return f"{type(values).__name__}; read the file first (solvers.cloud_text.read)"
+    if a.dtype.names:
+        return f"dtype {a.dtype}; stack its fields, numpy.stack([a[f] for f in a.dtype.names], axis=-1)"
+    if a.dtype.kind in "USO":
+        return f"dtype {a.dtype}; .astype(float) makes numbers of them" if a.ndim else type(values).__name__
+    return f"dtype {a.dtype}"
 
 
 def finite(a: FloatArray, name: str) -> FloatArray:

@@ -1,5 +1,6 @@
 import dataclasses
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -164,7 +165,13 @@ def test_a_callback_is_called_after_every_step(scene):
         ({"source": [[1.0, 2.0], [3.0]]}, "source: rows of unequal length"),
         ({"target": np.zeros((13, 3))}, "target: expected 2 coordinates a point, got 3"),
         ({"target": np.zeros((12, 2))}, r"target: .*pass pairs=\(k, 2\)"),
-        ({"target": np.full((13, 2), "x")}, "target: expected real numbers"),
+        ({"target": np.full((13, 2), "x")}, r"target: expected real numbers, got dtype <U1; \.astype\(float\)"),
+        ({"target": np.zeros((13, 2), dtype=object)}, r"target: .* got dtype object; \.astype\(float\)"),
+        ({"target": np.zeros((13, 2), dtype=complex)}, "target: expected real numbers, got dtype complex128$"),
+        ({"target": np.zeros(13, dtype=[("x", "f8"), ("y", "f8")])}, "target: .* got dtype .*; stack its fields"),
+        ({"source": "scan.csv"}, r"source: .* got str; read the file first \(solvers\.cloud_text\.read\)"),
+        ({"source": Path("scan.csv")}, r"source: .* got \w+Path; read the file first"),
+        ({"source": None}, "source: expected real numbers, got NoneType$"),
         ({"source": np.zeros((2, 13, 2)), "target": np.zeros((3, 13, 2))}, "do not broadcast"),
         ({"weights": np.ones(4)}, r"weights: expected shape \(\.\.\., 13\)"),
         ({"weights": -np.ones(13)}, "weights: must not be negative"),
