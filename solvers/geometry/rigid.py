@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 
 from solvers.core.arrays import AnyArray, BoolArray, FloatArray, ReasonArray, StatusArray
 from solvers.core.pose import Pose
-from solvers.core.status import Status, reasons, statuses
+from solvers.core.status import ENDED, Status, reasons, statuses
 from solvers.geometry.moments import Moments, checked, moments, why
 
 
@@ -29,7 +29,7 @@ from solvers.geometry.moments import Moments, checked, moments, why
 class Fit:
     """The answer of a closed-form fit, one a problem of the batch.
 
-    A batch of none gives numpy scalars. Here Λ, U and V are of `H = U Λ Vᵀ`, the
+    A single problem gives numpy scalars and a `Status`. Here Λ, U and V are of `H = U Λ Vᵀ`, the
     weighted correlation of the centred clouds (`fit_rigid`).
 
     Attributes
@@ -37,9 +37,9 @@ class Fit:
     pose : Pose
         The optimum. Where degenerate, the translation between the centroids with no
         rotation and scale 1 (the identity when all weights are zero).
-    status : ndarray of int8, shape (...)
-        `Status.CONVERGED` or `Status.DEGENERATE`.
-    reason : ndarray of object, shape (...)
+    status : ndarray of int8, shape (...), or Status
+        `Status.CONVERGED` or `Status.DEGENERATE`; a `Status` for a single problem.
+    reason : ndarray of object, shape (...), or str
         Words, empty unless degenerate.
     singular_values : ndarray of shape (..., d)
         Of H, largest first, in squared world units.
@@ -59,19 +59,24 @@ class Fit:
     >>> fit = fit_rigid([[0.0, 0.0], [1.0, 0.0]], [[0.0, 0.0], [0.0, 2.0]], scale=True)
     >>> fit.pose.scale.round(6)
     np.float64(2.0)
-    >>> fit.status == Status.CONVERGED
-    np.True_
+    >>> fit.status is Status.CONVERGED, fit.ended
+    (True, True)
     >>> fit.singular_values.round(6)
     array([1., 0.])
     """
 
     pose: Pose
-    status: StatusArray
-    reason: ReasonArray
+    status: StatusArray | Status
+    reason: ReasonArray | str
     singular_values: FloatArray
     determinant: AnyArray
     cost: FloatArray
     condition: FloatArray
+
+    @property
+    def ended(self) -> BoolArray | bool:
+        """Whether the pairs determine the pose, (...): as `Result.ended`, true unless degenerate."""
+        return self.status in ENDED if isinstance(self.status, Status) else np.isin(self.status, ENDED)
 
 
 def fit_rigid(
@@ -350,4 +355,5 @@ def _fit(
         singular = np.ldexp(values, (ep + eq + ew)[..., None])
     status = np.where(bad, np.int8(Status.DEGENERATE), statuses(bad.shape, Status.CONVERGED))
     condition = _condition(values, gap, bad)
-    return Fit(pose, status[()], _reasons(m, bad)[()], singular, sign[()], cost[()], condition[()])
+    stopped = status if status.ndim else Status(int(status))
+    return Fit(pose, stopped, _reasons(m, bad)[()], singular, sign[()], cost[()], condition[()])

@@ -242,6 +242,18 @@ def test_the_similarity_scale_is_umeyamas(rng, random_pose):
     assert fit.cost < rigid.cost
 
 
+def test_a_single_fit_has_a_status_and_a_batch_one_each():
+    """As a result has: by its name, and true where the pairs determine the pose."""
+    corner = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
+    for fit in (fit_rigid, fit_planar):
+        good, lost, both = (fit(p, corner) for p in (corner, np.ones((3, 2)), np.stack([corner, np.ones((3, 2))])))
+        assert good.status is Status.CONVERGED
+        assert lost.status is Status.DEGENERATE
+        assert (good.ended, lost.ended) == (True, False)
+        assert both.status.dtype == np.int8
+        assert both.ended.tolist() == [True, False]
+
+
 def test_a_residual_is_normal_and_the_optimum_is_not_the_truth(rng, random_pose):
     """With noise the optimum fits the pairs better than the true motion does, and differs from it."""
     source, target, _, truth = noisy_pairs(rng, random_pose, 2, (100,), sigma=0.2)
