@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike
 
 from solvers.core import validate
 from solvers.core.arrays import FloatArray
-from solvers.core.pose import Pose, a_pose
+from solvers.core.kinds import of_kind
+from solvers.core.pose import Pose
 
 
 def rre(pose: Pose, truth: Pose) -> FloatArray:
@@ -31,10 +32,8 @@ def rre(pose: Pose, truth: Pose) -> FloatArray:
 
     Raises
     ------
-    TypeError
-        If `pose` or `truth` is not a Pose.
     ValueError
-        If the poses do not broadcast, or are not both of 2 or of 3 dimensions.
+        If `pose` or `truth` is not a Pose, or the poses do not broadcast, or are not both of 2 or of 3 dimensions.
 
     Examples
     --------
@@ -71,10 +70,8 @@ def rte(pose: Pose, truth: Pose) -> FloatArray:
 
     Raises
     ------
-    TypeError
-        If `pose` or `truth` is not a Pose.
     ValueError
-        If the poses do not broadcast, or are of different dimensions.
+        If `pose` or `truth` is not a Pose, or the poses do not broadcast, or are of different dimensions.
 
     Examples
     --------
@@ -105,10 +102,8 @@ def scale_error(pose: Pose, truth: Pose) -> FloatArray:
 
     Raises
     ------
-    TypeError
-        If `pose` or `truth` is not a Pose.
     ValueError
-        If the poses do not broadcast, or are of different dimensions.
+        If `pose` or `truth` is not a Pose, or the poses do not broadcast, or are of different dimensions.
 
     Examples
     --------
@@ -141,10 +136,8 @@ def point_error(pose: Pose, truth: Pose, points: ArrayLike) -> FloatArray:
 
     Raises
     ------
-    TypeError
-        If `pose` or `truth` is not a Pose.
     ValueError
-        If `points` is not a finite cloud of the poses' dimension, or shapes do not
+        If `pose` or `truth` is not a Pose, or `points` is not a finite cloud of the poses' dimension, or shapes do not
         broadcast.
 
     Examples
@@ -180,10 +173,8 @@ def residuals(pose: Pose, source: ArrayLike, target: ArrayLike) -> FloatArray:
 
     Raises
     ------
-    TypeError
-        If `pose` is not a Pose.
     ValueError
-        If the clouds are not finite, not matched row by row, or do not fit the pose.
+        If `pose` is not a Pose, or the clouds are not finite, not matched row by row, or do not fit the pose.
 
     Examples
     --------
@@ -223,10 +214,8 @@ def rms(
 
     Raises
     ------
-    TypeError
-        If `pose` is not a Pose.
     ValueError
-        If the clouds are not finite, not matched row by row, or do not fit the pose, or
+        If `pose` is not a Pose, or the clouds are not finite, not matched row by row, or do not fit the pose, or
         if a weight is negative.
 
     Examples
@@ -247,7 +236,7 @@ def rms(
 
 def _left(pose: Pose, source: ArrayLike, target: ArrayLike) -> FloatArray:
     """What is left between each moved source row and its target row, (..., n, d)."""
-    d = a_pose(pose, "pose").dim
+    d = of_kind(pose, Pose, "pose").dim
     p, q = validate.matched(source, target)
     if p.shape[-1] != d:
         raise ValueError(f"pose: moves points in {d} dimensions, the clouds have {p.shape[-1]}")
@@ -263,6 +252,6 @@ def _root_mean_square(offsets: FloatArray, weights: FloatArray) -> FloatArray:
 
 
 def _one_space(pose: Pose, truth: Pose) -> None:
-    if a_pose(pose, "pose").dim != a_pose(truth, "truth").dim:
+    if of_kind(pose, Pose, "pose").dim != of_kind(truth, Pose, "truth").dim:
         raise ValueError(f"truth: moves points in {truth.dim} dimensions, the pose in {pose.dim}")
     validate.batch_shape(pose=pose.batch, truth=truth.batch)

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from typing import TypeVar
 
-from solvers.core.pose import Pose
-
 _Kind = TypeVar("_Kind")
+_WAYS = {"Pose": "; Pose.from_matrix makes one of a matrix, and result.pose is a result's"}
 
 
 def of_kind(value: object, kind: type[_Kind], name: str) -> _Kind:
     """`value` when it is of this class."""
     if not isinstance(value, kind):
-        way = "; Pose.from_matrix makes one of a matrix, and result.pose is a result's" if kind is Pose else ""
+        way = _WAYS.get(kind.__name__, "")
         raise ValueError(f"{name}: expected a {kind.__name__}, got {type(value).__name__}{way}")
     return value

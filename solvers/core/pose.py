@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike
 
 from solvers.core.arrays import FloatArray
+from solvers.core.kinds import of_kind
 from solvers.core.numbers import finite, numbers
 from solvers.core.proper import apart, check, check_rotation, of_one_batch
 from solvers.core.rotations import planar, spatial
@@ -318,12 +319,10 @@ class Pose:
 
         Raises
         ------
-        TypeError
-            If `first` is not a Pose.
         ValueError
-            If the two do not fit together.
+            If `first` is not a Pose, or the two do not fit together.
         """
-        a_pose(first, "first")
+        of_kind(first, Pose, "first")
         if first.dim != self.dim:
             raise ValueError(f"first: moves points in {first.dim} dimensions, this pose in {self.dim}")
         self._fits(first.batch, "first")
@@ -387,10 +386,3 @@ class Pose:
         t = ", ".join(f"{x:.6g}" for x in self.t)
         turn = f"angle={np.degrees(self.angle):.6g}°, " if self.dim in (2, 3) else ""
         return f"Pose({turn}t=({t}), scale={float(self.scale):.6g})"
-
-
-def a_pose(value: object, name: str) -> Pose:
-    """`value` when it is a pose, else a TypeError."""
-    if not isinstance(value, Pose):
-        raise TypeError(f"{name}: expected a Pose, got {type(value).__name__}; Pose.from_matrix makes one of a matrix")
-    return value

@@ -76,10 +76,10 @@ def reasons(batch: tuple[int, ...], words: str = "") -> ReasonArray:
 
 
 def mark(
-    status: StatusArray, reason: ReasonArray, where: BoolArray, new: Status, words: str = ""
+    status: StatusArray, reason: ReasonArray, where: BoolArray, new: Status, words: str | ReasonArray = ""
 ) -> tuple[StatusArray, ReasonArray]:
-    """`status` and `reason` with `new` and `words` at the problems `where` is true,
-    copies where that changes anything; the first mark stays: a problem that is no
+    """`status` and `reason` with `new` and `words`, one for all or one for each, at the problems
+    where `where` is true, copies where that changes anything; the first mark stays: a problem that is no
     longer running keeps what was said of it.
     """
     where = where & (status == Status.RUNNING)

@@ -62,12 +62,12 @@ def test_what_does_not_fit_together_is_named():
     for error in (rre, rte, scale_error, on_points):
         with pytest.raises(ValueError, match=r"^pose, truth: leading axes do not broadcast: pose \(3,\), truth \(2,\)"):
             error(three, two)
-        with pytest.raises(TypeError, match=r"^pose: expected a Pose, got ndarray"):
+        with pytest.raises(ValueError, match=r"^pose: expected a Pose, got ndarray"):
             error(np.eye(3), two)
-        with pytest.raises(TypeError, match=r"^truth: expected a Pose, got ndarray"):
+        with pytest.raises(ValueError, match=r"^truth: expected a Pose, got ndarray"):
             error(two, np.eye(3))
     for left in (residuals, rms):
-        with pytest.raises(TypeError, match=r"^pose: expected a Pose, got ndarray"):
+        with pytest.raises(ValueError, match=r"^pose: expected a Pose, got ndarray"):
             left(np.eye(3), one, one)
         with pytest.raises(ValueError, match=r"^pose, source, target: leading axes do not broadcast: pose \(3,\), "):
             left(three, np.stack([one] * 2), one)

@@ -190,12 +190,8 @@ class Dial:
 
     def arrivals(self, slices: int = SLICES) -> BoolArray:
         """Which of the starts in the first slices end at the truth, (3 · slices,)."""
-        size = STARTS // SLICES
         for k in range(self.slices, slices):
-            batch = self.begun(starts()[k * size : (k + 1) * size])
-            while not batch.done:
-                batch = advance(batch)
-            self._arrived.append(close(batch.pose()))
+            self._arrived.append(_arrivals(self.rung.name, self.seed, self.noise, self.length, k))
         return np.concatenate([np.zeros(0, dtype=np.bool_), *self._arrived[:slices]])
 
     @property
@@ -231,6 +227,18 @@ def _objectives(name: str, seed: int, noise: float, length: float, rest: bool = 
     values = made(name, seed, noise, length).objective(headings()[among])
     values.flags.writeable = False
     return values
+
+
+@lru_cache(maxsize=128)
+def _arrivals(name: str, seed: int, noise: float, length: float, part: int) -> BoolArray:
+    """Which of the starts in one slice end at the truth; kept as the objectives are."""
+    size = STARTS // SLICES
+    batch = made(name, seed, noise, length).begun(starts()[part * size : (part + 1) * size])
+    while not batch.done:
+        batch = advance(batch)
+    arrived = close(batch.pose())
+    arrived.flags.writeable = False
+    return arrived
 
 
 def close(pose: Pose) -> BoolArray:

@@ -229,8 +229,7 @@ def _step(state: FastRobustState) -> FastRobustState:
     at_rest = change <= np.where(final, options.tolerance, max(options.rough, options.tolerance))
     lost: BoolArray = pairing.weights.max(axis=1) <= 0.0
     status, reason = mark(state.status, state.reason, lost, Status.DEGENERATE, NO_WEIGHT)
-    for i in np.flatnonzero((free != "") & at_rest):
-        status, reason = mark(status, reason, np.arange(len(free)) == i, Status.DEGENERATE, str(free[i]))
+    status, reason = mark(status, reason, (free != "") & at_rest, Status.DEGENERATE, free)
     status, reason = mark(status, reason, at_rest & final, Status.CONVERGED, "the pose has come to rest at the last ν")
     nu = np.where(at_rest & ~final, np.maximum(0.5 * state.nu, state.last), state.nu)
     if (nu != state.nu).any():

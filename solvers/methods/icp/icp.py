@@ -265,8 +265,7 @@ def finish(
     steady = still & (pairing.count == old.count) & (options.rms_tolerance > 0.0)
     free = reason != ""
     status, said = mark(state.status, state.reason, pairing.count == 0, Status.DEGENERATE, _no_pairs(options))
-    for i in np.flatnonzero(free & at_rest):
-        status, said = mark(status, said, np.arange(len(free)) == i, Status.DEGENERATE, str(reason[i]))
+    status, said = mark(status, said, free & at_rest, Status.DEGENERATE, reason)
     status, said = mark(status, said, at_rest, Status.CONVERGED, "the pose has come to rest")
     status, said = mark(status, said, steady & ~free, Status.CONVERGED, "the RMS has come to rest")
     return changed(

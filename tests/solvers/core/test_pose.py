@@ -217,7 +217,7 @@ def test_what_is_no_number_is_refused_by_name(make, says):
 
 
 def test_only_a_pose_is_composed():
-    with pytest.raises(TypeError, match=r"^first: expected a Pose, got ndarray; Pose\.from_matrix makes one"):
+    with pytest.raises(ValueError, match=r"^first: expected a Pose, got ndarray; Pose\.from_matrix makes one"):
         Pose.identity().compose(np.eye(3))
 
 
