@@ -156,8 +156,9 @@ function painted(then) {
   else requestAnimationFrame(() => setTimeout(then));
 }
 
-/** The figures, and all that goes on with them. */
+/** The figures, and all that goes on with them. What is far below has been left without a layout until now (theme.js). */
 function enliven() {
+  page.classList.remove("unpainted");
   each(FIGURES, live);
   apart(watch);
   each("main.deck", runDeck); // before the cards: Escape closes one first

@@ -1,10 +1,14 @@
-// Before the first paint: the reader's theme, and a class that says scripts run: what needs them keeps its place. Where
-// the page's own script does not come, the class goes, so that the page is what it is without scripts, and a line says it.
+// Before the first paint: the reader's theme, a class that says scripts run: what needs them keeps its place, and one that
+// leaves what is far below without a layout until then. Where the page's own script does not come, the first class goes,
+// so that the page is what it is without scripts, and a line says it.
 (() => {
   "use strict";
   const PATIENCE = 10_000; // ms for the script, once the page itself is there
   const root = document.documentElement;
   root.classList.add("js");
+  // A reload and a way back lead to a place in the page, as an address may: all above it must have its height.
+  const [way] = performance.getEntriesByType("navigation");
+  root.classList.toggle("unpainted", !location.hash && /** @type {any} */ (way)?.type === "navigate");
   try {
     const theme = localStorage.getItem("ladder-theme");
     if (theme === "light" || theme === "dark") root.dataset.theme = theme;

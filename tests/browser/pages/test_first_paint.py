@@ -1,4 +1,5 @@
-"""Reading comes first: figures come alive once the page is painted, and at once where a figure is what is asked for."""
+"""Reading comes first: what is far below is laid out, and figures come alive, once the page is painted; at once where
+something below is what is asked for."""
 
 from __future__ import annotations
 
@@ -12,8 +13,10 @@ from sitegen.bench.pages import until
 from tests.browser.conftest import Reader
 
 # How many figures are alive when the page's script hands itself out, before any other task, at the first frame, and in
-# the end; and when that is.
+# the end; and when that is. How many blocks have no layout in the first frame, and in the end.
 WATCH = """() => {
+  const unlaid = () => [...document.querySelectorAll('.text > *')]
+    .filter(e => getComputedStyle(e).contentVisibility === 'auto').length;
   const shifts = window.shifts = [];
   new PerformanceObserver(list => shifts.push(...list.getEntries().map(each => each.value)))
     .observe({type: 'layout-shift', buffered: true});
@@ -25,8 +28,8 @@ WATCH = """() => {
       ladder = made;
       window.came = {before: made.figures.size};
       queueMicrotask(() => queueMicrotask(() => { came.atOnce = made.figures.size; }));
-      requestAnimationFrame(() => { came.atFrame = made.figures.size; });
-      made.alive.then(() => Object.assign(came, {alive: made.figures.size, at: performance.now()}));
+      requestAnimationFrame(() => Object.assign(came, {atFrame: made.figures.size, without: unlaid()}));
+      made.alive.then(() => Object.assign(came, {alive: made.figures.size, at: performance.now(), left: unlaid()}));
     },
   });
 }"""
@@ -48,8 +51,29 @@ def test_a_page_is_painted_before_its_figures_come_alive(reader: Callable[..., R
     assert (seen["before"], seen["atOnce"], seen["atFrame"]) == (0, 0, 0)
     assert page.evaluate("performance.getEntriesByName('first-contentful-paint')[0].startTime") < seen["at"]
     assert seen["alive"] == page.locator("figure.figure:has(> script.figure-record)").count() > 0
+    assert seen["without"] > 20
+    assert seen["left"] == 0
     page.evaluate("document.fonts.ready")
     assert page.evaluate("shifts") == []
+
+
+def test_a_way_back_and_a_link_into_the_page_find_all_of_it_laid_out(reader: Callable[..., Reader]) -> None:
+    """Their places are below blocks that would not have their heights yet. What was reloaded is where it was."""
+    one = reader()
+    page = one.page()
+    page.add_init_script(f"({WATCH})()")
+    page.goto(f"{one.origin}/kabsch.html")
+    came(page)
+    place = "document.querySelector('#fig-mirror').getBoundingClientRect().top"
+    page.locator("#fig-mirror").scroll_into_view_if_needed()
+    before = page.evaluate(place)
+    page.reload()
+    assert came(page)["without"] == 0
+    until(page, f"Math.abs({place} - {before}) <= 1")
+    page.goto(f"{one.origin}/index.html")
+    page.goto(f"{one.origin}/kabsch.html#fig-mirror")
+    assert came(page)["without"] == 0
+    until(page, f"{place} >= 0 && {place} < innerHeight / 2")
 
 
 @pytest.mark.parametrize("path", ["kabsch.html#fig-mirror", "slides-kabsch.html"])
