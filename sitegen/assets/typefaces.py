@@ -36,6 +36,7 @@ FORMAT = "5"  # of what is cached; raised when the making changes in a way that 
 # has them.
 ASCII = "".join(map(chr, range(0x20, 0x7F)))
 BASICS = ASCII + "\u00a0°±²³×¼½¾–—‘’“”…′−"
+TITLES = "".join(c for c in BASICS if c not in "#$*<>@[\\]^_`{|}~¼¾×′")  # signs that no title has
 SYMBOLS = "←→↑↓⁰⁴⁵⁶⁷⁸⁹⁻αβγδεθκλμνπρστφχψωΔΣ≤≥≈√"
 # A browser sets a lone letter in mathematics with the slanted letters of this block, not with the letter itself.
 ITALIC = {
@@ -216,7 +217,7 @@ def make(
 def _wanted(text: str, mathematics: str) -> dict[str, str]:
     """The characters that each kind of face needs. Titles' rarer letters may come from the text face."""
     signs = [MATHEMATICS, mathematics, *(ITALIC.get(c, "") for c in mathematics)]
-    kinds = {"text": BASICS + text, "controls": BASICS + SYMBOLS + text, "title": BASICS, "mathematics": "".join(signs)}
+    kinds = {"text": BASICS + text, "controls": BASICS + SYMBOLS + text, "title": TITLES, "mathematics": "".join(signs)}
     return {kind: "".join(filter(_shown, chars)) for kind, chars in kinds.items()}
 
 

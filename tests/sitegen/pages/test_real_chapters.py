@@ -4,9 +4,12 @@ and leads on. No table has a column without a name."""
 from __future__ import annotations
 
 import re
+from html import unescape
 from pathlib import Path
 
 import pytest
+
+from sitegen.assets.typefaces import BASICS, TITLES
 
 ROOT = Path(__file__).resolve().parents[3]
 CHAPTERS = sorted((ROOT / "content").glob("*.md"))
@@ -95,3 +98,17 @@ def test_the_minutes_of_each_path_add_up() -> None:
     steps = [[int(n) for n in re.findall(r"\((\d+) min\)", part)] for part in (first, *others[1::2])]
     assert [len(each) for each in steps] == [8, 3, 4]
     assert [sum(each) for each in steps] == said
+
+
+def test_the_titles_face_has_every_letter_of_the_titles(site: Path) -> None:
+    """It is cut to what titles are made of: a sign that they came to use would be shown by a reader's own face."""
+    found = {name: headings(page.read_text("utf-8")) for name, page in ((p.name, p) for p in site.glob("*.html"))}
+    assert sum(map(len, found.values())) > 1000
+    strange = {name: set(text) & set(BASICS) - set(TITLES) for name, text in found.items()}
+    assert not {name: signs for name, signs in strange.items() if signs}
+
+
+def headings(html: str) -> str:
+    """What a page's headings say, but for what they set in other faces."""
+    inside = "".join(re.findall(r"<h[1-4]\b[^>]*>(.*?)</h[1-4]>", html, re.DOTALL))
+    return unescape(re.sub(r"<(math|code)\b.*?</\1>|<[^>]+>", "", inside, flags=re.DOTALL))
