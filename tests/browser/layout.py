@@ -71,6 +71,9 @@ LATE_FONTS = """(letters) => {
   return performance.getEntriesByType('resource').map(e => e.name)
     .filter(name => name.endsWith('.woff2') && !rare.includes(name.split('/').pop()) && !early.includes(name));
 }"""
+# Resolves once the figures are alive, and formulas below that are too wide have become stops.
+ALIVE = """() => globalThis.Ladder?.alive.then(() => new Promise((done) =>
+  requestAnimationFrame(() => requestAnimationFrame(done))))"""
 # From the lead sentence's top to the bottoms of what must be seen with it, per figure.
 BOTTOMS = """() => [...document.querySelectorAll('figure.figure')].map(figure => {
   const first = figure.querySelector('.figure-lead') ?? figure.querySelector('.figure-stage');

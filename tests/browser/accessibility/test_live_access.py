@@ -14,7 +14,7 @@ from tests.browser.accessibility.test_axe import violations
 from tests.browser.conftest import Reader
 from tests.browser.figure import LIVE, Figure, experiments
 from tests.browser.figures.test_hover import place
-from tests.browser.layout import STOPS
+from tests.browser.layout import ALIVE, STOPS
 
 # Every change of every live region: when, and what it says then.
 LISTEN = """() => {
@@ -120,6 +120,7 @@ def test_every_stop_of_the_keyboard_is_seen(reader: Callable[..., Reader]) -> No
     """Tab goes through a whole page, each stop shows that it has the focus, in both themes, and none is passed by."""
     for scheme in ("light", "dark"):
         page = reader(color_scheme=scheme, reduced_motion="reduce").open("kabsch.html")
+        page.evaluate(ALIVE)
         stops = page.evaluate(f"() => ({STOPS})().length")
         unseen, met = [], 0
         page.keyboard.press("Tab")
