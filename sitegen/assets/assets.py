@@ -9,9 +9,9 @@ from pathlib import Path, PurePosixPath
 from sitegen.assets.bundle import Bundle, Entry, bundled, read_files
 from sitegen.assets.css import urls
 from sitegen.assets.download import Download
-from sitegen.assets.early import Early, early
 from sitegen.assets.hosting import MAP
 from sitegen.assets.panel_classes import filled
+from sitegen.assets.preload import Preload, preloads
 from sitegen.cache.files import hashed_name
 from sitegen.problems import Place, Problems, hint
 from sitegen.progress import Progress, quiet
@@ -37,7 +37,7 @@ class Assets:
     search_library: str = ""
     search_data: str = ""
     pictures: dict[str, str] = field(default_factory=dict)
-    preload: tuple[Early, ...] = ()
+    preload: tuple[Preload, ...] = ()
     manifest: str = ""
     ground: tuple[str, str] = ("", "")  # behind the pages, light and dark
     download: Download | None = None
@@ -51,9 +51,9 @@ class Assets:
         """The picture's name on the site."""
         return self.pictures[name]
 
-    def early(self, page: str) -> list[str]:
-        """The typefaces' files that a page with this HTML asks for before its styles are read."""
-        return early(self.preload, page)
+    def preloads(self, page: str) -> list[str]:
+        """The typefaces' files that a page with this HTML preloads."""
+        return preloads(self.preload, page)
 
     def from_disk(self) -> Assets:
         """The same for pages that lie on a reader's disk: a browser refuses there what it would fetch ahead."""
@@ -71,7 +71,7 @@ def read_assets(
     pictures: Mapping[str, bytes],
     styles: Iterable[str],
     fonts: Mapping[str, bytes],
-    preload: Iterable[Early],
+    preload: Iterable[Preload],
     problems: Problems,
     cache: Path,
     progress: Progress = quiet,

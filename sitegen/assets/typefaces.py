@@ -20,7 +20,7 @@ from typing import Any
 
 import fontTools
 
-from sitegen.assets.early import Early
+from sitegen.assets.preload import Preload
 from sitegen.cache import pool
 from sitegen.cache.files import cache_dir, content, short_hash
 from sitegen.cache.memo import Remembered
@@ -134,7 +134,7 @@ class FontSet:
 
     files: dict[str, bytes]
     css: str
-    preload: tuple[Early, ...]
+    preload: tuple[Preload, ...]
     missing: str
 
 
@@ -197,7 +197,7 @@ def make(
     pool.make("cutting typefaces", [(_cut, cut) for cut in cuts if not store.has(_recipe(*cut[:3]))], progress)
     files: dict[str, bytes] = {}
     rules: list[str] = []
-    preload: list[Early] = []
+    preload: list[Preload] = []
     for face, original, codes, _ in cuts:
         data = _cut(face, original, codes, cache)
         name = f"{face.name}-{short_hash(data)}.woff2"
@@ -205,7 +205,7 @@ def make(
         first = original == originals[face.files[0]]
         rules.append(_rule(face, url + name, "" if first else ranges(set(codes))))
         if face.preload and (first or face.style == "normal"):
-            preload.append(Early(url + name, face.name, "" if first else "".join(map(chr, codes))))
+            preload.append(Preload(url + name, face.name, "" if first else "".join(map(chr, codes))))
         if first:
             for near in (f for f in FALLBACKS if f.stands_for == face.name):
                 rules.append(known.answer(f"{near} {face} {name} {SAMPLE}", partial(_near, near, face, data)))

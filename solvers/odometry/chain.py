@@ -157,7 +157,7 @@ def keyframes(poses: Pose, shift: float = 0.5, turn: float = 0.2) -> IntArray:
     array([0, 2, 3])
     """
     chosen = [0]
-    for k in range(1, in_a_row(poses)):
+    for k in range(1, pose_count(poses)):
         if _apart(poses[chosen[-1]], poses[k], shift, turn):
             chosen.append(k)
     return np.array(chosen, dtype=np.int64)
@@ -248,7 +248,7 @@ def _checked(scans: Scans, motion: Pose) -> int:
     return len(scans)
 
 
-def in_a_row(poses: Pose) -> int:
+def pose_count(poses: Pose) -> int:
     """The number n of rigid motions of the plane, of shape (n,); else a ValueError."""
     batch = rigid(poses, "poses").batch
     if len(batch) != 1 or not batch[0]:

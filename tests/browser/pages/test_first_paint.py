@@ -35,6 +35,14 @@ WATCH = """() => {
 }"""
 
 
+def watched(one: Reader, path: str) -> Page:
+    """A page, opened with WATCH in it."""
+    page = one.page()
+    page.add_init_script(f"({WATCH})()")
+    page.goto(f"{one.origin}/{path}")
+    return page
+
+
 def came(page: Page) -> dict[str, Any]:
     """What WATCH has seen, once the figures are alive and the page has been painted."""
     until(page, "globalThis.came?.at && performance.getEntriesByName('first-contentful-paint').length")
@@ -43,10 +51,7 @@ def came(page: Page) -> dict[str, Any]:
 
 @pytest.mark.parametrize("path", ["kabsch.html", "race.html"])
 def test_a_page_is_painted_before_its_figures_come_alive(reader: Callable[..., Reader], path: str) -> None:
-    one = reader()
-    page = one.page()
-    page.add_init_script(f"({WATCH})()")
-    page.goto(f"{one.origin}/{path}")
+    page = watched(reader(), path)
     seen = came(page)
     assert (seen["before"], seen["atOnce"], seen["atFrame"]) == (0, 0, 0)
     assert page.evaluate("performance.getEntriesByName('first-contentful-paint')[0].startTime") < seen["at"]
@@ -60,14 +65,16 @@ def test_a_page_is_painted_before_its_figures_come_alive(reader: Callable[..., R
 def test_a_way_back_and_a_link_into_the_page_find_all_of_it_laid_out(reader: Callable[..., Reader]) -> None:
     """Their places are below blocks that would not have their heights yet. What was reloaded is where it was."""
     one = reader()
-    page = one.page()
-    page.add_init_script(f"({WATCH})()")
-    page.goto(f"{one.origin}/kabsch.html")
+    page = watched(one, "kabsch.html")
     came(page)
     place = "document.querySelector('#fig-mirror').getBoundingClientRect().top"
     page.locator("#fig-mirror").scroll_into_view_if_needed()
     before = page.evaluate(place)
     page.reload()
+    assert came(page)["without"] == 0
+    until(page, f"Math.abs({place} - {before}) <= 1")
+    page.goto(f"{one.origin}/index.html")
+    page.go_back()
     assert came(page)["without"] == 0
     until(page, f"Math.abs({place} - {before}) <= 1")
     page.goto(f"{one.origin}/index.html")
@@ -78,9 +85,6 @@ def test_a_way_back_and_a_link_into_the_page_find_all_of_it_laid_out(reader: Cal
 
 @pytest.mark.parametrize("path", ["kabsch.html#fig-mirror", "slides-kabsch.html"])
 def test_figures_that_are_asked_for_come_alive_at_once(reader: Callable[..., Reader], path: str) -> None:
-    one = reader()
-    page = one.page()
-    page.add_init_script(f"({WATCH})()")
-    page.goto(f"{one.origin}/{path}")
+    page = watched(reader(), path)
     seen = came(page)
     assert seen["atOnce"] == seen["alive"] > 0

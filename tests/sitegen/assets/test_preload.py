@@ -1,14 +1,14 @@
-"""Which typefaces a page asks for early: what its HTML sets in them, and no more."""
+"""Which typefaces a page preloads: what its HTML sets in them, and no more."""
 
 from __future__ import annotations
 
 import pytest
 
-from sitegen.assets.early import Early, early
+from sitegen.assets.preload import Preload, preloads
 
-FILES = [Early(name, name) for name in ("serif", "title", "sans", "math", "serif-italic")] + [
-    Early("greek", "serif", "σθ"),
-    Early("greek-italic", "serif-italic", "σθ"),
+FILES = [Preload(name, name) for name in ("serif", "title", "sans", "math", "serif-italic")] + [
+    Preload("greek", "serif", "σθ"),
+    Preload("greek-italic", "serif-italic", "σθ"),
 ]
 PLAIN = ["serif", "title", "sans"]
 
@@ -27,5 +27,5 @@ PLAIN = ["serif", "title", "sans"]
         ('<p>Words.</p><div class="card" hidden><cite>On θ</cite> <math></math></div>', []),
     ],
 )
-def test_a_page_asks_for_what_its_text_is_set_in(html: str, more: list[str]) -> None:
-    assert early(FILES, html) == PLAIN + more
+def test_a_page_preloads_what_its_text_is_set_in(html: str, more: list[str]) -> None:
+    assert preloads(FILES, html) == PLAIN + more

@@ -1,5 +1,5 @@
-"""Which of the typefaces a page asks for before its styles are read: those that it uses, as far as its HTML tells. Of a
-file that is asked for and not used, browsers warn, and the line is busy for nothing."""
+"""Which typefaces a page preloads: those that it uses, as far as its HTML tells. Browsers warn of a file that is
+preloaded and not used, and the line is busy for nothing."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ TAG = re.compile(r"<[^>]*>")
 
 
 @dataclass(frozen=True)
-class Early:
-    """A file that may be worth asking for early: where it is, of which face, and, where it holds nothing but a few rare
-    letters, these."""
+class Preload:
+    """A file that may be preloaded: where it is, of which face, and, where it holds nothing but a few rare letters,
+    these."""
 
     url: str
     face: str
     letters: str = ""
 
 
-def early(files: Iterable[Early], page: str) -> list[str]:
+def preloads(files: Iterable[Preload], page: str) -> list[str]:
     """The URLs of those files that a page's HTML uses."""
     shown = page.split(CARDS)[0]
-    faces = ALWAYS | ({"math"} if "<math" in shown else set()) | ({"serif-italic"} if _any(ITALICS, shown) else set())
+    faces = {*ALWAYS}
+    if "<math" in shown:
+        faces.add("math")
+    if any(part in shown for part in ITALICS):
+        faces.add("serif-italic")
     prose = set(TAG.sub("", ELSEWHERE.sub("", shown)))
     return [file.url for file in files if file.face in faces and (not file.letters or prose & set(file.letters))]
-
-
-def _any(parts: Iterable[str], text: str) -> bool:
-    return any(part in text for part in parts)
