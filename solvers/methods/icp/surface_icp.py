@@ -265,6 +265,7 @@ def _at(
         used = weights > 0.0
         left = np.where(used[..., None], pairing.moved - partners, 0.0)
         squares = np.einsum("bmi,bmij,bmj->bm", left, precision, left)
+        squares = np.maximum(squares, 0.0)  # along a tangent, rounding may leave them below
         objective = np.where(used, weights * squares, 0.0).sum(axis=1)
         total = weights.sum(axis=1)
         rms = np.sqrt(objective / np.where(total > 0.0, total, 1.0))

@@ -288,3 +288,15 @@ def test_pairs_whose_weights_are_all_zero_are_degenerate(method):
     assert found.status is Status.DEGENERATE
     assert "no pair can be used" in found.reason
     np.testing.assert_allclose(found.pose.t, (30.0, 0.0))
+
+
+def test_an_rms_is_a_number_where_all_residuals_are_tangents():
+    """Points of a line, moved along it: every residual is zero but for rounding, of either sign, and no square may be
+    below it. The directions are a batch."""
+    angles = np.linspace(0.0, np.pi, 64, endpoint=False)
+    line = np.arange(24.0)[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1)[:, None]
+    result = register(line * (22.7 / 23.0), line, "point-to-plane")
+    pairing = result.detail("pairing")
+    assert np.isfinite(pairing.rms).all()
+    assert (pairing.objective >= 0.0).all()
+    assert pairing.rms.max() < 1e-7
