@@ -31,8 +31,8 @@ def ends(spec: Spec) -> tuple[Value, ...]:
 
 
 def requests(widget: Widget) -> Iterator[dict[str, Any]]:
-    """Every preset, with each button, handle, pick and hover; each control at each of its ends, after one press; and of
-    the first preset what the tape records, at the finest."""
+    """Every preset, with each button, handle, pick and hover; of the first what the tape records, as far as it shows
+    anything new; and each control at each of its ends, after one press."""
     presses = [["press", b.name] for b in widget.buttons if b.does == "press"]
     placed = [
         *(["drag", handle, 1.23, -0.57] for handle in widget.handles),
@@ -43,14 +43,25 @@ def requests(widget: Widget) -> Iterator[dict[str, Any]]:
         plain = preset(widget, name).plain()
         yield asked(plain, None)
         yield asked({**plain, "seed": SEED + 13, "log": [*placed, *presses[:1]]}, None)
+        if name == next(iter(widget.presets)):  # while the figure still knows what its first frame took
+            yield from (asked(record, None) for record in taped(widget))
         for entry in (*presses, *placed):
             yield asked({**plain, "log": [entry]}, 0)
     for control, spec in specs(widget.controls).items():
         for end in ends(spec):
             yield asked({**preset(widget, "default", {control: end}).plain(), "log": presses[:1]}, 0)
-    for changes, taped in widget.tape:
-        log = [["press", press] for press in taped]
-        yield asked({**preset(widget, next(iter(widget.presets)), changes).plain(), "log": log}, None)
+
+
+def taped(widget: Widget) -> Iterator[dict[str, Any]]:
+    """What the tape records of the first preset: of its states those in which a control has a value, or as many presses
+    were made, as in none before."""
+    seen: set[str] = set()
+    for changes, presses in widget.tape:
+        plain = preset(widget, next(iter(widget.presets)), changes).plain()
+        shows = {json.dumps(each) for each in (*plain["controls"].items(), presses)}
+        if not shows <= seen:
+            yield {**plain, "log": [["press", press] for press in presses]}
+        seen |= shows
 
 
 def asked(record: Mapping[str, Any], detail: int | None) -> dict[str, Any]:

@@ -13,6 +13,7 @@ import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Page, expect
 
+from tests.browser.accessibility.sight import unchanged
 from tests.browser.figure import figures
 from tests.browser.layout import CUT, DETAILS, SIDEWAYS, SMALL_TEXT, STOPS, low, placed, remaining
 from tests.browser.visits import QUIET, Found
@@ -24,6 +25,7 @@ BLOCKS = f"""root => {{
   const blocks = [...new Set(stops.map(e => {{ while (e.parentElement !== root) e = e.parentElement; return e; }}))];
   return blocks.map(e => [e.className || e.tagName, Math.round(e.getBoundingClientRect().top)]);
 }}"""
+FOLD = "open => document.querySelectorAll('details.figure-rest').forEach((each) => (each.open = open))"
 HEADINGS = "() => [...document.querySelectorAll('h1, h2, h3, h4, h5, h6')].map(e => Number(e.tagName[1]))"
 LANDMARKS = """() => ['header.site-header', 'nav', 'main', 'footer.site-footer']
   .map(s => document.querySelectorAll(s).length)"""
@@ -88,6 +90,11 @@ def wide(visit: Callable[..., Found], site: Path, alike: list[str]) -> Found:
             for script in (SIDEWAYS, SMALL_TEXT, CUT):
                 yield from (f"at {width}: {each}" for each in remaining(page, script))
 
+    def sight(page: Page, path: str) -> Iterator[str]:
+        page.evaluate(FOLD, False)  # as readers find them
+        yield from unchanged(page, path) if not path.startswith("docs-") else ()
+        page.evaluate(FOLD, True)
+
     def axe(page: Page, path: str) -> Iterator[str]:
         if path in alike:
             return
@@ -105,6 +112,7 @@ def wide(visit: Callable[..., Found], site: Path, alike: list[str]) -> Found:
         **{f"{look}": lambda page, path, look=look: leads(page, path, *look) for look in looks},
         "named": named,
         "overflows": overflows,
+        "sight": sight,
         "axe": axe,
     }
     return visit(checks, color_scheme="light", reduced_motion="reduce")
@@ -130,6 +138,11 @@ def test_what_leads_fits_one_screen(wide: Found, width: int, height: int, percen
 def test_nothing_overflows_a_wide_page(wide: Found) -> None:
     """None scrolls sideways, has tiny text or cuts off a label, nor on a tablet."""
     assert wide["overflows"] == []
+
+
+def test_figures_are_seen_by_readers_who_do_not_tell_red_from_green(wide: Found) -> None:
+    """In both themes every picture is another than what the others see."""
+    assert wide["sight"] == []
 
 
 def test_the_browser_complains_of_no_page(wide: Found) -> None:
@@ -169,7 +182,7 @@ def check_focus(page: Page, path: str) -> None:
 
 def check_tree(page: Page, path: str) -> None:
     """Pictures say what they show; handles and crosshairs are sliders with a value in words; nothing is nameless."""
-    page.evaluate("document.querySelectorAll('details.figure-rest').forEach((each) => (each.open = true))")
+    page.evaluate(FOLD, True)
     page.wait_for_function("!document.querySelector('.figure-handles > .crosshair[data-away]:not([hidden])')")
     tree = accessible(page)
     for node in tree:

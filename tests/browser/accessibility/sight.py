@@ -1,0 +1,46 @@
+"""A page's figures as readers see them who do not tell red from green: pictures to look at, in artefacts/sight. That
+the marks of a legend differ to them, tests/sitegen/assets/test_legends.py computes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Literal
+
+from playwright.sync_api import CDPSession, Locator, Page
+
+from tests.browser.figure import figures
+
+DRAWN = "([id, frames]) => +document.getElementById(id).dataset.frame > frames"
+Theme = Literal["light", "dark"]
+SIGHTS: dict[Theme, str] = {"dark": "deuteranopia", "light": "protanopia"}  # either theme in one of the two
+ARTEFACTS = Path(__file__).resolve().parents[3] / "artefacts" / "sight"
+
+
+def unchanged(page: Page, path: str) -> Iterator[str]:
+    """The figures, each after its main button, that nobody sees otherwise than all others; the light theme stays."""
+    emulated = page.context.new_cdp_session(page)
+    ARTEFACTS.mkdir(parents=True, exist_ok=True)
+    placed = figures(page)
+    for figure in placed:
+        button = figure.seen().root.locator(".buttons .primary")
+        if button.count():
+            before = figure.frames()
+            button.first.click()
+            page.wait_for_function(DRAWN, arg=[figure.name, before])
+            figure.settled()
+    for theme, sight in SIGHTS.items():
+        page.emulate_media(color_scheme=theme)
+        for figure in placed:
+            body = figure.root.locator(".figure-body")
+            name = f"{path.removesuffix('.html')}-{figure.name}-{sight}-{theme}.png"
+            if _seen(emulated, body, sight, ARTEFACTS / name) == body.screenshot(caret="initial"):
+                yield name
+
+
+def _seen(emulated: CDPSession, body: Locator, sight: str, path: Path) -> bytes:
+    """A figure as readers of this sight see it, kept at `path`."""
+    emulated.send("Emulation.setEmulatedVisionDeficiency", {"type": sight})
+    picture = body.screenshot(path=path, caret="initial")
+    emulated.send("Emulation.setEmulatedVisionDeficiency", {"type": "none"})
+    return picture
