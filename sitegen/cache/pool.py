@@ -61,9 +61,10 @@ def make(what: str, pieces: Sequence[Piece], progress: Progress) -> None:
 
 
 @contextmanager
-def threads() -> Iterator[ThreadPoolExecutor]:
-    """Threads, one a core, for what lets others run meanwhile. Who leaves by an exception waits for none of them."""
-    pool = ThreadPoolExecutor(os.cpu_count())
+def threads(spared: int = 0) -> Iterator[ThreadPoolExecutor]:
+    """Threads, one a core but for those `spared`, for what lets others run meanwhile. Who leaves by an exception waits
+    for none of them."""
+    pool = ThreadPoolExecutor(max(1, (os.cpu_count() or 1) - spared))
     try:
         yield pool
     except BaseException:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -23,6 +24,7 @@ from sitegen.cache import pool
 from sitegen.cache.files import cache_dir
 from sitegen.cache.memo import Remembered
 from sitegen.cache.memory import Memory, state
+from sitegen.cache.packing import packed
 from sitegen.cache.prune import prune
 from sitegen.cache.store import unwritable
 from sitegen.chapters.citations import Reference, read_references, unused
@@ -58,7 +60,7 @@ from sitegen.pages.notebooks import Shown, notebooks
 from sitegen.pages.views import environment
 from sitegen.pages.writer import Inside, Writer
 from sitegen.pipeline.ahead import missing
-from sitegen.pipeline.output import clear, publish
+from sitegen.pipeline.output import clear, contents, publish
 from sitegen.pipeline.presets import try_presets
 from sitegen.pipeline.tapes import record_tapes
 from sitegen.plots import registry
@@ -122,7 +124,25 @@ def build(
     Raises BuildFailed with every problem of the content; OutsideError, NodeError, WheelError where the machinery fails.
     """
     clear(dest)
-    progress, cache, problems, kept = progress or quiet, cache or cache_dir(), Problems(), kept or Memory()
+    progress, cache, kept = progress or quiet, cache or cache_dir(), kept or Memory()
+    with pool.threads(spared=1) as beside:
+        return _build(root, dest, strict, drafts, pack, progress, cache, parts, kept, beside)
+
+
+def _build(
+    root: Path,
+    dest: Path,
+    strict: bool,
+    drafts: bool,
+    pack: bool,
+    progress: Progress,
+    cache: Path,
+    parts: Parts,
+    kept: Memory,
+    beside: Executor,
+) -> Report:
+    """The build; what can wait is done `beside` it, while the work on pages keeps one core busy."""
+    problems = Problems()
     kept.begin((root, cache, parts, state(root)))
     site = read_site(root, problems)
     chapters, left_out = read_chapters(root, site, problems, drafts, kept)
@@ -148,6 +168,9 @@ def build(
     unmade = [one for one in surveys if not kept.has_told(("tapes", one.chapter.source.path), one, problems)]
     pool.make("computing plots, drawing figures", missing(unmade, gallery, bakery, cache), progress)
     tapes = record_tapes(surveys, bakery, problems, progress, kept)
+    early = {**contents(started), **{tape.name: tape.script for tape in tapes.values()}}
+    for name, data in early.items() if pack else ():
+        beside.submit(packed, name, data, cache)  # for publish and archive, which find the copies in the cache
     if strict:
         try_presets(placeable, surveys, bakery, cache, problems, progress)
     known = Known(

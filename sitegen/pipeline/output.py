@@ -39,7 +39,7 @@ def publish(
     beside = Path(tempfile.mkdtemp(prefix=f".{dest.name}-", dir=dest.parent))
     try:
         beside.chmod(0o755)
-        _fill(beside, {**_runtime(started), **files}, dest, pack, cache, progress)
+        _fill(beside, {**contents(started), **files}, dest, pack, cache, progress)
         if (dest / ".gitignore").is_file():  # the folder's own, which is in git and not of the build
             shutil.copyfile(dest / ".gitignore", beside / ".gitignore")
         with held():
@@ -49,7 +49,8 @@ def publish(
             shutil.rmtree(beside, ignore_errors=True)
 
 
-def _runtime(started: RuntimeInfo | None) -> dict[str, bytes]:
+def contents(started: RuntimeInfo | None) -> dict[str, bytes]:
+    """The runtime's files by their names on the site."""
     return {f"runtime/{name}": data for name, data in started.contents.items()} if started else {}
 
 
