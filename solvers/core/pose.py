@@ -12,7 +12,7 @@ from solvers.core.arrays import FloatArray
 from solvers.core.kinds import of_kind
 from solvers.core.numbers import finite, numbers
 from solvers.core.proper import apart, check, check_rotation, of_one_batch
-from solvers.core.rotations import planar, spatial
+from solvers.core.rotations import planar, rotvec, spatial
 
 
 @dataclass(frozen=True, eq=False)
@@ -265,6 +265,17 @@ class Pose:
             spatial: FloatArray = np.arctan2(np.linalg.norm(skew, axis=-1), np.trace(R, axis1=-2, axis2=-1) - 1.0)
             return spatial[()]
         raise ValueError(f"angle: defined in 2 and 3 dimensions, not in {self.dim}")
+
+    @property
+    def rotvec(self) -> FloatArray:
+        """The axis times the angle in radians, shape (..., 3), no longer than π.
+
+        Raises
+        ------
+        ValueError
+            In other dimensions than 3.
+        """
+        return rotvec(self.R)
 
     @property
     def matrix(self) -> FloatArray:

@@ -16,7 +16,7 @@ from solvers.core.method import State
 from solvers.core.partners import NONE
 from solvers.core.pose import Pose
 from solvers.core.registry import METHODS
-from solvers.core.status import ENDED, RULED, Status
+from solvers.core.status import RULED, Status, ended
 from solvers.core.stepper import Batch, History
 
 
@@ -82,7 +82,7 @@ class Result:
 
         For a single problem the same as `bool(status)`; the pose may still be wrong.
         """
-        return self.status in ENDED if isinstance(self.status, Status) else np.isin(self.status, ENDED)
+        return ended(self.status)
 
     @property
     def matrix(self) -> FloatArray:

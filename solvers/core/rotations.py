@@ -1,4 +1,4 @@
-"""Rotation matrices from angles; of what is not a number they are NaN."""
+"""Rotation matrices from angles, NaN of what is not a number, and rotation vectors from matrices."""
 
 from __future__ import annotations
 
@@ -23,4 +23,30 @@ def spatial(rotvec: FloatArray) -> FloatArray:
     # sin θ / θ and (1 − cos θ) / θ² = sinc²(θ/2) / 2; numpy's sinc has a π in it.
     first, second = np.sinc(theta / np.pi), 0.5 * np.square(np.sinc(theta / (2.0 * np.pi)))
     turn: FloatArray = np.eye(3) + first * skew + second * (skew @ skew)
+    return turn
+
+
+def rotvec(R: FloatArray) -> FloatArray:
+    """The rotation vectors (..., 3) of rotations (..., 3, 3), no longer than π: by the largest part of the unit
+    quaternion, so that none is divided by what is near zero. Raises ValueError where d is not 3.
+    """
+    if R.shape[-1] != 3:
+        raise ValueError(f"rotvec: defined in 3 dimensions, not in {R.shape[-1]}")
+    a, b, c = R[..., 0, 0], R[..., 1, 1], R[..., 2, 2]
+    x, y, z = R[..., 2, 1] - R[..., 1, 2], R[..., 0, 2] - R[..., 2, 0], R[..., 1, 0] - R[..., 0, 1]
+    xy, xz, yz = R[..., 0, 1] + R[..., 1, 0], R[..., 0, 2] + R[..., 2, 0], R[..., 1, 2] + R[..., 2, 1]
+    # Each row is the quaternion (w, x, y, z) times four times one of its parts.
+    rows = [
+        [1.0 + a + b + c, x, y, z],
+        [x, 1.0 + a - b - c, xy, xz],
+        [y, xy, 1.0 - a + b - c, yz],
+        [z, xz, yz, 1.0 - a - b + c],
+    ]
+    products = np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    largest = products[..., range(4), range(4)].argmax(axis=-1)
+    q = np.take_along_axis(products, largest[..., None, None], axis=-2)[..., 0, :]
+    q = np.where(q[..., :1] < 0.0, -q, q)
+    sine = np.linalg.norm(q[..., 1:], axis=-1)
+    angle = 2.0 * np.arctan2(sine, q[..., 0])
+    turn: FloatArray = q[..., 1:] * np.where(sine > 0.0, angle / np.where(sine > 0.0, sine, 1.0), 0.0)[..., None]
     return turn

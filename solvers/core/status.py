@@ -63,6 +63,11 @@ ENDED = (*RULED, Status.FINISHED)
 """The statuses of a method that came to an end of its own."""
 
 
+def ended(status: StatusArray | Status) -> BoolArray | bool:
+    """Whether a run, or each of a batch, came to an end of its own."""
+    return status in ENDED if isinstance(status, Status) else np.isin(status, ENDED)
+
+
 def statuses(batch: tuple[int, ...], status: Status = Status.RUNNING) -> StatusArray:
     """An array of one status, of shape `batch`."""
     return np.full(batch, status, dtype=np.int8)

@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 
 from solvers.core.arrays import AnyArray, BoolArray, FloatArray, ReasonArray, StatusArray
 from solvers.core.pose import Pose
-from solvers.core.status import ENDED, Status, reasons, statuses
+from solvers.core.status import Status, ended, reasons, statuses
 from solvers.geometry.moments import Moments, checked, moments, why
 
 
@@ -76,7 +76,7 @@ class Fit:
     @property
     def ended(self) -> BoolArray | bool:
         """Whether the pairs determine the pose, (...): as `Result.ended`, true unless degenerate."""
-        return self.status in ENDED if isinstance(self.status, Status) else np.isin(self.status, ENDED)
+        return ended(self.status)
 
 
 def fit_rigid(

@@ -33,7 +33,7 @@ import numpy as np
 
 from solvers.core.arrays import BoolArray, FloatArray
 from solvers.core.pose import Pose
-from solvers.core.rotations import planar
+from solvers.core.rotations import planar, spatial
 from solvers.geometry.spectral import symmetric_eigen
 
 
@@ -151,13 +151,7 @@ def rotation(omega: FloatArray) -> FloatArray:
     """The rotation by ω: angle (..., 1) in the plane, rotation vector (..., 3) in
     space; radians. (..., d, d).
     """
-    if omega.shape[-1] == 1:
-        return planar(omega[..., 0])
-    angle = np.linalg.norm(omega, axis=-1)[..., None, None]
-    axis = omega / np.where(angle > 0.0, angle, 1.0)[..., 0]
-    K = np.cross(np.eye(3), axis[..., None, :])
-    turn: FloatArray = np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * (K @ K)
-    return turn
+    return planar(omega[..., 0]) if omega.shape[-1] == 1 else spatial(omega)
 
 
 def freedom(system: System, i: int) -> str:

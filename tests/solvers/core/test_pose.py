@@ -146,6 +146,26 @@ def test_a_rotation_vector_is_the_exponential_of_its_skew_matrix(rng):
         Pose.from_rotvec([1.0, 2.0])
 
 
+@pytest.mark.parametrize("batch", [(), (5,), (2, 40)])
+def test_a_rotation_vector_comes_back(rng, batch):
+    """About any axis, the coordinates' among them, by no turn, by next to none, and by half a turn, where the vector
+    and its opposite are one rotation."""
+    axis = rng.standard_normal((*batch, 3))
+    axis[..., rng.integers(3)] = 0.0
+    axis /= np.linalg.norm(axis, axis=-1, keepdims=True)
+    for theta in (0.0, 1e-300, 1e-12, 1e-4, 0.5 * np.pi, 3.0, np.pi - 1e-9):
+        v = Pose.from_rotvec(theta * axis).rotvec
+        assert v.shape == axis.shape
+        assert np.allclose(v, theta * axis, rtol=1e-9, atol=1e-15)
+    half = Pose.from_rotvec(np.pi * axis)
+    assert np.allclose(np.linalg.norm(half.rotvec, axis=-1), np.pi, rtol=1e-14)
+    assert np.allclose(Pose.from_rotvec(half.rotvec).R, half.R, atol=1e-14)
+    for k in range(3):
+        assert np.allclose(np.abs(Pose.from_rotvec(np.pi * np.eye(3)[k]).rotvec), np.pi * np.eye(3)[k], atol=1e-15)
+    with pytest.raises(ValueError, match="rotvec: defined in 3 dimensions, not in 2"):
+        _ = Pose.from_angle(0.1).rotvec
+
+
 def test_a_pose_is_a_function_a_factor_and_a_matrix(rng, random_pose):
     a, b = random_pose(rng, 2, (5,), scaled=True), random_pose(rng, 2, scaled=True)
     points = rng.standard_normal((5, 4, 2))
