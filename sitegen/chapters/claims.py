@@ -205,6 +205,12 @@ def read_results(root: Path, kept: Memory | None = None) -> dict[str, Result]:
     }
 
 
+def behind(root: Path) -> list[str]:
+    """The claimed tests whose last result is of other code, or that have none."""
+    results = read_results(root)
+    return [i for i in claimed(root) if i not in results or not results[i].current]
+
+
 def write_results(
     root: Path, outcomes: Mapping[str, Outcome], changes: Mapping[str, whys.Change] | None = None
 ) -> None:

@@ -175,12 +175,14 @@ def test_results_hold_for_the_code_that_they_were_made_on(project: Project) -> N
     kept = json.loads((project.root / claims.RESULTS).read_text())
     assert list(kept) == [holds], "only what is claimed is kept"
     assert claims.read_results(project.root) == {holds: claims.Result("passed", True)}
+    assert claims.behind(project.root) == []
     project.build()
     assert 'data-outcome="passed"' in project.page("second.html")
     assert "Passed on this code." in project.page("checks-second.html")
 
     project.write("solvers/new.py", "x = 1\n")
     assert claims.read_results(project.root) == {holds: claims.Result("passed", False)}
+    assert claims.behind(project.root) == [holds]
     project.build()
     assert "Not yet run on this code." in project.page("checks-second.html")
 
