@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from solvers import Pose
@@ -225,6 +225,7 @@ def test_residual_and_weight_replay_the_same_presses() -> None:
         st.tuples(st.sampled_from(["source", "turn"]), *[st.floats(-99, 99)] * 2).map(lambda drag: ["drag", *drag]),
     ), max_size=5),
 )  # fmt: skip
+@example("wall", "plane", "tukey", 0.0, 3.0, 7.0, [["drag", "turn", 0.0, 0.0], ["press", "finish"]])  # an RMS of nan
 def test_any_state_draws(
     scene: str, residual: str, weight: str, noise: float, outliers: float, trim: float, log: list[Any]
 ) -> None:
