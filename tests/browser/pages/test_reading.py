@@ -49,9 +49,9 @@ def test_a_column_of_pinned_runs_keeps_its_unit(reader: Callable[..., Reader]) -
 
 def test_a_pointer_at_rest_does_not_close_the_card_of_a_focused_citation(reader: Callable[..., Reader]) -> None:
     """Who moves by key has the pointer lying somewhere, and the page scrolls under it."""
-    one = reader()
+    one = reader(alone=True)  # the clock is that of a whole context
     page = one.page()
-    page.clock.install()
+    one.context.clock.install()
     page.goto(f"{one.origin}/kabsch.html")
     link = page.locator("a.cite[data-card]").last
     link.focus()
@@ -59,7 +59,7 @@ def test_a_pointer_at_rest_does_not_close_the_card_of_a_focused_citation(reader:
     expect(card).to_be_in_viewport()
     for x in (300, 320):
         page.mouse.move(x, 400)
-    page.clock.run_for(5000)
+    one.context.clock.run_for(5000)
     expect(card).to_be_visible()
     page.keyboard.press("Escape")
     expect(card).to_be_hidden()
