@@ -359,7 +359,7 @@ def _unpacked(
     """The whole site as it lies on a disk, with Python, so that a small server brings the unpacked folder alive."""
     mine = {name: data for name, data in files.items() if not name.endswith(MAP)}
     mine |= {**_for_hosts(content.root, templates, mine, started), **content.notebooks}
-    return mine | ({f"runtime/{name}": data for name, data in started.contents.items()} if started else {})
+    return mine | contents(started)
 
 
 def _insides(content: _Content, writer: Writer) -> dict[str, Inside]:
