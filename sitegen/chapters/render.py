@@ -26,7 +26,7 @@ from sitegen.chapters.predictions import judged
 from sitegen.chapters.promises import hold
 from sitegen.chapters.rendered import Body, Claim
 from sitegen.chapters.surveyed import Heading, Survey
-from sitegen.chapters.tokens import directive_of, simple, unlinked
+from sitegen.chapters.tokens import directive_of, simple, words
 from sitegen.chapters.values import CallError, printed, read_value
 from sitegen.figures.wire import dumps
 from sitegen.markup.code import highlighted
@@ -127,7 +127,7 @@ class _Renderer:
 
     def heading(self, heading: Heading) -> Markup:
         """A heading's text without links."""
-        return Markup(self._inline(unlinked(heading.tokens)))
+        return words(self._inline, heading.tokens)
 
     def flow(self, tokens: Sequence[Token]) -> Markup:
         """Top-level blocks, with buttons that stand together as a list."""
@@ -321,7 +321,7 @@ class _Renderer:
             self._hold(test_id, kind, at(directive.attributes_start + lead))
         number = len(self._claims) + 1
         inner = list(takewhile(lambda t: t.type != "claim_close", tokens[idx + 1 :]))
-        claim = Claim(Markup(self._inline(unlinked(inner))), test_id, f"claim-{number}", kind)
+        claim = Claim(words(self._inline, inner), test_id, f"claim-{number}", kind)
         self._claims.append(claim)
         return f'<span class="claim" id="claim-{number}">'
 

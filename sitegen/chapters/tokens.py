@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 
 from markdown_it.token import Token
+from markupsafe import Markup
 
-from sitegen.chapters.survey import LINKS
 from sitegen.markup.directives import Directive
 from sitegen.markup.located import located
 from sitegen.problems import Place
+
+LINK = re.compile(r"</?a\b[^>]*>")
 
 
 def directive_of(token: Token) -> tuple[Directive, Callable[[int], Place]]:
@@ -23,7 +26,8 @@ def simple(rule: Callable[[Token], str]) -> Callable[..., str]:
     return lambda tokens, idx, options, env: rule(tokens[idx])
 
 
-def unlinked(tokens: Sequence[Token]) -> list[Token]:
-    """Inline tokens without what becomes a link, an anchor or a target of its own, for use a second time."""
-    dropped = {*LINKS, "link_close", "claim_close"}
-    return [token for token in tokens if token.type not in dropped]
+def words(render: Callable[[Sequence[Token]], str], tokens: Sequence[Token]) -> Markup:
+    """Inline tokens for use a second time: without what is an anchor or a target of its own, and of links their words
+    alone; citations and notes are left out."""
+    dropped = {"link_open", "link_close", "claim_open", "claim_close", "cite", "footnote_ref"}
+    return Markup(LINK.sub("", render([token for token in tokens if token.type not in dropped])))

@@ -15,7 +15,7 @@ from sitegen.figures.gallery import Gallery
 from sitegen.markup.directives import Attribute, DirectiveError, attributes, read
 from sitegen.markup.parser import unbroken
 from sitegen.problems import Problems, hint
-from tests.sitegen.conftest import Project
+from tests.sitegen.conftest import SECOND, Project
 from widgets.engine.registry import WIDGETS
 
 
@@ -162,6 +162,17 @@ def test_tests_are_read_and_never_run(project: Project) -> None:
 def test_one_failing_case_fails_its_test_whichever_comes_last() -> None:
     reports: list[tuple[str, claims.Outcome]] = [("t[1]", "passed"), ("t[2]", "failed"), ("t[3]", "passed")]
     assert claims.merged(reports) == {"t": "failed"}
+
+
+def test_a_claim_is_the_whole_sentence_where_it_stands_alone(project: Project) -> None:
+    """Of a term, a reference and a link it has the words, and leads nowhere."""
+    entry = "gate:\n  term: Gate\n  says: The largest distance.\n  chapter: second\n"
+    project.write("content/glossary.yaml", entry)
+    said = "A :term[gate] and *:ref[second#deep]* [are](https://example.org/) open."
+    project.write("content/01-second.md", f"{SECOND}\n:claim[{said}]{{tests/test_claimed.py::test_it_holds}}\n")
+    project.build()
+    assert '<em><a class="ref"' in project.page("second.html")
+    assert "<h2>A gate and <em>A section</em> are open.</h2>" in project.page("checks-second.html")
 
 
 def test_results_hold_for_the_code_that_they_were_made_on(project: Project) -> None:
