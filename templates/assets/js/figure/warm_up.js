@@ -9,8 +9,9 @@ import * as records from "../base/record.js";
 import { runtime } from "../runtime/runtime.js";
 import { figures } from "./registry.js";
 
-const MOVES = 25; // of each kind: from about there on, answers are as fast as they will be
-const LONGEST = 500; // ms for a kind
+const DRAGS = 100; // after fewer, the browser would still be compiling Python's hot code beside a reader's first drag
+const MOVES = 25; // of each other kind
+const LONGEST = 1500; // ms for a kind
 const SWAY = 1 / 50; // of a panel's width: how far off its place a handle is put
 
 /** @typedef {Generator<FigureRecord, void, Frame>} Moves  records to draw, each told the frame of the one before */
@@ -26,10 +27,10 @@ const onCircle = ([x, y], radius, turn) => [
 
 /** @type {(figure: Figure) => Moves} its handles in turn, each about its own place */
 function* drags({ shown, frame: { handles, panels } }) {
-  for (let i = 0; handles.length && i < MOVES; i++) {
+  for (let i = 0; handles.length && i < DRAGS; i++) {
     const { name, panel, world } = handles[i % handles.length];
     const [x0, x1] = panels.find((each) => each.name === panel)?.view ?? [0, 1];
-    yield records.drag(shown, name, onCircle(world, SWAY * (x1 - x0), i / MOVES));
+    yield records.drag(shown, name, onCircle(world, SWAY * (x1 - x0), i / DRAGS));
   }
 }
 
