@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -26,7 +26,9 @@ from widgets.drawing.picture import (
 )
 
 PAD = (46.0, 28.0, 14.0, 40.0)  # the name of the y axis stands above the window, where no grid line crosses it
+ABOVE = 10.0  # px from the window's top up to the baseline of that name
 LINE = 16.0  # px between the baselines of two names
+LETTER = 7.0  # px across, roughly
 NAME = 100.0  # px across within which two names may meet
 DECADES = 6  # labelled at most
 
@@ -85,7 +87,7 @@ def chart(
             marks.append(Points(known, one.role, radius=2.5))
         if one.name and len(known):
             ends.append((one, known[-1]))
-    marks += _end_names(view, ends)
+    marks += _end_names(view, ends, PAD[0] + LETTER * len(y_label))
     return Panel(name, label, view, tuple(marks), grid=False, caption=caption)
 
 
@@ -118,28 +120,46 @@ def _unbroken(xy: Array) -> list[Array]:
     return [run for run in runs if len(run) > 1]
 
 
-def _end_names(view: View, ends: list[tuple[Series, Array]]) -> list[Mark]:
-    """Each line's name above its last value, inwards of it, and a line higher wherever two would meet."""
-    spots = sorted(((one, xy, view.px(xy)[0]) for one, xy in ends), key=lambda spot: -float(spot[2][1]))
-    heights = _apart([float(at[0]) for _, _, at in spots], [float(at[1]) - 7 for _, _, at in spots])
-    labels: list[Mark] = []
-    for (one, xy, (x, y)), height in zip(spots, heights, strict=True):
+@dataclass(frozen=True)
+class _EndName:
+    """A name at a line's end: how far across in px, and the baseline that it wants and the highest that it may have."""
+
+    label: Label
+    x: float
+    height: float
+    top: float
+
+
+def _end_names(view: View, ends: list[tuple[Series, Array]], taken: float) -> list[Mark]:
+    """Each line's name above its last value, inwards of it, and a line higher wherever two would meet.
+
+    taken: how far across the name of the y axis reaches; a name that would meet that one stands below its value.
+    """
+    names = []
+    for one, xy in ends:
+        x, y = (float(v) for v in view.px(xy)[0])
         anchor: Anchor = "end" if x > view.width / 2 else "start"
-        labels.append(Label(xy, one.name, one.role, anchor, dx=-4 if anchor == "end" else 4, dy=height - float(y)))
-    return labels
+        begins = x - LETTER * len(one.name) if anchor == "end" else x
+        top = LINE if begins > taken else PAD[1] - ABOVE + LINE
+        height = y - 7 if y - 7 >= top else y + LINE
+        label = Label(xy, one.name, one.role, anchor, dx=-4 if anchor == "end" else 4, dy=-y)
+        names.append(_EndName(label, x, height, top))
+    names.sort(key=lambda name: -name.height)
+    heights = _apart(names)
+    return [replace(name.label, dy=name.label.dy + height) for name, height in zip(names, heights, strict=True)]
 
 
-def _apart(x: list[float], height: list[float]) -> list[float]:
+def _apart(names: Sequence[_EndName]) -> list[float]:
     """Baselines, lowest on the screen first, moved up until no two near each other are closer than a line.
 
-    What would leave the panel at the top is moved down again, with all that is under it.
+    What would be above its top is moved down again, with all that is under it.
     """
-    spread = list(height)
-    near = [[j for j in range(len(x)) if abs(x[i] - x[j]) < NAME] for i in range(len(x))]
-    for i in range(len(x)):
+    spread = [name.height for name in names]
+    near = [[j for j, other in enumerate(names) if abs(one.x - other.x) < NAME] for one in names]
+    for i in range(len(names)):
         spread[i] = min([spread[i], *(spread[j] - LINE for j in near[i] if j < i)])
-    for i in reversed(range(len(x))):
-        spread[i] = max([spread[i], LINE, *(spread[j] + LINE for j in near[i] if j > i)])
+    for i in reversed(range(len(names))):
+        spread[i] = max([spread[i], names[i].top, *(spread[j] + LINE for j in near[i] if j > i)])
     return spread
 
 
@@ -171,7 +191,7 @@ def axis_names(view: View, x_label: str, y_label: str, right: float | None = Non
     """What the axes say, the one of y above the window, where no grid line crosses it."""
     return [
         Label([view.x1 if right is None else right, view.y0], x_label, "guide", "end", dy=32),
-        Label([view.x0, view.y1], y_label, "guide", "start", dy=-10),
+        Label([view.x0, view.y1], y_label, "guide", "start", dy=-ABOVE),
     ]
 
 

@@ -105,6 +105,27 @@ def test_names_at_the_ends_of_lines_do_not_overlap(last: list[float]) -> None:
     assert min(np.diff(heights)) >= 16 - 1e-9
 
 
+@given(
+    st.lists(st.tuples(st.integers(0, 9), st.floats(0, 10)), min_size=1, max_size=3),
+    st.sampled_from(["u", "RMS in units", "Error against the truth, ° and u"]),
+)
+def test_names_of_lines_keep_clear_of_the_name_of_the_axis(last: list[tuple[int, float]], title: str) -> None:
+    """Wherever lines end, also at the top right after they began; a letter is taken to be 6.5 px wide."""
+    series = [Series([0, k], [0, y], "source", f"line {i}") for i, (k, y) in enumerate(last)]
+    panel = chart("c", "", series, x_label="", y_label=title, x_range=(0, 9), y_range=(0, 10))
+    boxes = {}
+    for label in _labels(panel):
+        (x, y), width = panel.view.px([label.xy])[0], 6.5 * len(label.text)
+        left = x + label.dx - (width if label.anchor == "end" else 0.0)
+        boxes[label.text] = (left, left + width, y + label.dy - 10, y + label.dy + 3)
+    left, right, top, bottom = boxes.pop(title)
+    names = [box for text, box in boxes.items() if text.startswith("line")]
+    assert len(names) == len(last)
+    for one in names:
+        assert one[0] >= right or one[1] <= left or one[2] >= bottom or one[3] <= top
+        assert one[2] >= 0
+
+
 def test_a_name_of_a_line_that_has_just_begun_does_not_cover_the_ticks() -> None:
     panel = _chart([1.0, 2.0])
     (name,) = (label for label in _labels(panel) if label.text == "RMS")
