@@ -30,7 +30,7 @@ from sitegen.html_reader import Tag, read
 from sitegen.progress import Progress, quiet
 
 BUNDLES = ("serif", "sans", "math-font")
-FORMAT = "5"  # of what is cached; raised when the making changes in a way that its inputs do not tell
+FORMAT = "6"  # of what is cached; raised when the making changes in a way that its inputs do not tell
 
 # What any page may come to need at run time: numbers of a live figure, messages. Rarer letters come with the text that
 # has them.
@@ -49,6 +49,7 @@ ITALIC = {
     **dict(zip("ϵϑϰϕϱϖ", "𝜖𝜗𝜘𝜙𝜚𝜛", strict=True)),
 }
 MATHEMATICS = ASCII + "·×±−≤≥≠≈→′… ,"
+ROOTS = ("msqrt", "mroot")  # no text says the sign that a browser draws for them
 
 
 SHOWN = ("title", "placeholder", "value")  # attributes whose text a reader sees
@@ -148,6 +149,8 @@ class _Characters:
 
     def opened(self, tag: Tag) -> None:
         self._formulas += tag.name == "math"
+        if tag.name in ROOTS:
+            self.mathematics.add("√")
         self.shown.update(*(value for name, value in tag.attributes.items() if name in SHOWN))
 
     def closed(self, tag: Tag) -> None:

@@ -33,6 +33,14 @@ def test_characters_tell_text_from_mathematics() -> None:
     assert "≔" not in text
 
 
+@pytest.mark.parametrize("root", ["<msqrt><mi>x</mi></msqrt>", "<mroot><mi>x</mi><mn>3</mn></mroot>"])
+def test_a_root_needs_its_sign(root: str) -> None:
+    """Which a browser draws from the typeface though no text has it; without it the root of x reads x."""
+    _, mathematics = typefaces.characters([f"<math>{root}</math>"])
+    assert "√" in mathematics
+    assert "√" not in typefaces.characters(["<math><mi>x</mi></math>"])[1]
+
+
 def test_an_unclosed_formula_does_not_swallow_the_next_page() -> None:
     text, _ = typefaces.characters(["<math><mi>x</mi>", "<p>é</p>"])
     assert "é" in text
