@@ -8,11 +8,20 @@ import { pathToFileURL } from "node:url";
 const request = JSON.parse(readFileSync(0, "utf8"));
 const { default: temml } = await import(pathToFileURL(request.module).href);
 
+// Dots and named functions spaced as in print: no operator's space about dots, none after a function that ends a formula,
+// and one thin space before a function, also where the author has written it.
+const SPACED = [
+  [/<mo>([…⋯])<\/mo>/g, "<mi>$1</mi>"],
+  [/(<mspace width="0.1667em"><\/mspace>)((?:<mrow>)?)\1/g, "$2$1"],
+  [/<mspace width="0.1667em"><\/mspace>((?:<\/mrow>)*<\/math>)/g, "$1"],
+];
+const spaced = (mathml) => SPACED.reduce((text, [found, put]) => text.replace(found, put), mathml);
+
 const answers = request.formulas.map(({ source, display }) => {
   try {
     const macros = { ...request.macros }; // a formula that defines a macro defines it for itself
     const options = { displayMode: display, annotate: display, throwOnError: true, strict: true, macros };
-    return { mathml: temml.renderToString(source, options) };
+    return { mathml: spaced(temml.renderToString(source, options)) };
   } catch (error) {
     return { message: String(error.message), position: Number.isInteger(error.position) ? error.position : null };
   }

@@ -64,12 +64,16 @@ FIELDS = """() => [...document.querySelectorAll('figure.figure')].flatMap(figure
     return [`${figure.id}, field ${index}`, shown / box.height, free];
   });
 })"""
-# Formulas whose root is drawn without its sign: what is under it begins where the root does.
-UNSIGNED = """() => {
-  const left = element => element.getBoundingClientRect().left;
-  return [...document.querySelectorAll('msqrt')].filter(root => root.checkVisibility())
-    .filter(root => left(root.firstElementChild) - left(root) < 0.3 * parseFloat(getComputedStyle(root).fontSize))
-    .map(root => `the root of ${root.textContent} has no sign`);
+# Roots without their sign, so that what is under it begins where the root does; and with a gap after them.
+ROOTS = """() => {
+  const box = element => element.getBoundingClientRect(), style = getComputedStyle;
+  return [...document.querySelectorAll('msqrt')].filter(root => root.checkVisibility()).flatMap(root => {
+    const [em, whole, last] = [parseFloat(style(root).fontSize), box(root), box(root.lastElementChild)];
+    const before = (box(root.firstElementChild).left - whole.left) / em;
+    const after = (whole.right + parseFloat(style(root).marginRight) - last.right) / em;
+    return [...(before < 0.3 ? ['no sign'] : []), ...(after < -0.05 || after > 0.1 ? [`${after} em after it`] : [])]
+      .map(wrong => `the root of ${root.textContent} has ${wrong}`);
+  });
 }"""
 WIDTHS = (1280, 390)
 PERCENTS = (100, 130)
@@ -88,7 +92,7 @@ def bare(visit: Callable[..., Found], site: Path, alike: list[str]) -> Found:
             yield f"{len(lacks)} of {placed(site, path)} figures"
         yield from (f"{name}: {each}" for name, wrong in lacks for each in wrong)
         yield from page.evaluate(SIDEWAYS)
-        yield from page.evaluate(UNSIGNED)
+        yield from page.evaluate(ROOTS)
 
     checks = {str(width): lambda page, path, width=width: complete(page, path, width) for width in WIDTHS}
     return visit(checks, left_out=alike, java_script_enabled=False)
