@@ -167,7 +167,8 @@ def _options(method: Method[Any], whole: Any, given: dict[str, Any]) -> Any:
     for name in given:
         if name not in known:
             raise ValueError(f"{name}: no option of method {method.name!r}{_hint(name, method, known)}")
-    return method.options(**given)
+    # In numpy's small types what a method computes from an option could overflow.
+    return method.options(**{name: v.item() if isinstance(v, np.generic) else v for name, v in given.items()})
 
 
 def _hint(wrong: str, method: Method[Any], known: list[str]) -> str:

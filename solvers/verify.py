@@ -143,6 +143,8 @@ def evidence(source: ArrayLike, target: ArrayLike, pose: Pose, reach: float | No
             raise ValueError(f"{name}: evidence is planar, expected 2 dimensions, got {d}")
     near = usual_reach(q) if reach is None else validate.number(reach, "reach", 1e-100, 1e100)
     axes = validate.batch_shape(source=p.shape[:-2], target=q.shape[:-2], pose=pose.batch)
+    if 0 in axes:
+        raise ValueError(f"pose: a batch of shape {axes} holds nothing to judge")
     moved, index = _flat(pose.apply(p), axes), nearest.build(_flat(q, axes))
     rows, squares = index.nearest(moved)
     explained = nearest.within(squares, np.broadcast_to(near, axes).reshape(-1))
@@ -171,7 +173,10 @@ def _flat(points: FloatArray, axes: tuple[int, ...]) -> FloatArray:
     return np.broadcast_to(points, (*axes, *points.shape[-2:])).reshape(-1, *points.shape[-2:])
 
 
-def halves(source: ArrayLike, target: ArrayLike, pose: Pose, method: str = "icp", **options: Any) -> FloatArray:
+def halves(
+    source: ArrayLike, target: ArrayLike, pose: Pose, method: str = "icp", *, weights: ArrayLike | None = None,
+    **options: Any,
+) -> FloatArray:  # fmt: skip
     """How far apart two runs end, each on half of the source points.
 
     One sees every second point from the first on, the other the rest; both see the
@@ -188,8 +193,10 @@ def halves(source: ArrayLike, target: ArrayLike, pose: Pose, method: str = "icp"
         Where both runs start, of shape (...).
     method : str, default "icp"
         As for `solvers.register`.
+    weights : array_like of shape (..., m), optional
+        Of all source points; each run has those of its half.
     **options
-        As for `solvers.register`, but for `start`.
+        As for `solvers.register`, but for `start` and `pairs`.
 
     Returns
     -------
@@ -199,7 +206,8 @@ def halves(source: ArrayLike, target: ArrayLike, pose: Pose, method: str = "icp"
     Raises
     ------
     ValueError
-        If the source is a single point, if `pose` is not a Pose, and whatever `solvers.register` objects to.
+        If the source is a single point, if `pose` is not a Pose, if there are `pairs`, and whatever
+        `solvers.register` objects to.
 
     Examples
     --------
@@ -214,8 +222,13 @@ def halves(source: ArrayLike, target: ArrayLike, pose: Pose, method: str = "icp"
     of_kind(pose, Pose, "pose")
     if p.shape[-2] < 2:
         raise ValueError("source: one point has no two halves")
-    ends = [
-        register(p[..., part::2, :], target, method, start=pose, **options).pose.apply(p) for part in (0, 1)
-    ]
+    if "pairs" in options:
+        raise ValueError("pairs: they name rows of the whole source, and each run sees half of it")
+    w = None if weights is None else validate.weights(weights, p.shape[-2])
+    ends = []
+    for part in (0, 1):
+        half = None if w is None else w[..., part::2]
+        found = register(p[..., part::2, :], target, method, start=pose, weights=half, **options)
+        ends.append(found.pose.apply(p))
     apart: FloatArray = np.sqrt(np.square(ends[0] - ends[1]).sum(axis=-1).mean(axis=-1))
     return apart[()]

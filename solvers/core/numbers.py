@@ -11,6 +11,9 @@ from numpy.typing import ArrayLike
 
 from solvers.core.arrays import AnyArray, FloatArray
 
+LARGEST = 1e150
+"""The largest coordinate or weight accepted: beyond it squares overflow float64."""
+
 _Given = TypeVar("_Given")
 
 
@@ -59,4 +62,14 @@ def finite(a: FloatArray, name: str) -> FloatArray:
     bad = a.size - int(np.count_nonzero(np.isfinite(a)))
     if bad:
         raise ValueError(f"{name}: {bad} of {a.size} numbers are not finite")
+    return a
+
+
+def moderate(a: FloatArray, name: str) -> FloatArray:
+    """`a`, in which every number is finite and has a square."""
+    # One pass: NaN fails every comparison, so `not (max <= LARGEST)` catches NaN,
+    # infinity and what would overflow.
+    if a.size and not np.abs(a).max() <= LARGEST:
+        finite(a, name)
+        raise ValueError(f"{name}: beyond {LARGEST:g} squares overflow, but there is {np.abs(a).max():.3g}")
     return a

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, DTypeLike
 
 from solvers.core.arrays import FloatArray
 from solvers.core.kinds import of_kind
-from solvers.core.numbers import finite, numbers
+from solvers.core.numbers import finite, moderate, numbers
 from solvers.core.proper import apart, check, check_rotation, of_one_batch
 from solvers.core.rotations import planar, rotvec, spatial
 
@@ -173,8 +173,8 @@ class Pose:
         Raises
         ------
         ValueError
-            If the shapes do not fit together, a number is not finite, or a scale is not
-            positive.
+            If the shapes do not fit together, a number is not finite or beyond 1e150, or
+            a scale is not positive.
 
         Notes
         -----
@@ -189,7 +189,7 @@ class Pose:
         >>> quarter([[1.0, 0.0, 5.0]]).round(6)
         array([[0., 1., 5.]])
         """
-        v = finite(numbers(rotvec, "rotvec"), "rotvec")
+        v = moderate(numbers(rotvec, "rotvec"), "rotvec")
         if v.ndim < 1 or v.shape[-1] != 3:
             raise ValueError(f"rotvec: expected shape (..., 3), got {v.shape}")
         return cls._turned(spatial(v), t, scale)

@@ -114,6 +114,7 @@ class Result:
         """The target row that each source row is paired with at the end, int of shape (..., m).
 
         −1 where it has no partner; for a list of several clouds a list, one entry per cloud.
+        Where `pairs` were given, the rows of both clouds are those of the list of pairs.
         None from a method without single partners, such as a soft one.
         """
         partners = METHODS[self.method].partners if self.method in METHODS else None
@@ -124,7 +125,7 @@ class Result:
 
     @property
     def fitness(self) -> FloatArray | None:
-        """The fraction of source rows with a partner, (...).
+        """The fraction of source rows, or of the `pairs` given, with a partner, (...).
 
         It says how much of the source supports the answer. None where `correspondences` is.
         """

@@ -14,11 +14,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from solvers.core.arrays import FloatArray, IntArray
-from solvers.core.numbers import array, finite, numbers
+from solvers.core.numbers import LARGEST as LARGEST
+from solvers.core.numbers import array, moderate, numbers
 from solvers.core.pose import Pose
 
-LARGEST = 1e150
-"""The largest coordinate or weight accepted: beyond it squares overflow float64."""
+MOST = 2**31 - 1
+"""The largest number accepted of whatever is counted."""
 
 TRANSPOSED = 3
 """So many rows, or fewer, of more coordinates than this are taken for a transposed cloud: as points, they would leave
@@ -43,7 +44,7 @@ def cloud(points: ArrayLike, name: str, dim: int | None = None) -> FloatArray:
         )
     if d < 2 or (dim is not None and d != dim):
         raise ValueError(f"{name}: expected {wanted if dim else 'at least 2'} coordinates a point, got {d}")
-    return _moderate(p, name)
+    return moderate(p, name)
 
 
 def matched(source: ArrayLike, target: ArrayLike) -> tuple[FloatArray, FloatArray]:
@@ -63,7 +64,7 @@ def weights(values: ArrayLike | None, count: int, name: str = "weights") -> Floa
     """Non-negative finite weights of shape (..., count); None means all one."""
     if values is None:
         return np.ones(count)
-    w = _moderate(numbers(values, name), name)
+    w = moderate(numbers(values, name), name)
     if w.ndim < 1 or w.shape[-1] != count:
         raise ValueError(f"{name}: expected shape (..., {count}), one weight a row, got {w.shape}")
     if np.any(w < 0.0):
@@ -94,7 +95,7 @@ def start(value: Pose | ArrayLike | None, name: str = "start") -> Pose | None:
     """A pose, or the pose of homogeneous matrices (..., d + 1, d + 1)."""
     if value is None or isinstance(value, Pose):
         return value
-    matrix = _moderate(numbers(value, name), name)
+    matrix = moderate(numbers(value, name), name)
     try:
         return Pose.from_matrix(matrix)
     except ValueError as error:
@@ -110,7 +111,7 @@ def pose(value: Pose | None, dim: int, name: str = "start") -> Pose:
         raise ValueError(f"{name}: moves points in {value.dim} dimensions, the clouds have {dim}")
     scale = np.asarray(value.scale)
     for part, what in ((value.R, "R"), (value.t, "t"), (scale, "scale")):
-        _moderate(part, f"{name}.{what}")
+        moderate(part, f"{name}.{what}")
     off = np.abs(value.R @ value.R.swapaxes(-1, -2) - np.eye(dim)).max(initial=0.0)
     if off > 1e-6:
         raise ValueError(f"{name}.R: is not orthogonal, R Rᵀ differs from the identity by {off:.2g}")
@@ -148,21 +149,28 @@ def few(source: int, target: int, fits: bool, limit: str, each: int) -> None:
 
 
 def count(value: object, name: str, least: int = 0) -> int:
-    """An integer of at least `least`."""
+    """An integer of at least `least` and at most `MOST`."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer):
         raise ValueError(f"{name}: expected an integer, got {value!r}")
-    if value < least:
-        raise ValueError(f"{name}: must be at least {least}, got {value}")
-    return int(value)
+    plain = int(value)
+    if plain < least:
+        raise ValueError(f"{name}: must be at least {least}, got {plain}")
+    if plain > MOST:
+        raise ValueError(f"{name}: must be at most {MOST}")
+    return plain
 
 
 def number(value: object, name: str, low: float = -np.inf, high: float = np.inf) -> float:
     """A finite number within [low, high]."""
     if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
         raise ValueError(f"{name}: expected a number, got {value!r}")
-    if not np.isfinite(value) or not low <= value <= high:
-        raise ValueError(f"{name}: expected a finite number from {low:g} to {high:g}, got {value!r}")
-    return float(value)
+    try:
+        plain = float(value)  # numpy's own types would round the limits to their precision
+    except OverflowError:
+        plain = np.inf
+    if not np.isfinite(plain) or not low <= plain <= high:
+        raise ValueError(f"{name}: expected a finite number from {low:g} to {high:g}, got {plain!r}")
+    return plain
 
 
 def one_of(value: object, known: Collection[str], name: str) -> str:
@@ -191,13 +199,3 @@ def batch_shape(**shapes: tuple[int, ...]) -> tuple[int, ...]:
     except ValueError:
         said = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
         raise ValueError(f"{', '.join(shapes)}: leading axes do not broadcast: {said}") from None
-
-
-def _moderate(a: FloatArray, name: str) -> FloatArray:
-    """`a`, in which every number is finite and has a square."""
-    # One pass: NaN fails every comparison, so `not (max <= LARGEST)` catches NaN,
-    # infinity and what would overflow.
-    if a.size and not np.abs(a).max() <= LARGEST:
-        finite(a, name)
-        raise ValueError(f"{name}: beyond {LARGEST:g} squares overflow, but there is {np.abs(a).max():.3g}")
-    return a

@@ -277,7 +277,8 @@ def _hessian(
         variance = np.square(s)
     else:
         left = at.moved - at.partners
-        squares = np.einsum("bm,bmi,bmij,bmj->b", w, left, at.precision, left, optimize=True)
+        # Of a wall without noise the sum may come out a little below zero.
+        squares = np.maximum(np.einsum("bm,bmi,bmij,bmj->b", w, left, at.precision, left, optimize=True), 0.0)
         spare = at.dims * (w > 0.0).sum(axis=1) - 3
         # As many unknowns as residuals leave nothing to judge the noise by.
         variance = np.where(spare > 0, squares / np.maximum(spare, 1), np.inf)
@@ -352,8 +353,9 @@ def _inverse(H: FloatArray, below: float) -> tuple[FloatArray, FloatArray]:
     """The inverses of (b, 3, 3) outside their free directions, and these, (b, 3, 3): a
     column each, zero for the others.
     """
-    finite = np.asarray(np.isfinite(H).all(axis=(1, 2)))
-    values, vectors = np.linalg.eigh(np.where(finite[:, None, None], H, 0.0))
+    size = np.abs(H).max(axis=(1, 2))
+    sound = np.asarray((size > 1e-300) & (size < np.inf))  # eigh does not converge on subnormal numbers
+    values, vectors = np.linalg.eigh(np.where(sound[:, None, None], H, 0.0))
     lost: BoolArray = np.asarray(~(values > below * np.maximum(values[:, -1:], 0.0)))
     reciprocal = np.where(lost, 0.0, 1.0 / np.where(lost, 1.0, values))
     inverse = (vectors * reciprocal[:, None]) @ vectors.swapaxes(1, 2)
@@ -368,11 +370,22 @@ def _noise(given: ArrayLike, name: str, batch: tuple[int, ...], count: int) -> F
             raise ValueError(f"{name}: a deviation is negative")
         a = np.square(a)[..., None, None] * np.eye(2)
         a = np.broadcast_to(a, (count, 2, 2))
+    elif a.shape[-3:] != (count, 2, 2):
+        raise ValueError(f"{name}: expected one number, {count}, or {count} covariances, got {a.shape}")
+    elif not _semidefinite(a):
+        raise ValueError(f"{name}: a covariance is not symmetric and positive semidefinite")
     try:
         whole = np.broadcast_to(a, (*batch, count, 2, 2))
     except ValueError:
         raise ValueError(f"{name}: expected one number, {count}, or {count} covariances, got {a.shape}") from None
     return whole.reshape(-1, count, 2, 2)
+
+
+def _semidefinite(a: FloatArray) -> bool:
+    """Whether all of a, (..., 2, 2), are symmetric and have no negative eigenvalue, but for rounding."""
+    little = 1e-9 * np.abs(a).max()
+    symmetric = np.abs(a - a.swapaxes(-1, -2)).max() <= little
+    return bool(symmetric and np.linalg.eigvalsh(a).min() >= -little)
 
 
 def _outer(a: FloatArray, b: FloatArray) -> FloatArray:

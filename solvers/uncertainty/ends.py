@@ -259,6 +259,8 @@ def _middle(points: FloatArray, weights: ArrayLike | None) -> tuple[FloatArray, 
     if weights is not None:
         w = np.asarray(weights, dtype=np.float64)
         first = first[w.reshape(-1, w.shape[-1])[0] > 0.0]
+        if not len(first):
+            raise ValueError("weights: no source point has one")
     middle = first.mean(axis=0)
     return middle, float(np.sqrt(np.square(first - middle).sum(axis=1).mean())) or 1.0
 

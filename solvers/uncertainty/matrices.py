@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from solvers.core.arrays import FloatArray
 from solvers.core.kinds import of_kind
+from solvers.core.numbers import finite, numbers
 from solvers.core.pose import Pose
 from solvers.uncertainty import se2
 from solvers.uncertainty.region import Covariance
@@ -48,8 +49,9 @@ def from_matrix(
     Raises
     ------
     ValueError
-        If the matrix is not finite, not symmetric or not positive semidefinite, or the
-        mean is not a planar pose.
+        If the matrix is not finite, not symmetric or not positive semidefinite, the mean
+        is not a planar pose, centre or radius are not finite, the radius is not positive,
+        or a shape does not fit the mean's.
 
     Examples
     --------
@@ -60,17 +62,30 @@ def from_matrix(
     >>> from_matrix(odometry, Pose.identity(), radius=3.0, frame="source").deviations.round(3)
     array([0.2 , 0.15, 0.1 ])
     """
-    S = np.asarray(matrix, dtype=np.float64)
-    if S.shape[-2:] != (3, 3) or not np.isfinite(S).all():
-        raise ValueError(f"matrix: expected finite numbers of shape (..., 3, 3), got {S.shape}")
+    S = finite(numbers(matrix, "matrix"), "matrix")
+    if S.shape[-2:] != (3, 3):
+        raise ValueError(f"matrix: expected shape (..., 3, 3), got {S.shape}")
     size = np.abs(S).max(initial=0.0)
     if np.abs(S - S.swapaxes(-1, -2)).max(initial=0.0) > 1e-9 * size:
         raise ValueError("matrix: it is not symmetric")
     of_kind(mean, Pose, "mean")
-    c, r = np.broadcast_to(np.asarray(centre, float), (*mean.batch, 2)), np.broadcast_to(radius, mean.batch)
+    batch = mean.batch
+    S = _of_shape(S, (*batch, 3, 3), "matrix")
+    c = _of_shape(finite(numbers(centre, "centre"), "centre"), (*batch, 2), "centre")
+    r = _of_shape(finite(numbers(radius, "radius"), "radius"), batch, "radius")
+    if not (r > 0.0).all():
+        raise ValueError("radius: must be positive")
     ones = np.ones_like(r)
     out = np.stack([r, ones, ones], axis=-1)[..., :, None] * se2.shifted(c)
     return from_scaled(out @ S @ out.swapaxes(-1, -2), mean, c, r, frame, made_by)
+
+
+def _of_shape(a: FloatArray, shape: tuple[int, ...], name: str) -> FloatArray:
+    """`a` broadcast to the shape that the mean asks for."""
+    try:
+        return np.broadcast_to(a, shape)
+    except ValueError:
+        raise ValueError(f"{name}: expected a shape that fits {shape}, as the mean's, got {a.shape}") from None
 
 
 def from_scaled(

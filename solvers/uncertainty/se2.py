@@ -14,7 +14,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from solvers.core import validate
 from solvers.core.arrays import FloatArray
+from solvers.core.kinds import of_kind
+from solvers.core.numbers import finite, numbers
 from solvers.core.pose import Pose
 
 
@@ -31,6 +34,11 @@ def exp(twist: ArrayLike) -> Pose:
     Pose
         The motions, of shape (...).
 
+    Raises
+    ------
+    ValueError
+        If the twists are not finite numbers of shape (..., 3).
+
     Examples
     --------
     A quarter turn along an arc of radius 1:
@@ -40,7 +48,9 @@ def exp(twist: ArrayLike) -> Pose:
     >>> exp([np.pi / 2, np.pi / 2, 0.0])
     Pose(angle=90°, t=(1, 1), scale=1)
     """
-    xi = np.asarray(twist, dtype=np.float64)
+    xi = finite(numbers(twist, "twist"), "twist")
+    if xi.shape[-1:] != (3,):
+        raise ValueError(f"twist: expected shape (..., 3), got {xi.shape}")
     angle, x, y = xi[..., 0], xi[..., 1], xi[..., 2]
     ahead = np.sinc(angle / np.pi)
     aside = 0.5 * angle * np.square(np.sinc(0.5 * angle / np.pi))
@@ -60,13 +70,18 @@ def log(pose: Pose) -> FloatArray:
     ndarray of shape (..., 3)
         Angle in (−π, π], then x and y in world units.
 
+    Raises
+    ------
+    ValueError
+        If `pose` is not a Pose, not rigid or not of the plane.
+
     Examples
     --------
     >>> from solvers.uncertainty import exp, log
     >>> log(exp([0.3, 1.0, -2.0])).round(6)
     array([ 0.3,  1. , -2. ])
     """
-    angle = np.asarray(pose.angle)
+    angle = np.asarray(_rigid(pose).angle)
     half = 0.5 * angle
     along = np.cos(half) / np.sinc(half / np.pi)
     x, y = pose.t[..., 0], pose.t[..., 1]
@@ -89,6 +104,11 @@ def adjoint(pose: Pose) -> FloatArray:
     ndarray of shape (..., 3, 3)
         Over (angle, x, y).
 
+    Raises
+    ------
+    ValueError
+        If `pose` is not a Pose, not rigid or not of the plane.
+
     Examples
     --------
     >>> import numpy as np
@@ -97,7 +117,7 @@ def adjoint(pose: Pose) -> FloatArray:
     >>> adjoint(Pose.from_angle(np.pi / 2, (2.0, 0.0))) @ [0.1, 0.0, 0.0]
     array([ 0.1,  0. , -0.2])
     """
-    matrix = np.zeros((*pose.batch, 3, 3))
+    matrix = np.zeros((*_rigid(pose).batch, 3, 3))
     matrix[..., 0, 0] = 1.0
     matrix[..., 1:, 1:] = pose.R
     matrix[..., 1, 0], matrix[..., 2, 0] = pose.t[..., 1], -pose.t[..., 0]
@@ -109,3 +129,11 @@ def shifted(centre: FloatArray) -> FloatArray:
     twist about the frame's origin, told about `centre`.
     """
     return adjoint(Pose.trusted(np.eye(2), -np.asarray(centre)))
+
+
+def _rigid(pose: Pose) -> Pose:
+    """`pose` when it is a rigid motion of the plane."""
+    validate.pose(of_kind(pose, Pose, "pose"), 2, "pose")
+    if np.any(np.abs(np.asarray(pose.scale) - 1.0) > 1e-9):
+        raise ValueError("pose.scale: a twist leads to a rigid motion, of scale 1")
+    return pose

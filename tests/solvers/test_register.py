@@ -7,7 +7,7 @@ import pytest
 
 import solvers
 from solvers import METHODS, Pose, Result, Status, register
-from solvers.scenes.rooms import kabsch_scene
+from solvers.scenes.rooms import kabsch_scene, room
 
 kabsch = partial(register, method="kabsch")
 
@@ -140,6 +140,33 @@ def test_pairs_name_the_partners(scene):
     assert np.allclose(each.pose[1].matrix, kabsch(scene.source, target, pairs=pairs[5:10]).matrix, atol=1e-13)
 
 
+def test_what_is_told_of_partners_is_told_of_the_pairs(scene):
+    """Where pairs are given, one row a pair: any two of them may name the same point."""
+    found = kabsch(scene.source, scene.target, pairs=[[5, 5], [2, 2], [9, 9], [9, 9]], weights=[1.0, 1.0, 1.0, 0.0])
+    assert found.correspondences.tolist() == [0, 1, 2, -1]
+    assert found.fitness == 0.75
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+@pytest.mark.parametrize(
+    ("method", "options"),
+    [
+        ("mmd", {"damping": 1}),
+        ("ransac", {"inlier": np.float32(1), "most": np.uint8(100), "per_step": np.uint64(5)}),
+        ("trimmed-icp", {"keep": np.int8(1)}),
+        ("icp", {"gate": np.float16(2), "weight": "huber", "scale": np.float32(1)}),
+    ],
+)
+def test_a_number_counts_and_not_its_type(method, options):
+    """Whole numbers where fractions may stand, and numpy's small types, in which sums over points would overflow."""
+    scene = room("noise", seed=40)
+    plain = {name: value if isinstance(value, str) else float(value) for name, value in options.items()}
+    plain |= {name: int(plain[name]) for name in ("most", "per_step") if name in plain}
+    one, other = (register(scene.source, scene.target, method, max_steps=15, **each) for each in (options, plain))
+    np.testing.assert_array_equal(one.matrix, other.matrix)
+    assert one.status == other.status
+
+
 def test_icp_is_what_is_asked_for_by_default(scene):
     assert register(scene.source, scene.target).method == "icp"
 
@@ -203,6 +230,13 @@ def test_a_callback_is_called_after_every_step(scene):
         ({"seed": 1.5}, "seed: expected a non-negative integer"),
         ({"max_steps": -1}, "max_steps: must be at least 0"),
         ({"max_steps": 2.0}, "max_steps: expected an integer"),
+        ({"max_steps": 10**22}, "max_steps: must be at most 2147483647"),
+        ({"method": "ransac", "most": 10**400}, "most: must be at most 2147483647"),
+        ({"method": "icp", "gate": 10**400}, "gate: expected a finite number"),
+        ({"method": "icp", "weight": "huber", "scale": np.float32(0)}, "scale: expected a finite number"),
+        ({"method": "branch-and-bound", "cap": 1e300}, "cap: expected a finite number"),
+        ({"method": "branch-and-bound", "shift": 1e300}, "shift: expected a finite number"),
+        ({"method": "ndt", "grids": 1.0}, "grids: expected an integer"),
         ({"source": [np.zeros((13, 2))] * 2, "target": [np.zeros((13, 2))] * 3}, "target: there are 3, but 2 clouds"),
         ({"source": [np.eye(2), np.full((2, 2), np.nan)], "target": [np.eye(2)] * 2}, "cloud 1 of the list: source"),
         ({"source": [np.eye(2)] * 2, "target": np.ones((2, 2, 2))}, "cloud 0 of the list: .*one problem"),

@@ -101,8 +101,26 @@ def test_halves_without_noise_agree():
     assert halves(scene.target, scene.target, Pose.from_angle(0.02, (0.05, 0.0)), "point-to-plane") < 1e-3
 
 
+def test_each_half_has_its_weights():
+    """Without weight for the points that are wrong the halves agree; those who have odd counts of points, too."""
+    scene = room("clean", noise=0.0)
+    source = scene.target.copy()
+    source[::7] += (0.8, -0.3)
+    right = (np.arange(len(source)) % 7 != 0).astype(float)
+    start = Pose.from_angle(0.02, (0.05, 0.0))
+    for count in (len(source), len(source) - 1):
+        weighted = halves(source[:count], scene.target, start, "point-to-plane", weights=right[:count])
+        assert weighted < 1e-3 < halves(source[:count], scene.target, start, "point-to-plane")
+
+
 def test_what_is_refused():
     scene = room("clean")
+    with pytest.raises(ValueError, match=r"^pose: a batch of shape \(0,\)"):
+        evidence(scene.source, scene.target, Pose.identity(batch=(0,)))
+    with pytest.raises(ValueError, match=r"^pairs: "):
+        halves(scene.source, scene.target, Pose.identity(), "kabsch", pairs=[[0, 1], [1, 2]])
+    with pytest.raises(ValueError, match=r"^weights: expected shape"):
+        halves(scene.source, scene.target, Pose.identity(), weights=np.ones(3))
     with pytest.raises(ValueError, match="reach"):
         evidence(scene.source, scene.target, Pose.identity(), 0.0)
     with pytest.raises(ValueError, match=r"source, target, pose: leading axes do not broadcast: source \(2,\), "):

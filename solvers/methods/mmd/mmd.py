@@ -241,7 +241,7 @@ def _at_stage(state: MmdState, stage: IntArray) -> MmdState:
     few = np.arange(z.shape[1]) >= state.counts[rows, stage, None]
     state = changed(
         state, stage=stage, frequencies=np.where(few[..., None], 0.0, z), length=state.lengths[rows, stage],
-        fixed_mean=state.fixed_means[rows, stage], damping=np.full(len(stage), state.options.damping),
+        fixed_mean=state.fixed_means[rows, stage], damping=np.full(len(stage), float(state.options.damping)),
     )  # fmt: skip
     return _at(state, state.pose)
 
@@ -277,7 +277,7 @@ def _start(problem: Problem, options: MmdOptions) -> MmdState:
         radius=rms_radius(problem.source), pose=Pose.trusted(problem.start.R, problem.start.t), objective=np.zeros(b),
         status=statuses((b,)), reason=reasons((b,)), stage=np.zeros(b, dtype=np.int64), frequencies=draws[:, 0],
         length=lengths[:, 0], moving_mean=nothing, fixed_mean=means[0], residual=nothing,
-        jacobian=np.zeros((b, 2 * D, p)), damping=np.full(b, options.damping), condition=np.full(b, np.inf),
+        jacobian=np.zeros((b, 2 * D, p)), damping=np.full(b, float(options.damping)), condition=np.full(b, np.inf),
         weak=np.zeros((b, p)), change=np.full(b, np.inf),
     )  # fmt: skip
     return _at_stage(state, state.stage)

@@ -98,7 +98,7 @@ class NdtOptions:
 
     def __post_init__(self) -> None:
         sizes(self.cells)
-        if self.grids not in (1, 4) or isinstance(self.grids, bool):
+        if validate.count(self.grids, "grids") not in (1, 4):
             raise ValueError(f"grids: expected 1 or 4, got {self.grids!r}")
         if not isinstance(self.offset, Sequence | np.ndarray) or len(self.offset) != 2:
             raise ValueError(f"offset: expected two numbers, got {self.offset!r}")

@@ -91,11 +91,11 @@ class BranchAndBoundOptions:
     def __post_init__(self) -> None:
         for name in ("cap", "gap"):
             value = getattr(self, name)
-            if value is not None and not validate.number(value, name) > 0.0:
+            if value is not None and not validate.number(value, name, high=1e100) > 0.0:
                 raise ValueError(f"{name}: expected a number above 0, got {value!r}")
         validate.number(self.turn, "turn", 0.0, np.pi)
         if self.shift is not None:
-            validate.number(self.shift, "shift", 0.0)
+            validate.number(self.shift, "shift", 0.0, 1e100)
         validate.count(self.boxes, "boxes", 1)
         validate.count(self.most, "most", 1)
 

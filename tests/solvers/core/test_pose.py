@@ -223,6 +223,7 @@ def test_what_is_no_rotation_and_no_scale_is_refused(R, scale, says):
         (lambda: Pose.from_angle(0.0, (0.0, np.inf)), "t: 1 of 2 numbers are not finite"),
         (lambda: Pose.from_angle(0.0, scale=-1.0), "scale: must be positive, but the smallest is -1"),
         (lambda: Pose.from_rotvec([0.0, np.nan, 0.0]), "rotvec: 1 of 3 numbers are not finite"),
+        (lambda: Pose.from_rotvec([1e200, 0.0, 0.0]), r"rotvec: beyond 1e\+150 squares overflow"),
         (lambda: Pose.from_rotvec([0.0, 0.0, 1.0], scale=-2.0), "scale: must be positive, but the smallest is -2"),
         (lambda: Pose.from_rotvec([0.0, 0.0, 1.0], scale=np.nan), "scale: 1 of 1 numbers are not finite"),
         (lambda: Pose.from_matrix(np.ma.masked_equal(np.eye(3), 0.0)), "matrix: a masked array hides 6 numbers"),

@@ -178,9 +178,12 @@ def test_what_has_none_says_so():
     for wrong in (-1.0, np.nan, [0.1, 0.2], "0.1"):
         with pytest.raises(ValueError, match=r"^sigma: "):
             covariance(found, sigma=wrong)
-    for wrong in (-1.0, np.inf, np.ones(7), "0.1"):
+    for wrong in (-1.0, np.inf, np.ones(7), "0.1", [0.02], [0.02, 0.02], [[0.02]], 0.02 * np.eye(2)):
         with pytest.raises(ValueError, match=r"^source_noise: "):
             covariance(found, "censi", source_noise=wrong)
+    for wrong in (-np.eye(2), np.array([[1.0, 0.5], [0.0, 1.0]])):
+        with pytest.raises(ValueError, match=r"^source_noise: a covariance is not symmetric and positive semidefinite"):
+            covariance(found, "censi", source_noise=np.stack([wrong] * len(scene.source)))
     space = np.random.default_rng(1).standard_normal((9, 3))
     with pytest.raises(ValueError, match="plane"):
         covariance(register(space, space, "kabsch"))
@@ -196,3 +199,20 @@ def test_importing_the_solvers_does_not_import_it():
     code = "import sys, solvers; print('solvers.uncertainty' in sys.modules)"
     shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert shown.stdout.strip() == "False"
+
+
+@pytest.mark.parametrize("shift", [0.05, 0.1, 0.3])
+@pytest.mark.parametrize("degrees", [0.0, 12.0, 30.0, 45.0, 71.0])
+def test_a_wall_without_noise_has_a_covariance(degrees, shift):
+    """Its residuals' squares may sum to a little below zero; the slide is free and the rest is certain."""
+    wall = np.linspace([0.0, 0.0], [1.0, 1.0], 25) @ Pose.from_angle(np.radians(degrees)).R.T
+    spread = register(wall, wall + shift, "point-to-plane").covariance
+    assert spread.free.sum() == 1
+    np.testing.assert_allclose(spread.deviations[~spread.free], 0.0, atol=1e-6)
+
+
+def test_weights_next_to_nothing_leave_all_free():
+    source = np.random.default_rng(0).normal(size=(30, 2))
+    for method in ("kabsch", "icp", "point-to-plane"):
+        spread = register(source, source + 0.1, method, weights=np.full(30, 5e-324)).covariance
+        assert spread.free.all()

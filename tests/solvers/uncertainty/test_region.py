@@ -144,6 +144,7 @@ def test_certainty_has_no_information_matrix():
 
 @pytest.mark.parametrize(("matrix", "words"), [
     (np.eye(2), "matrix"), (np.full((3, 3), np.nan), "matrix"), (-np.eye(3), "semidefinite"),
+    (np.stack([np.eye(3)] * 2), "matrix: expected a shape that fits"),
     (np.array([[1.0, 2.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]), "symmetric"),
 ])  # fmt: skip
 def test_what_is_no_covariance_is_refused(matrix, words):
@@ -169,6 +170,18 @@ def test_what_else_is_refused():
         quantile(0.5, 4)
     with pytest.raises(ValueError, match="rigid"):
         from_matrix(np.eye(3), Pose.from_angle(0.0, scale=2.0))
+    for name, wrong in (
+        *[("radius", 0.0), ("radius", -1.0), ("radius", np.nan), ("radius", [1.0, 2.0])],
+        *[("centre", (0.0, np.nan)), ("centre", (0.0, 0.0, 0.0))],
+    ):
+        with pytest.raises(ValueError, match=f"^{name}: "):
+            from_matrix(np.eye(3), Pose.identity(), **{name: wrong})
+    for wrong in ((0.0, np.nan), (0.0, 0.0, 0.0), "here"):
+        for tell in (one.ellipse, one.point_covariance):
+            with pytest.raises(ValueError, match=r"^point: "):
+                tell(point=wrong)
+    with pytest.raises(ValueError, match=r"^pose.scale: "):
+        one.covers(Pose.from_angle(0.0, scale=5.0))
 
 
 def test_a_batch_is_its_single_covariances():

@@ -57,3 +57,14 @@ def test_batches_are_their_single_twists():
     assert all_of_them.batch == (4, 5)
     close(all_of_them[2, 3], exp(twists[2, 3]))
     np.testing.assert_array_equal(log(all_of_them)[1, 1], log(all_of_them[1, 1]))
+
+
+def test_what_is_no_twist_and_no_rigid_motion_of_the_plane_is_refused():
+    for wrong in ([0.1, 0.2, 0.3, 0.4], 1.0, [0.0, np.nan, 0.0]):
+        with pytest.raises(ValueError, match=r"^twist: "):
+            exp(wrong)
+    wrong = {"pose.scale: ": Pose.from_angle(0.1, scale=5.0), "pose: moves": Pose.identity(3), "pose: exp": np.eye(3)}
+    for says, pose in wrong.items():
+        for tell in (log, adjoint):
+            with pytest.raises(ValueError, match=f"^{says}"):
+                tell(pose)
