@@ -6,10 +6,13 @@ import io
 import json
 import sys
 import tracemalloc
+import warnings
 import zipfile
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import solvers
 from solvers import METHODS, Pose, register
@@ -58,7 +61,7 @@ def test_json_holds_what_register_finds(files, capsys):
     np.testing.assert_allclose(told["matrix"], result.matrix, atol=1e-9)
     assert told["converged"] is True
     assert told["lower"] is None
-    assert "NumPy array points" in told["target"]
+    assert "NumPy array 'points'" in told["target"]
 
 
 def test_the_command_may_be_left_out(files, capsys):
@@ -206,12 +209,33 @@ def test_rows_that_are_not_finite_are_left_out_and_told():
     assert found.notices == ("1 row with NaN or infinity left out",)
 
 
+def test_what_float64_cannot_hold_is_left_out_without_a_warning():
+    values = np.array([["1e4000", "1"], ["3", "4"]]).astype(np.longdouble)
+    with warnings.catch_warnings(action="error"):
+        assert arrays.read(npy(values)).points.tolist() == [[3.0, 4.0]]
+
+
 HEADER = "{{'descr': '{}', 'fortran_order': False, 'shape': {}, }}"
 
 
 def made(kind: str, shape: str, data: bytes = b"") -> bytes:
-    text = HEADER.format(kind, shape).ljust(117) + "\n"
+    return headed(HEADER.format(kind, shape), data)
+
+
+def headed(header: str, data: bytes = b"") -> bytes:
+    text = header.ljust(117) + "\n"
     return b"\x93NUMPY\x01\x00" + len(text).to_bytes(2, "little") + text.encode() + data
+
+
+def flipped(data: bytes, start: int, stop: int) -> bytes:
+    return data[:start] + bytes(255 - byte for byte in data[start:stop]) + data[stop:]
+
+
+def packed(how: int) -> bytes:
+    file = io.BytesIO()
+    with zipfile.ZipFile(file, "w", how) as archive:
+        archive.writestr("points.npy", npy(np.eye(2)))
+    return file.getvalue()
 
 
 @pytest.mark.parametrize(
@@ -226,14 +250,66 @@ def made(kind: str, shape: str, data: bytes = b"") -> bytes:
         (made("|O", "(2, 2)", b"\x80" * 32), "expected numbers"),
         (b"\x93NUMPY\x01\x00\x05\x00nope\n", "a broken NumPy array"),
         (b"\x93NUMPY", "a broken NumPy array"),
-        (npz(a=np.zeros((2, 2)), b=np.zeros((2, 2))), "expected one array or one called points, got: a, b"),
+        (b"\x93NUMPY\x03\x00", r"format version \(3, 0\); expected \(1, 0\) or \(2, 0\)"),
+        (headed("{'descr': (("), "^a broken NumPy array: its header cannot be read$"),
+        (headed("{[]: 1}"), "its header cannot be read"),
+        (headed("{b'descr': 1, 'shape': 2}"), "its header cannot be read"),
+        (headed("{'descr': (), 'fortran_order': False, 'shape': (1, 2)}"), "its header cannot be read"),
+        (headed("(" * 9000), "its header cannot be read"),
+        (headed(" " * 20_000), "its header cannot be read"),
+        (made("<f8,,", "(1L, 2L)"), "its header cannot be read"),
+        (made("<f8", "(-1, -2)", bytes(16)), r"of shape \(-1, -2\)"),
+        (made("<f8", f"({10**30}, 0)"), "of shape"),
+        (npz(a=np.zeros((2, 2)), b=np.zeros((2, 2))), "expected one array or one called points, got: 'a', 'b'"),
         (npz(points=np.zeros((2, 2)))[:-30], "a broken archive"),
         (b"PK\x03\x04", "a broken archive"),
+        (flipped(npz(points=np.arange(80.0).reshape(40, 2)), 60, 120), "a broken archive of NumPy arrays: Error -3"),
+        (packed(zipfile.ZIP_LZMA), "'points.npy' is packed as NumPy packs none"),
+        (packed(zipfile.ZIP_BZIP2), "'points.npy' is packed as NumPy packs none"),
+        (npz(**{"a\nb": np.eye(2), "c": np.eye(2)}), r"got: 'a\\nb', 'c'"),
     ],
 )
 def test_what_is_wrong_with_such_a_file_is_said(data, told):
     with pytest.raises(ValueError, match=told):
         arrays.read(data)
+
+
+def test_an_array_of_python_2_is_read_without_a_warning():
+    with warnings.catch_warnings(action="error"):
+        assert arrays.read(made("<f8", "(1L, 2L)", bytes(16))).points.tolist() == [[0.0, 0.0]]
+
+
+WHOLE = np.arange(8.0).reshape(4, 2)
+
+
+@pytest.mark.parametrize(
+    "whole", [npy(WHOLE), npz(points=WHOLE), packed(zipfile.ZIP_STORED)], ids=["npy", "compressed", "stored"]
+)
+@given(data=st.data())
+@settings(max_examples=200, deadline=None)
+def test_damage_is_an_array_or_the_one_error(whole, data):
+    """Bytes cut, replaced and put in anywhere, also such as a header is written with: no warning and no second line."""
+    damaged = bytearray(whole)
+    for _ in range(data.draw(st.integers(1, 4))):
+        at = data.draw(st.integers(0, len(damaged)) | st.integers(8, 70))  # where a header of NumPy is
+        end = data.draw(st.integers(at, min(len(damaged), at + 4)))
+        damaged[at:end] = data.draw(st.binary(max_size=4) | st.text("[](){}',:<fiL129 \n", max_size=4).map(str.encode))
+    found, error = outcome(bytes(damaged))
+    if found is None:
+        assert type(error) is ValueError
+        assert len(str(error).splitlines()) == 1
+    else:
+        assert found.points.shape[1] in (2, 3)
+        assert np.isfinite(found.points).all()
+
+
+def outcome(data: bytes):
+    """The cloud that is read, or the error."""
+    with warnings.catch_warnings(action="error"):
+        try:
+            return arrays.read(data), None
+        except ValueError as error:
+            return None, error
 
 
 def test_an_archive_that_unpacks_to_gigabytes_is_refused_before_it_does():
