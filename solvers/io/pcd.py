@@ -4,6 +4,8 @@ as text or as numbers.
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 
 from solvers.core.arrays import FloatArray
@@ -12,6 +14,7 @@ from solvers.io.text import lines_of, numbers, told
 KEYS = ("VERSION", "FIELDS", "SIZE", "TYPE", "COUNT", "WIDTH", "HEIGHT", "VIEWPOINT", "POINTS", "DATA")
 KINDS = {"F": "f", "I": "i", "U": "u"}
 SIZES = {"F": ("4", "8"), "I": ("1", "2", "4", "8"), "U": ("1", "2", "4", "8")}
+LAST = re.compile(rb"([\r\n])[ \t]*DATA")  # the header's last line, and what ended the one before
 MOST_FIELDS = 1000
 MOST_COUNT = 10_000
 
@@ -25,10 +28,12 @@ def points(data: bytes, most: int) -> tuple[FloatArray, str]:
     """
     named: dict[str, tuple[int, list[str]]] = {}
     at = line = 0
+    last = LAST.search(data)
+    mark = last[1] if last else b"\n"
     while "DATA" not in named:
         if at >= len(data):
             raise ValueError(f"line {line + 1}: the file ends within its header; expected 'DATA ascii'")
-        end = data.find(b"\n", at)
+        end = data.find(mark, at)
         end = len(data) if end < 0 else end + 1
         line += 1
         words = data[at:end].decode("latin-1").partition("#")[0].split()

@@ -4,6 +4,7 @@ or big-endian numbers.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -23,7 +24,7 @@ TYPES = {
     **dict.fromkeys(("double", "float64"), "f8"),
 }
 ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
-END = b"\nend_header"
+END = re.compile(rb"([\r\n])end_header")
 
 
 @dataclass
@@ -44,11 +45,12 @@ def points(data: bytes, most: int) -> tuple[FloatArray, str]:
     Raises ValueError with the number of the line, for a header or for text, or with
     what is missing.
     """
-    at = data.find(END) + 1
-    if not at:
+    found = END.search(data)
+    if not found:
         last = len(lines_of(data.rstrip().decode("latin-1")))
         raise ValueError(f"line {last}: the file ends within its header; expected 'end_header'")
-    end = data.find(b"\n", at)
+    at = found.end(1)
+    end = data.find(found[1], at)
     end = len(data) if end < 0 else end + 1
     header = lines_of(data[:at].decode("latin-1"))
     order, elements = _header(header)

@@ -42,6 +42,12 @@ def pcd(p, kind="ascii"):
     return head.encode() + b"".join(struct.pack(f"<{d}d3f", *row, 0, 0, 1) for row in p)
 
 
+def bare(data):
+    r"""The same with lines that end by \r alone; numbers after a header stay as they are."""
+    head, last, body = data.partition(b"end_header\n" if data.startswith(b"ply") else b"DATA binary\n")
+    return (head + last).replace(b"\n", b"\r") + (body.replace(b"\n", b"\r") if b" ascii" in head else body)
+
+
 WRITERS = {
     "csv": csv,
     "csv without names": lambda p: csv(p, header=False),
@@ -52,8 +58,12 @@ WRITERS = {
     "ply": ply,
     "ply little": lambda p: ply(p, "binary_little_endian"),
     "ply big": lambda p: ply(p, "binary_big_endian"),
+    "ply of bare returns": lambda p: bare(ply(p)),
+    "ply little of bare returns": lambda p: bare(ply(p, "binary_little_endian")),
     "pcd": pcd,
     "pcd binary": lambda p: pcd(p, "binary"),
+    "pcd of bare returns": lambda p: bare(pcd(p)),
+    "pcd binary of bare returns": lambda p: bare(pcd(p, "binary")),
 }
 
 
@@ -118,6 +128,8 @@ def survives(data):
         (pcd(np.eye(3)).replace(b"0.0 1.0 0.0 0", b"0.0 1.0 0,0 0"), 13, "decimal point"),
         (pcd(np.eye(3)).replace(b"DATA ascii", b"DATA binary_compressed"), 11, "expected ascii or binary"),
         (pcd(np.eye(3)).replace(b"VIEWPOINT", b"VIEW"), 9, "'VIEW' is not understood"),
+        (bare(ply(np.eye(3)).replace(b"property double x", b"property float128 x")), 5, "float128"),
+        (bare(pcd(np.eye(3)).replace(b"VIEWPOINT", b"VIEW")), 9, "'VIEW' is not understood"),
         (pcd(np.eye(3), "binary").replace(b"1 3\n", b"1 " + b"0" * 8 + b"1" * 90 + b"\n"), 6, "from 1 to 10000"),
     ],
 )
