@@ -24,7 +24,7 @@ COMMANDS: dict[str, Callable[[Sequence[str]], int]] = {
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; the exit code: 0; 1 where nobody reads on; 2 where an argument
-    or a file is wrong; 3 where an answer is not to be trusted.
+    or a file is wrong, or memory runs out; 3 where an answer is not to be trusted.
     """
     given = list(sys.argv[1:] if arguments is None else arguments)
     if isinstance(sys.stdout, io.TextIOWrapper):
@@ -38,6 +38,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 1
     except ValueError as error:
         print(f"{program()}: {error}", file=sys.stderr)
+        return 2
+    except MemoryError as error:  # numpy's own says how much was asked for, Python's says nothing
+        print(f"{program()}: there is not enough memory{f': {error}' if str(error) else ''}", file=sys.stderr)
         return 2
     return code
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import importlib.util
 import json
+import os
 import sys
 import textwrap
 from collections.abc import Callable, Sequence
@@ -25,12 +26,16 @@ def program(command: str = "") -> str:
 
 
 def able_to_write(path: Path, kinds: Sequence[str]) -> None:
-    """Raises ValueError where `path`, given as --out, ends in none of `kinds`, or is a picture and matplotlib, an
-    extra, is missing: asked before anything is computed.
+    """Raises ValueError where `path`, given as --out, ends in none of `kinds`, names a folder or lies in none, or is a
+    picture and matplotlib, an extra, is missing: asked before anything is computed.
     """
     kind = path.suffix.lower()
     if kind not in kinds:
         raise ValueError(f"--out: {path}: expected a name that ends in {', '.join(kinds)}")
+    if not os.path.isdir(path.parent):
+        raise ValueError(f"--out: {path}: there is no folder {path.parent}")
+    if os.path.isdir(path):
+        raise ValueError(f"--out: {path}: is a folder; expected a file's name")
     if kind in DRAWN and importlib.util.find_spec("matplotlib") is None:
         raise ValueError("--out: drawing needs matplotlib: pip install matplotlib")
 

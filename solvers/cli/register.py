@@ -96,7 +96,9 @@ def _start(text: str, d: int) -> Pose:
         angle, *shift = (float(part) for part in text.split(","))
     except ValueError:
         raise ValueError(f"--start: {text!r} is not ANGLE,X,Y: numbers separated by commas") from None
-    if len(shift) not in (2, d) or not np.isfinite([angle, *shift]).all():
+    if not np.isfinite([angle, *shift]).all():
+        raise ValueError(f"--start: {text!r} is not finite")
+    if len(shift) not in (2, d):
         raise ValueError(f"--start: {text!r} has {len(shift)} shifts; expected {' or '.join(sorted({'2', str(d)}))}")
     turn, moved = np.eye(d), np.zeros(d)
     turn[:2, :2] = Pose.from_angle(np.radians(angle)).R
@@ -116,7 +118,7 @@ def _option(text: str) -> tuple[str, Any]:
         read = ast.literal_eval(value)
     except (RecursionError, MemoryError):
         raise ValueError(f"--options: {name}: brackets are nested too deeply") from None
-    except (ValueError, SyntaxError):
+    except (ValueError, SyntaxError, TypeError):  # TypeError: a list, which cannot be hashed, in a set
         read = value
     if _too_large(read):
         raise ValueError(f"--options: {name}: {len(value)} digits; expected a number below 1e308")
@@ -155,8 +157,9 @@ def _signs(source: FloatArray, target: FloatArray, pose: Pose, reach: float) -> 
     return float(near.mean()), float(np.sqrt(squares[near].mean())) if near.any() else float("nan")
 
 
-def _told(result: Result, source: FloatArray, target: FloatArray, reach: float) -> dict[str, Any]:
-    """What there is to say of a result, by name; lengths in the files' unit."""
+def _told(result: Result, source: FloatArray, target: FloatArray, given: float | None) -> dict[str, Any]:
+    """What there is to say of a result, by name; lengths in the files' unit, among them the reach that was given."""
+    reach = float(verify.usual_reach(target)) if given is None else given
     pose, (share, rms) = result.pose, _signs(source, target, result.pose, reach)
     planar = pose.dim == 2
     return {
@@ -173,7 +176,7 @@ def _told(result: Result, source: FloatArray, target: FloatArray, reach: float) 
         "reach": reach,
         "overlap": share,
         "residual_rms": rms,
-        "condition": verify.evidence(source, target, pose, reach).weakest if planar else None,
+        "condition": verify.evidence(source, target, pose, given).weakest if planar else None,
     }
 
 
@@ -214,19 +217,22 @@ def register_files(arguments: Sequence[str]) -> int:
         dims = " or ".join(map(str, method.dims))
         hint = "; --above registers x and y" if d == 3 else ""
         raise ValueError(f"--method: {method.name} works in {dims} dimensions, the points have {d}{hint}")
-    reach = given.reach
-    if reach is None:
-        reach = float(verify.usual_reach(target))
-    validate.number(reach, "--reach", 1e-100, 1e100)
+    if given.reach is not None:
+        validate.number(given.reach, "--reach", 1e-100, 1e100)
     start = _start(given.start, d)
     options = _options(given.options, method)
+    if method.paired and len(source) != len(target):
+        raise ValueError(
+            f"--method: {method.name} takes row i of both files as partners, but they give {len(source)} and"
+            f" {len(target)} points; a method such as icp finds the partners itself"
+        )
     limit = method.max_steps if given.max_steps is None else given.max_steps
     with Bar(method.name) as bar:
         result = register(
             source, target, method.name, options=options, start=start, seed=given.seed, max_steps=given.max_steps,
             callback=lambda k, state: bar(k, limit),
         )  # fmt: skip
-    told = _told(result, source, target, reach)
+    told = _told(result, source, target, given.reach)
     if given.json:
         about = {"source": about_source, "target": about_target, "method": method.name}
         printed({**about, **told, "picture": None if given.out is None else str(given.out)})

@@ -88,6 +88,7 @@ def test_scans_that_are_not_matched_are_exit_code_3(table: Path, capsys: pytest.
     [
         (["nowhere.csv"], "nowhere.csv: No such file"),
         (["telecom-loop", "--out", "map.gif"], "expected a name that ends in .svg, .png, .g2o, .csv"),
+        (["telecom-loop", "--out", "no/such/poses.csv"], "--out: no/such/poses.csv: there is no folder no/such"),
         (["telecom-loop", "--gate", "-1"], "gate"),
         (["telecom-loop", "--farthest", "0"], "--farthest"),
         (["telecom-loop", "--radius", "-1"], "radius"),
