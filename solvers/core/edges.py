@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from solvers.core import validate
 from solvers.core.arrays import FloatArray, IntArray
 from solvers.core.kinds import of_kind
+from solvers.core.numbers import array, numbers
 from solvers.core.pose import Pose
 
 
@@ -59,7 +60,7 @@ class Edges:
     information: FloatArray
 
     def __post_init__(self) -> None:
-        ends = [_nodes(getattr(self, name), name) for name in ("i", "j")]
+        ends = [row_numbers(getattr(self, name), name) for name in ("i", "j")]
         count = len(ends[0])
         if len(ends[1]) != count:
             raise ValueError(f"j: expected as many nodes as i has, {count}, got {len(ends[1])}")
@@ -105,16 +106,14 @@ class Edges:
         ValueError
             If a node does not exist, and whatever the class objects to.
         """
-        poses = rigid(poses, "poses")
-        if len(poses.batch) != 1:
-            raise ValueError(f"poses: expected shape (n,), got {poses.batch}")
-        ends = [_nodes(values, name) for values, name in ((i, "i"), (j, "j"))]
+        n = pose_count(poses)
+        ends = [row_numbers(values, name) for values, name in ((i, "i"), (j, "j"))]
         for nodes, name in zip(ends, "ij", strict=True):
-            within(nodes, poses.batch[0], name)
+            within(nodes, n, name)
         if len(ends[0]) != len(ends[1]):
             raise ValueError(f"j: expected as many nodes as i has, {len(ends[0])}, got {len(ends[1])}")
         relative = poses[ends[0]].inverse().compose(poses[ends[1]])
-        return cls(ends[0], ends[1], relative, np.asarray(information))
+        return cls(ends[0], ends[1], relative, numbers(information, "information"))
 
     @classmethod
     def joined(cls, parts: Sequence[Edges]) -> Edges:
@@ -146,39 +145,51 @@ def rigid(pose: Pose, name: str) -> Pose:
     """`pose` when it is planar and of scale 1, else a ValueError that names it."""
     pose = validate.pose(of_kind(pose, Pose, name), 2, name)
     if np.any(np.abs(np.asarray(pose.scale) - 1.0) > 1e-9):
-        raise ValueError(f"{name}.scale: a node of a graph is rigid, its scale 1")
+        raise ValueError(f"{name}.scale: expected rigid motions, of scale 1")
     return pose
 
 
-def within(nodes: IntArray, count: int, name: str) -> None:
+def pose_count(poses: Pose) -> int:
+    """The number n of rigid motions of the plane, of shape (n,); else a ValueError."""
+    batch = rigid(poses, "poses").batch
+    if len(batch) != 1:
+        raise ValueError(f"poses: expected shape (n,), got {batch}")
+    return batch[0]
+
+
+def graph(poses: Pose, edges: Edges) -> int:
+    """The number n of nodes at `poses` when the edges join no others; else a ValueError."""
+    n = pose_count(poses)
+    if not isinstance(edges, Edges):
+        raise ValueError(f"edges: expected Edges, got {type(edges).__name__}")
+    for nodes, name in ((edges.i, "edges.i"), (edges.j, "edges.j")):
+        within(nodes, n, name)
+    return n
+
+
+def within(nodes: IntArray, count: int, name: str, what: str = "node") -> None:
     """A ValueError when a node is none of 0 … count − 1."""
     wrong = np.flatnonzero((nodes < 0) | (nodes >= count))
     if wrong.size:
         k = wrong[0]
-        raise ValueError(f"{name}: entry {k} names node {nodes[k]}, but the nodes go from 0 to {count - 1}")
+        raise ValueError(f"{name}: entry {k} names {what} {nodes[k]}, but the {what}s go from 0 to {count - 1}")
 
 
-def _nodes(values: ArrayLike, name: str) -> IntArray:
-    try:
-        nodes = np.asarray(values)
-    except ValueError:
-        raise ValueError(f"{name}: rows of unequal length do not make an array") from None
-    if nodes.ndim != 1:
-        raise ValueError(f"{name}: expected shape (e,), one node an edge, got {nodes.shape}")
-    if nodes.size and nodes.dtype.kind not in "iu":
-        raise ValueError(f"{name}: expected integers, got {nodes.dtype}")
-    if nodes.size and (nodes.min() < 0 or nodes.max() > np.iinfo(np.int64).max):
-        raise ValueError(f"{name}: nodes are counted from 0, but there is {nodes.min()}")
-    nodes = nodes.astype(np.int64)
-    nodes.flags.writeable = False
-    return nodes
+def row_numbers(values: ArrayLike, name: str) -> IntArray:
+    """`values` as a read-only copy of int64, (k,), none of them negative; an empty list will do."""
+    rows = array(values, name)
+    if rows.ndim != 1 or (rows.size and rows.dtype.kind not in "iu"):
+        raise ValueError(f"{name}: expected integers of shape (k,), got {rows.dtype} of shape {rows.shape}")
+    if rows.size and (rows.min() < 0 or rows.max() > np.iinfo(np.int64).max):
+        wrong = rows.min() if rows.min() < 0 else rows.max()
+        raise ValueError(f"{name}: expected non-negative integers of at most 63 bits, but there is {wrong}")
+    rows = rows.astype(np.int64)
+    rows.flags.writeable = False
+    return rows
 
 
 def _positive(values: ArrayLike, count: int) -> FloatArray:
-    try:
-        given = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise ValueError("information: expected real numbers, 3 × 3 an edge") from None
+    given = numbers(values, "information")
     if given.shape not in ((3, 3), (count, 3, 3)):
         raise ValueError(f"information: expected shape ({count}, 3, 3) or (3, 3), got {given.shape}")
     matrices = np.array(np.broadcast_to(given, (count, 3, 3)))

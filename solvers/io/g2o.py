@@ -23,7 +23,8 @@ from numpy.typing import ArrayLike
 
 from solvers.core import validate
 from solvers.core.arrays import FloatArray, IntArray
-from solvers.core.edges import Edges, rigid, within
+from solvers.core.edges import Edges, graph, row_numbers, within
+from solvers.core.numbers import array
 from solvers.core.pose import Pose
 from solvers.io.text import file_bytes, is_number, lines_of, told
 
@@ -138,7 +139,7 @@ def read(data: bytes) -> GraphText:
     return GraphText(np.array(list(rows), dtype=np.int64), _poses(np.array(places)), edges, fixed)
 
 
-def write(poses: Pose, edges: Edges, *, fixed: Sequence[int] = (), ids: ArrayLike | None = None) -> bytes:
+def write(poses: Pose, edges: Edges, *, fixed: int | Sequence[int] = (), ids: ArrayLike | None = None) -> bytes:
     """A pose graph as a g2o file.
 
     Parameters
@@ -147,10 +148,10 @@ def write(poses: Pose, edges: Edges, *, fixed: Sequence[int] = (), ids: ArrayLik
         The nodes.
     edges : Edges
         What was measured between them.
-    fixed : sequence of int, default ()
+    fixed : int or sequence of int, default ()
         The rows of `poses` that are to be fixed.
     ids : array_like of int, shape (n,), optional
-        What the nodes are called. None is 0, 1, 2, …
+        What the nodes are called, below 2⁶². None is 0, 1, 2, …
 
     Returns
     -------
@@ -161,8 +162,9 @@ def write(poses: Pose, edges: Edges, *, fixed: Sequence[int] = (), ids: ArrayLik
     Raises
     ------
     ValueError
-        If an edge or `fixed` names a node that does not exist, or `ids` are not n
-        different non-negative integers.
+        If the poses are not rigid motions of the plane, of shape (n,), if `edges` are no
+        Edges, if an edge or `fixed` names a node that does not exist, or `ids` are not n
+        different integers from 0 to 2⁶² − 1.
 
     Examples
     --------
@@ -174,16 +176,12 @@ def write(poses: Pose, edges: Edges, *, fixed: Sequence[int] = (), ids: ArrayLik
     >>> print(write(poses, Edges.between(poses, [0], [1], np.eye(3)), fixed=[0]).decode().splitlines()[0])
     VERTEX_SE2 0 0.0 0.0 0.0
     """
-    poses = rigid(poses, "poses")
-    if len(poses.batch) != 1:
-        raise ValueError(f"poses: expected shape (n,), got {poses.batch}")
-    n = poses.batch[0]
-    names = np.arange(n) if ids is None else np.asarray(ids)
-    if names.shape != (n,) or names.dtype.kind not in "iu" or len(np.unique(names)) != n or (n and names.min() < 0):
-        raise ValueError(f"ids: expected {n} different non-negative integers")
-    held = np.asarray(fixed, dtype=np.int64).reshape(-1)
-    for rows, name in ((edges.i, "edges.i"), (edges.j, "edges.j"), (held, "fixed")):
-        within(rows, n, name)
+    n = graph(poses, edges)
+    names = np.arange(n) if ids is None else row_numbers(ids, "ids")
+    if len(names) != n or len(np.unique(names)) != n or (names >= _LARGEST_ID).any():
+        raise ValueError(f"ids: expected {n} different non-negative integers below 2**62")
+    held = row_numbers(np.atleast_1d(array(fixed, "fixed")), "fixed")
+    within(held, n, "fixed")
     lines = [
         f"VERTEX_SE2 {name} {_written([*t, angle])}"
         for name, t, angle in zip(names, poses.t, np.atleast_1d(poses.angle), strict=True)

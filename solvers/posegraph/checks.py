@@ -11,11 +11,12 @@ from numpy.typing import ArrayLike
 
 from solvers.core.arrays import BoolArray
 from solvers.core.edges import Edges, within
+from solvers.core.numbers import array
 
 
 def fixed(nodes: int | Sequence[int], count: int) -> BoolArray:
     """Which of `count` nodes are fixed, (n,)."""
-    held = np.atleast_1d(np.asarray(nodes))
+    held = np.atleast_1d(array(nodes, "fixed"))
     if held.size == 0:
         raise ValueError("fixed: is empty; poses relative to each other leave the whole graph free to move")
     if held.ndim != 1 or held.dtype.kind not in "iu":
@@ -46,11 +47,11 @@ def joined(edges: Edges, fixed: BoolArray) -> None:
         raise ValueError(f"edges: {count} joined to no fixed node, the first of them {first}")
 
 
-def mask(values: ArrayLike | None, count: int) -> BoolArray:
-    """Which of `count` edges are meant, (e,); None is all of them."""
+def mask(values: ArrayLike | None, count: int, name: str, what: str = "an edge") -> BoolArray:
+    """Which of `count` edges or loops are meant, (count,); None is all of them."""
     if values is None:
         return np.ones(count, dtype=np.bool_)
-    given = np.asarray(values)
-    if given.dtype != np.bool_ or given.shape != (count,):
-        raise ValueError(f"robust: expected one bool an edge, shape ({count},), got {given.dtype} of {given.shape}")
-    return given.copy()
+    given = array(values, name)
+    if given.shape != (count,) or (count and given.dtype != np.bool_):  # an empty list is one of floats
+        raise ValueError(f"{name}: expected one bool {what}, shape ({count},), got {given.dtype} of {given.shape}")
+    return given.astype(np.bool_)

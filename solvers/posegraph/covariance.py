@@ -9,10 +9,10 @@ from numpy.typing import ArrayLike
 
 from solvers.core import validate
 from solvers.core.arrays import FloatArray
-from solvers.core.edges import Edges, within
+from solvers.core.edges import Edges, row_numbers, within
 from solvers.core.pose import Pose
 from solvers.posegraph import linear
-from solvers.posegraph.errors import jacobians
+from solvers.posegraph.errors import derivatives
 from solvers.posegraph.graph import begin
 
 
@@ -71,15 +71,15 @@ def marginals(
     array([0.01, 0.02])
     """
     run = begin(poses, edges, fixed=fixed, sparse=sparse)
-    asked = np.asarray(nodes)
-    if asked.ndim != 1 or asked.dtype.kind not in "iu" or not asked.size:
-        raise ValueError(f"nodes: expected integers of shape (k,), got {asked.dtype} of shape {asked.shape}")
+    asked = row_numbers(nodes, "nodes")
+    if not asked.size:
+        raise ValueError("nodes: is empty; at least one node is needed")
     n, k = run.poses.batch[0], asked.size
-    within(asked.astype(np.int64), n, "nodes")
+    within(asked, n, "nodes")
     share = validate.weights(weights, len(edges))
     if share.ndim != 1 or not (share > 0.0).all():
         raise ValueError("weights: expected one positive weight an edge")
-    by_i, by_j = jacobians(run.poses, edges)
+    by_i, by_j = derivatives(run.poses, edges)
     parts = linear.blocks(by_i, by_j, share[:, None, None] * edges.information, np.zeros((len(edges), 3)))
     unit = np.zeros((n, 3, k, 3))
     unit[asked, :, np.arange(k)] = np.eye(3)

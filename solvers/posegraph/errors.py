@@ -18,7 +18,7 @@ from __future__ import annotations
 import numpy as np
 
 from solvers.core.arrays import FloatArray
-from solvers.core.edges import Edges
+from solvers.core.edges import Edges, graph
 from solvers.core.pose import Pose
 
 
@@ -38,6 +38,12 @@ def residuals(poses: Pose, edges: Edges) -> FloatArray:
         x and y in world units, along the axes of the measured node, and the angle in
         radians.
 
+    Raises
+    ------
+    ValueError
+        If the poses are not rigid motions of the plane, of shape (n,), if `edges` are no
+        Edges, or an edge names a node that does not exist.
+
     Examples
     --------
     >>> import numpy as np
@@ -48,6 +54,12 @@ def residuals(poses: Pose, edges: Edges) -> FloatArray:
     >>> residuals(poses, one).round(6)
     array([[0.2, 0. , 0.1]])
     """
+    graph(poses, edges)
+    return offsets(poses, edges)
+
+
+def offsets(poses: Pose, edges: Edges) -> FloatArray:
+    """`residuals` of a graph that was checked before."""
     first, Z = poses[edges.i], edges.relative
     seen = _turned_back(first.R, poses.t[edges.j] - first.t)
     off = _turned_back(Z.R, seen - Z.t)
@@ -70,6 +82,12 @@ def jacobians(poses: Pose, edges: Edges) -> tuple[FloatArray, FloatArray]:
     by_i, by_j : ndarray of shape (e, 3, 3)
         By (v, ω) of node i and of node j, with v along the axes of the map.
 
+    Raises
+    ------
+    ValueError
+        If the poses are not rigid motions of the plane, of shape (n,), if `edges` are no
+        Edges, or an edge names a node that does not exist.
+
     Examples
     --------
     >>> import numpy as np
@@ -82,6 +100,12 @@ def jacobians(poses: Pose, edges: Edges) -> tuple[FloatArray, FloatArray]:
            [ 0. , -1. , -1.2],
            [ 0. ,  0. , -1. ]])
     """
+    graph(poses, edges)
+    return derivatives(poses, edges)
+
+
+def derivatives(poses: Pose, edges: Edges) -> tuple[FloatArray, FloatArray]:
+    """`jacobians` of a graph that was checked before."""
     first = poses[edges.i]
     back = edges.relative.R.swapaxes(1, 2) @ first.R.swapaxes(1, 2)
     apart = poses.t[edges.j] - first.t
@@ -110,6 +134,12 @@ def chi_squared(poses: Pose, edges: Edges) -> FloatArray:
         No unit; 3 on average for an edge whose information tells its noise, at the true
         poses. Infinite where the numbers overflow.
 
+    Raises
+    ------
+    ValueError
+        If the poses are not rigid motions of the plane, of shape (n,), if `edges` are no
+        Edges, or an edge names a node that does not exist.
+
     Examples
     --------
     >>> import numpy as np
@@ -120,7 +150,8 @@ def chi_squared(poses: Pose, edges: Edges) -> FloatArray:
     >>> chi_squared(poses, one).round(6)
     array([4.])
     """
-    return squares(residuals(poses, edges), edges.information)
+    graph(poses, edges)
+    return squares(offsets(poses, edges), edges.information)
 
 
 def squares(errors: FloatArray, information: FloatArray) -> FloatArray:

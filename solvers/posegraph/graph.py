@@ -22,12 +22,13 @@ from numpy.typing import ArrayLike
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray
-from solvers.core.edges import Edges, rigid, within
+from solvers.core.edges import Edges, graph
+from solvers.core.kinds import of_kind
 from solvers.core.pose import Pose
 from solvers.core.status import Status
 from solvers.core.stepper import History
 from solvers.posegraph import checks, kernels, linear
-from solvers.posegraph.errors import chi_squared, jacobians, moved, residuals
+from solvers.posegraph.errors import derivatives, moved, offsets, squares
 from solvers.posegraph.linear import Plan
 
 _ROUNDING = 1e-14
@@ -160,7 +161,18 @@ class GraphResult:
         return f"GraphResult({said}, nodes={self.poses.batch[0]}, edges={len(self.chi2)}, total={self.total:.6g})"
 
 
-def begin(poses: Pose, edges: Edges, *, fixed: int | Sequence[int] = 0, **options: Any) -> GraphRun:
+def begin(
+    poses: Pose,
+    edges: Edges,
+    *,
+    fixed: int | Sequence[int] = 0,
+    kernel: str = "none",
+    robust: ArrayLike | None = None,
+    threshold: float = kernels.THRESHOLD,
+    max_steps: int = 100,
+    tolerance: float = 1e-9,
+    sparse: bool | None = None,
+) -> GraphRun:
     """An optimisation at its start, no step taken.
 
     Parameters
@@ -171,7 +183,7 @@ def begin(poses: Pose, edges: Edges, *, fixed: int | Sequence[int] = 0, **option
         What was measured between nodes.
     fixed : int or sequence of int, default 0
         The nodes that stay where they are.
-    **options
+    kernel, robust, threshold, max_steps, tolerance, sparse
         As for `optimise`.
 
     Returns
@@ -195,35 +207,15 @@ def begin(poses: Pose, edges: Edges, *, fixed: int | Sequence[int] = 0, **option
     >>> run.objective, advance(run).objective < 1e-9
     (21.0, True)
     """
-    return _begun(poses, edges, fixed, **options)
-
-
-def _begun(
-    poses: Pose,
-    edges: Edges,
-    fixed: int | Sequence[int],
-    *,
-    kernel: str = "none",
-    robust: ArrayLike | None = None,
-    threshold: float = kernels.THRESHOLD,
-    max_steps: int = 100,
-    tolerance: float = 1e-9,
-    sparse: bool | None = None,
-) -> GraphRun:
-    poses = rigid(poses, "poses")
-    if len(poses.batch) != 1 or not poses.batch[0]:
-        raise ValueError(f"poses: expected shape (n,) with at least one node, got {poses.batch}")
-    if not isinstance(edges, Edges):
-        raise ValueError(f"edges: expected Edges, got {type(edges).__name__}")
-    n = poses.batch[0]
-    for nodes, name in ((edges.i, "edges.i"), (edges.j, "edges.j")):
-        within(nodes, n, name)
+    n = graph(poses, edges)
+    if not n:
+        raise ValueError("poses: is empty; at least one node is needed")
     still = checks.fixed(fixed, n)
     checks.joined(edges, still)
     setting = _Setting(
         validate.one_of(kernel, kernels.KERNELS, "kernel"),
         validate.number(threshold, "threshold", 1e-6, 1e6),
-        checks.mask(robust, len(edges)),
+        checks.mask(robust, len(edges), "robust"),
         validate.count(max_steps, "max_steps"),
         validate.number(tolerance, "tolerance", 0.0, 1.0),
         linear.plan(n, edges.i, edges.j, still, sparse),
@@ -249,6 +241,11 @@ def advance(run: GraphRun) -> GraphRun:
     GraphRun
         The run one step on, or stopped.
 
+    Raises
+    ------
+    ValueError
+        If `run` is no GraphRun.
+
     Examples
     --------
     >>> import numpy as np
@@ -259,7 +256,7 @@ def advance(run: GraphRun) -> GraphRun:
     >>> print(advance(run).status)
     converged
     """
-    if run.done:
+    if of_kind(run, GraphRun, "run").done:
         return run
     with np.errstate(over="ignore", invalid="ignore", under="ignore", divide="ignore"):
         return _advanced(run)
@@ -267,9 +264,9 @@ def advance(run: GraphRun) -> GraphRun:
 
 def _advanced(run: GraphRun) -> GraphRun:
     edges, n = run.edges, run.poses.batch[0]
-    by_i, by_j = jacobians(run.poses, edges)
+    by_i, by_j = derivatives(run.poses, edges)
     information = run.weights[:, None, None] * edges.information
-    ii, ij, jj, at_i, at_j = linear.blocks(by_i, by_j, information, residuals(run.poses, edges))
+    ii, ij, jj, at_i, at_j = linear.blocks(by_i, by_j, information, offsets(run.poses, edges))
     gradient = np.zeros((n, 3))
     np.add.at(gradient, edges.i, at_i)
     np.add.at(gradient, edges.j, at_j)
@@ -385,7 +382,7 @@ def optimise(
 
 def _judged(setting: _Setting, edges: Edges, poses: Pose) -> GraphRun:
     """A run that stands at these poses: what its edges say there."""
-    chi2 = chi_squared(poses, edges)
+    chi2 = squares(offsets(poses, edges), edges.information)
     under, kernel, threshold = setting.robust, setting.kernel, setting.threshold
     weights = np.where(under, kernels.weights(kernel, chi2, threshold), 1.0)
     with np.errstate(over="ignore"):

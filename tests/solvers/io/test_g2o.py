@@ -108,10 +108,22 @@ def test_what_cannot_be_written_is_refused():
         ("edges.j: entry 0 names node 1", lambda: write(poses[:1], edges)),
         ("fixed: entry 0 names node 2", lambda: write(poses, edges, fixed=[2])),
         ("ids: expected 2 different non-negative integers", lambda: write(poses, edges, ids=[1, 1])),
+        ("ids: expected 2 different non-negative integers below 2**62", lambda: write(poses, edges, ids=[1, 2**62])),
+        ("ids: expected integers of shape (k,)", lambda: write(poses, edges, ids=[1.0, 2.0])),
+        ("fixed: expected integers", lambda: write(poses, edges, fixed=[True, False])),
+        ("fixed: expected integers", lambda: write(poses, edges, fixed=[0.9])),
+        ("fixed: rows of unequal length", lambda: write(poses, edges, fixed=[[0], [0, 1]])),
+        ("edges: expected Edges, got NoneType", lambda: write(poses, None)),
         ("poses: expected shape (n,)", lambda: write(Pose.identity(), edges)),
     ):
         with pytest.raises(ValueError, match=re.escape(words)):
             call()
+
+
+def test_the_largest_names_are_read_back():
+    poses = Pose.identity(batch=(2,))
+    ids = [0, 2**62 - 1]
+    assert read(write(poses, Edges.between(poses, [0], [1], np.eye(3)), fixed=1, ids=ids)).ids.tolist() == ids
 
 
 @pytest.mark.parametrize("name", ["file.txt", Path("file.txt"), None])

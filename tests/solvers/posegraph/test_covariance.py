@@ -87,6 +87,9 @@ def test_what_cannot_be_asked_is_refused():
     _, start, edges, _ = noisy_streets(n=20)
     for words, call in (
         ("nodes: expected integers of shape (k,)", lambda: marginals(start, edges, 3)),
+        ("nodes: expected integers of shape (k,)", lambda: marginals(start, edges, [1.0])),
+        ("nodes: rows of unequal length", lambda: marginals(start, edges, [[1], [2, 3]])),
+        ("nodes: is empty", lambda: marginals(start, edges, [])),
         ("nodes: entry 1 names node 20", lambda: marginals(start, edges, [0, 20])),
         ("weights: expected one positive weight", lambda: marginals(start, edges, [1], weights=[0] * len(edges))),
     ):

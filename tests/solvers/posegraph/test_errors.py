@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -64,6 +66,22 @@ def test_two_radians_by_information_and_length():
     poses = Pose.from_angle([0.0, 2.0], [[0.0, 0.0], [3.0, 4.0]])
     edges = Edges([0], [1], Pose.identity(batch=(1,)), np.diag([1.0, 1.0, 10.0]))
     np.testing.assert_allclose(chi_squared(poses, edges), [9.0 + 16.0 + 40.0])
+
+
+@pytest.mark.parametrize("call", [residuals, jacobians, chi_squared])
+def test_what_is_no_graph_has_no_errors(call):
+    poses = Pose.identity(batch=(3,))
+    edges = Edges.between(poses, [0, 1], [1, 2], np.eye(3))
+    for words, nodes, joined in (
+        ("edges.j: entry 1 names node 2, but the nodes go from 0 to 1", poses[:2], edges),
+        ("poses: expected shape (n,), got ()", Pose.identity(), edges),
+        ("poses: moves points in 3 dimensions", Pose.identity(3, (3,)), edges),
+        ("poses.scale: expected rigid motions, of scale 1", Pose(poses.R, poses.t, 2.0), edges),
+        ("poses: expected a Pose, got ndarray", poses.matrix, edges),
+        ("edges: expected Edges, got NoneType", poses, None),
+    ):
+        with pytest.raises(ValueError, match=f"^{re.escape(words)}"):
+            call(nodes, joined)
 
 
 @pytest.mark.parametrize("kernel", KERNELS)

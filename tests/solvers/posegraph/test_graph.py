@@ -262,6 +262,7 @@ def test_what_is_no_graph_is_refused():
     refused("edges: 2 nodes are joined to no fixed node, the first of them 0", run, edges=edges[1:][:0], fixed=1)
     refused("edges.j: entry 1 names node 2, but the nodes go from 0 to 1", run, poses=poses[:2])
     refused("poses: expected shape (n,)", run, poses=Pose.identity())
+    refused("poses: is empty", run, poses=Pose.identity(batch=(0,)), edges=edges[:0])
     refused("poses.scale", run, poses=Pose.from_angle(np.zeros(3), np.zeros((3, 2)), 2.0))
     refused("poses: moves points in 3 dimensions", run, poses=Pose.identity(3, (3,)))
     refused("poses: expected a Pose, got NoneType", run, poses=None)
@@ -271,11 +272,22 @@ def test_what_is_no_graph_is_refused():
     refused("fixed: entry 0 names node -1", run, fixed=-1)
     refused("fixed: is empty", run, fixed=[])
     refused("fixed: expected a node", run, fixed=0.5)
+    refused("fixed: rows of unequal length", run, fixed=[[0], [1, 2]])
     refused("kernel: 'hubber' is unknown, did you mean 'huber'?", run, kernel="hubber")
     refused("robust: expected one bool an edge", run, robust=[0, 1])
+    refused("robust: rows of unequal length", run, robust=[[True], [True, False]])
     refused("threshold", run, threshold=0.0)
     refused("max_steps: must be at least 0", run, max_steps=-1)
     refused("tolerance", run, tolerance=np.nan)
+
+
+def test_a_run_is_begun_by_the_options_that_it_has():
+    poses = Pose.identity(batch=(2,))
+    edges = Edges.between(poses, [0], [1], np.eye(3))
+    refused("run: expected a GraphRun, got NoneType", lambda: advance(None))
+    for wrong in ("progress", "kernal"):
+        with pytest.raises(TypeError, match=rf"^begin\(\) got an unexpected keyword argument '{wrong}'"):
+            begin(poses, edges, **{wrong: None})
 
 
 def test_what_is_no_edge_is_refused():
@@ -285,7 +297,8 @@ def test_what_is_no_edge_is_refused():
         Edges(**good | changes)
 
     refused("j: edge 0 joins node 0 to itself", run, j=[0])
-    refused("i: nodes are counted from 0, but there is -1", run, i=[-1])
+    refused("i: expected non-negative integers of at most 63 bits, but there is -1", run, i=[-1])
+    refused("i: expected non-negative integers of at most 63 bits, but there is 9223372036854775808", run, i=[2**63])
     refused("i: expected integers", run, i=[0.5])
     refused("j: expected as many nodes as i has, 1, got 2", run, j=[1, 2])
     refused("relative: expected poses of shape (1,)", run, relative=Pose.identity())
@@ -297,8 +310,12 @@ def test_what_is_no_edge_is_refused():
     refused("the matrix of edge 0 is not symmetric", run, information=np.eye(3) + np.eye(3, k=1))
     refused("is not finite", run, information=np.full((3, 3), np.inf))
     refused("expected real numbers", run, information="one")
+    refused("information: expected real numbers, got dtype complex128", run, information=(1.0 + 1.0j) * np.eye(3))
+    refused("information: rows of unequal length", run, information=[[1.0], [0.0, 1.0]])
     refused("parts: is empty", lambda: Edges.joined([]))
     refused("j: entry 0 names node 4", lambda: Edges.between(Pose.identity(batch=(2,)), [0], [4], np.eye(3)))
+    two = Pose.identity(batch=(2,))
+    refused("information: rows of unequal length", lambda: Edges.between(two, [0], [1], [[1.0], [0.0, 1.0]]))
 
 
 def test_edges_are_taken_and_joined_and_cannot_be_written_to():
