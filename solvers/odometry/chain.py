@@ -12,7 +12,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, IntArray
-from solvers.core.edges import rigid
+from solvers.core.edges import pose_count
 from solvers.core.pose import Pose
 from solvers.core.status import Status
 from solvers.odometry.maps import local_map
@@ -22,8 +22,9 @@ from solvers.odometry.matching import (
     Progress,
     Scans,
     information,
-    match,
+    match_pairs,
     matched,
+    one_a_scan,
     signs,
     together,
 )
@@ -98,7 +99,7 @@ def scan_to_scan(
     Raises
     ------
     ValueError
-        If the motions are not as many as the scans, or there is no such prediction.
+        If the motions are not as many rigid motions of the plane as there are scans, or there is no such prediction.
 
     Examples
     --------
@@ -109,15 +110,16 @@ def scan_to_scan(
     >>> bool(chain.believed.all())
     True
     """
-    n = _checked(scans, motion)
+    n = one_a_scan(scans, motion, "motion")
     validate.one_of(prediction, PREDICTIONS, "prediction")
+    options = options or MatchOptions()
+    rows = np.arange(1, n, dtype=np.int64)
     if prediction == "odometry" or n == 1:
-        rows = np.arange(1, n)
-        return _chain(match(scans, rows, rows - 1, motion[1:], options, progress), motion[1:])
+        return _chain(match_pairs(scans, rows, rows - 1, motion[1:], options, progress), motion[1:])
     parts, starts = [], []
     start = Pose.identity()
     for k in range(1, n):
-        found = match(scans, [k], [k - 1], _stacked([start]), options)
+        found = match_pairs(scans, rows[k - 1 : k], rows[k - 1 : k] - 1, _stacked([start]), options)
         parts.append(found)
         starts.append(start)
         if prediction == "velocity" and found.believed[0]:
@@ -147,7 +149,7 @@ def keyframes(poses: Pose, shift: float = 0.5, turn: float = 0.2) -> IntArray:
     Raises
     ------
     ValueError
-        If the poses are not rigid motions of the plane, or not of shape (n,).
+        If there is no pose, or the poses are not rigid motions of the plane, of shape (n,).
 
     Examples
     --------
@@ -156,8 +158,11 @@ def keyframes(poses: Pose, shift: float = 0.5, turn: float = 0.2) -> IntArray:
     >>> keyframes(Pose.from_angle([0.0, 0.0, 0.3, 0.3], [[0.0, 0.0], [0.3, 0.0], [0.3, 0.0], [0.9, 0.0]]))
     array([0, 2, 3])
     """
+    n = pose_count(poses)
+    if not n:
+        raise ValueError("poses: is empty; at least one pose is needed")
     chosen = [0]
-    for k in range(1, pose_count(poses)):
+    for k in range(1, n):
         if _apart(poses[chosen[-1]], poses[k], shift, turn):
             chosen.append(k)
     return np.array(chosen, dtype=np.int64)
@@ -200,7 +205,7 @@ def scan_to_map(
     Raises
     ------
     ValueError
-        If the motions are not as many as the scans, or the length is below 1.
+        If the motions are not as many rigid motions of the plane as there are scans, or the length is below 1.
 
     Examples
     --------
@@ -211,7 +216,7 @@ def scan_to_map(
     >>> bool(abs(chain.poses.t[-1] - truth.t[-1]).max() < 0.1)
     True
     """
-    n = _checked(scans, motion)
+    n = one_a_scan(scans, motion, "motion")
     validate.count(length, "length", 1)
     options = options or MatchOptions()
     poses = [Pose.identity()]
@@ -240,20 +245,6 @@ def scan_to_map(
     whole = _stacked(poses)
     links = whole[:-1].inverse().compose(whole[1:])
     return Chain(whole, _with_first(links), said, believed, share)
-
-
-def _checked(scans: Scans, motion: Pose) -> int:
-    if motion.batch != (len(scans),):
-        raise ValueError(f"motion: expected one a scan, shape ({len(scans)},), got {motion.batch}")
-    return len(scans)
-
-
-def pose_count(poses: Pose) -> int:
-    """The number n of rigid motions of the plane, of shape (n,); else a ValueError."""
-    batch = rigid(poses, "poses").batch
-    if len(batch) != 1 or not batch[0]:
-        raise ValueError(f"poses: expected shape (n,) with at least one pose, got {batch}")
-    return batch[0]
 
 
 def _apart(a: Pose, b: Pose, shift: float, turn: float) -> bool:

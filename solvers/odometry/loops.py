@@ -22,12 +22,21 @@ import numpy as np
 from solvers.api import register
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, IntArray
-from solvers.core.edges import Edges
+from solvers.core.edges import Edges, pose_count, within
 from solvers.core.pose import Pose
 from solvers.odometry.chain import Chain, keyframes
 from solvers.odometry.maps import match_to_map
-from solvers.odometry.matching import Matches, MatchOptions, Progress, Scans, match, together
-from solvers.posegraph import GraphResult, optimise
+from solvers.odometry.matching import (
+    Matches,
+    MatchOptions,
+    Progress,
+    Scans,
+    match_pairs,
+    one_a_scan,
+    scan_numbers,
+    together,
+)
+from solvers.posegraph import GraphResult, checks, optimise
 
 SOFT = np.diag([1.0 / 0.1**2, 1.0 / 0.1**2, 1.0 / 0.1**2])
 """The information of a link that is only predicted: 0.1 m and 0.1 rad."""
@@ -117,7 +126,7 @@ def candidates(poses: Pose, options: LoopOptions | None = None) -> tuple[IntArra
     Raises
     ------
     ValueError
-        If the poses are not rigid motions of the plane, or not of shape (n,).
+        If there is no pose, or the poses are not rigid motions of the plane, of shape (n,).
 
     Examples
     --------
@@ -183,7 +192,8 @@ def verified(
     Raises
     ------
     ValueError
-        Where `match` does.
+        If `later` and `earlier` differ in length, if a scan's number is no integer or there is no such scan, or if the
+        poses are not as many rigid motions of the plane as there are scans.
 
     Examples
     --------
@@ -196,7 +206,10 @@ def verified(
     True
     """
     options, matching = options or LoopOptions(), matching or MatchOptions()
-    later, earlier = np.asarray(later, dtype=np.int64), np.asarray(earlier, dtype=np.int64)
+    one_a_scan(scans, poses, "poses")
+    later, earlier = scan_numbers(scans, later, "later"), scan_numbers(scans, earlier, "earlier")
+    if len(later) != len(earlier):
+        raise ValueError(f"later, earlier: expected one of each a candidate, got {len(later)} and {len(earlier)}")
     parts = []
     for k in range(len(later)):
         parts.append(_verified(scans, poses, later[k : k + 1], earlier[k : k + 1], options, matching))
@@ -211,7 +224,7 @@ def _verified(
     """`verified` for a single candidate."""
     predicted = poses[earlier].inverse().compose(poses[later])
     start = predicted if options.search == "none" else _sought(scans, int(later[0]), int(earlier[0]), options.search)
-    wide = match(scans, later, earlier, start, replace(matching, gate=3.0 * matching.gate))
+    wide = match_pairs(scans, later, earlier, start, replace(matching, gate=3.0 * matching.gate))
     there = match_to_map(scans, later, earlier, poses, options.around, wide.pose, matching)
     back = match_to_map(scans, earlier, later, poses, options.around, there.pose.inverse(), matching)
     gap = there.pose.compose(back.pose)
@@ -245,9 +258,14 @@ def edges_of(chain: Chain, loops: Matches, used: BoolArray | None = None) -> tup
         For `solvers.posegraph.optimise`.
     robust : ndarray of bool
         Which of them are loops: those that a kernel is for.
+
+    Raises
+    ------
+    ValueError
+        If `used` is not one bool a loop.
     """
     n = chain.poses.batch[0]
-    kept = np.flatnonzero(loops.believed if used is None else used)
+    kept = np.flatnonzero(loops.believed if used is None else checks.mask(used, len(loops.source), "used", "a loop"))
     link = np.where(chain.believed[1:, None, None], chain.information[1:], SOFT)
     edges = Edges(
         np.concatenate([np.arange(n - 1), loops.target[kept]]),
@@ -295,7 +313,7 @@ def close(
     Raises
     ------
     ValueError
-        Where `optimise` does.
+        Where `edges_of` and `optimise` do.
 
     Examples
     --------
@@ -327,6 +345,11 @@ def missed(poses: Pose, loops: Matches) -> tuple[FloatArray, FloatArray]:
     shift, turn : ndarray of shape (c,)
         Metres between where both put the later scan's origin, and radians.
 
+    Raises
+    ------
+    ValueError
+        If the poses are not rigid motions of the plane, of shape (n,), or a loop joins a scan that has none.
+
     Examples
     --------
     >>> import numpy as np
@@ -340,5 +363,8 @@ def missed(poses: Pose, loops: Matches) -> tuple[FloatArray, FloatArray]:
     >>> bool(np.median(missed(poses, loops)[0]) < np.median(missed(chain.poses, loops)[0]))
     True
     """
+    n = pose_count(poses)
+    for rows, name in ((loops.source, "loops.source"), (loops.target, "loops.target")):
+        within(rows, n, name, "scan")
     gap = loops.pose.inverse().compose(poses[loops.target].inverse().compose(poses[loops.source]))
     return np.linalg.norm(gap.t, axis=-1), np.abs(gap.angle)

@@ -16,6 +16,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.edges import rigid, row_numbers, within
 from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
 from solvers.core.status import Status
@@ -263,7 +264,8 @@ def match(
     Raises
     ------
     ValueError
-        If the numbers of pairs differ, or there is no such scan.
+        If the numbers of pairs differ, if a scan's number is no integer or there is no such scan, or if the starts are
+        not rigid motions of the plane.
 
     Examples
     --------
@@ -274,13 +276,32 @@ def match(
     >>> bool(found.believed[0]), bool(found.share[0] > 0.7)
     (True, True)
     """
-    options = options or MatchOptions()
-    i, j = np.asarray(source, dtype=np.int64), np.asarray(target, dtype=np.int64)
-    if not i.shape == j.shape == start.batch or i.ndim != 1:
-        raise ValueError(f"source, target, start: expected one of each a pair, got {i.shape}, {j.shape}, {start.batch}")
-    for name, rows in (("source", i), ("target", j)):
-        if rows.size and not 0 <= rows.min() <= rows.max() < len(scans):
-            raise ValueError(f"{name}: expected scans from 0 to {len(scans) - 1}, got {rows.min()} … {rows.max()}")
+    i, j = scan_numbers(scans, source, "source"), scan_numbers(scans, target, "target")
+    batch = rigid(start, "start").batch
+    if not i.shape == j.shape == batch:
+        raise ValueError(f"source, target, start: expected one of each a pair, got {i.shape}, {j.shape}, {batch}")
+    return match_pairs(scans, i, j, start, options or MatchOptions(), progress)
+
+
+def scan_numbers(scans: Scans, values: Any, name: str) -> IntArray:
+    """`values` as numbers of scans, (b,); else a ValueError."""
+    rows = row_numbers(values, name)
+    within(rows, len(scans), name, "scan")
+    return rows
+
+
+def one_a_scan(scans: Scans, poses: Pose, name: str) -> int:
+    """The number n of scans, when `poses` are as many rigid motions of the plane; else a ValueError."""
+    batch = rigid(poses, name).batch
+    if batch != (len(scans),):
+        raise ValueError(f"{name}: expected one a scan, shape ({len(scans)},), got {batch}")
+    return len(scans)
+
+
+def match_pairs(
+    scans: Scans, i: IntArray, j: IntArray, start: Pose, options: MatchOptions, progress: Progress | None = None
+) -> Matches:
+    """`match` of pairs that were checked before."""
     parts = []
     for first in range(0, len(i), TOGETHER):
         some = slice(first, first + TOGETHER)

@@ -31,13 +31,7 @@ from solvers.odometry import (
 from solvers.odometry.matching import TOGETHER, together
 from solvers.posegraph import optimise
 from solvers.scenes.drive import Drive, chained, interlaced, simulated_drive, telecom_loop
-
-
-@cache
-def simulated() -> tuple[Drive, Pose, Scans, Chain]:
-    drive, truth = simulated_drive()
-    scans = prepare(drive)
-    return drive, truth, scans, scan_to_scan(scans, drive.motion)
+from tests.solvers.odometry.drives import claimed, simulated
 
 
 @cache
@@ -172,19 +166,6 @@ def test_candidates_lie_near_and_look_the_same_way_and_were_driven_between() -> 
     assert np.abs(heading).max() <= 0.3
 
 
-def claimed(pairs: list[tuple[int, int]]) -> Matches:
-    """Loops from poses that have the first scan of each pair, and the three either side of it, where the second is."""
-    _, _, scans, chain = simulated()
-    parts = []
-    for later, earlier in pairs:
-        R, t = np.array(chain.poses.R), np.array(chain.poses.t)
-        near = slice(later - 3, later + 4)
-        there = chain.poses[earlier].compose(chain.poses[later].inverse()).compose(chain.poses[near])
-        R[near], t[near] = there.R, there.t
-        parts.append(verified(scans, Pose(R, t), [later], [earlier]))
-    return together(parts)
-
-
 def test_scans_of_different_places_are_no_loop() -> None:
     assert not claimed([(20, 0), (30, 0), (40, 5)]).believed.any()
 
@@ -200,35 +181,6 @@ def test_corners_alike_pass_for_a_loop_and_the_kernel_lets_go_of_it() -> None:
     assert result.weights[-1] < 1e-3
     assert off(result.poses, close(chain, right).poses) < 0.02
     assert off(close(chain, together([right, wrong]), kernel="none").poses, truth) > 1.0
-
-
-def test_what_cannot_be_matched_is_refused() -> None:
-    drive, _, scans, _ = simulated()
-    with pytest.raises(ValueError, match="expected one of each a pair"):
-        match(scans, [1, 2], [0], drive.motion[:1])
-    with pytest.raises(ValueError, match="expected scans from 0 to 89"):
-        match(scans, [90], [0], drive.motion[:1])
-    with pytest.raises(ValueError, match="expected one a scan"):
-        scan_to_scan(scans, drive.motion[:5])
-    with pytest.raises(ValueError, match="prediction"):
-        scan_to_scan(scans, drive.motion, prediction="luck")
-    with pytest.raises(ValueError, match="length"):
-        scan_to_map(scans, drive.motion, length=0)
-    with pytest.raises(ValueError, match=r"scan 0: 0 echoes within 0\.1 m"):
-        prepare(drive, 0.1)
-    with pytest.raises(ValueError, match="least_share"):
-        MatchOptions(least_share=2.0)
-    with pytest.raises(ValueError, match="most"):
-        LoopOptions(most=0)
-    with pytest.raises(ValueError, match="search: 'corelative' is unknown"):
-        LoopOptions(search="corelative")
-    with pytest.raises(ValueError, match="around"):
-        LoopOptions(around=-1)
-    for look in (keyframes, candidates):
-        with pytest.raises(ValueError, match=r"^poses: expected shape \(n,\) with at least one pose, got \(\)"):
-            look(Pose.identity())
-        with pytest.raises(ValueError, match=r"^poses: expected a Pose, got ndarray"):
-            look(np.eye(3)[None])
 
 
 # Scans made on the move.

@@ -1,0 +1,33 @@
+"""A simulated drive with its chain, and loops that are wrong for certain."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+from solvers import Pose
+from solvers.drives import simulated_drive
+from solvers.odometry import Chain, Matches, Scans, prepare, scan_to_scan, verified
+from solvers.odometry.matching import together
+from solvers.scenes.drive import Drive
+
+
+@cache
+def simulated() -> tuple[Drive, Pose, Scans, Chain]:
+    drive, truth = simulated_drive()
+    scans = prepare(drive)
+    return drive, truth, scans, scan_to_scan(scans, drive.motion)
+
+
+def claimed(pairs: list[tuple[int, int]]) -> Matches:
+    """Loops from poses that have the first scan of each pair, and the three either side of it, where the second is."""
+    _, _, scans, chain = simulated()
+    parts = []
+    for later, earlier in pairs:
+        R, t = np.array(chain.poses.R), np.array(chain.poses.t)
+        near = slice(later - 3, later + 4)
+        there = chain.poses[earlier].compose(chain.poses[later].inverse()).compose(chain.poses[near])
+        R[near], t[near] = there.R, there.t
+        parts.append(verified(scans, Pose(R, t), [later], [earlier]))
+    return together(parts)

@@ -1,0 +1,115 @@
+"""What is no scan, no motion, no loop or no option is refused by a ValueError that names it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from solvers import Pose
+from solvers.odometry import (
+    LoopOptions,
+    MatchOptions,
+    candidates,
+    close,
+    edges_of,
+    keyframes,
+    match,
+    missed,
+    prepare,
+    scan_to_map,
+    scan_to_scan,
+    verified,
+)
+from tests.solvers.odometry.drives import claimed, simulated
+
+
+def test_what_cannot_be_matched_is_refused() -> None:
+    drive, _, scans, _ = simulated()
+    with pytest.raises(ValueError, match="expected one of each a pair"):
+        match(scans, [1, 2], [0], drive.motion[:1])
+    with pytest.raises(ValueError, match="source: entry 0 names scan 90, but the scans go from 0 to 89"):
+        match(scans, [90], [0], drive.motion[:1])
+    with pytest.raises(ValueError, match="expected one a scan"):
+        scan_to_scan(scans, drive.motion[:5])
+    with pytest.raises(ValueError, match="prediction"):
+        scan_to_scan(scans, drive.motion, prediction="luck")
+    with pytest.raises(ValueError, match="length"):
+        scan_to_map(scans, drive.motion, length=0)
+    with pytest.raises(ValueError, match=r"scan 0: 0 echoes within 0\.1 m"):
+        prepare(drive, 0.1)
+    with pytest.raises(ValueError, match="least_share"):
+        MatchOptions(least_share=2.0)
+    with pytest.raises(ValueError, match="most"):
+        LoopOptions(most=0)
+    with pytest.raises(ValueError, match="search: 'corelative' is unknown"):
+        LoopOptions(search="corelative")
+    with pytest.raises(ValueError, match="around"):
+        LoopOptions(around=-1)
+    for look in (keyframes, candidates):
+        with pytest.raises(ValueError, match=r"^poses: expected shape \(n,\), got \(\)"):
+            look(Pose.identity())
+        with pytest.raises(ValueError, match=r"^poses: is empty"):
+            look(Pose.identity(batch=(0,)))
+        with pytest.raises(ValueError, match=r"^poses: expected a Pose, got ndarray"):
+            look(np.eye(3)[None])
+
+
+def test_a_motion_is_rigid_and_in_the_plane() -> None:
+    drive, _, scans, chain = simulated()
+    motion = drive.motion
+    calls = {
+        "motion": lambda poses: (scan_to_scan(scans, poses), scan_to_map(scans, poses)),
+        "start": lambda poses: match(scans, [1], [0], poses),
+        "poses": lambda poses: (verified(scans, poses, [1], [0]), missed(poses, claimed([(50, 10)]))),
+    }
+    for name, call in calls.items():
+        for said, wrong in (
+            (".scale: expected rigid motions", Pose(motion.R, motion.t, 3.0)),
+            (": moves points in 3 dimensions", Pose.identity(3, (90,))),
+            (": expected a Pose, got ndarray", motion.matrix),
+            (": expected a Pose, got NoneType", None),
+        ):
+            with pytest.raises(ValueError, match=f"^{name}{said}"):
+                call(wrong)
+    with pytest.raises(ValueError, match=r"^poses: expected one a scan, shape \(90,\), got \(5,\)"):
+        verified(scans, chain.poses[:5], [1], [0])
+    with pytest.raises(ValueError, match=r"^loops\.source: entry 0 names scan 50, but the scans go from 0 to 19"):
+        missed(chain.poses[:20], claimed([(50, 10)]))
+
+
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        ([1.9], "expected integers of shape"),
+        ([True], "expected integers of shape"),
+        (5, "expected integers of shape"),
+        ([-1], "expected non-negative integers"),
+        ([90], "entry 0 names scan 90, but the scans go from 0 to 89"),
+        ([[1], [2, 3]], "rows of unequal length"),
+    ],
+)
+def test_a_scan_is_called_by_its_number(rows: object, said: str) -> None:
+    drive, _, scans, chain = simulated()
+    start = drive.motion[:1]
+    for name, call in {
+        "source": lambda: match(scans, rows, [0], start),
+        "target": lambda: match(scans, [0], rows, start),
+        "later": lambda: verified(scans, chain.poses, rows, [0]),
+        "earlier": lambda: verified(scans, chain.poses, [0], rows),
+    }.items():
+        with pytest.raises(ValueError, match=f"^{name}: {said}"):
+            call()
+
+
+def test_loops_are_paired_and_chosen_one_by_one() -> None:
+    _, _, scans, chain = simulated()
+    with pytest.raises(ValueError, match=r"^later, earlier: expected one of each a candidate, got 2 and 1"):
+        verified(scans, chain.poses, [50, 51], [10])
+    loops = claimed([(50, 10), (60, 20), (70, 30)])
+    for used in ([0, 2], [True, False], [1, 0, 1], True):
+        for call in (edges_of, close):
+            with pytest.raises(ValueError, match=r"^used: expected one bool a loop, shape \(3,\)"):
+                call(chain, loops, used)
+    edges, robust = edges_of(chain, loops, [True, False, True])
+    assert edges.i[robust].tolist() == [10, 30]
+    assert len(edges_of(chain, claimed([]), [])[0]) == 89
