@@ -5,7 +5,9 @@ odometry's motion since the scan before in the frame of the pose before, and the
 The first scan's motion is not used. The beams are spread evenly over the field of view, the first to the right.
 
 CARMEN: of the lines of a log those that begin with FLASER: `FLASER n r₁ … rₙ x y θ odom_x odom_y odom_θ time host
-logger_time`, in metres and radians; the odometry is a pose, of the laser. Its ranges from `LONGEST` on are not echoes.
+logger_time`, in metres and radians. The first pose is the laser's, the second the robot's, by odometry. The second is
+read, so `ahead` must say how far ahead of the robot the laser sits; in a raw log that is the distance between the two
+poses. Ranges from `LONGEST` on are not echoes.
 
 It is given bytes and opens no file.
 """
@@ -37,8 +39,8 @@ def read_drive(data: bytes, *, view: float = 180.0, ahead: float = 0.0, turns: i
     view : float, default 180.0
         From the first beam to the last, degrees, above 0 to 360.
     ahead : float, default 0.0
-        How far the laser sits ahead of the robot's reference point, metres; 0 for a CARMEN log, which tells where the
-        laser was.
+        How far the laser sits ahead of the robot's reference point, metres. It applies to a CARMEN log too, since the
+        poses read from it are the robot's.
     turns : int, default 0
         Turns of the laser's mirror that make a scan: each turn sends every `turns`-th beam. With 0 all beams are taken
         to be sent at once.

@@ -38,6 +38,13 @@ def test_a_log_is_read_and_its_poses_become_motions() -> None:
     assert drive.ranges[0].tolist() == [1.0, 2.0, np.inf]
 
 
+def test_the_poses_of_a_log_are_the_robots_and_its_laser_sits_ahead() -> None:
+    lines = [line.replace(" 0 0 0 ", " 0.3 7 0 ", 1) for line in (laser(), laser(odometry="1 0 0"))]
+    drive = read_drive("".join(lines).encode(), ahead=0.3)
+    assert drive.motion.t.tolist() == [[0.0, 0.0], [1.0, 0.0]]
+    assert np.allclose(drive.points(0), [[0.3, -1.0], [2.3, 0.0]])
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
