@@ -152,7 +152,7 @@ def test_what_is_told_of_partners_is_told_of_the_pairs(scene):
     ("method", "options"),
     [
         ("mmd", {"damping": 1}),
-        ("ransac", {"inlier": np.float32(1), "most": np.uint8(100), "per_step": np.uint64(5)}),
+        ("ransac-congruent", {"inlier": np.float32(1), "most": np.uint8(100), "per_step": np.uint64(6)}),
         ("trimmed-icp", {"keep": np.int8(1)}),
         ("icp", {"gate": np.float16(2), "weight": "huber", "scale": np.float32(1)}),
     ],
