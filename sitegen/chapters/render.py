@@ -340,9 +340,9 @@ class _Renderer:
         said = {"passed": "checked", "failed": "check failed", "unknown": "check not yet run on this code"}[state]
         if claim.kind and state == "passed":
             said = "checked by changing this one thing"
-        return (
+        return (  # with a word joiner in it, so that it never begins a line
             f'<a class="claim-mark" data-outcome="{state}" href="{self._chapter.checks}#{anchor(claim.test_id)}" '
-            f'title="{said}: see how" aria-label="Claim {number}, {said}: see how"></a></span>'
+            f'title="{said}: see how" aria-label="Claim {number}, {said}: see how">&#8288;</a></span>'
         )
 
     def _ref(self, token: Token) -> str:

@@ -48,6 +48,19 @@ CUT = """() => [...document.querySelectorAll('svg.plot text, .graph-svg text')].
   if (!r.width || !whole.width || !e.checkVisibility()) return false;
   return Math.max(whole.left - r.left, r.right - whole.right, whole.top - r.top, r.bottom - whole.bottom) > 4;
 }).map(e => `${e.closest('figure').id} cuts off: ${e.textContent}`)"""
+# Marks of claims that begin a line, apart from what they mark.
+TORN = """() => [...document.querySelectorAll('.claim-mark')].filter(e => e.checkVisibility()).filter(e => {
+  const before = document.createRange();
+  before.setStart(e.parentElement, 0);
+  before.setEndBefore(e);
+  const line = [...before.getClientRects()].filter(r => r.width).at(-1);
+  return e.getBoundingClientRect().top > line.bottom;
+}).map(e => `a mark begins a line after: ${e.parentElement.textContent.slice(-30)}`)"""
+# Signs at the ends of the ladder's rungs that its edge cuts off.
+CUT_RUNGS = """() => [...document.querySelectorAll('.step .emblem')].filter(e => {
+  const r = e.getBoundingClientRect();
+  return r.width && r.right > e.closest('.ladder').getBoundingClientRect().right;
+}).map(e => `the ladder cuts off the sign of ${e.closest('.step').textContent.trim()}`)"""
 # Fonts that a page asks for ahead of its styles and then uses nowhere.
 UNUSED_FONTS = """async () => {
   await document.fonts.ready;

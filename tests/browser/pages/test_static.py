@@ -18,12 +18,14 @@ from tests.browser.figure import Figure, figures
 from tests.browser.layout import (
     BEYOND,
     CUT,
+    CUT_RUNGS,
     DETAILS,
     FRAMES,
     LATE_FONTS,
     SIDEWAYS,
     SMALL,
     SMALL_TEXT,
+    TORN,
     UNUSED_FONTS,
     low,
     placed,
@@ -91,8 +93,8 @@ def bare(visit: Callable[..., Found], site: Path, alike: list[str]) -> Found:
         if len(lacks) != placed(site, path):
             yield f"{len(lacks)} of {placed(site, path)} figures"
         yield from (f"{name}: {each}" for name, wrong in lacks for each in wrong)
-        yield from page.evaluate(SIDEWAYS)
-        yield from page.evaluate(ROOTS)
+        for script in (SIDEWAYS, TORN, CUT_RUNGS, ROOTS):
+            yield from page.evaluate(script)
 
     checks = {str(width): lambda page, path, width=width: complete(page, path, width) for width in WIDTHS}
     return visit(checks, left_out=alike, java_script_enabled=False)
