@@ -178,7 +178,7 @@ def _unrolled(state: State, full: bool) -> Panel:
         x_label="heading, ° from the truth",
         y_label="Objective, from its lowest to its highest",
         x_range=(-180.0, 180.0),
-        y_range=(0.0, 1.05),
+        y_range=(-0.12, 1.05),  # "low" keeps clear of the first heading below it
         x_ticks=[(t, number(t, 0)) for t in (-180.0, -90.0, 0.0, 90.0, 180.0)],
         y_ticks=[(0.0, "low"), (1.0, "high")],
         width=480.0,
@@ -208,12 +208,17 @@ def _readouts(state: State, count: int | None, some: int | None, full: bool) -> 
         Readout("translation_error", "Translation error at the end", number(course.translation) if course else "–",
                 "u" if course else "", "source"),
         Readout("steps", "Steps", str(len(course.headings) - 1) if course else "–"),
-        Readout("objective_start", "Objective at the start", number(state.value, 3), state.dial.rung.unit, "ghost"),
+        Readout("objective_start", "Objective at the start", _objective(state.value), state.dial.rung.unit, "ghost"),
         Readout("apart", "Nearest points apart, root mean square", number(state.apart, 3), "u"),
         Readout("valleys", f"Valleys of the ring, of {HEADINGS} headings",
                 "–" if flat else "…" if count is None else str(count)),
         Readout("arrive", f"Starts that end at the truth, of {STARTS}", waits if some is None else str(some)),
     )  # fmt: skip
+
+
+def _objective(value: float) -> str:
+    """Sums of squares go into the thousands, scores below zero."""
+    return number(value, 3) if value < 1000.0 else f"{value:,.3f}"
 
 
 ENDS = {
@@ -338,6 +343,7 @@ WIDGET = Widget(
     legend=(
         Key("accent", "the objective by heading, high outside", "area"),
         Key("source", "source; the ball is its heading", "dot"),
+        Key("source", "ended, but not at the truth", "ring"),
         Key("target", "target", "square"),
         Key("truth", "truth; a start that ends there", "square"),
         Key("weak", "a start that does not", "cross"),

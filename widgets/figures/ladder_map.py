@@ -9,13 +9,14 @@ from functools import cached_property
 import numpy as np
 
 from solvers import Pose
+from solvers.studies.benchmark import CLOSE_DEGREES
 from widgets.drawing.picture import Mark, Panel, Picture, Readout, View, number
 from widgets.engine.contract import Action, Button, Key, Lead, Widget
 from widgets.engine.controls import slider
 from widgets.parts import dial_marks as marks
 from widgets.parts.dial import EVERY, MOST, RUNGS, Course, Dial, made, valleys
 
-SIZE = 7.75  # u from the middle to the border: a small dial has no handle
+SIZE = 8.05  # u from the middle to the border: the ring and a ball on it; a small dial has no handle
 VIEW = View(-SIZE, SIZE, -SIZE, SIZE, width=300.0)
 NOISE = 0.02  # u
 NAMES: Mapping[str, str] = {name: f"{rung.number} · {rung.says}" for name, rung in RUNGS.items()}
@@ -95,6 +96,11 @@ def _arrived(courses: tuple[Course, ...]) -> int:
     return sum(course.arrived for course in courses)
 
 
+def _beside(courses: tuple[Course, ...]) -> int:
+    """How many face the right way but stand in the wrong place: their balls are at the top all the same."""
+    return sum(course.rotation < CLOSE_DEGREES and not course.arrived for course in courses)
+
+
 def _readouts(state: State, courses: tuple[Course, ...] | None, rings: Mapping[str, int] | None) -> tuple[Readout, ...]:
     waits = "…" if state.rolled else "–"
     by = dict(zip(RUNGS, courses, strict=True)) if courses else {}
@@ -114,7 +120,12 @@ def _readouts(state: State, courses: tuple[Course, ...] | None, rings: Mapping[s
 
 
 def _note(courses: tuple[Course, ...] | None) -> str:
-    return "" if courses is None else f"{_arrived(courses)} of {len(RUNGS)} end at the truth."
+    if courses is None:
+        return ""
+    said, beside = f"{_arrived(courses)} of {len(RUNGS)} end at the truth", _beside(courses)
+    if not beside:
+        return f"{said}."
+    return f"{said}; {beside} more {'faces' if beside == 1 else 'face'} the right way, in the wrong place."
 
 
 def _description(state: State, courses: tuple[Course, ...] | None, rings: Mapping[str, int] | None) -> str:
@@ -133,7 +144,7 @@ def _description(state: State, courses: tuple[Course, ...] | None, rings: Mappin
             f"rung {rung.number} ({rung.says.lower()}) {number(course.rotation, 1)}°"
             for rung, course in zip(RUNGS.values(), courses, strict=True)
         )
-        words.append(f"{_arrived(courses)} of {len(RUNGS)} end at the truth; the ends are off by: {ends}.")
+        words.append(f"{_note(courses)} The ends are off by: {ends}.")
     return " ".join(words)
 
 
@@ -196,6 +207,7 @@ WIDGET = Widget(
     legend=(
         Key("accent", "the objective by heading, high outside", "area"),
         Key("source", "source; the ball is its heading"),
+        Key("source", "ended, but not at the truth", "ring"),
         Key("target", "target", "square"),
         Key("truth", "truth", "line"),
         Key("pair", "what links them", "line"),

@@ -31,6 +31,7 @@ from widgets.parts.dial import COARSE, HEADINGS, Course, Dial, headings, starts
 INNER, OUTER = 5.75, 7.55  # u from the middle to the ring's lowest and highest place
 HAND = 8.15  # u to the turning handle, outside the ring
 BAND = 5.45  # u to the marks of all starts, inside it
+BALL = 8.0  # px from the ball's middle to its edge
 NOSE = 0.9  # u, from the middle of the robot to its nose
 THREADED = 9  # of whose source points one has its soft threads drawn
 
@@ -92,8 +93,9 @@ def scan(dial: Dial, pose: Pose) -> Group:
 
 
 def ball(dial: Dial, full: bool, heading: float, course: Course | None) -> tuple[Mark, ...]:
-    """The ball at the start; after the run at its end, with its way along the ring. A method that searches does not
-    roll: a dotted line joins start and end."""
+    """The ball at the start; after the run at its end, with its way along the ring, and hollow where that is not the
+    truth: a heading at the top may belong to a robot beside its place. A method that searches does not roll: a dotted
+    line joins start and end."""
     began = at(dial, full, np.array([heading]))
     if course is None:
         return (*_ball(began), Segments(place(heading, NOSE), place(heading, HAND), "guide"))
@@ -103,11 +105,12 @@ def ball(dial: Dial, full: bool, heading: float, course: Course | None) -> tuple
         marks.append(Path(np.concatenate([began, ended]), "ghost", dotted=True))
     else:
         marks.append(Path(at(dial, full, _between(course.headings)), "source", thick=True))
-    return (*marks, Points(began, "ghost", "ring", radius=7.0), *_ball(ended))
+    return (*marks, Points(began, "ghost", "ring", radius=7.0), *_ball(ended, course.arrived))
 
 
-def _ball(spot: Array) -> tuple[Mark, ...]:
-    return (Points(spot, "source", radius=7.0), Points(spot, "source", "ring", radius=8.0))
+def _ball(spot: Array, full: bool = True) -> tuple[Mark, ...]:
+    edge = Points(spot, "source", "ring", radius=BALL)
+    return (Points(spot, "source", radius=BALL - 1.0), edge) if full else (edge,)
 
 
 def _between(turns: Array, step: float = 2.0 * np.pi / HEADINGS) -> Array:

@@ -10,6 +10,7 @@ import pytest
 from solvers import Pose, fit_rigid, register
 from solvers.metrics import rre, rte
 from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE
+from widgets.drawing.picture import Label, Points
 from widgets.engine.contract import Action, preset
 from widgets.engine.host import Host
 from widgets.figures import dial as figure
@@ -218,3 +219,45 @@ def test_the_map_tells_ends_before_full_rings() -> None:
         values = {readout.name: readout.value for readout in ladder_map.draw(state, detail).readouts}
         assert (values["arrive"] != "…", values["valleys_soft"] != "…") == (arrive, rings)
         assert ladder_map.known(state) == detail
+
+
+def test_a_ball_is_full_where_its_run_ended_at_the_truth() -> None:
+    """So that the full balls are as many as the map counts: the flow's stands at the top, but its robot beside."""
+    state = ladder_map.act(ladder_map.start(ladder_map.Controls(60.0), 40), Action("press", "roll"))
+    frame = ladder_map.draw(state)
+    balls = [
+        mark
+        for panel in frame.panels
+        for mark in panel.marks
+        if isinstance(mark, Points) and mark.role == "source" and mark.shape == "dot" and mark.radius == marks.BALL - 1
+    ]
+    assert len(balls) == sum(course.arrived for course in state.courses) == 3
+    flow = state.courses[-1]
+    assert flow.rotation < CLOSE_DEGREES
+    assert flow.translation > CLOSE_DISTANCE
+    assert frame.note == "3 of 8 end at the truth; 1 more faces the right way, in the wrong place."
+
+
+def test_no_ball_or_ring_of_the_map_is_cut() -> None:
+    """Half a turn off, where the rings are widest and the panels end."""
+    state = ladder_map.act(ladder_map.start(ladder_map.Controls(180.0), 40), Action("press", "roll"))
+    for panel in ladder_map.draw(state).panels:
+        for mark in panel.marks:
+            if isinstance(mark, Points) and mark.radius >= marks.BALL - 1:
+                spots, edge = panel.view.px(mark.xy), mark.radius
+                assert (spots >= edge).all(), panel.name
+                assert (spots <= np.array(panel.view.size) - edge).all(), panel.name
+
+
+def test_an_objective_of_thousands_has_a_comma() -> None:
+    assert shown("pairs", turn=100.0)["objective_start"] == "1,680.558"
+
+
+def test_the_first_heading_and_the_lowest_place_are_written_apart() -> None:
+    """Both stand at the chart's lower left corner."""
+    state = figure.start(preset(figure.WIDGET, "pairs").controls, 40)
+    panel = next(panel for panel in figure.draw(state).panels if panel.name == "unrolled")
+    heights = {
+        mark.text: float(panel.view.px(mark.xy)[0, 1]) + mark.dy for mark in panel.marks if isinstance(mark, Label)
+    }
+    assert heights["−180"] - heights["low"] > 16.0
