@@ -206,3 +206,10 @@ def test_whatever_a_reader_does_there_is_a_picture(actions: list[Action], scene:
     assert 1 <= state.walk.stage <= STAGES
     assert all(np.isfinite(look.errors()).all() for look in state.walk.looks())
     assert bool(picture.handles) == (state.walk.iteration == state.walk.stage == 1)
+
+
+def test_the_readouts_of_a_method_stand_together() -> None:
+    """Whatever a page pours them into, those of one follow those of another."""
+    names = [readout.name.split("_") for readout in draw(run()).readouts]
+    assert [method for method, _ in names[::4]] == list(PARTS)
+    assert all(method == names[k - k % 4][0] for k, (method, _) in enumerate(names))

@@ -101,23 +101,20 @@ def _count(value: int, unit: str) -> str:
 
 
 def _readouts(looks: tuple[Look, ...]) -> tuple[Readout, ...]:
-    """A row for each error, a column for each method; the last row tells what it keeps."""
-    errors = [(look.track.name, SHORT[look.track.name], *look.errors()) for look in looks]
+    """Those of one method after the other, so that they stand together in however many columns."""
+    return tuple(readout for look in looks for readout in _of(look))
+
+
+def _of(look: Look) -> tuple[Readout, ...]:
+    """A method's errors, and what it keeps."""
+    key, name, (rotation, translation, scale) = look.track.name, SHORT[look.track.name], look.errors()
     units = {"cpd": "shares", "filterreg": "moments", "mmd": "means", "flow": "coordinates"}
     return (
-        *(Readout(f"{key}_rotation", f"{name}: rotation", number(e, 1), "°") for key, name, e, _, _ in errors),
-        *(Readout(f"{key}_translation", f"{name}: translation", number(e), "u") for key, name, _, e, _ in errors),
-        *(Readout(f"{key}_scale", f"{name}: scale", number(e, 1), "%") for key, name, _, _, e in errors),
-        *(
-            Readout(f"{look.track.name}_keeps", f"{SHORT[look.track.name]} keeps", _kept(look), units[look.track.name])
-            for look in looks
-        ),
+        Readout(f"{key}_rotation", f"{name}: rotation", number(rotation, 1), "°"),
+        Readout(f"{key}_translation", f"{name}: translation", number(translation), "u"),
+        Readout(f"{key}_scale", f"{name}: scale", number(scale, 1), "%"),
+        Readout(f"{key}_keeps", f"{name} keeps", PARTS[key].kept(look), units[key]),
     )
-
-
-def _kept(look: Look) -> str:
-    kept: str = PARTS[look.track.name].kept(look)
-    return kept
 
 
 def _close(look: Look) -> bool:
