@@ -121,9 +121,21 @@ def test_the_coarse_answer_waits_for_nothing(objective: str) -> None:
 
 def test_there_is_an_end_to_sowing() -> None:
     """No more starts than can be drawn: the button goes off, and a pick beyond the last changes nothing."""
-    state = run(*[SOW] * 12)
-    assert state.count == MOST // SIDE**2 * SIDE**2
+    state = run(*[click(0.01 * k, 0.02) for k in range(MOST + 5)])
+    assert state.count == MOST
     assert "sow" in draw(state, 0).disabled
+    assert act(state, SOW) is state
+
+
+@OBJECTIVES
+def test_no_start_is_counted_twice(objective: str) -> None:
+    """Launched again the lattice changes nothing, nor does a place of it that is picked; cleared, it is launched."""
+    state = run(SOW, objective=objective)
+    assert act(state, SOW) is state
+    assert act(state, click(0.0, 0.0)) is state
+    assert "sow" in draw(state, 0).disabled
+    assert run(click(0.0, 0.0), click(0.1, 0.2), SOW, objective=objective).count == SIDE**2 + 1
+    assert run(SOW, CLEAR, SOW, objective=objective).count == SIDE**2
 
 
 @OBJECTIVES

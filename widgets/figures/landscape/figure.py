@@ -26,6 +26,7 @@ SIDE = 7  # starts along each side of the lattice that is launched
 FEW = 5  # starts whose descents are drawn with the coarse map already
 MOST = 250  # starts that are kept
 NEAR = 0.2  # u from the truth that counts as reaching it, as in the race
+LATTICE = np.stack(np.meshgrid(*[(np.arange(SIDE) - SIDE // 2) * 2 * REACH / SIDE] * 2), axis=-1).reshape(-1, 2)
 NAMES = {"mmd": "MMD²", "capped": "Nearest, capped"}
 
 
@@ -79,8 +80,7 @@ def act(state: State, action: Action) -> State:
     if action.kind == "click":
         return _begun(state, np.clip([[action.x, action.y]], -REACH, REACH))
     if action.name == "sow":
-        at = (np.arange(SIDE) - SIDE // 2) * 2 * REACH / SIDE
-        return _begun(state, np.stack(np.meshgrid(at, at), axis=-1).reshape(-1, 2))
+        return _begun(state, LATTICE)
     if action.name == "clear":
         return replace(state, runs=())
     redraws = state.redraws + 1
@@ -89,9 +89,16 @@ def act(state: State, action: Action) -> State:
 
 
 def _begun(state: State, starts: Array) -> State:
-    if state.count + len(starts) > MOST:
+    starts = _unbegun(state, starts)
+    if not len(starts) or state.count + len(starts) > MOST:
         return state
     return replace(state, runs=(*state.runs, Descent(state.terrain, starts)))
+
+
+def _unbegun(state: State, starts: Array) -> Array:
+    """Those from which no descent has begun: the same one again would be counted twice."""
+    begun = np.concatenate([np.zeros((0, 2)), *(run.starts for run in state.runs)])
+    return np.asarray(starts[~(starts[:, None] == begun).all(axis=2).any(axis=1)])
 
 
 @dataclass(frozen=True)
@@ -144,12 +151,13 @@ def draw(state: State, detail: int = BANDS) -> Picture:
         _readouts(state, said),
         _description(state, said),
         note=_note(state, said),
-        disabled=frozenset(() if state.runs else ("clear",)) | frozenset(("sow",) if _full(state) else ()),
+        disabled=frozenset(() if state.runs else ("clear",)) | frozenset(("sow",) if _sown(state) else ()),
     )
 
 
-def _full(state: State) -> bool:
-    return state.count + SIDE**2 > MOST
+def _sown(state: State) -> bool:
+    """Whether the lattice has nothing to begin, or too much to draw."""
+    return not 0 < len(_unbegun(state, LATTICE)) <= MOST - state.count
 
 
 # The map
