@@ -41,15 +41,16 @@ def test_labels_units_and_roles_agree_with_names(name: str) -> None:
     presses = [["press", button.name] for button in widget.buttons if button.does == "press"]
     for start in widget.presets:
         plain = preset(widget, start).plain()
-        # GICP measures in its covariances' standard deviations.
-        length = "σ" if plain["controls"].get("residual") == "gicp" else "u"
+        # The scans of the drive are in metres; GICP measures in its covariances' standard deviations.
+        length = "m" if plain["controls"].get("clouds") == "drive" else "u"
+        residual = "σ" if plain["controls"].get("residual") == "gicp" else length
         for log in ([], presses[:1]):
             for readout in host.render("fig-x", {**plain, "log": log})["readouts"]:
-                check(name, readout, length)
+                check(name, readout, length, residual)
 
 
-def check(figure: str, readout: dict[str, Any], length: str) -> None:
-    """length: the unit of a residual."""
+def check(figure: str, readout: dict[str, Any], length: str, residual: str) -> None:
+    """length, residual: the units of what UNITS has in u, and of a residual."""
     here = f"{figure}: the readout {readout['name']} ({readout})"
     label, parts = readout["label"].lower(), readout["name"].split("_")
     number = readout["value"].lstrip("−").replace(".", "").isdigit()
@@ -57,11 +58,12 @@ def check(figure: str, readout: dict[str, Any], length: str) -> None:
         assert WORDS.get(part, "") in label, f"{here} is to have {WORDS.get(part)!r} in its label, as its name says"
         if part in ROLES:
             assert readout["role"] == ROLES[part], f"{here} is to have the role {ROLES[part]!r}, as its name says"
-    for word, unit in UNITS.items():
+    for word, usual in UNITS.items():
+        unit = length if usual == "u" else usual
         if number and (word in parts or (word in label and "<" not in label)):
             assert readout["unit"] == unit, f"{here} is to be in {unit}: its name or label says {word}"
     if number and "rms" in label:
-        unit = "" if "rises" in parts else length
+        unit = "" if "rises" in parts else residual
         assert readout["unit"] == unit, f"{here} is to have the unit {unit!r}, as a residual"
     if "at the start" in label or "all pairs" in label:
         assert readout["role"] == "ghost", f"{here} is to have the role 'ghost': it is not of what is shown now"

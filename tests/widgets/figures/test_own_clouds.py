@@ -217,3 +217,12 @@ def test_the_script_of_drawn_clouds_stands_alone() -> None:
     for name in ("rotation", "x", "y", "explained", "conditioning"):
         decimals = len(shown[name].partition(".")[2])
         assert float(printed[name]) == pytest.approx(float(shown[name]), abs=0.51 * 10**-decimals)
+
+
+def test_scans_of_the_drive_are_in_metres() -> None:
+    """They are known to be; of other clouds the unit is not, and is written u."""
+    for name, unit in (("drive", "m"), ("default", "u")):
+        frame = Host().render("f", preset(WIDGET, name).plain())
+        assert re.search(rf">\d+ {unit}</text>", frame["panels"][0]["svg"])
+        assert {each["unit"] for each in frame["readouts"] if each["name"] in ("x", "y", "rms")} <= {unit, ""}
+        assert frame["handles"][0]["value"].endswith(f" {unit}")

@@ -162,6 +162,11 @@ class Clouds:
         return bool(len(self.source) and len(self.target))
 
     @property
+    def unit(self) -> str:
+        """Of lengths: the drive's scans are known to be in metres, a file's unit is anybody's guess."""
+        return "u" if self.raw.wheels is None else "m"
+
+    @property
     def area(self) -> float:
         """Of the target's bounding box, squared units; of one place, of the window's unit: never 0."""
         width, height = np.ptp(self.target, axis=0).tolist()

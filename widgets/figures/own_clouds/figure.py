@@ -130,8 +130,8 @@ def _readouts(run: Run) -> tuple[Readout, ...]:
     x, y = (number(float(v), c.decimals) for v in run.pose.t)
     return (
         Readout("rotation", "Rotation", heading(run.pose), "°", "source"),
-        Readout("x", "Translation x", x, "u", "source"),
-        Readout("y", "Translation y", y, "u", "source"),
+        Readout("x", "Translation x", x, c.unit, "source"),
+        Readout("y", "Translation y", y, c.unit, "source"),
         Readout("scale", "Scale", number(float(run.pose.scale), 4)),
         Readout("rms", "Residual RMS", *_rms(run)),
         Readout("explained", "Source points explained", _share(run), "%"),
@@ -148,14 +148,14 @@ def _rms(run: Run) -> tuple[str, str]:
     signs = run.evidence
     if signs is None or not float(signs.share) > 0.0:
         return "–", ""
-    return number(float(signs.rms), run.clouds.decimals), "u"
+    return number(float(signs.rms), run.clouds.decimals), run.clouds.unit
 
 
 def _from_graph(run: Run) -> tuple[Readout, ...]:
     """How far the pose is from the one that the closed graph of the drive has: no truth, but what 55 loops agree on."""
     known, shift, turn = run.clouds.raw.graph, ("–", ""), ("–", "")
     if known is not None:
-        shift = number(float(np.linalg.norm(run.pose.t - known.t)), run.clouds.decimals), "u"
+        shift = number(float(np.linalg.norm(run.pose.t - known.t)), run.clouds.decimals), run.clouds.unit
         turn = number(float(np.degrees(rre(run.pose, known))), 2), "°"
     return (
         Readout("translation_graph", "Translation off the drive's graph", *shift),
@@ -206,15 +206,15 @@ def _description(state: State) -> str:
         f" {_counted(c, 0)} source points and {_counted(c, 1)} target points."
     ]
     if c.slice:
-        words.append(f"It shows heights from {plain(c.slice[0])} to {plain(c.slice[1])} u.")
+        words.append(f"It shows heights from {plain(c.slice[0])} to {plain(c.slice[1])} {c.unit}.")
     if run.evidence is not None:
         steps = f"{run.steps} step{'' if run.steps == 1 else 's'}"
         words += [
             f"After {steps} of {OWN[run.method].label} the pose turns the source"
             f" by {heading(run.pose, 1)}° and moves it by ({number(float(run.pose.t[0]), c.decimals)},"
-            f" {number(float(run.pose.t[1]), c.decimals)}) u.",
+            f" {number(float(run.pose.t[1]), c.decimals)}) {c.unit}.",
             f"{number(100 * float(run.evidence.share), 0)} % of the source points have a target point within"
-            f" {number(SPACINGS, 0)} spacings, {number(run.reach, c.decimals)} u; the others are pale.",
+            f" {number(SPACINGS, 0)} spacings, {number(run.reach, c.decimals)} {c.unit}; the others are pale.",
         ]
     if run.done and run.reason:
         words.append(f"The run has stopped: {worded(run.reason)}.")

@@ -47,13 +47,13 @@ def round_length(wanted: float) -> float:
     return float(max(step * power for step in (1.0, 2.0, 5.0) if step * power <= wanted * (1 + 1e-9)))
 
 
-def scale_bar(fit: Fit) -> tuple[Mark, ...]:
-    """A bar of a round length in the files' unit, in the window's corner."""
+def scale_bar(fit: Fit, unit: str) -> tuple[Mark, ...]:
+    """A bar of a round length in the clouds' unit, in the window's corner."""
     length = round_length(2 * BAR / fit.scale)
     x, y = VIEW.x0 + 0.35, VIEW.y0 + 0.35
     end = x + length * fit.scale
     ticks = Segments([[x, y - 0.08], [end, y - 0.08]], [[x, y + 0.08], [end, y + 0.08]], "ink")
-    return Segments([x, y], [end, y], "ink"), ticks, Label((x, y), f"{length:g} u", "ink", dy=-9.0)
+    return Segments([x, y], [end, y], "ink"), ticks, Label((x, y), f"{length:g} {unit}", "ink", dy=-9.0)
 
 
 def moved(clouds: Clouds, pose: Pose) -> Array:
@@ -72,7 +72,7 @@ def robot(clouds: Clouds, pose: Pose, role: Role) -> tuple[Mark, ...]:
 def clouds_panel(run: Run) -> Panel:
     """The target, where the source began, and where it is."""
     c = run.clouds
-    marks: list[Mark] = [*scale_bar(c.fit)]
+    marks: list[Mark] = [*scale_bar(c.fit, c.unit)]
     if len(c.source) and run.steps:
         marks.append(Points(moved(c, run.began), "ghost", radius=2.5))
     if len(c.target):
@@ -104,7 +104,7 @@ def handles(run: Run) -> tuple[Handle, ...]:
     anchor = c.fit.put(c.anchor)
     move, turn = PLACING.handles(_held(c.fit.seen(run.pose), anchor), anchor)
     x, y = (number(float(v), c.decimals) for v in run.pose.apply(c.anchor[None])[0])
-    return replace(move, value=f"x {x}, y {y} u"), turn
+    return replace(move, value=f"x {x}, y {y} {c.unit}"), turn
 
 
 def dragged(run: Run, name: str, x: float, y: float) -> Pose:
