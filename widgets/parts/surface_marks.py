@@ -172,7 +172,7 @@ def condition(run: Run) -> str:
     value = float(run.system.condition[0])
     if not np.isfinite(value) or value >= 1e6:
         return "> 10⁶"
-    return number(value, 1 if value < 100 else 0)
+    return number(value, 1) if value < 100 else f"{int(number(value, 0)):,}"
 
 
 def weak_label(run: Run, view: View) -> Label:

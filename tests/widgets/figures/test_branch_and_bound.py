@@ -79,3 +79,14 @@ def test_steps_one_by_one_are_the_run_to_the_end() -> None:
     assert one.course == whole.course
     floor = [low for _, low in whole.course]
     assert floor == sorted(floor)
+
+
+def test_thousands_of_boxes_have_a_comma() -> None:
+    """In the readouts, in the note and in words."""
+    state = after(14)
+    said = {readout.name: readout.value for readout in figure.draw(state).readouts}
+    left, examined = int(state.now.left[0]), int(state.now.examined[0])
+    assert left > 1000
+    assert (said["left"], said["examined"]) == (f"{left:,}", f"{examined:,}")
+    assert f"{left:,} boxes are left" in figure.draw(state).note
+    assert f"{examined:,} boxes have been examined and {left:,} are left" in figure.draw(state).description

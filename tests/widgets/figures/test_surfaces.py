@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -124,7 +125,7 @@ def test_a_wall_is_found_and_the_slide_left() -> None:
         assert end["stop"].startswith("degenerate")
         assert float(end["across"]) < 0.05
         assert float(end["along"]) == pytest.approx(float(begun_at["along"]), abs=0.15)
-        assert float(end["condition"]) > 20
+        assert float(end["condition"].replace(",", "")) > 20
         for residual, most in (("point", 10.0), ("gicp", 150.0)):
             held = shown([["press", "finish"]], scene=scene, start="near", residual=residual)
             assert held["free"] == "none"
@@ -243,3 +244,8 @@ def test_a_run_of_a_scene_turned_half_round_ends_on_the_wall() -> None:
     assert one.course[-1].rms < 0.05
     assert one.course[-1].rotation > 170.0
     assert abs(along_across(one)[1]) < 0.1
+
+
+def test_a_condition_number_of_thousands_has_a_comma() -> None:
+    """1,361, as the chapter tells it."""
+    assert re.fullmatch(r"\d,\d{3}", shown([["press", "finish"]], scene="wall", start="near")["condition"])

@@ -237,7 +237,7 @@ def _description(state: State, said: Count) -> str:
         f"{number(100.0 * n / said.starts, 1)} % {words}" for n, words in zip(said.by_kind[1:], SAID, strict=True) if n
     )
     words = [
-        f"Runs of {basins.METHODS[c.method]}, {gate}, from {said.starts} starts with {len(state.atlas.source)} source"
+        f"Runs of {basins.METHODS[c.method]}, {gate}, from {said.starts:,} starts with {len(state.atlas.source)} source"
         f" points: turned by −180° to 180° along x, and shifted by 0 to {number(basins.FARTHEST, 0)} u up and to the"
         f" right along y. The room is '{c.setting}', with noise of σ = {number(c.noise)} u and"
         f" {number(c.outliers, 0)} % outliers.",

@@ -195,8 +195,8 @@ def _readouts(state: State) -> tuple[Readout, ...]:
         Readout("floor", "Floor: no pose is below", number(floor, 4), "u²", "accent"),
         Readout("gap", "Gap between them", number(ceiling - floor, 4), "u²"),
         Readout("headings", "Headings ruled out", number(100.0 * state.floors.share_gone, 0), "%"),
-        Readout("left", "Boxes left", str(int(now.left[0]))),
-        Readout("examined", "Boxes examined", str(int(now.examined[0]))),
+        Readout("left", "Boxes left", f"{int(now.left[0]):,}"),
+        Readout("examined", "Boxes examined", f"{int(now.examined[0]):,}"),
         Readout("truth", "Objective at the truth", number(state.truth, 4), "u²", "truth"),
         Readout("rotation_error", "Rotation error", number(float(np.degrees(rre(state.pose, truth))), 1), "°"),
         Readout("translation_error", "Translation error", number(float(rte(state.pose, truth))), "u"),
@@ -217,7 +217,7 @@ def _note(state: State) -> str:
     if state.now.status[0] == Status.PROVED:
         return f"Proved at step {steps}: no pose is better by more than {number(ceiling - floor, 4)} u²."
     gone = number(100.0 * state.floors.share_gone, 0)
-    return f"Step {steps}: {gone} % of the headings are ruled out, {int(state.now.left[0])} boxes are left."
+    return f"Step {steps}: {gone} % of the headings are ruled out, {int(state.now.left[0]):,} boxes are left."
 
 
 _WORDS = {
@@ -248,7 +248,7 @@ def _description(state: State) -> str:
         f" {error}° from the truth, with a mean of {number(ceiling, 4)} u²; no pose is below {number(floor, 4)} u²."
     )
     words.append(
-        f"{int(now.examined[0])} boxes have been examined and {int(now.left[0])} are left;"
+        f"{int(now.examined[0]):,} boxes have been examined and {int(now.left[0]):,} are left;"
         f" {number(100.0 * gone, 0)} % of the headings are ruled out."
     )
     if state.batch.done:

@@ -50,8 +50,8 @@ def budget_chart(confidence: float, sample: int, cap: int, share: float | None) 
 
 
 def whole(count: float) -> str:
-    """A whole number with a narrow space between thousands."""
-    return f"{count:,.0f}".replace(",", "\u202f")
+    """A whole number with commas between thousands, as everywhere."""
+    return f"{count:,.0f}"
 
 
 def curve(confidence: float, sample: int) -> Array:
