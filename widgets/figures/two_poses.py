@@ -97,7 +97,8 @@ def draw(state: State) -> Picture:
     note = ""
     if state.by_hand:
         off, away = np.degrees(rre(state.by_hand, scans.truth)), rte(state.by_hand, scans.truth)
-        note = f"The answer. By hand it was {number(float(off), 1)}° and {number(float(away))} u from here."
+        was = "The start was" if np.array_equal(state.by_hand.matrix, np.eye(3)) else "By hand it was"
+        note = f"The answer. {was} {number(float(off), 1)}° and {number(float(away))} u from here."
     return Picture(
         (
             state.world,

@@ -316,3 +316,13 @@ def test_the_python_that_is_offered_finds_the_same(ninth: str, capsys: pytest.Ca
 def _last(progress: Iterator[Progress]) -> Progress:
     *_, last = progress
     return last
+
+
+def test_nothing_runs_before_the_first_step() -> None:
+    """Each panel says that it has not started; the number of those that run says so too."""
+    state = start(Controls(), 40)
+    running = [
+        next(readout.value for readout in draw(each).readouts if readout.name == "running")
+        for each in (state, after(1, state))
+    ]
+    assert running == ["–", "9"]

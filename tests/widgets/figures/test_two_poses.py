@@ -70,7 +70,16 @@ def test_the_motion_leads_to_the_answer() -> None:
     np.testing.assert_allclose(new, after.pose.apply(after.scans.source), atol=1e-12)
     frame = Host().render("fig-by-hand", {**PLAIN, "log": [["press", "answer"]]})
     assert frame["motion"]["group"] == "fig-by-hand-robot-source"
-    assert "By hand it was 50.0° and 2.00 u" in frame["note"]
+
+
+def test_only_what_was_moved_was_moved_by_hand() -> None:
+    """The answer to a reader who touched nothing tells of the start."""
+    notes = [
+        Host().render("f", {**PLAIN, "log": [*moves, ["press", "answer"]]})["note"]
+        for moves in ([], [["drag", "source", 2, 1]])
+    ]
+    assert notes[0] == "The answer. The start was 50.0° and 2.00 u from here."
+    assert notes[1].startswith("The answer. By hand it was 50.0°")
 
 
 def test_the_turning_handle_stays_apart_where_the_border_leaves_no_room() -> None:
