@@ -112,7 +112,7 @@ def test_a_schedule_makes_the_likelihood_fall(why: Why) -> None:
     for method in ("cpd-rigid", "filterreg"):
         shown = frame([["press", "finish"]], method=method, width="scheduled")
         values = {r["name"]: r["value"] for r in shown["readouts"]}
-        assert values["promise"] == "no"
+        assert values["promise"] == "at any step"
         assert int(values["rises"].split()[0]) > 0
         assert "diamond outlier" in shown["panels"][1]["svg"]
 
@@ -239,3 +239,13 @@ def test_hostile_settings_draw(
     assert shown["disabled"] == ["finish", "step"]
     (stop,) = (r["value"] for r in shown["readouts"] if r["name"] == "stop")
     assert int(stop.split()[1]) <= STEPS
+
+
+def test_the_objective_s_axis_goes_as_high_as_the_objective() -> None:
+    """With all sliders at their least and the source far off it begins at 17 nats: no line lies on the window's edge
+    that belongs above it. The usual run keeps its axis from 1 to 6."""
+    least = {"sigma": 0.04, "clutter": 0.0, "turn": -180.0, "offset": 0.0, "noise": 0.0, "junk": 0.0}
+    far = frame([["drag", "source", 3.5, 2.0], ["press", "step"]], "filterreg", **least)
+    panel = far["panels"][1]["svg"]
+    assert re.findall(r">(\d+)</text>", frame()["panels"][1]["svg"])[-6:] == list("123456")
+    assert ">15</text>" in panel

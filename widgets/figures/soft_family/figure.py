@@ -9,7 +9,7 @@ import numpy as np
 
 from solvers.scenes.bird import AREA, SHAPE, bird, bird_start
 from solvers.scenes.rooms import Scene
-from widgets.drawing.chart import Series, chart
+from widgets.drawing.chart import Series, chart, ticks
 from widgets.drawing.picture import (
     Array,
     Group,
@@ -160,13 +160,16 @@ def _marks(run: Run, found: Links) -> tuple[Mark, ...]:
 
 
 def _objective_chart(run: Run) -> Panel:
-    """The negative log-likelihood a point from 1 to 6, or the MMD² over three decades, on one window."""
+    """The negative log-likelihood a point from 1 to 6, or as high as it goes, or the MMD² over three decades."""
     log = run.rule.method == "gmmreg"
     k = np.arange(len(run.course), dtype=float)
-    found, truth = (_scaled([getattr(e, name) for e in run.course], log) for name in ("objective", "truth"))
+    values = [[getattr(e, name) for e in run.course] for name in ("objective", "truth")]
+    top = max(NATS[1], float(np.ceil(np.max(values))))
+    found, truth = (_scaled(each, log, top) for each in values)
     cuts = np.array([e.staged for e in run.course])
     x, y = (np.insert(v, np.flatnonzero(cuts), np.nan) for v in (k, found))
-    names = ["0.001", "0.01", "0.1", "1"] if log else ["1", "2", "3", "4", "5", "6"]
+    decades = [(i / 3, name) for i, name in enumerate(("0.001", "0.01", "0.1", "1"))]
+    nats = [((v - NATS[0]) / (top - NATS[0]), number(v, 0)) for v in ticks(NATS[0], top, about=5)]
     panel = chart(
         "objective",
         "The objective over the steps",
@@ -179,7 +182,7 @@ def _objective_chart(run: Run) -> Panel:
         x_range=(0.0, float(STEPS)),
         y_range=(0.0, 1.0),
         now=float(run.steps),
-        y_ticks=[(i / (len(names) - 1), name) for i, name in enumerate(names)],
+        y_ticks=decades if log else nats,
         height=200.0,
     )
     up = np.isin(k, run.rises)
@@ -188,10 +191,10 @@ def _objective_chart(run: Run) -> Panel:
     return replace(panel, marks=(*panel.marks, *marks))
 
 
-def _scaled(values: list[float], log: bool) -> Array:
-    """Objectives as heights in the chart, from 0 to 1."""
+def _scaled(values: list[float], log: bool, top: float) -> Array:
+    """Objectives as heights in the chart, from 0 to 1; nats to `top`."""
     v = np.array(values)
-    height = 1.0 + np.log10(np.maximum(v, 1e-12)) / DECADES if log else (v - NATS[0]) / (NATS[1] - NATS[0])
+    height = 1.0 + np.log10(np.maximum(v, 1e-12)) / DECADES if log else (v - NATS[0]) / (top - NATS[0])
     return np.asarray(np.clip(height, 0.0, 1.0))
 
 
@@ -210,7 +213,7 @@ def _sigma_chart(run: Run) -> Panel:
     )
 
 
-PROMISES = {"never rises": "yes, at no step", "within a stage": "within a stage of σ", "none": "no"}
+RISES = {"never rises": "never", "within a stage": "when σ changes", "none": "at any step"}
 
 
 def _readouts(run: Run, found: Links) -> tuple[Readout, ...]:
@@ -220,7 +223,7 @@ def _readouts(run: Run, found: Links) -> tuple[Readout, ...]:
     return (
         Readout("objective", "Objective", number(last.objective, places), unit),
         Readout("objective_truth", "At the truth, same σ", number(last.truth, places), unit, "truth"),
-        Readout("promise", "Certain not to rise", PROMISES[run.rule.promise]),
+        Readout("promise", "Can rise", RISES[run.rule.promise]),
         Readout("rises", "Steps at which it rose", f"{len(run.rises)} of {run.steps}"),
         Readout("sigma", "σ", number(last.sigma, 3), "u"),
         Readout("partners", "Effective partners of a point", number(found.partners, 1) if shared else "–"),
