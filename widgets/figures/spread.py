@@ -225,9 +225,9 @@ def _close(state: State) -> Panel:
     marks += [Path(censi, "inlier", dashed=True), Path(hessian, "accent")]
     marks.append(Points([(0.0, 0.0)], "truth", "cross", radius=6.0))
     times = [number(PLAN.x1 / each, 0) for each in half]
-    scale = f"{times[1]} times" + ("" if along == FINE else f" up and down, {times[0]} times along")
+    scale = f"{times[1]} times" + ("" if along == FINE else f" upwards and {times[0]} times sideways")
     label = "The ends about the true place, enlarged"
-    return Panel("close", label, CLOSE, tuple(marks), grid=False, caption=f"About the true place, {scale} enlarged")
+    return Panel("close", label, CLOSE, tuple(marks), grid=False, caption=f"About the true place, enlarged {scale}")
 
 
 @dataclass(frozen=True)

@@ -72,3 +72,11 @@ def test_the_close_view_is_to_the_scale_that_its_bar_tells(wall: float) -> None:
     assert np.abs(dots.xy).max() < 1.0
     longest = max(np.ptp(np.asarray(mark.xy)[:, 0]) for mark in close.marks if isinstance(mark, Path))
     assert longest > 0.3
+
+
+def test_the_scale_about_the_true_place_is_told() -> None:
+    """The same both ways for a wall that is seen, less along the corridor whose end is not."""
+    for wall, said in ((2.6, "enlarged 64 times"), (6.0, "enlarged 64 times upwards and 4 times sideways")):
+        frame = draw(start(Controls(wall=wall), SEED))
+        (caption,) = (panel.caption for panel in frame.panels if panel.name == "close")
+        assert caption == f"About the true place, {said}"
