@@ -192,8 +192,8 @@ def verified(
     Raises
     ------
     ValueError
-        If `later` and `earlier` differ in length, if a scan's number is no integer or there is no such scan, or if the
-        poses are not as many rigid motions of the plane as there are scans.
+        If `later` and `earlier` differ in length, if a scan's number is not an integer or names no scan, or if
+        the poses are not as many rigid motions of the plane as there are scans.
 
     Examples
     --------

@@ -264,8 +264,8 @@ def match(
     Raises
     ------
     ValueError
-        If the numbers of pairs differ, if a scan's number is no integer or there is no such scan, or if the starts are
-        not rigid motions of the plane.
+        If the numbers of pairs differ, if a scan's number is not an integer or names no scan, or if the starts are not
+        rigid motions of the plane.
 
     Examples
     --------

@@ -382,7 +382,7 @@ def _noise(given: ArrayLike, name: str, batch: tuple[int, ...], count: int) -> F
 
 
 def _semidefinite(a: FloatArray) -> bool:
-    """Whether all of a, (..., 2, 2), are symmetric and have no negative eigenvalue, but for rounding."""
+    """Whether all of a, (..., 2, 2), are symmetric and have no negative eigenvalue, up to rounding."""
     little = 1e-9 * np.abs(a).max()
     symmetric = np.abs(a - a.swapaxes(-1, -2)).max() <= little
     return bool(symmetric and np.linalg.eigvalsh(a).min() >= -little)

@@ -212,7 +212,7 @@ def _readouts(state: State, count: int | None, some: int | None, full: bool) -> 
         Readout("apart", "Nearest points apart, root mean square", number(state.apart, 3), "u"),
         Readout("valleys", f"Valleys of the ring, of {HEADINGS} headings",
                 "–" if flat else "…" if count is None else str(count)),
-        Readout("arrive", f"Starts that end at the truth, of {STARTS}", waits if some is None else str(some)),
+        Readout("arrive", f"Starts that end at the truth, of\u00a0{STARTS}", waits if some is None else str(some)),
     )  # fmt: skip
 
 
@@ -343,7 +343,8 @@ WIDGET = Widget(
     legend=(
         Key("accent", "the objective by heading, high outside", "area"),
         Key("source", "source; the ball is its heading", "dot"),
-        Key("source", "ended, but not at the truth", "ring"),
+        Key("truth", "ended at the truth", "dot"),
+        Key("source", "ended elsewhere", "ring"),
         Key("target", "target", "square"),
         Key("truth", "truth; a start that ends there", "square"),
         Key("weak", "a start that does not", "cross"),

@@ -109,7 +109,7 @@ def _readouts(state: State, courses: tuple[Course, ...] | None, rings: Mapping[s
         return (number(by[name].rotation, 1), "°") if name in by else (waits, "")
 
     return (
-        Readout("arrive", f"Rungs that end at the truth, of {len(RUNGS)}",
+        Readout("arrive", f"Rungs that end at the truth, of\u00a0{len(RUNGS)}",
                 str(_arrived(courses)) if courses else waits),
         Readout("rotation_pairs", "Rotation error at the end, rung 1", *off("pairs")),
         Readout("rotation_nearest", "Rotation error at the end, rung 3", *off("nearest")),
@@ -207,7 +207,8 @@ WIDGET = Widget(
     legend=(
         Key("accent", "the objective by heading, high outside", "area"),
         Key("source", "source; the ball is its heading"),
-        Key("source", "ended, but not at the truth", "ring"),
+        Key("truth", "ended at the truth"),
+        Key("source", "ended elsewhere", "ring"),
         Key("target", "target", "square"),
         Key("truth", "truth", "line"),
         Key("pair", "what links them", "line"),

@@ -23,6 +23,7 @@ from widgets.drawing.picture import (
     Path,
     Points,
     Ring,
+    Role,
     Segments,
     Ticks,
 )
@@ -93,9 +94,9 @@ def scan(dial: Dial, pose: Pose) -> Group:
 
 
 def ball(dial: Dial, full: bool, heading: float, course: Course | None) -> tuple[Mark, ...]:
-    """The ball at the start; after the run at its end, with its way along the ring, and hollow where that is not the
-    truth: a heading at the top may belong to a robot beside its place. A method that searches does not roll: a dotted
-    line joins start and end."""
+    """The ball at the start; after the run at its end, with its way along the ring: the truth's where that is the
+    truth, else hollow, since a heading at the top may belong to a robot beside its place. A method that searches does
+    not roll: a dotted line joins start and end."""
     began = at(dial, full, np.array([heading]))
     if course is None:
         return (*_ball(began), Segments(place(heading, NOSE), place(heading, HAND), "guide"))
@@ -105,12 +106,12 @@ def ball(dial: Dial, full: bool, heading: float, course: Course | None) -> tuple
         marks.append(Path(np.concatenate([began, ended]), "ghost", dotted=True))
     else:
         marks.append(Path(at(dial, full, _between(course.headings)), "source", thick=True))
-    return (*marks, Points(began, "ghost", "ring", radius=7.0), *_ball(ended, course.arrived))
+    ball = _ball(ended, "truth") if course.arrived else (Points(ended, "source", "ring", radius=BALL),)
+    return (*marks, Points(began, "ghost", "ring", radius=7.0), *ball)
 
 
-def _ball(spot: Array, full: bool = True) -> tuple[Mark, ...]:
-    edge = Points(spot, "source", "ring", radius=BALL)
-    return (Points(spot, "source", radius=BALL - 1.0), edge) if full else (edge,)
+def _ball(spot: Array, role: Role = "source") -> tuple[Mark, ...]:
+    return (Points(spot, role, radius=BALL - 1.0), Points(spot, role, "ring", radius=BALL))
 
 
 def _between(turns: Array, step: float = 2.0 * np.pi / HEADINGS) -> Array:

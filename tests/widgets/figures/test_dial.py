@@ -221,15 +221,15 @@ def test_the_map_tells_ends_before_full_rings() -> None:
         assert ladder_map.known(state) == detail
 
 
-def test_a_ball_is_full_where_its_run_ended_at_the_truth() -> None:
-    """So that the full balls are as many as the map counts: the flow's stands at the top, but its robot beside."""
+def test_a_ball_is_the_truth_s_where_its_run_ended_there() -> None:
+    """So that these balls are as many as the map counts: the flow's stands at the top, but its robot beside."""
     state = ladder_map.act(ladder_map.start(ladder_map.Controls(60.0), 40), Action("press", "roll"))
     frame = ladder_map.draw(state)
     balls = [
         mark
         for panel in frame.panels
         for mark in panel.marks
-        if isinstance(mark, Points) and mark.role == "source" and mark.shape == "dot" and mark.radius == marks.BALL - 1
+        if isinstance(mark, Points) and mark.role == "truth" and mark.shape == "dot" and mark.radius == marks.BALL - 1
     ]
     assert len(balls) == sum(course.arrived for course in state.courses) == 3
     flow = state.courses[-1]

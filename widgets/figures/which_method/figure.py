@@ -157,9 +157,9 @@ def _readouts(state: State, made: Sequence[Run]) -> tuple[Readout, ...]:
     lacks = waits if len(state.runs) > 1 and not others else "–"
     off = STARTS[state.answers.start][0]
     return (
-        Readout("found", f"The path ends right, of {OF}", str(made[0].found) if made else waits, "", "accent"),
+        Readout("found", f"The path ends right, of\u00a0{OF}", str(made[0].found) if made else waits, "", "accent"),
         Readout("rotation_error", "Its median rotation error", *turned),
-        Readout("faded", f"Best faded rung, of {OF}", str(max(faded)) if faded else lacks),
+        Readout("faded", f"Best faded rung, of\u00a0{OF}", str(max(faded)) if faded else lacks),
         Readout("points_source", "Points of the source", str(source.shape[1])),
         Readout("points_target", "Points of the target", str(target.shape[1])),
         Readout("rotation_start", "Rotation error at the start", number(off, 0), "°", "ghost"),
