@@ -1,10 +1,9 @@
 """The poses that agree best with all that was measured between them.
 
-Minimised is `F = Σ ρ(χ²)` over the edges, with χ² = eᵀ Ω e and the residuals of
-`solvers.posegraph.errors`, by Levenberg–Marquardt on reweighted squares: damping in
-proportion to the diagonal, so that lengths and angles may have any units. A step is
-taken only where it lowers F. Poses come from relative measurements alone, so at least
-one node is held where it is.
+Minimised is `F = Σ ρ(χ²)` over the edges, with χ² = eᵀ Ω e and the residuals of `solvers.posegraph.errors`, by
+Levenberg–Marquardt on reweighted squares: damping in proportion to the diagonal, so that lengths and angles may have
+any units. A step is taken only where it lowers F. Poses come from relative measurements alone, so at least one node is
+held where it is.
 
 Sources: Lu & Milios 1997, Globally consistent range scan alignment for environment
 mapping; Grisetti, Kümmerle, Stachniss & Burgard 2010, A tutorial on graph-based SLAM;
@@ -37,9 +36,7 @@ _FIRST, _LEAST, _SLIGHT, _MOST = 1e-6, 1e-12, 1e-3, 1e12
 
 @dataclass(frozen=True, eq=False)
 class _Setting:
-    """What stays the same in a run: what `optimise` was told, and the order of
-    elimination.
-    """
+    """What stays the same in a run: what `optimise` was told, and the order of elimination."""
 
     kernel: str
     threshold: float
@@ -118,8 +115,7 @@ class GraphResult:
     chi2 : ndarray of shape (e,)
         χ² of each edge, without the kernel.
     weights : ndarray of shape (e,)
-        What the kernel leaves of each edge's information, in [0, 1]; 1 where it does
-        not apply.
+        What the kernel leaves of each edge's information, in [0, 1]; 1 where it does not apply.
     objective : float
         F = Σ ρ(χ²); without a kernel the sum of χ².
     status : Status
@@ -183,7 +179,17 @@ def begin(
         What was measured between nodes.
     fixed : int or sequence of int, default 0
         The nodes that stay where they are.
-    kernel, robust, threshold, max_steps, tolerance, sparse
+    kernel : {"none", "huber", "cauchy", "dcs"}, default "none"
+        As for `optimise`.
+    robust : array_like of bool, shape (e,), optional
+        As for `optimise`.
+    threshold : float, default 2.8
+        As for `optimise`.
+    max_steps : int, default 100
+        As for `optimise`.
+    tolerance : float, default 1e-9
+        As for `optimise`.
+    sparse : bool, optional
         As for `optimise`.
 
     Returns
@@ -312,15 +318,13 @@ def optimise(
     Parameters
     ----------
     poses : Pose of shape (n,)
-        Where the nodes start: poses from each node's own coordinates to those of the
-        map, such as those of odometry.
+        Where the nodes start: poses from each node's own coordinates to those of the map, such as those of odometry.
     edges : Edges
         What was measured between nodes.
     fixed : int or sequence of int, default 0
         The nodes that stay where they are. Each part of the graph needs one.
     kernel : {"none", "huber", "cauchy", "dcs"}, default "none"
-        What becomes of large errors; see `solvers.posegraph.kernels`. With "cauchy" and
-        "dcs" the end depends on the start.
+        What becomes of large errors (`solvers.posegraph.kernels`). With "cauchy" and "dcs" the start matters.
     robust : array_like of bool, shape (e,), optional
         The edges that the kernel applies to, such as loops. None is all.
     threshold : float, default 2.8
@@ -328,8 +332,8 @@ def optimise(
     max_steps : int, default 100
         The most steps.
     tolerance : float, default 1e-9
-        It has converged where no node moves by more than this fraction of the longest
-        measured translation, nor turns by more than this many radians.
+        It has converged where no node moves by more than this fraction of the longest measured translation, nor turns
+        by more than this many radians.
     sparse : bool, optional
         Whether scipy solves the normal equations. None is scipy from 300 free nodes on,
         where it is installed. Without it, 3000 free nodes are the most.
@@ -344,14 +348,13 @@ def optimise(
     Raises
     ------
     ValueError
-        If an argument is not what it should be, if an edge names a node that does not
-        exist, if edges join a node to no fixed one, or if more than 3000 nodes are free
-        without scipy.
+        If an argument is not what it should be, if an edge names a node that does not exist, if edges join a node to
+        no fixed one, or if more than 3000 nodes are free without scipy.
 
     Examples
     --------
-    Two legs out along a corridor and two back, the last measured 0.4 u too short: the
-    loop does not close, and each leg takes a quarter of the excess.
+    Two legs out along a corridor and two back, the last measured 0.4 u too short: the loop does not close, and each
+    leg takes a quarter of the excess.
 
     >>> import numpy as np
     >>> from solvers import Pose

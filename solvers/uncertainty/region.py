@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray
 from solvers.core.kinds import of_kind
-from solvers.core.numbers import finite, numbers
 from solvers.core.pose import Pose
 from solvers.uncertainty import se2
 from solvers.uncertainty.chi_square import quantile
@@ -387,10 +386,7 @@ class Covariance:
 
     def _lever(self, point: ArrayLike) -> FloatArray:
         """How a moved source point goes along each direction, (..., 2, 3), in target coordinates."""
-        p = finite(numbers(point, "point"), "point")
-        if p.shape != (2,):
-            raise ValueError(f"point: expected shape (2,), got {p.shape}")
-        arm = self.mean.apply(p[None])[..., 0, :] - self.centre
+        arm = self.mean.apply(se2.place(point)[None])[..., 0, :] - self.centre
         J = np.zeros((*self.mean.batch, 2, 3))
         J[..., 0, 1] = J[..., 1, 2] = 1.0
         J[..., 0, 0], J[..., 1, 0] = -arm[..., 1] / self.radius, arm[..., 0] / self.radius

@@ -131,6 +131,14 @@ def shifted(centre: FloatArray) -> FloatArray:
     return adjoint(Pose.trusted(np.eye(2), -np.asarray(centre)))
 
 
+def place(point: ArrayLike) -> FloatArray:
+    """The coordinates (2,) of a point of the plane."""
+    p = finite(numbers(point, "point"), "point")
+    if p.shape != (2,):
+        raise ValueError(f"point: expected shape (2,), got {p.shape}")
+    return p
+
+
 def _rigid(pose: Pose) -> Pose:
     """`pose` when it is a rigid motion of the plane."""
     validate.pose(of_kind(pose, Pose, "pose"), 2, "pose")
