@@ -72,14 +72,19 @@ class Figure:
         return int(self.root.get_attribute("data-frame") or 0)
 
     def record(self) -> dict[str, Any]:
-        return self.page.evaluate("name => Ladder.figures.get(name).record", self.name)  # type: ignore[no-any-return]
+        return self._told("record")  # type: ignore[no-any-return]
 
     def frame(self) -> dict[str, Any]:
-        return self.page.evaluate("name => Ladder.figures.get(name).frame", self.name)  # type: ignore[no-any-return]
+        return self._told("frame")  # type: ignore[no-any-return]
+
+    def _told(self, what: str) -> Any:
+        """What the figure knows of itself, once it is set up (the page is painted first)."""
+        told = "([name, what]) => Ladder.alive.then(() => Ladder.figures.get(name)[what])"
+        return self.page.evaluate(told, [self.name, what])
 
     def settled(self) -> Figure:
         """Waits until nothing is asked or moving."""
-        until(self.page, f"!Ladder.figures.get({self.name!r}).busy")
+        until(self.page, f"Ladder.figures.get({self.name!r})?.busy === false")
         return self
 
     def set(self, name: str, value: str | bool) -> None:

@@ -9,7 +9,7 @@ import * as records from "../base/record.js";
 import { runtime } from "../runtime/runtime.js";
 import { figures } from "./registry.js";
 
-const DRAGS = 100; // after fewer, the browser would still be compiling Python's hot code beside a reader's first drag
+const DRAGS = 100; // after 25, a reader's first drag was still slower than the next
 const MOVES = 25; // of each other kind
 const LONGEST = 1500; // ms for a kind
 const SWAY = 1 / 50; // of a panel's width: how far off its place a handle is put
