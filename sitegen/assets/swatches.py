@@ -15,7 +15,7 @@ MEANING = {
     "outlier": "a pair or a point that does not",
     "ghost": "where something was before, or will not be",
     "pair": "a link between two points",
-    "normal": "a surface's direction",
+    "normal": "a surface’s direction",
     "weak": "a direction that the data do not hold",
     "guide": "what is drawn to help the eye",
     "ink": "text",

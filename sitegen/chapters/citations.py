@@ -12,6 +12,7 @@ from markupsafe import Markup
 
 from sitegen.cache.memory import Memory
 from sitegen.chapters import yaml_schema
+from sitegen.markup.typography import apostrophes
 from sitegen.problems import Place, Problems, read_text
 
 NAME = "content/references.yaml"
@@ -69,7 +70,7 @@ class Reference:
     @property
     def html(self) -> Markup:
         """The whole entry: authors, year, title, venue, link."""
-        title = Markup("<cite>{}</cite>").format(self.title)
+        title = Markup("<cite>{}</cite>").format(apostrophes(self.title))
         if self.link:
             title = Markup('<a href="{}">{}</a>').format(self.link, title)
         end = "" if self.title[-1] in ".?!" else "."

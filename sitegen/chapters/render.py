@@ -35,6 +35,7 @@ from sitegen.markup.images import Image, read_image
 from sitegen.markup.located import Citation, NoteMark, located
 from sitegen.markup.math import formula_of
 from sitegen.markup.parser import blocks, parser, text_of, unbroken
+from sitegen.markup.typography import apostrophes
 from sitegen.problems import Place, hint
 
 FOLDED = {"try-this": "Try this", "evidence": "Evidence", "answer": "Answer"}  # containers, and what their fold says
@@ -193,7 +194,7 @@ class _Renderer:
 
     def _image(self, token: Token) -> str:
         place, source = located(token, object).place, unquote(str(token.attrs["src"]))
-        alt = text_of(token.children or []).strip()
+        alt = apostrophes(text_of(token.children or []).strip())
         if not alt:
             self._problems.add(place, f"the image {source} needs alternative text: ![what it shows]({source})")
         path = Path(self._known.root, "content", source)

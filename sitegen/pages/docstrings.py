@@ -10,6 +10,7 @@ from griffe import DocstringSectionKind as Kind
 from markupsafe import Markup, escape
 
 from sitegen.markup.code import highlighted
+from sitegen.markup.typography import apostrophes
 
 _LOW = dict(zip("ᵢⱼₖₘₙₓ", "ijkmnx", strict=True))
 _LISTED = {
@@ -54,7 +55,7 @@ def prose(text: str) -> Markup:
 
 def said(text: str) -> Markup:
     """A piece of prose as HTML: code in backticks and numbers of references, nothing else is markup."""
-    text = re.sub(r"\[(\d+)\]_", r"[\1]", text)
+    text = apostrophes(re.sub(r"\[(\d+)\]_", r"[\1]", text))
     parts = [_lowered(part) for part in re.split(r"`([^`]+)`", " ".join(text.split()))]
     inner = [part if i % 2 == 0 else Markup("<code>{}</code>").format(part) for i, part in enumerate(parts)]
     return Markup("").join(inner)

@@ -17,6 +17,7 @@ from sitegen.chapters.rendered import Question
 from sitegen.figures.gallery import Drawn, Placed
 from sitegen.figures.model import Figure
 from sitegen.figures.wire import Plain, dumps, first_frame, spec
+from sitegen.markup.typography import apostrophes
 from widgets.drawing.picture import number
 from widgets.engine.contract import Button, Lead, Widget
 from widgets.engine.controls import Spec, specs
@@ -163,6 +164,7 @@ def environment(root: Path, cache: Path) -> Environment:
         keep_trailing_newline=True,
     )
     made.globals |= {"shown": shown, "plain": plain, "dumps": dumps, "panel_class": panel_class, "wheel": ""}
+    made.filters["apostrophes"] = apostrophes
     return made
 
 

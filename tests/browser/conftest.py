@@ -133,8 +133,10 @@ class Reader:
         return page
 
     def open(self, path: str = "index.html") -> Page:
+        """A page of the site, its figures set up where scripts run (it is painted first)."""
         page = self.page()
         page.goto(f"{self.origin}/{path}")
+        page.evaluate("globalThis.Ladder?.alive")
         return page
 
     def expect(self, *parts: str) -> None:

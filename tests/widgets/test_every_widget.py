@@ -7,6 +7,7 @@ import json
 import re
 from collections.abc import Iterator
 from functools import cache
+from html import unescape
 from math import dist
 from typing import Any
 
@@ -95,6 +96,9 @@ def check_frame(plain: dict[str, Any], frame: dict[str, Any]) -> None:
     assert sentences, f"{here}: describe what is seen in whole sentences, 60 characters or more, not {said!r}"
     wrong = re.search(r"\bnan\b|\binf\b|  ", said + frame["note"])
     assert not wrong, f"{here}: {wrong[0]!r} in the description or the note: {said!r}, {frame['note']!r}"
+    words = unescape(json.dumps({key: part for key, part in frame.items() if key != "python"}, ensure_ascii=False))
+    straight = re.search(r".{0,30}(?:[a-zA-Z]'|'[a-zA-Z]).{0,30}", words)
+    assert not straight, f"{here}: write an apostrophe as ’, quotes as ‘…’, in {straight[0]!r}"
     buttons = {button.name for button in widget.buttons}
     assert set(frame["disabled"]) <= buttons, f"{here}: disabled names {frame['disabled']}; the buttons are {buttons}"
     assert frame["controls"] == plain["controls"]

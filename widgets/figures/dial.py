@@ -60,7 +60,7 @@ class Controls:
     )
     turn: float = slider(100.0, "Heading at the start, off by", -180.0, 180.0, 5.0, "°")
     length: float = slider(
-        6.0, "Length", 0.2, 6.0, 0.1, "u", "The rung's inlier distance, cap, cell, first σ or first ℓ"
+        6.0, "Length", 0.2, 6.0, 0.1, "u", "The rung’s inlier distance, cap, cell, first σ or first ℓ"
     )
     noise: float = slider(0.02, "Noise σ", 0.0, 0.3, 0.01, "u")
 
@@ -146,7 +146,7 @@ def draw(state: State, detail: int = DETAILS - 1) -> Picture:
         *marks.arrivals(arrived),
         *marks.ball(dial, full, state.heading, state.course),
     )
-    label = "The room and the robot's scan, with the objective over all headings around them"
+    label = "The room and the robot’s scan, with the objective over all headings around them"
     count = valleys(dial.ring) if full and not dial.rung.flat else None
     some = int(arrived.sum()) if len(arrived) == STARTS else None
     return Picture(
@@ -360,5 +360,5 @@ WIDGET = Widget(
     motion=motion,
     python=python,
     lead=Lead(("main",), ("rotation_error", "valleys", "arrive"), ("rung",), ("roll", "every", "reset")),
-    shows="A rung's objective over all headings as a ring, and where its method ends from any of them.",
+    shows="A rung’s objective over all headings as a ring, and where its method ends from any of them.",
 )

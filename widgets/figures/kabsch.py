@@ -155,7 +155,7 @@ def draw(state: State) -> Picture:
         *names,
     ]
     return Picture(
-        (Panel("main", "Source and target in the target's coordinates", VIEW, tuple(marks)),),
+        (Panel("main", "Source and target in the target’s coordinates", VIEW, tuple(marks)),),
         _readouts(state, said),
         _description(state, said),
         PLACING.handles(state.pose, state.centroid),

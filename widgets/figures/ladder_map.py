@@ -131,7 +131,7 @@ def _note(courses: tuple[Course, ...] | None) -> str:
 def _description(state: State, courses: tuple[Course, ...] | None, rings: Mapping[str, int] | None) -> str:
     words = [
         "Eight small dials of the same room and robot, which is at its true position,"
-        f" {number(state.controls.turn, 0)}° off its true heading at the top. Around each is the rung's objective for"
+        f" {number(state.controls.turn, 0)}° off its true heading at the top. Around each is the rung’s objective for"
         " every heading, higher farther out; marks in the room link the scan to the target. One: lines between true"
         " partners. Two: the same, many of them wrong. Three: lines to the nearest points. Three and a half: lines to"
         " the tangents there. Four: the Gaussians of cells. Five: threads to all points, weighted;"

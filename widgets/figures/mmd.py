@@ -194,7 +194,7 @@ def draw(state: State) -> Picture:
     rotation, translation = zip(*state.course, strict=True)
     return Picture(
         (
-            Panel("main", "The two scans in the target's coordinates, under the crests of one wave", MAP, marks),
+            Panel("main", "The two scans in the target’s coordinates, under the crests of one wave", MAP, marks),
             phases(moved, state.scene.target, frequency),
             waves(sizes, said.apart[:count], said.wave),
             convergence(running, said.exact, said.at_truth, count),

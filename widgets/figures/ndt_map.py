@@ -194,7 +194,7 @@ def draw(state: State) -> Picture:
     """The room under its grid, and the chosen cell."""
     h, corner = state.controls.size, state.cells.origin[0, 0] + state.controls.size * np.array(state.chosen)
     rim = Path(corner + h * SQUARE, "accent", closed=True, thick=True, filled=True)
-    name = "The room's scan under the grid, each kept cell's Gaussian at two standard deviations"
+    name = "The room’s scan under the grid, each kept cell’s Gaussian at two standard deviations"
     room = Panel("main", name, ROOM, (*state.grid, rim), grid=False, caption="The map")
     return Picture((room, state.close), _readouts(state), _description(state), note=_note(state))
 

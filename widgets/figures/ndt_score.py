@@ -179,7 +179,7 @@ def _room(state: State) -> Panel:
         Points(state.scan + path.places[-1], "source", radius=2.0),
     )
     where = "where the climb ended" if state.climbed else "where the climb will begin"
-    name = f"The scan {where}, over the map's Gaussians at two standard deviations"
+    name = f"The scan {where}, over the map’s Gaussians at two standard deviations"
     return Panel("room", name, ROOM, marks, caption=f"The scan over the map, {where}")
 
 

@@ -189,7 +189,7 @@ def _chi2(state: State, edge: int) -> Label:
 def _handles(state: State) -> tuple[Handle, ...]:
     poses = state.run.poses
     nodes = [(name, k, f"Move pose {k + 1}", poses.t[k]) for k, name in enumerate(POSES, 1)]
-    nodes.append(("loop", 0, "Move where the loop's edge puts pose 1", _put(state, LOOP).t))
+    nodes.append(("loop", 0, "Move where the loop’s edge puts pose 1", _put(state, LOOP).t))
     found = []
     for name, node, label, at in nodes:
         x, y = _within(at, node).tolist()
@@ -206,7 +206,7 @@ def _readouts(state: State, said: _Numbers) -> tuple[Readout, ...]:
         Readout("gap", "Gap of the loop", number(said.gap), "u", "accent"),
         Readout("apart", "RMS distance from the true poses", number(said.apart), "u", "source"),
         Readout("largest", "Largest χ² of an edge", number(float(run.chi2.max()), 1)),
-        Readout("weight_loop", "Weight of the loop's edge", number(float(run.weights[LOOP]), 2), "", "accent"),
+        Readout("weight_loop", "Weight of the loop’s edge", number(float(run.weights[LOOP]), 2), "", "accent"),
         Readout(
             "weight_false", "Weight of the false edge", number(float(run.weights[FALSE]), 3) if false else "–", "",
             "outlier",
@@ -241,11 +241,11 @@ def _description(state: State, said: _Numbers) -> str:
             f" {number(float(run.chi2[FALSE]), 1)}, its weight {number(float(run.weights[FALSE]), 3)}."
         )
     if c.kernel != "none":
-        words.append(f"The loop's edges have the kernel {KERNEL_NAMES[c.kernel]}.")
+        words.append(f"The loop’s edges have the kernel {KERNEL_NAMES[c.kernel]}.")
     stands = "has not begun" if not run.steps and not run.done else f"is {run.status.label} after {run.steps}"
     words.append(
         f"The optimisation {stands}{'' if stands.endswith('begun') else ' steps' if run.steps != 1 else ' step'}."
-        f" The loop's gap is {number(said.gap)} u, and the poses are {number(said.apart)} u RMS from the true ones."
+        f" The loop’s gap is {number(said.gap)} u, and the poses are {number(said.apart)} u RMS from the true ones."
     )
     return " ".join(words)
 
@@ -300,7 +300,7 @@ WIDGET = Widget(
     legend=(
         Key("source", "poses, and the walls they saw"),
         Key("pair", "odometry", "line"),
-        Key("accent", "the loop's edge", "line"),
+        Key("accent", "the loop’s edge", "line"),
         Key("outlier", "a false edge", "line"),
         Key("ghost", "where an edge puts a pose", "dotted"),
         Key("truth", "the room", "line"),

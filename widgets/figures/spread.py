@@ -292,15 +292,15 @@ def _description(state: State, said: _Numbers) -> str:
         f"A robot scans a {c.scene} with end walls {number(c.wall, 1)} u from the middle, from two places, with range"
         f" noise of σ = {number(c.noise)} u. {METHODS[c.method]} registers the two scans, from starts with"
         f" σ = {number(c.heading, 0)}° and {number(c.shift)} u. From one pair of scans the Hessian expects a largest σ"
-        f" of the place of {number(said.claimed[0], 3)} u, Censi's formula {number(said.claimed[1], 3)} u."
+        f" of the place of {number(said.claimed[0], 3)} u, Censi’s formula {number(said.claimed[1], 3)} u."
     ]
     if not state.drawn:
         words.append("No scans have been redrawn yet.")
         return " ".join(words)
     words.append(
         f"Over {state.drawn} redrawn pairs, the ends of the largest cluster spread by {number(said.narrowest, 3)} u one"
-        f" way and {number(said.widest, 3)} u the other. The truth lies in {said.held[0]} of the Hessian's 95 % regions"
-        f" and in {said.held[1]} of Censi's."
+        f" way and {number(said.widest, 3)} u the other. The truth lies in {said.held[0]} of the Hessian’s 95 % regions"
+        f" and in {said.held[1]} of Censi’s."
     )
     if said.modes > 1:
         words.append(
@@ -366,7 +366,7 @@ WIDGET = Widget(
     legend=(
         Key("source", "where redrawn scans end, and their ellipse"),
         Key("accent", "expected by the Hessian, 95 %", "line"),
-        Key("inlier", "expected by Censi's formula, 95 %", "dashed"),
+        Key("inlier", "expected by Censi’s formula, 95 %", "dashed"),
         Key("truth", "the true place", "cross"),
         Key("target", "target scan, and its robot", "square"),
         Key("outlier", "ends of another cluster"),

@@ -105,7 +105,7 @@ def draw(state: State) -> Picture:
     )
     return Picture(
         (
-            Panel("main", "The two scans in the target's coordinates, with the residual of each pair", VIEW, marks),
+            Panel("main", "The two scans in the target’s coordinates, with the residual of each pair", VIEW, marks),
             weight_chart(run),
             error_chart([e.rotation for e in run.course], [e.translation for e in run.course], STEPS),
         ),

@@ -53,9 +53,9 @@ class Rung:
 RUNGS: Mapping[str, Rung] = {
     rung.name: rung
     for rung in (
-        Rung("pairs", "1", "Pairs, all right", "kabsch", "the sum of the pairs' squared distances", "u²", paired=True),
+        Rung("pairs", "1", "Pairs, all right", "kabsch", "the sum of the pairs’ squared distances", "u²", paired=True),
         Rung(
-            "corrupted", "2", "Pairs, some wrong", "ransac", "the sum of the pairs' squared distances, each capped",
+            "corrupted", "2", "Pairs, some wrong", "ransac", "the sum of the pairs’ squared distances, each capped",
             "u²", 0.3, lambda u: {"inlier": u}, paired=True, searches=True,
         ),
         Rung(
@@ -69,14 +69,14 @@ RUNGS: Mapping[str, Rung] = {
         ),
         Rung(
             "cells", "4", "The Gaussian of a cell", "ndt",
-            "NDT's score with its sign turned, on the coarser of two maps", "", 2.4, lambda u: {"cells": (u, u / 2)},
+            "NDT’s score with its sign turned, on the coarser of two maps", "", 2.4, lambda u: {"cells": (u, u / 2)},
         ),
         Rung(
-            "soft", "5", "Weights over all points", "cpd-rigid", "CPD's negative log-likelihood at its first σ", "",
+            "soft", "5", "Weights over all points", "cpd-rigid", "CPD’s negative log-likelihood at its first σ", "",
             2.0, lambda u: {"sigma": u},
         ),
         Rung(
-            "means", "5", "Means of waves", "mmd", "the mean squared distance of the waves' means at the first ℓ", "",
+            "means", "5", "Means of waves", "mmd", "the mean squared distance of the waves’ means at the first ℓ", "",
             2.4, lambda u: {"lengths": (u, u / 2, u / 4, u / 8)},
         ),
         Rung(

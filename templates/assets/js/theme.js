@@ -27,7 +27,7 @@
     reload.className = "button";
     reload.textContent = "Reload";
     reload.addEventListener("click", () => location.reload());
-    line.append("This page's script did not load, so its figures do not work. ", reload);
+    line.append("This page’s script did not load, so its figures do not work. ", reload);
     document.body.append(line);
   }
 

@@ -15,8 +15,10 @@ class Reading:
         self.expected: tuple[str, ...] = ()
         window.size(1280, 1000)
 
-    def open(self, page: str) -> None:
-        self.window.open(f"{self.origin}/{page}")
+    def open(self, page: str, origin: str = "") -> None:
+        """Goes to a page; its figures are then set up, which is after its first paint. origin: the server's, or another."""
+        self.window.open(f"{origin or self.origin}/{page}")
+        self.run("() => globalThis.Ladder?.alive")
 
     def expect(self, *parts: str) -> None:
         """Complaints that hold one of these parts belong to the test."""

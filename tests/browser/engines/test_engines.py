@@ -226,7 +226,7 @@ def test_a_page_opened_from_disk_steps(reading: Reading, site: Path) -> None:
     """file:// has no worker: the tape answers, and one line says how to serve the site."""
     # Chromium refuses fonts that are asked for early on disk; those of the style sheet, which follow, it grants.
     reading.expect("Access to font", "ERR_FAILED", "A preload for")
-    reading.window.open((site / "kabsch.html").as_uri())
+    reading.open("kabsch.html", site.as_uri())
     reading.until("() => document.documentElement.dataset.runtime === 'file'")
     solve = reading.figure("fig-solve")
     start = solve.readout("rms")

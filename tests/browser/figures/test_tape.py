@@ -113,5 +113,5 @@ def test_from_disk_what_is_pressed_before_its_tape_is_there_waits_for_it(
         else:
             route.abort()
             solve.becomes("failed")
-            expect(solve.root.locator(".figure-status")).to_contain_text("not on the figure's tape")
+            expect(solve.root.locator(".figure-status")).to_contain_text("not on the figure’s tape")
             assert solve.readout("rms") == start

@@ -50,9 +50,8 @@ def test_a_column_of_pinned_runs_keeps_its_unit(reader: Callable[..., Reader]) -
 def test_a_pointer_at_rest_does_not_close_the_card_of_a_focused_citation(reader: Callable[..., Reader]) -> None:
     """Who moves by key has the pointer lying somewhere, and the page scrolls under it."""
     one = reader(alone=True)  # the clock is that of a whole context
-    page = one.page()
     one.context.clock.install()
-    page.goto(f"{one.origin}/kabsch.html")
+    page = one.open("kabsch.html")
     link = page.locator("a.cite[data-card]").last
     link.focus()
     card = page.locator(f"#{link.get_attribute('data-card')}")

@@ -28,7 +28,7 @@ def script(site: Path) -> str:
 
 def untouched(page: Page) -> None:
     """Nothing is there that needs a script, and no room is kept for it."""
-    expect(page.locator(".unscripted")).to_contain_text("This page's script did not load", timeout=30_000)
+    expect(page.locator(".unscripted")).to_contain_text("This page’s script did not load", timeout=30_000)
     expect(page.locator("html")).not_to_have_class("js")
     for hidden in (".buttons", ".predict", "form.controls", ".figure-status", ".site-tools", ".deck-tools"):
         for node in page.locator(hidden).all():

@@ -377,7 +377,7 @@ def test_a_link_with_faulty_files_opens_with_what_is_sound(
     link = urlsafe_b64encode(json.dumps(state).encode()).decode().rstrip("=")
     page = reader(reduced_motion="reduce").open(f"clouds.html#fig-own?s={link}")
     own = Figure(page, "fig-own").live().settled()
-    said = f"Ignored in the state in this page's address: {ignored}."
+    said = f"Ignored in the state in this page’s address: {ignored}."
     expect(own.root.locator(".figure-status")).to_contain_text(said)
     assert own.record().get("given") == kept
     assert own.record()["controls"]["method"] == "gicp"

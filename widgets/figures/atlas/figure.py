@@ -239,7 +239,7 @@ def _description(state: State, said: Count) -> str:
     words = [
         f"Runs of {basins.METHODS[c.method]}, {gate}, from {said.starts:,} starts with {len(state.atlas.source)} source"
         f" points: turned by −180° to 180° along x, and shifted by 0 to {number(basins.FARTHEST, 0)} u up and to the"
-        f" right along y. The room is '{c.setting}', with noise of σ = {number(c.noise)} u and"
+        f" right along y. The room is ‘{c.setting}’, with noise of σ = {number(c.noise)} u and"
         f" {number(c.outliers, 0)} % outliers.",
         f"{number(said.reached, 1)} % of the starts end within {number(CLOSE_DEGREES, 0)}° and"
         f" {number(CLOSE_DISTANCE, 1)} u of the truth{'; ' if shares else ''}{shares}.",
@@ -249,7 +249,7 @@ def _description(state: State, said: Count) -> str:
     if state.ended:
         words.append(
             f"Its run ends after {_steps(state.steps)}, {number(turn, 1)}° and {number(away)} u from the truth, called"
-            f" '{basins.NAMES[state.track.kind]}' here, at an RMS of {number(float(state.track.rms[-1]), 3)} u."
+            f" ‘{basins.NAMES[state.track.kind]}’ here, at an RMS of {number(float(state.track.rms[-1]), 3)} u."
         )
     else:
         words.append(f"After {_steps(state.steps)} its run is {number(turn, 1)}° and {number(away)} u from the truth.")

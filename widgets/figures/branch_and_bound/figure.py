@@ -240,7 +240,7 @@ def _description(state: State) -> str:
         " grey up to the rim. The true heading is at the top.",
     ]
     if state.held:
-        words.append("The source's position is fixed at the true one; only its rotation is searched.")
+        words.append("The source’s position is fixed at the true one; only its rotation is searched.")
     else:
         words.append("Within the ring, colour shows where the centre of the source may still be.")
     words.append(

@@ -201,7 +201,7 @@ def _description(state: State, shift: Array) -> str:
         many = "1 loop" if len(shift) == 1 else f"{len(shift)} loops"
         words.append(f"The poses miss {many} by {number(float(np.median(shift)), 3)} m in the median.")
     if c.poses == "closed" and c.wrong:
-        kernel = {"none": "no kernel", "huber": "Huber's kernel", "cauchy": "Cauchy's kernel"}[c.kernel]
+        kernel = {"none": "no kernel", "huber": "Huber’s kernel", "cauchy": "Cauchy’s kernel"}[c.kernel]
         bent = float(np.linalg.norm(state.way.t - plain(c.kernel).t, axis=1).max())
         words.append(f"A wrong loop is among the edges; with {kernel} it moves a pose by at most {number(bent)} m.")
     return " ".join(words)

@@ -130,7 +130,7 @@ def draw(state: State) -> Picture:
     )
     return Picture(
         (
-            Panel("main", "The two scans in the target's coordinates, with pairs of nearest points", VIEW, marks),
+            Panel("main", "The two scans in the target’s coordinates, with pairs of nearest points", VIEW, marks),
             _rms_chart(run),
             _used_chart(run),
             error_chart([e.rotation for e in run.course], [e.translation for e in run.course], STEPS),

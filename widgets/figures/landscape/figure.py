@@ -35,8 +35,8 @@ class Controls:
     """Which objective, its scale, and what was measured."""
 
     objective: str = choice("mmd", "Objective", {"mmd": "MMD", "capped": "Nearest neighbour, capped"}, keeps="log")
-    length: float = slider(0.6, "Length scale ℓ", 0.2, 3.0, 0.1, "u", "Of MMD's kernel")
-    count: float = slider(32.0, "Frequencies D", 4.0, 128.0, 4.0, "", "Of MMD's features, one draw extended")
+    length: float = slider(0.6, "Length scale ℓ", 0.2, 3.0, 0.1, "u", "Of MMD’s kernel")
+    count: float = slider(32.0, "Frequencies D", 4.0, 128.0, 4.0, "", "Of MMD’s features, one draw extended")
     cap: float = slider(1.0, "Cap τ", 0.2, 3.0, 0.1, "u", "Of the nearest distances")
     setting: str = choice("clean", "Room", SETTINGS, keeps="log", sets=BRINGS)
     noise: float = slider(0.02, "Noise σ", 0.0, 0.3, 0.01, "u")
@@ -302,7 +302,7 @@ def _description(state: State, said: _Numbers) -> str:
     x, y = said.lowest.tolist()
     words = [
         f"{what} is drawn over shifts of up to {number(REACH, 1)} u along each axis at the true rotation;"
-        f" strong colours are low. The room is '{c.setting}', with noise of σ = {number(c.noise)} u and"
+        f" strong colours are low. The room is ‘{c.setting}’, with noise of σ = {number(c.noise)} u and"
         f" {number(c.outliers, 0)} % outliers. The deepest tile lies at ({number(x)}, {number(y)}) u, and the objective"
         f" at the truth, a green ring at the centre, is {number(said.truth, 4)}."
     ]

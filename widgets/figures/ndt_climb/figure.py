@@ -48,9 +48,9 @@ ROLES: dict[str, Role] = {"one": "ink", "fine": "accent"}
 class Controls:
     """The start, the cells, the scan's noise and the longest step."""
 
-    turn: float = slider(25.0, "Start turned by", -90.0, 90.0, 1.0, "°", "About the world's origin", "nothing")
+    turn: float = slider(25.0, "Start turned by", -90.0, 90.0, 1.0, "°", "About the world’s origin", "nothing")
     shift: float = slider(1.4, "Start shifted by", 0.0, 2.5, 0.05, "u", "Down and to the right", "nothing")
-    cell: float = slider(0.8, "Cell size h", 0.4, 2.0, 0.1, "u", "For one run, and the other's last level", "pose")
+    cell: float = slider(0.8, "Cell size h", 0.4, 2.0, 0.1, "u", "For one run, and the other’s last level", "pose")
     noise: float = slider(0.03, "Noise σ", 0.0, 0.3, 0.01, "u", "Scales the same draw on both clouds", "pose")
     max_shift: float = slider(0.5, "Longest shift", 0.05, 1.5, 0.05, "u", "The step cap of the translation", "pose")
     max_turn: float = slider(0.2, "Longest turn", 0.02, 0.6, 0.02, "rad", "The step cap of the rotation", "pose")
@@ -140,7 +140,7 @@ def _map(state: State, name: str) -> Panel:
     size = number(_cells(state.controls, name)[level], 1)
     said = f"h = {size} u" if name == "one" else f"level {level + 1} of {len(COARSER)}: h = {size} u"
     marks.append(Label((VIEW.x0, VIEW.y1), said, ROLES[name], dx=10, dy=20))
-    label = f"{NAMES[name]}: the scan on the Gaussians of the target's cells"
+    label = f"{NAMES[name]}: the scan on the Gaussians of the target’s cells"
     return Panel(name, label, VIEW, tuple(marks), caption=NAMES[name])
 
 
@@ -268,7 +268,7 @@ def _description(state: State) -> str:
     at = f"{number(_turned(state.placed, truth), 1)}° and {number(_moved(state.placed, truth))} u"
     reached = _reached(state)
     words = [
-        f"A scan of {len(state.scene.source)} points lies on the Gaussians of a room's cells, with noise of"
+        f"A scan of {len(state.scene.source)} points lies on the Gaussians of a room’s cells, with noise of"
         f" σ = {number(c.noise)} u, and starts {at} from the true pose; {'four grids' if c.four else 'one grid'}."
     ]
     for name, run in state.runs.items():
@@ -336,7 +336,7 @@ WIDGET = Widget(
     ),
     legend=(
         Key("source", "scan, which moves"),
-        Key("target", "Gaussians of the target's cells, 2 σ", "area"),
+        Key("target", "Gaussians of the target’s cells, 2 σ", "area"),
         Key("ghost", "start"),
         Key("truth", "where three of its points belong", "ring"),
         Key("ink", "one cell size", "dashed"),
@@ -354,5 +354,5 @@ WIDGET = Widget(
         controls=("cell",),
         buttons=("run", "step", "reset"),
     ),
-    shows="Climbs the score of the cells' Gaussians in three parameters, at one cell size beside coarse to fine.",
+    shows="Climbs the score of the cells’ Gaussians in three parameters, at one cell size beside coarse to fine.",
 )

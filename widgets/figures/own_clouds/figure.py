@@ -48,7 +48,7 @@ class Controls:
     clouds: str = choice("room", "Clouds", {**EXAMPLES, "own": "Your own"}, "", "nothing", _CLOUDS)
     method: str = choice("icp", "Method", {name: own.label for name, own in OWN.items()}, "", "pose", _METHODS)
     scan: float = slider(
-        100.0, "Real scans: source", 0.0, SCANS - 1.0, 1.0, "", f"Which of the drive's {SCANS} scans moves", "nothing"
+        100.0, "Real scans: source", 0.0, SCANS - 1.0, 1.0, "", f"Which of the drive’s {SCANS} scans moves", "nothing"
     )
     onto: float = slider(96.0, "Real scans: target", 0.0, SCANS - 1.0, 1.0, "", "Which one stays", "nothing")
     start: str = choice(
@@ -59,7 +59,7 @@ class Controls:
         "nothing",
     )
     length: float = slider(
-        OPEN, "Length scale", 0.5, OPEN, 0.5, "spacings", "Of the target's points; at 40 no gate applies", "pose"
+        OPEN, "Length scale", 0.5, OPEN, 0.5, "spacings", "Of the target’s points; at 40 no gate applies", "pose"
     )
     share: float = slider(0.0, "Without a partner", 0.0, 60.0, 5.0, "%", "Expected share of points", "pose")
     points: float = slider(400.0, "Points at most", 100.0, 1000.0, 50.0, "", "Per cloud; more are thinned", "pose")
@@ -158,8 +158,8 @@ def _from_graph(run: Run) -> tuple[Readout, ...]:
         shift = number(float(np.linalg.norm(run.pose.t - known.t)), run.clouds.decimals), run.clouds.unit
         turn = number(float(np.degrees(rre(run.pose, known))), 2), "°"
     return (
-        Readout("translation_graph", "Translation off the drive's graph", *shift),
-        Readout("rotation_graph", "Rotation off the drive's graph", *turn),
+        Readout("translation_graph", "Translation off the drive’s graph", *shift),
+        Readout("rotation_graph", "Rotation off the drive’s graph", *turn),
     )
 
 
@@ -195,7 +195,7 @@ def _note(state: State) -> str:
 
 def _told(c: Controls) -> str:
     if c.clouds == "drive":
-        return f"Scans {round(c.scan)} and {round(c.onto)} of a robot's laser, recorded on a real drive, in metres"
+        return f"Scans {round(c.scan)} and {round(c.onto)} of a robot’s laser, recorded on a real drive, in metres"
     return "The reader’s own clouds" if c.clouds == "own" else f"The example “{EXAMPLES[c.clouds]}”"
 
 

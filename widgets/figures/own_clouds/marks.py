@@ -85,7 +85,7 @@ def clouds_panel(run: Run) -> Panel:
         stalk = (PLACING.stalk(_held(seen, anchor), anchor),) if c.whole else ()
         dots = Points(moved(c, run.pose), "source", radius=2.5, weight=weight)
         marks.append(Group("source", (*stalk, dots, *robot(c, run.pose, "source"))))
-    label = "Both clouds in the target's coordinates, the source placed by the current pose"
+    label = "Both clouds in the target’s coordinates, the source placed by the current pose"
     return Panel("main", label, VIEW, tuple(marks), grid=False)
 
 
@@ -125,7 +125,7 @@ def objective_chart(run: Run) -> Panel:
     ticks = [(0.0, plain(low, 3))] if flat else [(0.0, plain(low, 3)), (1.0, plain(high, 3))]
     return chart(
         "objective",
-        "The method's objective over the steps",
+        "The method’s objective over the steps",
         [Series(k, np.where(np.isfinite(y), y, np.nan), "accent", dots=len(k) <= 40)] if len(values) else [],
         x_label="step",
         y_label="Objective",

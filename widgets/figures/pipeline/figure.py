@@ -154,7 +154,7 @@ def draw(state: State) -> Picture:
         _heading(state),
     )
     return Picture(
-        (Panel("main", "The two scans in the target's coordinates", VIEW, marks), _signs(state)),
+        (Panel("main", "The two scans in the target’s coordinates", VIEW, marks), _signs(state)),
         _readouts(state),
         _description(state),
         PLACING.handles(state.pose, ANCHOR),

@@ -32,8 +32,8 @@ class Controls:
     spin: float = slider(0.0, "Turn about the line", -180.0, 180.0, 5.0, "°", "Of three pairs in a line, once solved")
     turn: float = slider(40.0, "Start: turn", 0.0, 180.0, 5.0, "°", keeps="pose")
     noise: float = slider(0.0, "Noise σ", 0.0, 0.1, 0.01, "u", "Of both clouds; of the targets where pairs are known")
-    overlap: float = slider(100.0, "Overlap", 30.0, 100.0, 5.0, "%", "Of the mug's two clouds", "pose")
-    handle: bool = toggle(True, "Handle", "The mug's own, where pairs are unknown", "pose")
+    overlap: float = slider(100.0, "Overlap", 30.0, 100.0, 5.0, "%", "Of the mug’s two clouds", "pose")
+    handle: bool = toggle(True, "Handle", "The mug’s own, where pairs are unknown", "pose")
 
 
 @dataclass(frozen=True, eq=False)

@@ -149,7 +149,7 @@ export class Figure {
 
   #untaped() {
     const none = runtime.state === "file" && arrived(this.id); // a page opened from disk has no Python
-    if (none) this.refuse("This state is not on the figure's tape, and a page opened from disk has no Python.");
+    if (none) this.refuse("This state is not on the figure’s tape, and a page opened from disk has no Python.");
     return none;
   }
 

@@ -60,9 +60,9 @@ function linked() {
   try {
     const { record, ignored } = sound(records.decode(data, figure.initial), figure.initial, figure.spec);
     figure.ask(record);
-    if (ignored.length) figure.say(`Ignored in the state in this page's address: ${ignored.join(", ")}.`);
+    if (ignored.length) figure.say(`Ignored in the state in this page’s address: ${ignored.join(", ")}.`);
   } catch (error) {
-    figure.refuse(`The state in this page's address cannot be shown: ${messageOf(error)}.`);
+    figure.refuse(`The state in this page’s address cannot be shown: ${messageOf(error)}.`);
   }
 }
 

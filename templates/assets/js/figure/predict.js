@@ -115,7 +115,7 @@ export function addPrediction(figure, overlay) {
       const far = ghost?.compare() ?? 0;
       const right = far <= within;
       const limit = right ? "" : `; right means within ${within} u`;
-      tell(right, `Your ghost's points are ${far.toFixed(2)} u away on average${limit}.`);
+      tell(right, `Your ghost’s points are ${far.toFixed(2)} u away on average${limit}.`);
     });
   }
 

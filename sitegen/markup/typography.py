@@ -1,0 +1,14 @@
+"""Text that is not Markdown (docstrings, names) as print has it."""
+
+from __future__ import annotations
+
+import re
+
+# Code in backticks and what stands in quotes are passed over.
+_APOSTROPHE = re.compile(r"`[^`]*`|(?<!\w)'[^']*'(?!\w)|(?<=[A-Za-z`)])'(?=[a-z])|(?<=s)'(?![\w'])")
+
+
+def apostrophes(text: str) -> str:
+    """Text whose apostrophes are curved. Quotes stay as they are, since in docstrings they are those of Python values;
+    so does a prime after a letter other than s."""
+    return _APOSTROPHE.sub(lambda found: "’" if found[0] == "'" else found[0], text)

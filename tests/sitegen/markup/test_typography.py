@@ -1,0 +1,68 @@
+"""Apostrophes are curved; quotes, code and primes are left."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from sitegen.html_reader import Tag, read
+from sitegen.markup.typography import apostrophes
+
+AS_WRITTEN = {"script", "style", "code", "pre", "math", "kbd"}
+
+
+@pytest.mark.parametrize(
+    ("typed", "printed"),
+    [
+        ("the cloud's edge, row i's partner", "the cloud’s edge, row i’s partner"),
+        ("the points' noise", "the points’ noise"),
+        ("all of the points'.", "all of the points’."),
+        ("`fit`'s answer, GICP (2009)'s too", "`fit`’s answer, GICP (2009)’s too"),
+        ("it isn't", "it isn’t"),
+        ("the cloud's 'no partner' and the points' noise", "the cloud’s 'no partner' and the points’ noise"),
+        ("stops: 'converged', 'stalled'", "stops: 'converged', 'stalled'"),
+        ("'the cloud's edge'", "'the cloud’s edge'"),
+        ("`options['k']` and x[`a's`]", "`options['k']` and x[`a's`]"),
+        ("(E ψ')² and f'(x)", "(E ψ')² and f'(x)"),
+        ("", ""),
+    ],
+)
+def test_what_is_curved_and_what_is_left(typed: str, printed: str) -> None:
+    """As it is typed, and as it is printed; done twice it stays."""
+    assert apostrophes(typed) == apostrophes(printed) == printed
+
+
+class Straight:
+    """The straight apostrophes that a page shows or says, code and formulas left out."""
+
+    def __init__(self) -> None:
+        self.found: list[str] = []
+        self._around: list[str] = []
+
+    def opened(self, tag: Tag) -> None:
+        self._around.append(tag.name)
+        for name in ("aria-label", "title", "alt", "placeholder"):
+            self._look(tag.get(name))
+
+    def closed(self, tag: Tag) -> None:
+        self._around.remove(tag.name)
+
+    def text(self, text: str) -> None:
+        if not AS_WRITTEN & set(self._around):
+            self._look(text)
+
+    def _look(self, text: str) -> None:
+        if apostrophes(text) != text:
+            self.found.append(" ".join(text.split()))
+
+
+def test_no_page_shows_a_straight_apostrophe(site: Path) -> None:
+    """In its text, and in what is read out: prose, figures' words and labels, docstrings, the tests' own words."""
+    found = {}
+    for path in site.glob("*.html"):
+        page = Straight()
+        read(path.read_text("utf-8"), page)
+        if page.found:
+            found[path.name] = page.found
+    assert found == {}
