@@ -79,6 +79,16 @@ test("a control brings along what its option sets, and keeps of the log what its
   assert.deepEqual(records.control(record, "loud", true, SPEC.controls.loud).log, [["drag", "start", 1, 1]]);
 });
 
+test("a choice is adjusted once what its option has set was moved", () => {
+  const { controls } = records.control(INITIAL, "scene", "noisy", SPEC.controls.scene);
+  assert.equal(records.adjusted(controls, "scene", SPEC.controls.scene), false);
+  assert.equal(records.adjusted({ ...controls, loud: true }, "scene", SPEC.controls.scene), false);
+  assert.equal(records.adjusted({ ...controls, noise: 0.85 }, "scene", SPEC.controls.scene), true);
+  const sets = INITIAL.controls; // "clean" has set nothing
+  assert.equal(records.adjusted({ ...sets, noise: 0.5 }, "scene", SPEC.controls.scene), false);
+  assert.equal(records.adjusted({ ...sets, noise: 0.5 }, "noise", SPEC.controls.noise), false);
+});
+
 test("only one press more is a motion", () => {
   const once = records.press(INITIAL, "go");
   assert.ok(records.pressed(INITIAL, once));

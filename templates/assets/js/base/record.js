@@ -70,12 +70,22 @@ export const reseed = (record) => ({
 /** @type {Record<Control["keeps"], (log: Action[]) => Action[]>} */
 const KEPT = { log: (log) => log, pose: (log) => log.filter(([kind]) => kind === "drag"), nothing: () => [] };
 
+/** What an option of a choice brings along. @type {(spec: Control, value: Value) => Values} */
+const brings = (spec, value) => (spec.kind === "choice" && spec.sets?.[String(value)]) || {};
+
+/**
+ * Whether a control has since been moved that the chosen option had set.
+ * @type {(values: Values, name: string, spec: Control) => boolean}
+ */
+export const adjusted = (values, name, spec) =>
+  Object.entries(brings(spec, values[name])).some(([other, value]) => values[other] !== value);
+
 /**
  * A control's new value, what the chosen option brings along, and as much of the log as the control's spec keeps.
  * @type {(record: FigureRecord, name: string, value: Value, spec: Control) => FigureRecord}
  */
 export function control(record, name, value, spec) {
-  const brought = spec.kind === "choice" ? spec.sets?.[String(value)] : {};
+  const brought = brings(spec, value);
   return { ...record, controls: { ...record.controls, [name]: value, ...brought }, log: KEPT[spec.keeps](record.log) };
 }
 

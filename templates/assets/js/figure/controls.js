@@ -20,15 +20,19 @@ export function shownValue(spec, value) {
  * @param {HTMLFormElement[]} forms
  * @param {string} name
  * @param {Control} spec
- * @param {Value} value
+ * @param {Values} values
  */
-function write(forms, name, spec, value) {
+function write(forms, name, spec, values) {
+  const value = values[name];
   const found = forms.map(({ elements }) => elements.namedItem(name)).find(Boolean);
   const field = /** @type {HTMLInputElement | undefined} */ (found);
   if (!field) return;
   if (spec.kind === "toggle") field.checked = Boolean(value);
-  else if (spec.kind === "choice") field.value = String(value);
-  else {
+  else if (spec.kind === "choice") {
+    field.value = String(value);
+    const control = forms.map((form) => form.querySelector(`[name="${name}"]`)?.closest(".control")).find(Boolean);
+    control?.toggleAttribute("data-adjusted", records.adjusted(values, name, spec));
+  } else {
     if (Number(field.value) !== value) field.value = String(value);
     const shown = shownValue(spec, value);
     field.setAttribute("aria-valuetext", shown);
@@ -49,7 +53,16 @@ export function addControls(figure) {
 
   /** @param {Values} values */
   function show(values) {
-    for (const [name, spec] of Object.entries(specs)) if (name in values) write(forms, name, spec, values[name]);
+    for (const [name, spec] of Object.entries(specs)) if (name in values) write(forms, name, spec, values);
+  }
+
+  /** The chosen option once more, which browsers call no change: it sets its values again. @param {UIEvent} event */
+  function again({ target, timeStamp }) {
+    const { name, type, value } = /** @type {HTMLInputElement} */ (target);
+    const { record } = figure;
+    if (type !== "radio" || record.controls[name] !== value) return;
+    if (!records.adjusted(record.controls, name, specs[name])) return;
+    figure.ask(records.control(record, name, value, specs[name]), { by: "control", at: timeStamp });
   }
 
   /** @param {Event} event */
@@ -67,6 +80,8 @@ export function addControls(figure) {
     ...forms.flatMap((form) => [
       on(form, "input", changed),
       on(form, "change", changed),
+      on(form, "click", again),
+      on(form, "keyup", (event) => event.key === " " && again(event)),
       on(form, "submit", (event) => event.preventDefault()),
     ]),
     figure.on("asked", () => show(figure.record.controls)),

@@ -1,0 +1,49 @@
+"""Options that set other controls: a choice says when those were moved since, and sets them again at a click."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+from playwright.sync_api import expect
+
+from tests.browser.conftest import Reader
+from tests.browser.figure import Figure
+
+NOTE = ".control-adjusted"
+PLACE = "e => { const { x, y } = e.getBoundingClientRect(); return [x + scrollX, y + scrollY]; }"
+
+
+@pytest.mark.parametrize(("page", "name"), [("icp", "fig-nearest"), ("race", "fig-race")])  # a list, and radio buttons
+def test_a_choice_says_that_what_it_set_was_moved(reader: Callable[..., Reader], page: str, name: str) -> None:
+    """And no longer where it is moved back; nothing else moves for that."""
+    figure = Figure(reader(reduced_motion="reduce").open(f"{page}.html"), name).live()
+    slider = figure.control("noise")
+    room = figure.root.locator(f'.control:has([name="{"scene" if page == "icp" else "setting"}"])')
+    expect(room.locator(NOTE)).to_be_hidden()
+    figure.settled()
+    own, place = slider.input_value(), slider.evaluate(PLACE)
+    for value in ("0.15", own):
+        figure.set("noise", value)
+        expect(room.locator(NOTE)).to_be_visible(visible=value != own)
+        assert slider.evaluate(PLACE) == place
+
+
+@pytest.mark.parametrize("way", ["pointer", "key"])
+def test_the_chosen_option_sets_its_values_again(reader: Callable[..., Reader], way: str) -> None:
+    """Without another one between; once they hold, a further click asks for nothing."""
+    figure = Figure(reader(reduced_motion="reduce").open("icp.html"), "fig-nearest").live()
+    figure.set("turn", "90")
+    start = figure.root.locator('.control:has([name="start"])')
+    expect(start.locator(NOTE)).to_be_visible()
+    chosen = start.locator("input:checked")
+    for note in ("gone", "still gone"):
+        if way == "key":
+            chosen.press("Space")
+        else:
+            start.locator("label:has(:checked)").click()
+        expect(start.locator(NOTE)).to_be_hidden()
+        expect(figure.control("turn")).to_have_value("15")
+        frames = figure.settled().frames() if note == "gone" else frames
+    assert figure.settled().frames() == frames
+    assert figure.record()["controls"]["offset"] == 0.5
