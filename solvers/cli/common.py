@@ -26,8 +26,8 @@ def program(command: str = "") -> str:
 
 
 def able_to_write(path: Path, kinds: Sequence[str]) -> None:
-    """Raises ValueError where `path`, given as --out, ends in none of `kinds`, names a folder or lies in none, or is a
-    picture and matplotlib, an extra, is missing: asked before anything is computed.
+    """Raises ValueError where `path`, given as --out, ends in none of `kinds`, names a folder or lies in none, may not
+    be written, or is a picture and matplotlib, an extra, is missing: asked before anything is computed.
     """
     kind = path.suffix.lower()
     if kind not in kinds:
@@ -36,6 +36,8 @@ def able_to_write(path: Path, kinds: Sequence[str]) -> None:
         raise ValueError(f"--out: {path}: there is no folder {path.parent}")
     if os.path.isdir(path):
         raise ValueError(f"--out: {path}: is a folder; expected a file's name")
+    if not os.access(path if os.path.exists(path) else path.parent, os.W_OK):
+        raise ValueError(f"--out: {path}: no permission to write there")
     if kind in DRAWN and importlib.util.find_spec("matplotlib") is None:
         raise ValueError("--out: drawing needs matplotlib: pip install matplotlib")
 

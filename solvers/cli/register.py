@@ -208,10 +208,14 @@ def register_files(arguments: Sequence[str]) -> int:
     given = parser().parse_args(arguments)
     if given.out is not None:
         able_to_write(given.out, DRAWN)
+    method = method_of(given.method, "--method")
+    if method.paired and given.points is not None:
+        raise ValueError(
+            f"--points: {method.name} takes row i of both files as partners, which thinning each file would tear apart"
+        )
     (source, about_source), (target, about_target) = (_opened(path, given) for path in (given.source, given.target))
     if source.shape[1] != target.shape[1]:
         raise ValueError("one file has 2-D points, the other 3-D points; --above registers x and y")
-    method = method_of(given.method, "--method")
     d = source.shape[1]
     if method.dims is not None and d not in method.dims:
         dims = " or ".join(map(str, method.dims))

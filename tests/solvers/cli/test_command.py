@@ -124,6 +124,7 @@ def test_clouds_in_space_and_from_above(files, capsys):
         (["a.csv", "d.xyz"], r"the other 3-D points; --above"),
         (["a.csv", "b.xyz", "--method", "kabsch"], r"takes row i of both .* \d+ and \d+ points; a method such as icp"),
         (["a.csv", "b.xyz", "--points", "0"], r"--points: must be at least 1"),
+        (["a.csv", "a.csv", "--points", "9", "--method", "kabsch"], r"--points: kabsch takes row i of both files as"),
         (["a.csv", "b.xyz", "--out", "p.pdf"], r"--out: p.pdf: expected a name that ends in .svg, .png$"),
         (["a.csv", "b.xyz", "--out", "p"], r"--out: p: expected a name that ends in .svg, .png$"),
     ],
@@ -251,6 +252,20 @@ def test_a_picture_that_cannot_be_written_is_refused_before_anything_is_computed
     Path("folder.svg").mkdir()
     assert said(capsys, "a.csv", "b.xyz", "--out", out) == (2, "", f"python -m solvers: --out: {told}\n")
     assert not Path(out).is_file()
+
+
+@pytest.mark.parametrize(("out", "asked"), [("p.svg", "."), ("old.svg", "old.svg")])
+def test_a_place_where_nothing_may_be_written_is_told_before_anything_is_computed(
+    files, capsys, monkeypatch, out, asked
+):
+    """Who runs the tests may write everywhere, so the system's answer is a stand-in: of the file that would be replaced,
+    or else of its folder."""
+    monkeypatch.chdir(files)
+    monkeypatch.setattr("solvers.cli.register.register", None)
+    Path("old.svg").touch()
+    monkeypatch.setattr("os.access", lambda path, mode: (str(path), mode) != (asked, os.W_OK))
+    told = f"python -m solvers: --out: {out}: no permission to write there\n"
+    assert said(capsys, "a.csv", "b.xyz", "--out", out) == (2, "", told)
 
 
 @pytest.mark.parametrize(
