@@ -112,7 +112,7 @@ def words(result: Result) -> str:
             parts.append(f"{place}: {', '.join(counts)}")
         said.append(f"{_titled(residual)}, {'; '.join(parts)}.")
     return (
-        f"Three charts of how many of {result.draws} redrawn pairs of scans have the truth in their 95 % region, in a "
+        f"Three charts of how many of {result.draws:,} redrawn pairs of scans have the truth in their 95 % region, in a "
         f"room, a corridor and a hall; 950 would be right. {' '.join(said)}"
     )
 

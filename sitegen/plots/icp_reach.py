@@ -86,8 +86,8 @@ def words(result: Result) -> str:
     return (
         f"Four small charts of the share of {result.runs} seeds for which ICP ended within 5° and 0.2 u of the truth, "
         f"against the starting angle from {_signed(result.angles[0])} to {_signed(result.angles[-1])} in steps of 10°, "
-        f"rotated about the world's origin. {'; '.join(said)}. The plateau is wide without outliers, ending in cliffs "
-        "at different angles on the two sides; outliers round off the cliffs."
+        f"rotated about the world's origin. {'; '.join(said)}. The plateau is wide without outliers and ends "
+        "steeply; outliers make it narrow and its ends gentle."
     )
 
 

@@ -131,14 +131,17 @@ def test_a_larger_cell_adds_the_scatter_of_the_means():
 
 
 def test_a_nudge_by_a_whole_cell_changes_nothing_and_by_half_a_cell_the_map():
-    """Moved by h the same cells come out; moved by h/2 the same points make other Gaussians."""
-    target = ndt_room().target
-    at_rest, whole, half = (build(target[None], 1.0, offset=np.array([shift, 0.0])) for shift in (0.0, 1.0, 0.5))
-    order = [np.lexsort(cells.mean[0].T) for cells in (at_rest, whole)]
-    np.testing.assert_allclose(at_rest.mean[0][order[0]], whole.mean[0][order[1]], atol=1e-12)
-    np.testing.assert_allclose(at_rest.covariance[0][order[0]], whole.covariance[0][order[1]], atol=1e-12)
-    near = np.linalg.norm(half.mean[0][:, None] - at_rest.mean[0], axis=2).min(axis=1)
-    assert (near > 0.05).mean() > 0.5
+    """Moved by h the same cells come out; moved by h/2 the same points make other Gaussians: along x, along y and along
+    both, in five draws."""
+    for seed in range(40, 40 + 13 * 5, 13):
+        target = ndt_room(seed=seed).target
+        for way in np.array([[1.0, 0.0], [0.0, 1.0], [1.0, 1.0]]):
+            at_rest, whole, half = (build(target[None], 1.0, offset=shift * way) for shift in (0.0, 1.0, 0.5))
+            order = [np.lexsort(cells.mean[0].T) for cells in (at_rest, whole)]
+            np.testing.assert_allclose(at_rest.mean[0][order[0]], whole.mean[0][order[1]], atol=1e-12)
+            np.testing.assert_allclose(at_rest.covariance[0][order[0]], whole.covariance[0][order[1]], atol=1e-12)
+            near = np.linalg.norm(half.mean[0][:, None] - at_rest.mean[0], axis=2).min(axis=1)
+            assert (near > 0.05).mean() > 0.5
 
 
 def test_without_noise_the_floor_decides_how_sharp_a_wall_is():

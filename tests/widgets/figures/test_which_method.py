@@ -28,8 +28,8 @@ def alone(name: str, answers: Answers) -> int:
     return run((name,), answers).found
 
 
-def faded(answers: Answers) -> list[str]:
-    """The faded rungs that can be run: those for pairs need some."""
+def unfit(answers: Answers) -> list[str]:
+    """The crossed-out rungs that can be run: those for pairs need some."""
     paired = () if answers.pairs != "none" else ("kabsch", "ransac")
     return [name for name in advise(answers).of("not") if name not in paired]
 
@@ -111,16 +111,16 @@ def test_a_word_why_not_is_true_of_the_answers(answers: Answers) -> None:
 
 @pytest.mark.native
 @pytest.mark.parametrize("answers", TRIED, ids=said)
-def test_the_path_finds_the_truth_and_what_is_faded_misses_it(answers: Answers) -> None:
+def test_the_path_finds_the_truth_and_what_does_not_fit_misses_it(answers: Answers) -> None:
     """For each combination of answers, on 25 scenes with these properties: the path ends within 5° and 0.2 u of the
-    truth on 23 or more, a rung that would do alone on 23 or more, and a faded one, where it can be run, on 18 or
+    truth on 23 or more, a rung that would do alone on 23 or more, and a crossed-out one, where it can be run, on 18 or
     fewer."""
     advice = advise(answers)
     assert run(advice.path, answers).found >= 23
     for name in advice.of("can"):
         if answers.pairs != "none" or name != "ransac":
             assert alone(name, answers) >= 23, name
-    for name in faded(answers):
+    for name in unfit(answers):
         assert alone(name, answers) <= 18, name
 
 

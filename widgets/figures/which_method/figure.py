@@ -129,7 +129,7 @@ def _sign(verdict: Verdict, y: float) -> tuple[Mark, ...]:
     middle = [((RAILS[0] + RAILS[1]) / 2, y)]
     if verdict == "can":
         return (Points(middle, "ink", "ring", radius=5.0),)
-    return () if verdict == "take" else (Points(middle, "ghost", "cross", radius=5.0),)
+    return (Points(middle, "ghost", "cross", radius=5.0),) if verdict == "not" else ()
 
 
 def _way(heights: Sequence[float]) -> list[Mark]:
@@ -151,7 +151,7 @@ def _way(heights: Sequence[float]) -> list[Mark]:
 def _readouts(state: State, made: Sequence[Run]) -> tuple[Readout, ...]:
     source, target, _ = clouds_of(state.runs[0].answers)
     others = made[1:] if len(made) == len(state.runs) else ()
-    faded = [each.found for each in others if state.advice.why[each.path[0]][0] == "not"]
+    unfit = [each.found for each in others if state.advice.why[each.path[0]][0] == "not"]
     waits = "…" if state.tried else "–"
     turned = (number(made[0].turn), "°") if made else (waits, "")
     lacks = waits if len(state.runs) > 1 and not others else "–"
@@ -159,7 +159,7 @@ def _readouts(state: State, made: Sequence[Run]) -> tuple[Readout, ...]:
     return (
         Readout("found", f"The path ends right, of\u00a0{OF}", str(made[0].found) if made else waits, "", "accent"),
         Readout("rotation_error", "Its median rotation error", *turned),
-        Readout("faded", f"Best faded rung, of\u00a0{OF}", str(max(faded)) if faded else lacks),
+        Readout("unfit", f"Best crossed-out rung, of\u00a0{OF}", str(max(unfit)) if unfit else lacks),
         Readout("points_source", "Points of the source", str(source.shape[1])),
         Readout("points_target", "Points of the target", str(target.shape[1])),
         Readout("rotation_start", "Rotation error at the start", number(off, 0), "°", "ghost"),
@@ -183,7 +183,7 @@ def _description(state: State, counts: dict[str, int]) -> str:
     said = "; ".join(f"{key}: {QUESTIONS[key][answer].lower()}" for key, answer in vars(state.answers).items())
     words = [f"A ladder of {len(RUNGS)} rungs, for these answers: {said}. Lit, in this order: {_named(advice.path)}."]
     words += [
-        f"Rung {RUNGS[name].number}, {RUNGS[name].title}: {why}{' (faded)' if verdict in ('not', 'idle') else ''}."
+        f"Rung {RUNGS[name].number}, {RUNGS[name].title}: {why}{' (crossed out)' if verdict == 'not' else ''}."
         for name, (verdict, why) in advice.why.items()
     ]
     if counts:
@@ -216,10 +216,11 @@ WIDGET = Widget(
     legend=(
         Key("accent", "the path, in order", "ring"),
         Key("ink", "would do alone", "ring"),
-        Key("ghost", "does not fit, or is not needed", "cross"),
+        Key("ghost", "does not fit", "cross"),
+        Key("ghost", "not needed", "dashed"),
     ),
     tape=tuple((answers, ("try",)) for answers in _TAPED),
     python=python,
-    lead=Lead(readouts=("found", "faded")),
+    lead=Lead(readouts=("found", "unfit")),
     shows="Four answers light a path up the ladder, which is then tried on 25 scenes.",
 )

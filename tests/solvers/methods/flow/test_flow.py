@@ -205,9 +205,11 @@ def test_the_study_of_the_log_is_what_the_weights_give():
 
 
 @pytest.mark.native
-def test_it_holds_where_it_was_trained_and_fails_beyond():
-    """Up to 90° most scenes are right within 5°; from 135° on hardly any is."""
-    near, far = (by_turn(edges, "flow, one sample", 40)[0] for edges in ([0.0, 90.0], [135.0, 180.0]))
+@pytest.mark.parametrize("variant", ["flow", "flow, one sample"])
+def test_it_holds_where_it_was_trained_and_fails_beyond(variant):
+    """Up to 90° the rotation is within 5° on most of 40 scenes; from 135° on hardly any, with one
+    sample and with the most rigid of four."""
+    near, far = (by_turn(edges, variant, 40)[0] for edges in ([0.0, 90.0], [135.0, 180.0]))
     assert near.turned > 27
     assert far.turned < 4
 

@@ -76,14 +76,15 @@ def test_the_exact_value_against_its_definition(rng):
         exact_squared_mmd(one, one, 0.0)
 
 
+@pytest.mark.parametrize("count", [1, 32])
 @pytest.mark.parametrize("d", [2, 3])
-def test_the_jacobian_against_central_differences(rng, random_pose, d):
-    """The residual's derivative by shift and turn, at a random pose far from the truth."""
+def test_the_jacobian_against_central_differences(rng, random_pose, d, count):
+    """The residual's derivative by shift and turn, at a random pose far from the truth, with one wave and with many."""
     source, target = rng.standard_normal((25, d)) + 3.0, rng.standard_normal((30, d))
     pose = random_pose(rng, d)
 
     def at(R, t):
-        return register(source, target, "mmd", start=Pose(R, t), max_steps=0, lengths=(1.1,), seed=5)
+        return register(source, target, "mmd", start=Pose(R, t), max_steps=0, lengths=(1.1,), count=count, seed=5)
 
     result = at(pose.R, pose.t)
     J, ell, radius = result.detail("jacobian"), 1.1, result.detail("radius")
