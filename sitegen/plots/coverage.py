@@ -112,8 +112,8 @@ def words(result: Result) -> str:
             parts.append(f"{place}: {', '.join(counts)}")
         said.append(f"{_titled(residual)}, {'; '.join(parts)}.")
     return (
-        f"Three charts of how many of {result.draws:,} redrawn pairs of scans have the truth in their 95 % region, in a "
-        f"room, a corridor and a hall; 950 would be right. {' '.join(said)}"
+        f"Three charts of how many of {result.draws:,} redrawn pairs of scans have the truth in their 95 % region, in "
+        f"a room, a corridor and a hall; 950 would be right. {' '.join(said)}"
     )
 
 

@@ -16,7 +16,7 @@ class Reading:
         window.size(1280, 1000)
 
     def open(self, page: str, origin: str = "") -> None:
-        """Goes to a page; its figures are then set up, which is after its first paint. origin: other than the server's."""
+        """Goes to a page; its figures are then set up, after its first paint. origin: other than the server's."""
         self.window.open(f"{origin or self.origin}/{page}")
         self.run("() => globalThis.Ladder?.alive")
 

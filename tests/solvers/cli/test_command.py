@@ -258,8 +258,8 @@ def test_a_picture_that_cannot_be_written_is_refused_before_anything_is_computed
 def test_a_place_where_nothing_may_be_written_is_told_before_anything_is_computed(
     files, capsys, monkeypatch, out, asked
 ):
-    """Who runs the tests may write everywhere, so the system's answer is a stand-in: of the file that would be replaced,
-    or else of its folder."""
+    """Who runs the tests may write everywhere, so the system's answer is a stand-in: on the file that would be
+    replaced, or else on its folder."""
     monkeypatch.chdir(files)
     monkeypatch.setattr("solvers.cli.register.register", None)
     Path("old.svg").touch()
