@@ -201,12 +201,9 @@ def _problem(
         raise ValueError(f"weights: method {method.name!r} takes none")
     w = validate.weights(weights, p.shape[-2])
     pose = validate.pose(start, d)
-    if not method.scaled and np.any(np.asarray(pose.scale) != 1.0):
-        far = np.asarray(pose.scale).flat[np.argmax(np.abs(np.asarray(pose.scale) - 1.0))]
-        raise ValueError(
-            f"start.scale: method {method.name!r} finds rigid motions and starts at scale 1, not {far:.6g};"
-            " scale the source first"
-        )
+    if not method.scaled:
+        says = f"scale the source first: method {method.name!r} finds rigid motions and starts at scale 1"
+        pose = validate.unscaled(pose, "start", says)
     batch = validate.batch_shape(
         source=p.shape[:-2], target=q.shape[:-2], weights=w.shape[:-1], start=pose.batch, seed=seeds.shape
     )

@@ -100,7 +100,8 @@ def _driven(given: argparse.Namespace) -> tuple[int, dict[str, Any]]:
         chain = way(scans, recorded.motion, matching, progress=bar)
     length = float(np.linalg.norm(np.diff(chain.poses.t, axis=0), axis=1).sum())
     lost = np.flatnonzero(~chain.believed)
-    print(f"chain     {length:.2f} m; {n - 1 - len(lost)} of {n - 1} scans matched to the {given.to} before")
+    before = "scan before" if given.to == "scan" else "map"
+    print(f"chain     {length:.2f} m; {n - 1 - len(lost)} of {n - 1} scans matched to the {before}")
     if len(lost):
         print(f"          predicted only: {', '.join(map(str, lost[:20]))}{' …' if len(lost) > 20 else ''}")
     print(f"end       odometry {_said(wheels[-1])}\n          matched  {_said(chain.poses[-1])}")
@@ -121,11 +122,11 @@ def _driven(given: argparse.Namespace) -> tuple[int, dict[str, Any]]:
         with Bar("graph") as bar:
             result = close(chain, loops, kernel=given.kernel, progress=bar)
         poses, settled = result.poses, bool(result.status)
-        before, after = (_missed(missed(p, loops), loops.believed) for p in (chain.poses, poses))
+        open_, closed = (_missed(missed(p, loops), loops.believed) for p in (chain.poses, poses))
         dropped = int((result.weights[n - 1 :] < 0.1).sum())
-        print(f"missed by {before} before the graph, {after} after")
+        print(f"loop gap  {open_} before the graph, {closed} after")
         said = f"{result.status} after {result.steps} steps, chi2 {result.total:.4g}"
-        print(f"graph     {said}, {dropped} loops let go of")
+        print(f"graph     {said}, {dropped} loops rejected")
         print(f"          closed   {_said(poses[-1])}")
         told["graph"] = {"status": result.status.label, "steps": result.steps, "chi2": result.total, "let_go": dropped}
     ways = {"By odometry": wheels, "By matched scans": chain.poses}

@@ -198,9 +198,10 @@ def _lines(told: dict[str, Any], result: Result) -> str:
         weakest = float(told["condition"])
         lines.append(f"condition {weakest:.4f}, smallest over largest eigenvalue; near 0 a motion is free")
     if result.gap is not None:
-        lines.append(f"proof     objective {result.objective:.6g}, of no other pose below {result.lower:.6g}")
+        lines.append(f"proof     objective {result.objective:.6g}, no pose searched has one below {result.lower:.6g}")
     reason = f": {result.reason}" if result.reason else ""
-    return "\n".join([*lines, f"status    {told['status']} after {result.steps} steps{reason}"])
+    steps = f"{result.steps} step{'' if result.steps == 1 else 's'}"
+    return "\n".join([*lines, f"status    {told['status']} after {steps}{reason}"])
 
 
 def register_files(arguments: Sequence[str]) -> int:
@@ -215,7 +216,10 @@ def register_files(arguments: Sequence[str]) -> int:
         )
     (source, about_source), (target, about_target) = (_opened(path, given) for path in (given.source, given.target))
     if source.shape[1] != target.shape[1]:
-        raise ValueError("one file has 2-D points, the other 3-D points; --above registers x and y")
+        raise ValueError(
+            f"{given.source} has {source.shape[1]}-D points, {given.target} {target.shape[1]}-D points;"
+            " --above registers x and y"
+        )
     d = source.shape[1]
     if method.dims is not None and d not in method.dims:
         dims = " or ".join(map(str, method.dims))

@@ -144,9 +144,7 @@ class Edges:
 def rigid(pose: Pose, name: str) -> Pose:
     """`pose` when it is planar and of scale 1, else a ValueError that names it."""
     pose = validate.pose(of_kind(pose, Pose, name), 2, name)
-    if np.any(np.abs(np.asarray(pose.scale) - 1.0) > 1e-9):
-        raise ValueError(f"{name}.scale: expected rigid motions, of scale 1")
-    return pose
+    return validate.unscaled(pose, name, "expected rigid motions, of scale 1")
 
 
 def pose_count(poses: Pose) -> int:

@@ -388,7 +388,7 @@ class Pose:
     def __getitem__(self, rows: Any) -> Pose:
         """The poses at `rows` of the batch: any numpy index of the leading axes."""
         if not self.batch:
-            raise IndexError("a single pose has no rows")
+            raise TypeError("a single pose has no rows")
         return Pose.trusted(self.R[rows], self.t[rows], np.asarray(self.scale)[rows])
 
     def __repr__(self) -> str:

@@ -11,7 +11,8 @@ from solvers.core.numbers import finite, numbers
 ROUNDING = 1e-12
 """How far from 1 a scale may be and still be told as 1."""
 SHEARED = 1e-6
-"""How far R Rᵀ may be from the identity: what is written with six digits still passes."""
+"""How far R Rᵀ may be from the identity, and the scale of a rigid motion from 1: what is written with six digits still
+passes, and so does float32."""
 
 
 def of_one_batch(R: ArrayLike, t: ArrayLike, scale: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -127,7 +127,11 @@ class Result:
     def fitness(self) -> FloatArray | None:
         """The fraction of source rows, or of the `pairs` given, with a partner, (...).
 
-        It says how much of the source supports the answer. None where `correspondences` is.
+        It says how much of the source supports the answer where a gate or a bound decides who
+        has a partner. A nearest-neighbour method without one gives every row a partner, and
+        the fraction is 1 however wrong the pose; `trimmed-icp` always keeps its share.
+        `solvers.verify.evidence(...).share` counts what lies near, whatever the method. None
+        where `correspondences` is.
         """
         return self._of_partners(lambda squares, used: used.mean(axis=-1))
 
@@ -230,6 +234,12 @@ class Result:
         if len(self.states) > 1:
             return [_shaped(getattr(state, name), ()) for state in self.states]
         return _shaped(getattr(self.states[0], name), batch)
+
+    def __bool__(self) -> bool:
+        """As `bool(status)`, for a single problem. Raises ValueError for a batch."""
+        if self.pose.batch:
+            raise ValueError(f"a batch of shape {self.pose.batch} is neither true nor false; ended has one for each")
+        return bool(self.status)
 
     def __repr__(self) -> str:
         if self.pose.batch:

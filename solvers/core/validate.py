@@ -17,6 +17,7 @@ from solvers.core.arrays import FloatArray, IntArray
 from solvers.core.numbers import LARGEST as LARGEST
 from solvers.core.numbers import array, moderate, numbers
 from solvers.core.pose import Pose
+from solvers.core.proper import SHEARED
 
 MOST = 2**31 - 1
 """The largest number accepted of whatever is counted."""
@@ -120,6 +121,16 @@ def pose(value: Pose | None, dim: int, name: str = "start") -> Pose:
     if np.any(scale <= 0.0):
         raise ValueError(f"{name}.scale: must be positive, but the smallest is {scale.min():.6g}")
     return value
+
+
+def unscaled(value: Pose, name: str, says: str) -> Pose:
+    """The pose as a rigid motion. What its scale differs from 1 by rounding, as in a matrix of float32, is dropped.
+    Raises ValueError with `says` where it is another one."""
+    scale = np.asarray(value.scale)
+    off = np.abs(scale - 1.0)
+    if (off > SHEARED).any():
+        raise ValueError(f"{name}.scale: {says}, not {scale.flat[off.argmax()]:.9g}")
+    return Pose.trusted(value.R, value.t, np.ones(scale.shape)) if off.any() else value
 
 
 def seeds(values: ArrayLike | np.random.Generator | None, name: str = "seed") -> IntArray:

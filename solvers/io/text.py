@@ -4,6 +4,7 @@ wrong.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from itertools import islice
 
@@ -14,6 +15,7 @@ from solvers.core.arrays import FloatArray
 BLOCK = 20_000  # lines at a time: what is being taken apart is many times as large as the numbers in it
 COMMENTS = ("#", "//", "%")
 SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas", None: "spaces"}
+AXIS = re.compile(r"([xyz])(?:[ _]?[\[(]?(?:u|m|mm|cm|km|in|ft|px|metres?|meters?)[\])]?)?", re.IGNORECASE)
 
 
 def lines_of(text: str) -> list[str]:
@@ -49,8 +51,9 @@ def delimited(lines: Sequence[str]) -> tuple[FloatArray, str, list[str]]:
     separated, and notices.
 
     Comments and blank lines are skipped. A first line that is not all numbers names the
-    columns: x, y and z are taken where they are named, the first two or three columns
-    otherwise. Raises ValueError with the line's number.
+    columns, and so does a comment right before the numbers that has as many fields: x, y
+    and z are taken where they are named, with a unit (x_m, x [m]) or without, the first two
+    or three columns otherwise. Raises ValueError with the line's number.
     """
     rows = [k for k, line in enumerate(lines) if (bare := line.strip()) and not bare.startswith(COMMENTS)]
     if not rows:
@@ -63,7 +66,8 @@ def delimited(lines: Sequence[str]) -> tuple[FloatArray, str, list[str]]:
     if comma is not None:
         raise ValueError(f"line {rows[0] + 1}: {told(comma)} is not a number; {_hint(comma)}")
     if all(is_number(field) for field in fields):
-        columns, width = list(range(min(3, len(fields)))), len(fields)
+        width = len(fields)
+        columns = _axes(_comment_before(lines, rows[0], separator), width) or list(range(min(3, width)))
     elif any(is_number(field) for field in fields):
         wrong = next(field for field in fields if not is_number(field))
         raise ValueError(f"line {rows[0] + 1}: {told(wrong)} is not a number; expected numbers, or names alone")
@@ -93,14 +97,29 @@ def _fields(line: str, separator: str | None) -> list[str]:
 
 def _named(fields: Sequence[str], row: int, notices: list[str]) -> list[int]:
     """Which columns hold x, y and, where there is one, z, by their names."""
-    names = [field.lower() for field in fields]
-    if "x" in names and "y" in names:
-        return [names.index(axis) for axis in "xyz" if axis in names]
-    if len(names) > 1:
-        count = min(3, len(names))
+    if axes := _axes(fields, len(fields)):
+        return axes
+    if len(fields) > 1:
+        count = min(3, len(fields))
         notices.append(f"no columns are called x and y in line {row + 1}: the first {count} were taken")
         return list(range(count))
     return []
+
+
+def _axes(names: Sequence[str], width: int) -> list[int]:
+    """Which of `width` columns are x, y and, where there is one, z; none where the names do not say it of one each."""
+    found = [AXIS.fullmatch(name) for name in names] if len(names) == width else []
+    letters = [match[1].lower() if match else "" for match in found]
+    if letters.count("x") != 1 or letters.count("y") != 1 or letters.count("z") > 1:
+        return []
+    return [letters.index(axis) for axis in "xyz" if axis in letters]
+
+
+def _comment_before(lines: Sequence[str], row: int, separator: str | None) -> list[str]:
+    """The fields of a comment in the line before `row`, as numpy.savetxt writes the columns' names."""
+    bare = lines[row - 1].strip() if row else ""
+    mark = next((mark for mark in COMMENTS if bare.startswith(mark)), None)
+    return [] if mark is None else _fields(bare.removeprefix(mark).strip(), separator)
 
 
 def numbers(

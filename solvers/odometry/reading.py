@@ -99,7 +99,7 @@ def _table(lines: list[str], rows: list[int]) -> tuple[FloatArray, Pose, FloatAr
     for found, name in zip([*names, *[""] * len(wanted)], wanted, strict=False):
         if found != name:
             raise ValueError(f"line {rows[0] + 1}: the columns are seconds,dx_m,dy_m,dphi_rad,r0,r1,…;"
-                             f" where {name} is expected stands {told(found)}")  # fmt: skip
+                             f" expected {name}, found {told(found)}")  # fmt: skip
     table = numbers(lines, rows[1:], list(range(len(names))), len(names), ",")
     for at, row in zip(rows[1:], table, strict=True):
         if not np.isfinite(row).all() or np.abs(row).max() > 1e9:

@@ -326,7 +326,7 @@ def optimise(
     kernel : {"none", "huber", "cauchy", "dcs"}, default "none"
         What becomes of large errors (`solvers.posegraph.kernels`). With "cauchy" and "dcs" the start matters.
     robust : array_like of bool, shape (e,), optional
-        The edges that the kernel applies to, such as loops. None is all.
+        The edges that the kernel applies to, such as loops; with "none" they are as others. None is all.
     threshold : float, default 2.8
         The χ from which on an error counts as large.
     max_steps : int, default 100

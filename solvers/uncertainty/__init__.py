@@ -17,9 +17,10 @@ it is in the plane. It is loaded when it is first used.
 """
 
 from solvers.uncertainty.chi_square import quantile
-from solvers.uncertainty.closed_form import CENSI, HESSIAN, POINT, covariance, range_bearing
+from solvers.uncertainty.closed_form import CENSI, HESSIAN, POINT, covariance
 from solvers.uncertainty.ends import APART, Spread, from_starts, monte_carlo, spread_of
 from solvers.uncertainty.matrices import from_matrix
+from solvers.uncertainty.noise import range_bearing
 from solvers.uncertainty.region import FRAMES, Covariance
 from solvers.uncertainty.se2 import adjoint, exp, log
 

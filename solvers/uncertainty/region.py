@@ -45,7 +45,7 @@ class Covariance:
     frame : str
         "target" or "source".
     made_by : str
-        "hessian", "censi", "sampled" or "starts".
+        "hessian", "censi", "sampled", "starts", or "given" as a matrix.
 
     Examples
     --------

@@ -6,6 +6,8 @@ import numpy as np
 
 from solvers.core.arrays import AnyArray, FloatArray
 
+SLIDE = 0.1  # of a unit direction's part that turns: about a point ten radii away, which is a slide to the eye
+
 
 def said(direction: AnyArray, centre: FloatArray, radius: float, deviations: FloatArray) -> str:
     """Of a spread with these deviations (3,), the first of them along `direction`."""
@@ -13,14 +15,20 @@ def said(direction: AnyArray, centre: FloatArray, radius: float, deviations: Flo
     if free > 1:
         return f"{free} of 3 directions of motion are free"
     motion = named(direction, centre, radius)
-    return f"{motion} is free" if free else f"widest: {motion}, σ = {deviations[0]:.2g} u"
+    if free:
+        return f"{motion} is free"
+    if deviations[0] == 0.0:
+        return "no spread"
+    omega = abs(float(direction[0]))
+    if omega < SLIDE:
+        return f"widest: {motion}, σ = {deviations[0]:.2g} u"
+    return f"widest: {motion}, σ = {np.degrees(deviations[0] * omega / radius):.2g}°"
 
 
 def named(direction: AnyArray, centre: FloatArray, radius: float) -> str:
     """A direction (radius · angle, x, y) in words: a slide, or a turn about a point."""
     omega, v = float(direction[0]), direction[1:]
-    # A turn about a point ten radii away is a slide to the eye.
-    if abs(omega) < 0.1:
+    if abs(omega) < SLIDE:
         along = ", ".join(f"{x:.2f}" for x in v / np.linalg.norm(v))
         return f"the slide along ({along})"
     x = centre + np.array([-v[1], v[0]]) * radius / omega

@@ -213,6 +213,7 @@ def test_a_rigid_method_starts_at_scale_one(name: str, clouds: tuple[np.ndarray,
     if METHODS[name].scaled:
         assert register(*clouds, name, start=start).pose.scale == pytest.approx(1.0, abs=1e-6)
     else:
-        with pytest.raises(ValueError, match=rf"start.scale: method '{name}' finds rigid motions.* not 1.25"):
+        told = rf"start.scale: scale the source first: method '{name}' finds rigid motions.* not 1.25"
+        with pytest.raises(ValueError, match=told):
             register(*clouds, name, start=start)
     assert [each for each in METHODS if METHODS[each].scaled] == ["similarity", "cpd-similarity"]

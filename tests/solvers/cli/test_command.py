@@ -121,7 +121,7 @@ def test_clouds_in_space_and_from_above(files, capsys):
         (["a.csv", "b.xyz", "--options", "gate={[]}"], r"gate: expected a number, got '\{\[\]\}'$"),
         (["a.csv", "b.xyz", "--options", "gate={[]:1}"], r"gate: expected a number, got '\{\[\]:1\}'$"),
         (["large.csv", "large.csv", "--reach", "1e149"], r"--reach: expected a finite number from 1e-100 to 1e\+100"),
-        (["a.csv", "d.xyz"], r"the other 3-D points; --above"),
+        (["a.csv", "d.xyz"], r"a\.csv has 2-D points, d\.xyz 3-D points; --above registers x and y"),
         (["a.csv", "b.xyz", "--method", "kabsch"], r"takes row i of both .* \d+ and \d+ points; a method such as icp"),
         (["a.csv", "b.xyz", "--points", "0"], r"--points: must be at least 1"),
         (["a.csv", "a.csv", "--points", "9", "--method", "kabsch"], r"--points: kabsch takes row i of both files as"),

@@ -128,7 +128,7 @@ def test_the_recorded_drive_from_a_file_is_the_one_included(tmp_path: Path, caps
     assert "225 scans of 361 beams, 11.5 % without echo" in included
     assert "224 of 224 scans matched" in included
     assert "loops     55 of 55 candidates accepted" in included
-    assert "missed by 0.106 m" in included
+    assert "loop gap  0.106 m" in included
     code, out, _ = said(capsys, path, "--ahead", 0.78, "--turns", 2, "--out", poses)
     assert code == 0
     assert out.splitlines()[1:-1] == included.splitlines()[1:]

@@ -59,7 +59,7 @@ def test_leading_axes_broadcast_and_index_like_arrays():
     assert poses[1, 2].batch == ()
     assert poses[1, 2].angle == pytest.approx(1.0)
     assert poses.apply(np.zeros((5, 2))).shape == (2, 3, 5, 2)
-    with pytest.raises(IndexError):
+    with pytest.raises(TypeError, match="a single pose has no rows"):
         Pose.identity()[0]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import re
 import struct
 from pathlib import Path
@@ -146,6 +147,21 @@ def test_columns_are_taken_by_name():
     assert found.notices == ("columns other than xyz were left out",)
     assert read(b"id,x,y\n7,1,2\n").points.tolist() == [[1, 2]]
     assert "first 3 were taken" in read(b"east,north,height\n1,2,3\n").notices[0]
+    assert read(b"seconds,x_m,y_m,phi_rad\n0,1,2,3\n").points.tolist() == [[1, 2]]
+    assert read(b"time\tx [m]\tY(m)\n0\t1\t2\n").points.tolist() == [[1, 2]]
+    assert "first 3 were taken" in read(b"x_1,x_2,y\n1,2,3\n").notices[0]
+
+
+def test_a_comment_before_the_numbers_names_the_columns_too():
+    """numpy.savetxt writes names so. A comment that names no x and y, or is farther up, is only a comment."""
+    text = io.StringIO()
+    np.savetxt(text, [[1.0, 2.0, 200.0], [3.0, 4.0, 100.0]], delimiter=",", header="x,y,intensity")
+    found = read(text.getvalue().encode())
+    assert found.points.tolist() == [[1, 2], [3, 4]]
+    assert found.notices == ("columns other than xy were left out",)
+    assert read(b"// z y x\n3 2 1\n").points.tolist() == [[1, 2, 3]]
+    for comment in (b"# a scan of\n", b"# y x\n", b"# z y x\n\n", b"#\n"):
+        assert read(comment + b"3 2 1\n").points.tolist() == [[3, 2, 1]]
 
 
 def test_points_that_are_not_there_are_left_out_with_a_notice():

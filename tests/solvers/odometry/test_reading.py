@@ -50,8 +50,8 @@ def test_the_poses_of_a_log_are_the_robots_and_its_laser_sits_ahead() -> None:
     [
         ("", "line 1: no line was found"),
         ("hello\n", "line 1: neither columns that begin with seconds,dx_m nor a line with FLASER"),
-        ("seconds,dx,dy_m,dphi_rad,r0,r1,r2\n", "line 1: .*where dx_m is expected stands 'dx'"),
-        ("seconds,dx_m,dy_m,dphi_rad,r0\n0,0,0,0,1\n", "line 1: .*where r1 is expected stands ''"),
+        ("seconds,dx,dy_m,dphi_rad,r0,r1,r2\n", "line 1: .*expected dx_m, found 'dx'"),
+        ("seconds,dx_m,dy_m,dphi_rad,r0\n0,0,0,0,1\n", "line 1: .*expected r1, found ''"),
         (GOOD + "11,0,0,0,5\n", "line 4: 5 fields found; expected 7"),
         (GOOD + "11,0,0,0,5,x,5\n", "line 4: 'x' is not a number"),
         (GOOD + "11,0,nan,0,5,5,5\n", "line 4: a number is not finite"),

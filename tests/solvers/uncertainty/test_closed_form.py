@@ -1,12 +1,14 @@
 """Covariances in closed form: against simulation and finite differences of the minimiser, and where there is none."""
 
+import re
+
 import numpy as np
 import pytest
 
 from solvers import Pose, register
 from solvers.scenes.rooms import BIRD, KABSCH_TRUTH, kabsch_scene, room
 from solvers.scenes.walls import corridor, ndt_room
-from solvers.uncertainty import CENSI, HESSIAN, covariance, log, range_bearing
+from solvers.uncertainty import CENSI, HESSIAN, covariance, from_matrix, log, range_bearing
 
 SIGMA = 0.05
 
@@ -124,6 +126,20 @@ def test_one_place_leaves_the_turn_about_it_free():
     found = register([[1.0, 1.0]] * 4, [[2.0, 3.0]] * 4, "kabsch")
     made = covariance(found, sigma=0.1)
     assert made.words() == "the turn about (2.00, 3.00) is free"
+
+
+def test_a_turn_is_told_in_degrees_and_none_as_none():
+    """A pose that only turns, by 0.01 rad; and one without any spread."""
+    turning = from_matrix(np.diag([0.01, 1e-4, 1e-4]) ** 2, Pose.identity(), radius=3.0)
+    assert turning.words() == "widest: the turn about (0.00, 0.00), σ = 0.57°"
+    sliding = from_matrix(np.diag([1e-4, 0.02, 0.01]) ** 2, Pose.identity(), radius=3.0)
+    assert sliding.words() == "widest: the slide along (1.00, 0.00), σ = 0.02 u"
+    assert from_matrix(np.zeros((3, 3)), Pose.identity(), radius=3.0).words() == "no spread"
+
+
+def test_one_place_leaves_the_deviations_of_its_four_points():
+    found = register([[1.0, 1.0]] * 4, [[2.0, 3.0]] * 4, "kabsch")
+    made = covariance(found, sigma=0.1)
     np.testing.assert_allclose(made.deviations[1:], 0.1 / 2.0)
 
 
@@ -158,7 +174,7 @@ def test_what_has_none_says_so():
     """NDT for either formula, GICP for Censi's, unknown formulas, noises that are none, space, and lists: a ValueError
     that names the argument."""
     scene = room("clean")
-    with pytest.raises(ValueError, match="'hessian' has no covariance for 'ndt'; it has for: kabsch"):
+    with pytest.raises(ValueError, match="'hessian' has no covariance for 'ndt'; it has one for: kabsch"):
         covariance(register(scene.source, scene.target, "ndt"))
     found = register(scene.source, scene.target, "gicp")
     with pytest.raises(ValueError, match="'censi' has no covariance for 'gicp'"):
@@ -189,6 +205,37 @@ def test_what_has_none_says_so():
         covariance(register(space, space, "kabsch"))
     with pytest.raises(ValueError, match="list"):
         covariance(register([scene.source, scene.source], [scene.target, scene.target], "icp"))
+
+
+@pytest.mark.parametrize(
+    ("how", "given", "told"),
+    [
+        ("hessian", {"source_noise": 0.1}, "source_noise: 'hessian' takes sigma instead; how='censi' takes the"),
+        ("hessian", {"sigma": 0.1, "target_noise": 0.1}, "target_noise: 'hessian' takes sigma instead"),
+        ("censi", {"sigma": 0.1, "source_noise": 0.1}, "sigma: 'censi' takes the points' noise instead"),
+        ("censi", {}, "source_noise: 'censi' needs it, or target_noise, or both"),
+    ],
+)
+def test_a_noise_that_the_form_would_pass_over_is_refused(how, given, told):
+    """And a form that would be certain for lack of a noise."""
+    scene = room("clean")
+    with pytest.raises(ValueError, match=f"^{re.escape(told)}"):
+        covariance(register(scene.source, scene.target, "point-to-plane", gate=0.5), how, **given)
+
+
+def test_the_noisier_the_normals_the_less_the_hessian_holds():
+    """Of 100 draws of each room, from the truth: with σ = 0.02 u its regions hold the truth as often as Censi's, with
+    0.11 u in less than half, and Censi's still in nine of ten."""
+    held = {}
+    for setting, noise in (("clean", 0.02), ("noise", 0.11)):
+        scenes = [room(setting, seed=seed) for seed in range(100)]
+        clouds = [np.stack([getattr(scene, name) for scene in scenes]) for name in ("source", "target")]
+        found = register(*clouds, "point-to-plane", gate=0.5)
+        made = covariance(found), covariance(found, "censi", source_noise=noise, target_noise=noise)
+        held[setting] = [int(each.covers(scenes[0].truth).sum()) for each in made]
+    assert min(held["clean"]) > 90
+    assert held["noise"][0] < 50
+    assert held["noise"][1] > 85
 
 
 @pytest.mark.native

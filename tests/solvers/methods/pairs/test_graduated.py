@@ -129,6 +129,8 @@ def test_weights_count_and_a_weight_of_zero_takes_a_pair_out(rng, random_pose):
     d = register(source[:, 5:], target[:, 5:], METHOD)
     assert np.allclose(c.matrix, d.matrix, atol=1e-12)
     assert np.array_equal(c.steps, d.steps)
+    assert (c.correspondences[:, :5] == -1).all()
+    assert np.allclose(c.rmse, d.rmse)
 
 
 @pytest.mark.parametrize("inlier", [0.3, None])
