@@ -29,6 +29,9 @@ def lead_of(
     known = {"controls": tuple(specs(widget.controls)), "buttons": tuple(b.name for b in widget.buttons)}
     lead, led = widget.lead, dict[str, tuple[Place, ...]]()
     for attribute in given:
+        if (attribute.name, attribute.value) == ("panels", NONE):
+            problems.add(at(attribute.value_start), "a figure shows at least one panel: name it, or leave panels= out")
+            continue
         names = () if attribute.value == NONE else tuple(attribute.value.split(","))
         offsets = [attribute.value_start + sum(len(name) + 1 for name in names[:i]) for i in range(len(names))]
         led[attribute.name] = tuple(map(at, offsets))

@@ -86,7 +86,7 @@ class FigureView:
     def layout(self) -> Layout:
         """How what leads is laid out: one picture, or many small ones, beside the desk; or a few in a row above it."""
         panels = self.leading.panels
-        if not self.whole:
+        if not self.whole or not panels:  # where none of the names is a panel's, which is told
             return Layout("", self.frame["panels"], ())
         width = panels[0]["view"][4]
         wide = panel_class(width) == WIDEST

@@ -83,6 +83,8 @@ def test_a_main_button_leads(desk: Project) -> None:
         ("buttons=¦og", "no button 'og'; there are back, go, new"),
         ("readouts=¦pressed", "no readout 'pressed'; did you mean 'presses'?"),
         ("panels=main,¦man", "no panel 'man'; did you mean 'main'?"),
+        ("panels=¦mian", "no panel 'mian'; did you mean 'main'?"),
+        ("panels=¦none", "a figure shows at least one panel: name it, or leave panels= out"),
         ("after=¦og", "toy has no button 'og' to press; there are go"),
     ],
 )
@@ -90,6 +92,16 @@ def test_what_leads_and_is_not_there(desk: Project, attributes: str, said: str) 
     line = f"::figure[C]{{toy id=demo {attributes}}}"
     desk.chapter(f"\n{line.replace('¦', '')}\n")
     assert desk.problems() == [f"content/01-second.md:8:{1 + line.index('¦')}: {said}"]
+
+
+@pytest.mark.parametrize("panels", ["mian", "none"])
+def test_a_figure_without_a_panel_hides_no_other_problem(desk: Project, panels: str) -> None:
+    """The rest of its page is read, and told, all the same."""
+    desk.chapter(f"\n::figure[C]{{toy id=demo panels={panels}}}\n\nSee :ref[fig:dmo].\n")
+    assert [problem.split(": ", 1)[0] for problem in desk.problems()] == [
+        "content/01-second.md:8:32",
+        "content/01-second.md:10:10",
+    ]
 
 
 def test_a_figure_does_not_open_with_its_main_button_off(desk: Project) -> None:
