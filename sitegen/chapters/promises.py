@@ -23,7 +23,9 @@ EXPECTED = re.compile(
 )
 WRITTEN = "an expectation is NAME < 1.5, NAME > 1.5, NAME is WORDS, NAME falls, NAME rises or NAME stays"
 PROMISING = re.compile(
-    r"\b(?:arrives?|breaks?|fails?|falls?|fallen|jumps?|loses?|recovers?|refused|refuses?|rises?)\b", re.IGNORECASE
+    r"\b(?:arrive[sd]?|breaks?|broken?|fail(?:s|ed)?|falls?|fell|fallen|jump(?:s|ed)?|loses?|lost|recover(?:s|ed)?"
+    r"|refuse[sd]?|rises?|rose|risen)\b",
+    re.IGNORECASE,
 )
 HELD = ("promise", "claim", "readout")  # what the build or a test answers for
 HOLDS = ':promise[…]{press=finish expect="rms < 0.1"}'

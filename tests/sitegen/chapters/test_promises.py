@@ -156,6 +156,9 @@ def test_what_a_readout_says(desk: Project, value: str, expected: str, holds: bo
     [
         ("It falls.", ["falls"]),
         ("To break it, press. It Arrives, and jumps.", ["break", "Arrives", "jumps"]),
+        ("It broke, fell and rose again.", ["broke", "fell", "rose"]),
+        ("It has Failed, arrived, recovered; is lost, broken.", ["Failed", "arrived", "recovered", "lost", "broken"]),
+        ("It jumped, was refused, has risen, has fallen.", ["jumped", "refused", "risen", "fallen"]),
         ("A waterfall breaking; failure, arrival.", []),
         ("Notice :promise[that it falls]{press=go expect=\"presses > 0\"} and rises.", ["rises"]),
         (":claim[It falls.]{tests/test_claimed.py::test_it_holds}", []),
