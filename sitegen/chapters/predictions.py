@@ -105,7 +105,8 @@ def judged(asked: Prediction | None, known: Known, inline: Callable[[Sequence[To
     answers = _panels(asked, known) if asked.panels else _expectations(asked, known, inline)
     rights = [right for _, right in answers]
     if answers and (all(rights) or not any(rights)):
-        problems.add(asked.place, f"{'every' if all(rights) else 'no'} answer is right of figure {figure.id!r} then")
+        many = "every" if all(rights) else "no"
+        problems.add(asked.place, f"with this run of figure {figure.id!r} {many} answer is right")
     return Question(Markup(inline(asked.question)), answers, asked.record, 0.0) if answers else None
 
 

@@ -261,8 +261,9 @@ def _places(state: StateCore) -> None:
             continue
         at = partial(_inline_place, source, token, cell)
         for match in CONTAINER.finditer(token.content):
-            near = hint(match[1], CONTAINERS) if match[1] else ", and this one closes none"
-            source.problems.add(at(match.start()), f"no block :::{match[1]}{near}")
+            known = f"no block :::{match[1]}{hint(match[1], CONTAINERS)}"
+            says = known if match[1] else "':::' closes nothing here: no block is open"
+            source.problems.add(at(match.start()), says)
         for match in NO_HEADING.finditer(token.content):
             source.problems.add(at(match.start()), f"a heading has a blank after its {match[0]}")
         for child in token.children or []:

@@ -58,6 +58,7 @@ TEXT = {
     "a word before": ("See¦:term[gate]{gate}.", ["no letter or digit stands right before :term"]),
     "no brackets in a line": ("A ¦:term{gate}.", ["a directive is written :term[text]{…}"]),
     "never closed in a line": ("A ¦::term[gate{gate}.", ["no directive ::term; in a line it has one colon"]),
+    "the end of no block": ("Text.\n\n¦:::", ["':::' closes nothing here: no block is open"]),
     "an indented directive": ("- a\n\nText\n\n\t¦::figure[C]{toy id=b6}\n\n:ref[fig:b6]", ["indented by a tab"]),
     "an equation never closed": ("¦$$\nE = m c^2\n\nText.", ["never closed by $$ before a blank line"]),
     "an equation in a paragraph": (

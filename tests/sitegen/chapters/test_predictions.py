@@ -68,9 +68,9 @@ def test_what_decides_is_on_the_tape(project: Project) -> None:
 def test_of_panels_the_one_is_right_whose_drawing_says_so(project: Project) -> None:
     ask = "::predict[Which one?]{demo press=go panels=main says=right}"
     project.chapter(f"\n{FIGURE}\n\n{ask}\n")
-    assert project.problems() == ["content/01-second.md:10:1: no answer is right of figure 'demo' then"]
+    assert project.problems() == ["content/01-second.md:10:1: with this run of figure 'demo' no answer is right"]
     drawn_with(project, Label((0.0, 0.0), "right", "truth"))
-    assert project.problems() == ["content/01-second.md:10:1: every answer is right of figure 'demo' then"]
+    assert project.problems() == ["content/01-second.md:10:1: with this run of figure 'demo' every answer is right"]
 
 
 def test_a_ghost_is_of_a_source(project: Project) -> None:
@@ -90,8 +90,14 @@ def test_a_ghost_is_of_a_source(project: Project) -> None:
     [
         ('::predict[Q | a | b]{demo press=go ¦expect="presses < 2"}', "2 answers, 1 expectations: two or"),
         ('::predict[Q | a]{demo press=go ¦expect="presses < 2"}', "1 answers, 1 expectations: two or"),
-        ('¦::predict[Q | a | b]{demo press=go expect="presses < 9 | presses > 0"}', "every answer is right of figure"),
-        ('¦::predict[Q | a | b]{demo press=go expect="presses < 1 | presses > 1"}', "no answer is right of figure"),
+        (
+            '¦::predict[Q | a | b]{demo press=go expect="presses < 9 | presses > 0"}',
+            "with this run of figure 'demo' every answer is right",
+        ),
+        (
+            '¦::predict[Q | a | b]{demo press=go expect="presses < 1 | presses > 1"}',
+            "with this run of figure 'demo' no answer is right",
+        ),
         ('::predict[Q | a | b]{demo expect="presses < 1 | ¦pressed > 1"}', "no readout 'pressed'; did you mean"),
         ('::predict[Q | a | b]{demo expect="presses < 1 | ¦so it is"}', "'so it is': an expectation is NAME < 1.5"),
         ('::predict[Q | a | b]{demo press=¦og expect="presses < 1 | presses > 1"}', "toy has no button 'og' to press"),
