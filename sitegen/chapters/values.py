@@ -31,6 +31,7 @@ OPERATORS: dict[type[ast.AST], Callable[..., float]] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
     ast.Pow: math.pow, ast.USub: operator.neg,
 }
+HYPHENS = re.compile(r"\s*((?:solvers|widgets|plots)\.[\w.]*)-[\w.-]+(?=\()")
 FUNCTIONS = ("sqrt", "exp", "log", "log2", "sin", "cos", "asin", "degrees", "radians")
 
 
@@ -82,6 +83,9 @@ def _worked_out(node: ast.expr) -> float:
 
 def read_call(text: str) -> Call:
     """The call that a text is. Raises CallError where it is none, or has an argument that is not a literal."""
+    if dashed := HYPHENS.match(text):  # as ::plot writes the name
+        meant = dashed[0].strip().replace("-", "_")
+        raise CallError(f"a name in a call has underscores, not hyphens: {meant}(…)", dashed.end(1))
     try:
         tree = ast.parse(text, mode="eval").body
     except SyntaxError as error:

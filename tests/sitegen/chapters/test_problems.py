@@ -99,6 +99,10 @@ BROKEN = {
         "A :value[solvers.core.validate]\n",
         ["7:10: a call is expected, like solvers.consensus.trials(0.5, 0.99, 2)"],
     ),
+    "a plot's name as ::plot writes it": (
+        "A :value[plots.toy-plot.least(60)]\n",
+        ["7:19: a name in a call has underscores, not hyphens: plots.toy_plot.least(…)"],
+    ),
     "no format": ('A :value[solvers.core.validate.number(1, "x")]{.2q}\n', ["7:48: no format '.2q': "]),
     "unknown readout": (
         "::figure[C]{toy id=demo}\n\nA :readout[demo press]{press=go}\n",
