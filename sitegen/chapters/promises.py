@@ -6,6 +6,7 @@ rises or stays does so against the figure as it opens.
 
 from __future__ import annotations
 
+import operator
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -18,10 +19,14 @@ from sitegen.problems import Place, Problems, hint
 from widgets.engine.contract import MAX_LOG, parsed
 
 OWN = ("expect", "then")
+COMPARED: dict[str, Callable[[float, float], bool]] = {
+    "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge,
+}
 EXPECTED = re.compile(
-    r"(?P<name>\w+)\s+(?:(?P<than>[<>])\s*(?P<number>-?\d+(?:\.\d+)?)|is\s+(?P<words>.+)|(?P<goes>falls|rises|stays))"
+    r"(?P<name>\w+)\s+(?:(?P<than>[<>]=?)\s*(?P<number>[-−]?(?:\d+(?:\.\d*)?|\.\d+)(?:e[-+]?\d+)?)"
+    r"|is\s+(?P<words>.+)|(?P<goes>falls|rises|stays))"
 )
-WRITTEN = "an expectation is NAME < 1.5, NAME > 1.5, NAME is WORDS, NAME falls, NAME rises or NAME stays"
+WRITTEN = "an expectation is NAME < 1.5 (or <=, >, >=), NAME is WORDS, NAME falls, NAME rises or NAME stays"
 PROMISING = re.compile(
     r"\b(?:arrive[sd]?|breaks?|broken?|fail(?:s|ed)?|falls?|fell|fallen|jump(?:s|ed)?|loses?|lost|recover(?:s|ed)?"
     r"|refuse[sd]?|rises?|rose|risen)\b",
@@ -37,7 +42,7 @@ Readouts = Callable[[Figure, Plain], Mapping[str, str]]
 
 @dataclass(frozen=True)
 class Expectation:
-    """What one readout is expected to be: less or more than a number, some words, or another than before."""
+    """What one readout is expected to be: compared with a number, some words, or another than before."""
 
     text: str
     place: Place
@@ -90,7 +95,8 @@ def expected(
             problems.add(place, f"{part.strip()!r}: {WRITTEN}")
         else:
             name, than, number, words, goes = match.group("name", "than", "number", "words", "goes")
-            found.append(Expectation(match[0], place, name, than or "", float(number or 0), words or "", goes or ""))
+            other = float((number or "0").replace("−", "-"))
+            found.append(Expectation(match[0], place, name, than or "", other, words or "", goes or ""))
         start += len(part) + 1
     return tuple(found)
 
@@ -156,7 +162,8 @@ def _holds(one: Expectation, before: str, now: str) -> bool:
     value, other = _number(now), _number(before) if one.goes else one.number
     if value is None or other is None:
         return False
-    return value < other if one.than == "<" or one.goes == "falls" else value > other
+    than = one.than or ("<" if one.goes == "falls" else ">")
+    return COMPARED[than](value, other)
 
 
 def _number(text: str) -> float | None:

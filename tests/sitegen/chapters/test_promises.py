@@ -36,6 +36,7 @@ def told(desk: Project, body: str) -> list[tuple[str, str]]:
     [
         *("presses < 3", "presses > 1.5", "presses is 2", "presses rises", "noise falls", "noise > -1; noise < 0.3"),
         *("noise is 0.25; presses rises", "  presses   rises ; noise < 1"),
+        *("noise < .3", "noise > 1e-3", "noise > −1", "presses <= 2; presses >= 2", "presses < 3."),
     ],
 )
 def test_what_is_promised_and_holds(desk: Project, expected: str) -> None:
@@ -66,7 +67,10 @@ def test_what_is_promised_and_holds(desk: Project, expected: str) -> None:
         ("¦noise stays", "promised noise stays; it goes from 0.50 to 0.25"),
         ("presses > 1; ¦noise > 1", "promised noise > 1; it is 0.25"),
         ("¦nose < 1", "no readout 'nose'; did you mean 'noise'?"),
-        ("presses > 1; ¦noise =< 1", "'noise =< 1': an expectation is NAME < 1.5, NAME > 1.5, NAME is WORDS"),
+        ("¦presses <= 1", "promised presses <= 1; it is 2"),
+        ("¦presses >= 2.5", "promised presses >= 2.5; it is 2"),
+        ("presses > 1; ¦noise =< 1", "'noise =< 1': an expectation is NAME < 1.5 (or <=, >, >=), NAME is WORDS"),
+        ("¦noise < 1/2", "'noise < 1/2': an expectation is"),
         ("presses > 1;¦", "'': an expectation is"),
     ],
 )
