@@ -117,8 +117,9 @@ class Links:
                 self._lacks(place, f"the chapter of {what} {name!r}", draft, f"no {what} {name!r}{hint(name, names)}")
             return Markup("")
         if page != self.chapter and len(found) > 1:
-            where = " and ".join(sorted(found))
-            self.problems.add(place, f"{what} {name!r} stands on {where}: a plain link tells which is meant")
+            where = " and ".join(sorted(each.file for each in self.chapters if each.page in found))
+            plain = f"[words]({page}#{found[page][0]})"
+            self.problems.add(place, f"{what} {name!r} stands in {where}: rename one, or link by {plain}")
         fragment, text = found[page]
         href = f"{'' if page == self.page else page}#{fragment}{state}"
         return Markup('<a class="ref" href="{}">{}</a>').format(href, text)

@@ -180,6 +180,16 @@ def test_the_table_of_directives_names_every_one() -> None:
     assert [name for name in wanted if name not in table] == []
 
 
+def test_what_the_page_on_chapters_shows_can_be_pasted() -> None:
+    """Its figures and equations have names that no chapter has, or a link elsewhere would not know which is meant."""
+    named = re.compile(r"\bid=([\w-]+)|\$\$ \(([\w-]+)\)")
+    text = (ROOT / "content/docs/authoring.md").read_text("utf-8")
+    shown = set().union(*(named.findall(block) for _, block in FENCE.findall(text)))
+    taken = set().union(*(named.findall(path.read_text("utf-8")) for path in (ROOT / "content").glob("*.md")))
+    assert len(shown) > 3
+    assert shown & taken == set()
+
+
 def test_the_chapter_that_is_shown_builds(project: Project) -> None:
     """The page on chapters begins with a whole one, and later shows its slides."""
     text = (ROOT / "content/docs/authoring.md").read_text("utf-8")

@@ -165,8 +165,11 @@ def test_a_reference_to_another_chapter_s_figure_leads_there(project: Project) -
     assert '<a class="ref" href="second.html#fig-demo">Figure 1.1</a>' in project.page("index.html")
     assert '<a class="ref" href="second.html#eq-energy">(1.1)</a>' in project.page("index.html")
     project.write("content/02-third.md", "---\ntitle: T\nslug: third\nsummary: S\n---\n::figure[C]{toy id=demo}\n")
-    where = "stands on second.html and third.html: a plain link tells which is meant"
-    assert project.problems() == [f"content/00-start.md:9:10: figure 'demo' {where}"]
+    where = "stands in content/01-second.md and content/02-third.md"
+    instead = "rename one, or link by [words](second.html#fig-demo)"
+    assert project.problems() == [f"content/00-start.md:9:10: figure 'demo' {where}: {instead}"]
+    project.write("content/00-start.md", START + "\nSee [words](second.html#fig-demo).\n")
+    project.build()
 
 
 def test_a_named_control_overrides_what_its_scene_brings(project: Project) -> None:
