@@ -13,6 +13,7 @@ import pytest
 
 from sitegen.cli.new import NameTaken, chosen, new_chapter, new_command, new_figure
 from tests.sitegen.conftest import ROOT, Project
+from tests.sitegen.pages import test_real_chapters as real_chapters
 from widgets.engine.registry import WIDGETS
 
 FRAMES = """
@@ -42,14 +43,26 @@ def test_a_new_chapter_builds_as_it_is(project: Project) -> None:
     project.widgets["kabsch"] = WIDGETS["kabsch"]
     claimed = "tests/claims/test_known_pairs.py"
     project.write(claimed, (ROOT / claimed).read_text("utf-8"))
+    project.write("content/02-kabsch.md", "---\ntitle: Known pairs\nslug: kabsch\nsummary: S\n---\nText.\n")
     made = new_chapter(project.root, "my-chapter", 'Of "this": and that')
-    assert made == [project.root / "content" / "02-my-chapter.md"]
+    assert made == [project.root / "content" / "03-my-chapter.md"]
     project.build(drafts=True, strict=True)
     page = project.page("my-chapter.html")
     assert "Of &#34;this&#34;: and that" in page
     assert 'id="fig-my-chapter"' in page
     assert "The one thing to see" in project.page("slides-my-chapter.html")
     assert "my-chapter.html" not in project.build().pages  # a draft
+
+
+def test_a_new_chapter_is_written_as_the_docs_say(tmp_path: Path) -> None:
+    """A lead before the bar, a bold button, and all that a chapter of the site is held to have."""
+    (made,) = new_chapter(tmp_path, "my-chapter")
+    text = made.read_text("utf-8")
+    assert re.search(r"^::figure\[[^|]*\*\*Solve\*\*[^|]* \| ", text, re.MULTILINE)
+    real_chapters.test_it_opens_with_what_it_assumes_and_answers(made)
+    real_chapters.test_it_has_three_exercises_whose_answers_are_computed(made)
+    real_chapters.test_it_ends_in_five_lines(made)
+    real_chapters.test_it_says_where_next(made)
 
 
 def test_a_new_figure_works_as_it_is(tmp_path: Path) -> None:
