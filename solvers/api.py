@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from solvers.core import validate
 from solvers.core.arrays import FloatArray, IntArray
+from solvers.core.kinds import function, shown
 from solvers.core.log import debug
 from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
@@ -93,8 +94,8 @@ def register(
     ------
     ValueError
         If an argument is not a valid point cloud, pose, weight, pair or seed, if shapes
-        do not match, or if the method or an option is unknown or out of range. The
-        message names the argument.
+        do not match, if the method or an option is unknown or out of range, or if the
+        callback cannot be called. The message names the argument.
 
     Notes
     -----
@@ -131,6 +132,7 @@ def register(
     """
     chosen = method_of(method)
     own = _options(chosen, options, keywords)
+    function(callback, "callback")
     if isinstance(start, Result):
         raise ValueError("start: expected a Pose or its matrix, got a Result; pass result.pose")
     poses, seeds = validate.start(start), validate.seeds(seed)
@@ -146,7 +148,7 @@ def register(
         debug("%r", result)
         return result
 
-    if _is_list(source) or _is_list(target):
+    if _is_list(source, "source") or _is_list(target, "target"):
         return _one_by_one(source, target, poses, pairs, weights, seeds, solve)
     return solve(source, target, poses, pairs, weights, seeds)
 
@@ -155,7 +157,7 @@ def _options(method: Method[Any], whole: Any, given: dict[str, Any]) -> Any:
     known = [f.name for f in fields(method.options)]
     if whole is not None:
         if type(whole) is not method.options:
-            raise ValueError(f"options: method {method.name!r} takes {method.options.__name__}, got {whole!r}")
+            raise ValueError(f"options: method {method.name!r} takes {method.options.__name__}, got {shown(whole)}")
         if given:
             raise ValueError(f"{next(iter(given))}: give the options as one object or one by one, not both")
         return whole
@@ -167,6 +169,8 @@ def _options(method: Method[Any], whole: Any, given: dict[str, Any]) -> Any:
     for name in given:
         if name not in known:
             raise ValueError(f"{name}: no option of method {method.name!r}{_hint(name, method, known)}")
+    if method.weighted and "weight" in known and isinstance(given.get("weight"), np.ndarray | list | tuple):
+        raise ValueError("weight: expected the name of a kernel; did you mean 'weights', a number a row?")
     # In numpy's small types what a method computes from an option could overflow.
     return method.options(**{name: v.item() if isinstance(v, np.generic) else v for name, v in given.items()})
 
@@ -196,10 +200,11 @@ def _problem(
         k = validate.pairs(pairs, p.shape[-2], q.shape[-2])
         p, q = _gather(p, k[..., 0], "source"), _gather(q, k[..., 1], "target")
     elif method.paired:
-        p, q = validate.matched(p, q)
+        p, q = validate.matched(p, q, "; pass pairs=(k, 2) to name the partners")
     if weights is not None and not method.weighted:
         raise ValueError(f"weights: method {method.name!r} takes none")
-    w = validate.weights(weights, p.shape[-2])
+    kernel = isinstance(weights, str) and any(f.name == "weight" for f in fields(method.options))
+    w = validate.weights(weights, p.shape[-2], text=f"; a kernel is chosen by weight={weights!r}" if kernel else "")
     pose = validate.pose(start, d)
     if not method.scaled:
         says = f"scale the source first: method {method.name!r} finds rigid motions and starts at scale 1"
@@ -229,11 +234,18 @@ def _gather(points: FloatArray, rows: IntArray, name: str) -> FloatArray:
     return np.take_along_axis(points, rows[..., None], axis=-2)
 
 
-def _is_list(clouds: Any) -> bool:
-    """Whether this is a list of clouds, rather than one array or nested numbers."""
+def _is_list(clouds: Any, name: str) -> bool:
+    """Whether this is a list of clouds, rather than one array or nested numbers. A ValueError where some of it are
+    clouds and some are none.
+    """
     if not isinstance(clouds, list | tuple) or not clouds:
         return False
-    return all(_ndim(c) == 2 for c in clouds)
+    axes = [_ndim(c) for c in clouds]
+    if 2 in axes and set(axes) != {2}:
+        k = next(k for k, n in enumerate(axes) if n != 2)
+        got = "of unequal rows" if axes[k] < 0 else f"of shape {np.shape(clouds[k])}" if axes[k] else "no array"
+        raise ValueError(f"{name}: expected clouds of shape (m, d), but number {k} of the list is {got}")
+    return set(axes) == {2}
 
 
 def _ndim(value: Any) -> int:
@@ -247,7 +259,7 @@ def _one_by_one(
     source: Any, target: Any, start: Any, pairs: Any, weights: Any, seeds: IntArray, solve: Callable[..., Result]
 ) -> Result:
     """A list of clouds: each its own run."""
-    lists = {name: x for name, x in (("source", source), ("target", target)) if _is_list(x)}
+    lists = {name: x for name, x in (("source", source), ("target", target)) if _is_list(x, name)}
     n = len(next(iter(lists.values())))
     # What may be one for all or one each: a list (pairs: of arrays), or, for start and
     # seed, one leading axis.

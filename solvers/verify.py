@@ -206,8 +206,8 @@ def halves(
     Raises
     ------
     ValueError
-        If the source is a single point, if `pose` is not a Pose, if there are `pairs`, and whatever
-        `solvers.register` objects to.
+        If the source is a single point, if `pose` is not a Pose, if there are `pairs` or a `start`,
+        and whatever `solvers.register` objects to.
 
     Examples
     --------
@@ -222,6 +222,8 @@ def halves(
     of_kind(pose, Pose, "pose")
     if p.shape[-2] < 2:
         raise ValueError("source: one point has no two halves")
+    if "start" in options:
+        raise ValueError("start: both runs begin at the pose that is judged; leave it out")
     if "pairs" in options:
         raise ValueError("pairs: they name rows of the whole source, and each run sees half of it")
     w = None if weights is None else validate.weights(weights, p.shape[-2])

@@ -143,7 +143,7 @@ class Edges:
 
 def rigid(pose: Pose, name: str) -> Pose:
     """`pose` when it is planar and of scale 1, else a ValueError that names it."""
-    pose = validate.pose(of_kind(pose, Pose, name), 2, name)
+    pose = validate.pose(of_kind(pose, Pose, name), 2, name, "expected motions of the plane")
     return validate.unscaled(pose, name, "expected rigid motions, of scale 1")
 
 

@@ -2,15 +2,63 @@
 
 from __future__ import annotations
 
-from typing import TypeVar
+from collections.abc import Callable, Iterable
+from typing import Any, TypeVar
+
+import numpy as np
 
 _Kind = TypeVar("_Kind")
-_WAYS = {"Pose": "; Pose.from_matrix makes one of a matrix, and result.pose is a result's"}
+_Function = TypeVar("_Function", bound="Callable[..., Any] | None")
+_WAYS = {
+    "Pose": "; Pose.from_matrix makes one of a matrix, and result.pose is a result's",
+    "Covariance": "; solvers.uncertainty.from_matrix makes one of a matrix and a pose",
+    "Scans": "; solvers.odometry.prepare makes them of a drive",
+}
+_PARTS = {
+    ("Pose", "Chain"): "chain.poses",
+    ("Pose", "Drive"): "drive.motion",
+    ("Pose", "GraphResult"): "result.poses",
+    ("Pose", "Result"): "result.pose",
+}
+"""What may have been meant where the whole was given."""
+_LONGEST = 60
 
 
 def of_kind(value: object, kind: type[_Kind], name: str) -> _Kind:
     """`value` when it is of this class."""
     if not isinstance(value, kind):
-        way = _WAYS.get(kind.__name__, "")
-        raise ValueError(f"{name}: expected a {kind.__name__}, got {type(value).__name__}{way}")
+        wanted, got = kind.__name__, type(value).__name__
+        part = _PARTS.get((wanted, got))
+        way = f"; pass {part}" if part else _WAYS.get(wanted, "")
+        raise ValueError(f"{name}: expected {'' if wanted.endswith('s') else 'a '}{wanted}, got {got}{way}")
     return value
+
+
+def or_usual(value: object, kind: type[_Kind], name: str) -> _Kind:
+    """`value` when it is of this class; None is the class's defaults."""
+    return kind() if value is None else of_kind(value, kind, name)
+
+
+def several(values: object, name: str, what: str) -> tuple[Any, ...]:
+    """`values` as a tuple. Text, one number or one object is no sequence of `what`."""
+    try:
+        if isinstance(values, Iterable) and not isinstance(values, str | bytes):
+            return tuple(values)
+    except TypeError:  # numpy's array of a single number says so only when it is gone through
+        pass
+    raise ValueError(f"{name}: expected a sequence of {what}, got {shown(values)}")
+
+
+def function(value: _Function, name: str) -> _Function:
+    """`value` when it can be called, or is None."""
+    if value is not None and not callable(value):
+        raise ValueError(f"{name}: expected a function, got {shown(value)}")
+    return value
+
+
+def shown(value: object) -> str:
+    """A value as a message has it: short, and of a long array its shape."""
+    said = " ".join(repr(value).split())
+    if len(said) <= _LONGEST:
+        return said
+    return f"an array of shape {value.shape}" if isinstance(value, np.ndarray) else f"{said[: _LONGEST - 1]}…"

@@ -24,7 +24,8 @@ def unmasked(values: _Given, name: str) -> _Given | AnyArray:
         return values
     if ma.is_masked(values):
         hidden = int(ma.getmaskarray(values).sum())
-        raise ValueError(f"{name}: a masked array hides {hidden} numbers; leave their rows out")
+        what, whose = ("1 number", "its row") if hidden == 1 else (f"{hidden} numbers", "their rows")
+        raise ValueError(f"{name}: a masked array hides {what}; leave {whose} out")
     plain: AnyArray = values.data
     return plain
 
@@ -38,18 +39,18 @@ def array(values: ArrayLike, name: str) -> AnyArray:
         raise ValueError(f"{name}: rows of unequal length do not make an array") from None
 
 
-def numbers(values: ArrayLike, name: str) -> FloatArray:
-    """`values` as a float64 array; they may be infinite or no number."""
+def numbers(values: ArrayLike, name: str, text: str = "") -> FloatArray:
+    """`values` as a float64 array; they may be infinite or no number. `text`: what to do where they are words."""
     a = array(values, name)
     if a.dtype.kind not in "iuf":
-        raise ValueError(f"{name}: expected real numbers, got {_got(values, a)}")
+        raise ValueError(f"{name}: expected real numbers, got {_got(values, a, text)}")
     return a.astype(np.float64, copy=False)
 
 
-def _got(values: object, a: AnyArray) -> str:
+def _got(values: object, a: AnyArray, text: str) -> str:
     """What came in place of numbers, and what to do about it."""
     if isinstance(values, str | bytes | PathLike):
-        return f"{type(values).__name__}; read the file first (solvers.cloud_text.read)"
+        return f"{type(values).__name__}{text}"
     if a.dtype.names:
         return f"dtype {a.dtype}; stack its fields, numpy.stack([a[f] for f in a.dtype.names], axis=-1)"
     if a.dtype.kind in "USO":
@@ -61,7 +62,8 @@ def finite(a: FloatArray, name: str) -> FloatArray:
     """`a`, in which every number is finite."""
     bad = a.size - int(np.count_nonzero(np.isfinite(a)))
     if bad:
-        raise ValueError(f"{name}: {bad} of {a.size} numbers are not finite")
+        what = f"{a.item():g} is" if a.size == 1 else f"{bad} of {a.size} numbers {'is' if bad == 1 else 'are'}"
+        raise ValueError(f"{name}: {what} not finite")
     return a
 
 

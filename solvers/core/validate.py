@@ -8,12 +8,14 @@ whose fits are degenerate.
 from __future__ import annotations
 
 import difflib
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from solvers.core.arrays import FloatArray, IntArray
+from solvers.core.kinds import shown
 from solvers.core.numbers import LARGEST as LARGEST
 from solvers.core.numbers import array, moderate, numbers
 from solvers.core.pose import Pose
@@ -31,7 +33,7 @@ def cloud(points: ArrayLike, name: str, dim: int | None = None) -> FloatArray:
     """`points` as a finite float64 array of shape (..., n, d), n ≥ 1, d ≥ 2 (d = `dim`
     where given).
     """
-    p = numbers(points, name)
+    p = numbers(points, name, "; read the file first (solvers.cloud_text.read)")
     wanted = "d" if dim is None else str(dim)
     if p.ndim < 2:
         raise ValueError(f"{name}: expected shape (..., n, {wanted}), rows of coordinates, got {p.shape}")
@@ -48,24 +50,26 @@ def cloud(points: ArrayLike, name: str, dim: int | None = None) -> FloatArray:
     return moderate(p, name)
 
 
-def matched(source: ArrayLike, target: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Two clouds whose rows correspond: equal n and d, leading axes that broadcast."""
+def matched(source: ArrayLike, target: ArrayLike, way: str = "") -> tuple[FloatArray, FloatArray]:
+    """Two clouds whose rows correspond: equal n and d, leading axes that broadcast. `way`: what to do where the
+    numbers of rows differ.
+    """
     p = cloud(source, "source")
     q = cloud(target, "target", p.shape[-1])
     if p.shape[-2] != q.shape[-2]:
         raise ValueError(
             f"target: row i must be the partner of source row i, but source has {p.shape[-2]} rows and target "
-            f"{q.shape[-2]}; pass pairs=(k, 2) to name the partners"
+            f"{q.shape[-2]}{way}"
         )
     batch_shape(source=p.shape[:-2], target=q.shape[:-2])
     return p, q
 
 
-def weights(values: ArrayLike | None, count: int, name: str = "weights") -> FloatArray:
-    """Non-negative finite weights of shape (..., count); None means all one."""
+def weights(values: ArrayLike | None, count: int, name: str = "weights", text: str = "") -> FloatArray:
+    """Non-negative finite weights of shape (..., count); None means all one. `text`: what to do with words."""
     if values is None:
         return np.ones(count)
-    w = moderate(numbers(values, name), name)
+    w = moderate(numbers(values, name, text), name)
     if w.ndim < 1 or w.shape[-1] != count:
         raise ValueError(f"{name}: expected shape (..., {count}), one weight a row, got {w.shape}")
     if np.any(w < 0.0):
@@ -104,12 +108,12 @@ def start(value: Pose | ArrayLike | None, name: str = "start") -> Pose | None:
         raise ValueError(f"{name}: is neither a Pose nor the matrix of one: {said}") from None
 
 
-def pose(value: Pose | None, dim: int, name: str = "start") -> Pose:
-    """A proper pose of the right dimension; None means the identity."""
+def pose(value: Pose | None, dim: int, name: str = "start", wanted: str = "") -> Pose:
+    """A proper pose of the right dimension; None means the identity. `wanted`: what is, where it is not clouds."""
     if value is None:
         return Pose.identity(dim)
     if value.dim != dim:
-        raise ValueError(f"{name}: moves points in {value.dim} dimensions, the clouds have {dim}")
+        raise ValueError(f"{name}: moves points in {value.dim} dimensions, {wanted or f'the clouds have {dim}'}")
     scale = np.asarray(value.scale)
     for part, what in ((value.R, "R"), (value.t, "t"), (scale, "scale")):
         moderate(part, f"{name}.{what}")
@@ -141,7 +145,7 @@ def seeds(values: ArrayLike | np.random.Generator | None, name: str = "seed") ->
         return np.asarray(np.random.default_rng(values).integers(np.iinfo(np.int64).max))
     s = array(values, name)
     if s.dtype.kind not in "iu" or s.size == 0:
-        raise ValueError(f"{name}: expected a non-negative integer or an array of them, got {values!r}")
+        raise ValueError(f"{name}: expected a non-negative integer or an array of them, got {shown(values)}")
     if s.min() < 0 or s.max() > np.iinfo(np.int64).max:
         raise ValueError(f"{name}: expected non-negative integers of at most 63 bits")
     return s.astype(np.int64)
@@ -162,7 +166,7 @@ def few(source: int, target: int, fits: bool, limit: str, each: int) -> None:
 def count(value: object, name: str, least: int = 0) -> int:
     """An integer of at least `least` and at most `MOST`."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer):
-        raise ValueError(f"{name}: expected an integer, got {value!r}")
+        raise ValueError(f"{name}: expected an integer, got {shown(value)}")
     plain = int(value)
     if plain < least:
         raise ValueError(f"{name}: must be at least {least}, got {plain}")
@@ -174,7 +178,7 @@ def count(value: object, name: str, least: int = 0) -> int:
 def number(value: object, name: str, low: float = -np.inf, high: float = np.inf) -> float:
     """A finite number within [low, high]."""
     if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
-        raise ValueError(f"{name}: expected a number, got {value!r}")
+        raise ValueError(f"{name}: expected a number, got {shown(value)}")
     try:
         plain = float(value)  # numpy's own types would round the limits to their precision
     except OverflowError:
@@ -184,6 +188,22 @@ def number(value: object, name: str, low: float = -np.inf, high: float = np.inf)
     return plain
 
 
+def reach(value: object, name: str, low: float = -np.inf) -> float:
+    """A number of at least `low`; it may be infinite."""
+    return np.inf if isinstance(value, float | np.floating) and value == np.inf else number(value, name, low)
+
+
+def one_or_several(value: object, name: str) -> tuple[Any, ...]:
+    """One number, or a sequence or an array of at least one, as a tuple."""
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    if isinstance(value, str | bytes) or not isinstance(value, Sequence):
+        return (value,)
+    if not value:
+        raise ValueError(f"{name}: expected a number or several, got none")
+    return tuple(value)
+
+
 def one_of(value: object, known: Collection[str], name: str) -> str:
     """`value` when it is one of the `known` names, else a ValueError with the nearest
     right one.
@@ -191,7 +211,8 @@ def one_of(value: object, known: Collection[str], name: str) -> str:
     if isinstance(value, str) and value in known:
         return value
     names = sorted(known)
-    raise ValueError(f"{name}: {value!r} is unknown{nearest(str(value), names)}; known: {', '.join(names)}")
+    near = nearest(value, names) if isinstance(value, str) else ""
+    raise ValueError(f"{name}: {shown(value)} is unknown{near}; known: {', '.join(names)}")
 
 
 def nearest(wrong: str, names: Iterable[str]) -> str:

@@ -5,9 +5,8 @@ Levenberg–Marquardt on reweighted squares: damping in proportion to the diagon
 any units. A step is taken only where it lowers F. Poses come from relative measurements alone, so at least one node is
 held where it is.
 
-Sources: Lu & Milios 1997, Globally consistent range scan alignment for environment
-mapping; Grisetti, Kümmerle, Stachniss & Burgard 2010, A tutorial on graph-based SLAM;
-for the kernels see `solvers.posegraph.kernels`.
+Sources: Lu & Milios 1997, Globally consistent range scan alignment for environment mapping; Grisetti, Kümmerle,
+Stachniss & Burgard 2010, A tutorial on graph-based SLAM; for the kernels see `solvers.posegraph.kernels`.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ from numpy.typing import ArrayLike
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray
 from solvers.core.edges import Edges, graph
-from solvers.core.kinds import of_kind
+from solvers.core.kinds import function, of_kind
 from solvers.core.pose import Pose
 from solvers.core.status import Status
 from solvers.core.stepper import History
@@ -367,6 +366,7 @@ def optimise(
     >>> print(result.status, round(result.total, 6))
     converged 4.0
     """
+    function(progress, "progress")
     run = begin(
         poses, edges, fixed=fixed, kernel=kernel, robust=robust, threshold=threshold, max_steps=max_steps,
         tolerance=tolerance, sparse=sparse,

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from solvers import Pose
+from solvers import Pose, fit_rigid
 from solvers.metrics import point_error, residuals, rms, rre, rte, scale_error
 
 
@@ -73,6 +73,10 @@ def test_what_does_not_fit_together_is_named():
             left(three, np.stack([one] * 2), one)
         with pytest.raises(ValueError, match=r"^pose: moves points in 3 dimensions, the clouds have 2"):
             left(Pose.identity(3), one, one)
+    # There are no pairs to be passed: none are spoken of.
+    for left in (residuals, rms, lambda pose, p, q: fit_rigid(p, q)):
+        with pytest.raises(ValueError, match=r"^target: .* source has 4 rows and target 3$"):
+            left(two, one, one[:3])
     with pytest.raises(ValueError, match=r"^weights, residuals: leading axes do not broadcast"):
         rms(three, one, one, np.ones((2, 4)))
     with pytest.raises(ValueError, match=r"^pose, truth, points: leading axes do not broadcast"):

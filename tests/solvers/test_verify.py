@@ -119,6 +119,8 @@ def test_what_is_refused():
         evidence(scene.source, scene.target, Pose.identity(batch=(0,)))
     with pytest.raises(ValueError, match=r"^pairs: "):
         halves(scene.source, scene.target, Pose.identity(), "kabsch", pairs=[[0, 1], [1, 2]])
+    with pytest.raises(ValueError, match=r"^start: both runs begin at the pose that is judged"):
+        halves(scene.source, scene.target, Pose.identity(), start=Pose.identity())
     with pytest.raises(ValueError, match=r"^weights: expected shape"):
         halves(scene.source, scene.target, Pose.identity(), weights=np.ones(3))
     with pytest.raises(ValueError, match="reach"):
@@ -135,8 +137,8 @@ def test_what_is_refused():
             evidence(*wrong)
     result = register(scene.source, scene.target)
     for judge in (evidence, halves):
-        for wrong in (np.eye(3), result, None):
-            with pytest.raises(ValueError, match=f"^pose: expected a Pose, got {type(wrong).__name__}; .*from_matrix"):
+        for wrong, way in ((np.eye(3), "Pose.from_matrix"), (result, "pass result.pose"), (None, "Pose.from_matrix")):
+            with pytest.raises(ValueError, match=f"^pose: expected a Pose, got {type(wrong).__name__}; {way}"):
                 judge(scene.source, scene.target, wrong)
     with pytest.raises(ValueError, match="halves"):
         halves(scene.source[:1], scene.target, Pose.identity())

@@ -189,7 +189,7 @@ AnyOptions = IcpOptions | TrimmedOptions | CappedOptions
 
 
 def _check_length(value: float, name: str) -> None:
-    if value != np.inf and not validate.number(value, name) > 0.0:
+    if not validate.reach(value, name) > 0.0:
         raise ValueError(f"{name}: expected a positive length, got {value!r}")
 
 

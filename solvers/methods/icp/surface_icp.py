@@ -105,7 +105,7 @@ class SurfaceOptions:
         validate.count(self.neighbours, "neighbours", 1)
         validate.number(self.roundness, "roundness", 1e-100, 1.0)
         for name, value in (("max_shift", self.max_shift), ("max_turn", self.max_turn)):
-            if value != np.inf and not validate.number(value, name) > 0.0:
+            if not validate.reach(value, name) > 0.0:
                 raise ValueError(f"{name}: expected a positive number, got {value!r}")
         validate.number(self.free_below, "free_below", 0.0, 1.0)
 

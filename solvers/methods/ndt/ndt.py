@@ -34,6 +34,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.kinds import shown
 from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
@@ -100,9 +101,10 @@ class NdtOptions:
         sizes(self.cells)
         if validate.count(self.grids, "grids") not in (1, 4):
             raise ValueError(f"grids: expected 1 or 4, got {self.grids!r}")
-        if not isinstance(self.offset, Sequence | np.ndarray) or len(self.offset) != 2:
-            raise ValueError(f"offset: expected two numbers, got {self.offset!r}")
-        for value in self.offset:
+        corner = validate.one_or_several(self.offset, "offset")
+        if len(corner) != 2:
+            raise ValueError(f"offset: expected two numbers, got {shown(self.offset)}")
+        for value in corner:
             validate.number(value, "offset", -1e100, 1e100)
         if self.max_shift is not None:
             validate.number(self.max_shift, "max_shift", 1e-100, 1e100)
@@ -118,12 +120,7 @@ def sizes(cells: float | Sequence[float] | None) -> tuple[float, ...] | None:
     """
     if cells is None:
         return None
-    if isinstance(cells, str):
-        raise ValueError(f"cells: expected a number or several, got {cells!r}")
-    several = tuple(cells) if isinstance(cells, Sequence | np.ndarray) else (cells,)
-    if not several:
-        raise ValueError("cells: expected at least one cell size, got none")
-    return tuple(ndt_map.check_size(h, "cells") for h in several)
+    return tuple(ndt_map.check_size(h, "cells") for h in validate.one_or_several(cells, "cells"))
 
 
 @dataclass(frozen=True, eq=False)

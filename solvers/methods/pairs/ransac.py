@@ -209,7 +209,7 @@ def _start(problem: Problem, options: RansacOptions) -> RansacState:
     squares = _squares(problem.start, problem.source, problem.target)
     inlier = lengths(options.inlier, INLIER, problem.target)
     inliers = squares <= np.square(inlier)[:, None]
-    few = f"{n} pairs are fewer than the {d} of a trial"
+    few = f"a trial needs {d} pairs, got {n}"
     near = f"no {d} pairs are {options.separation:g} u apart" if options.separation else "no pairs are apart"
     status, reason = mark(statuses((b,)), reasons((b,)), drawn == 0, Status.DEGENERATE, few if n < d else near)
     none = np.full((b, d), -1, dtype=np.int64)

@@ -172,7 +172,7 @@ def start(problem: Problem, options: BranchAndBoundOptions) -> BranchAndBoundSta
     status, reason = statuses((b,)), reasons((b,))
     one = {name: np.array([_one_place(x) for x in getattr(problem, name)]) for name in ("source", "target")}
     for name, hopeless in one.items():
-        status, reason = mark(status, reason, hopeless, Status.DEGENERATE, f"all {name} points are one place")
+        status, reason = mark(status, reason, hopeless, Status.DEGENERATE, f"all {name} points coincide")
     radius, index = rms_radius(problem.target), nearest.build(problem.target)
     cap = radius / 8.0 if options.cap is None else np.full(b, options.cap)
     with np.errstate(over="ignore"):

@@ -264,7 +264,7 @@ def test_what_is_no_graph_is_refused():
     refused("poses: expected shape (n,)", run, poses=Pose.identity())
     refused("poses: is empty", run, poses=Pose.identity(batch=(0,)), edges=edges[:0])
     refused("poses.scale", run, poses=Pose.from_angle(np.zeros(3), np.zeros((3, 2)), 2.0))
-    refused("poses: moves points in 3 dimensions", run, poses=Pose.identity(3, (3,)))
+    refused("poses: moves points in 3 dimensions, expected motions of the plane", run, poses=Pose.identity(3, (3,)))
     refused("poses: expected a Pose, got NoneType", run, poses=None)
     refused("poses: expected a Pose, got ndarray", run, poses=np.eye(3)[None])
     refused("edges: expected Edges, got list", run, edges=[])
@@ -279,6 +279,7 @@ def test_what_is_no_graph_is_refused():
     refused("threshold", run, threshold=0.0)
     refused("max_steps: must be at least 0", run, max_steps=-1)
     refused("tolerance", run, tolerance=np.nan)
+    refused("progress: expected a function, got 3", run, progress=3, max_steps=0)
 
 
 def test_a_run_is_begun_by_the_options_that_it_has():
@@ -302,7 +303,7 @@ def test_what_is_no_edge_is_refused():
     refused("i: expected integers", run, i=[0.5])
     refused("j: expected as many nodes as i has, 1, got 2", run, j=[1, 2])
     refused("relative: expected poses of shape (1,)", run, relative=Pose.identity())
-    refused("relative.t: 1 of 2 numbers are not finite", run, relative=Pose.trusted([np.eye(2)], [[np.nan, 0.0]]))
+    refused("relative.t: 1 of 2 numbers is not finite", run, relative=Pose.trusted([np.eye(2)], [[np.nan, 0.0]]))
     refused("information: expected shape (1, 3, 3) or (3, 3), got (2, 2)", run, information=np.eye(2))
     refused("the matrix of edge 0 is not positive definite", run, information=np.diag([1.0, 0.0, 1.0]))
     refused("the matrix of edge 0 is not positive definite", run, information=-np.eye(3))
