@@ -248,7 +248,7 @@ def gmmreg(
 
 def mmd(
     source: ArrayLike | Sequence[ArrayLike], target: ArrayLike | Sequence[ArrayLike], *,
-    lengths: tuple[float, ...] | None = ..., count: int | tuple[int, ...] = ...,
+    lengths: float | Sequence[float] | None = ..., count: int | Sequence[int] = ...,
     kernel: Literal["gaussian", "laplace", "cauchy"] = ..., redraw: bool = ..., damping: float = ...,
     tolerance: float = ..., coarse: float = ..., decrease: float = ..., start: Pose | ArrayLike | None = ...,
     seed: int | Sequence[int] | IntArray | np.random.Generator | None = ..., max_steps: int | None = ...,
@@ -518,8 +518,8 @@ def register(
 @overload
 def register(
     source: ArrayLike | Sequence[ArrayLike], target: ArrayLike | Sequence[ArrayLike], method: Literal["mmd"], *,
-    options: MmdOptions | None = ..., lengths: tuple[float, ...] | None = ...,
-    count: int | tuple[int, ...] = ..., kernel: Literal["gaussian", "laplace", "cauchy"] = ...,
+    options: MmdOptions | None = ..., lengths: float | Sequence[float] | None = ...,
+    count: int | Sequence[int] = ..., kernel: Literal["gaussian", "laplace", "cauchy"] = ...,
     redraw: bool = ..., damping: float = ..., tolerance: float = ..., coarse: float = ...,
     decrease: float = ..., start: Pose | ArrayLike | None = ...,
     seed: int | Sequence[int] | IntArray | np.random.Generator | None = ..., max_steps: int | None = ...,

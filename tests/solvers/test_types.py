@@ -36,7 +36,8 @@ METHODS.get(input())
 solvers.icp(p, q, max_distance=0.5, weight="tukey").fitness
 solvers.capped_icp(p, q, max_distance=None)
 solvers.filterreg(p, q, filter="grid", variance="scheduled")
-solvers.mmd(p, q, kernel="laplace")
+solvers.mmd(p, q, kernel="laplace", lengths=[2.0, 1.0], count=[8, 16])
+register(p, q, "mmd", lengths=2.0)
 solvers.umeyama(p, q, pairs=[[0, 0], [1, 1]])
 solvers.cloud_text.read(b"0 0").points
 solvers.uncertainty.covariance(register(p, q)).edge_information()

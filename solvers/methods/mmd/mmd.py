@@ -37,12 +37,14 @@ References
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.kinds import shown
 from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
 from solvers.core.rotations import planar
@@ -62,10 +64,10 @@ class MmdOptions:
 
     Parameters
     ----------
-    lengths : tuple of float, optional
+    lengths : float or sequence of float, optional
         The schedule of ℓ, world units, each positive. None is the target's RMS radius
         times 0.6, 0.3, 0.15 and 0.075.
-    count : int or tuple of int, default 32
+    count : int or sequence of int, default 32
         D, the number of frequencies, at least 1: one for all stages, or one for each of
         the `lengths`. Without `redraw` a stage takes the first D of one draw.
     kernel : str, default "gaussian"
@@ -94,8 +96,8 @@ class MmdOptions:
         If an option is out of its range.
     """
 
-    lengths: tuple[float, ...] | None = None
-    count: int | tuple[int, ...] = 32
+    lengths: float | Sequence[float] | None = None
+    count: int | Sequence[int] = 32
     kernel: str = "gaussian"
     redraw: bool = False
     damping: float = 1e-3
@@ -104,22 +106,18 @@ class MmdOptions:
     decrease: float = 1e-6
 
     def __post_init__(self) -> None:
+        lengths = () if self.lengths is None else validate.one_or_several(self.lengths, "lengths")
         if self.lengths is not None:
-            if not isinstance(self.lengths, tuple | list) or not self.lengths:
-                raise ValueError(f"lengths: expected one or more lengths, got {self.lengths!r}")
-            for length in self.lengths:
-                validate.number(length, "lengths", 1e-100, 1e100)
-        several = self.count if isinstance(self.count, tuple | list) else (self.count,)
-        for number in several:
-            validate.count(number, "count", 1)
-        if isinstance(self.count, tuple | list) and len(several) != len(self.lengths or _FRACTIONS):
-            raise ValueError(
-                f"count: expected one number or one for each of {len(self.lengths or _FRACTIONS)} stages, "
-                f"got {self.count!r}"
-            )
+            # A tuple, for an array of the caller's could change later.
+            object.__setattr__(self, "lengths", tuple(validate.number(x, "lengths", 1e-100, 1e100) for x in lengths))
+        counts = tuple(validate.count(x, "count", 1) for x in validate.one_or_several(self.count, "count"))
+        stages = len(lengths or _FRACTIONS)
+        if len(counts) not in (1, stages):
+            raise ValueError(f"count: expected one number or one for each of {stages} stages, got {shown(self.count)}")
+        object.__setattr__(self, "count", counts if len(counts) > 1 else counts[0])
         validate.one_of(self.kernel, KERNELS, "kernel")
         if not isinstance(self.redraw, bool):
-            raise ValueError(f"redraw: expected True or False, got {self.redraw!r}")
+            raise ValueError(f"redraw: expected True or False, got {shown(self.redraw)}")
         validate.number(self.damping, "damping", 1e-12, 1e12)
         for name in ("tolerance", "coarse", "decrease"):
             validate.number(getattr(self, name), name, 0.0)
@@ -248,8 +246,7 @@ def _at_stage(state: MmdState, stage: IntArray) -> MmdState:
 
 def _draws(problem: Problem, options: MmdOptions, stages: int) -> tuple[FloatArray, IntArray]:
     """The frequencies (b, S, D, d) and how many each stage has, (L,), as in `MmdState`."""
-    several = options.count if isinstance(options.count, tuple | list) else (options.count,) * stages
-    counts = np.array(several, dtype=np.int64)
+    counts = np.array(np.broadcast_to(options.count, (stages,)), dtype=np.int64)
     sets = range(stages if options.redraw else 1)
     draws = [unit_frequencies(problem.seed, int(counts.max()), problem.dim, options.kernel, k) for k in sets]
     return np.stack(draws, axis=1), counts

@@ -335,11 +335,25 @@ def test_hostile_clouds(points, how):
     assert np.linalg.det(result.pose.R) == pytest.approx(1.0, abs=1e-12)
 
 
+@pytest.mark.parametrize("kind", [list, tuple, np.array])
+def test_lengths_and_counts_come_in_any_sequence(kind):
+    """As cell sizes do: a sequence, an array, or a single number; kept so that the caller's array may change."""
+    given = MmdOptions(lengths=kind([2.0, 1.0]), count=kind([8, 16]))
+    assert given == MmdOptions(lengths=(2.0, 1.0), count=(8, 16))
+    assert MmdOptions(lengths=np.array(2.0), count=np.array([8])) == MmdOptions(lengths=2.0, count=8)
+    assert MmdOptions(lengths=2).lengths == (2.0,)
+    assert hash(given) == hash(MmdOptions(lengths=(2.0, 1.0), count=(8, 16)))
+
+
 @pytest.mark.parametrize(
-    "wrong", [{"lengths": ()}, {"lengths": (1.0, -1.0)}, {"count": 0}, {"damping": 0.0}, {"coarse": -1.0}]
-)
+    "wrong",
+    [
+        {"lengths": ()}, {"lengths": (1.0, -1.0)}, {"lengths": "21"}, {"lengths": np.eye(2)}, {"lengths": np.zeros(0)},
+        {"count": 0}, {"count": "32"}, {"count": np.array([8, 8])}, {"damping": 0.0}, {"coarse": -1.0},
+    ],
+)  # fmt: skip
 def test_wrong_options_are_named(wrong):
-    with pytest.raises(ValueError, match=next(iter(wrong))):
+    with pytest.raises(ValueError, match=f"^{next(iter(wrong))}: "):
         MmdOptions(**wrong)
 
 
