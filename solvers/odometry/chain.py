@@ -13,6 +13,7 @@ import numpy as np
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, IntArray
 from solvers.core.edges import pose_count
+from solvers.core.kinds import function, or_usual
 from solvers.core.pose import Pose
 from solvers.core.status import Status
 from solvers.odometry.maps import local_map
@@ -99,7 +100,8 @@ def scan_to_scan(
     Raises
     ------
     ValueError
-        If the motions are not as many rigid motions of the plane as there are scans, or there is no such prediction.
+        If an argument is not of the kind said above, if the motions are not as many rigid motions of the plane as
+        there are scans, or there is no such prediction.
 
     Examples
     --------
@@ -112,7 +114,8 @@ def scan_to_scan(
     """
     n = one_a_scan(scans, motion, "motion")
     validate.one_of(prediction, PREDICTIONS, "prediction")
-    options = options or MatchOptions()
+    options = or_usual(options, MatchOptions, "options")
+    function(progress, "progress")
     rows = np.arange(1, n, dtype=np.int64)
     if prediction == "odometry" or n == 1:
         return _chain(match_pairs(scans, rows, rows - 1, motion[1:], options, progress), motion[1:])
@@ -149,7 +152,8 @@ def keyframes(poses: Pose, shift: float = 0.5, turn: float = 0.2) -> IntArray:
     Raises
     ------
     ValueError
-        If there is no pose, or the poses are not rigid motions of the plane, of shape (n,).
+        If there is no pose, or the poses are not rigid motions of the plane, of shape (n,), or `shift` or `turn` is
+        negative or no number.
 
     Examples
     --------
@@ -159,6 +163,7 @@ def keyframes(poses: Pose, shift: float = 0.5, turn: float = 0.2) -> IntArray:
     array([0, 2, 3])
     """
     n = pose_count(poses)
+    shift, turn = validate.reach(shift, "shift", 0.0), validate.reach(turn, "turn", 0.0)
     if not n:
         raise ValueError("poses: is empty; at least one pose is needed")
     chosen = [0]
@@ -205,7 +210,8 @@ def scan_to_map(
     Raises
     ------
     ValueError
-        If the motions are not as many rigid motions of the plane as there are scans, or the length is below 1.
+        If an argument is not of the kind said above, if the motions are not as many rigid motions of the plane as
+        there are scans, if the length is below 1, or `shift` or `turn` is negative.
 
     Examples
     --------
@@ -218,7 +224,9 @@ def scan_to_map(
     """
     n = one_a_scan(scans, motion, "motion")
     validate.count(length, "length", 1)
-    options = options or MatchOptions()
+    shift, turn = validate.reach(shift, "shift", 0.0), validate.reach(turn, "turn", 0.0)
+    options = or_usual(options, MatchOptions, "options")
+    function(progress, "progress")
     poses = [Pose.identity()]
     believed, share = np.ones(n, dtype=np.bool_), np.ones(n)
     said = np.zeros((n, 3, 3))

@@ -23,6 +23,7 @@ from solvers.api import register
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, IntArray
 from solvers.core.edges import Edges, pose_count, within
+from solvers.core.kinds import function, of_kind, or_usual
 from solvers.core.pose import Pose
 from solvers.odometry.chain import Chain, keyframes
 from solvers.odometry.maps import match_to_map
@@ -100,8 +101,7 @@ class LoopOptions:
     def __post_init__(self) -> None:
         for name in ("radius", "turn", "apart", "agree_shift", "agree_turn"):
             validate.number(getattr(self, name), name, 0.0)
-        if self.farthest != np.inf:
-            validate.number(self.farthest, "farthest", 0.0)
+        validate.reach(self.farthest, "farthest", 0.0)
         validate.count(self.around, "around")
         validate.one_of(self.search, SEARCHES, "search")
         validate.number(self.least_share, "least_share", 0.0, 1.0)
@@ -126,7 +126,8 @@ def candidates(poses: Pose, options: LoopOptions | None = None) -> tuple[IntArra
     Raises
     ------
     ValueError
-        If there is no pose, or the poses are not rigid motions of the plane, of shape (n,).
+        If there is no pose, or the poses are not rigid motions of the plane, of shape (n,), or `options` are no
+        LoopOptions.
 
     Examples
     --------
@@ -139,7 +140,7 @@ def candidates(poses: Pose, options: LoopOptions | None = None) -> tuple[IntArra
     >>> later[0], earlier[0]
     (np.int64(17), np.int64(1))
     """
-    options = options or LoopOptions()
+    options = or_usual(options, LoopOptions, "options")
     chosen = keyframes(poses)
     driven = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(poses.t, axis=0), axis=1)))
     later, earlier = [], []
@@ -192,8 +193,8 @@ def verified(
     Raises
     ------
     ValueError
-        If `later` and `earlier` differ in length, if a scan's number is not an integer or names no scan, or if
-        the poses are not as many rigid motions of the plane as there are scans.
+        If an argument is not of the kind said above, if `later` and `earlier` differ in length, if a scan's number is
+        not an integer or names no scan, or if the poses are not as many rigid motions of the plane as there are scans.
 
     Examples
     --------
@@ -205,7 +206,8 @@ def verified(
     >>> bool(verified(scans, chain.poses, *candidates(chain.poses)).believed.any())
     True
     """
-    options, matching = options or LoopOptions(), matching or MatchOptions()
+    options, matching = or_usual(options, LoopOptions, "options"), or_usual(matching, MatchOptions, "matching")
+    function(progress, "progress")
     one_a_scan(scans, poses, "poses")
     later, earlier = scan_numbers(scans, later, "later"), scan_numbers(scans, earlier, "earlier")
     if len(later) != len(earlier):
@@ -262,9 +264,10 @@ def edges_of(chain: Chain, loops: Matches, used: BoolArray | None = None) -> tup
     Raises
     ------
     ValueError
-        If `used` is not one bool a loop.
+        If `chain` is no Chain, `loops` are no Matches, or `used` is not one bool a loop.
     """
-    n = chain.poses.batch[0]
+    n = of_kind(chain, Chain, "chain").poses.batch[0]
+    of_kind(loops, Matches, "loops")
     kept = np.flatnonzero(loops.believed if used is None else checks.mask(used, len(loops.source), "used", "a loop"))
     link = np.where(chain.believed[1:, None, None], chain.information[1:], SOFT)
     edges = Edges(
@@ -348,7 +351,8 @@ def missed(poses: Pose, loops: Matches) -> tuple[FloatArray, FloatArray]:
     Raises
     ------
     ValueError
-        If the poses are not rigid motions of the plane, of shape (n,), or a loop joins a scan that has none.
+        If the poses are not rigid motions of the plane, of shape (n,), if `loops` are no Matches, or a loop joins a
+        scan that has no pose.
 
     Examples
     --------
@@ -364,6 +368,7 @@ def missed(poses: Pose, loops: Matches) -> tuple[FloatArray, FloatArray]:
     True
     """
     n = pose_count(poses)
+    of_kind(loops, Matches, "loops")
     for rows, name in ((loops.source, "loops.source"), (loops.target, "loops.target")):
         within(rows, n, name, "scan")
     gap = loops.pose.inverse().compose(poses[loops.target].inverse().compose(poses[loops.source]))

@@ -17,6 +17,7 @@ import numpy as np
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
 from solvers.core.edges import rigid, row_numbers, within
+from solvers.core.kinds import function, of_kind, or_usual
 from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
 from solvers.core.status import Status
@@ -156,7 +157,7 @@ def prepare(drive: Drive, farthest: float = 30.0, every: int = 1) -> Scans:
     Raises
     ------
     ValueError
-        If a scan has fewer than three echoes left.
+        If `drive` is no Drive, `farthest` no distance or `every` no count, or a scan has fewer than three echoes left.
 
     Examples
     --------
@@ -264,8 +265,9 @@ def match(
     Raises
     ------
     ValueError
-        If the numbers of pairs differ, if a scan's number is not an integer or names no scan, or if the starts are not
-        rigid motions of the plane.
+        If `scans` are no Scans or `options` no MatchOptions, if `progress` cannot be called, if the numbers of pairs
+        differ, if a scan's number is not an integer or names no scan, or if the starts are not rigid motions of the
+        plane.
 
     Examples
     --------
@@ -276,22 +278,25 @@ def match(
     >>> bool(found.believed[0]), bool(found.share[0] > 0.7)
     (True, True)
     """
+    options = or_usual(options, MatchOptions, "options")
+    function(progress, "progress")
     i, j = scan_numbers(scans, source, "source"), scan_numbers(scans, target, "target")
     batch = rigid(start, "start").batch
     if not i.shape == j.shape == batch:
         raise ValueError(f"source, target, start: expected one of each a pair, got {i.shape}, {j.shape}, {batch}")
-    return match_pairs(scans, i, j, start, options or MatchOptions(), progress)
+    return match_pairs(scans, i, j, start, options, progress)
 
 
 def scan_numbers(scans: Scans, values: Any, name: str) -> IntArray:
     """`values` as numbers of scans, (b,); else a ValueError."""
     rows = row_numbers(values, name)
-    within(rows, len(scans), name, "scan")
+    within(rows, len(of_kind(scans, Scans, "scans")), name, "scan")
     return rows
 
 
 def one_a_scan(scans: Scans, poses: Pose, name: str) -> int:
     """The number n of scans, when `poses` are as many rigid motions of the plane; else a ValueError."""
+    of_kind(scans, Scans, "scans")
     batch = rigid(poses, name).batch
     if batch != (len(scans),):
         raise ValueError(f"{name}: expected one a scan, shape ({len(scans)},), got {batch}")

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from solvers.core import validate
 from solvers.core.arrays import FloatArray
+from solvers.core.kinds import of_kind
 from solvers.scenes.drive import Drive
 
 AROUND = 2
@@ -30,6 +32,11 @@ def straightened(drive: Drive, farthest: float = np.inf) -> list[FloatArray]:
     list of ndarray of shape (m, 2)
         Metres, in the robot's coordinates, in the order of the beams.
 
+    Raises
+    ------
+    ValueError
+        If `drive` is no Drive, or `farthest` is no distance.
+
     Examples
     --------
     >>> import numpy as np
@@ -40,6 +47,8 @@ def straightened(drive: Drive, farthest: float = np.inf) -> list[FloatArray]:
     >>> bool(0.01 < gap.mean() < 0.03)
     True
     """
+    of_kind(drive, Drive, "drive")
+    validate.reach(farthest, "farthest", 0.0)
     clouds = [drive.points(k, farthest) for k in range(len(drive.ranges))]
     if drive.delays is None:
         return clouds

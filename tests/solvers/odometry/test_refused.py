@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
@@ -18,6 +20,7 @@ from solvers.odometry import (
     prepare,
     scan_to_map,
     scan_to_scan,
+    straightened,
     verified,
 )
 from tests.solvers.odometry.drives import claimed, simulated
@@ -75,6 +78,52 @@ def test_a_motion_is_rigid_and_in_the_plane() -> None:
         verified(scans, chain.poses[:5], [1], [0])
     with pytest.raises(ValueError, match=r"^loops\.source: entry 0 names scan 50, but the scans go from 0 to 19"):
         missed(chain.poses[:20], claimed([(50, 10)]))
+
+
+def test_what_is_of_another_kind_is_refused() -> None:
+    drive, _, scans, chain = simulated()
+    motion, poses, loops = drive.motion, chain.poses, claimed([(50, 10)])
+    told = "scans: expected Scans, got Drive; solvers.odometry.prepare makes them of a drive"
+    where = "poses: expected a Pose, got Chain; pass chain.poses"
+    matching, looking = MatchOptions(), LoopOptions()
+    calls: list[tuple[str, Callable[[], object]]] = [
+        ("drive: expected a Drive, got str", lambda: prepare("x")),
+        ("drive: expected a Drive, got Scans", lambda: straightened(scans)),
+        ("farthest: expected a number, got 'x'", lambda: prepare(drive, "x")),
+        ("farthest: expected a finite number from 0", lambda: straightened(drive, np.nan)),
+        (told, lambda: match(drive, [1], [0], motion[:1])),
+        (told, lambda: scan_to_scan(drive, motion)),
+        (told, lambda: scan_to_map(drive, motion)),
+        (told, lambda: verified(drive, poses, [50], [10])),
+        ("motion: expected a Pose, got Drive; pass drive.motion", lambda: scan_to_scan(scans, drive)),
+        (where, lambda: verified(scans, chain, [50], [10])),
+        (where, lambda: keyframes(chain)),
+        (where, lambda: candidates(chain)),
+        (where, lambda: missed(chain, loops)),
+        ("options: expected MatchOptions, got LoopOptions", lambda: match(scans, [1], [0], motion[:1], looking)),
+        ("options: expected MatchOptions, got LoopOptions", lambda: scan_to_scan(scans, motion, looking)),
+        ("options: expected MatchOptions, got int", lambda: scan_to_map(scans, motion, 0)),
+        ("options: expected LoopOptions, got MatchOptions", lambda: candidates(poses, matching)),
+        ("options: expected LoopOptions, got MatchOptions", lambda: verified(scans, poses, [50], [10], matching)),
+        ("matching: expected MatchOptions, got LoopOptions", lambda: verified(scans, poses, [50], [10], None, looking)),
+        ("chain: expected a Chain, got Matches", lambda: close(loops, chain)),
+        ("chain: expected a Chain, got Matches", lambda: edges_of(loops, chain)),
+        ("loops: expected Matches, got NoneType", lambda: edges_of(chain, None)),
+        ("loops: expected Matches, got Chain", lambda: missed(poses, chain)),
+        ("shift: expected a number, got 'x'", lambda: keyframes(poses, "x")),
+        ("turn: expected a finite number from 0", lambda: keyframes(poses, turn=np.nan)),
+        ("shift: expected a finite number from 0", lambda: scan_to_map(scans, motion, shift=-1.0)),
+        ("turn: expected a number, got None", lambda: scan_to_map(scans, motion, turn=None)),
+        ("progress: expected a function, got 3", lambda: match(scans, [], [], motion[:0], progress=3)),
+        ("progress: expected a function, got 3", lambda: scan_to_scan(scans, motion, progress=3)),
+        ("progress: expected a function, got 3", lambda: scan_to_map(scans, motion, progress=3)),
+        ("progress: expected a function, got 3", lambda: verified(scans, poses, [], [], progress=3)),
+        ("progress: expected a function, got 3", lambda: close(chain, loops, progress=3)),
+    ]
+    for said, call in calls:
+        with pytest.raises(ValueError, match=f"^{said}"):
+            call()
+    assert keyframes(poses, np.inf, np.inf).tolist() == [0]
 
 
 @pytest.mark.parametrize(
