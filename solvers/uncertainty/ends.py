@@ -12,6 +12,7 @@ from solvers.api import register
 from solvers.core import validate
 from solvers.core.arrays import FloatArray, IntArray
 from solvers.core.kinds import of_kind
+from solvers.core.numbers import finite, numbers
 from solvers.core.pose import Pose
 from solvers.uncertainty import se2
 from solvers.uncertainty.matrices import from_scaled
@@ -86,7 +87,8 @@ def spread_of(
     Raises
     ------
     ValueError
-        If the poses are fewer than two, or not rigid motions of the plane.
+        If the poses are fewer than two, or not rigid motions of the plane, or the centre is
+        no point of it.
 
     Notes
     -----
@@ -106,7 +108,9 @@ def spread_of(
         raise ValueError(f"poses: expected two or more, in one row, got the shape {poses.batch}")
     validate.number(radius, "radius", 1e-100, 1e100)
     limit = APART * radius if apart is None else validate.number(apart, "apart", 0.0)
-    middle = np.asarray(centre, dtype=np.float64)
+    middle = finite(numbers(centre, "centre"), "centre")
+    if middle.shape != (2,):
+        raise ValueError(f"centre: expected shape (2,), got {middle.shape}")
     mode = _modes(poses, middle, radius, limit)
     groups = tuple(_gaussian(poses[mode == k], middle, radius, made_by) for k in range(int(mode.max()) + 1))
     # From the largest mode's mean, which the iteration leaves only where that helps.
@@ -212,7 +216,8 @@ def from_starts(
     Raises
     ------
     ValueError
-        If a direction of the start is free, and whatever `solvers.register` objects to.
+        If `start` or `noise` is not a single Covariance, if a direction of the start is
+        free, and whatever `solvers.register` objects to.
 
     References
     ----------
@@ -233,7 +238,9 @@ def from_starts(
     widest: the slide along (0.94, 0.33), σ = 0.3 u
     """
     p, q = validate.cloud(source, "source", 2), validate.cloud(target, "target", 2)
-    if p.ndim != 2 or q.ndim != 2 or start.mean.batch:
+    if noise is not None and of_kind(noise, Covariance, "noise").mean.batch:
+        raise ValueError(f"noise: expected one covariance, got a batch of shape {noise.mean.batch}")
+    if p.ndim != 2 or q.ndim != 2 or of_kind(start, Covariance, "start").mean.batch:
         raise ValueError("source, target, start: expected one pair of clouds and one start")
     poses = start.sample(draws, seed) if validate.count(draws, "draws") else _unscented(start)
     starts = _joined(start.mean, poses)

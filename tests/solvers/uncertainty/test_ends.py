@@ -128,3 +128,16 @@ def test_what_is_refused():
     scene = hall()
     with pytest.raises(ValueError, match="one pair"):
         from_starts(scene.source[None], scene.target, start=START)
+    for wrong in (Pose.identity(), np.eye(3), None):
+        said = f"expected a Covariance, got {type(wrong).__name__}; solvers.uncertainty.from_matrix makes one"
+        with pytest.raises(ValueError, match=f"^start: {said}"):
+            from_starts(scene.source, scene.target, start=wrong)
+        if wrong is not None:
+            with pytest.raises(ValueError, match=f"^noise: {said}"):
+                from_starts(scene.source, scene.target, start=START, noise=wrong)
+    two = from_matrix(np.stack([1e-4 * np.eye(3)] * 2), Pose.identity(batch=(2,)))
+    with pytest.raises(ValueError, match=r"^noise: expected one covariance, got a batch of shape \(2,\)"):
+        from_starts(scene.source, scene.target, start=START, noise=two)
+    for centre, said in (("x", "expected real numbers"), ((0.0, np.nan), "1 of 2 numbers is"), (0.0, "expected shape")):
+        with pytest.raises(ValueError, match=f"^centre: {said}"):
+            spread_of(Pose.identity(batch=(3,)), centre=centre, radius=1.0)
