@@ -17,12 +17,12 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import FloatArray, IntArray, StatusArray
+from solvers.core.kinds import function, of_kind, or_usual, several
 from solvers.core.pose import Pose
 from solvers.core.status import Status
 from solvers.core.stepper import Batch, advance
 from solvers.metrics import rre, rte
-from solvers.studies.race import CONTESTANTS, MAX_STEPS, SEEDS, Contestant, Controls, race_problem
-from solvers.studies.race import contestants as contestants_of
+from solvers.studies.race import CONTESTANTS, MAX_STEPS, SEEDS, Contestant, Controls, race_problem, racing
 
 CLOSE_DEGREES = 5.0
 CLOSE_DISTANCE = 0.2
@@ -122,6 +122,11 @@ def line(contestant: Contestant, batch: Batch[Any], truth: Pose, seconds: float)
     Line
         Errors, steps and stops.
 
+    Raises
+    ------
+    ValueError
+        If an argument is not of the kind said above.
+
     Examples
     --------
     >>> from solvers.benchmark import line
@@ -131,7 +136,8 @@ def line(contestant: Contestant, batch: Batch[Any], truth: Pose, seconds: float)
     >>> round(line(icp, icp.begin(problem), truth, 0.0).median_rre, 6)
     45.0
     """
-    pose = batch.pose()
+    of_kind(contestant, Contestant, "contestant")
+    pose = of_kind(batch, Batch, "batch").pose()
     return Line(
         contestant, np.degrees(rre(pose, truth)), rte(pose, truth), batch.steps, batch.state().status, pose, seconds
     )
@@ -141,7 +147,7 @@ def benchmark(
     controls: Controls | None = None,
     *,
     seeds: Sequence[int] = SEEDS,
-    contestants: Sequence[Contestant] = CONTESTANTS,
+    contestants: Sequence[Contestant | str] = CONTESTANTS,
     max_steps: int = MAX_STEPS,
     progress: Callable[[Contestant], Any] | None = None,
 ) -> tuple[Line, ...]:
@@ -155,8 +161,9 @@ def benchmark(
         Of the race. None is its defaults.
     seeds : sequence of int
         One a problem; by default the benchmark's 25, 40 + 13k.
-    contestants : sequence of Contestant
-        Who runs; by default the nine.
+    contestants : sequence of Contestant or str
+        Who runs, in this order, each a contestant or the name of a method that races; by
+        default the nine.
     max_steps : int, default 70
         The most steps of a contestant.
     progress : callable, optional
@@ -171,25 +178,31 @@ def benchmark(
     Raises
     ------
     ValueError
-        If the seeds are not integers, are negative, or are none at all, or an option of a
-        contestant is out of its range.
+        If an argument is not of the kind said above, if the seeds are not integers, are
+        negative, or are none at all, if a name is of no method that races, or an option of
+        a contestant is out of its range.
     KeyError, TypeError
         As `Contestant.begin`.
 
     Examples
     --------
     >>> from solvers.benchmark import benchmark
-    >>> from solvers.race import Controls, contestants
+    >>> from solvers.race import Controls
     >>> easy = Controls(degrees=10.0, distance=0.2, setting="clean")
-    >>> two = contestants(["icp", "gicp"])
-    >>> for line in benchmark(easy, seeds=[40, 53, 66], contestants=two):
+    >>> for line in benchmark(easy, seeds=[40, 53, 66], contestants=["icp", "gicp"]):
     ...     print(line.contestant.label, line.close, "of 3 close")
     ICP 3 of 3 close
     GICP 3 of 3 close
     """
-    problem, truth = race_problem(Controls() if controls is None else controls, seeds)
+    who = [
+        racing(one, "contestants") if isinstance(one, str) else of_kind(one, Contestant, "contestants")
+        for one in several(contestants, "contestants", "contestants or of names of methods")
+    ]
+    validate.count(max_steps, "max_steps")
+    function(progress, "progress")
+    problem, truth = race_problem(or_usual(controls, Controls, "controls"), seeds)
     lines = []
-    for contestant in contestants:
+    for contestant in who:
         if progress is not None and progress(contestant):
             break
         begun = perf_counter()
@@ -221,8 +234,8 @@ def entry(method: str, name: str, **controls: Any) -> float:
     Raises
     ------
     ValueError
-        If the method does not race, the name is unknown, or a control is out of its
-        range.
+        If the method is unknown or does not race, the name is unknown, or a control is out
+        of its range.
     TypeError
         If there is no such control.
 
@@ -233,7 +246,7 @@ def entry(method: str, name: str, **controls: Any) -> float:
     25.0
     """
     validate.one_of(name, [*_ENTRIES, *(status.label for status in Status)], "name")
-    found = _run(method, tuple(sorted(controls.items())))
+    found = _run(racing(method, "method"), Controls(**controls))
     return float(getattr(found, name)) if name in _ENTRIES else float(found.stops.get(name, 0))
 
 
@@ -241,8 +254,8 @@ _ENTRIES = ("median_rre", "median_rte", "turned", "close", "median_steps")
 
 
 @cache
-def _run(method: str, controls: tuple[tuple[str, Any], ...]) -> Line:
-    (found,) = benchmark(Controls(**dict(controls)), contestants=contestants_of([method]))
+def _run(contestant: Contestant, controls: Controls) -> Line:
+    (found,) = benchmark(controls, contestants=[contestant])
     return found
 
 
@@ -259,12 +272,18 @@ def table(lines: Sequence[Line]) -> str:
     str
         A heading, the rows, and the total of the times in milliseconds.
 
+    Raises
+    ------
+    ValueError
+        If `lines` is no sequence of Line.
+
     Examples
     --------
     >>> from solvers.benchmark import table
     >>> print(table([]).splitlines()[0].split())
     ['method', 'RRE', 'RTE', 'RRE<5°', 'and', '<.2u', 'steps', 'ms', 'stops', '(of', '0)']
     """
+    lines = [of_kind(one, Line, "lines") for one in several(lines, "lines", "Line")]
     n = len(lines[0].rre) if lines else 0
     head = f"{'method':20}{'RRE':>9}{'RTE':>9}{'RRE<5°':>9}{'and <.2u':>10}{'steps':>7}{'ms':>8}  stops (of {n})"
     rows = [

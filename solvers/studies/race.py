@@ -20,9 +20,10 @@ from typing import Any
 import numpy as np
 
 from solvers.core import validate
+from solvers.core.kinds import of_kind, several, shown
 from solvers.core.method import Problem
 from solvers.core.pose import Pose
-from solvers.core.registry import METHODS
+from solvers.core.registry import ALIASES, METHODS, method_of
 from solvers.core.stepper import Batch, begin
 from solvers.scenes.rooms import Scene, room, room_start
 
@@ -217,7 +218,7 @@ def contestants(names: Sequence[str] | None = None) -> tuple[Contestant, ...]:
     Parameters
     ----------
     names : sequence of str, optional
-        Names of methods. None is the nine.
+        Names of methods, or the field's other names for them. None is the nine.
 
     Returns
     -------
@@ -227,7 +228,7 @@ def contestants(names: Sequence[str] | None = None) -> tuple[Contestant, ...]:
     Raises
     ------
     ValueError
-        If a method does not race.
+        If `names` is no sequence, or a method is unknown or does not race.
 
     Examples
     --------
@@ -239,10 +240,18 @@ def contestants(names: Sequence[str] | None = None) -> tuple[Contestant, ...]:
     """
     if names is None:
         return CONTESTANTS
-    known = (*CONTESTANTS, *EXTRAS)
-    for name in names:
-        validate.one_of(name, [c.method for c in known], "contestants")
-    return tuple(c for c in known if c.method in names)
+    chosen = [racing(name, "contestants") for name in several(names, "contestants", "names of methods")]
+    return tuple(c for c in (*CONTESTANTS, *EXTRAS) if c in chosen)
+
+
+def racing(name: object, argument: str) -> Contestant:
+    """The contestant of a method's name; a ValueError that says why there is none."""
+    known = {c.method: c for c in (*CONTESTANTS, *EXTRAS)}
+    own = ALIASES.get(name, name) if isinstance(name, str) else name
+    if isinstance(own, str) and own in METHODS and own not in known:
+        why = "it needs pairs, and the race has none" if method_of(own).paired else "no options are chosen for it"
+        raise ValueError(f"{argument}: {name!r} does not race, for {why}; those that race: {', '.join(sorted(known))}")
+    return known[validate.one_of(own, known, argument)]
 
 
 def race_problem(controls: Controls, seeds: Sequence[int] = SEEDS) -> tuple[Problem, Pose]:
@@ -267,7 +276,8 @@ def race_problem(controls: Controls, seeds: Sequence[int] = SEEDS) -> tuple[Prob
     Raises
     ------
     ValueError
-        If the seeds are not integers, are negative, or are none at all.
+        If `controls` are no Controls, or the seeds are no sequence, not integers, negative,
+        or none at all.
 
     Examples
     --------
@@ -276,9 +286,11 @@ def race_problem(controls: Controls, seeds: Sequence[int] = SEEDS) -> tuple[Prob
     >>> problem.size, truth.batch
     (25, (25,))
     """
-    checked = validate.seeds(list(seeds), "seeds")
+    of_kind(controls, Controls, "controls")
+    given = several(seeds, "seeds", "integers")
+    checked = validate.seeds(given, "seeds")
     if checked.ndim != 1:
-        raise ValueError(f"seeds: expected a sequence of integers, got {seeds!r}")
+        raise ValueError(f"seeds: expected a sequence of integers, got {shown(given)}")
     scenes = [controls.scene(int(s)) for s in checked]
     source, target = (np.stack([getattr(s, name) for s in scenes]) for name in ("source", "target"))
     start = Pose.trusted(np.broadcast_to(controls.start.R, (len(scenes), 2, 2)), controls.start.t)

@@ -123,8 +123,12 @@ def test_an_entry_is_the_table_s():
     assert {k: v for k, v in stops.items() if v} == expected.stops
     with pytest.raises(ValueError, match="did you mean 'close'"):
         entry("gicp", "closed")
-    with pytest.raises(ValueError, match="contestants"):
+    with pytest.raises(ValueError, match=r"^method: 'gcip' is unknown, did you mean 'gicp'"):
         entry("gcip", "close")
+    with pytest.raises(ValueError, match=r"^method: \['icp'\] is unknown"):
+        entry(["icp"], "close")
+    with pytest.raises(ValueError, match=r"^degrees: expected a number, got \[1\]"):
+        entry("icp", "close", degrees=[1])
 
 
 def test_progress_can_end_the_benchmark():
@@ -182,8 +186,61 @@ def test_wrong_controls_are_named(wrong, name):
 def test_wrong_seeds_and_contestants_are_named():
     with pytest.raises(ValueError, match="seeds"):
         race_problem(Controls(), [])
-    with pytest.raises(ValueError, match=r"contestants.*did you mean 'icp'"):
-        contestants(["icpp"])
+    for wrong, said in (
+        (["icpp"], "'icpp' is unknown, did you mean 'icp'"),
+        ([["icp"]], r"\['icp'\] is unknown; known"),
+        ("icp", "expected a sequence of names of methods, got 'icp'"),
+        (5, "expected a sequence of names of methods, got 5"),
+        (["kabsch"], "'kabsch' does not race, for it needs pairs"),
+        (["gnc"], "'gnc' does not race, for it needs pairs"),
+        (["flow"], "'flow' does not race, for no options are chosen for it; those that race: .*icp"),
+    ):
+        with pytest.raises(ValueError, match=f"^contestants: {said}"):
+            contestants(wrong)
+
+
+def test_contestants_are_named_as_methods_are():
+    assert contestants(["generalized-icp", "point-to-point"]) == contestants(["icp", "gicp"])
+    assert contestants(name for name in ("ndt", "icp")) == contestants(["icp", "ndt"])
+    easy = Controls(degrees=10.0, distance=0.2, setting="clean")
+    (own,) = contestants(["ndt"])
+    lines = benchmark(easy, seeds=SEEDS[:1], contestants=["generalized-icp", own, "icp"], max_steps=1)
+    assert [x.contestant.method for x in lines] == ["gicp", "ndt", "icp"]
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"controls": 5}, "controls: expected Controls, got int"),
+        ({"seeds": 5}, "seeds: expected a sequence of integers, got 5"),
+        ({"seeds": np.array(5)}, r"seeds: expected a sequence of integers, got array\(5\)"),
+        ({"seeds": "abc"}, "seeds: expected a sequence of integers, got 'abc'"),
+        ({"seeds": [[40, 53]]}, "seeds: expected a sequence of integers, got"),
+        ({"contestants": "icp"}, "contestants: expected a sequence of contestants or of names of methods, got 'icp'"),
+        ({"contestants": CONTESTANTS[0]}, "contestants: expected a sequence of contestants"),
+        ({"contestants": [5]}, "contestants: expected a Contestant, got int"),
+        ({"contestants": ["umeyama"]}, "contestants: 'umeyama' does not race"),
+        ({"max_steps": "x"}, "max_steps: expected an integer, got 'x'"),
+        ({"progress": 3}, "progress: expected a function, got 3"),
+    ],
+)
+def test_what_is_no_benchmark_is_refused_before_anything_runs(wrong, said):
+    with pytest.raises(ValueError, match=f"^{said}"):
+        benchmark(**{"seeds": SEEDS[:1], **wrong})
+
+
+def test_what_is_no_line_is_refused():
+    (icp,) = contestants(["icp"])
+    for wrong, said in (
+        (("icp", None), "contestant: expected a Contestant, got str"),
+        ((icp, None), "batch: expected a Batch, got NoneType"),
+    ):
+        with pytest.raises(ValueError, match=f"^{said}"):
+            line(*wrong, Pose.identity(batch=(1,)), 0.0)
+    with pytest.raises(ValueError, match=r"^lines: expected a sequence of Line, got 5"):
+        table(5)
+    with pytest.raises(ValueError, match=r"^lines: expected a Line, got Contestant"):
+        table([icp])
 
 
 @pytest.mark.native
