@@ -40,7 +40,7 @@ def or_usual(value: object, kind: type[_Kind], name: str) -> _Kind:
 
 
 def several(values: object, name: str, what: str) -> tuple[Any, ...]:
-    """`values` as a tuple. Text, one number or one object is no sequence of `what`."""
+    """`values` as a tuple; a ValueError for text, one number or anything else that is not a sequence of `what`."""
     try:
         if isinstance(values, Iterable) and not isinstance(values, str | bytes):
             return tuple(values)

@@ -153,7 +153,7 @@ def keyframes(poses: Pose, shift: float = 0.5, turn: float = 0.2) -> IntArray:
     ------
     ValueError
         If there is no pose, or the poses are not rigid motions of the plane, of shape (n,), or `shift` or `turn` is
-        negative or no number.
+        negative or not a number.
 
     Examples
     --------

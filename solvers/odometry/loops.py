@@ -126,7 +126,7 @@ def candidates(poses: Pose, options: LoopOptions | None = None) -> tuple[IntArra
     Raises
     ------
     ValueError
-        If there is no pose, or the poses are not rigid motions of the plane, of shape (n,), or `options` are no
+        If there is no pose, or the poses are not rigid motions of the plane, of shape (n,), or `options` are not
         LoopOptions.
 
     Examples
@@ -264,7 +264,7 @@ def edges_of(chain: Chain, loops: Matches, used: BoolArray | None = None) -> tup
     Raises
     ------
     ValueError
-        If `chain` is no Chain, `loops` are no Matches, or `used` is not one bool a loop.
+        If `chain` is not a Chain, `loops` are not Matches, or `used` is not one bool a loop.
     """
     n = of_kind(chain, Chain, "chain").poses.batch[0]
     of_kind(loops, Matches, "loops")
@@ -351,7 +351,7 @@ def missed(poses: Pose, loops: Matches) -> tuple[FloatArray, FloatArray]:
     Raises
     ------
     ValueError
-        If the poses are not rigid motions of the plane, of shape (n,), if `loops` are no Matches, or a loop joins a
+        If the poses are not rigid motions of the plane, of shape (n,), if `loops` are not Matches, or a loop joins a
         scan that has no pose.
 
     Examples

@@ -157,7 +157,8 @@ def prepare(drive: Drive, farthest: float = 30.0, every: int = 1) -> Scans:
     Raises
     ------
     ValueError
-        If `drive` is no Drive, `farthest` no distance or `every` no count, or a scan has fewer than three echoes left.
+        If `drive` is not a Drive, `farthest` is negative, `every` is not a positive integer, or a scan has fewer than
+        three echoes left.
 
     Examples
     --------
@@ -265,9 +266,8 @@ def match(
     Raises
     ------
     ValueError
-        If `scans` are no Scans or `options` no MatchOptions, if `progress` cannot be called, if the numbers of pairs
-        differ, if a scan's number is not an integer or names no scan, or if the starts are not rigid motions of the
-        plane.
+        If an argument is not of the kind said above, if the numbers of pairs differ, if a scan's number is not an
+        integer or names no scan, or if the starts are not rigid motions of the plane.
 
     Examples
     --------

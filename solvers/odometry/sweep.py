@@ -35,7 +35,7 @@ def straightened(drive: Drive, farthest: float = np.inf) -> list[FloatArray]:
     Raises
     ------
     ValueError
-        If `drive` is no Drive, or `farthest` is no distance.
+        If `drive` is not a Drive, or `farthest` is negative or not a number.
 
     Examples
     --------

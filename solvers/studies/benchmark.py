@@ -275,7 +275,7 @@ def table(lines: Sequence[Line]) -> str:
     Raises
     ------
     ValueError
-        If `lines` is no sequence of Line.
+        If `lines` is not a sequence of Line.
 
     Examples
     --------

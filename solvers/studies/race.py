@@ -228,7 +228,7 @@ def contestants(names: Sequence[str] | None = None) -> tuple[Contestant, ...]:
     Raises
     ------
     ValueError
-        If `names` is no sequence, or a method is unknown or does not race.
+        If `names` is not a sequence, or a method is unknown or does not race.
 
     Examples
     --------
@@ -276,7 +276,7 @@ def race_problem(controls: Controls, seeds: Sequence[int] = SEEDS) -> tuple[Prob
     Raises
     ------
     ValueError
-        If `controls` are no Controls, or the seeds are no sequence, not integers, negative,
+        If `controls` are not Controls, or the seeds are not a sequence, not integers, negative,
         or none at all.
 
     Examples

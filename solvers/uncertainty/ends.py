@@ -88,7 +88,7 @@ def spread_of(
     ------
     ValueError
         If the poses are fewer than two, or not rigid motions of the plane, or the centre is
-        no point of it.
+        not a point of the plane.
 
     Notes
     -----
