@@ -37,11 +37,13 @@ def cloud(rng: np.random.Generator, n: int, d: int) -> Array:
 
 def pairs(seed: int, units: tuple[float, ...] = UNITS) -> Iterator[tuple[Array, Array]]:
     """Source (m, d) and target (n, d) without end, d from 2 to 4: unrelated, equal, mirrored, side by side or worlds
-    apart, each in a unit of its own now and then."""
+    apart, each in a unit of its own now and then. In four dimensions there are four points at least: fewer are refused
+    as a cloud that lies on its side."""
     rng = np.random.default_rng(seed)
     while True:
         d = int(rng.choice((2, 2, 2, 3, 4)))
-        source, target = (cloud(rng, int(rng.choice(SIZES)), d) for _ in range(2))
+        least = 4 if d == 4 else 1
+        source, target = (cloud(rng, max(int(rng.choice(SIZES)), least), d) for _ in range(2))
         kinship = rng.random()
         if kinship < 0.4:
             target = source * (np.r_[-1.0, np.ones(d - 1)] if kinship < 0.1 else 1.0)
