@@ -54,7 +54,7 @@ def covariance(
     source_noise : array_like of shape (), (m,) or (..., m, 2, 2), optional
         For "censi": what the source points' noise is, as a standard deviation per
         coordinate in world units, one for all or one each, or as covariances in source
-        coordinates, such as those of `range_bearing`. None is no noise.
+        coordinates, such as those of `range_bearing`. None takes them as exact.
     target_noise : array_like of shape (), (n,) or (..., n, 2, 2), optional
         The same of the target points, in target coordinates. "censi" needs one of the two.
     free_below : float, default 1e-6
