@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import Any, TypeVar
 
 import numpy as np
 
 _Kind = TypeVar("_Kind")
-_Function = TypeVar("_Function", bound="Callable[..., Any] | None")
+_Function = TypeVar("_Function")
 _WAYS = {
     "Pose": "; Pose.from_matrix makes one of a matrix, and result.pose is a result's",
     "Covariance": "; solvers.uncertainty.from_matrix makes one of a matrix and a pose",

@@ -75,7 +75,7 @@ def uncertainty():
     scenes = [corridor(seed=seed) for seed in range(12)]
     source, target = (np.stack([getattr(s, name) for s in scenes]) for name in ("source", "target"))
     along = register(source[0], target[0], "point-to-plane", start=scenes[0].start, gate=0.8)
-    hessian = covariance(along, "hessian", source_noise=0.05)
+    hessian = covariance(along, "hessian")
     return {
         "pairs": covariance(fit, sigma=0.12).matrix.tolist(),
         "hessian": hessian.deviations.tolist(),

@@ -90,5 +90,5 @@ def test_a_flow_that_ends_says_by_what(method):
     assert result.status
     assert not result.converged
     assert result.steps == METHODS[method].options().steps
-    assert result.reason == "the flow has reached its end time, and it has no test of rest"
+    assert result.reason == "the flow is at its end time, and it has no test of rest"
     assert np.sqrt(np.square(seen[-1] - seen[-2]).sum(axis=1).mean()) > 1e-4

@@ -218,7 +218,7 @@ def _step(state: FlowState, weights: Params, anchored: bool) -> FlowState:
     after = time[:, None, None, None]
     end = projected if options.project else predicted
     chosen = rigidity.argmin(axis=1).astype(np.int64)
-    words = "the flow has reached its end time, and it has no test of rest"
+    words = "the flow is at its end time, and it has no test of rest"
     status, reason = mark(state.status, state.reason, taken >= options.steps, Status.FINISHED, words)
     return replace(
         state,

@@ -1,6 +1,6 @@
 // A figure's whole state is a record, plain data. Every action makes a new record; none is ever changed in place.
 
-/** @import { Action, Control, FigureRecord, Point, Value } from "./types.js" */
+/** @import { Action, Control, FigureRecord, Point, Value, Values } from "./types.js" */
 
 const LONGEST_LINK = 200_000;
 /** @param {number} value */
