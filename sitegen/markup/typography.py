@@ -9,6 +9,5 @@ _APOSTROPHE = re.compile(r"`[^`]*`|(?<!\w)'[^']*'(?!\w)|(?<=[A-Za-z`)])'(?=[a-z]
 
 
 def apostrophes(text: str) -> str:
-    """Text whose apostrophes are curved. Quotes stay as they are, since in docstrings they are those of Python values;
-    so does a prime after a letter other than s."""
+    """Text whose apostrophes are curved. Quotes stay straight, since in docstrings they are those of Python values."""
     return _APOSTROPHE.sub(lambda found: "’" if found[0] == "'" else found[0], text)

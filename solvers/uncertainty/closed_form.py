@@ -136,8 +136,8 @@ def covariance(
         if how == "hessian":
             scaled, free = _hessian(at, J, sigma, result.pose.batch, free_below)
         else:
-            p, q = (0.0 if given is None else given for given in (source_noise, target_noise))
-            scaled, free = _censi(at, J, p, q, result.pose.batch, free_below)
+            of_source, of_target = (0.0 if given is None else given for given in (source_noise, target_noise))
+            scaled, free = _censi(at, J, of_source, of_target, result.pose.batch, free_below)
     pose = result.pose
     shape = pose.batch
     return from_scaled(

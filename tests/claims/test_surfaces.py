@@ -98,7 +98,7 @@ def raw_condition(moved, n, centre, unit):
 
 @pytest.mark.parametrize("start", [NEAR, MIDWAY, FARTHER])
 def test_in_the_plane_the_fit_is_the_root_of_a_quartic(start):
-    """With (cos, sin) = v the sum of squares is quadratic in t and v. Without t it is v'Gv − 2h'v, and on |v| = 1 it is
+    """With (cos, sin) = v the sum of squares is quadratic in t and v. Without t it is vᵀGv − 2hᵀv, and on |v| = 1 it is
     least where (G + λ) v = h, |adj(G + λ) h|² = det(G + λ)²: of the real λ one gives the least of 36,000 angles."""
     for seed in SEEDS[:5]:
         scene, pose = room("clean", seed=seed), room_start(*start)

@@ -126,6 +126,16 @@ def test_the_path_finds_the_truth_and_what_does_not_fit_misses_it(answers: Answe
 
 @pytest.mark.native
 @pytest.mark.parametrize("overlap", QUESTIONS["overlap"])
+def test_what_is_not_needed_may_do_better(overlap: str) -> None:
+    """From a rough start on scattered points the search is not needed; alone it succeeds on all 25 scenes, which the
+    path does not."""
+    points = Answers("none", "rough", overlap, "points")
+    assert "search" in advise(points).of("idle")
+    assert alone("search", points) == 25 > run(advise(points).path, points).found
+
+
+@pytest.mark.native
+@pytest.mark.parametrize("overlap", QUESTIONS["overlap"])
 def test_a_surface_method_is_the_more_exact_on_walls_and_the_less_without(overlap: str) -> None:
     """From the close start the median rotation error of GICP is less than two thirds of ICP's on walls; among scattered
     points it is half as large again as that of the path, which refines by ICP."""
