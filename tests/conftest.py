@@ -9,11 +9,14 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 from sitegen.serve import live
 
 ROOT = Path(__file__).resolve().parents[1]
 pytest_plugins = ["tests.recorded"]
+settings.register_profile("any machine", deadline=None)  # a busy one takes longer than the usual fifth of a second
+settings.load_profile("any machine")
 PATIENCE = 30.0  # seconds until a wait counts as failed
 
 # A generator of one page. It says how often it ran by a module of its own, so that an edit of Python shows too.
