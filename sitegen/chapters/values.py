@@ -1,7 +1,7 @@
 """Numbers in the text given by a call, like `solvers.consensus.trials(0.5, 0.99, 2)`: evaluated by the build, and kept.
 
 `plots.trial_budget.needed(0.5)` is a function of a plot's module, over what that computed; it stands first among the
-arguments, unwritten. Arithmetic, like `0.12 / sqrt(13)`, is worked out where it stands.
+arguments, unwritten. Arithmetic, like `0.12 / sqrt(13)`, is worked out where it stands, alone or as an argument.
 """
 
 from __future__ import annotations
@@ -119,6 +119,8 @@ def _literal(text: str, node: ast.expr) -> Any:
     try:
         return ast.literal_eval(node)
     except ValueError:
+        with suppress(LookupError, ArithmeticError, TypeError, ValueError):
+            return _worked_out(node)
         said = ast.get_source_segment(text, node)
         raise CallError(f"arguments must be literals, not {said!r}", _offset(text, node.col_offset)) from None
 

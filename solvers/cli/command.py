@@ -37,12 +37,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except ValueError as error:
-        print(f"{program()}: {error}", file=sys.stderr)
+        print(f"{program()}: {_as_typed(str(error), given)}", file=sys.stderr)
         return 2
     except MemoryError as error:  # numpy's own says how much was asked for, Python's says nothing
         print(f"{program()}: there is not enough memory{f': {error}' if str(error) else ''}", file=sys.stderr)
         return 2
     return code
+
+
+def _as_typed(message: str, given: Sequence[str]) -> str:
+    """A message that begins with an argument's name in Python, with the option's name where it was typed."""
+    name, colon, rest = message.partition(":")
+    option = f"--{name.replace('_', '-')}"
+    return f"{option}:{rest}" if colon and option in (text.partition("=")[0] for text in given) else message
 
 
 def _files(given: list[str]) -> list[str]:

@@ -99,7 +99,8 @@ def _start(text: str, d: int) -> Pose:
     if not np.isfinite([angle, *shift]).all():
         raise ValueError(f"--start: {text!r} is not finite")
     if len(shift) not in (2, d):
-        raise ValueError(f"--start: {text!r} has {len(shift)} shifts; expected {' or '.join(sorted({'2', str(d)}))}")
+        count = f"{len(shift) or 'no'} shift{'' if len(shift) < 2 else 's'}"
+        raise ValueError(f"--start: {text!r} has {count}; expected {' or '.join(sorted({'2', str(d)}))}")
     turn, moved = np.eye(d), np.zeros(d)
     turn[:2, :2] = Pose.from_angle(np.radians(angle)).R
     moved[: len(shift)] = shift

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from solvers.core import validate
 from solvers.core.arrays import FloatArray, IntArray
-from solvers.core.kinds import of_kind
+from solvers.core.kinds import of_kind, several
 from solvers.core.numbers import array, numbers
 from solvers.core.pose import Pose
 
@@ -132,8 +132,9 @@ class Edges:
         Raises
         ------
         ValueError
-            If there is none.
+            If there is none, or one is not Edges.
         """
+        parts = [of_kind(part, Edges, f"parts[{k}]") for k, part in enumerate(several(parts, "parts", "Edges"))]
         if not parts:
             raise ValueError("parts: is empty; at least one set of edges is needed")
         R, t = (np.concatenate([getattr(part.relative, name) for part in parts]) for name in ("R", "t"))

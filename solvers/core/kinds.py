@@ -12,6 +12,7 @@ _Function = TypeVar("_Function")
 _WAYS = {
     "Pose": "; Pose.from_matrix makes one of a matrix, and result.pose is a result's",
     "Covariance": "; solvers.uncertainty.from_matrix makes one of a matrix and a pose",
+    "Runs": "; solvers.uncertainty_study.runs makes them",
     "Scans": "; solvers.odometry.prepare makes them of a drive",
 }
 _PARTS = {

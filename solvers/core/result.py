@@ -18,6 +18,7 @@ from solvers.core.pose import Pose
 from solvers.core.registry import METHODS
 from solvers.core.status import RULED, Status, ended
 from solvers.core.stepper import Batch, History
+from solvers.core.tree import take
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +50,7 @@ class Result:
 
     Examples
     --------
+    >>> import numpy as np
     >>> from solvers import register
     >>> from solvers.scenes import kabsch_scene
     >>> scene = kabsch_scene("clean")
@@ -57,6 +59,12 @@ class Result:
     Result(kabsch: converged, steps=1, pose=Pose(angle=50°, t=(2.6, 0.9), scale=1))
     >>> result.detail("determinant")
     np.int8(1)
+
+    A batch can be indexed, and gone through:
+
+    >>> batch = register(np.stack([scene.source, scene.target]), scene.target, "kabsch")
+    >>> [one.status.label for one in batch], batch[1].steps
+    (['converged', 'converged'], 1)
     """
 
     method: str
@@ -234,6 +242,36 @@ class Result:
         if len(self.states) > 1:
             return [_shaped(getattr(state, name), ()) for state in self.states]
         return _shaped(getattr(self.states[0], name), batch)
+
+    def __getitem__(self, index: Any) -> Result:
+        """The result of one problem of a batch, or of several: any numpy index of the leading axes.
+
+        One problem's is what `register` gives for it alone, its history as long as its own run.
+        """
+        if not self.pose.batch:
+            raise TypeError("the result of one problem has no parts")
+        problems = np.arange(self.pose.R[..., 0, 0].size).reshape(self.pose.batch)[index]
+        single = problems.ndim == 0
+        rows = np.ravel(problems)
+        steps, status, reason = (np.asarray(value)[index] for value in (self.steps, self.status, self.reason))
+        until = (slice(int(steps) + 1 if single else None), *(index if isinstance(index, tuple) else (index,)))
+        many = len(self.states) > 1
+        return Result(
+            method=self.method,
+            pose=self.pose[index],
+            status=Status(int(status)) if single else status,
+            reason=str(reason) if single else reason,
+            steps=int(steps) if single else steps,
+            objective=self.objective[index],
+            history=History(self.history.poses[until], self.history.objective[until]),
+            states=tuple(self.states[k] for k in rows) if many else (take(self.states[0], rows),),
+        )
+
+    def __len__(self) -> int:
+        """The size of a batch's first axis."""
+        if not self.pose.batch:
+            raise TypeError("the result of one problem has no length")
+        return self.pose.batch[0]
 
     def __bool__(self) -> bool:
         """As `bool(status)`, for a single problem. Raises ValueError for a batch."""

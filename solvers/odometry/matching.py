@@ -127,12 +127,19 @@ class Scans:
         Parameters
         ----------
         k : int
-            Its number.
+            Its number, from 0.
 
         Returns
         -------
         ndarray of shape (m, 2)
+
+        Raises
+        ------
+        ValueError
+            If there is no such scan.
         """
+        if validate.count(k, "k") >= len(self):
+            raise ValueError(f"k: expected a scan from 0 to {len(self) - 1}, got {k}")
         seen: FloatArray = self.points[k][self.weights[k] > 0.0]
         return seen
 

@@ -15,6 +15,7 @@ import numpy as np
 from solvers.api import register
 from solvers.core import validate
 from solvers.core.arrays import FloatArray
+from solvers.core.kinds import of_kind
 from solvers.core.pose import Pose
 from solvers.core.result import Result
 from solvers.studies.redrawn import NO_ECHO, Redrawn, redrawn, starts
@@ -173,6 +174,11 @@ def ends_of(made: Runs) -> Spread:
     Spread
         About the truth's place of the first source.
 
+    Raises
+    ------
+    ValueError
+        If there is one draw alone.
+
     Examples
     --------
     The hall, with no idea of the heading, has two answers:
@@ -182,7 +188,7 @@ def ends_of(made: Runs) -> Spread:
     >>> bool(ends.shares[1] > 0.1), bool(ends.shares[:2].sum() > 0.95)
     (True, True)
     """
-    scans = made.scans
+    scans = of_kind(made, Runs, "made").scans
     seen = scans.source[0][scans.weights[0] > 0.0]
     middle = seen.mean(axis=0)
     radius = float(np.sqrt(np.square(seen - middle).sum(axis=1).mean()))
@@ -216,7 +222,7 @@ def regions(made: Runs, way: str) -> Covariance:
     >>> regions(runs("room", "icp", 4), "hessian").deviations.shape
     (4, 3)
     """
-    scans, result = made.scans, made.result
+    scans, result = of_kind(made, Runs, "made").scans, made.result
     if validate.one_of(way, WAYS, "way") == "hessian":
         return covariance(result, "hessian")
     if way == "censi":

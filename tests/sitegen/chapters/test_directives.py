@@ -119,6 +119,12 @@ def test_arithmetic_is_worked_out(text: str, number: float) -> None:
     assert read_value(text) == pytest.approx(number, rel=1e-15)
 
 
+def test_arithmetic_is_worked_out_as_an_argument() -> None:
+    call = read_call("solvers.core.validate.number(29 / 49, low=1 - sqrt(4), name='x')")
+    assert evaluate(call) == 29 / 49
+    assert call.named["low"] == -1.0
+
+
 @pytest.mark.parametrize("text", ["1 / 0", "sqrt(-1)", "sqrt()", "1 + x", "True", "exit(1)", "1 if 1 else 2", "9**999"])
 def test_what_gives_no_number_is_told(text: str) -> None:
     with pytest.raises(CallError):
@@ -133,6 +139,9 @@ def test_what_gives_no_number_is_told(text: str) -> None:
         ("open('x')", 0),
         ("solvers.f(**{})", 10),
         ("solvers.f(__import__('os'))", 10),
+        ("solvers.f(1 / 0)", 10),
+        ("solvers.f(sqrt(-1))", 10),
+        ("solvers.f(1 + 'x')", 10),
         ("solvers.core.validate.__repr__()", 22),
         ("solvers.é.nothing(1)", 8),
     ],

@@ -39,3 +39,39 @@ def test_a_result_is_true_where_its_status_is(scene):
         with pytest.raises(TypeError, match="a single pose has no rows"):
             list(each)
     assert len(list(batch.pose)) == 2
+
+
+@pytest.mark.parametrize("method", ["icp", "ndt", "cpd-rigid"])
+def test_a_problem_of_a_batch_is_what_it_is_alone(scene, method):
+    """Its pose, stop, partners and course, of a batch of two axes and of a list of clouds."""
+    turns = np.radians([[0.0, 20.0, 40.0], [-20.0, 90.0, 170.0]])
+    starts = Pose.from_angle(turns, np.zeros((2, 3, 2)))
+    batch = register(scene.source, scene.target, method, start=starts)
+    clouds = [scene.source, scene.source[::2]]
+    listed = register(clouds, [scene.target] * 2, method)
+    alone = [(batch[i, j], register(scene.source, scene.target, method, start=starts[i, j]))
+             for i in range(2) for j in range(3)]  # fmt: skip
+    alone += [(part, register(cloud, scene.target, method)) for part, cloud in zip(listed, clouds, strict=True)]
+    assert len({len(one.history.objective) for one, _ in alone}) > 1  # their courses differ in length
+    for part, one in alone:
+        assert (part.status, part.reason, part.steps) == (one.status, one.reason, one.steps)
+        assert type(part.status) is Status
+        assert bool(part) is bool(one)
+        assert repr(part) == repr(one)
+        assert np.allclose(part.matrix, one.matrix, rtol=0.0, atol=1e-12)
+        assert part.history.objective.shape == one.history.objective.shape == (one.steps + 1,)
+        assert np.allclose(part.history.poses.matrix, one.history.poses.matrix, rtol=0.0, atol=1e-12)
+        assert np.array_equal(part.correspondences, one.correspondences)
+    for rows in (batch[1], batch[:, 1:], batch[np.array([[True, False, False], [False, True, True]])]):
+        assert rows.steps.shape == rows.pose.batch == rows.detail("pose").batch
+    assert np.array_equal(batch[1].steps, batch.steps[1])
+    assert len(batch[:, 1:]) == 2
+
+
+def test_a_single_result_has_no_parts(scene):
+    one = register(scene.source, scene.target)
+    for use in (len, list, lambda result: result[0]):
+        with pytest.raises(TypeError, match="the result of one problem has no"):
+            use(one)
+    with pytest.raises(IndexError, match="out of bounds"):
+        register([scene.source] * 2, scene.target)[2]

@@ -314,6 +314,8 @@ def test_what_is_no_edge_is_refused():
     refused("information: expected real numbers, got dtype complex128", run, information=(1.0 + 1.0j) * np.eye(3))
     refused("information: rows of unequal length", run, information=[[1.0], [0.0, 1.0]])
     refused("parts: is empty", lambda: Edges.joined([]))
+    refused("parts: expected a sequence of Edges, got 3", lambda: Edges.joined(3))
+    refused("parts[0]: expected Edges, got int", lambda: Edges.joined([3]))
     refused("j: entry 0 names node 4", lambda: Edges.between(Pose.identity(batch=(2,)), [0], [4], np.eye(3)))
     two = Pose.identity(batch=(2,))
     refused("information: rows of unequal length", lambda: Edges.between(two, [0], [1], [[1.0], [0.0, 1.0]]))

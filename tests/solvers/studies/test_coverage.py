@@ -80,6 +80,16 @@ def test_a_sampled_region_is_the_same_about_every_pose():
     assert found[3].distance(made.result.pose[3]) == pytest.approx(0.0, abs=1e-12)
 
 
+def test_what_is_no_set_of_runs_is_refused():
+    told = "made: expected Runs, got Result; solvers.uncertainty_study.runs makes them"
+    result = runs("room", "icp", 2).result
+    for call in (lambda: ends_of(result), lambda: regions(result, "hessian")):
+        with pytest.raises(ValueError, match=f"^{told}"):
+            call()
+    with pytest.raises(ValueError, match=r"^poses: expected two or more"):
+        ends_of(runs("room", "icp", 1))
+
+
 def test_starts_carried_through_add_to_the_closed_form():
     made = runs("room", "icp", 5)
     more, closed = regions(made, "starts"), regions(made, "censi")
