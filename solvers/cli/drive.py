@@ -48,7 +48,7 @@ def parser() -> argparse.ArgumentParser:
         description="Compute a robot's poses from its laser scans: match each scan to the one before or to a map"
         " of the last ones, find places seen again, and make everything agree in a pose graph.",
         epilog="Exit codes: 0; 2 if an argument or the file is wrong; 3 if the poses should not be trusted: a scan was"
-        " not matched, or the pose graph did not converge.",
+        " not matched, or the pose graph did not come to rest.",
     )
     made.add_argument(
         "file", metavar="FILE", help="CSV with columns seconds,dx_m,dy_m,dphi_rad,r0,…, or a CARMEN log with FLASER"

@@ -34,9 +34,9 @@ def parser() -> argparse.ArgumentParser:
         prog=program("register"),
         description="Register two point clouds: find the pose that maps SOURCE to TARGET.",
         epilog=f"Methods: {', '.join(METHODS)}. Exit codes: 0; 2 if an argument or a file is wrong; 3 if the"
-        " answer should not be trusted: the status is neither converged, proved nor finished, or no source point lies"
-        " near the target. Other commands, each with --help: 'benchmark', the race's table; 'drive', a"
-        " drive's map; 'methods', all methods and their options. The word 'register' may be omitted.",
+        " answer should not be trusted: the status is capped or degenerate, or no source point lies near the target."
+        " Other commands, each with --help: 'benchmark', the race's table; 'drive', a drive's map;"
+        " 'methods', all methods and their options. The word 'register' may be omitted.",
         formatter_class=Help,
     )
     made.add_argument("source", type=Path, metavar="SOURCE", help="the cloud to move: CSV, XYZ, PLY, PCD, NPY, NPZ")

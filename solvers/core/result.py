@@ -86,7 +86,7 @@ class Result:
 
     @property
     def ended(self) -> BoolArray | bool:
-        """Whether the method stopped of its own accord: `CONVERGED`, `PROVED` or `FINISHED`, (...).
+        """Whether the method stopped of its own accord: neither `CAPPED` nor `DEGENERATE`, nor cut short, (...).
 
         For a single problem the same as `bool(status)`; the pose may still be wrong.
         """

@@ -30,9 +30,9 @@ class Status(IntEnum):
     CONVERGED = 1
     """The method's own stopping rule was met (a closed form meets it in one step)."""
     STALLED = 2
-    """No step that improves the objective was found."""
+    """No further step helps: none that was tried improves the objective, or the same poses come round again."""
     CAPPED = 3
-    """The allowed number of steps was used up."""
+    """The allowed number of steps was used up, or of boxes in a search."""
     DEGENERATE = 4
     """The geometry does not determine the answer; the reason says why, in words."""
     PROVED = 5
@@ -48,7 +48,7 @@ class Status(IntEnum):
         return self.name.lower()
 
     def __bool__(self) -> bool:
-        """Whether the method came to an end of its own: true for `CONVERGED`, `PROVED` and
+        """Whether the method came to an end of its own: true for `CONVERGED`, `STALLED`, `PROVED` and
         `FINISHED`.
         """
         return self in ENDED
@@ -59,7 +59,7 @@ class Status(IntEnum):
 
 RULED = (Status.CONVERGED, Status.PROVED)
 """The statuses of a stopping rule that was met."""
-ENDED = (*RULED, Status.FINISHED)
+ENDED = (*RULED, Status.STALLED, Status.FINISHED)
 """The statuses of a method that came to an end of its own."""
 
 

@@ -357,7 +357,7 @@ def test_a_seed_may_be_drawn(scene):
 
 
 def test_a_status_is_true_where_the_method_came_to_its_end():
-    own = (Status.CONVERGED, Status.PROVED, Status.FINISHED)
+    own = (Status.CONVERGED, Status.STALLED, Status.PROVED, Status.FINISHED)
     assert [bool(status) for status in Status] == [status in own for status in Status]
     ends = register([[0.0, 0.0], [1.0, 0.0]], [[0.0, 0.0], [1.0, 0.0]], "kabsch")
     lost = register([[0.0, 0.0], [0.0, 0.0]], [[0.0, 0.0], [1.0, 0.0]], "kabsch")

@@ -73,7 +73,7 @@ class BranchAndBoundOptions:
     boxes : int, default 2048
         The boxes that a step opens at most.
     most : int, default 500000
-        It stalls when more boxes than this are left.
+        The search ends, capped, when more boxes than this are left.
 
     Raises
     ------
@@ -227,7 +227,7 @@ def step(state: BranchAndBoundState) -> BranchAndBoundState:
         left[i] = len(boxes[i])
     status, reason = mark(state.status, state.reason, left == 0, Status.PROVED, "no box is left")
     many = left > state.options.most
-    status, reason = mark(status, reason, many, Status.STALLED, f"more than {state.options.most} boxes are left")
+    status, reason = mark(status, reason, many, Status.CAPPED, f"more than {state.options.most} boxes are left")
     return changed(
         state, pose=Pose.trusted(R, t, scale), objective=objective, lower=lower, dropped=dropped, boxes=boxes,
         discarded=discarded, examined=examined, left=left, status=status, reason=reason,

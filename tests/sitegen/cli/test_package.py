@@ -26,7 +26,7 @@ from sitegen.cli.pythons import Interpreter, copied
 from sitegen.runtime import wheel as page
 from solvers.cli import benchmark, drive, methods, register
 from solvers.cli.command import COMMANDS
-from solvers.core.status import ENDED
+from solvers.core.status import ENDED, Status
 
 ROOT = Path(__file__).resolve().parents[3]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
@@ -179,11 +179,12 @@ def test_until_the_first_release_the_readme_says_how_to_install_without_an_index
 
 
 def test_exit_code_3_is_told_in_the_same_words_everywhere() -> None:
-    """In the commands' help, the package's README and the docs: every status that is an end of a method's own."""
-    *others, last = [status.label for status in ENDED]
+    """In the commands' help, the package's README and the docs: every status of a whole run that a method's own end is
+    not."""
+    one, other = [status.label for status in Status if status not in ENDED and status is not Status.RUNNING]
     docs = (ROOT / "content/docs/package.md").read_text("utf-8").replace("`", "")
-    of_register = f"is neither {', '.join(others)} nor {last}, or no source point lies near the target"
-    of_drive = "a scan was not matched, or the pose graph did not converge"
+    of_register = f"is {one} or {other}, or no source point lies near the target"
+    of_drive = "a scan was not matched, or the pose graph did not come to rest"
     for words, command in ((of_register, register), (of_drive, drive)):
         for text in (README, docs, command.parser().epilog or ""):
             assert words in " ".join(text.split())

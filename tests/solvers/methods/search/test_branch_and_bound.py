@@ -193,7 +193,7 @@ def test_a_run_cut_short_has_the_gap_that_remains():
     assert cut.gap > 1e-3 >= whole.gap
     assert cut.lower <= whole.objective
     few = register(scene.source, scene.target, METHOD, gap=1e-3, most=100)
-    assert few.status == Status.STALLED
+    assert few.status == Status.CAPPED
     assert "more than 100 boxes" in few.reason
 
 
