@@ -36,7 +36,7 @@ class Download:
 
 
 def folder_name(title: str) -> str:
-    """What a site's folder is called: its title in small ASCII letters, digits and hyphens."""
+    """What a site's folder is called: its title in lower-case ASCII letters, digits and hyphens."""
     return re.sub(r"[^a-z0-9]+", "-", title.lower()).strip("-") or "site"
 
 

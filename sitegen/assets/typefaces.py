@@ -287,7 +287,7 @@ def _script_places(constants: Any) -> None:
     """
     constants.SubscriptBaselineDropMin.Value = 0
     constants.SuperscriptBaselineDropMax.Value = 300
-    constants.RadicalVerticalGap.Value = 120  # the bar all but touched small letters
+    constants.RadicalVerticalGap.Value = 120  # the bar all but touched lower-case letters
 
 
 def _rename(font: Any, face: Face) -> None:

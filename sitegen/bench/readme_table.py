@@ -19,7 +19,7 @@ README = "README.md"
 # A link's definition that nothing uses: of Markdown's ways to say something unseen, the one that needs no HTML.
 MARKS = ("[//]: # (what `build.py bench --keep` writes begins)", "[//]: # (and ends)")
 COLD = "runtime start, cold"  # it tells, with the stock one's, how quick the machine is
-HELD = "Held at every run of the tests:"
+HELD = "Checked at every test run:"
 SHOWN = ("what", "aim", "measured", "result")
 
 
@@ -49,20 +49,20 @@ LINES = (
     Line("the same on a later visit", "", ("runtime start, on a later",)),
     Line("the runtime's files, gzip", "", ("runtime, compressed",)),
     Line("a drag to its picture, 95th percentile, rungs 1 to 3½", "", ("near rungs, input",), headline=True),
-    Line("of it Python and the page's scripts", "", ("near rungs, our share",)),
+    Line("of which Python and the page's scripts", "", ("near rungs, our share",)),
     Line(
-        "of what a control figure takes, whose worker gives back stored frames", "", ("near rungs, of the",)
+        "a drag, relative to a control figure whose worker returns stored frames", "", ("near rungs, of the",)
     ),
     Line("a drag or a step of the race's nine panels to its picture", "", ("nine panels, a", "nine panels, input")),
-    Line("five scans more on the map of a drive, press to swapped picture", "", ("the drive's map, a press",)),
+    Line("five more scans on a drive's map, press to swapped picture", "", ("the drive's map, a press",)),
     Line("frames missed in a drag", "", ("frames missed",)),
     Line("heat map after a control moves: coarse", "", ("heat map, coarse",)),
     Line("the same: full, refined, interruptible", "", ("heat map, full",)),
     Line("benchmark of 25 seeds and nine solvers in the tab", "", ("25-seed benchmark",), headline=True),
     Line("its *Stop*", "", ("Stop of the benchmark",)),
     Line("the same benchmark, natively", "", ("the same, natively",)),
-    Line("rigid CPD, 100 × 100, of pycpd's time", "", ("rigid CPD, 100 × 100, equal",), headline=True),
-    Line("rigid CPD, 1000 × 1000, of pycpd's time", "", ("rigid CPD, 1000 × 1000, equal",)),
+    Line("rigid CPD, 100 × 100, relative to pycpd", "", ("rigid CPD, 100 × 100, equal",), headline=True),
+    Line("rigid CPD, 1000 × 1000, relative to pycpd", "", ("rigid CPD, 1000 × 1000, equal",)),
     Line(
         "memory of rigid CPD, 1000 × 1000", "blocks, not the matrix of 8 MB", ("rigid CPD, 1000 × 1000, memory",),
         ("tests/solvers/numerics/test_gaussians.py::test_memory_is_that_of_a_block",),
@@ -100,7 +100,7 @@ LINES = (
         tests=("tests/browser/accessibility/test_axe.py::test_axe_finds_nothing_on_any_page",),
     ),
     Line(
-        "what a pointer does", "also by keyboard, also by touch",
+        "everything a pointer does", "also by keyboard and touch",
         tests=(
             "tests/browser/figures/test_live.py::test_everything_by_keyboard_alone",
             "tests/browser/figures/test_live.py::test_touch_drags_a_handle_and_scrolls_past_a_figure",
@@ -155,7 +155,7 @@ def headlines(rows: Sequence[Row]) -> str:
     results = [_cells(line, rows)[-1] for line in LINES if line.rows]
     missed, measured = results.count("missed"), results.count("missed") + results.count("met")
     table = _table([_cells(line, rows) for line in LINES if line.headline])
-    return f"{table}\n\nOf {measured} measured aims {missed} are missed: [all of them]({PAGE})."
+    return f"{table}\n\nOf {measured} measured targets {missed} are missed: [all of them]({PAGE})."
 
 
 def markdown(rows: Sequence[Row], machine: Mapping[str, Any]) -> str:

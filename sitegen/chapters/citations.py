@@ -117,7 +117,8 @@ def _references(text: str, problems: Problems) -> dict[str, Reference]:
     for key in document.data:
         if not KEY.fullmatch(str(key)):
             problems.add(
-                document.at(key), f"{key!r} is not a valid key: small ASCII letters, digits and hyphens, a letter first"
+                document.at(key),
+                f"{key!r} is not a valid key: lower-case ASCII letters, digits and hyphens, a letter first",
             )
         before = len(problems.found)
         values = yaml_schema.validated(document, FIELDS, problems, key)

@@ -253,7 +253,7 @@ def read_docs(root: Path, problems: Problems, kept: Memory | None = None) -> lis
     docs, kept = [], kept or Memory()
     for path in sorted((root / DOCS).glob("*.md")):
         if not SLUG.fullmatch(path.stem):
-            says = "a page of the docs is called like authoring.md: small ASCII letters, digits and hyphens"
+            says = "a page of the docs is called like authoring.md: lower-case ASCII letters, digits and hyphens"
             problems.add(Place(f"{DOCS}/{path.name}"), says)
         docs.append(_chapter(root, path, problems, kept, first=False))
     index = next((doc for doc in docs if doc.source.path == f"{DOCS}/{DOCS_INDEX}"), None)
@@ -294,7 +294,8 @@ def _parsed(name: str, text: str, first: bool, problems: Problems) -> Chapter:
             *((("redirects", i), s) for i, s in enumerate(values["redirects"])),
         ]:
             if slug and not SLUG.fullmatch(slug):
-                problems.add(document.at(*where), f"{slug!r} is not a page name: use small letters, digits, hyphens")
+                said = f"{slug!r} is not a page name: use lower-case letters, digits, hyphens"
+                problems.add(document.at(*where), said)
         if values["emblem"] and values["emblem"] not in emblems.NAMES:
             said = f"no dial {values['emblem']!r}{hint(values['emblem'], emblems.NAMES)}"
             problems.add(document.at("emblem"), said)

@@ -72,7 +72,8 @@ def _terms(
     for key in document.data:
         if not KEY.fullmatch(str(key)):
             problems.add(
-                document.at(key), f"{key!r} is not a valid key: small ASCII letters, digits and hyphens, a letter first"
+                document.at(key),
+                f"{key!r} is not a valid key: lower-case ASCII letters, digits and hyphens, a letter first",
             )
         values = yaml_schema.validated(document, FIELDS, problems, key)
         name = values["chapter"]

@@ -220,7 +220,8 @@ def _equation(found: _Finding, token: Token, problems: Problems) -> None:
     if token.type == "math_block_label":
         label, place = token.info, located(token, EquationLabel).thing.place
         if not ANCHOR.fullmatch(label):
-            problems.add(place, f"{label!r} is not a valid label: small letters, digits and hyphens, a letter first")
+            said = f"{label!r} is not a valid label: lower-case letters, digits and hyphens, a letter first"
+            problems.add(place, said)
         _anchor(found, f"eq-{label}", place, f"the equation {label!r}", problems)
         found.equations.setdefault(label, found.chapter.numbered(len(found.equations) + 1))
         found.labelled.setdefault(label, formula)

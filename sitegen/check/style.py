@@ -37,6 +37,15 @@ PHRASES = {
     r"it takes the full Hessian": "this needs the full Hessian",
     r"vot(?:e|es|ed|ing) for staying": "vote to stay put",
     r"so many-th": "every `n`-th",
+    r"tak(?:e|es|ing) \w+(?: own)? \w+ for exact": "treats … as exact",
+    r"(?:same|equal|pose|sums) to rounding": "up to rounding",
+    r"lies? (?:wrongly )?to (?:each other|the cloud)": "is aligned with …",
+    r"by turns": "alternately",
+    r"small letters": "lower-case letters",
+    r"partners in effect": "effective partners",
+    r"points? a cloud\b": "points per cloud",
+    r"on a scale of decades": "on a logarithmic scale",
+    r"comes? on top": "adds",
 }
 _ANY = re.compile("|".join(f"(?P<p{k}>{phrase})" for k, phrase in enumerate(PHRASES)).replace(" ", r"\s+(?:#\s)?"))
 

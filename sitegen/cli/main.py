@@ -68,7 +68,7 @@ def _test_options(parser: argparse.ArgumentParser) -> None:
         default="",
         const="HEAD",
         metavar="COMMIT",
-        help="only the tests of what differs from a commit (default: %(const)s), on the pages whose chapters differ",
+        help="only the tests of what changed since a commit (default: %(const)s), on pages whose chapters changed",
     )
     parser.add_argument(
         "--hostile",
@@ -111,7 +111,7 @@ def _train_options(parser: argparse.ArgumentParser) -> None:
 
 def _new_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("kind", choices=("chapter", "figure"))
-    parser.add_argument("name", help="small letters, digits and hyphens: the chapter's page, the figure's widget")
+    parser.add_argument("name", help="lower-case letters, digits and hyphens: names the page or widget")
     parser.add_argument("--title", default="", help="the title (default: the name in words)")
 
 

@@ -88,7 +88,7 @@ def new_figure(root: Path, name: str, title: str = "") -> list[Path]:
 
 def _sound(name: str) -> None:
     if not SLUG.fullmatch(name) or name[0].isdigit():
-        raise NameTaken(f"{name!r} cannot be a name: small ASCII letters, digits and hyphens, a letter first")
+        raise NameTaken(f"{name!r} cannot be a name: lower-case ASCII letters, digits and hyphens, a letter first")
     if yaml.safe_load(name) != name:
         raise NameTaken(f"{name!r} means {yaml.safe_load(name)} in a chapter's front matter; {LONGER}")
     if DEVICES.fullmatch(name):

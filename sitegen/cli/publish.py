@@ -109,7 +109,7 @@ def fit(site: Path, folder: Path, *, force: bool = False) -> None:
     put there and `force` does not say to go on.
     """
     if folder == site or site in folder.parents or folder in site.parents:
-        raise PublishError(f"{folder} is the built site, or is inside or around it: name another folder")
+        raise PublishError(f"{folder} is the built site, is inside it or contains it: name another folder")
     if folder.exists() and not folder.is_dir():
         raise PublishError(f"{folder} is not a folder")
     _own(folder, str(folder), force)

@@ -27,7 +27,7 @@ from solvers.methods.flow import network, scenes, study, weights
 SEED = 1_000  # of the first batch; each batch has the next
 STEPS = 8_000
 BATCH = 48
-FEWEST, MOST = 28, 48  # points a cloud, the same in one batch
+FEWEST, MOST = 28, 48  # points per cloud, the same in one batch
 RATE = 2e-3
 WARM = 200
 KEEP = 0.998  # of the running average a step

@@ -225,7 +225,7 @@ def _heading_ids(state: StateCore) -> None:
                 name = match[1]
             else:
                 source.problems.add(
-                    place, f"{match[1]!r} is not an anchor: small letters, digits and hyphens, a letter first"
+                    place, f"{match[1]!r} is not an anchor: lower-case letters, digits and hyphens, a letter first"
                 )
             inline.content = inline.content[: match.start()]
         place = Place(source.path, (heading.map or [0])[0] + 1, 1)

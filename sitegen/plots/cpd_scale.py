@@ -60,7 +60,7 @@ def words(result: Result) -> str:
     ]
     return (
         "A chart of the scale of similarity CPD over its steps in the clean scene of the walkthrough, where the true "
-        f"scale is 1, on a scale of decades: {'; '.join(said)}."
+        f"scale is 1, on a logarithmic scale: {'; '.join(said)}."
     )
 
 

@@ -98,7 +98,7 @@ def method_of(name: object, argument: str = "method") -> Method[Any]:
 
 
 def _unknown(name: object) -> str:
-    """What is said of a name that is none: small letters and hyphens may be all it lacks."""
+    """What is said of a name that is none: lower-case letters and hyphens may be all it lacks."""
     plain = str(name).lower().replace("_", "-")
     near = f", did you mean {plain!r}?" if plain in METHODS else validate.nearest(plain, [*METHODS, *ALIASES])
     return f"{name!r} is unknown{near}; known: {', '.join(sorted(METHODS))}"

@@ -30,7 +30,7 @@ class Moments:
     w: FloatArray  # (..., n), divided
     H: FloatArray  # (..., d, d)
     square_p: FloatArray  # (...) Σ w ‖p̃‖²
-    still_p: BoolArray  # (...) the points of positive weight are equal to rounding
+    still_p: BoolArray  # (...) the points of positive weight are equal up to rounding
     still_q: BoolArray
     weightless: BoolArray  # (...) no weight is positive
     tolerance: FloatArray  # (...) what of H's singular values is rounding

@@ -209,7 +209,7 @@ def _readouts(state: State, count: int | None, some: int | None, full: bool) -> 
                 "u" if course else "", "source"),
         Readout("steps", "Steps", str(len(course.headings) - 1) if course else "–"),
         Readout("objective_start", "Objective at the start", _objective(state.value), state.dial.rung.unit, "ghost"),
-        Readout("apart", "Nearest points apart, root mean square", number(state.apart, 3), "u"),
+        Readout("apart", "RMS distance to nearest points", number(state.apart, 3), "u"),
         Readout("valleys", f"Valleys of the ring, of {HEADINGS} headings",
                 "–" if flat else "…" if count is None else str(count)),
         Readout("arrive", f"Starts that end at the truth, of\u00a0{STARTS}", waits if some is None else str(some)),

@@ -189,8 +189,8 @@ def _readouts(said: _Numbers) -> tuple[Readout, ...]:
         Readout("score", "Score reached", number(said.end, 3), "", "source"),
         Readout("truth", "Score at the truth", number(said.truth, 3), "", "truth"),
         Readout("away", "Translation error reached", number(said.away, 3), "u"),
-        Readout("turn", "Rotation error, which stays", number(said.turn, 0), "°"),
-        Readout("best", "Highest of the map, from the truth", number(float(np.hypot(*said.best))), "u"),
+        Readout("turn", "Rotation error, fixed", number(said.turn, 0), "°"),
+        Readout("best", "Highest tile, from the truth", number(float(np.hypot(*said.best))), "u"),
         Readout("steps", "Steps taken · rejected", f"{said.steps} · {said.rejected}"),
     )
 
@@ -227,7 +227,7 @@ def _description(state: State, said: _Numbers) -> str:
         f"{len(state.scan)} scan points, turned by {number(c.rotation, 0)}° against the truth, are scored on a map of"
         f" {int(state.cells.kept.sum())} Gaussians from {grids} of cells of {number(c.size, 1)} u, with noise of σ ="
         f" {number(c.noise)} u and {number(100 * c.outliers, 0)} % outliers, for translations up to {number(REACH, 1)}"
-        f" u along each axis. The darkest point is at ({number(p)}, {number(q)}) u; the truth, a green ring, is at the"
+        f" u along each axis. The highest point is at ({number(p)}, {number(q)}) u; the truth, a green ring, is at the"
         f" centre and scores {number(said.truth, 3)} a point. A climb by translations alone from"
         f" ({number(x)}, {number(y)}) u, where the score is {number(said.begin, 3)}, {course}."
     )
@@ -283,7 +283,7 @@ WIDGET = Widget(
         Key("source", "start", "ring"),
         Key("source", "climb, and the scan where it ended", "dot"),
         Key("outlier", "rejected try", "cross"),
-        Key("ink", "highest of the map", "diamond"),
+        Key("ink", "highest tile", "diamond"),
         Key("ghost", "scan at the start"),
         Key("target", "map: points and Gaussians", "square"),
     ),

@@ -61,7 +61,7 @@ class Controls:
     wall: float = slider(ENDS["room"], "End walls at", 2.0, 6.0, 0.2, "u", "From the middle; the scanner sees 5 u")
     method: str = choice("plane", "Residual", METHODS, keeps="log")
     heading: float = slider(3.0, "Start: σ of the heading", 0.0, 90.0, 1.0, "°")
-    shift: float = slider(0.15, "Start: σ of the place", 0.0, 0.3, 0.05, "u")
+    shift: float = slider(0.15, "Start: σ of the position", 0.0, 0.3, 0.05, "u")
     noise: float = slider(0.04, "Noise σ", 0.01, 0.1, 0.01, "u", "Of the measured range, along the ray")
 
 
@@ -267,12 +267,12 @@ def _readouts(state: State, said: _Numbers) -> tuple[Readout, ...]:
         return Readout(name, label, later(str(held)), f"of {n}" if n else "", role)
 
     return (
-        counted("hessian", "Hessian: regions that hold the truth", said.held[0], "accent"),
-        counted("censi", "Censi: regions that hold the truth", said.held[1], "inlier"),
-        Readout("widest", "Ends: largest σ of the place", later(number(said.widest, 3)), unit, "source"),
-        Readout("narrowest", "Ends: smallest σ of the place", later(number(said.narrowest, 3)), unit, "source"),
-        Readout("claimed", "Hessian: largest σ of the place", number(said.claimed[0], 3), "u", "accent"),
-        Readout("carried", "Censi: largest σ of the place", number(said.claimed[1], 3), "u", "inlier"),
+        counted("hessian", "Hessian: regions containing the truth", said.held[0], "accent"),
+        counted("censi", "Censi: regions containing the truth", said.held[1], "inlier"),
+        Readout("widest", "Ends: largest σ of the position", later(number(said.widest, 3)), unit, "source"),
+        Readout("narrowest", "Ends: smallest σ of the position", later(number(said.narrowest, 3)), unit, "source"),
+        Readout("claimed", "Hessian: largest σ of the position", number(said.claimed[0], 3), "u", "accent"),
+        Readout("carried", "Censi: largest σ of the position", number(said.claimed[1], 3), "u", "inlier"),
         Readout("modes", "Clusters of ends", later(str(said.modes))),
         Readout("drawn", "Scans redrawn", str(n)),
     )
@@ -283,7 +283,8 @@ def _note(state: State, said: _Numbers) -> str:
         return ""
     most = round(said.share * state.drawn)
     clusters = "" if said.modes == 1 else f" {said.modes} clusters, {most} ends in the largest."
-    return f"{state.drawn} draws: σ of the place {number(said.narrowest, 3)} to {number(said.widest, 3)} u.{clusters}"
+    sigma = f"{number(said.narrowest, 3)} to {number(said.widest, 3)} u"
+    return f"{state.drawn} draws: σ of the position {sigma}.{clusters}"
 
 
 def _description(state: State, said: _Numbers) -> str:

@@ -208,7 +208,7 @@ def python(state: State) -> str:
 
 WIDGET = Widget(
     name="surfaces",
-    title="Residuals and weights: what each pair pulls",
+    title="Residuals and weights: how each pair pulls",
     controls=Controls,
     presets={
         "default": {},

@@ -69,14 +69,15 @@ RUNGS: Mapping[str, Rung] = {
         ),
         Rung(
             "cells", "4", "The Gaussian of a cell", "ndt",
-            "NDT’s score with its sign turned, on the coarser of two maps", "", 2.4, lambda u: {"cells": (u, u / 2)},
+            "NDT’s score with its sign reversed, on the coarser of two maps", "", 2.4, lambda u: {"cells": (u, u / 2)},
         ),
         Rung(
             "soft", "5", "Weights over all points", "cpd-rigid", "CPD’s negative log-likelihood at its first σ", "",
             2.0, lambda u: {"sigma": u},
         ),
         Rung(
-            "means", "5", "Means of waves", "mmd", "the mean squared distance of the waves’ means at the first ℓ", "",
+            "means", "5", "Means of waves", "mmd",
+            "the mean squared distance between the waves’ means at the first ℓ", "",
             2.4, lambda u: {"lengths": (u, u / 2, u / 4, u / 8)},
         ),
         Rung(

@@ -56,7 +56,7 @@ class Draw:
 
 
 def draw(kind: Kind, count: int, points: int, seed: int) -> Draw:
-    """`count` scenes of `points` points a cloud; both clouds are sampled from the curve
+    """`count` scenes of `points` points per cloud; both clouds are sampled from the curve
     independently.
     """
     random = np.random.default_rng(seed)

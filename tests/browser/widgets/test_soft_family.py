@@ -29,7 +29,7 @@ def test_steps_and_a_try_answer_before_python_is_up(reader: Callable[..., Reader
 
 
 def test_sigma_by_hand_hardens_and_moves_nothing(reader: Callable[..., Reader]) -> None:
-    """The slider down: fewer partners in effect, the same pose; the live frame is the build's, byte for byte."""
+    """The slider down: fewer effective partners, the same pose; the live frame is the build's, byte for byte."""
     page = reader(reduced_motion="reduce").open("soft.html")
     soft = Figure(page, "fig-soft").live()
     soft.set("width", "held")

@@ -56,7 +56,7 @@ def test_the_headlines_are_lines_of_the_table() -> None:
     assert [row[0] for row in shown] == [line.what for line in LINES if line.headline]
     assert not [row for row in shown if row not in cells(page)]
     results = [row[3] for row in cells(page) if len(row) > 3]
-    told = f"Of {results.count('met') + results.count('missed')} measured aims {results.count('missed')} are missed"
+    told = f"Of {results.count('met') + results.count('missed')} measured targets {results.count('missed')} are missed"
     assert told in readme
 
 

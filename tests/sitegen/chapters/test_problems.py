@@ -157,7 +157,10 @@ BROKEN = {
         "## A {#x}\n\n## B {#x}\n",
         ["9:1: the anchor 'x' appears twice in this chapter (first in line 7)"],
     ),
-    "no anchor": ("## A {#X y}\n", ["7:8: 'X y' is not an anchor: small letters, digits and hyphens, a letter first"]),
+    "no anchor": (
+        "## A {#X y}\n",
+        ["7:8: 'X y' is not an anchor: lower-case letters, digits and hyphens, a letter first"],
+    ),
     "the page's own anchor": ("## A {#main}\n", ["7:1: the anchor 'main' is one that the page gives itself"]),
     "image without words": (
         "A ![](x.png)\n",

@@ -37,7 +37,7 @@ def test_a_method_is_named_wherever_methods_are() -> None:
     words = r"[a-z][a-z0-9]*(-[a-z0-9]+)*"
     own = "widgets/figures/own_clouds/methods.py"
     to_do = [
-        *(f"solvers/core/registry.py: {name!r} is to be words of small letters and digits, joined by hyphens:"
+        *(f"solvers/core/registry.py: {name!r} is to be words of lower-case letters and digits, joined by hyphens:"
           " it stands in links and on command lines" for name in METHODS if not re.fullmatch(words, name)),
         *(f"{page}: name `{name}` in the list of methods" for name in METHODS if name not in names),
         *(f"{page}: {name} is no method any more; take it off the list" for name in names - set(METHODS)),

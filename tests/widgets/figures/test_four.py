@@ -171,7 +171,7 @@ def test_the_end_certifies_nothing() -> None:
     """From half a turn all four stop, and the note counts those that are right: not all."""
     state = run(FINISH, turn=180.0)
     picture = draw(state)
-    assert "Their stopping certifies nothing" in picture.note
+    assert "Stopping certifies nothing" in picture.note
     assert "4 of 4" not in picture.note
     assert {"next", "iterate", "finish", "stage-5"} <= picture.disabled
     assert told(act(state, NEXT)) == told(state)

@@ -122,7 +122,7 @@ def test_ransac_alone_ignores_the_start() -> None:
 
 
 def test_captions_say_what_a_panel_is_not() -> None:
-    """RANSAC ignores the start, soft targets are not CPD, hypotheses are not PMBM, BP is no tracker; and how each
+    """RANSAC ignores the start, soft targets are not CPD, hypotheses are not PMBM, BP is not a tracker; and how each
     stands."""
     state = act(start(Controls(), 40), FINISH)
     captions = {panel.name: panel.caption.split("\n") for panel in draw(state).panels if panel.caption}
@@ -136,7 +136,7 @@ def test_captions_say_what_a_panel_is_not() -> None:
     assert "ignores the start" in captions["ransac-congruent"][3]
     assert "not CPD" in captions["soft-annealed"][3]
     assert "not PMBM" in captions["ninth"][3]
-    assert "no tracker" in captions["association-bp"][3]
+    assert "not a tracker" in captions["association-bp"][3]
 
 
 def test_lines_differ_without_colour() -> None:

@@ -55,7 +55,7 @@ def test_filterregs_shares_are_what_its_exact_sums_say() -> None:
 
 @pytest.mark.parametrize("method", ["cpd-rigid", "filterreg"])
 def test_a_smaller_sigma_hardens_the_assignment_and_moves_nothing(method: str) -> None:
-    """By hand: the pose stays, and a point has fewer partners in effect, down to one."""
+    """By hand: the pose stays, and a point has fewer effective partners, down to one."""
     states = [run(method=method, width="held", sigma=s) for s in (2.0, 1.0, 0.5, 0.2, 0.04)]
     partners = [links(method, s.run.now).partners for s in states]
     assert all(a > b for a, b in pairwise(partners))

@@ -235,7 +235,7 @@ def _description(state: State) -> str:
     error = number(float(np.degrees(rre(state.pose, state.scene.truth))), 1)
     words = [
         f"{_WORDS[c.scene]}: {len(state.scene.source)} source points and {len(state.scene.target)} target points, each"
-        f" source point counting its squared distance, capped at {number(c.cap, 1)} u.",
+        f" source point contributing its squared distance, capped at {number(c.cap, 1)} u.",
         "A ring around the scene shows the floor of each heading, with the ceiling at its rim; headings ruled out are"
         " grey up to the rim. The true heading is at the top.",
     ]

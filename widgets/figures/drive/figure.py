@@ -280,7 +280,7 @@ WIDGET = Widget(
     draw=draw,
     buttons=(
         Button("run", "Play", "run", primary=True, repeats="step"),
-        Button("step", "Five scans on"),
+        Button("step", "Five more scans"),
         Button("finish", "To the end"),
         Button("back", "Back", "back"),
         Button("reset", "Reset", "reset"),

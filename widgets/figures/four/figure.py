@@ -127,7 +127,7 @@ def _note(walk: Walk, looks: tuple[Look, ...]) -> str:
         close = sum(map(_close, looks))
         return (
             f"All four have stopped by iteration {walk.iteration}, {close} of 4 within {CLOSE_TURN:g}° and"
-            f" {CLOSE_SHIFT:g} u. Their stopping certifies nothing."
+            f" {CLOSE_SHIFT:g} u. Stopping certifies nothing."
         )
     if walk.stage == STAGES:
         return "Only CPD has a fifth stage; the others hold their fourth."

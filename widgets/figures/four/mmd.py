@@ -37,7 +37,7 @@ def _encode(look: Look) -> Shown:
     marks = (crests(VIEW, frequency), *where(scene), still, cloud(look.moved, bright[1]))
     count = state.frequencies.shape[1]
     words = (
-        f"ℓ = {number(float(state.length[0]), 1)} u: {count} waves, {2 * count} numbers a point."
+        f"ℓ = {number(float(state.length[0]), 1)} u: {count} waves, {2 * count} numbers per point."
         " Drawn: the longest wave’s crests."
     )
     return Shown(marks, words)

@@ -261,7 +261,7 @@ def _promise(chosen: Rule) -> str:
         return "The number of pairs is fixed: neither the sum of squares nor the RMS can rise."
     if chosen.objective_falls:
         return "The capped sum of squares cannot rise; the RMS over the pairs used can."
-    return "With the gate the number of pairs is free: both the sum of squares and the RMS can rise."
+    return "With the gate the number of pairs varies: both the sum of squares and the RMS can rise."
 
 
 def python(state: State) -> str:

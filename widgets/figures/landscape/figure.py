@@ -243,7 +243,7 @@ def _cut(state: State, said: _Numbers, detail: int) -> Panel:
         "Both objectives along x through the last end",
         series,
         x_label="shift in x, u",
-        y_label="Cut through the end, ÷ its highest",
+        y_label="Cut through the end, ÷ its maximum",
         x_range=(-REACH, REACH),
         y_range=(0.0, 1.05),
         now=float(at[0]),

@@ -47,7 +47,7 @@ _SAID: tuple[tuple[str, str, Role, str, str], ...] = (
     ("point-to-plane", "to plane", "by-nearest", "-",
      "Distances to the target’s lines. Along a wall it slides freely."),
     ("gicp", "GICP", "by-nearest", ".",
-     "A covariance at every point of both clouds: a surface model, no measured noise."),
+     "A covariance at every point of both clouds: a surface model, not measured noise."),
     ("ransac-congruent", "RANSAC", "by-samples", "",
      "Pairs of points equally far apart, anywhere: it ignores the start."),
     ("ndt", "NDT", "by-cells", "",
@@ -57,7 +57,7 @@ _SAID: tuple[tuple[str, str, Role, str, str], ...] = (
     ("mmd", "MMD", "by-means", "",
      "Means of 32 random waves at four lengths. No pairs, and no model of clutter."),
     ("association-bp", "BP", "by-marginals", "",
-     "One-to-one marginals by belief propagation: an experiment, no tracker."),
+     "One-to-one marginals by belief propagation: an experiment, not a tracker."),
     ("hypothesis-mixture", "hypotheses", "by-marginals", "-",
      "Averaged one-to-one draws: an experiment, not PMBM, which models births and existence."),
     ("trimmed-icp", "trimmed", "by-nearest", "-.",
@@ -71,13 +71,13 @@ _SAID: tuple[tuple[str, str, Role, str, str], ...] = (
     ("filterreg", "FilterReg", "by-weights", "-.",
      "A mixture on the fixed cloud, summed on a lattice: approximate, not exact EM."),
     ("gmmreg", "GMMReg", "by-means", "-.",
-     "The distance of two mixtures, a Gaussian a point. There is no E-step."),
+     "The distance between two mixtures, a Gaussian per point. There is no E-step."),
     ("ndt-d2d", "D2D-NDT", "by-cells", "-.",
      "Gaussians of both clouds’ cells. The points themselves are not used."),
     ("branch-and-bound", "search", "by-nearest", "-.",
      "All poses in boxes, with a proof for the capped distances. It ignores the start."),
     ("correlative", "grid", "by-cells", "-",
-     "The best of a grid of poses, which holds the true heading. It ignores the start."),
+     "The best of a grid of poses, which includes the true heading. It ignores the start."),
 )  # fmt: skip
 
 ENTRIES: Mapping[str, Entry] = MappingProxyType(

@@ -156,7 +156,7 @@ def _description(state: State) -> str:
     else:
         words.append(f"After {state.steps} step{'' if state.steps == 1 else 's'}, by rotation and translation error:")
         words.append("; ".join(map(_told, state.runs)) + ".")
-    words.append("Below, a chart of the nine rotation errors over the steps, on a scale of decades.")
+    words.append("Below, a chart of the nine rotation errors over the steps, on a logarithmic scale.")
     if state.followed:
         words.append(f"The line of {ENTRIES[state.followed].contestant.label} stands out.")
     return " ".join(words)

@@ -236,7 +236,7 @@ def _note(state: State, ran: Run) -> str:
 def _description(state: State, ran: Run) -> str:
     c, now, truth = state.controls, ran.now, state.scene.truth
     wrong = int(state.wrong.sum())
-    kind = "scattered over windows at the right" if c.scene == "occluded" else "all one window to the side"
+    kind = "scattered over windows on the right" if c.scene == "occluded" else "all one window to the side"
     words = [
         f"Forty lines join window corners of a façade on the left to proposed partners in a second view on the"
         f" right; {wrong} partners are wrong, {kind}, the noise is σ = {number(c.noise)} u, and a circle of"

@@ -178,7 +178,7 @@ def _objective_chart(run: Run) -> Panel:
             Series(x, y, "ink", dashed=run.rule.promise == "none"),
         ],
         x_label="step",
-        y_label=f"{'MMD²' if log else '−log likelihood a point'}; dashed: truth",
+        y_label=f"{'MMD²' if log else '−log likelihood per point'}; dashed: truth",
         x_range=(0.0, float(STEPS)),
         y_range=(0.0, 1.0),
         now=float(run.steps),

@@ -95,7 +95,7 @@ def solved(task: str, scene: Mug, spin: float) -> Pose:
 
 def _known(task: str, scene: Mug, pose: Pose, done: bool) -> Run:
     line = task == "line"
-    reason = ("the rotation about the line is open" if line else "the pairs fix the pose") if done else ""
+    reason = ("the rotation about the line is free" if line else "the pairs fix the pose") if done else ""
     left = float(rms(pose, scene.source, scene.target))
     return Run(task, scene, pose, 0, scene.target, len(scene.source), left, int(line) if done else None, done, reason)
 

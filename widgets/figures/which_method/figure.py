@@ -41,7 +41,7 @@ class Controls:
     pairs: str = choice("none", "Do you have pairs?", QUESTIONS["pairs"], keeps="log")
     start: str = choice("rough", "A start?", QUESTIONS["start"], keeps="log")
     overlap: str = choice("most", "How much overlap?", QUESTIONS["overlap"], keeps="log")
-    surfaces: str = choice("walls", "What is there?", QUESTIONS["surfaces"], keeps="log")
+    surfaces: str = choice("walls", "What is scanned?", QUESTIONS["surfaces"], keeps="log")
 
 
 @dataclass(frozen=True, eq=False)
