@@ -217,3 +217,64 @@ def test_without_scripts_nothing_is_asked(reader: Callable[..., Reader]) -> None
     assert page.locator(".predict").count() > 0
     for box in page.locator(".predict").all():
         expect(box).to_be_hidden()
+
+
+def steps(figure: Figure) -> list[int]:
+    """How many presses each frame has, as the page saw them."""
+    return figure.page.evaluate("id => window.seen[id]", figure.name)
+
+
+WATCH = """id => {
+  const figure = Ladder.figures.get(id);
+  window.seen = { [id]: [] };
+  figure.on("frame", () => window.seen[id].push(figure.shown.log.length));
+}"""
+
+
+@pytest.mark.parametrize(
+    ("page", "name", "most"), [("icp", "fig-wall", None), ("surfaces", "fig-three", 3)]
+)  # to the end, and three presses
+def test_the_run_that_decides_is_seen_step_by_step(
+    reader: Callable[..., Reader], page: str, name: str, most: int | None
+) -> None:
+    """As by Run, and told where it stops; on the way nothing is told."""
+    figure, box = asks(reader().open(f"{page}.html"), name)
+    figure.live()
+    figure.page.evaluate(WATCH, name)
+    box.locator("[data-right=yes]").first.click()
+    expect(box).to_have_attribute("data-told", "right")
+    counted = steps(figure)
+    assert counted == list(range(len(counted)))
+    assert len(counted) - 1 == most or (most is None and len(counted) > 5)
+    step = figure.root.locator('[data-button="step"]')
+    expect(step).to_have_attribute("aria-disabled", str(most is None).lower())
+
+
+def test_a_run_that_is_hurried_to_its_end_still_tells(reader: Callable[..., Reader]) -> None:
+    """And one that is reset half-way asks anew."""
+    figure, box = asks(reader().open("icp.html"), "fig-wall")
+    figure.live()
+    for button, told in (("reset", None), ("finish", "right")):
+        box.locator("[data-right=yes]").first.click()
+        expect(figure.root.locator('[data-button="reset"]')).to_have_attribute("aria-disabled", "false")
+        figure.button(button).click()
+        if told:
+            expect(box).to_have_attribute("data-told", told)
+            assert figure.record()["log"][-1] == ["press", "finish"]
+        else:
+            expect(box.locator("[aria-pressed=true]")).to_have_count(0)
+            assert box.get_attribute("data-told") is None
+
+
+def test_settings_that_were_moved_are_put_back_and_that_is_told(reader: Callable[..., Reader]) -> None:
+    figure, box = asks(reader(reduced_motion="reduce").open("ransac.html"), "fig-consensus")
+    figure.live()
+    own = figure.control("outliers").input_value()
+    for value in (own, "0.8"):
+        figure.set("outliers", value)
+        box.locator("[data-right=yes]").first.click()
+        expect(box).to_have_attribute("data-told", "right")
+        assert figure.control("outliers").input_value() == own
+        put_back = "The settings were put back to those of the question."
+        assert (put_back in box.get_by_role("status").inner_text()) is (value != own)
+        box.get_by_role("button", name="Ask again").click()

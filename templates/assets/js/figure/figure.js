@@ -131,7 +131,7 @@ export class Figure {
     mark("ladder:input", this.id, at);
     this.#coarse();
     this.#state.begin();
-    this.#speaks ||= by !== "hover" && by !== "run";
+    this.#speaks ||= !["hover", "run", "play"].includes(by);
     const frame = runtime.state === "live" ? undefined : taped(this.id, record);
     if (!frame && this.#untaped()) return;
     this.#state.record = record;

@@ -3,11 +3,12 @@
 /** @import { Figure } from "./figure.js" */
 /** @import { Overlay } from "./overlay.js" */
 
-import { around, find, findButton, make, on, text, together } from "../base/dom.js";
+import { around, calm, find, findButton, make, on, text, together } from "../base/dom.js";
 import * as records from "../base/record.js";
 import { session } from "../base/store.js";
 import { createGhost } from "./ghost.js";
 import { approach } from "./links.js";
+import { createPlay } from "./play.js";
 
 const KEY = "ladder:predictions";
 
@@ -39,6 +40,8 @@ export function addPrediction(figure, overlay) {
   const says = find(box, ".predict-says");
   const wanted = { ...figure.initial, ...JSON.parse(box.dataset.record ?? "{}") };
   const within = Number(box.dataset.within ?? 0);
+  const play = createPlay(figure, wanted);
+  let moved = false; // the settings had been, before the answer
   const name = `${location.pathname.split("/").at(-1)}#${figure.id}`;
   /** @type {ReturnType<typeof createGhost> | null} */
   let ghost = null;
@@ -56,6 +59,7 @@ export function addPrediction(figure, overlay) {
       " ",
       words,
       " ",
+      moved ? "The settings were put back to those of the question. " : "",
       make("span", { class: "predict-score" }, `${count(name, right)}.`),
       " ",
       make("button", { type: "button", "data-do": "again" }, "Ask again"),
@@ -64,19 +68,23 @@ export function addPrediction(figure, overlay) {
 
   /** @param {() => void} then */
   function run(then) {
+    const settings = [figure.record, figure.initial].map((record) => records.key(records.reset(record)));
+    moved = settings[0] !== settings[1];
     compare = then;
-    approach(figure, wanted, "predict");
+    if (play && !calm()) play.go();
+    else approach(figure, wanted, "predict");
     look();
   }
 
   function look() {
-    if (!seen(wanted)) {
+    if (!seen(wanted) && !play?.ended()) {
       if (ghost?.compared && !compare) clear(); // what it is compared with has gone
       return;
     }
     const does = compare;
     compare = null;
     does?.();
+    if (does) figure.speak();
   }
 
   /** @param {HTMLElement} chosen */
@@ -155,7 +163,9 @@ export function addPrediction(figure, overlay) {
     on(box, "click", press),
     figure.on("frame", look),
     figure.on("asked", (by) => {
-      if (compare && by !== "predict") clear(); // the reader went elsewhere before the run was seen
+      const further = figure.record.log.length > 0 && play?.within(figure.record);
+      const there = ["predict", "play"].includes(by) || (further && !play?.counted);
+      if (compare && !there) clear(); // the reader went elsewhere before the run was seen
     }),
     clear,
   ]);

@@ -1,0 +1,78 @@
+// A record played press by press, at the pace of Run, so that the way to it is seen and not its end alone.
+/** @import { FigureRecord } from "../base/types.js" */
+/** @import { Figure } from "./figure.js" */
+
+import { limits } from "../base/limits.js";
+import * as records from "../base/record.js";
+import { runtime } from "../runtime/runtime.js";
+import { taped } from "../runtime/tape.js";
+
+const MOST = 32; // presses that are played, four seconds; the end follows then
+const END = "finish"; // the press that is all those of Run at once
+
+/** @typedef {{ counted: boolean, within: (record: FigureRecord) => boolean, ended: () => boolean, go: () => void }} Play */
+
+/**
+ * The way to a record that presses what Run repeats, so many times or to the end; null for any other. within: whether a
+ * record lies on that way. ended: whether the figure shows the end of a run on it.
+ * @param {Figure} figure
+ * @param {FigureRecord} wanted
+ * @returns {Play | null}
+ */
+export function createPlay(figure, wanted) {
+  const repeats = figure.spec.buttons.find(({ does }) => does === "run")?.repeats;
+  const counted = wanted.log.every(([kind, name]) => kind === "press" && name === repeats);
+  const whole = wanted.log.length === 1 && wanted.log[0][1] === END;
+  if (!repeats || !wanted.log.length || !(counted || whole)) return null;
+  const settings = records.key(records.reset(wanted));
+  const most = counted ? wanted.log.length : MOST;
+  let playing = false;
+  let asked = 0; // when the last press was
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  let due;
+
+  /** @param {FigureRecord} record */
+  const within = (record) =>
+    records.key(records.reset(record)) === settings && record.log.every(([kind]) => kind === "press");
+
+  const ended = () =>
+    whole && !figure.pending && within(figure.shown) && figure.frame.disabled.includes(/** @type {string} */ (repeats));
+
+  /** @param {FigureRecord} record */
+  function ask(record) {
+    asked = performance.now();
+    figure.ask(record, { by: "play" });
+  }
+
+  function press() {
+    const further = records.press(figure.record, /** @type {string} */ (repeats));
+    const drawn = runtime.state === "live" || taped(figure.id, further);
+    ask(drawn && further.log.length <= most ? further : wanted);
+  }
+
+  function stop() {
+    clearTimeout(due);
+    if (playing) figure.run(false);
+    playing = false;
+  }
+
+  function frame() {
+    clearTimeout(due);
+    if (!playing || figure.pending) return;
+    if (ended() || records.key(figure.shown) === records.key(wanted)) stop();
+    else due = setTimeout(press, Math.max(0, asked + limits.run - performance.now()));
+  }
+
+  function go() {
+    playing = true;
+    figure.run(true);
+    ask(records.reset(wanted));
+  }
+
+  figure.add(
+    figure.on("frame", frame),
+    figure.on("asked", (by) => by !== "play" && stop()),
+    stop,
+  );
+  return { counted, within, ended, go };
+}
