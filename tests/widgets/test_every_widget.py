@@ -102,8 +102,8 @@ def check_frame(plain: dict[str, Any], frame: dict[str, Any]) -> None:
     buttons = {button.name for button in widget.buttons}
     assert set(frame["disabled"]) <= buttons, f"{here}: disabled names {frame['disabled']}; the buttons are {buttons}"
     assert frame["controls"] == plain["controls"]
-    if frame["motion"]:
-        group, drawn = frame["motion"]["group"], "".join(panel["svg"] for panel in frame["panels"])
+    for motion in frame["motions"]:
+        group, drawn = motion["group"], "".join(panel["svg"] for panel in frame["panels"])
         missing = f"{here}: motion names {group}, and draw puts no Group of that name into that panel"
         assert f'id="{group}"' in drawn, missing
 

@@ -13,7 +13,7 @@ drawn or another record is asked for.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from time import perf_counter
@@ -23,7 +23,7 @@ import numpy as np
 
 from widgets.drawing.picture import Group, Handle, Mark, Panel, Picture, View
 from widgets.drawing.svg import UNIT, group_svg, mark_svg, panel_svg
-from widgets.engine.contract import Action, Motion, Pieces, Record, Widget, parsed
+from widgets.engine.contract import Action, Motion, Pieces, Record, Widget, motions, parsed
 from widgets.engine.controls import clip, nearest, values
 from widgets.engine.jobs import Running
 from widgets.engine.registry import WIDGETS
@@ -189,7 +189,7 @@ class Host:
     ) -> dict[str, Any]:
         level = _level(widget, states[-1], detail)
         picture = widget.draw(states[-1]) if widget.details == 1 else widget.draw(states[-1], level)
-        moved = widget.motion(states[-2], states[-1]) if len(states) > 1 else None
+        moved = motions(widget.motion(states[-2], states[-1])) if len(states) > 1 else ()
         drawn = self._markup.setdefault(figure, _Markup()).drawn(figure, picture.panels)
         panels = [_panel(panel, svg) for panel, svg in zip(picture.panels, drawn, strict=True)]
         frame = _frame(figure, record, picture, panels, moved, headed(widget.python(states[-1]), widget.title))
@@ -263,7 +263,7 @@ def _level(widget: Widget, state: Any, asked: int | None) -> int:
 
 
 def _frame(
-    figure: str, record: Record, picture: Picture, drawn: list[dict[str, Any]], moved: Motion | None, python: str
+    figure: str, record: Record, picture: Picture, drawn: list[dict[str, Any]], moved: Iterable[Motion], python: str
 ) -> dict[str, Any]:
     """A picture, its panels drawn, as plain data for the page."""
     panels = {panel.name: panel for panel in picture.panels}
@@ -277,7 +277,7 @@ def _frame(
         "description": picture.description,
         "note": picture.note,
         "disabled": sorted(picture.disabled),
-        "motion": None if moved is None else _motion(figure, moved, panels[moved.panel]),
+        "motions": [_motion(figure, one, panels[one.panel]) for one in moved],
         "controls": values(record.controls),
         "python": python,
     }

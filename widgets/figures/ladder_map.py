@@ -11,7 +11,7 @@ import numpy as np
 from solvers import Pose
 from solvers.studies.benchmark import CLOSE_DEGREES
 from widgets.drawing.picture import Mark, Panel, Picture, Readout, View, number
-from widgets.engine.contract import Action, Button, Key, Lead, Widget
+from widgets.engine.contract import Action, Button, Key, Lead, Motion, Widget
 from widgets.engine.controls import slider
 from widgets.parts import dial_marks as marks
 from widgets.parts.dial import EVERY, MOST, RUNGS, Course, Dial, made, valleys
@@ -54,6 +54,18 @@ def start(controls: Controls, seed: int) -> State:
 def act(state: State, action: Action) -> State:
     """All balls are let go."""
     return replace(state, rolled=True)
+
+
+def motion(before: State, after: State) -> tuple[Motion, ...]:
+    """Each scan from the start to where its run ended, once that is known."""
+    if before.rolled or "courses" not in after.__dict__:
+        return ()
+    began = Pose.from_angle(before.heading)
+    return tuple(
+        Motion("source", float(course.pose.compose(began.inverse()).angle), (0.0, 0.0), (x, y), name)
+        for name, course in zip(RUNGS, after.courses, strict=True)
+        for x, y in [course.pose.t.tolist()]
+    )
 
 
 def known(state: State) -> int:
@@ -217,6 +229,7 @@ WIDGET = Widget(
         Key("ghost", "where it started", "ring"),
     ),
     tape=tuple(({"turn": turn}, ("roll",)) for turn in (60.0, 0.0, -40.0, 100.0, 180.0)),
+    motion=motion,
     python=python,
     lead=Lead(readouts=("arrive", "rotation_pairs", "rotation_nearest"), buttons=("roll", "reset", "new")),
     shows="One small dial per rung: its objective over all headings, and where its run ends.",

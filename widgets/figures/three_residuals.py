@@ -90,9 +90,13 @@ def act(state: State, action: Action) -> State:
     return replace(state, runs={key: one.finish() if finish else one.step() for key, one in state.runs.items()})
 
 
-def motion(before: State, after: State) -> Motion | None:
-    """None: three clouds that move at once have no common motion."""
-    return None
+def motion(before: State, after: State) -> tuple[Motion, ...]:
+    """The move of one step, of each that has taken it."""
+    return tuple(
+        PLACINGS[name].motion(before.runs[name].pose, run.pose, ANCHOR)
+        for name, run in after.runs.items()
+        if run.steps == before.runs[name].steps + 1
+    )
 
 
 def draw(state: State) -> Picture:
@@ -257,6 +261,7 @@ WIDGET = Widget(
     ),
     handles=tuple(f"{name}-{handle}" for name in NAMES for handle in ("source", "turn")),
     tape=(({}, ("step",) * 3), ({}, ("finish",))),
+    motion=motion,
     python=python,
     lead=Lead(
         panels=("point", "plane", "gicp"),

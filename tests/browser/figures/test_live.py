@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Page, expect
 
+from sitegen.bench.pages import until
 from tests.browser import layout
 from tests.browser.conftest import Reader
 from tests.browser.figure import Figure, finger, tap_after_drag
@@ -321,3 +322,18 @@ def test_solve_is_animated_unless_reduced_motion_is_asked(reader: Callable[..., 
         counts[motion] = page.evaluate("seen")
     assert counts["no-preference"] > 2, "more than the first pose and the last"
     assert counts["reduce"] == 0
+
+
+def test_all_eight_scans_turn_to_where_their_runs_end(reader: Callable[..., Reader]) -> None:
+    """Their ends are known in the second drawing of the press, not the first."""
+    page = reader().open("index.html")
+    figure = Figure(page, "fig-map").live()
+    page.evaluate("""name => {
+      window.seen = new Set();
+      new MutationObserver(list => list.forEach(({ target }) => window.seen.add(target.id)))
+        .observe(document.getElementById(name), {subtree: true, attributes: true, attributeFilter: ['transform']});
+    }""", figure.name)
+    figure.button("roll").click()
+    figure.changes("arrive", "–")
+    until(page, "window.seen.size >= 8")
+    assert page.evaluate("[...window.seen].every(id => id.endsWith('-source'))")

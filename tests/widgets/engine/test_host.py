@@ -15,10 +15,10 @@ from hypothesis import strategies as st
 
 from widgets.drawing.picture import Group, Mark, Panel, Picture, Points, View
 from widgets.drawing.svg import mark_svg, panel_svg
-from widgets.engine.contract import preset
+from widgets.engine.contract import Widget, preset
 from widgets.engine.host import Host, _rounded, _view
 from widgets.engine.registry import WIDGETS
-from widgets.figures import ndt_score, two_poses
+from widgets.figures import ladder_map, ndt_score, three_residuals, two_poses
 from widgets.figures.kabsch import WIDGET
 
 PLAIN = preset(WIDGET, "noisy").plain()
@@ -204,9 +204,9 @@ def test_a_view_tells_window_size_and_padding() -> None:
     assert _view(panel) == [0, 1, -2, 3, 100, 50, 4, 5, 6, 7]
 
 
-def places(frame: dict[str, Any]) -> np.ndarray[Any, Any]:
+def places(frame: dict[str, Any], panel: int = 0) -> np.ndarray[Any, Any]:
     """The source points as drawn, in SVG units."""
-    (d,) = re.findall(r'class="dot m source" d="([^"]*)"', frame["panels"][0]["svg"])
+    d = re.findall(r'-source" class="group">.*?class="dot [ms] source" d="([^"]*)"', frame["panels"][panel]["svg"])[0]
     moves = np.array([[int(v) for v in point] for point in re.findall(r"[Mm](-?\d+) (-?\d+)", d)])
     moves[1:, 0] += 1  # each dot is one unit long
     return moves.cumsum(axis=0)
@@ -217,7 +217,7 @@ def test_motion_leads_from_the_old_drawing_to_the_new(name: str) -> None:
     """Turned by SVG's rotate(turn, about) and shifted, the points of the old drawing are those of the new."""
     plain = preset(WIDGET, name).plain()
     before, after = (Host().render("f", {**plain, "log": log}) for log in ([], [SOLVE]))
-    motion = after["motion"]
+    (motion,) = after["motions"]
     assert abs(motion["turn"]) > 5
     assert all(abs(v) > 50 for v in motion["shift"])
     c, s = np.cos(np.radians(motion["turn"])), np.sin(np.radians(motion["turn"]))
@@ -225,14 +225,37 @@ def test_motion_leads_from_the_old_drawing_to_the_new(name: str) -> None:
     np.testing.assert_allclose(moved, places(after), atol=3)
 
 
+@pytest.mark.parametrize(("widget", "press"), [(ladder_map.WIDGET, "roll"), (three_residuals.WIDGET, "step")])
+def test_every_panel_has_its_own_motion(widget: Widget, press: str) -> None:
+    """Each leads from the old drawing of its panel to the new, and no two are the same."""
+    plain = preset(widget).plain()
+    before, after = (Host().render("f", {**plain, "log": log}) for log in ([], [["press", press]]))
+    moved = {motion["group"]: motion for motion in after["motions"]}
+    names = {panel["name"] for panel in before["panels"] if f'id="f-{panel["name"]}-source"' in panel["svg"]}
+    assert set(moved) == {f"f-{name}-source" for name in names}
+    assert len({motion["turn"] for motion in moved.values()}) > 2
+    for k, panel in enumerate(before["panels"]):
+        if panel["name"] in names:
+            motion = moved[f"f-{panel['name']}-source"]
+            c, s = np.cos(np.radians(motion["turn"])), np.sin(np.radians(motion["turn"]))
+            turned = (places(before, k) - motion["about"]) @ np.array([[c, -s], [s, c]]).T
+            np.testing.assert_allclose(turned + motion["about"] + motion["shift"], places(after, k), atol=3)
+
+
+def test_a_coarse_drawing_has_no_motion_yet() -> None:
+    """The ends are not known in it; the next finer one has all eight."""
+    host, plain = Host(), {**preset(ladder_map.WIDGET).plain(), "log": [["press", "roll"]]}
+    assert [len(host.render("f", plain, level)["motions"]) for level in range(3)] == [0, 8, 8]
+
+
 def test_motion_is_given_for_the_last_action_only() -> None:
     """Solve moves; a drag after it, and the same record's redrawing, say what they are."""
     host = Host()
-    assert host.render("f", record())["motion"] is None
-    motion = host.render("f", record(SOLVE))["motion"]
+    assert host.render("f", record())["motions"] == []
+    (motion,) = host.render("f", record(SOLVE))["motions"]
     assert motion["group"] == "f-main-source"
-    assert host.render("f", record(SOLVE))["motion"] == motion
-    assert host.render("f", record(SOLVE, ["drag", "source", 1, 1]))["motion"] is None
+    assert host.render("f", record(SOLVE))["motions"] == [motion]
+    assert host.render("f", record(SOLVE, ["drag", "source", 1, 1]))["motions"] == []
 
 
 SCORE = preset(ndt_score.WIDGET).plain()

@@ -107,7 +107,7 @@ export interface Frame {
   description: string;
   note: string;
   disabled: string[];
-  motion: Motion | null;
+  motions: Motion[];
   controls: Values;
   python: string;
   detail: number;

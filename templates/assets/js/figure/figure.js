@@ -10,7 +10,7 @@ import * as records from "../base/record.js";
 import { runtime } from "../runtime/runtime.js";
 import { arrived, onTape, taped } from "../runtime/tape.js";
 import { MORE, moreOf } from "./more.js";
-import { motionLength, startMotion } from "./motion.js";
+import { motionLength, startMotions } from "./motion.js";
 import { swapPanels } from "./panels.js";
 import { FigureState } from "./state.js";
 
@@ -252,14 +252,15 @@ export class Figure {
    * @param {"tape" | "live"} source
    */
   #show(record, frame, source) {
-    const motion = records.pressed(this.shown, record) ? frame.motion : null;
+    const known = records.key(record) === records.key(this.shown); // drawn finer: a motion may be known only now
+    const moves = known ? !this.frame.motions.length : records.pressed(this.shown, record);
     this.#endMotion();
     this.#state.show(record, frame, source);
     swapPanels(this.root, frame.panels);
     this.root.dataset.frame = String(Number(this.root.dataset.frame ?? 0) + 1);
     mark(this.#finer ? "ladder:finer" : "ladder:swap", this.id);
-    if (motion) {
-      this.#moving = startMotion(motion, motionLength(this.#running), () => {
+    if (moves) {
+      this.#moving = startMotions(frame.motions, motionLength(this.#running), () => {
         this.#moving = null;
         this.tell();
       });

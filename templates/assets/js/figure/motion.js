@@ -1,4 +1,4 @@
-// A motion from the old place to the new: Python gives the end pose and how it came about, the page moves the group.
+// Motions from the old place to the new: Python gives the end poses and how they came about, the page moves the groups.
 
 /** @import { Dispose, Motion } from "../base/types.js" */
 
@@ -9,24 +9,28 @@ import { limits } from "../base/limits.js";
 const ease = (part) => 1 - (1 - part) ** 3;
 
 /**
- * Starts the group at the inverse of the motion and lets it go to where it is drawn; `over` is called when it is there.
- * Returns what ends it before; null where nothing moves.
- * @param {Motion} motion
+ * Starts each group at the inverse of its motion and lets it go to where it is drawn; `over` is called when they are
+ * there. Returns what ends it before; null where nothing moves.
+ * @param {Motion[]} motions
  * @param {number} length  in ms
  * @param {() => void} over
  * @returns {Dispose | null}
  */
-export function startMotion({ group, turn, about, shift }, length, over) {
-  const moved = document.getElementById(group);
-  if (calm() || !moved) return null;
-  const drawing = /** @type {SVGElement} */ (/** @type {unknown} */ (moved)).ownerSVGElement;
+export function startMotions(motions, length, over) {
+  const groups = motions.flatMap((motion) => {
+    const moved = /** @type {SVGElement | null} */ (/** @type {unknown} */ (document.getElementById(motion.group)));
+    return moved ? { ...motion, moved } : [];
+  });
+  if (calm() || !groups.length) return null;
   const began = performance.now();
   let request = 0;
 
   function end() {
     cancelAnimationFrame(request);
-    moved?.removeAttribute("transform");
-    drawing?.classList.remove("moving");
+    for (const { moved } of groups) {
+      moved.removeAttribute("transform");
+      moved.ownerSVGElement?.classList.remove("moving");
+    }
   }
 
   /** @param {number} now */
@@ -38,12 +42,14 @@ export function startMotion({ group, turn, about, shift }, length, over) {
       return;
     }
     const left = 1 - ease(part);
-    const [x, y] = shift.map((value) => -value * left);
-    moved?.setAttribute("transform", `rotate(${-turn * left} ${about.join(" ")}) translate(${x} ${y})`);
+    for (const { moved, turn, about, shift } of groups) {
+      const [x, y] = shift.map((value) => -value * left);
+      moved.setAttribute("transform", `rotate(${-turn * left} ${about.join(" ")}) translate(${x} ${y})`);
+    }
     request = requestAnimationFrame(draw);
   }
 
-  drawing?.classList.add("moving");
+  for (const { moved } of groups) moved.ownerSVGElement?.classList.add("moving");
   draw(began);
   return end;
 }
