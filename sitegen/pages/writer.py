@@ -6,7 +6,6 @@ import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 from xml.sax.saxutils import escape as xml_escape
@@ -24,6 +23,7 @@ from sitegen.chapters.content import Chapter, Site
 from sitegen.chapters.glossary import Term
 from sitegen.chapters.rendered import Body
 from sitegen.external.fetch import Licence
+from sitegen.markup.typography import held
 from sitegen.pages import api_reference
 from sitegen.pages.about import Made, bibtex
 from sitegen.pages.lost import lost
@@ -98,7 +98,10 @@ class Writer:
             "download": self.download,
         }
         made_of = template, given, self.templates.globals["wheel"]
-        fill = partial(self.templates.get_template(template).render, given)
+
+        def fill() -> str:
+            return held(self.templates.get_template(template).render(given))
+
         return Inside(page, Markup(self.kept.answer(("inside", page.name), made_of, fill)))
 
     def framed(self, inside: Inside, assets: Assets) -> bytes:

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Page
 
+from sitegen.bench.pages import until
 from tests.browser.conftest import Reader
 from tests.browser.figure import Figure, figures
 from tests.browser.layout import (
@@ -77,6 +78,15 @@ ROOTS = """() => {
       .map(wrong => `the root of ${root.textContent} has ${wrong}`);
   });
 }"""
+# Signs after a formula that begin a line.
+STRAYS = """() => [...document.querySelectorAll('math')].flatMap(formula => {
+  const next = formula.nextSibling, range = document.createRange();
+  if (!formula.checkVisibility() || next?.nodeType !== 3 || !/^[,.;:!?)\\]’”]/.test(next.data)) return [];
+  range.setStart(next, 0);
+  range.setEnd(next, 1);
+  const below = range.getBoundingClientRect().top > formula.getBoundingClientRect().bottom - 3;
+  return below ? [`after ${formula.textContent} a line begins with ${next.data.slice(0, 9)}`] : [];
+})"""
 WIDTHS = (1280, 390)
 PERCENTS = (100, 130)
 
@@ -124,6 +134,7 @@ def phone(visit: Callable[..., Found], site: Path) -> Found:
     def overflows(page: Page, _path: str) -> Iterator[str]:
         for script in (SIDEWAYS, SMALL_TEXT, CUT):
             yield from remaining(page, script)
+        yield from page.evaluate(STRAYS)
 
     def leads(page: Page, path: str, percent: int) -> Iterator[str]:
         count, wrong = low(page, ("panel", "button", "first"), 390, 844, percent)
@@ -178,8 +189,8 @@ def test_pages_that_are_alike_are_complete_as_they_are_sent(site: Path, alike: l
 
 
 def test_nothing_overflows_or_moves(phone: Found) -> None:
-    """No page shifts while it becomes alive or uses an id twice; none scrolls sideways, has tiny text or cuts off a
-    label."""
+    """No page shifts while it becomes alive or uses an id twice; none scrolls sideways, has tiny text, cuts off a label
+    or begins a line with the comma after a formula."""
     assert phone["moves"] + phone["overflows"] == []
 
 
@@ -210,6 +221,18 @@ def test_mathematics_is_rendered_at_build_time(reader: Callable[..., Reader]) ->
     page = reader(java_script_enabled=False).open("kabsch.html")
     assert page.locator("math").count() > 10
     assert page.locator("main").inner_text().count("$") == 0
+
+
+def test_a_formula_that_scrolls_fades_where_more_of_it_follows(reader: Callable[..., Reader]) -> None:
+    """At the right until it is scrolled to its end, then at the left; one that fits does not fade."""
+    page = reader(width=390, height=844).open("uncertainty.html")
+    formulas = "[...document.querySelectorAll('.formula')]"
+    wide, fitting = (f"{formulas}.filter(e => e.scrollWidth {sign} e.clientWidth)" for sign in (">", "<="))
+    fades = "(e => ['--before', '--beyond'].map(name => parseFloat(getComputedStyle(e).getPropertyValue(name)) > 0))"
+    assert page.evaluate(f"{fades}({wide}[0])") == [False, True]
+    page.evaluate(f"{wide}[0].scrollLeft = 1e4")
+    until(page, f"{fades}({wide}[0]).join() === 'true,false'")
+    assert page.evaluate(f"{fitting}.map({fades}).flat().some(Boolean)") is False
 
 
 def test_figure_numbers_and_anchors_agree(reader: Callable[..., Reader]) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from sitegen.html_reader import Tag, read
-from sitegen.markup.typography import apostrophes
+from sitegen.markup.typography import apostrophes, held
 
 AS_WRITTEN = {"script", "style", "code", "pre", "math", "kbd"}
 
@@ -31,6 +31,21 @@ AS_WRITTEN = {"script", "style", "code", "pre", "math", "kbd"}
 def test_what_is_curved_and_what_is_left(typed: str, printed: str) -> None:
     """As it is typed, and as it is printed; done twice it stays."""
     assert apostrophes(typed) == apostrophes(printed) == printed
+
+
+@pytest.mark.parametrize(
+    ("html", "kept"),
+    [
+        ("a <math>x</math>, b", 'a <span class="held"><math>x</math>,</span> b'),
+        ("(<math>x</math>) b", '<span class="held">(<math>x</math>)</span> b'),
+        ("a (<math>x</math> b", 'a <span class="held">(<math>x</math></span> b'),
+        ("<math>x</math> and <math>y</math>’s", '<math>x</math> and <span class="held"><math>y</math>’</span>s'),
+        ("<math>(x,</math> b, <math\nclass='a'>y</math> c", "<math>(x,</math> b, <math\nclass='a'>y</math> c"),
+        ('<div class="formula"><math>x,</math></div>', '<div class="formula"><math>x,</math></div>'),
+    ],
+)
+def test_signs_keep_to_their_formula(html: str, kept: str) -> None:
+    assert held(html) == kept
 
 
 class Straight:
