@@ -7,9 +7,10 @@ from time import perf_counter
 import numpy as np
 import pytest
 
+from widgets.drawing.picture import Label, Segments
 from widgets.drawing.svg import mark_svg
 from widgets.engine.contract import Action, preset
-from widgets.figures.drive.figure import SCANS, WIDGET, State, act, chunk, draw, drawn_scans, start
+from widgets.figures.drive.figure import SCANS, WIDGET, State, act, chunk, draw, drawn_scans, loops, start
 from widgets.parts import drive_solved
 from widgets.parts import drive_table as table
 
@@ -83,6 +84,28 @@ def test_what_has_been_drawn_is_drawn_again_as_the_same_mark() -> None:
     state = at_the_end()
     assert draw(state).panels[0].marks[0] is draw(act(state, STEP)).panels[0].marks[0]
     assert chunk("matched", "", False, 0, 15) is chunk("matched", "", False, 0, 15)
+
+
+@pytest.mark.parametrize("poses", ["odometry", "matched", "closed"])
+def test_every_way_shows_the_loops_between_their_scans(poses: str) -> None:
+    """As soon as there is one: odometry leaves them metres long."""
+    assert not len(np.asarray(loops(start(preset(WIDGET, "default", {"poses": poses}).controls, 40)).a))
+    state = at_the_end(poses=poses)
+    mark = loops(state)
+    assert "inlier" in {getattr(mark, "role", "") for mark in draw(state).panels[0].marks}
+    lengths = np.linalg.norm(np.asarray(mark.b) - np.asarray(mark.a), axis=1)
+    assert len(lengths) == (19 if poses == "odometry" else 55)
+    assert (np.median(lengths) > 4.0) == (poses == "odometry")
+
+
+def test_the_map_has_a_bar_of_ten_metres() -> None:
+    """In every way of placing the scans: a metre of the bar is a metre of the map."""
+    for poses in ("odometry", "matched", "closed"):
+        bar, _, label = draw(at_the_end(poses=poses)).panels[0].marks[-3:]
+        assert isinstance(bar, Segments)
+        assert isinstance(label, Label)
+        assert label.text == "10 m"
+        assert np.linalg.norm(np.asarray(bar.b) - np.asarray(bar.a)) == pytest.approx(10.0)
 
 
 @pytest.mark.native

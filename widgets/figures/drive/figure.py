@@ -16,6 +16,7 @@ from widgets.drawing.picture import Array, Mark, Panel, Path, Picture, Points, R
 from widgets.engine.contract import Action, Button, Key, Lead, Widget
 from widgets.engine.controls import Value, choice, toggle
 from widgets.parts.drive_table import WRONG, table
+from widgets.parts.scale_bar import scale_bar
 
 VIEW = View(-36.0, 32.0, -33.0, 17.0)
 STRIDE = 5  # scans a press
@@ -25,6 +26,7 @@ PRESENT = 6  # of the echoes of the present scan
 APART = 0.35  # m between scans whose echoes are drawn: the robot stood still for its first twenty
 FARTHEST = 30.0  # m
 SCANS = 225
+OPEN = 3  # of the loops that odometry leaves open, one in so many is drawn: their lines are as long as the map
 DASH = np.array([0.1, 0.0])  # m
 WAYS = {"odometry": "Odometry", "matched": "Matched", "closed": "Closed"}
 
@@ -110,26 +112,26 @@ def marks(state: State) -> tuple[Mark, ...]:
     ]
     if c.poses != "odometry":
         out.append(Path(table().ways["odometry", "", False].t[:n], "ghost", dotted=True))
-    out.append(Path(way.t[:n], "source"))
-    if c.poses != "odometry":
-        out.append(loops(state))
+    out += [loops(state), Path(way.t[:n], "source")]
     if c.poses == "closed" and c.wrong and n > WRONG[0]:
         out.append(Segments(way.t[WRONG[0]], way.t[WRONG[1]], "outlier", dashed=True))
     here = way[n - 1]
     out.append(Points(inside(here.apply(echoes(n - 1, PRESENT))), "source", radius=2.5))
     out.append(Path(here.apply(ROBOT), "source", closed=True, filled=True))
-    return tuple(out)
+    return (*out, *scale_bar(VIEW, "m"))
 
 
 ROBOT = np.array([(1.3, 0.0), (-0.7, 0.8), (-0.3, 0.0), (-0.7, -0.8)])
 
 
 def loops(state: State) -> Segments:
-    """A line between the two scans of each loop that both have been made."""
+    """A line between the two scans of each loop that both have been made; of those that odometry leaves open, one in
+    three, faint, so that the map shows between them."""
     known, way = table(), state.way
-    some = known.later < state.seen
-    i, j = known.earlier[some], known.later[some]
-    return Segments(way.t[i].reshape(-1, 2), way.t[j].reshape(-1, 2), "inlier")
+    opened = state.controls.poses == "odometry"
+    some = np.flatnonzero(known.later < state.seen)[:: OPEN if opened else 1]
+    a, b = way.t[known.earlier[some]].reshape(-1, 2), way.t[known.later[some]].reshape(-1, 2)
+    return Segments(a, b, "inlier", np.full(len(a), 0.64) if opened else None)
 
 
 def draw(state: State) -> Picture:
@@ -200,6 +202,8 @@ def _description(state: State, shift: Array) -> str:
     else:
         many = "1 loop" if len(shift) == 1 else f"{len(shift)} loops"
         words.append(f"The poses miss {many} by {number(float(np.median(shift)), 3)} m in the median.")
+        drawn = f"one loop in {OPEN}" if c.poses == "odometry" else "each loop"
+        words.append(f"A line joins the two scans of {drawn}.")
     if c.poses == "closed" and c.wrong:
         kernel = {"none": "no kernel", "huber": "Huber’s kernel", "cauchy": "Cauchy’s kernel"}[c.kernel]
         bent = float(np.linalg.norm(state.way.t - plain(c.kernel).t, axis=1).max())

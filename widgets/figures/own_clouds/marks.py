@@ -13,24 +13,22 @@ from widgets.drawing.picture import (
     Array,
     Group,
     Handle,
-    Label,
     Mark,
     Panel,
     Path,
     Points,
     Role,
-    Segments,
     degrees,
     number,
 )
 from widgets.engine.contract import Action
-from widgets.figures.own_clouds.clouds import Clouds, Fit
+from widgets.figures.own_clouds.clouds import Clouds
 from widgets.figures.own_clouds.run import Run
 from widgets.parts.placing import place
 from widgets.parts.room import PLACING, VIEW
+from widgets.parts.scale_bar import scale_bar
 
 ROBOT = 0.22 * np.array([(1.3, 0.0), (-0.7, 0.8), (-0.3, 0.0), (-0.7, -0.8)])  # of the window, however large a scan is
-BAR = 1.4  # units of the window: the bar is the longest round length below twice this, and at least 0.8 of it
 
 
 def plain(value: float, decimals: int = 3) -> str:
@@ -39,21 +37,6 @@ def plain(value: float, decimals: int = 3) -> str:
         return number(value, decimals)
     mantissa, exponent = f"{value * (1 + 1e-9):.2e}".split("e")
     return f"{mantissa}·10{str(int(exponent)).translate(SUPERSCRIPT)}".replace("-", "−")
-
-
-def round_length(wanted: float) -> float:
-    """The longest of 1, 2, 5, 10 … that is at most `wanted`, which is positive."""
-    power = 10.0 ** np.floor(np.log10(wanted))
-    return float(max(step * power for step in (1.0, 2.0, 5.0) if step * power <= wanted * (1 + 1e-9)))
-
-
-def scale_bar(fit: Fit, unit: str) -> tuple[Mark, ...]:
-    """A bar of a round length in the clouds' unit, in the window's corner."""
-    length = round_length(2 * BAR / fit.scale)
-    x, y = VIEW.x0 + 0.35, VIEW.y0 + 0.35
-    end = x + length * fit.scale
-    ticks = Segments([[x, y - 0.08], [end, y - 0.08]], [[x, y + 0.08], [end, y + 0.08]], "ink")
-    return Segments([x, y], [end, y], "ink"), ticks, Label((x, y), f"{length:g} {unit}", "ink", dy=-9.0)
 
 
 def moved(clouds: Clouds, pose: Pose) -> Array:
@@ -72,7 +55,7 @@ def robot(clouds: Clouds, pose: Pose, role: Role) -> tuple[Mark, ...]:
 def clouds_panel(run: Run) -> Panel:
     """The target, where the source began, and where it is."""
     c = run.clouds
-    marks: list[Mark] = [*scale_bar(c.fit, c.unit)]
+    marks: list[Mark] = [*scale_bar(VIEW, c.unit, c.fit.scale)]
     if len(c.source) and run.steps:
         marks.append(Points(moved(c, run.began), "ghost", radius=2.5))
     if len(c.target):
