@@ -7,7 +7,7 @@ from time import perf_counter
 import numpy as np
 import pytest
 
-from widgets.drawing.picture import Label, Segments
+from widgets.drawing.picture import Label, Ring, Segments
 from widgets.drawing.svg import mark_svg
 from widgets.engine.contract import Action, preset
 from widgets.figures.drive.figure import SCANS, WIDGET, State, act, chunk, draw, drawn_scans, loops, start
@@ -77,6 +77,18 @@ def test_the_wrong_loop_is_drawn_where_the_graph_has_it() -> None:
     assert "outlier" not in roles(at_the_end(poses="matched", wrong=True))
     early = start(preset(WIDGET, "wrong").controls, 40)
     assert "outlier" not in roles(early)
+
+
+@pytest.mark.parametrize("kernel", table.KERNELS)
+def test_the_wrong_loop_is_found_with_every_kernel(kernel: str) -> None:
+    """Its scans have a ring each, of two sizes, and it has its name, also where it has no length to be seen by."""
+    state = at_the_end(poses="closed", wrong=True, kernel=kernel)
+    marks = draw(state).panels[0].marks
+    rings = {mark.radius: np.asarray(mark.xy) for mark in marks if isinstance(mark, Ring)}
+    assert len(rings) == 2
+    for (_, xy), scan in zip(sorted(rings.items()), sorted(table.WRONG), strict=True):
+        np.testing.assert_array_equal(xy, state.way.t[scan])
+    assert "wrong loop" in [mark.text for mark in marks if isinstance(mark, Label)]
 
 
 def test_what_has_been_drawn_is_drawn_again_as_the_same_mark() -> None:

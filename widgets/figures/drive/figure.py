@@ -12,7 +12,20 @@ import numpy as np
 
 from solvers import Pose
 from solvers.scenes.drive import telecom_loop
-from widgets.drawing.picture import Array, Mark, Panel, Path, Picture, Points, Readout, Segments, View, number
+from widgets.drawing.picture import (
+    Array,
+    Label,
+    Mark,
+    Panel,
+    Path,
+    Picture,
+    Points,
+    Readout,
+    Ring,
+    Segments,
+    View,
+    number,
+)
 from widgets.engine.contract import Action, Button, Key, Lead, Widget
 from widgets.engine.controls import Value, choice, toggle
 from widgets.parts.drive_table import WRONG, table
@@ -113,8 +126,8 @@ def marks(state: State) -> tuple[Mark, ...]:
     if c.poses != "odometry":
         out.append(Path(table().ways["odometry", "", False].t[:n], "ghost", dotted=True))
     out += [loops(state), Path(way.t[:n], "source")]
-    if c.poses == "closed" and c.wrong and n > WRONG[0]:
-        out.append(Segments(way.t[WRONG[0]], way.t[WRONG[1]], "outlier", dashed=True))
+    if c.poses == "closed" and c.wrong:
+        out += wrong_loop(way, n)
     here = way[n - 1]
     out.append(Points(inside(here.apply(echoes(n - 1, PRESENT))), "source", radius=2.5))
     out.append(Path(here.apply(ROBOT), "source", closed=True, filled=True))
@@ -132,6 +145,18 @@ def loops(state: State) -> Segments:
     some = np.flatnonzero(known.later < state.seen)[:: OPEN if opened else 1]
     a, b = way.t[known.earlier[some]].reshape(-1, 2), way.t[known.later[some]].reshape(-1, 2)
     return Segments(a, b, "inlier", np.full(len(a), 0.64) if opened else None)
+
+
+def wrong_loop(way: Pose, n: int) -> list[Mark]:
+    """A ring about each of its two scans, the later one's larger, so that both are seen where the edge pulls them
+    together; the edge, and its name once both scans have been made."""
+    later, earlier = WRONG
+    out: list[Mark] = [Ring(way.t[k], "outlier", radius) for k, radius in ((earlier, 6.0), (later, 10.0)) if k < n]
+    if later < n:
+        a, b = way.t[later], way.t[earlier]
+        out.append(Segments(a, b, "outlier", dashed=True))
+        out.append(Label(a, "wrong loop", "outlier", "middle", dy=-16.0))
+    return out
 
 
 def draw(state: State) -> Picture:
@@ -207,7 +232,10 @@ def _description(state: State, shift: Array) -> str:
     if c.poses == "closed" and c.wrong:
         kernel = {"none": "no kernel", "huber": "Huber’s kernel", "cauchy": "Cauchy’s kernel"}[c.kernel]
         bent = float(np.linalg.norm(state.way.t - plain(c.kernel).t, axis=1).max())
-        words.append(f"A wrong loop is among the edges; with {kernel} it moves a pose by at most {number(bent)} m.")
+        words.append(
+            f"A wrong loop is among the edges; with {kernel} it moves a pose by at most {number(bent)} m."
+            f" A small ring marks its scan {WRONG[1]} and a large one its scan {WRONG[0]}, once they have been made."
+        )
     return " ".join(words)
 
 
