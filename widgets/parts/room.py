@@ -26,6 +26,8 @@ PLACING = Placing(VIEW, limit=(4.5, 2.75), reach=2.6, least=1.6)
 ANCHOR = np.zeros(2)
 ANCHOR.flags.writeable = False
 
+FAINT = 0.34  # weight of a pair that is not used
+
 SETTINGS = {name: name.capitalize() for name in ROOM_SETTINGS}
 BRINGS: dict[str, dict[str, Value]] = {
     name: {
@@ -83,11 +85,14 @@ def source(scene: Scene, pose: Pose, used: BoolArray | None = None, placing: Pla
 
 
 def pair_lines(moved: Array, partners: Array, used: BoolArray, gated: BoolArray) -> tuple[Mark, ...]:
-    """One line a pair, moved (m, 2) to partners (m, 2): those used, those outside a gate, and the rest, trimmed."""
+    """One line a pair, moved (m, 2) to partners (m, 2): those used, those outside a gate, and the rest, trimmed.
+
+    What is not used is faint, since it may be most of the pairs, and the longest.
+    """
     trimmed = ~used & ~gated
     return (
-        Segments(moved[gated], partners[gated], "outlier", dashed=True),
-        Segments(moved[trimmed], partners[trimmed], "weak", dashed=True),
+        Segments(moved[gated], partners[gated], "outlier", np.full(int(gated.sum()), FAINT), dashed=True),
+        Segments(moved[trimmed], partners[trimmed], "weak", np.full(int(trimmed.sum()), FAINT), dashed=True),
         Segments(moved[used], partners[used], "pair"),
     )
 

@@ -36,12 +36,15 @@ def test_a_problem_is_a_batch_of_one() -> None:
 
 @given(st.lists(st.sampled_from(["used", "gated", "trimmed"]), min_size=1, max_size=20))
 def test_every_pair_is_drawn_once_by_its_kind(kinds: list[str]) -> None:
-    """Used, gated and trimmed pairs are three layers that together are all of them."""
+    """Used, gated and trimmed pairs are three layers that together are all of them; only the used ones are strong."""
     ends = np.arange(2.0 * len(kinds)).reshape(-1, 2)
     used, gated = (np.array([kind == name for kind in kinds]) for name in ("used", "gated"))
     lines = pair_lines(ends, ends + 1.0, used, gated)
     counts = {mark.role: len(np.asarray(mark.a)) for mark in lines if isinstance(mark, Segments)}
     assert counts == {"pair": kinds.count("used"), "outlier": kinds.count("gated"), "weak": kinds.count("trimmed")}
+    for mark in lines:
+        assert isinstance(mark, Segments)
+        assert mark.role == "pair" or (np.asarray(mark.weight) < 0.5).all()
 
 
 def test_the_marks_make_a_panel() -> None:
