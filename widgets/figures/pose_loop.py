@@ -38,6 +38,8 @@ INFORMATION = np.diag(SIGMA**-2.0)
 JOINS = ((0, 1), (1, 2), (2, 3), (3, 0), (0, 2))
 LOOP, FALSE = 3, 4
 OFF = np.array([-3.4, -2.0])  # u, by which the false edge is wrong
+BESIDE, BELOW = 42.0, 50.0  # px from a handle to words by it: on a phone it covers 25 px about its middle
+CLEAR = 35.0  # px from a handle's middle to that of a number
 GLYPH = 0.34  # u, from the middle of a robot to its nose
 POSES = ("second", "third", "fourth")
 KERNEL_NAMES = {"none": "None", "huber": "Huber", "cauchy": "Cauchy", "dcs": "Scaling (DCS)"}
@@ -141,13 +143,16 @@ def draw(state: State) -> Picture:
         marks += [Segments(put.t, poses.t[JOINS[edge][1]], "ghost", dashed=True), _glyph(put, "ghost", filled=False)]
     marks += [mark for edge in range(len(edges)) for mark in _spring(state, edge)]
     marks += [_glyph(poses[k], "source") for k in range(4)]
-    marks += [Label(poses.t[k], str(k + 1), "ink", "middle", dx=26 * CORNERS[k, 0], dy=5) for k in range(4)]
+    handles = _handles(state)
+    knobs = VIEW.px([handle.xy for handle in handles])
+    marks += [_number(poses.t[k], k, knobs) for k in range(4)]
+    marks.append(_loop_name(_within(_put(state, LOOP).t, 0), poses.t[0]))
     marks += [_chi2(state, edge) for edge in range(len(edges))]
     return Picture(
         (Panel("main", "Four poses, the edges between them and the walls seen", VIEW, tuple(marks)),),
         _readouts(state, said),
         _description(state, said),
-        _handles(state),
+        handles,
         _note(state, said),
         frozenset({"solve", "step"} if state.run.done else ()),
     )
@@ -175,6 +180,26 @@ def _spring(state: State, edge: int) -> tuple[Mark, ...]:
     at = np.r_[0.0, np.linspace(ends, length - ends, 23), length]
     aside = 0.12 * np.r_[0.0, 0.0, np.resize([1.0, -1.0], 21), 0.0, 0.0]
     return (Path(a + at[:, None] * along + aside[:, None] * [-along[1], along[0]], _role(edge)),)
+
+
+def _number(at: Array, node: int, knobs: Array) -> Label:
+    """A pose's, towards the outside, or the nearest place beside the pose that no handle covers, within the panel."""
+    at = np.clip(at, [-6.0, -4.3], [6.0, 4.3])
+    across, up = CORNERS[node]
+    ways = BESIDE * np.array([(across, 0.0), (across, -up), (0.0, -up), (-across, 0.0), (across, up), (0.0, up)])
+    places = VIEW.px(at) + ways
+    clear = np.linalg.norm(places[:, None] - knobs, axis=2).min(axis=1) > CLEAR
+    free = clear & (places > 10.0).all(axis=1) & (places < np.array(VIEW.size) - 10.0).all(axis=1)
+    dx, dy = ways[int(np.argmax(free))]
+    return Label(at, str(node + 1), "ink", "middle", dx=dx, dy=dy + 6.0)
+
+
+def _loop_name(at: Array, pose: Array) -> Label:
+    """Under the loop's handle; above it where there is no room, and left of it where it stands above the pose."""
+    if at[1] > pose[1] + 0.5 and at[0] > -4.6:
+        return Label(at, "loop", "accent", "end", dx=-BESIDE + 10.0, dy=6.0)
+    at = np.clip(at, [-5.7, -4.3], [5.7, 4.3])
+    return Label(at, "loop", "accent", "middle", dy=BELOW if at[1] > -3.4 else -BESIDE)
 
 
 def _chi2(state: State, edge: int) -> Label:

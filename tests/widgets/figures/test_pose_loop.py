@@ -11,9 +11,25 @@ from hypothesis import strategies as st
 
 from solvers import Status
 from solvers.posegraph import KERNELS, chi_squared, optimise
+from widgets.drawing.picture import Label
 from widgets.engine.contract import SEED, Action, preset
 from widgets.engine.host import Host
-from widgets.figures.pose_loop import FALSE, LEAST, LOOP, MOST, POSES, TRUTH, VIEW, WIDGET, Controls, State, act, start
+from widgets.figures.pose_loop import (
+    CORNERS,
+    FALSE,
+    LEAST,
+    LOOP,
+    MOST,
+    POSES,
+    TRUTH,
+    VIEW,
+    WIDGET,
+    Controls,
+    State,
+    act,
+    draw,
+    start,
+)
 
 SOLVE, STEP = Action("press", "solve"), Action("press", "step")
 SEEDS = range(SEED, SEED + 25 * 13, 13)
@@ -130,3 +146,26 @@ def test_the_readouts_of_the_chapter() -> None:
     bent, held = shown(["press", "solve"], false=True), shown(["press", "solve"], false=True, kernel="dcs")
     assert float(bent["apart"]) > 1.0 > 0.3 > float(held["apart"])
     assert bent["stop"] == held["stop"] == "converged"
+
+
+def test_no_handle_covers_a_number() -> None:
+    """On a phone, where a knob covers 25 nominal px about its middle: wherever handles stand, at the start, after a
+    solve, or at the ends of what they reach, each pose's number and the loop's name are beside them, and in the panel.
+    """
+    states = [start(Controls(), SEED)]
+    states += [act(start(Controls(false=false), SEED), SOLVE) for false in (False, True)]
+    for x, y in ((LEAST[0], LEAST[0]), (MOST[0], MOST[1]), (3.0, 3.0)):
+        state = states[0]
+        for name, corner in zip(("loop", *POSES), CORNERS, strict=True):
+            state = act(state, Action("drag", name, *(corner * [x, y])))
+        states.append(state)
+    for state in states:
+        picture = draw(state)
+        labels = {mark.text: mark for mark in picture.panels[0].marks if isinstance(mark, Label)}
+        knobs = VIEW.px([handle.xy for handle in picture.handles])
+        for name in ("1", "2", "3", "4", "loop"):
+            label = labels[name]
+            at = VIEW.px(label.xy)[0] + [label.dx, label.dy - 6.0]
+            assert np.linalg.norm(knobs - at, axis=1).min() > 30.0, name
+            assert (at > 8.0).all(), name
+            assert (at < np.array(VIEW.size) - 8.0).all(), name
