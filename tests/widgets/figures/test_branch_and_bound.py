@@ -37,6 +37,19 @@ def test_headings_that_are_ruled_out_hold_nothing_better() -> None:
     assert (floors <= values[~gone] + 1e-12).all()
 
 
+def test_every_open_arc_has_a_tick_at_its_ends() -> None:
+    """So that halving is seen while all floors are nothing: one tick, then two, four and eight, at equal distances;
+    later where the arcs left begin and end."""
+    for steps, count in enumerate((1, 2, 4, 8)):
+        ends = after(steps, "turns").floors.ends
+        np.testing.assert_allclose(ends, np.arange(count) * 2.0 * np.pi / count - np.pi, atol=1e-12)
+    later = after(6, "turns")
+    boxes = later.ground.in_world(later.now.boxes[0])
+    found = np.unique(np.concatenate([boxes.middle[:, 0] - boxes.half[:, 0], boxes.middle[:, 0] + boxes.half[:, 0]]))
+    assert len(later.floors.ends) == len(np.unique(found.round(9)))
+    np.testing.assert_allclose(later.floors.ends, np.unique(found.round(9)), atol=np.pi / marks.HEADINGS)
+
+
 def test_floors_of_the_raster_are_the_lowest_bounds() -> None:
     """Against every box asked at every heading and place; boxes of all sizes of a root of no round size."""
     rng = np.random.default_rng(1)

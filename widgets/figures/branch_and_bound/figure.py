@@ -229,6 +229,12 @@ _WORDS = {
 }
 
 
+def _ends(count: int) -> str:
+    if not count:
+        return "No arc is open."
+    return f"A tick marks where arcs that are open begin or end, at {count} place{'' if count == 1 else 's'}."
+
+
 def _description(state: State) -> str:
     c, now, (ceiling, floor) = state.controls, state.now, state.course[-1]
     steps, gone = len(state.course) - 1, state.floors.share_gone
@@ -238,6 +244,7 @@ def _description(state: State) -> str:
         f" source point contributing its squared distance, capped at {number(c.cap, 1)} u.",
         "A ring around the scene shows the floor of each heading, with the ceiling at its rim; headings ruled out are"
         " grey up to the rim. The true heading is at the top.",
+        _ends(len(state.floors.ends)),
     ]
     if state.held:
         words.append("The source’s position is fixed at the true one; only its rotation is searched.")
@@ -304,6 +311,7 @@ WIDGET = Widget(
         Key("source", "source at the best pose found; ceiling", "dot"),
         Key("source", "centre of the source", "cross"),
         Key("accent", "floor of an open heading", "area"),
+        Key("accent", "end of an open arc", "line"),
         Key("ghost", "heading ruled out", "area"),
         Key("weak", "ruled out by the last step", "area"),
         Key("target", "target", "square"),

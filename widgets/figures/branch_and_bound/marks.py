@@ -14,18 +14,21 @@ from widgets.drawing.picture import Array, Heat, Label, Mark, Path, Points, Ring
 HEADINGS = 256  # places of the ring, a power of two: so a box fills places, or is part of one
 TILES = 64  # along each side of the field, likewise
 INNER, OUTER = 6.5, 7.9  # u from the middle to a floor of nothing, and to the ceiling
+TICK = (-0.65, 0.3)  # u from the inner circle: also seen below the truth, where the first two arcs meet
 ROUND = 6.3  # u, as far as the field is drawn
 
 
 @dataclass(frozen=True, eq=False)
 class Floors:
     """The lowest bound of the boxes left at every heading (HEADINGS,) and at every place (TILES, TILES), row 0 lowest,
-    in u²; infinite where none is left. gone: headings and places that the last step has taken the last box from."""
+    in u²; infinite where none is left. gone: headings and places that the last step has taken the last box from. ends:
+    (n,) where the boxes left begin and end around the circle, radians in [−π, π)."""
 
     headings: FloatArray
     places: FloatArray
     headings_gone: BoolArray
     places_gone: BoolArray
+    ends: FloatArray
 
     @property
     def share_gone(self) -> float:
@@ -38,10 +41,11 @@ def floors(root: Boxes, boxes: Boxes, discarded: Boxes, held: bool) -> Floors:
     turned = _along(root, boxes)
     gone = np.isfinite(_along(root, discarded)) & np.isinf(turned)
     nothing = np.full((TILES, TILES), np.inf)
+    ends = _ends(boxes)
     if held:
-        return Floors(turned, nothing, gone, np.zeros_like(nothing, dtype=np.bool_))
+        return Floors(turned, nothing, gone, np.zeros_like(nothing, dtype=np.bool_), ends)
     there = _over(root, boxes)
-    return Floors(turned, there, gone, np.isfinite(_over(root, discarded)) & np.isinf(there))
+    return Floors(turned, there, gone, np.isfinite(_over(root, discarded)) & np.isinf(there), ends)
 
 
 def _span(middle: FloatArray, half: FloatArray, low: float, size: float, count: int) -> tuple[IntArray, IntArray]:
@@ -60,6 +64,15 @@ def _along(root: Boxes, boxes: Boxes) -> FloatArray:
     for a, b in {*zip(first[wide].tolist(), last[wide].tolist(), strict=True)}:
         values[a:b] = np.minimum(values[a:b], boxes.bound[wide & (first == a) & (last == b)].min())
     return values
+
+
+def _ends(boxes: Boxes) -> FloatArray:
+    """Each once, and those of boxes that are part of one place of the ring at that place's border."""
+    middle, half = boxes.middle[:, 0], boxes.half[:, 0]
+    place = np.rint(np.concatenate([middle - half, middle + half]) / (2.0 * np.pi) * HEADINGS).astype(np.int64)
+    half_turn = HEADINGS // 2
+    there = np.unique((place + half_turn) % HEADINGS) - half_turn
+    return np.asarray(there * (2.0 * np.pi / HEADINGS), dtype=np.float64)
 
 
 def _over(root: Boxes, boxes: Boxes) -> FloatArray:
@@ -88,7 +101,8 @@ def place(turn: Array | float, radius: Array | float) -> Array:
 
 
 def ring(now: Floors, ceiling: float) -> tuple[Mark, ...]:
-    """A step for every heading: as high as its floor while it is open, up to the ceiling once it is ruled out."""
+    """A step for every heading: as high as its floor while it is open, up to the ceiling once it is ruled out. A tick
+    where an open arc begins or ends, since the floors of neighbours may be alike, and are nothing at first."""
     gone, new = np.isinf(now.headings), now.headings_gone
     share = np.clip(np.where(gone, 1.0, now.headings / ceiling), 0.0, 1.0)
     radius = INNER + (OUTER - INNER) * share
@@ -97,6 +111,7 @@ def ring(now: Floors, ceiling: float) -> tuple[Mark, ...]:
         *_steps(radius, gone & ~new, "ghost"),
         *_steps(radius, new, "weak"),
         *_steps(radius, ~gone, "accent"),
+        Segments(place(now.ends, INNER + TICK[0]), place(now.ends, INNER + TICK[1]), "accent"),
         Ring([0.0, 0.0], "source", reach=OUTER, dashed=True),
     )
 
