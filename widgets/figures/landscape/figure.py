@@ -248,6 +248,7 @@ def _cut(state: State, said: _Numbers, detail: int) -> Panel:
         y_range=(0.0, 1.05),
         now=float(at[0]),
         height=300.0,
+        caption="Solid: MMD². Dashed: nearest distances.",
     )
 
 
@@ -378,8 +379,6 @@ WIDGET = Widget(
         Key("source", "starts that do not", "cross"),
         Key("source", "descents, and the source", "line"),
         Key("target", "target", "square"),
-        Key("accent", "cut of MMD²", "line"),
-        Key("ink", "cut of the nearest distances", "dashed"),
     ),
     clicks=("map",),
     tape=(({}, ("sow", "sow")), ({}, ("sow", "resample"))),
