@@ -134,13 +134,15 @@ def test_lines_split_by_the_best_pose() -> None:
 
 
 def test_what_the_threshold_gets_wrong_is_ringed() -> None:
-    """A ring for each wrong pair that is counted and each right one that is not, as many as the readouts say."""
+    """A ring for each wrong pair that is counted and each right one that is not, as many as the readouts say; partners
+    outside ε are hollow."""
     for controls in ({"scene": "repeated", "outliers": 0.6}, {"epsilon": 1.6, "outliers": 0.8}, {"epsilon": 0.04}, {}):
         state = run(FINISH, **controls)
         rings = [m for m in draw(state).panels[0].marks if isinstance(m, Points) and m.shape == "ring"]
         ringed = {m.role: len(np.asarray(m.xy)) for m in rings}
         assert ringed.pop("ghost") == 40
         said = shown(frame(["press", "finish"], **controls))
+        assert ringed.pop("target") == 40 - int(said["count"])
         assert ringed == {"outlier": int(said["admitted"]), "truth": int(said["lost"])}
     assert int(shown(frame(["press", "finish"], scene="repeated", outliers=0.6))["admitted"]) >= 20
     assert int(shown(frame(["press", "finish"], epsilon=0.04))["lost"]) >= 11

@@ -324,7 +324,7 @@ WIDGET = Widget(
         Key("outlier", "match outside", "dashed"),
         Key("source", "source; its front at the best pose", "line"),
         Key("target", "target", "square"),
-        Key("outlier", "partner outside ε", "cross"),
+        Key("target", "partner outside ε", "ring"),
         Key("outlier", "wrong, yet within ε", "ring"),
         Key("truth", "right, yet outside", "ring"),
         Key("accent", "this trial and its pose", "dashed"),

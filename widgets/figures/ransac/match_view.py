@@ -70,7 +70,7 @@ def match_panel(shown: Shown) -> Panel:
     ]
     marks += [
         Points(q[~left], "target", "square", radius=4.0),
-        Points(q[left], "outlier", "cross", radius=4.0),
+        Points(q[left], "target", "ring", radius=4.0),
         Points(p, "source", radius=4.0),
     ]
     if shown.pose is not None:
