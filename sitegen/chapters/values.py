@@ -57,7 +57,7 @@ def read_value(text: str) -> Call | float:
     """The number that a text of arithmetic gives, or the call that it is. Raises CallError."""
     try:
         tree = ast.parse(text, mode="eval").body
-        return _worked_out(tree)
+        return float(_worked_out(tree))
     except (SyntaxError, LookupError):
         return read_call(text)
     except (ArithmeticError, TypeError, ValueError) as error:
@@ -68,7 +68,7 @@ def _worked_out(node: ast.expr) -> float:
     """Raises LookupError for what is not arithmetic."""
     match node:
         case ast.Constant(value=int() | float() as number) if not isinstance(number, bool):
-            return float(number)
+            return number
         case ast.Name("pi"):
             return math.pi
         case ast.BinOp(left, sign, right):

@@ -46,10 +46,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _as_typed(message: str, given: Sequence[str]) -> str:
-    """A message that begins with an argument's name in Python, with the option's name where it was typed."""
+    """A message that begins with an argument's name in Python, with the option's name where it was typed; a method's
+    own option of that name may be meant as well, and keeps it.
+    """
     name, colon, rest = message.partition(":")
-    option = f"--{name.replace('_', '-')}"
-    return f"{option}:{rest}" if colon and option in (text.partition("=")[0] for text in given) else message
+    option, typed = f"--{name.replace('_', '-')}", [text.partition("=")[0] for text in given]
+    return f"{option}:{rest}" if colon and option in typed and name not in typed else message
 
 
 def _files(given: list[str]) -> list[str]:

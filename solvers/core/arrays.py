@@ -15,3 +15,12 @@ StatusArray: TypeAlias = NDArray[np.int8]
 # like every other row.
 ReasonArray: TypeAlias = NDArray[np.object_]
 AnyArray: TypeAlias = NDArray[Any]
+
+
+def leading(index: Any, axes: tuple[int, ...]) -> Any:
+    """An index of the leading axes `axes` that reaches into none behind them: a tuple or `...` as whole numbers, an
+    array of them for each axis; anything else as it is.
+    """
+    if not isinstance(index, tuple) and index is not Ellipsis:
+        return index
+    return np.unravel_index(np.arange(np.prod(axes, dtype=np.int64)).reshape(axes)[index], axes)

@@ -54,7 +54,8 @@ def _got(values: object, a: AnyArray, text: str) -> str:
     if a.dtype.names:
         return f"dtype {a.dtype}; stack its fields, numpy.stack([a[f] for f in a.dtype.names], axis=-1)"
     if a.dtype.kind in "USO":
-        return f"dtype {a.dtype}; .astype(float) makes numbers of them" if a.ndim else type(values).__name__
+        several = a.ndim and isinstance(values, list | tuple | np.ndarray)
+        return f"dtype {a.dtype}; .astype(float) makes numbers of them" if several else type(values).__name__
     return f"dtype {a.dtype}"
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike
 
-from solvers.core.arrays import FloatArray
+from solvers.core.arrays import FloatArray, leading
 from solvers.core.kinds import of_kind
 from solvers.core.numbers import finite, moderate, numbers
 from solvers.core.proper import apart, check, check_rotation, of_one_batch
@@ -389,6 +389,7 @@ class Pose:
         """The poses at `rows` of the batch: any numpy index of the leading axes."""
         if not self.batch:
             raise TypeError("a single pose has no rows")
+        rows = leading(rows, self.batch)
         return Pose.trusted(self.R[rows], self.t[rows], np.asarray(self.scale)[rows])
 
     def __repr__(self) -> str:

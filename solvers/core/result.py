@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from solvers.core import validate
-from solvers.core.arrays import AnyArray, BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.arrays import AnyArray, BoolArray, FloatArray, IntArray, ReasonArray, StatusArray, leading
 from solvers.core.method import State
 from solvers.core.partners import NONE
 from solvers.core.pose import Pose
@@ -251,11 +251,11 @@ class Result:
         if not self.pose.batch:
             raise TypeError("the result of one problem has no parts")
         problems = np.arange(self.pose.R[..., 0, 0].size).reshape(self.pose.batch)[index]
-        single = problems.ndim == 0
+        single, index = problems.ndim == 0, leading(index, self.pose.batch)
         rows = np.ravel(problems)
         steps, status, reason = (np.asarray(value)[index] for value in (self.steps, self.status, self.reason))
         until = (slice(int(steps) + 1 if single else None), *(index if isinstance(index, tuple) else (index,)))
-        many = len(self.states) > 1
+        many = len(self.states) > 1 and rows.size > 0
         return Result(
             method=self.method,
             pose=self.pose[index],

@@ -29,8 +29,8 @@ from solvers.posegraph import checks, kernels, linear
 from solvers.posegraph.errors import derivatives, moved, offsets, squares
 from solvers.posegraph.linear import Plan
 
-_ROUNDING = 1e-14
-_FIRST, _LEAST, _SLIGHT, _MOST = 1e-6, 1e-12, 1e-3, 1e12
+_FIRST, _LEAST, _SLIGHT, _MOST, _ROUNDING = 1e-6, 1e-12, 1e-3, 1e12, 1e-14
+_WHY = {Status.STALLED: "no step lowers the objective", Status.DEGENERATE: "a step is beyond floating point"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -278,7 +278,7 @@ def _advanced(run: GraphRun) -> GraphRun:
     diagonal = linear.diagonal(n, edges.i, edges.j, ii, jj)
     reach = max(float(np.abs(edges.relative.t).max(initial=0.0)), 1e-12)
     size = np.array([reach, reach, 1.0])
-    damping = run.damping
+    damping, status = run.damping, Status.STALLED
     while damping <= _MOST:
         try:
             solve = linear.factor(run.setting.plan, edges.i, edges.j, ii, ij, jj, damping * diagonal)
@@ -286,7 +286,7 @@ def _advanced(run: GraphRun) -> GraphRun:
         except np.linalg.LinAlgError:
             step = np.full((n, 3), np.nan)
         if not np.isfinite(step).all():
-            damping *= 10.0
+            damping, status = 10.0 * damping, Status.DEGENERATE
             continue
         gain = -float((gradient * step).sum())
         small = bool((np.abs(step) <= run.setting.tolerance * size).all()) or gain <= _ROUNDING * run.objective
@@ -296,7 +296,7 @@ def _advanced(run: GraphRun) -> GraphRun:
         if after.objective < run.objective:
             return _capped(replace(after, steps=run.steps + 1, damping=max(0.1 * damping, _LEAST)))
         damping *= 10.0
-    return replace(run, status=Status.STALLED, reason="no step lowers the objective", damping=damping)
+    return replace(run, status=status, reason=_WHY[status], damping=damping)
 
 
 def optimise(

@@ -16,7 +16,7 @@ By tests that go over all figures; `python3 build.py test -k NAME` runs them for
   as charts do, beside two, near 200 beside three. On a phone each is as wide as the page, and the style sheet keeps the
   letters of these four between 11 and 14 px; no word reaches beyond the panel's edge.
 - A panel's label is two words or more, and no other's.
-- What `motion` names is a `Group` that `draw` puts into that panel of the state after it. The group "source" holds the
+- Each `Motion` names a `Group` that `draw` puts into its panel of the state after it. The group "source" holds the
   source's points as dots, and nothing of the target.
 - A handle's `keys` are those of `move_keys` or `turn_keys`; each takes it elsewhere, one that moves to where the key
   says. However far a cloud is flung, its handles stay in their panel's window and, in one panel, 40 px apart at a width

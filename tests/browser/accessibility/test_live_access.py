@@ -139,6 +139,17 @@ def test_every_stop_of_the_keyboard_is_seen(reader: Callable[..., Reader]) -> No
         assert knob.screenshot() != before, scheme
 
 
+def test_a_table_that_fades_shows_that_it_has_the_focus(reader: Callable[..., Reader]) -> None:
+    """The mask by which it fades would cut off the ring round it."""
+    page = reader(width=390, height=844).open("docs-commands.html")
+    table = page.locator(".table").first
+    table.scroll_into_view_if_needed()
+    assert table.evaluate("e => getComputedStyle(e).maskImage") != "none"
+    page.keyboard.press("Tab")  # from here on the focus is shown
+    table.focus()
+    assert table.evaluate("e => [e.matches(':focus-visible'), getComputedStyle(e).maskImage]") == [True, "none"]
+
+
 # An outline of the element, of what is drawn for it or of the label around it; a slider's knob cannot be asked.
 SHOWN = """() => {
   const e = document.activeElement;

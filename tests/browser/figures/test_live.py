@@ -337,3 +337,9 @@ def test_all_eight_scans_turn_to_where_their_runs_end(reader: Callable[..., Read
     figure.changes("arrive", "–")
     until(page, "window.seen.size >= 8")
     assert page.evaluate("[...window.seen].every(id => id.endsWith('-source'))")
+    figure.settled()
+    page.evaluate("window.seen.clear()")
+    for turn in ("-40", "100"):  # another start is no motion, although its ends too come with a finer drawing
+        figure.set("turn", turn)
+        until(page, "!Ladder.figures.get('fig-map').busy && Ladder.figures.get('fig-map').frame.detail === 2")
+    assert page.evaluate("window.seen.size") == 0

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
+from sitegen.bench.pages import until
 from tests.browser.conftest import Reader
 from tests.browser.figure import Figure, finger
 from widgets.drawing.picture import Group, Points
@@ -225,9 +226,13 @@ def steps(figure: Figure) -> list[int]:
 
 
 WATCH = """id => {
-  const figure = Ladder.figures.get(id);
-  window.seen = { [id]: [] };
-  figure.on("frame", () => window.seen[id].push(figure.shown.log.length));
+  const figure = Ladder.figures.get(id), box = figure.root.querySelector('.predict');
+  window.seen = { [id]: [], told: [], running: [] };
+  figure.on("frame", () => {
+    window.seen[id].push(figure.shown.log.length);
+    window.seen.told.push('told' in box.dataset);
+    window.seen.running.push(figure.running);
+  });
 }"""
 
 
@@ -245,6 +250,10 @@ def test_the_run_that_decides_is_seen_step_by_step(
     expect(box).to_have_attribute("data-told", "right")
     counted = steps(figure)
     assert counted == list(range(len(counted)))
+    told, running = figure.page.evaluate("[seen.told, seen.running]")
+    assert not any(told[:-1])
+    assert all(running[1:-1])
+    assert figure.page.evaluate("id => Ladder.figures.get(id).running", figure.name) is False
     assert len(counted) - 1 == most or (most is None and len(counted) > 5)
     step = figure.root.locator('[data-button="step"]')
     expect(step).to_have_attribute("aria-disabled", str(most is None).lower())
@@ -264,6 +273,61 @@ def test_a_run_that_is_hurried_to_its_end_still_tells(reader: Callable[..., Read
         else:
             expect(box.locator("[aria-pressed=true]")).to_have_count(0)
             assert box.get_attribute("data-told") is None
+
+
+def test_run_takes_over_from_a_prediction_and_a_prediction_from_run(reader: Callable[..., Reader]) -> None:
+    """Either keeps the pace of a run, and the end is told."""
+    figure, box = asks(reader().open("icp.html"), "fig-wall")
+    figure.live()
+    answer = box.locator("[data-right=yes]").first
+    running = "Ladder.figures.get('fig-wall').running && Ladder.figures.get('fig-wall').shown.log.length > 1"
+    figure.page.evaluate(WATCH, figure.name)
+    for first, then in ((answer, figure.button("run")), (figure.button("run"), answer)):
+        figure.settled().page.evaluate("seen.running.length = 0")
+        first.click()
+        until(figure.page, running)
+        then.click()
+        expect(box).to_have_attribute("data-told", "right")
+        assert figure.page.evaluate("seen.running.slice(2, -1).every(Boolean)")
+        assert figure.page.evaluate("Ladder.figures.get('fig-wall').running") is False
+        box.get_by_role("button", name="Ask again").click()
+
+
+def test_a_prediction_waits_where_it_is_not_seen(reader: Callable[..., Reader]) -> None:
+    figure, box = asks(reader().open("icp.html"), "fig-wall")
+    figure.live()
+    box.locator("[data-right=yes]").first.click()
+    until(figure.page, "Ladder.figures.get('fig-wall').shown.log.length > 1")
+    figure.page.evaluate("scrollTo(0, 0)")
+    until(figure.page, "!Ladder.figures.get('fig-wall').visible && !Ladder.figures.get('fig-wall').pending")
+    before = figure.record()["log"]
+    figure.page.evaluate("new Promise(done => setTimeout(done, 4 * Ladder.limits.run))")
+    assert figure.record()["log"] == before
+    figure.seen()
+    expect(box).to_have_attribute("data-told", "right")
+
+
+def test_a_prediction_that_cannot_be_drawn_is_asked_anew(reader: Callable[..., Reader]) -> None:
+    figure, box = asks(reader().open("icp.html"), "fig-wall")
+    figure.live()
+    box.locator("[data-right=yes]").first.click()
+    until(figure.page, "Ladder.figures.get('fig-wall').shown.log.length > 1")
+    figure.page.evaluate("Ladder.figures.get('fig-wall').leave()")
+    expect(box.locator("[aria-pressed=true], [aria-disabled=true]")).to_have_count(0)
+
+
+def test_settings_of_the_question_are_not_put_back(reader: Callable[..., Reader]) -> None:
+    """A reader who has set just what it asks about is told nothing of settings; one who places a ghost is."""
+    figure, box = asks(reader(reduced_motion="reduce").open("ndt-map.html"), "fig-cells")
+    figure.live().set("size", "2.4")
+    box.locator("[data-right=yes]").click()
+    expect(box).to_have_attribute("data-told", "right")
+    assert "settings" not in box.get_by_role("status").inner_text()
+    figure, box = asks(reader(reduced_motion="reduce").open("icp.html"), "fig-nearest")
+    figure.live().set("turn", "60")
+    box.get_by_role("button", name="Place a ghost").click()
+    box.get_by_role("button", name="Run").click()
+    expect(box.get_by_role("status")).to_contain_text("The settings were put back to those of the question.")
 
 
 def test_settings_that_were_moved_are_put_back_and_that_is_told(reader: Callable[..., Reader]) -> None:

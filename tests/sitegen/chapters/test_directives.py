@@ -122,6 +122,7 @@ def test_arithmetic_is_worked_out(text: str, number: float) -> None:
 def test_arithmetic_is_worked_out_as_an_argument() -> None:
     call = read_call("solvers.core.validate.number(29 / 49, low=1 - sqrt(4), name='x')")
     assert evaluate(call) == 29 / 49
+    assert evaluate(read_call("solvers.core.validate.count(1 + 2, name='x')")) == 3
     assert call.named["low"] == -1.0
 
 

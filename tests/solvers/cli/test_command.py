@@ -125,6 +125,10 @@ def test_clouds_in_space_and_from_above(files, capsys):
         (["a.csv", "b.xyz", "--method", "kabsch"], r"takes row i of both .* \d+ and \d+ points; a method such as icp"),
         (["a.csv", "b.xyz", "--seed=-1"], r"--seed: expected non-negative integers"),
         (["a.csv", "b.xyz", "--max-steps", "-1"], r"--max-steps: must be at least 0, got -1"),
+        (
+            ["a.csv", "b.xyz", "--reach", "1", "--method", "association-bp", "--options", "reach=-1"],
+            r": reach: expected a finite number",
+        ),
         (["a.csv", "b.xyz", "--start", "1"], r"--start: '1' has no shift; expected 2"),
         (["a.csv", "b.xyz", "--points", "0"], r"--points: must be at least 1"),
         (["a.csv", "a.csv", "--points", "9", "--method", "kabsch"], r"--points: kabsch takes row i of both files as"),

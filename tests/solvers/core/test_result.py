@@ -62,10 +62,31 @@ def test_a_problem_of_a_batch_is_what_it_is_alone(scene, method):
         assert part.history.objective.shape == one.history.objective.shape == (one.steps + 1,)
         assert np.allclose(part.history.poses.matrix, one.history.poses.matrix, rtol=0.0, atol=1e-12)
         assert np.array_equal(part.correspondences, one.correspondences)
-    for rows in (batch[1], batch[:, 1:], batch[np.array([[True, False, False], [False, True, True]])]):
-        assert rows.steps.shape == rows.pose.batch == rows.detail("pose").batch
-    assert np.array_equal(batch[1].steps, batch.steps[1])
-    assert len(batch[:, 1:]) == 2
+
+
+def test_any_index_of_the_leading_axes_selects_problems(scene):
+    """And reaches no further: `...` leaves the axes of a matrix alone, here as many as problems in a row."""
+    starts = Pose.from_angle(np.radians([[0.0, 20.0], [40.0, -20.0], [90.0, 170.0]]), np.zeros((3, 2, 2)))
+    batch = register(scene.source, scene.target, start=starts)
+    mask = np.array([[True, False], [False, True], [True, True]])
+    for rows in (1, -1, [0, 1], np.s_[:, 1:], np.s_[..., 1], ..., np.s_[1, ...], mask, np.s_[:0], mask & False):
+        part = batch[rows]
+        assert part.steps.shape == part.pose.batch == part.detail("pose").batch
+        assert np.array_equal(part.steps, batch.steps[rows])
+        which = np.arange(6).reshape(3, 2)[rows]
+        assert np.array_equal(part.matrix, batch.matrix.reshape(6, 3, 3)[which])
+        courses = batch.history.poses.matrix.reshape(-1, 6, 3, 3)
+        assert np.array_equal(part.history.poses.matrix, courses[:, which])
+        assert part.history.objective.shape == (len(batch.history.objective), *part.pose.batch)
+        assert part.correspondences.shape[:-1] == part.fitness.shape == part.pose.batch
+    assert len(batch[:, 1:]) == 3
+    with pytest.raises(IndexError, match="too many indices"):
+        batch[0, 0, 0]
+    listed = register([scene.source, scene.source[::2]], [scene.target] * 2)
+    none = listed[np.zeros(2, dtype=bool)]
+    assert none.pose.batch == none.steps.shape == none.fitness.shape == (0,)
+    with pytest.raises(ValueError, match="source: expected real numbers, got Result"):
+        register(batch, scene.target)
 
 
 def test_a_single_result_has_no_parts(scene):

@@ -246,6 +246,15 @@ def test_any_graph_ends_in_numbers_and_never_above_its_start(data):
     assert np.array_equal(result.poses.t[0], start.t[0])
 
 
+def test_a_graph_of_which_a_step_cannot_be_computed_is_degenerate() -> None:
+    """Its information vanishes in floating point: that no other step helps does not mean rest."""
+    poses = Pose.from_angle(np.zeros(2), np.zeros((2, 2)))
+    edges = Edges([0], [1], Pose.from_angle([1.0], [[1.0, 0.0]]), 1e-320 * np.eye(3))
+    result = optimise(poses, edges)
+    assert (result.status, result.reason) == (Status.DEGENERATE, "a step is beyond floating point")
+    assert not result.status
+
+
 def refused(words: str, call, **changes) -> None:
     with pytest.raises(ValueError, match=re.escape(words)):
         call(**changes)

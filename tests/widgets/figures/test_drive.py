@@ -91,6 +91,16 @@ def test_the_wrong_loop_is_found_with_every_kernel(kernel: str) -> None:
     assert "wrong loop" in [mark.text for mark in marks if isinstance(mark, Label)]
 
 
+def test_each_scan_of_the_wrong_loop_is_ringed_once_it_has_been_made() -> None:
+    state = start(preset(WIDGET, "wrong").controls, 40)
+    while state.seen < SCANS:
+        marks = draw(state).panels[0].marks
+        assert sum(isinstance(mark, Ring) for mark in marks) == sum(state.seen > scan for scan in table.WRONG)
+        named = "wrong loop" in [mark.text for mark in marks if isinstance(mark, Label)]
+        assert named is (state.seen > max(table.WRONG))
+        state = act(state, STEP)
+
+
 def test_what_has_been_drawn_is_drawn_again_as_the_same_mark() -> None:
     """So that a step of the player turns only new scans into markup."""
     state = at_the_end()
@@ -111,13 +121,12 @@ def test_every_way_shows_the_loops_between_their_scans(poses: str) -> None:
 
 
 def test_the_map_has_a_bar_of_ten_metres() -> None:
-    """In every way of placing the scans: a metre of the bar is a metre of the map."""
-    for poses in ("odometry", "matched", "closed"):
-        bar, _, label = draw(at_the_end(poses=poses)).panels[0].marks[-3:]
-        assert isinstance(bar, Segments)
-        assert isinstance(label, Label)
-        assert label.text == "10 m"
-        assert np.linalg.norm(np.asarray(bar.b) - np.asarray(bar.a)) == pytest.approx(10.0)
+    """A metre of the bar is a metre of the map."""
+    bar, _, label = draw(at_the_end()).panels[0].marks[-3:]
+    assert isinstance(bar, Segments)
+    assert isinstance(label, Label)
+    assert label.text == "10 m"
+    assert np.linalg.norm(np.asarray(bar.b) - np.asarray(bar.a)) == pytest.approx(10.0)
 
 
 @pytest.mark.native

@@ -44,7 +44,8 @@ def test_every_pair_is_drawn_once_by_its_kind(kinds: list[str]) -> None:
     assert counts == {"pair": kinds.count("used"), "outlier": kinds.count("gated"), "weak": kinds.count("trimmed")}
     for mark in lines:
         assert isinstance(mark, Segments)
-        assert mark.role == "pair" or (np.asarray(mark.weight) < 0.5).all()
+        assert (mark.weight is None) is (mark.role == "pair")
+        assert mark.weight is None or (np.asarray(mark.weight) < 0.5).all()
 
 
 def test_the_marks_make_a_panel() -> None:

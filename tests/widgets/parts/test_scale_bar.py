@@ -15,7 +15,11 @@ VIEW = View(-6.4, 6.4, -4.6, 4.6)
 @given(st.floats(1e-4, 1e4))
 def test_the_bar_is_as_long_as_its_label_says(scale: float) -> None:
     """A round number of units, drawn at the window's scale, and between 0.4 and all of the room it has."""
-    bar, _, label = scale_bar(VIEW, "m", scale)
+    bar, ticks, label = scale_bar(VIEW, "m", scale)
+    assert isinstance(ticks, Segments)
+    ends = [np.atleast_2d(np.asarray(end)) for mark in (bar, ticks) for end in (mark.a, mark.b)]
+    places = np.concatenate([*ends, np.atleast_2d(np.asarray(label.xy))])
+    assert ((places > (VIEW.x0, VIEW.y0)) & (places < (VIEW.x1, VIEW.y1))).all()
     assert isinstance(bar, Segments)
     assert isinstance(label, Label)
     length = float(np.linalg.norm(np.asarray(bar.b) - np.asarray(bar.a)))

@@ -350,7 +350,7 @@ WIDGET = Widget(
     python=python,
     lead=Lead(
         panels=("one", "fine"),
-        readouts=("rotation_one", "rotation_fine", "stop_fine"),
+        readouts=("rotation_one", "rotation_fine", "translation_fine"),
         controls=("cell",),
         buttons=("run", "step", "reset"),
     ),

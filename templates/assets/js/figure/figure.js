@@ -24,6 +24,7 @@ export class Figure {
   #visible = false;
   #running = false;
   #speaks = false;
+  #stepped = false;
   /** @type {Dispose | null} what ends the motion that is under way */
   #moving = null;
   /** @type {object | null} the next finer drawing of what is seen, on its way */
@@ -241,7 +242,7 @@ export class Figure {
   }
 
   #left() {
-    this.#events.emit("asked", "");
+    this.#events.emit("asked", "left");
     this.#events.emit("frame", this.frame);
     this.tell();
   }
@@ -252,8 +253,9 @@ export class Figure {
    * @param {"tape" | "live"} source
    */
   #show(record, frame, source) {
-    const known = records.key(record) === records.key(this.shown); // drawn finer: a motion may be known only now
-    const moves = known ? !this.frame.motions.length : records.pressed(this.shown, record);
+    const known = records.key(record) === records.key(this.shown); // drawn finer: motions may be known only now
+    if (!known) this.#stepped = records.pressed(this.shown, record);
+    const moves = this.#stepped && !(known && this.frame.motions.length);
     this.#endMotion();
     this.#state.show(record, frame, source);
     swapPanels(this.root, frame.panels);

@@ -2,6 +2,7 @@
 /** @import { FigureRecord } from "../base/types.js" */
 /** @import { Figure } from "./figure.js" */
 
+import { on } from "../base/dom.js";
 import { limits } from "../base/limits.js";
 import * as records from "../base/record.js";
 import { runtime } from "../runtime/runtime.js";
@@ -33,7 +34,8 @@ export function createPlay(figure, wanted) {
 
   /** @param {FigureRecord} record */
   const within = (record) =>
-    records.key(records.reset(record)) === settings && record.log.every(([kind]) => kind === "press");
+    records.key(records.reset(record)) === settings &&
+    record.log.every(([kind, name]) => kind === "press" && [repeats, END].includes(name));
 
   const ended = () =>
     whole && !figure.pending && within(figure.shown) && figure.frame.disabled.includes(/** @type {string} */ (repeats));
@@ -45,14 +47,18 @@ export function createPlay(figure, wanted) {
   }
 
   function press() {
-    const further = records.press(figure.record, /** @type {string} */ (repeats));
+    if (!figure.visible || document.hidden) return; // it goes on once it is seen
+    const pointed = figure.record.log.at(-1)?.[0] === "hover";
+    const here = pointed ? records.back(figure.record) : figure.record;
+    const further = records.press(here, /** @type {string} */ (repeats));
     const drawn = runtime.state === "live" || taped(figure.id, further);
     ask(drawn && further.log.length <= most ? further : wanted);
   }
 
-  function stop() {
+  /** @param {boolean} [handedOn]  to a run of the reader's own */
+  function stop(handedOn = false) {
     clearTimeout(due);
-    if (playing) figure.run(false);
+    if (playing && !handedOn) figure.run(false);
     playing = false;
   }
 
@@ -65,13 +71,17 @@ export function createPlay(figure, wanted) {
 
   function go() {
     playing = true;
-    figure.run(true);
-    ask(records.reset(wanted));
+    ask(records.reset(wanted)); // which stops a run of the reader's own
+    if (playing) figure.run(true);
   }
 
   figure.add(
     figure.on("frame", frame),
-    figure.on("asked", (by) => by !== "play" && stop()),
+    figure.on("seen", frame),
+    on(document, "visibilitychange", frame),
+    figure.on("asked", (by) => {
+      if (!["play", "hover"].includes(by)) stop(by === "run");
+    }),
     stop,
   );
   return { counted, within, ended, go };

@@ -41,7 +41,7 @@ export function addPrediction(figure, overlay) {
   const wanted = { ...figure.initial, ...JSON.parse(box.dataset.record ?? "{}") };
   const within = Number(box.dataset.within ?? 0);
   const play = createPlay(figure, wanted);
-  let moved = false; // the settings had been, before the answer
+  let moved = false; // whether the answer puts the reader's settings back
   const name = `${location.pathname.split("/").at(-1)}#${figure.id}`;
   /** @type {ReturnType<typeof createGhost> | null} */
   let ghost = null;
@@ -68,8 +68,6 @@ export function addPrediction(figure, overlay) {
 
   /** @param {() => void} then */
   function run(then) {
-    const settings = [figure.record, figure.initial].map((record) => records.key(records.reset(record)));
-    moved = settings[0] !== settings[1];
     compare = then;
     if (play && !calm()) play.go();
     else approach(figure, wanted, "predict");
@@ -87,8 +85,15 @@ export function addPrediction(figure, overlay) {
     if (does) figure.speak();
   }
 
+  /** Looks whether the settings are neither the figure's nor those of the question. */
+  function compareSettings() {
+    const [now, ...known] = [figure.record, figure.initial, wanted].map((record) => records.key(records.reset(record)));
+    moved = !known.includes(now);
+  }
+
   /** @param {HTMLElement} chosen */
   function answer(chosen) {
+    compareSettings();
     for (const each of answers) {
       each.setAttribute("aria-pressed", String(each === chosen));
       each.setAttribute("aria-disabled", "true");
@@ -103,6 +108,7 @@ export function addPrediction(figure, overlay) {
 
   /** A ghost where the source stands, to be taken where it will stop. */
   function place() {
+    compareSettings();
     if (!seen(figure.initial)) figure.ask(figure.initial);
     const begin = () => {
       if (ghost || !seen(figure.initial)) return;
@@ -164,8 +170,8 @@ export function addPrediction(figure, overlay) {
     figure.on("frame", look),
     figure.on("asked", (by) => {
       const further = figure.record.log.length > 0 && play?.within(figure.record);
-      const there = ["predict", "play"].includes(by) || (further && !play?.counted);
-      if (compare && !there) clear(); // the reader went elsewhere before the run was seen
+      const there = ["predict", "play", "hover"].includes(by) || (by !== "left" && further && !play?.counted);
+      if (compare && !there) clear(); // the reader went elsewhere before the run was seen, or it cannot be drawn
     }),
     clear,
   ]);
