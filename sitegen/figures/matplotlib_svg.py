@@ -123,7 +123,8 @@ def _write(parent: ElementTree.Element, names: dict[str, str], out: list[str]) -
             raise ValueError(f"a plot holds no {kind}: draw areas and lines")
         attributes = _attributes(each, kind, names)
         if kind in DRAWN:
-            if "d" in attributes and not attributes["d"]:
+            unseen = attributes.get("fill") == "none" and "s-" not in attributes.get("class", "")
+            if attributes.get("d") == "" or (unseen and kind == "path"):
                 continue
             _element(kind, attributes, each, names, out)
         elif kind in ("clipPath", "rect", "defs") or "clip-path" in attributes:
@@ -141,7 +142,8 @@ def _element(
         return
     text = escape(each.text or "") if kind in ("text", "tspan") else ""
     written = "".join(f' {name}="{escape(value)}"' for name, value in attributes.items())
-    out.append(f"<{kind}{written}>{text}{''.join(inside)}</{kind}>")
+    holds = f"{text}{''.join(inside)}"
+    out.append(f"<{kind}{written}>{holds}</{kind}>" if holds else f"<{kind}{written}/>")
 
 
 def _attributes(each: ElementTree.Element, kind: str, names: dict[str, str]) -> dict[str, str]:
@@ -185,13 +187,14 @@ def _declared(name: str, value: str, found: dict[str, str], classes: list[str]) 
 
 
 def _path(value: str) -> str:
-    short = NUMBER.sub(lambda match: _short(match[0]), " ".join(value.split()))
+    """A tenth of a px is enough for what is drawn, and a page has many of its numbers."""
+    short = NUMBER.sub(lambda match: _short(match[0], 1), " ".join(value.split()))
     return re.sub(r" ?([MLCQZz]) ?", r"\1", short)
 
 
-def _short(number: str) -> str:
+def _short(number: str, decimals: int = 2) -> str:
     """A number to a hundredth of a px."""
-    return f"{round(float(number), 2) + 0.0:.10g}"
+    return f"{round(float(number), decimals) + 0.0:.10g}"
 
 
 __all__ = ["COLOURS", "TOKENS", "clean", "draw"]

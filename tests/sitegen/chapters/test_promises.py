@@ -51,7 +51,7 @@ def test_what_is_promised_and_holds(desk: Project, expected: str) -> None:
     )
     desk.build()
     page = desk.page("second.html")
-    assert "A <em>caption</em> of <math" in page
+    assert "A <em>caption</em> of <span class=\"held\"><math" in page
     assert "<p>A text.</p>" in page
     assert "expect" not in page
 

@@ -143,10 +143,12 @@ def test_a_drawing_is_the_same_twice_and_small() -> None:
 
 def test_only_what_can_stand_in_a_page_is_let_through() -> None:
     head = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink">'
-    path = f'<g id="a"><path id="b" d="M 1.00001 2 \nL 3 4 \nz\n" style="fill: {COLOURS["source"]}; stroke: none"/></g>'
+    style = f"fill: {COLOURS['source']}; stroke: none"
+    path = f'<g id="a"><path id="b" d="M 1.00001 2 \nL 3 4.06 \nz\n" style="{style}"/></g>'
+    path += '<path d="M 0 0 \nL 9 9 \nz" style="fill: none"/>'  # seen by nobody
     assert clean(f"{head}{path}</svg>", (10, 20), "p") == (
         '<svg class="graph-svg" viewBox="0 0 10 20" width="10" height="20">'
-        '<path class="f-source" d="M1 2L3 4z" stroke="none"></path></svg>'
+        '<path class="f-source" d="M1 2L3 4.1z" stroke="none"/></svg>'
     )
     for bad in ('<image href="data:,"/>', '<path d="M 0 0" style="fill: #123456"/>', '<path style="filter: x"/>'):
         with pytest.raises(ValueError, match=r"a plot holds|is none of the site|becomes of the style"):

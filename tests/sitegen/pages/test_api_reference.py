@@ -200,7 +200,7 @@ def test_everything_listed_has_words() -> None:
     }  # fmt: skip
     stops = {value.name: value for value in results["solvers.Status"].values}
     assert stops["CAPPED"].default == "3"
-    assert stops["CAPPED"].says == "The allowed number of steps was used up."
+    assert stops["CAPPED"].says == "The allowed number of steps was used up, or of boxes in a search."
 
 
 def test_a_long_signature_has_a_line_a_parameter() -> None:

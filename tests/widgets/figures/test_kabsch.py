@@ -95,7 +95,7 @@ def test_a_reflection_has_no_rotation_error_and_no_motion() -> None:
     frame = Host().render("f", {**plain, "log": [["press", "solve"]]})
     shown = {r["name"]: r["value"] for r in frame["readouts"]}
     assert (shown["rotation_error"], shown["translation_error"], shown["determinant"]) == ("not a rotation", "–", "−1")
-    assert frame["motion"] is None
+    assert frame["motions"] == []
     assert "reflection" in frame["note"]
     assert "mirror image" in frame["description"]
 

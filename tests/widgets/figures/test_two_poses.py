@@ -69,7 +69,7 @@ def test_the_motion_leads_to_the_answer() -> None:
     new = old @ np.array([[c, -s], [s, c]]).T + moved.about + moved.shift
     np.testing.assert_allclose(new, after.pose.apply(after.scans.source), atol=1e-12)
     frame = Host().render("fig-by-hand", {**PLAIN, "log": [["press", "answer"]]})
-    assert frame["motion"]["group"] == "fig-by-hand-robot-source"
+    assert [moved["group"] for moved in frame["motions"]] == ["fig-by-hand-robot-source"]
 
 
 def test_only_what_was_moved_was_moved_by_hand() -> None:
