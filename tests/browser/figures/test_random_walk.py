@@ -14,6 +14,7 @@ import pytest
 from playwright.sync_api import Page
 
 from sitegen.bench.pages import IDLE, until
+from sitegen.bench.pages import until
 from tests.browser.conftest import Reader
 from tests.browser.walk import SEEN, Walk
 from widgets.engine.host import Host
@@ -73,6 +74,7 @@ def links(page: Page) -> dict[str, Any]:
 
 def draw_natively(page: Page, host: Host) -> None:
     """The build's Python draws the bytes that the page shows, but for a reader's own clouds, which it does not have."""
+    until(page, "[...Ladder.figures.values()].every(f => !f.pending && !(f.running && f.visible))")  # a play goes on
     for name, link in links(page).items():
         if "given" not in link["record"]:
             frame, seen = host.render(name, link["record"]), page.evaluate(SEEN, name)
