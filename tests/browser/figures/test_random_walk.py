@@ -14,7 +14,6 @@ import pytest
 from playwright.sync_api import Page
 
 from sitegen.bench.pages import IDLE, until
-from sitegen.bench.pages import until
 from tests.browser.conftest import Reader
 from tests.browser.walk import SEEN, Walk
 from widgets.engine.host import Host
