@@ -193,7 +193,7 @@ def _path(value: str) -> str:
 
 
 def _short(number: str, decimals: int = 2) -> str:
-    """A number to a hundredth of a px."""
+    """A number with few decimals, in px."""
     return f"{round(float(number), decimals) + 0.0:.10g}"
 
 

@@ -24,7 +24,7 @@ export class Figure {
   #visible = false;
   #running = false;
   #speaks = false;
-  #stepped = false;
+  #pressed = false; // what is seen came about by one press more
   /** @type {Dispose | null} what ends the motion that is under way */
   #moving = null;
   /** @type {object | null} the next finer drawing of what is seen, on its way */
@@ -253,9 +253,9 @@ export class Figure {
    * @param {"tape" | "live"} source
    */
   #show(record, frame, source) {
-    const known = records.key(record) === records.key(this.shown); // drawn finer: motions may be known only now
-    if (!known) this.#stepped = records.pressed(this.shown, record);
-    const moves = this.#stepped && !(known && this.frame.motions.length);
+    const same = records.key(record) === records.key(this.shown); // drawn finer: its motions may be known only now
+    if (!same) this.#pressed = records.pressed(this.shown, record);
+    const moves = this.#pressed && !(same && this.frame.motions.length);
     this.#endMotion();
     this.#state.show(record, frame, source);
     swapPanels(this.root, frame.panels);
