@@ -20,7 +20,7 @@ README = "README.md"
 MARKS = ("[//]: # (what `build.py bench --keep` writes begins)", "[//]: # (and ends)")
 COLD = "runtime start, cold"  # it tells, with the stock one's, how quick the machine is
 HELD = "Checked at every test run:"
-SHOWN = ("what", "aim", "measured", "result")
+SHOWN = ("what", "target", "measured", "result")
 
 
 @dataclass(frozen=True)

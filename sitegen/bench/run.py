@@ -92,7 +92,7 @@ def bench(root: Path, out: Path, given: Path | None, only: Sequence[str], keeps:
 
 def table(rows: Sequence[Row]) -> str:
     """The rows as text: what, measured, aim, whether it is met."""
-    lines = [("what", "measured", "aim", "")]
+    lines = [("what", "measured", "target", "")]
     for row in rows:
         aim = "" if row.aim is None else f"≤ {number(row.aim)} {row.unit}"
         met = "" if row.met is None else "met" if row.met else "missed"

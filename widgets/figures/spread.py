@@ -293,7 +293,7 @@ def _description(state: State, said: _Numbers) -> str:
         f"A robot scans a {c.scene} with end walls {number(c.wall, 1)} u from the middle, from two places, with range"
         f" noise of σ = {number(c.noise)} u. {METHODS[c.method]} registers the two scans, from starts with"
         f" σ = {number(c.heading, 0)}° and {number(c.shift)} u. From one pair of scans the Hessian expects a largest σ"
-        f" of the place of {number(said.claimed[0], 3)} u, Censi’s formula {number(said.claimed[1], 3)} u."
+        f" of the position of {number(said.claimed[0], 3)} u, Censi’s formula {number(said.claimed[1], 3)} u."
     ]
     if not state.drawn:
         words.append("No scans have been redrawn yet.")
