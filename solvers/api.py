@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
@@ -160,19 +160,24 @@ def _options(method: Method[Any], whole: Any, given: dict[str, Any]) -> Any:
             raise ValueError(f"options: method {method.name!r} takes {method.options.__name__}, got {shown(whole)}")
         if given:
             raise ValueError(f"{next(iter(given))}: give the options as one object or one by one, not both")
-        return whole
-    for own, name in OTHER_NAMES.items():
-        if name in given and own in known:
-            if own in given:
-                raise ValueError(f"{name}: is another name of {own}; give one of them")
-            given = {own if key == name else key: value for key, value in given.items()}
+        own: Any = whole
+        return replace(own, **_plain({name: getattr(own, name) for name in known}))
+    for ours, name in OTHER_NAMES.items():
+        if name in given and ours in known:
+            if ours in given:
+                raise ValueError(f"{name}: is another name of {ours}; give one of them")
+            given = {ours if key == name else key: value for key, value in given.items()}
     for name in given:
         if name not in known:
             raise ValueError(f"{name}: no option of method {method.name!r}{_hint(name, method, known)}")
     if method.weighted and "weight" in known and isinstance(given.get("weight"), np.ndarray | list | tuple):
         raise ValueError("weight: expected the name of a kernel; did you mean 'weights', a number a row?")
-    # In numpy's small types what a method computes from an option could overflow.
-    return method.options(**{name: v.item() if isinstance(v, np.generic) else v for name, v in given.items()})
+    return method.options(**_plain(given))
+
+
+def _plain(options: dict[str, Any]) -> dict[str, Any]:
+    """The options as Python's numbers: in numpy's small types what a method computes from one could overflow."""
+    return {name: value.item() if isinstance(value, np.generic) else value for name, value in options.items()}
 
 
 def _hint(wrong: str, method: Method[Any], known: list[str]) -> str:
@@ -259,22 +264,24 @@ def _one_by_one(
     source: Any, target: Any, start: Any, pairs: Any, weights: Any, seeds: IntArray, solve: Callable[..., Result]
 ) -> Result:
     """A list of clouds: each its own run."""
-    lists = {name: x for name, x in (("source", source), ("target", target)) if _is_list(x, name)}
+    given = {"source": source, "target": target, "start": start, "pairs": pairs, "weights": weights, "seed": seeds}
+    lists = {name: given[name] for name in ("source", "target") if _is_list(given[name], name)}
     n = len(next(iter(lists.values())))
-    # What may be one for all or one each: a list (pairs: of arrays), or, for start and
-    # seed, one leading axis.
-    if isinstance(weights, list | tuple):
-        lists["weights"] = weights
-    if isinstance(pairs, list | tuple) and _ndim(pairs) != 2:
-        lists["pairs"] = pairs
-    if isinstance(start, Pose) and start.batch:
-        lists["start"] = [start[i] for i in range(len(start.t))]
-    if seeds.ndim:
-        lists["seed"] = seeds
+    # All but the lists may be one for all, or one each: a list, or an array with one
+    # leading axis.
+    axes = {"source": 2, "target": 2, "pairs": 2, "weights": 1, "seed": 0}
+    further = {name: _ndim(x) - axes[name] for name, x in given.items() if name in axes and name not in lists}
+    further["start"] = len(start.batch) if isinstance(start, Pose) else 0
+    for name in further:
+        x = given[name]
+        if (isinstance(x, list | tuple) and further[name] < 0) or further[name] == 1:
+            lists[name] = [x[i] for i in range(len(x.t))] if isinstance(x, Pose) else x
+        elif further[name] > 1:
+            shape = x.batch if isinstance(x, Pose) else np.shape(x)
+            raise ValueError(f"{name}: expected one for all {n} clouds or one for each, got the shape {shape}")
     for name, x in lists.items():
         if len(x) != n:
             raise ValueError(f"{name}: there are {len(x)}, but {n} clouds")
-    given = {"source": source, "target": target, "start": start, "pairs": pairs, "weights": weights, "seed": seeds}
     results = []
     for i in range(n):
         try:

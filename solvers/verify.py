@@ -19,6 +19,7 @@ from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray
 from solvers.core.kinds import of_kind
 from solvers.core.pose import Pose
+from solvers.core.registry import method_of
 from solvers.geometry import downsample, nearest
 from solvers.geometry.normals import normals
 from solvers.numerics import gauss_newton
@@ -180,7 +181,7 @@ def halves(
     """How far apart two runs end, each on half of the source points.
 
     One sees every second point from the first on, the other the rest; both see the
-    whole target and begin at `pose`. Points of one scan agree on a wrong pose as well
+    whole target, or of matched rows the partners, and begin at `pose`. Points of one scan agree on a wrong pose as well
     as on a right one where both runs come to rest there.
 
     Parameters
@@ -226,11 +227,13 @@ def halves(
         raise ValueError("start: both runs begin at the pose that is judged; leave it out")
     if "pairs" in options:
         raise ValueError("pairs: they name rows of the whole source, and each run sees half of it")
+    q = validate.matched(p, target)[1] if method_of(method).paired else None
     w = None if weights is None else validate.weights(weights, p.shape[-2])
     ends = []
     for part in (0, 1):
         half = None if w is None else w[..., part::2]
-        found = register(p[..., part::2, :], target, method, start=pose, weights=half, **options)
+        other = target if q is None else q[..., part::2, :]
+        found = register(p[..., part::2, :], other, method, start=pose, weights=half, **options)
         ends.append(found.pose.apply(p))
     apart: FloatArray = np.sqrt(np.square(ends[0] - ends[1]).sum(axis=-1).mean(axis=-1))
     return apart[()]

@@ -175,6 +175,13 @@ def count(value: object, name: str, least: int = 0) -> int:
     return plain
 
 
+def switch(value: object, name: str) -> bool:
+    """True or False, and nothing that merely counts as one of them."""
+    if not isinstance(value, bool):
+        raise ValueError(f"{name}: expected True or False, got {shown(value)}")
+    return value
+
+
 def number(value: object, name: str, low: float = -np.inf, high: float = np.inf) -> float:
     """A finite number within [low, high]."""
     if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):

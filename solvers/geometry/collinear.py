@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from solvers.core import validate
 from solvers.core.arrays import FloatArray
+from solvers.core.numbers import finite, numbers
 from solvers.core.pose import Pose
 
 _ROUNDING = 1e-9  # of the points' spread: what lies nearer to the line is on it
@@ -41,7 +42,8 @@ def poses_about_line(source: ArrayLike, target: ArrayLike, angle: ArrayLike = 0.
     ------
     ValueError
         If the clouds are not matched rows in space, the source points do not lie in a
-        line or are all equal, or the partners say nothing of the line's direction.
+        line or are all equal, the partners say nothing of the line's direction, or an
+        angle is not finite.
 
     References
     ----------
@@ -66,21 +68,29 @@ def poses_about_line(source: ArrayLike, target: ArrayLike, angle: ArrayLike = 0.
     p, q = validate.matched(validate.cloud(source, "source", 3), validate.cloud(target, "target", 3))
     if p.ndim != 2:
         raise ValueError(f"source: expected one cloud of shape (n, 3), got {p.shape}")
+    turn = finite(numbers(angle, "angle"), "angle")
     middle, centre = p.mean(axis=0), q.mean(axis=0)
-    _, spread, axes = np.linalg.svd(p - middle)
+    along, apart = _of_size_one(p - middle), _of_size_one(q - centre)
+    _, spread, axes = np.linalg.svd(along)
     if spread[0] <= 0.0 or (len(spread) > 1 and spread[1] > _ROUNDING * spread[0]):
         raise ValueError("source: expected different points in a line")
-    ahead = p[np.argmax(np.linalg.norm(p - p[0], axis=1))] - p[0]
+    ahead = along[np.argmax(np.linalg.norm(along - along[0], axis=1))] - along[0]
     u = axes[0] * np.sign(axes[0] @ ahead)  # a singular vector's own sign depends on the machine
-    h = ((p - middle) @ u) @ (q - centre)
+    h = (along @ u) @ apart
     length = float(np.linalg.norm(h))
-    if length <= _ROUNDING * spread[0] * float(np.linalg.norm(q - centre)):
+    if length <= _ROUNDING * spread[0] * float(np.linalg.norm(apart)):
         raise ValueError("target: the partners say nothing of the line's direction")
     v = h / length
     least = Pose.from_rotvec(_least_turn(u, v)).R
-    spun = Pose.from_rotvec(np.asarray(angle, dtype=np.float64)[..., None] * v).R
+    spun = Pose.from_rotvec(turn[..., None] * v).R
     R = spun @ least
     return Pose.trusted(R, centre - R @ middle)
+
+
+def _of_size_one(points: FloatArray) -> FloatArray:
+    """The points over a power of two, so that no product of theirs overflows or vanishes."""
+    scaled: FloatArray = np.ldexp(points, -np.frexp(np.abs(points).max(initial=0.0))[1])
+    return scaled
 
 
 def _least_turn(u: FloatArray, v: FloatArray) -> FloatArray:

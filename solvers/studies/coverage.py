@@ -15,7 +15,7 @@ import numpy as np
 from solvers.api import register
 from solvers.core import validate
 from solvers.core.arrays import FloatArray
-from solvers.core.kinds import of_kind
+from solvers.core.kinds import of_kind, several
 from solvers.core.pose import Pose
 from solvers.core.result import Result
 from solvers.studies.redrawn import NO_ECHO, Redrawn, redrawn, starts
@@ -28,7 +28,7 @@ from solvers.uncertainty import (
     range_bearing,
     spread_of,
 )
-from solvers.uncertainty.closed_form import CENSI
+from solvers.uncertainty.closed_form import CENSI, HESSIAN
 
 METHODS = ("icp", "point-to-plane", "gicp")
 WAYS = ("hessian", "censi", "starts", "sampled")
@@ -263,8 +263,9 @@ def coverage(
     method : str, default "point-to-plane"
         What registers the scans.
     ways : tuple of str, optional
-        How the spread is told. None is all that the method has: "gicp" has "hessian" and
-        "sampled", the others all four.
+        How the spread is told. None is all that the method has: "icp" and
+        "point-to-plane" have all four, "gicp" has "hessian" and "sampled", and methods
+        without a closed form have "sampled".
     count : int, default 1000
         How many draws.
     seed : int, default 40
@@ -300,8 +301,9 @@ def coverage(
     True
     """
     made = runs(place, method, count, seed=seed, end=end, noise=noise, heading=heading, shift=shift, **options)
+    known = WAYS if method in CENSI else ("hessian", "sampled") if method in HESSIAN else ("sampled",)
     lines = []
-    for way in ways or (WAYS if method in CENSI else ("hessian", "sampled")):
+    for way in known if ways is None else several(ways, "ways", "names"):
         found = regions(made, way)
         inside = found.covers(made.scans.truth, level)
         widest = float(np.median(found.deviations[:, 0]))

@@ -11,9 +11,11 @@ from numpy.typing import ArrayLike
 from solvers.api import register
 from solvers.core import validate
 from solvers.core.arrays import FloatArray, IntArray
+from solvers.core.edges import rigid
 from solvers.core.kinds import of_kind
 from solvers.core.numbers import finite, numbers
 from solvers.core.pose import Pose
+from solvers.core.registry import method_of
 from solvers.uncertainty import se2
 from solvers.uncertainty.matrices import from_scaled
 from solvers.uncertainty.region import Covariance
@@ -104,7 +106,7 @@ def spread_of(
     >>> spread_of(poses, centre=(1.0, 0.0), radius=2.0).whole.words()
     'widest: the slide along (1.00, 0.00), σ = 0.1 u'
     """
-    if len(of_kind(poses, Pose, "poses").batch) != 1 or poses.batch[0] < 2:
+    if len(rigid(poses, "poses").batch) != 1 or poses.batch[0] < 2:
         raise ValueError(f"poses: expected two or more, in one row, got the shape {poses.batch}")
     validate.number(radius, "radius", 1e-100, 1e100)
     limit = APART * radius if apart is None else validate.number(apart, "apart", 0.0)
@@ -152,7 +154,7 @@ def monte_carlo(
     Raises
     ------
     ValueError
-        If there are fewer than two draws, and whatever `solvers.register` objects to.
+        If there are fewer than two draws, the method finds a scale, and whatever `solvers.register` objects to.
 
     Examples
     --------
@@ -167,6 +169,7 @@ def monte_carlo(
     >>> ends.poses.batch, bool(ends.whole.deviations[0] > 50.0 * ends.whole.deviations[1])
     ((40,), True)
     """
+    _refuse_scales(method)
     p = validate.cloud(source, "source", 2)
     found = register(p, target, method, start=start, weights=weights, **options)
     middle, radius = _middle(p, weights)
@@ -217,7 +220,7 @@ def from_starts(
     ------
     ValueError
         If `start` or `noise` is not a single Covariance, if a direction of the start is
-        free, and whatever `solvers.register` objects to.
+        free, if the method finds a scale, and whatever `solvers.register` objects to.
 
     References
     ----------
@@ -237,6 +240,7 @@ def from_starts(
     >>> print(ends.words())
     widest: the slide along (0.94, 0.33), σ = 0.3 u
     """
+    _refuse_scales(method)
     p, q = validate.cloud(source, "source", 2), validate.cloud(target, "target", 2)
     if noise is not None and of_kind(noise, Covariance, "noise").mean.batch:
         raise ValueError(f"noise: expected one covariance, got a batch of shape {noise.mean.batch}")
@@ -258,6 +262,11 @@ def from_starts(
         keep = np.eye(3) - free @ free.T
         scaled = keep @ scaled @ keep
     return from_scaled(scaled, end, centre, np.asarray(radius), "target", "starts", free)
+
+
+def _refuse_scales(method: str) -> None:
+    if method_of(method).scaled:
+        raise ValueError(f"method: {method!r} finds a scale, and a spread is of rigid motions")
 
 
 def _middle(points: FloatArray, weights: ArrayLike | None) -> tuple[FloatArray, float]:

@@ -65,8 +65,8 @@ def from_matrix(
     S = finite(numbers(matrix, "matrix"), "matrix")
     if S.shape[-2:] != (3, 3):
         raise ValueError(f"matrix: expected shape (..., 3, 3), got {S.shape}")
-    size = np.abs(S).max(initial=0.0)
-    if np.abs(S - S.swapaxes(-1, -2)).max(initial=0.0) > 1e-9 * size:
+    size = np.abs(S).max(axis=(-2, -1))
+    if (np.abs(S - S.swapaxes(-1, -2)).max(axis=(-2, -1)) > 1e-9 * size).any():
         raise ValueError("matrix: it is not symmetric")
     of_kind(mean, Pose, "mean")
     batch = mean.batch

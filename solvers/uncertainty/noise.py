@@ -78,10 +78,10 @@ def covariances(given: ArrayLike, name: str, batch: tuple[int, ...], count: int)
 
 
 def _semidefinite(a: FloatArray) -> bool:
-    """Whether all of a, (..., 2, 2), are symmetric and have no negative eigenvalue, up to rounding."""
-    little = 1e-9 * np.abs(a).max()
-    symmetric = np.abs(a - a.swapaxes(-1, -2)).max() <= little
-    return bool(symmetric and np.linalg.eigvalsh(a).min() >= -little)
+    """Whether all of a, (..., 2, 2), are symmetric and have no negative eigenvalue, up to the rounding of each."""
+    little = 1e-9 * np.abs(a).max(axis=(-2, -1))
+    symmetric = (np.abs(a - a.swapaxes(-1, -2)).max(axis=(-2, -1)) <= little).all()
+    return bool(symmetric and (np.linalg.eigvalsh(a).min(axis=-1) >= -little).all())
 
 
 def _outer(a: FloatArray, b: FloatArray) -> FloatArray:

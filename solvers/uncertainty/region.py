@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from solvers.core import validate
-from solvers.core.arrays import BoolArray, FloatArray
+from solvers.core.arrays import BoolArray, FloatArray, leading
 from solvers.core.kinds import of_kind
 from solvers.core.pose import Pose
 from solvers.uncertainty import se2
@@ -357,6 +357,7 @@ class Covariance:
 
     def __getitem__(self, rows: Any) -> Covariance:
         """The entries at `rows` of the batch: any numpy index of the leading axes."""
+        rows = leading(rows, self.mean.batch)
         parts = {name: getattr(self, name)[rows] for name in ("mean", "deviations", "directions", "centre", "radius")}
         return replace(self, **parts)
 

@@ -70,42 +70,11 @@ def test_leading_axes_are_a_batch(scene):
         assert np.allclose(result.pose[0, i].matrix, alone.matrix, atol=1e-12)
 
 
-def test_clouds_of_unequal_size_come_as_a_list(scene):
-    """A list of clouds is run one by one, and the result reads like a batch's."""
-    sizes = (5, 13, 2)
-    sources, targets = ([cloud[:n] for n in sizes] for cloud in (scene.source, scene.target))
-    result = register(sources, targets, "similarity", weights=[None, np.arange(13.0), None])
-    assert result.pose.batch == result.status.shape == result.steps.shape == (3,)
-    assert result.status.tolist() == [Status.CONVERGED] * 3
-    for i, n in enumerate(sizes):
-        weights = np.arange(13.0) if n == 13 else None
-        alone = register(sources[i], targets[i], "similarity", weights=weights)
-        assert np.array_equal(result.pose[i].matrix, alone.matrix)
-        assert np.array_equal(result.history.objective[:, i], alone.history.objective)
-    assert [len(s.problem.source[0]) for s in result.states] == list(sizes)
-    assert len(result.detail("condition")) == 3
-
-
-def test_a_list_against_one_target_with_a_start_and_pairs_each(scene):
-    sources = [scene.source, scene.source[:6]]
-    starts = Pose.from_angle([0.1, 0.2])
-    pairs = [np.c_[np.arange(13), np.arange(13)], np.c_[np.arange(6), np.arange(6)]]
-    result = kabsch(sources, scene.target, pairs=pairs, start=starts, seed=[5, 6])
-    assert np.array_equal(result.history.poses.R[0], starts.R)
-    assert np.allclose(result.pose[1].matrix, kabsch(scene.source[:6], scene.target[:6]).matrix, atol=1e-13)
-    assert kabsch([scene.source], [scene.target]).pose.batch == (1,)
-
-
-def test_a_list_of_one_is_a_batch_of_one(scene):
-    """Arrays with one leading axis; of several clouds it is lists, whose entries may differ in length."""
-    one, two = (kabsch([scene.source] * n, [scene.target] * n) for n in (1, 2))
-    alone = kabsch(scene.source, scene.target)
-    assert np.array_equal(one.correspondences, alone.correspondences[None])
-    assert np.array_equal(one.detail("condition"), [alone.detail("condition")])
-    assert np.array_equal(one.covariance.matrix, alone.covariance.matrix[None])
-    assert isinstance(two.correspondences, list)
-    assert isinstance(two.detail("condition"), list)
-    assert two.covariance is None
+def test_options_in_numpy_s_small_types_are_those_numbers(scene):
+    """One by one or as one object: an int8 would overflow in what a method computes of it."""
+    usual = register(scene.source, scene.target, "ransac-congruent", most=70)
+    for given in ({"most": np.int8(70)}, {"options": METHODS["ransac-congruent"].options(most=np.int8(70))}):
+        assert np.array_equal(register(scene.source, scene.target, "ransac-congruent", **given).matrix, usual.matrix)
 
 
 def test_a_shorter_history_repeats_its_last_entry(scene):
@@ -256,9 +225,15 @@ def test_a_callback_is_called_after_every_step(scene):
         ({"method": "branch-and-bound", "cap": 1e300}, "cap: expected a finite number"),
         ({"method": "branch-and-bound", "shift": 1e300}, "shift: expected a finite number"),
         ({"method": "ndt", "grids": 1.0}, "grids: expected an integer"),
+        ({"method": "flow", "project": "no"}, "project: expected True or False, got 'no'"),
         ({"source": [np.zeros((13, 2))] * 2, "target": [np.zeros((13, 2))] * 3}, "target: there are 3, but 2 clouds"),
         ({"source": [np.eye(2), np.full((2, 2), np.nan)], "target": [np.eye(2)] * 2}, "cloud 1 of the list: source"),
-        ({"source": [np.eye(2)] * 2, "target": np.ones((2, 2, 2))}, "cloud 0 of the list: .*one problem"),
+        ({"source": [np.eye(2)] * 2, "target": np.ones((3, 2, 2))}, "target: there are 3, but 2 clouds"),
+        ({"source": [np.eye(2)] * 2, "target": np.ones((2, 3, 2, 2))}, r"target: .*one for each, .*\(2, 3, 2, 2\)"),
+        ({"source": [np.eye(2)] * 2, "target": np.eye(2), "weights": np.ones((3, 2, 2))}, "weights: .*one for each"),
+        ({"source": [np.eye(2)] * 2, "target": np.eye(2), "seed": [[1, 2], [3, 4]]}, "seed: expected one for all 2"),
+        ({"source": [np.eye(2)] * 2, "start": Pose.identity(2, (2, 2))}, r"start: expected one for all 2 .*\(2, 2\)"),
+        ({"source": [np.eye(2)] * 2, "target": np.eye(2), "weights": [np.ones((2, 2)), np.ones(2)]}, "cloud 0 .*one"),
         ({"source": [np.eye(2), np.ones((2, 2, 2))]}, r"source: .* number 1 of the list is of shape \(2, 2, 2\)"),
         ({"target": [np.eye(2), np.ones(2)]}, r"target: expected clouds .* number 1 of the list is of shape \(2,\)"),
         ({"source": [None, np.eye(2)]}, r"source: expected clouds .* number 0 of the list is no array"),

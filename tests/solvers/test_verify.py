@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from solvers import Pose, register
+from solvers import Pose, fit_rigid, register
 from solvers.geometry.downsample import spacing
 from solvers.scenes.rooms import room
 from solvers.scenes.walls import corridor, hall
@@ -111,6 +111,18 @@ def test_each_half_has_its_weights():
     for count in (len(source), len(source) - 1):
         weighted = halves(source[:count], scene.target, start, "point-to-plane", weights=right[:count])
         assert weighted < 1e-3 < halves(source[:count], scene.target, start, "point-to-plane")
+
+
+def test_each_half_of_matched_rows_has_its_partners():
+    """The fits to every second pair, and how far apart they put the source."""
+    rng = np.random.default_rng(5)
+    p = rng.standard_normal((9, 2))
+    q = Pose.from_angle(0.4, (1.0, 2.0)).apply(p) + 0.1 * rng.standard_normal(p.shape)
+    ends = [fit_rigid(p[k::2], q[k::2]).pose.apply(p) for k in (0, 1)]
+    apart = np.sqrt(np.square(ends[0] - ends[1]).sum(axis=-1).mean())
+    assert halves(p, q, Pose.identity(), "kabsch") == pytest.approx(apart, rel=1e-9)
+    with pytest.raises(ValueError, match=r"^target: row i must be the partner .* 9 rows and target 8"):
+        halves(p, q[1:], Pose.identity(), "kabsch")
 
 
 def test_what_is_refused():

@@ -95,8 +95,7 @@ class FastRobustOptions:
             if value is not None:
                 validate.number(value, name, 1e-100, 1e100)
         validate.count(self.history, "history")
-        if not isinstance(self.forget, bool):
-            raise ValueError(f"forget: expected True or False, got {self.forget!r}")
+        validate.switch(self.forget, "forget")
         validate.number(self.tolerance, "tolerance", 0.0)
         validate.number(self.rough, "rough", 0.0)
 

@@ -84,3 +84,19 @@ def test_the_turn_is_about_the_line_from_its_first_point_on():
 def test_what_has_no_line_is_refused(source, target, words):
     with pytest.raises(ValueError, match=words):
         poses_about_line(source, target)
+
+
+@pytest.mark.parametrize("size", [1e-280, 1e-170, 1e149])
+def test_clouds_of_any_size_have_a_line(size):
+    """Squares of their coordinates would vanish or overflow; the turn is that of clouds of size one."""
+    line, upright = (np.outer([0.0, 1.0, 3.0], axis) for axis in ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)))
+    pose = poses_about_line(size * line, size * upright, 0.3)
+    np.testing.assert_allclose(pose.R, poses_about_line(line, upright, 0.3).R, atol=1e-12)
+    np.testing.assert_allclose(pose.apply(size * line) / size, upright, atol=1e-12)
+
+
+def test_what_is_no_angle_is_refused_by_name():
+    line = np.outer([0.0, 1.0, 3.0], [1.0, 0.0, 0.0])
+    for wrong, said in ((np.nan, "nan is not finite"), (None, "expected real numbers"), ("a", "expected real numbers")):
+        with pytest.raises(ValueError, match=f"^angle: {said}"):
+            poses_about_line(line, line, wrong)

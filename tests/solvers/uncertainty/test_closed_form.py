@@ -223,6 +223,16 @@ def test_a_noise_that_the_form_would_pass_over_is_refused(how, given, told):
         covariance(register(scene.source, scene.target, "point-to-plane", gate=0.5), how, **given)
 
 
+def test_a_large_noise_hides_no_wrong_one_beside_it():
+    scene = room("clean")
+    result = register(scene.source, scene.target, "point-to-plane", gate=0.5)
+    for wrong in ([[1.0, 2.0], [2.0, 1.0]], [[1.0, 0.5], [0.0, 1.0]]):
+        noise = np.tile(np.eye(2), (len(scene.source), 1, 1))
+        noise[0], noise[1] = wrong, 1e12 * np.eye(2)
+        with pytest.raises(ValueError, match=r"^source_noise: a covariance is not symmetric and positive"):
+            covariance(result, "censi", source_noise=noise)
+
+
 def test_the_noisier_the_normals_the_less_the_hessian_holds():
     """Of 100 draws of each room, from the truth: with σ = 0.02 u its regions hold the truth as often as Censi's, with
     0.11 u in less than half, and Censi's still in nine of ten."""

@@ -125,7 +125,14 @@ def test_what_is_refused():
         spread_of(Pose.identity(batch=(1,)), centre=(0.0, 0.0), radius=1.0)
     with pytest.raises(ValueError, match="radius"):
         spread_of(Pose.identity(batch=(3,)), centre=(0.0, 0.0), radius=0.0)
+    with pytest.raises(ValueError, match=r"^poses: .*motions of the plane"):
+        spread_of(Pose.identity(3, batch=(3,)), centre=(0.0, 0.0), radius=1.0)
+    with pytest.raises(ValueError, match=r"^poses.scale: expected rigid motions, of scale 1"):
+        spread_of(Pose.from_angle(np.zeros(3), scale=2.0), centre=(0.0, 0.0), radius=1.0)
     scene = hall()
+    for call, further in ((monte_carlo, {}), (from_starts, {"start": START})):
+        with pytest.raises(ValueError, match=r"^method: 'cpd-similarity' finds a scale"):
+            call(scene.source, scene.target, "cpd-similarity", **further)
     with pytest.raises(ValueError, match="one pair"):
         from_starts(scene.source[None], scene.target, start=START)
     for wrong in (Pose.identity(), np.eye(3), None):

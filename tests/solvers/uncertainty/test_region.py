@@ -152,6 +152,13 @@ def test_what_is_no_covariance_is_refused(matrix, words):
         from_matrix(matrix, Pose.identity())
 
 
+def test_a_large_covariance_hides_no_wrong_one_beside_it():
+    for wrong in (np.array([[1.0, 0.5, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]), np.diag([1.0, 1.0, -1.0])):
+        for matrices in ([wrong, 1e12 * np.eye(3)], [1e12 * np.eye(3), wrong]):
+            with pytest.raises(ValueError, match=r"^matrix: it is not"):
+                from_matrix(np.stack(matrices), Pose.identity(batch=(2,)))
+
+
 def test_what_else_is_refused():
     one = some(7)
     for wrong in (0.0, 1.0, -1.0, float("nan")):
@@ -196,6 +203,20 @@ def test_a_batch_is_its_single_covariances():
         assert found.distance(pose)[i] == pytest.approx(one.distance(pose[i]), rel=1e-9)
     with pytest.raises(ValueError, match="ellipse"):
         found.ellipse()
+
+
+def test_an_index_reaches_into_the_batch_alone():
+    """Three covariances, so that an index of the matrices' own axes would fit as well."""
+    matrices = np.stack([np.diag([9.0, 4.0, 1.0]) * k for k in (1.0, 100.0, 10000.0)])
+    batch = from_matrix(matrices, Pose.identity(batch=(3,)))
+    for k in range(3):
+        for one in (batch[..., k], batch[k, ...], batch[(k,)]):
+            assert np.array_equal(one.matrix, batch[k].matrix)
+            assert one.mean.batch == one.radius.shape == ()
+    assert np.array_equal(batch[...].matrix, batch.matrix)
+    assert batch[..., None].matrix.shape == (3, 1, 3, 3)
+    with pytest.raises(IndexError):
+        batch[0, 0]
 
 
 @pytest.mark.parametrize("frame", ["target", "source"])
