@@ -63,6 +63,26 @@ def test_a_picture_stands_alone(reader: Callable[..., Reader], tmp_path: Path, n
     assert len(used) > 20
 
 
+def test_a_picture_that_cannot_be_made_says_so(reader: Callable[..., Reader]) -> None:
+    """A canvas that is too large gives nothing; the next that can be made takes the word away."""
+    page = reader(accept_downloads=True).open("kabsch.html")
+    root = page.locator("#fig-solve")
+    root.locator(".figure-more summary").click()
+    png, told = root.locator('[data-picture="png"]'), root.locator(".figure-take [role=status]")
+    page.evaluate("""() => {
+        const { toBlob } = HTMLCanvasElement.prototype;
+        HTMLCanvasElement.prototype.toBlob = function (heard) {
+            HTMLCanvasElement.prototype.toBlob = toBlob;
+            heard(null);
+        };
+    }""")
+    png.click()
+    expect(told).to_have_text("No PNG can be made: too large for an image. Save it as SVG.")
+    with page.expect_download():
+        png.click()
+    expect(told).to_have_text("")
+
+
 def test_pinned_runs_are_saved_as_csv(reader: Callable[..., Reader], tmp_path: Path) -> None:
     """Every control, the seed and the readouts, as numbers that a spreadsheet reads."""
     solve = Figure(reader(reduced_motion="reduce").open("kabsch.html"), "fig-solve").live()

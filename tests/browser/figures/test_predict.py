@@ -201,8 +201,8 @@ def test_a_finger_takes_the_ghost(reader: Callable[..., Reader]) -> None:
     assert (round(now["x"] - at["x"]), round(now["y"] - at["y"])) == (60, 20)
 
 
-def test_whoever_goes_elsewhere_is_asked_anew(reader: Callable[..., Reader]) -> None:
-    """A reader who presses the figure's own button takes nothing of the question away; its ghost goes with Reset."""
+def test_a_ghost_begins_where_the_figure_does(reader: Callable[..., Reader]) -> None:
+    """A reader who presses the figure's own button takes nothing of the question away."""
     page = reader(reduced_motion="reduce").open("kabsch.html")
     figure, box = asks(page, WRONG)
     figure.button("solve").click()
@@ -211,6 +211,32 @@ def test_whoever_goes_elsewhere_is_asked_anew(reader: Callable[..., Reader]) -> 
     expect(figure.root.locator(".predict-ghost")).to_have_count(1)
     assert figure.record()["log"] == [], "the ghost begins where the figure does"
     expect(figure.handle("source")).to_be_hidden()
+
+
+def test_a_ghost_comes_only_to_who_waits_for_it(reader: Callable[..., Reader]) -> None:
+    """Not to a reader who went elsewhere before its picture was there, and once to who pressed twice."""
+    page = reader(reduced_motion="reduce").open("kabsch.html")
+    figure, box = asks(page, WRONG)
+    figure.live()
+    ghost = figure.root.locator(".predict-ghost")
+    press = "(figure, names) => names.forEach(name => figure.querySelector(name).click())"  # before any picture comes
+    place, new = "[data-do=place]", "[data-button=new]"
+    figure.button("solve").click()
+    figure.settled()
+    figure.root.evaluate(press, [place, new])
+    figure.settled()
+    figure.button("reset").click()
+    figure.settled()
+    expect(ghost).to_have_count(0)
+    figure.button("solve").click()
+    figure.settled()
+    figure.root.evaluate(press, [place, place])
+    expect(ghost).to_have_count(1)
+    box.get_by_role("button", name="Run").click()
+    expect(box).to_have_attribute("data-told", re.compile("."))
+    box.get_by_role("button", name="Ask again").click()
+    figure.settled()
+    expect(ghost).to_have_count(0)
 
 
 def test_without_scripts_nothing_is_asked(reader: Callable[..., Reader]) -> None:

@@ -16,17 +16,23 @@ from tests.browser.server import SiteServer
 
 def test_what_is_kept_can_be_forgotten(reader: Callable[..., Reader]) -> None:
     """The build in numbers; a button that empties what pages of the site have stored."""
-    one = reader()
-    page = one.open("kabsch.html")
+    page = reader(reduced_motion="reduce").open("kabsch.html")
     page.locator("button.theme").click()
+    question = Figure(page, "fig-wrong").live().root.locator(".predict")
+    for name in ("Place a ghost", "Run"):
+        question.get_by_role("button", name=name).click()
+    expect(question).to_have_attribute("data-told", "wrong")
     Figure(page, "fig-solve").reached("[data-pin]").click()
     page.locator(".site-footer").get_by_role("link", name="About", exact=True).click()
     expect(page.get_by_role("row", name="NumPy")).to_contain_text(np.__version__)
-    stored = "Object.keys(localStorage).filter(key => key.startsWith('ladder-')).length"
-    assert page.evaluate(stored) >= 2
+    page.evaluate("sessionStorage.setItem('other', '1')")
+    stored = "() => [localStorage, sessionStorage].map(storage => Object.keys(storage).sort())"
+    local, session = page.evaluate(stored)
+    assert {"ladder-engine", "ladder-theme"} < set(local)
+    assert session == ["ladder:predictions", "other"]
     page.get_by_role("button", name="Forget all of it").click()
     expect(page.locator(".stored")).to_contain_text("Forgotten")
-    assert page.evaluate(stored) == 0
+    assert page.evaluate(stored) == [[], ["other"]]
 
 
 def test_the_site_lives_under_a_path(browser: Browser, site: Path, tmp_path: Path) -> None:

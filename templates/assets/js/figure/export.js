@@ -5,7 +5,7 @@
 /** @typedef {Pick<Rect, "left" | "top">} Origin  of the picture, on the screen */
 /** @typedef {{ svg: SVGElement, width: number, height: number }} Picture  a figure's drawings and captions as on the page */
 
-import { around, fileName, make, on, save } from "../base/dom.js";
+import { around, fileName, make, messageOf, on, save, text } from "../base/dom.js";
 
 const SVG = "http://www.w3.org/2000/svg";
 const MARGIN = 12; // px around the whole
@@ -267,15 +267,21 @@ export function addPictureButtons(root) {
   if (!more) return () => {};
   /** @param {string} what */
   const button = (what) => make("button", { type: "button", "data-picture": what }, `Save as ${what.toUpperCase()}`);
-  const box = make("div", { class: "figure-take" }, make("span", {}, "The picture:"), button("svg"), button("png"));
+  const told = make("span", { role: "status" });
+  const box = make("div", { class: "figure-take" }, make("span", {}, "The picture:"), button("svg"), button("png"), told);
   more.append(box);
   const stop = on(box, "click", async (event) => {
     const what = around(event, "[data-picture]")?.dataset.picture;
     if (!what) return;
     const now = picture(root);
     const svg = await alone(now);
-    if (what === "svg") save(fileName(root.id, ".svg"), svg, "image/svg+xml");
-    else save(fileName(root.id, ".png"), await bitmap(svg, now), "image/png");
+    if (what === "svg") return save(fileName(root.id, ".svg"), svg, "image/svg+xml");
+    try {
+      save(fileName(root.id, ".png"), await bitmap(svg, now), "image/png");
+      text(told, "");
+    } catch (error) {
+      text(told, `No PNG can be made: ${messageOf(error)}. Save it as SVG.`);
+    }
   });
   return () => {
     stop();

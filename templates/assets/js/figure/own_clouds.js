@@ -13,6 +13,7 @@ const megabytes = (bytes) => (bytes / 1e6).toFixed(1);
 
 /** @typedef {{ name: string, data: Uint8Array }} Thing  what is brought; without a name it was drawn */
 /** @typedef {Record<string, Thing>} Things  by place */
+/** @typedef {{ name: string, over: boolean }} Turn  of the thing brought to a place last; over: read, or refused */
 
 /**
  * @param {Figure} figure
@@ -24,10 +25,8 @@ export function addOwnClouds(figure, overlay) {
   const places = figure.spec.takes;
   /** @type {Map<string, string>} */
   const words = new Map(); // fingerprint → what it is
-  /** @type {Map<string, Thing>} */
-  const latest = new Map(); // place → the thing brought there last: an answer to an earlier one is not heard
-  /** @type {Map<string, string>} */
-  const reading = new Map(); // place → the name of the file that is being read
+  /** @type {Map<string, Turn>} */
+  const turns = new Map(); // by place: what is read in an earlier turn is not heard
 
   /** @param {string} place */
   const told = (place) => box.querySelector(`[data-told="${place}"]`);
@@ -49,25 +48,36 @@ export function addOwnClouds(figure, overlay) {
   function show() {
     const { given = {} } = figure.record;
     for (const place of places) {
-      const name = reading.get(place);
-      text(told(place), name ? waits(name) : named(given[place]));
+      const turn = turns.get(place);
+      text(told(place), turn?.name && !turn.over ? waits(turn.name) : named(given[place]));
     }
   }
 
   /**
-   * The fingerprint of a thing, once Python has read it.
-   * @param {string} place
-   * @param {Thing} thing
+   * Begins the turns of things by their names; `alone`: all others are over.
+   * @param {Record<string, { name: string }>} things
    */
-  async function read(place, { name, data }) {
-    if (name) reading.set(place, name);
+  function begin(things, alone = false) {
+    if (alone) turns.clear();
+    /** @type {Record<string, Turn>} */
+    const begun = {};
+    for (const [place, { name }] of Object.entries(things)) turns.set(place, (begun[place] = { name, over: false }));
     show();
+    return begun;
+  }
+
+  /**
+   * The fingerprint of a thing, once Python has read it.
+   * @param {Thing} thing
+   * @param {Turn} turn
+   */
+  async function read({ name, data }, turn) {
     try {
       const { key, words: said } = await runtime.give({ figure: figure.id, widget: figure.record.widget, name, data });
       words.set(key, name ? `${name}: ${said}` : said);
       return key;
     } finally {
-      reading.delete(place);
+      turn.over = true;
     }
   }
 
@@ -75,17 +85,15 @@ export function addOwnClouds(figure, overlay) {
    * Has the figure show these things; `alone`: in place of all that was there.
    * @param {Things} things
    */
-  async function bring(things, alone = false) {
-    if (alone) latest.clear();
-    for (const [place, thing] of Object.entries(things)) latest.set(place, thing);
+  async function bring(things, alone = false, begun = begin(things, alone)) {
     /** @param {[place: string, key?: string]} found */
-    const mine = ([place]) => latest.get(place) === things[place];
+    const mine = ([place]) => turns.get(place) === begun[place];
     /** @type {[place: string, key: string][]} */
     const found = [];
     runtime.start();
     for (const [place, thing] of Object.entries(things)) {
       try {
-        found.push([place, await read(place, thing)]);
+        found.push([place, await read(thing, begun[place])]);
       } catch (error) {
         show();
         const why = messageOf(error).replace(/^ValueError: /, "");
@@ -112,7 +120,8 @@ export function addOwnClouds(figure, overlay) {
    */
   async function open(files, place) {
     const [one, other] = files;
-    const free = places.find((each) => !figure.record.given?.[each]) ?? places[0];
+    const coming = (/** @type {string} */ each) => turns.get(each)?.over === false;
+    const free = places.find((each) => !figure.record.given?.[each] && !coming(each)) ?? places[0];
     /** @type {Record<string, File>} */
     const chosen = other ? { [places[0]]: one, [places[1]]: other } : { [place ?? free]: one };
     const large = Object.values(chosen).find(({ size }) => size > LARGEST);
@@ -121,17 +130,20 @@ export function addOwnClouds(figure, overlay) {
       return;
     }
     pen.put();
+    const begun = begin(chosen);
     /** @type {Things} */
     const things = {};
     for (const [each, file] of Object.entries(chosen)) {
       try {
         things[each] = { name: file.name, data: new Uint8Array(await file.arrayBuffer()) };
       } catch (error) {
+        for (const turn of Object.values(begun)) turn.over = true;
         figure.refuse(`${file.name} cannot be read: ${messageOf(error)}.`);
+        show();
         return;
       }
     }
-    bring(things);
+    bring(things, false, begun);
   }
 
   /** @param {Event} event */

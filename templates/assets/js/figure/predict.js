@@ -47,6 +47,8 @@ export function addPrediction(figure, overlay) {
   let ghost = null;
   /** @type {(() => void) | null} what is done once the run's end is seen */
   let compare = null;
+  /** @type {(() => void) | null} what ends the wait for the picture in which a ghost is placed */
+  let waits = null;
 
   /** @type {(record: import("../base/types.js").FigureRecord) => boolean} */
   const seen = (record) => records.key(figure.shown) === records.key(record) && !figure.pending;
@@ -111,16 +113,22 @@ export function addPrediction(figure, overlay) {
     compareSettings();
     if (!seen(figure.initial)) figure.ask(figure.initial);
     const begin = () => {
-      if (ghost || !seen(figure.initial)) return;
-      waits();
+      if (!seen(figure.initial)) return;
+      unwait();
       ghost = createGhost(figure, overlay);
       findButton(/** @type {HTMLElement} */ (box), "[data-do=place]").hidden = true;
       findButton(/** @type {HTMLElement} */ (box), "[data-do=run]").hidden = false;
       text(says, "Drag the ghost to where the source will stop; the dashed handle turns it.");
       ghost.focus();
     };
-    const waits = figure.on("frame", begin);
+    unwait();
+    waits = figure.on("frame", begin);
     begin();
+  }
+
+  function unwait() {
+    waits?.();
+    waits = null;
   }
 
   function stop() {
@@ -138,6 +146,7 @@ export function addPrediction(figure, overlay) {
     ghost?.dispose();
     ghost = null;
     compare = null;
+    unwait();
     box?.removeAttribute("data-told");
     for (const each of answers) {
       each.classList.remove("is-right");
@@ -169,6 +178,7 @@ export function addPrediction(figure, overlay) {
     on(box, "click", press),
     figure.on("frame", look),
     figure.on("asked", (by) => {
+      if (by !== "hover") unwait(); // the reader went elsewhere before there was a ghost
       const further = figure.record.log.length > 0 && play?.within(figure.record);
       const there = ["predict", "play", "hover"].includes(by) || (by !== "left" && further && !play?.counted);
       if (compare && !there) clear(); // the reader went elsewhere before the run was seen, or it cannot be drawn

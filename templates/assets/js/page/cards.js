@@ -52,7 +52,8 @@ export function addCards() {
    * @param {HTMLElement} card
    */
   function place(link, card) {
-    const at = link.getClientRects()[0];
+    const [at] = link.getClientRects();
+    if (!at) return close(); // what it stands in was folded
     card.style.position = "fixed";
     card.style.left = card.style.top = "0px";
     const { width, height } = card.getBoundingClientRect();

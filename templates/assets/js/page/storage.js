@@ -10,13 +10,14 @@ async function unkeep() {
   await Promise.all([...kept.map((name) => caches.delete(name)), registration.unregister()]);
 }
 
-async function unstore() {
-  const ours = Object.keys(localStorage).filter((key) => key.startsWith("ladder-"));
-  ours.forEach((key) => localStorage.removeItem(key));
+/** @param {() => Storage} storage */
+async function empty(storage) {
+  const ours = Object.keys(storage()).filter((key) => /^ladder[-:]/.test(key));
+  ours.forEach((key) => storage().removeItem(key));
 }
 
 /** What the browser forbids to ask for it has not kept either. */
-const forget = () => Promise.allSettled([unstore(), unkeep()]);
+const forget = () => Promise.allSettled([empty(() => localStorage), empty(() => sessionStorage), unkeep()]);
 
 /** @param {HTMLElement} place */
 export function addForgetButton(place) {

@@ -1,0 +1,62 @@
+"""Files for one place that come in quick succession: the last one chosen is what the figure shows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from playwright.sync_api import expect
+
+from sitegen.bench.pages import until
+from tests.browser.conftest import Reader
+from tests.browser.widgets.test_own_clouds import choose, clouds, lines, opened, told
+
+HELD = """() => {
+    const { arrayBuffer } = File.prototype;
+    globalThis.held = [];
+    File.prototype.arrayBuffer = function () {
+        const wait = this.name.startsWith("slow") ? new Promise((go) => held.push(go)) : Promise.resolve();
+        return wait.then(() => arrayBuffer.call(this));
+    };
+}"""
+DROP = """(figure, [name, text]) => {
+    const dataTransfer = new DataTransfer();
+    dataTransfer.items.add(new File([text], name));
+    figure.dispatchEvent(new DragEvent("drop", { dataTransfer, bubbles: true, cancelable: true }));
+}"""
+
+
+def test_a_file_chosen_later_is_not_replaced_by_one_that_took_longer(reader: Callable[..., Reader]) -> None:
+    """Each is named while it is read; what is read of the earlier one is not heard."""
+    page, own = opened(reader)
+    source, target = clouds()
+    page.evaluate(HELD)
+    choose(own, "source", "slow.csv", lines(target))
+    told(own, "source", "Reading slow.csv")
+    choose(own, "source", "quick.csv", lines(source))
+    told(own, "source", f"quick.csv: {len(source)} points")
+    own.settled()
+    given = own.record()["given"]
+    page.evaluate("held.forEach(go => go())")
+    choose(own, "target", "target.csv", lines(target))  # by then the slow one has been read as well
+    told(own, "target", f"target.csv: {len(target)} points")
+    own.settled()
+    assert own.record()["given"]["source"] == given["source"]
+    told(own, "source", "quick.csv")
+
+
+def test_two_files_dropped_one_by_one_take_both_places(reader: Callable[..., Reader]) -> None:
+    """The second is not put where the first is still being read."""
+    page, own = opened(reader)
+    page.evaluate(HELD)
+    texts = [lines(points).decode() for points in clouds()]
+    own.root.evaluate(DROP, ["slow.csv", texts[0]])
+    own.root.evaluate(DROP, ["quick.csv", texts[1]])
+    told(own, "target", "quick.csv")
+    until(page, "held.length === 1")
+    page.evaluate("held[0]()")
+    told(own, "source", "slow.csv: ")
+    own.settled()
+    assert set(own.record()["given"]) == {"source", "target"}
+    expect(own.root.locator('[data-told="target"]')).to_contain_text("quick.csv")
+    assert np.unique(list(own.record()["given"].values())).size == 2
