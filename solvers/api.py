@@ -220,8 +220,9 @@ def _problem(
     if 0 in batch:
         raise ValueError(f"start, seed: a batch of shape {batch} holds no problem")
 
-    # Copies: a state that shared memory with the caller's clouds would change with them.
-    p, q, w = np.array(p), np.array(q), np.array(w)
+    # Copies: a state that shared memory with the caller's clouds would change with them. Row by row: numpy sums in the
+    # order of memory, and the last digits would depend on it.
+    p, q, w = (np.array(values, order="C") for values in (p, q, w))
 
     def flat(a: Any, tail: tuple[int, ...]) -> Any:
         return np.broadcast_to(a, (*batch, *tail)).reshape(-1, *tail)

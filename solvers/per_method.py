@@ -49,6 +49,9 @@ def function(name: str) -> Callable[..., Result]:
     method = METHODS[NAMES[name]]
 
     def call(source: Any, target: Any, **options: Any) -> Result:
+        if "method" in options:
+            other = f"register(source, target, {options['method']!r})"
+            raise TypeError(f"{name}() takes no method: it runs {method.name!r}; another is run by {other}")
         return register(source, target, method.name, **options)
 
     call.__name__ = call.__qualname__ = name

@@ -13,7 +13,7 @@ from sitegen.plots._numbers import at
 from sitegen.plots._rates import close, clouds, percent, seeds, wilson
 from sitegen.plots._sizes import sizes
 from solvers import register
-from solvers.methods.pairs.ransac import trials
+from solvers.methods.pairs.consensus import trials
 from solvers.scenes.facade import FACADE_TRUTH, facade_scene
 
 TITLE = "Trial budget against inlier fraction, and measured failures at the budget"

@@ -73,21 +73,27 @@ class Problem:
 
 
 class State(Protocol):
-    """The fields of every method's state, all with leading axis b.
-    """
+    """The fields of every method's state, all with leading axis b."""
 
     @property
-    def problem(self) -> Problem: ...
+    def problem(self) -> Problem:
+        """The b problems."""
+
     @property
-    def pose(self) -> Pose: ...
+    def pose(self) -> Pose:
+        """The poses as they stand, (b,)."""
+
     @property
     def objective(self) -> FloatArray:
-        """(b,) what the method minimises, at `pose`."""
+        """What the method minimises, at `pose`, (b,)."""
 
     @property
-    def status(self) -> StatusArray: ...
+    def status(self) -> StatusArray:
+        """How each problem stands, (b,)."""
+
     @property
-    def reason(self) -> ReasonArray: ...
+    def reason(self) -> ReasonArray:
+        """The same in words, possibly empty, (b,)."""
 
 
 S = TypeVar("S", bound=State)

@@ -245,7 +245,7 @@ class Pose:
     def angle(self) -> FloatArray:
         """The rotation angle in radians, shape (...).
 
-        Signed, in (−π, π], in the plane; in [0, π] in space. Both come from atan2 of
+        Signed, in [−π, π], in the plane; in [0, π] in space. Both come from atan2 of
         the sine (skew part) and the cosine (trace), which is accurate at 0 and at π
         alike.
 

@@ -74,14 +74,23 @@ def apart(matrix: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
     if np.any(M[..., d, :d] != 0.0) or np.any(M[..., d, d] != 1.0):
         raise ValueError(f"matrix: expected the last row {[0] * d + [1]}, as of a homogeneous matrix")
     A = M[..., :d, :d]
+    # Divided by a power of two near the largest entry, which changes no digit: without it the determinant of a small
+    # matrix would be zero, and that of a large one infinite.
+    exponent = np.frexp(np.abs(A).max(axis=(-2, -1), initial=0.0))[1]
+    A = np.ldexp(A, -exponent[..., None, None])
     det = np.linalg.det(A)
     if np.any(det <= 0.0):
         flaw = "a reflection" if np.any(det < 0.0) else "singular"
         raise ValueError(f"matrix: expected a rotation times a scale, but one is {flaw}")
-    scale = det ** (1.0 / d)
+    unit = det ** (1.0 / d)
+    with np.errstate(over="ignore", under="ignore"):
+        scale = np.ldexp(unit, exponent)
+    if not np.isfinite(scale).all():
+        raise ValueError("matrix: expected a rotation times a scale, but one has a scale beyond floating point")
     # Numbers close to 1, such as a rotation's own determinant, are rounding.
-    scale = np.where(np.abs(scale - 1.0) < ROUNDING, 1.0, scale)
-    R = A / scale[..., None, None]
+    near = np.abs(scale - 1.0) < ROUNDING
+    scale, unit = np.where(near, 1.0, scale), np.where(near, np.ldexp(1.0, np.where(near, -exponent, 0)), unit)
+    R = A / unit[..., None, None]
     off = np.abs(R @ R.swapaxes(-1, -2) - np.eye(d)).max(initial=0.0)
     if off > SHEARED:
         raise ValueError(f"matrix: expected a rotation times a scale, but R Rᵀ differs from I by {off:.2g}")

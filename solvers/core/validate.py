@@ -195,6 +195,18 @@ def number(value: object, name: str, low: float = -np.inf, high: float = np.inf)
     return plain
 
 
+def flag(value: object, name: str) -> bool:
+    """True or False."""
+    if not isinstance(value, bool | np.bool_):
+        raise ValueError(f"{name}: expected True or False, got {shown(value)}")
+    return bool(value)
+
+
+def limit(value: object, name: str) -> float:
+    """A number; it may be infinite, of either sign."""
+    return float(value) if isinstance(value, float | np.floating) and np.isinf(value) else number(value, name)
+
+
 def reach(value: object, name: str, low: float = -np.inf) -> float:
     """A number of at least `low`; it may be infinite."""
     return np.inf if isinstance(value, float | np.floating) and value == np.inf else number(value, name, low)

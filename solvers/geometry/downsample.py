@@ -22,9 +22,9 @@ def slab(points: ArrayLike, low: float, high: float) -> FloatArray:
     points : array_like of shape (n, 3)
         The cloud.
     low : float
-        The least z, in the cloud's unit.
+        The least z, in the cloud's unit; −∞ for no limit.
     high : float
-        The largest z.
+        The largest z; ∞ for no limit.
 
     Returns
     -------
@@ -34,7 +34,7 @@ def slab(points: ArrayLike, low: float, high: float) -> FloatArray:
     Raises
     ------
     ValueError
-        If `points` is not one cloud of 3-D points.
+        If `points` is not one cloud of 3-D points, or a limit is not a number.
 
     Examples
     --------
@@ -43,14 +43,18 @@ def slab(points: ArrayLike, low: float, high: float) -> FloatArray:
     array([[1., 2.]])
     """
     p = _one(points, 3)
-    return np.ascontiguousarray(p[(p[:, 2] >= low) & (p[:, 2] <= high), :2])
+    least, most = validate.limit(low, "low"), validate.limit(high, "high")
+    return np.ascontiguousarray(p[(p[:, 2] >= least) & (p[:, 2] <= most), :2])
 
 
 def thinned(points: ArrayLike, most: int) -> FloatArray:
     """Fewer points that stand for a cloud.
 
-    The centroids of the smallest cubic cells of which no more than `most` are occupied,
-    in the order of the cells. A cloud that is small enough is returned as it is.
+    The centroids of the occupied cells of a cubic grid, in the order of the cells.
+    Bisection finds how many cells divide the longest side: with this number at most
+    `most` cells are occupied, and with one more there would be more (unless it is
+    32767, the largest). A finer grid may do as well, since the number of occupied cells
+    does not only grow. A cloud that is small enough is returned as it is.
 
     Parameters
     ----------

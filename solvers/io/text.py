@@ -53,13 +53,16 @@ def delimited(lines: Sequence[str]) -> tuple[FloatArray, str, list[str]]:
     Comments and blank lines are skipped. A first line that is not all numbers names the
     columns, and so does a comment right before the numbers that has as many fields: x, y
     and z are taken where they are named, with a unit (x_m, x [m]) or without, the first two
-    or three columns otherwise. Raises ValueError with the line's number.
+    or three columns otherwise. Where tabs separate, spaces do as well, and tabs at a line's
+    end are nothing. Raises ValueError with the line's number.
     """
     rows = [k for k, line in enumerate(lines) if (bare := line.strip()) and not bare.startswith(COMMENTS)]
     if not rows:
         raise ValueError("line 1: no line with numbers was found; expected x and y, or x, y and z, on every line")
-    first = _bare(lines[rows[0]])
+    first = _bare(lines[rows[0]]).rstrip()  # a tab at the end separates nothing
     separator = next((mark for mark in SEPARATORS if mark and mark in first), None)
+    if separator == "\t" and _spaced(first):
+        separator = None
     fields = _fields(first, separator)
     notices: list[str] = []
     comma = next((field for field in fields if not is_number(field) and is_number(field.replace(",", "."))), None)
@@ -70,7 +73,8 @@ def delimited(lines: Sequence[str]) -> tuple[FloatArray, str, list[str]]:
         columns = _axes(_comment_before(lines, rows[0], separator), width) or list(range(min(3, width)))
     elif any(is_number(field) for field in fields):
         wrong = next(field for field in fields if not is_number(field))
-        raise ValueError(f"line {rows[0] + 1}: {told(wrong)} is not a number; expected numbers, or names alone")
+        hint = _hint(wrong, "expected numbers, or names alone")
+        raise ValueError(f"line {rows[0] + 1}: {told(wrong)} is not a number; {hint}")
     else:
         columns, width = _named(fields, rows[0], notices), len(fields)
         rows = rows[1:]
@@ -93,6 +97,22 @@ def _bare(line: str) -> str:
 
 def _fields(line: str, separator: str | None) -> list[str]:
     return [field.strip().strip('"') for field in line.split(separator)]
+
+
+def _spaced(line: str) -> bool:
+    """Whether a line has spaces between its numbers, or the names of its axes, as well as tabs; no field is empty."""
+    fields, parts = _fields(line, "\t"), _fields(line, None)
+    if "" in fields or len(parts) == len(fields):
+        return False
+    return all(map(is_number, parts)) or (all(map(AXIS.fullmatch, parts)) and bool(_axes(parts, len(parts))))
+
+
+def _mended(fields: list[str], line: str, width: int) -> list[str]:
+    """A line's fields, `width` of them where the tabs at its end are too many, or where it has spaces for tabs."""
+    while len(fields) > width and not fields[-1]:
+        fields = fields[:-1]
+    parts = _fields(_bare(line), None)
+    return parts if len(fields) < width == len(parts) and "" not in fields else fields
 
 
 def _named(fields: Sequence[str], row: int, notices: list[str]) -> list[int]:
@@ -134,6 +154,8 @@ def numbers(
     left, at = iter(rows), 0
     while block := list(islice(left, BLOCK)):
         parts = [_fields(_bare(lines[k]), separator) for k in block]
+        if separator == "\t":
+            parts = [p if len(p) == width else _mended(p, lines[k], width) for k, p in zip(block, parts, strict=True)]
         try:
             if any(len(part) != width for part in parts):
                 raise ValueError
@@ -162,7 +184,10 @@ def _wrong(
     raise AssertionError("no line is wrong")  # pragma: no cover
 
 
-def _hint(field: str) -> str:
+def _hint(field: str, otherwise: str = "expected a number such as -1.25 or 3e-2") -> str:
     if "," in field and is_number(field.replace(",", ".")):
         return "numbers are written with a decimal point"
-    return "expected a number such as -1.25 or 3e-2"
+    parts = re.split(r"[;,\s]+", field)
+    if len(parts) > 1 and all(map(is_number, parts)):
+        return "expected one separator throughout: semicolons, tabs, commas or spaces"
+    return otherwise

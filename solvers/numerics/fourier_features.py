@@ -55,11 +55,47 @@ KERNELS = ("gaussian", "laplace", "cauchy")
 def unit_frequencies(
     seed: IntArray, count: int, dim: int, kernel: str = "gaussian", draw: int = 0
 ) -> FloatArray:
-    """`count` frequencies for each seed of (b,), in units of 1/ℓ: (b, count, dim).
+    """Frequencies for each seed, for a length scale of 1.
 
-    kernel: "gaussian", standard normal; "laplace", multivariate Cauchy in the same
-    directions; "cauchy", Laplace along each axis, variance 1. draw: another number,
-    another draw from the same seed.
+    Divide them by ℓ for a kernel of that length scale.
+
+    Parameters
+    ----------
+    seed : ndarray of int, shape (b,)
+        What the random numbers are drawn from.
+    count : int
+        D, the frequencies a seed.
+    dim : int
+        d, the dimension of the points.
+    kernel : str, default "gaussian"
+        "gaussian": standard normal. "laplace": multivariate Cauchy in the same
+        directions. "cauchy": Laplace along each axis, of variance 1.
+    draw : int, default 0
+        Another number is another draw from the same seed.
+
+    Returns
+    -------
+    ndarray of shape (b, count, dim)
+        Radians per ℓ.
+
+    Raises
+    ------
+    ValueError
+        If the kernel is unknown.
+
+    References
+    ----------
+    .. [1] A. Rahimi, B. Recht, "Random features for large-scale kernel machines", 2007,
+       fig. 1 (which density goes with which kernel).
+    .. [2] C. E. Rasmussen, C. K. I. Williams, "Gaussian processes for machine
+       learning", 2006, eq. 4.15 (the density of the Laplace kernel, ν = ½).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers.features import unit_frequencies
+    >>> unit_frequencies(np.array([40, 53]), 16, 2).shape
+    (2, 16, 2)
     """
     validate.one_of(kernel, KERNELS, "kernel")
     drawn = []
@@ -76,8 +112,29 @@ def unit_frequencies(
 
 
 def cos_sin(turns: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The cosine and sine of angles given in full turns, of any shape, to 1e-15 beside
-    the rounding of the angle.
+    """The cosine and the sine of angles given in full turns.
+
+    To 1e-15, beside the rounding of the angle.
+
+    Parameters
+    ----------
+    turns : ndarray of any shape
+        The angles, 1 for a full turn.
+
+    Returns
+    -------
+    cosine : ndarray of the same shape
+        cos(2π turns).
+    sine : ndarray of the same shape
+        sin(2π turns).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers.features import cos_sin
+    >>> cosine, sine = cos_sin(np.array([0.0, 0.125, 1.5]))
+    >>> cosine.round(4)
+    array([ 1.    ,  0.7071, -1.    ])
     """
     f = turns - np.rint(turns)
     z = f * f
@@ -100,8 +157,28 @@ def cos_sin(turns: FloatArray) -> tuple[FloatArray, FloatArray]:
 def feature_sums(points: FloatArray, frequencies: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Cosines and sines summed over the points, alone and times each coordinate.
 
-    points: (b, n, d); frequencies: (b, D, d) in radians per unit. Both answers (b, D, 1
-    + d): `Σ_i cos(ω_kᵀx_i) [1, x_i]` and the same of the sine.
+    Parameters
+    ----------
+    points : ndarray of shape (b, n, d)
+        The clouds, in world units.
+    frequencies : ndarray of shape (b, D, d)
+        ω_k, in radians per unit.
+
+    Returns
+    -------
+    cosines : ndarray of shape (b, D, 1 + d)
+        `Σ_i cos(ω_kᵀx_i) [1, x_i]`.
+    sines : ndarray of shape (b, D, 1 + d)
+        The same of the sine.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers.features import feature_sums
+    >>> points = np.array([[[0.0, 0.0], [1.0, 0.0]]])
+    >>> cosines, sines = feature_sums(points, np.array([[[np.pi, 0.0]]]))
+    >>> cosines
+    array([[[ 0., -1.,  0.]]])
     """
     b, n, d = points.shape
     D = frequencies.shape[1]
@@ -117,8 +194,35 @@ def feature_sums(points: FloatArray, frequencies: FloatArray) -> tuple[FloatArra
 
 
 def mean_features(points: FloatArray, frequencies: FloatArray) -> FloatArray:
-    """The mean feature of each cloud: points (b, n, d), frequencies (b, D, d) in
-    radians per unit, answer (b, 2D).
+    """The mean feature of each cloud.
+
+    The squared distance of two clouds' mean features estimates their MMD².
+
+    Parameters
+    ----------
+    points : ndarray of shape (b, n, d)
+        The clouds, in world units.
+    frequencies : ndarray of shape (b, D, d)
+        ω_k, in radians per unit: those of `unit_frequencies` over ℓ.
+
+    Returns
+    -------
+    ndarray of shape (b, 2D)
+        The mean of `[cos ω₁ᵀx … cos ω_Dᵀx, sin ω₁ᵀx … sin ω_Dᵀx]/√D`.
+
+    References
+    ----------
+    .. [1] A. Rahimi, B. Recht, "Random features for large-scale kernel machines", 2007.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers.features import exact_squared_mmd, mean_features, unit_frequencies
+    >>> p, q = np.array([[0.0, 0.0]]), np.array([[1.0, 0.0]])
+    >>> waves = unit_frequencies(np.array([40]), 4096, 2)
+    >>> apart = mean_features(p[None], waves) - mean_features(q[None], waves)
+    >>> np.square(apart).sum().round(2), exact_squared_mmd(p, q, 1.0).round(2)
+    (np.float64(0.79), np.float64(0.79))
     """
     n, D = points.shape[1], frequencies.shape[1]
     c, s = feature_sums(points, frequencies)
@@ -129,14 +233,44 @@ def mean_features(points: FloatArray, frequencies: FloatArray) -> FloatArray:
 def exact_squared_mmd(
     source: ArrayLike, target: ArrayLike, length: ArrayLike, kernel: str = "gaussian"
 ) -> FloatArray:
-    """MMD² of two clouds under a kernel, by default `exp(−‖x − y‖²/2ℓ²)`, exactly: the
-    V-statistic, diagonal included.
+    """The exact MMD² of two clouds under a kernel.
 
-    source: (..., m, d), target: (..., n, d), length: (...) ℓ, positive, in world units;
-    the answer (...). `MMD² = mean k(x, x′) − 2 mean k(x, y) + mean k(y, y′)`, never
-    negative up to rounding. The cost is quadratic, the memory that of one block.
-    Raises ValueError for what is not a cloud, for a length that is not positive and for an
-    unknown kernel.
+    The V-statistic, diagonal included: `MMD² = mean k(x, x′) − 2 mean k(x, y) + mean
+    k(y, y′)`, never negative up to rounding. The cost is quadratic in the points, the
+    memory that of one block.
+
+    Parameters
+    ----------
+    source : array_like of shape (..., m, d)
+        One cloud, in world units.
+    target : array_like of shape (..., n, d)
+        The other.
+    length : array_like of shape (...)
+        ℓ, positive, in world units.
+    kernel : str, default "gaussian"
+        "gaussian", "laplace" or "cauchy", as for `mean_kernel`.
+
+    Returns
+    -------
+    ndarray of shape (...)
+        The leading axes of the three broadcast.
+
+    Raises
+    ------
+    ValueError
+        For what is not a cloud, for a length that is not a positive number, for an
+        unknown kernel, and for leading axes that do not broadcast.
+
+    References
+    ----------
+    .. [1] A. Gretton, K. M. Borgwardt, M. J. Rasch, B. Schölkopf, A. Smola, "A kernel
+       two-sample test", 2012, eq. 5.
+
+    Examples
+    --------
+    >>> from solvers.features import exact_squared_mmd
+    >>> exact_squared_mmd([[0.0, 0.0]], [[1.0, 0.0]], [0.5, 2.0]).round(3)
+    array([1.729, 0.235])
     """
     p = validate.cloud(source, "source")
     q = validate.cloud(target, "target", p.shape[-1])
@@ -155,9 +289,37 @@ def exact_squared_mmd(
 
 
 def mean_kernel(x: FloatArray, y: FloatArray, length: float, kernel: str = "gaussian") -> float:
-    """The mean of the kernel over all pairs of points of two clouds (m, d) and (n, d):
-    `exp(−‖x − y‖²/2ℓ²)`, for "laplace" `exp(−‖x − y‖/ℓ)`, for "cauchy" `Π 1/(1 + (x_j −
-    y_j)²/2ℓ²)`.
+    """The mean of a kernel over all pairs of points of two clouds.
+
+    Parameters
+    ----------
+    x : ndarray of shape (m, d)
+        One cloud, in world units.
+    y : ndarray of shape (n, d)
+        The other.
+    length : float
+        ℓ, positive, in world units.
+    kernel : str, default "gaussian"
+        "gaussian": `exp(−‖x − y‖²/2ℓ²)`. "laplace": `exp(−‖x − y‖/ℓ)`. "cauchy": `Π
+        1/(1 + (x_j − y_j)²/2ℓ²)`.
+
+    Returns
+    -------
+    float
+        From 0 to 1.
+
+    Raises
+    ------
+    ValueError
+        If the kernel is unknown.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers.features import mean_kernel
+    >>> x, y = np.array([[0.0, 0.0]]), np.array([[3.0, 4.0]])
+    >>> round(mean_kernel(x, y, 5.0, "laplace"), 4)
+    0.3679
     """
     validate.one_of(kernel, KERNELS, "kernel")
     total = 0.0

@@ -45,9 +45,26 @@ _LEAST = 1e-100
 
 
 def least_scale(target: FloatArray) -> FloatArray:
-    """`FLOOR` times the RMS radius of target clouds (b, n, d), (b,): a length of the
-    scene itself, so that another unit changes no weight. Equal points count as having a
-    radius of 1.
+    """`FLOOR` times the RMS radius of target clouds.
+
+    A length of the scene itself, so that another unit changes no weight.
+
+    Parameters
+    ----------
+    target : ndarray of shape (b, n, d)
+        The clouds, in world units.
+
+    Returns
+    -------
+    ndarray of shape (b,)
+        World units. Equal points count as having a radius of 1.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers.robust import least_scale
+    >>> least_scale(np.array([[[20.0, 0.0], [-20.0, 0.0]]])).round(6)
+    array([0.006])
     """
     return FLOOR * rms_radius(target)
 
@@ -55,13 +72,33 @@ def least_scale(target: FloatArray) -> FloatArray:
 def mad_scale(
     distances: FloatArray, among: BoolArray | None = None, floor: FloatArray | float = _LEAST
 ) -> FloatArray:
-    """`s = max(1.4826 · median(r), floor)` of the pair distances (b, m) that are
-    `among`, (b,).
+    """The scale of the distances that are noise: `s = max(1.4826 · median(r), floor)`.
 
     The median absolute deviation about zero, where a perfect pair lies. About the
     median itself the scale would be smaller at a far start, and a redescending weight
-    would reject some pairs there. Without any pair it is `floor`, one length or (b,):
-    `least_scale` of the targets, for the scale to follow their unit.
+    would reject some pairs there.
+
+    Parameters
+    ----------
+    distances : ndarray of shape (b, m)
+        Pair distances r, in world units.
+    among : ndarray of bool, shape (b, m), optional
+        The pairs that count. None is all.
+    floor : float or ndarray of shape (b,), default 1e-100
+        The least scale, and the scale where no pair counts. `least_scale` of the
+        targets makes it follow their unit.
+
+    Returns
+    -------
+    ndarray of shape (b,)
+        World units.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers.robust import mad_scale
+    >>> mad_scale(np.array([[0.1, 0.1, 0.2, 9.0]])).round(4)
+    array([0.2224])
     """
     m = distances.shape[-1]
     if among is None:
@@ -75,11 +112,36 @@ def mad_scale(
 
 
 def weights(kernel: str, distances: FloatArray, threshold: FloatArray | float) -> FloatArray:
-    """The weight w(r; k) in [0, 1] of pair distances r (..., m), with thresholds k
-    (...) or one; 'none' is all one.
+    """The weights w(r; k) of pair distances.
 
-    A distance of zero has weight 1, an infinite one weight 0 (unless the kernel is
-    'none'). A threshold is positive.
+    A distance of zero has weight 1, an infinite one weight 0, except that "none" gives
+    every pair weight 1.
+
+    Parameters
+    ----------
+    kernel : str
+        A name of `KERNELS`; not checked here.
+    distances : ndarray of shape (..., m)
+        Pair distances r, in world units.
+    threshold : float or ndarray of shape (...)
+        k, positive, in the same unit.
+
+    Returns
+    -------
+    ndarray of shape (..., m)
+        In [0, 1].
+
+    References
+    ----------
+    .. [1] P. W. Holland, R. E. Welsch, "Robust regression using iteratively reweighted
+       least-squares", 1977.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers.robust import weights
+    >>> weights("huber", np.array([0.0, 0.5, 1.0, 2.0, np.inf]), 1.0)
+    array([1. , 1. , 1. , 0.5, 0. ])
     """
     if kernel == "none":
         return np.ones_like(distances)
@@ -95,8 +157,28 @@ def weights(kernel: str, distances: FloatArray, threshold: FloatArray | float) -
 
 
 def loss(kernel: str, distances: FloatArray, threshold: FloatArray | float) -> FloatArray:
-    """The loss ρ(r; k) of pair distances r (..., m), whose derivative is `w(r; k) r`;
-    'none' is r²/2.
+    """The losses ρ(r; k) of pair distances, whose derivatives are `w(r; k) r`.
+
+    Parameters
+    ----------
+    kernel : str
+        A name of `KERNELS`; not checked here. "none" is r²/2.
+    distances : ndarray of shape (..., m)
+        Pair distances r, in world units.
+    threshold : float or ndarray of shape (...)
+        k, positive, in the same unit.
+
+    Returns
+    -------
+    ndarray of shape (..., m)
+        Squared world units.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers.robust import loss
+    >>> loss("huber", np.array([0.0, 1.0, 2.0]), 1.0)
+    array([0. , 0.5, 1.5])
     """
     with np.errstate(under="ignore", over="ignore", invalid="ignore"):
         if kernel == "none":
@@ -120,8 +202,34 @@ def threshold(
     scale: FloatArray | float | None = None,
     floor: FloatArray | float = _LEAST,
 ) -> FloatArray:
-    """`k = tuning · s`, (b,), for distances (b, m): s is `scale`, one or (b,), where
-    given, else `mad_scale` of the pairs `among`, at least `floor`. Infinite for 'none'.
+    """The threshold `k = tuning · s` of pair distances.
+
+    Parameters
+    ----------
+    kernel : str
+        A name of `KERNELS`. "none" has the threshold infinity.
+    distances : ndarray of shape (b, m)
+        Pair distances r, in world units.
+    among : ndarray of bool, shape (b, m), optional
+        The pairs that s is taken from. None is all.
+    tuning : float, optional
+        None is `TUNING[kernel]`.
+    scale : float or ndarray of shape (b,), optional
+        s, in world units. None is `mad_scale` of the distances.
+    floor : float or ndarray of shape (b,), default 1e-100
+        The least s, where no scale is given.
+
+    Returns
+    -------
+    ndarray of shape (b,)
+        World units.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers.robust import threshold
+    >>> threshold("tukey", np.array([[0.1, 0.2, 9.0]]), scale=0.1).round(4)
+    array([0.4685])
     """
     if kernel == "none":
         return np.full(distances.shape[:-1], np.inf)
@@ -131,8 +239,26 @@ def threshold(
 
 
 def check_options(weight: str, tuning: float | None, scale: float | None) -> None:
-    """Refuse, by a ValueError that names the option, what is not a kernel, tuning constant
-    or scale.
+    """Refuse what is not a kernel, a tuning constant or a scale.
+
+    Parameters
+    ----------
+    weight : str
+        A name of `KERNELS`.
+    tuning : float or None
+        A number from 1e-100 to 1e100.
+    scale : float or None
+        The same.
+
+    Raises
+    ------
+    ValueError
+        If one of them is not; the message names it.
+
+    Examples
+    --------
+    >>> from solvers.robust import check_options
+    >>> check_options("huber", 1.345, None)
     """
     validate.one_of(weight, KERNELS, "weight")
     for name, value in (("tuning", tuning), ("scale", scale)):

@@ -265,6 +265,17 @@ def edges_of(chain: Chain, loops: Matches, used: BoolArray | None = None) -> tup
     ------
     ValueError
         If `chain` is not a Chain, `loops` are not Matches, or `used` is not one bool a loop.
+
+    Examples
+    --------
+    >>> from solvers.odometry import candidates, edges_of, prepare, scan_to_scan, verified
+    >>> from solvers.drives import simulated_drive
+    >>> scans = prepare(simulated_drive()[0])
+    >>> chain = scan_to_scan(scans, simulated_drive()[0].motion)
+    >>> loops = verified(scans, chain.poses, *candidates(chain.poses))
+    >>> edges, robust = edges_of(chain, loops)
+    >>> len(edges) - len(scans) + 1 == robust.sum() == loops.believed.sum()
+    np.True_
     """
     n = of_kind(chain, Chain, "chain").poses.batch[0]
     of_kind(loops, Matches, "loops")
@@ -306,7 +317,8 @@ def close(
     fixed : int, default 0
         The scan whose pose stays.
     progress : callable, optional
-        Called as `progress(steps, most)` after every step.
+        Called as `progress(steps, most)` after every step, and once more, with the same number, where the run ends
+        without another one.
 
     Returns
     -------

@@ -2,7 +2,7 @@
 
 With a node's pose `T = (R, t)` from its own coordinates to those of the map, and an
 edge's measured relative pose Z, the residual is the planar motion `E = Z⁻¹ Tᵢ⁻¹ Tⱼ`
-written as (x, y, angle), the angle in (−π, π]:
+written as (x, y, angle), the angle in [−π, π]:
 
     e = ( R_Zᵀ (Rᵢᵀ (tⱼ − tᵢ) − t_Z),  θⱼ − θᵢ − θ_Z )
 

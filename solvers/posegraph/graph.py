@@ -2,8 +2,7 @@
 
 Minimised is `F = Σ ρ(χ²)` over the edges, with χ² = eᵀ Ω e and the residuals of `solvers.posegraph.errors`, by
 Levenberg–Marquardt on reweighted squares: damping in proportion to the diagonal, so that lengths and angles may have
-any units. A step is taken only where it lowers F. Poses come from relative measurements alone, so at least one node is
-held where it is.
+any units. A step is taken only where it lowers F. Measurements are relative, so one node at least is held where it is.
 
 Sources: Lu & Milios 1997, Globally consistent range scan alignment for environment mapping; Grisetti, Kümmerle,
 Stachniss & Burgard 2010, A tutorial on graph-based SLAM; for the kernels see `solvers.posegraph.kernels`.
@@ -337,7 +336,8 @@ def optimise(
         Whether scipy solves the normal equations. None is scipy from 300 free nodes on,
         where it is installed. Without it, 3000 free nodes are the most.
     progress : callable, optional
-        Called as `progress(steps, max_steps)` after every step.
+        Called as `progress(steps, max_steps)` after every step, and once more, with the same number, where the run ends
+        without another one.
 
     Returns
     -------

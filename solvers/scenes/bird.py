@@ -89,6 +89,11 @@ def bird_start(degrees: float = -40.0, distance: float = 1.6) -> Pose:
     Pose
         The starting pose.
 
+    Raises
+    ------
+    ValueError
+        If one of them is not a finite number.
+
     Examples
     --------
     >>> import numpy as np
@@ -97,9 +102,10 @@ def bird_start(degrees: float = -40.0, distance: float = 1.6) -> Pose:
     >>> np.degrees(rre(bird_start(degrees=-40.0), bird().truth)).round(6)
     np.float64(40.0)
     """
+    turn, far = validate.number(degrees, "degrees"), validate.number(distance, "distance")
     centre = SHAPE.mean(axis=0)
-    R = Pose.from_angle(np.radians(degrees)).R @ TRUTH.R
-    moved = TRUTH.apply(centre[None])[0] + distance * np.array([-0.96, 0.28])
+    R = Pose.from_angle(np.radians(turn)).R @ TRUTH.R
+    moved = TRUTH.apply(centre[None])[0] + far * np.array([-0.96, 0.28])
     return Pose.trusted(R, moved - R @ centre)
 
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray
+from solvers.core.kinds import of_kind
 from solvers.core.pose import Pose
 from solvers.scenes.scans import ranges as cast
 
@@ -80,7 +81,15 @@ class Drive:
         -------
         ndarray of bool
             One a beam.
+
+        Raises
+        ------
+        ValueError
+            If there is no such scan, or `farthest` is not a number.
         """
+        if validate.count(k, "k") >= len(self.ranges):
+            raise ValueError(f"k: expected a scan from 0 to {len(self.ranges) - 1}, got {k}")
+        validate.limit(farthest, "farthest")
         return np.asarray(np.isfinite(self.ranges[k]) & (self.ranges[k] <= farthest))
 
     def points(self, k: int, farthest: float = np.inf) -> FloatArray:
@@ -97,6 +106,11 @@ class Drive:
         -------
         ndarray of shape (m, 2)
             Metres, in the order of the beams.
+
+        Raises
+        ------
+        ValueError
+            If there is no such scan, or `farthest` is not a number.
         """
         seen = self.heard(k, farthest)
         ahead = np.stack([np.cos(self.bearings[seen]), np.sin(self.bearings[seen])], axis=1)
@@ -116,6 +130,11 @@ def chained(motion: Pose) -> Pose:
     Pose
         n poses, each from the robot's coordinates at a scan to the map's.
 
+    Raises
+    ------
+    ValueError
+        If `motion` is not a Pose of shape (n,), or a scale is not 1.
+
     Examples
     --------
     >>> import numpy as np
@@ -125,6 +144,9 @@ def chained(motion: Pose) -> Pose:
     >>> bool(np.allclose(chained(square).t[4], chained(square).t[0]))
     True
     """
+    if len(of_kind(motion, Pose, "motion").batch) != 1:
+        raise ValueError(f"motion: expected motions of shape (n,), got {motion.batch}")
+    validate.unscaled(motion, "motion", "a robot's motion has scale 1")
     R, t = np.array(motion.R), np.array(motion.t)
     for k in range(1, len(t)):
         t[k] = R[k - 1] @ t[k] + t[k - 1]
@@ -151,6 +173,12 @@ def interlaced(beams: int, step: float, turns: int = 2, period: float = MIRROR) 
     ndarray of shape (beams,)
         Seconds after their mean, for `Drive.delays`.
 
+    Raises
+    ------
+    ValueError
+        If the beams or the turns are not an integer of 1 or more, the step is not a finite number, or the period not a
+        finite one of 0 or more.
+
     Examples
     --------
     >>> import numpy as np
@@ -158,7 +186,10 @@ def interlaced(beams: int, step: float, turns: int = 2, period: float = MIRROR) 
     >>> (1e3 * interlaced(5, np.pi / 4)).round(1)
     array([-8.7,  6.3, -5.3,  9.7, -2. ])
     """
-    k = np.arange(beams)
+    validate.count(turns, "turns", 1)
+    validate.number(step, "step")
+    validate.number(period, "period", 0.0)
+    k = np.arange(validate.count(beams, "beams", 1))
     seconds = period * (k % turns + k * step / (2.0 * np.pi))
     return np.asarray(seconds - seconds.mean(), dtype=np.float64)
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import FloatArray
+from solvers.core.numbers import finite, numbers
 from solvers.core.pose import Pose
 from solvers.scenes.rooms import Scene
 
@@ -145,10 +146,18 @@ def fish_start(degrees: float = START_DEGREES, shift: tuple[float, float] = STAR
     Pose
         The starting pose.
 
+    Raises
+    ------
+    ValueError
+        If a number is not finite, or the shift not two numbers.
+
     Examples
     --------
     >>> from solvers.walk_scenes import fish_start
     >>> fish_start(degrees=30.0)
     Pose(angle=30°, t=(0.7, -0.45), scale=1)
     """
-    return Pose.from_angle(np.radians(degrees), shift)
+    turn, moved = validate.number(degrees, "degrees"), finite(numbers(shift, "shift"), "shift")
+    if moved.shape != (2,):
+        raise ValueError(f"shift: expected two numbers, got shape {moved.shape}")
+    return Pose.from_angle(np.radians(turn), moved)

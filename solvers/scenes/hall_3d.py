@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from solvers.core import validate
 from solvers.core.arrays import FloatArray
 from solvers.core.pose import Pose
 from solvers.scenes.rooms import room
@@ -20,8 +21,16 @@ FLOOR = 0.03  # u, σ of the floor's height
 
 @dataclass(frozen=True, eq=False)
 class Hall:
-    """source (m, 3) and target (n, 3), world units, z upwards; truth, in space: the
-    pose that lays one on the other.
+    """Two scans of a hall, z upwards.
+
+    Attributes
+    ----------
+    source : ndarray of shape (m, 3)
+        The cloud that is moved, world units.
+    target : ndarray of shape (n, 3)
+        The cloud that stays.
+    truth : Pose
+        The pose that takes source to target coordinates.
     """
 
     source: FloatArray
@@ -30,9 +39,34 @@ class Hall:
 
 
 def hall(seed: int = 40, floor: int = 250) -> Hall:
-    """A hall whose source is turned by −20° about the vertical and moved; `floor`
-    points of the floor in each scan.
+    """A hall whose source is turned by −20° about the vertical and moved.
+
+    Parameters
+    ----------
+    seed : int, default 40
+        What the random numbers are drawn from.
+    floor : int, default 250
+        The points of the floor in each scan.
+
+    Returns
+    -------
+    Hall
+        The two scans and the truth.
+
+    Raises
+    ------
+    ValueError
+        If the seed or the number of points is not an integer of 0 or more.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers.hall import hall
+    >>> scans = hall(floor=100)
+    >>> scans.source.shape, np.degrees(scans.truth.angle).round(6)
+    ((232, 3), np.float64(20.0))
     """
+    validate.count(floor, "floor")
     scene, random = room("noise", seed=seed), np.random.default_rng(seed)
 
     def raised(walls: FloatArray) -> FloatArray:

@@ -110,7 +110,8 @@ def mug(
     Raises
     ------
     ValueError
-        If the seed or the noise is negative, or the count or the overlap out of its range.
+        If the seed or the noise is negative, the count or the overlap out of its range,
+        or `handle` not True or False.
 
     Examples
     --------
@@ -127,6 +128,7 @@ def mug(
     validate.count(points, "points", 20)
     sigma = validate.number(noise, "noise", 0.0)
     share = validate.number(overlap, "overlap", 0.0, 1.0)
+    handle = validate.flag(handle, "handle")
     rng = np.random.default_rng(validate.count(seed, "seed"))
     half = np.pi / (2.0 - share)  # of the turn that a cloud sees; both together see all of it
     clouds = []

@@ -200,13 +200,19 @@ def room_start(degrees: float = 45.0, distance: float = 1.43) -> Pose:
     Pose
         The starting pose.
 
+    Raises
+    ------
+    ValueError
+        If one of them is not a finite number.
+
     Examples
     --------
     >>> from solvers.scenes import room_start
     >>> room_start(degrees=20.0, distance=1.0)
     Pose(angle=20°, t=(0.80413, 0.59436), scale=1)
     """
-    return Pose.from_angle(np.radians(degrees), distance * ROOM_START_DIRECTION)
+    turn, far = validate.number(degrees, "degrees"), validate.number(distance, "distance")
+    return Pose.from_angle(np.radians(turn), far * ROOM_START_DIRECTION)
 
 
 def room(

@@ -91,8 +91,8 @@ def two_scans(
     Raises
     ------
     ValueError
-        If the seed or the noise is negative, the distance out of its range, or the rays
-        too few.
+        If the seed or the noise is negative, the turn not a finite number, the distance
+        out of its range, or the rays too few.
 
     Examples
     --------
@@ -103,6 +103,7 @@ def two_scans(
     ((60, 2), np.float64(30.0))
     """
     sigma = validate.number(noise, "noise", 0.0)
+    turned = np.radians(validate.number(turn, "turn"))
     validate.number(distance, "distance", 0.0, 3.5)
     validate.count(rays, "rays", 3)
     rng = np.random.default_rng(validate.count(seed, "seed"))
@@ -112,7 +113,7 @@ def two_scans(
 
     ended = begun + distance * np.array([np.cos(course), np.sin(course)])
     a, b = (np.concatenate(ends) for ends in ([w[:-1] for w in WALLS], [w[1:] for w in WALLS]))
-    poses = Pose.from_angle(course, begun), Pose.from_angle(course - np.radians(turn), ended)
+    poses = Pose.from_angle(course, begun), Pose.from_angle(course - turned, ended)
     clouds = []
     for pose, phase, draw in zip(poses, phases, unit, strict=True):
         angle = 2.0 * np.pi * (np.arange(rays) + phase) / rays

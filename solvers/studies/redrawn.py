@@ -10,10 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from solvers.core import validate
 from solvers.core.arrays import FloatArray
+from solvers.core.kinds import of_kind
 from solvers.core.pose import Pose
 from solvers.scenes.scans import ranges
 
@@ -160,13 +160,13 @@ def redrawn(
     return Redrawn(source, target, echoes[0].astype(np.float64), truth, walls)
 
 
-def starts(truth: Pose, count: int, *, heading: float = 3.0, shift: ArrayLike = 0.15, seed: int = 40) -> Pose:
+def starts(truth: Pose, count: int, *, heading: float = 3.0, shift: float = 0.15, seed: int = 40) -> Pose:
     """Starts about the truth, as an odometer would give them.
 
     Parameters
     ----------
     truth : Pose
-        What they spread about, a single pose.
+        What they spread about, a single pose of the plane.
     count : int
         How many.
     heading : float, default 3.0
@@ -184,7 +184,7 @@ def starts(truth: Pose, count: int, *, heading: float = 3.0, shift: ArrayLike = 
     Raises
     ------
     ValueError
-        If an argument is out of its range.
+        If `truth` is not a single pose of the plane, or a number out of its range.
 
     Examples
     --------
@@ -193,6 +193,10 @@ def starts(truth: Pose, count: int, *, heading: float = 3.0, shift: ArrayLike = 
     >>> starts(Pose.identity(), 4).batch
     (4,)
     """
+    of_kind(truth, Pose, "truth")
+    if truth.batch:
+        raise ValueError(f"truth: expected a single pose, got a batch of shape {truth.batch}")
+    validate.pose(truth, 2, "truth", "the starts are of the plane")
     turn, far = validate.number(heading, "heading", 0.0), validate.number(shift, "shift", 0.0)
     rng = np.random.default_rng([validate.count(seed, "seed"), 1])
     unit = rng.standard_normal((validate.count(count, "count", 1), 3))

@@ -46,9 +46,40 @@ FOUR: Mapping[str, tuple[Method[Any], Any]] = MappingProxyType(
 def begin_walk(
     name: str, scenes: Sequence[Scene], starts: Sequence[Pose], project: bool = True, most: int = MOST
 ) -> Batch[Any]:
-    """One of `FOUR` on scenes of one size, each from its start, no step taken.
+    """One of the four methods on scenes of one size, no step taken.
 
-    project: whether the flow's endpoints are made rigid. most: steps at most.
+    Parameters
+    ----------
+    name : str
+        A key of `FOUR`.
+    scenes : sequence of Scene
+        b scenes, as from `solvers.walk_scenes.fish`, of equally many points.
+    starts : sequence of Pose
+        Where each scene's moving cloud lies at first.
+    project : bool, default True
+        Whether the flow's endpoints are made rigid; nothing to the other methods.
+    most : int, default 120
+        The most steps.
+
+    Returns
+    -------
+    Batch
+        The run at its beginning, of b problems.
+
+    Raises
+    ------
+    KeyError
+        If there is no method of that name.
+    ValueError
+        If there are not as many starts as scenes, or the scenes differ in size.
+
+    Examples
+    --------
+    >>> from solvers.walk_scenes import fish, fish_start
+    >>> from solvers.walkthrough import begin_walk
+    >>> batch = begin_walk("cpd", [fish("clean")], [fish_start()])
+    >>> batch.done, batch.max_steps
+    (False, 120)
     """
     method, options = FOUR[name]
     if name == "flow":
@@ -63,13 +94,55 @@ def begin_walk(
 
 
 def found(batch: Batch[Any], starts: Sequence[Pose]) -> Pose:
-    """The poses of the scenes, (b,), as the runs have them: each the motion found so
-    far after the start.
+    """The poses of the scenes, as the runs have them so far.
+
+    Each is the motion found after the start, and the start before it.
+
+    Parameters
+    ----------
+    batch : Batch
+        A run of b problems, from `begin_walk`.
+    starts : sequence of Pose
+        The starts that it was given, rigid motions.
+
+    Returns
+    -------
+    Pose
+        Of shape (b,).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers.metrics import rre
+    >>> from solvers.stepper import run
+    >>> from solvers.walk_scenes import fish, fish_start
+    >>> from solvers.walkthrough import begin_walk, found
+    >>> scene, start = fish("clean"), fish_start()
+    >>> batch, history = run(begin_walk("cpd", [scene], [start]))
+    >>> np.degrees(rre(found(batch, [start]), scene.truth)) < 1.0
+    array([ True])
     """
     first = Pose.trusted(np.stack([s.R for s in starts]), np.stack([s.t for s in starts]))
     return batch.pose().compose(first)
 
 
 def clutter(name: str) -> float:
-    """The weight w of the clutter in 'cpd' or 'filterreg'."""
+    """The weight w of the clutter in the mixture of "cpd" or "filterreg".
+
+    Parameters
+    ----------
+    name : str
+        "cpd" or "filterreg"; the other two have no mixture.
+
+    Returns
+    -------
+    float
+        From 0 to 1.
+
+    Examples
+    --------
+    >>> from solvers.walkthrough import clutter
+    >>> clutter("cpd"), clutter("filterreg")
+    (0.12, 0.25)
+    """
     return float(FOUR[name][1].clutter)

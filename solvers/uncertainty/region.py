@@ -276,7 +276,8 @@ class Covariance:
         Raises
         ------
         ValueError
-            If this is a batch, if a direction is free and there is no reach, or if the level is not a probability.
+            If this is a batch, if a direction is free and there is no reach, or if the point, the level (a probability)
+            or the count (1 or more) is not what it should be.
         """
         self._single("ellipse")
         here = self.to("target")
@@ -286,7 +287,7 @@ class Covariance:
         a = sqrt(C[0, 0])
         b = C[0, 1] / a if a > 0.0 else 0.0
         root = np.array([[a, 0.0], [b, sqrt(max(C[1, 1] - b * b, 0.0))]])
-        turn = np.linspace(0.0, 2.0 * np.pi, count + 1)
+        turn = np.linspace(0.0, 2.0 * np.pi, validate.count(count, "count", 1) + 1)
         reached = np.stack([np.cos(turn), np.sin(turn)], axis=-1) @ root.T * sqrt(quantile(level, 2))
         motions = here._motions(reached @ np.linalg.pinv(half).T * here._finite(reach))
         where: FloatArray = motions.compose(here.mean).apply(np.asarray(point, dtype=np.float64)[None])[:, 0]
@@ -344,10 +345,10 @@ class Covariance:
         Raises
         ------
         ValueError
-            If this is a batch.
+            If this is a batch, or if `along` is not rows of three finite numbers.
         """
         self._single("poses")
-        motions = self._motions(np.asarray(along, dtype=np.float64))
+        motions = self._motions(se2.triples(along, "along"))
         return motions.compose(self.mean) if self.frame == "target" else self.mean.compose(motions)
 
     def words(self) -> str:

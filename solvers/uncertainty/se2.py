@@ -68,7 +68,7 @@ def log(pose: Pose) -> FloatArray:
     Returns
     -------
     ndarray of shape (..., 3)
-        Angle in (−π, π], then x and y in world units.
+        Angle in [−π, π], then x and y in world units.
 
     Raises
     ------
@@ -137,6 +137,14 @@ def place(point: ArrayLike) -> FloatArray:
     if p.shape != (2,):
         raise ValueError(f"point: expected shape (2,), got {p.shape}")
     return p
+
+
+def triples(values: ArrayLike, name: str) -> FloatArray:
+    """Rows of three finite numbers, (n, 3)."""
+    rows = finite(numbers(values, name), name)
+    if rows.ndim != 2 or rows.shape[1] != 3:
+        raise ValueError(f"{name}: expected shape (n, 3), got {rows.shape}")
+    return rows
 
 
 def _rigid(pose: Pose) -> Pose:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from solvers import Pose, Status, fit_planar, fit_rigid, register
-from solvers.methods.pairs.ransac import capped_sum, trials
+from solvers.methods.pairs.consensus import capped_sum, trials
 from solvers.metrics import rre, rte
 from solvers.scenes.facade import FACADE, FACADE_TRUTH, PERIOD, facade_scene
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from solvers import Pose, register
-from solvers.methods.mmd.landscape import capped_field, mmd_field
+from solvers.methods.mmd.capped_landscape import capped_field
+from solvers.methods.mmd.landscape import mmd_field
 from solvers.numerics.fourier_features import unit_frequencies
 from solvers.scenes.rooms import room
 from widgets.figures.landscape.terrain import minima

@@ -57,6 +57,12 @@ def test_a_function_answers_as_register_does(clouds: tuple[np.ndarray, np.ndarra
         solvers.icp(*clouds, gat=0.8)
 
 
+def test_a_function_runs_its_own_method_alone(clouds: tuple[np.ndarray, np.ndarray]) -> None:
+    says = r"^icp\(\) takes no method: it runs 'icp'; another is run by register\(source, target, 'ndt'\)$"
+    with pytest.raises(TypeError, match=says):
+        solvers.icp(*clouds, method="ndt")
+
+
 def test_options_come_as_an_object_too(clouds: tuple[np.ndarray, np.ndarray]) -> None:
     whole = register(*clouds, options=IcpOptions(gate=0.8))
     assert np.array_equal(whole.matrix, register(*clouds, gate=0.8).matrix)

@@ -355,3 +355,19 @@ def test_ended_is_true_where_a_status_is_of_one_problem_and_of_each_of_a_batch()
     for status in Status:
         batch = dataclasses.replace(both, status=np.full(2, status, dtype=np.int8))
         assert batch.ended.tolist() == [bool(status)] * 2
+
+
+@pytest.mark.parametrize("method", ["kabsch", "ransac", "icp", "point-to-plane", "ndt", "cpd-rigid", "gmmreg", "mmd"])
+@pytest.mark.parametrize("batched", [False, True])
+def test_an_answer_does_not_depend_on_how_the_clouds_lie_in_memory(method, batched):
+    """Column by column or row by row: not a bit differs."""
+    scene = kabsch_scene("noisy") if METHODS[method].paired else room("noise")
+    p, q = scene.source, scene.target
+    if batched:
+        p, q = np.stack([p, 1.01 * p, p[::-1]]), np.stack([q, q, q[::-1]])
+    w = {"weights": 1.0 + np.arange(p.size // 2).reshape(p.shape[:-1])} if METHODS[method].weighted else {}
+    by_rows = register(p, q, method, max_steps=8, **w)
+    others = {name: np.asfortranarray(values) for name, values in w.items()}
+    by_columns = register(np.asfortranarray(p), np.asfortranarray(q), method, max_steps=8, **others)
+    np.testing.assert_array_equal(by_columns.matrix, by_rows.matrix)
+    np.testing.assert_array_equal(by_columns.history.objective, by_rows.history.objective)

@@ -52,16 +52,41 @@ TOO_SMALL = "the cells are too small for the extent"
 
 @dataclass(frozen=True, eq=False)
 class NdtMap:
-    """The cells of b target clouds on G grids (1 or 4). Make it by `build`.
+    """The cells of b target clouds on G grids (1 or 4).
 
-    size: (b,) h, world units. origin: (b, G, 2) where a corner of grid g's cells lies.
-    The cells that hold a point, padded to C of each cloud, grid by grid: grid (b, C),
-    −1 where padding; corner (b, C, 2) the lower left; count (b, C); mean (b, C, 2);
-    covariance (b, C, 2, 2) as measured, before the floor; precision (b, C, 2, 2) after
-    it, zero where dropped; kept (b, C); dropped (b, C) why not, empty where kept.
-    reason: (b,) why the map is of no use at all, empty where it is. first, shape: (b,
-    G, 2) the bounding box of the kept cells; table: (b, G, L) of its places, row by row
-    in x, the number of the cell there or −1.
+    Make it by `build`. The cells that hold a point of a cloud stand grid by grid,
+    padded to C, the most that a cloud has.
+
+    Attributes
+    ----------
+    size : ndarray of shape (b,)
+        h, the side of a cell, world units.
+    origin : ndarray of shape (b, G, 2)
+        Where a corner of each grid's cells lies.
+    grid : ndarray of int8, shape (b, C)
+        The grid of a cell; −1 where padding.
+    corner : ndarray of shape (b, C, 2)
+        Its lower left corner.
+    count : ndarray of int, shape (b, C)
+        The points in it.
+    mean : ndarray of shape (b, C, 2)
+        μ.
+    covariance : ndarray of shape (b, C, 2, 2)
+        As measured, before the floor.
+    precision : ndarray of shape (b, C, 2, 2)
+        The inverse after the floor, zero where dropped.
+    kept : ndarray of bool, shape (b, C)
+        Whether it keeps its Gaussian.
+    dropped : ndarray of object, shape (b, C)
+        Why not; empty where kept.
+    reason : ndarray of object, shape (b,)
+        Why the whole map is of no use; empty where it is.
+    first : ndarray of shape (b, G, 2)
+        The least column and row of the kept cells' bounding box.
+    shape : ndarray of shape (b, G, 2)
+        Its columns and rows.
+    table : ndarray of int32, shape (b, G, L)
+        The box's places, y running fastest: the number of the cell there, or −1.
     """
 
     size: FloatArray
@@ -80,9 +105,19 @@ class NdtMap:
     table: AnyArray
 
     def lookup(self, points: FloatArray, which: IntArray) -> IntArray:
-        """The number of the kept cell that each of the points (k, m, 2) is in, on each
-        grid: (k, G, m), −1 for none. which: (k,) the cloud among the b in whose map
-        each set of points is looked up.
+        """The number of the kept cell that each point is in.
+
+        Parameters
+        ----------
+        points : ndarray of shape (k, m, 2)
+            k sets of points, world units.
+        which : ndarray of int, shape (k,)
+            The cloud among the b in whose map each set is looked up.
+
+        Returns
+        -------
+        ndarray of int, shape (k, G, m)
+            On each grid; −1 for none.
         """
         table = distinct(self.table)
         clouds, G, length = table.shape
@@ -99,9 +134,41 @@ class NdtMap:
 
 
 def build(points: FloatArray, size: FloatArray | float, *, offset: FloatArray | None = None, grids: int = 1) -> NdtMap:
-    """The map of the clouds (b, n, 2). size: h in world units, one or (b,), positive;
-    offset: (2,) where the first grid's corners lie, world units (None: the origin);
-    grids: 1 or 4. Raises ValueError for another number of grids.
+    """The map of clouds.
+
+    Parameters
+    ----------
+    points : ndarray of shape (b, n, 2)
+        The clouds, in world units.
+    size : float or ndarray of shape (b,)
+        h, the side of a cell, positive, in world units.
+    offset : ndarray of shape (2,), optional
+        Where a corner of the first grid's cells lies, world units. None is the origin.
+    grids : int, default 1
+        1, or 4: the first, and those moved by h/2 in x, in y and in both.
+
+    Returns
+    -------
+    NdtMap
+        The cells of all b clouds.
+
+    Raises
+    ------
+    ValueError
+        If the number of grids is another.
+
+    References
+    ----------
+    .. [1] P. Biber, W. Straßer, "The normal distributions transform: a new approach to
+       laser scan matching", 2003.
+
+    Examples
+    --------
+    >>> from solvers.ndt_map import build
+    >>> from solvers.scenes import room
+    >>> cells = build(room("clean").target[None], 0.8)
+    >>> cells.mean.shape, cells.kept.sum()
+    ((1, 32, 2), np.int64(31))
     """
     if grids not in (1, 4):
         raise ValueError(f"grids: expected 1 or 4, got {grids!r}")
@@ -165,10 +232,27 @@ def _built(points: FloatArray, size: FloatArray, shift: FloatArray, grids: int) 
 
 
 def default_size(points: FloatArray) -> FloatArray:
-    """A cell size for the clouds (b, n, 2) that goes with their extent and density, (b,).
+    """Cell sizes that go with the extent and the density of clouds.
 
     0.3 of the RMS radius ρ, or, for sparse clouds, what holds three points of n spread
-    over a circle of that radius: `3 · 2πρ/n`. 1 u where all points are at the origin.
+    over a circle of that radius: `3 · 2πρ/n`.
+
+    Parameters
+    ----------
+    points : ndarray of shape (b, n, 2)
+        The clouds, in world units.
+
+    Returns
+    -------
+    ndarray of shape (b,)
+        World units. 1 where all points are at the origin.
+
+    Examples
+    --------
+    >>> from solvers.ndt_map import default_size
+    >>> from solvers.scenes import room
+    >>> default_size(room("clean").target[None]).round(2)
+    array([1.])
     """
     with np.errstate(over="ignore", under="ignore"):
         b, n, _ = points.shape
@@ -179,16 +263,53 @@ def default_size(points: FloatArray) -> FloatArray:
 
 
 def inverse(covariance: FloatArray, least: FloatArray | float = 0.0) -> tuple[FloatArray, BoolArray]:
-    """The inverses (..., 2, 2) after the floor of the small eigenvalue, and where the
-    large one is at least `least` (...), and not zero; the identity elsewhere.
+    """The inverses of covariances after the floor of the small eigenvalue.
+
+    Parameters
+    ----------
+    covariance : ndarray of shape (..., 2, 2)
+        In u².
+    least : float or ndarray of shape (...), default 0.0
+        The least large eigenvalue, in u².
+
+    Returns
+    -------
+    inverses : ndarray of shape (..., 2, 2)
+        The identity where the large eigenvalue is less, or zero.
+    wide : ndarray of bool, shape (...)
+        Where it is not.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers.ndt_map import inverse
+    >>> inverses, wide = inverse(np.diag([0.0, 4.0]))
+    >>> inverses.diagonal().round(6), wide
+    (array([250.  ,   0.25]), np.True_)
     """
     values, vectors, wide = _floored(covariance, least)
     return (vectors / values[..., None, :]) @ vectors.swapaxes(-1, -2), wide
 
 
 def floored(covariance: FloatArray) -> FloatArray:
-    """The covariances (..., 2, 2) after the floor of the small eigenvalue; the identity
-    where there is no variance.
+    """Covariances after the floor of the small eigenvalue: `FLOOR` times the large one.
+
+    Parameters
+    ----------
+    covariance : ndarray of shape (..., 2, 2)
+        In u².
+
+    Returns
+    -------
+    ndarray of shape (..., 2, 2)
+        The identity where there is no variance.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers.ndt_map import floored
+    >>> floored(np.diag([0.0, 4.0])).diagonal().round(6)
+    array([0.004, 4.   ])
     """
     values, vectors, _ = _floored(covariance)
     return np.asarray((vectors * values[..., None, :]) @ vectors.swapaxes(-1, -2))
@@ -239,7 +360,29 @@ def _table(
 
 
 def check_size(value: object, name: str) -> float:
-    """A cell size: a number from 1e-100 to 1e100, or a ValueError that names the
-    option.
+    """A cell size, checked.
+
+    Parameters
+    ----------
+    value : object
+        A number from 1e-100 to 1e100.
+    name : str
+        What the message calls it.
+
+    Returns
+    -------
+    float
+        The number.
+
+    Raises
+    ------
+    ValueError
+        If it is not such a number; the message names it.
+
+    Examples
+    --------
+    >>> from solvers.ndt_map import check_size
+    >>> check_size(2, "cell")
+    2.0
     """
     return validate.number(value, name, 1e-100, 1e100)

@@ -44,9 +44,18 @@ TOGETHER = 8000
 class Score:
     """The score of b poses.
 
-    score: (b,) Σ s_k = −f. gradient: (b, 3) and hessian: (b, 3, 3) of f, by (tx, ty,
-    φ); zero where not asked for. cells: (b, G, m) the number of each point's cell on
-    each grid, −1 for none. values: (b, G, m) s_k, 0 for none.
+    Attributes
+    ----------
+    score : ndarray of shape (b,)
+        Σ s_k = −f.
+    gradient : ndarray of shape (b, 3)
+        Of f, by (tx, ty, φ); zero where not asked for.
+    hessian : ndarray of shape (b, 3, 3)
+        Of f; zero where not asked for.
+    cells : ndarray of int, shape (b, G, m)
+        The number of each point's cell on each grid, −1 for none.
+    values : ndarray of shape (b, G, m)
+        s_k, 0 for none.
     """
 
     score: FloatArray
@@ -64,11 +73,47 @@ def evaluate(
     derivatives: bool = True,
     outliers: float | None = None,
 ) -> Score:
-    """The score of the moved points (k, m, 2), with its derivatives about the pivots
-    (k, 2).
+    """The score of moved points, with its derivatives about a pivot.
 
-    which: (k,) the cloud in whose map each set of points stands (None: one set for
-    each, in their order). outliers: the share of the uniform part, None for none.
+    Parameters
+    ----------
+    cells : NdtMap
+        The map, as from `solvers.ndt_map.build`.
+    moved : ndarray of shape (k, m, 2)
+        k sets of points where their poses take them, world units.
+    pivot : ndarray of shape (k, 2)
+        c, what the turn φ is about.
+    which : ndarray of int, shape (k,), optional
+        The cloud in whose map each set of points stands. None: one set for each, in
+        their order.
+    derivatives : bool, default True
+        Whether the gradient and the Hessian are wanted.
+    outliers : float, optional
+        The share of the uniform part, above 0 and below 1. None is none.
+
+    Returns
+    -------
+    Score
+        Of the k sets.
+
+    References
+    ----------
+    .. [1] P. Biber, W. Straßer, "The normal distributions transform: a new approach to
+       laser scan matching", 2003.
+    .. [2] M. Magnusson, "The three-dimensional normal-distributions transform",
+       doctoral thesis, Örebro University, 2009, ch. 6, eq. 6.8 (the uniform part).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers.ndt_map import build
+    >>> from solvers.ndt_score import evaluate
+    >>> from solvers.scenes import room
+    >>> scene = room("clean")
+    >>> cells = build(scene.target[None], 0.8)
+    >>> score = evaluate(cells, scene.source[None], np.zeros((1, 2)))
+    >>> score.score.round(2), score.hessian.shape
+    (array([46.82]), (1, 3, 3))
     """
     b, m = moved.shape[:2]
     which = np.arange(b) if which is None else which
@@ -128,14 +173,48 @@ def _evaluate(
 def score_map(
     cells: NdtMap, points: FloatArray, x: FloatArray, y: FloatArray, outliers: float | None = None
 ) -> FloatArray:
-    """The score of the points (m, 2), turned beforehand, moved by every (x_i, y_j):
-    (len(y), len(x)), one cloud's map.
+    """The score of points turned beforehand, moved by every (x_i, y_j).
 
-    A point's column of cells depends on x alone and its row on y alone, and neighbouring
-    translations share them: a cell is looked up once for a point's run of columns and of
-    rows, and only pairs that meet a kept cell are evaluated. Rows are independent: a
-    caller may ask for a few at a time, or for a coarse lattice first. outliers: as in
-    `evaluate`. Raises ValueError for the map of more than one cloud.
+    A point's column of cells depends on x alone and its row on y alone, and
+    neighbouring translations share them: a cell is looked up once for a point's run of
+    columns and of rows, and only pairs that meet a kept cell are evaluated. Rows are
+    independent: a caller may ask for a few at a time, or for a coarse lattice first.
+
+    Parameters
+    ----------
+    cells : NdtMap
+        The map of one cloud.
+    points : ndarray of shape (m, 2)
+        World units.
+    x : ndarray of shape (c,)
+        World units.
+    y : ndarray of shape (r,)
+        World units.
+    outliers : float, optional
+        As for `evaluate`.
+
+    Returns
+    -------
+    ndarray of shape (r, c)
+        Rows are y.
+
+    Raises
+    ------
+    ValueError
+        If the map is of more than one cloud.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers.ndt_map import build
+    >>> from solvers.ndt_score import score_map
+    >>> from solvers.scenes import room
+    >>> scene = room("clean")
+    >>> cells = build(scene.target[None], 0.8)
+    >>> x, y = np.array([0.0, 0.5]), np.array([0.0, 0.1])
+    >>> score_map(cells, scene.source, x, y).round(1)
+    array([[46.8, 29.9],
+           [12.6,  1.8]])
     """
     if len(cells.size) != 1:
         raise ValueError(f"cells: expected the map of one cloud, got {len(cells.size)}")

@@ -24,10 +24,20 @@ from solvers.numerics import newton
 class Path:
     """A climb over translations, k tries in their order, the start the first of them.
 
-    tried: (k, 2) translations. score: (k,) there. accepted: (k,) whether it became the
-    next place to climb from (the start did). damping: (k,) λ of the Hessian the step
-    came from, 0 at the start. status: converged, stalled, capped or degenerate; reason:
-    in words.
+    Attributes
+    ----------
+    tried : ndarray of shape (k, 2)
+        Translations, world units.
+    score : ndarray of shape (k,)
+        There.
+    accepted : ndarray of bool, shape (k,)
+        Whether it became the next place to climb from; the start did.
+    damping : ndarray of shape (k,)
+        λ of the Hessian that the step came from, 0 at the start.
+    status : Status
+        Converged, stalled, capped or degenerate.
+    reason : str
+        The same in words.
     """
 
     tried: FloatArray
@@ -53,14 +63,51 @@ def climb(
     halvings: int = 8,
     tolerance: float = 1e-6,
 ) -> Path:
-    """Climb the score of the points (m, 2), turned beforehand, from the translation
-    `start` (2,) on one cloud's map.
+    """Climb the score of points turned beforehand, by translations alone.
 
-    max_shift: the longest step (None: half a cell). It stops when the next step would
-    be at most `tolerance` cells, when none of the step and its halves raises the score,
-    after `max_steps` steps, or, degenerate, where no point lies in a cell. Raises
-    ValueError for the map of more than one cloud, a negative number of steps, a cap
-    that is not a length.
+    It stops when the next step would be at most `tolerance` cells; when none of the
+    step and its halves raises the score; after `max_steps` steps; or, degenerate, where
+    no point lies in a cell.
+
+    Parameters
+    ----------
+    cells : NdtMap
+        The map of one cloud, as from `solvers.ndt_map.build`.
+    points : ndarray of shape (m, 2)
+        World units.
+    start : ndarray of shape (2,)
+        The first translation, world units.
+    max_shift : float, optional
+        The longest step, world units. None is half a cell.
+    max_steps : int, default 70
+        The most steps.
+    halvings : int, default 8
+        How often a step that does not raise the score is halved, at most.
+    tolerance : float, default 1e-6
+        A fraction of a cell.
+
+    Returns
+    -------
+    Path
+        Every translation that was tried.
+
+    Raises
+    ------
+    ValueError
+        If the map is of more than one cloud, if `max_shift` is not a length, or if
+        another number is negative.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers.ndt_map import build
+    >>> from solvers.ndt_translation import climb
+    >>> from solvers.scenes import room
+    >>> scene = room("clean")
+    >>> cells = build(scene.target[None], 0.8, grids=4)
+    >>> path = climb(cells, scene.source, np.array([0.2, 0.1]))
+    >>> bool((np.diff(path.score[path.accepted]) > 0.0).all())
+    True
     """
     if len(cells.size) != 1:
         raise ValueError(f"cells: expected the map of one cloud, got {len(cells.size)}")

@@ -37,7 +37,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
@@ -47,35 +46,11 @@ from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
 from solvers.core.tree import CONSTANT, SHARED, changed, put
 from solvers.geometry.rigid import Fit, fit_planar, fit_rigid
+from solvers.methods.pairs.consensus import capped_sum, trials
 from solvers.numerics.fits import lengths
 
 INLIER = 0.1
 """ε where it is not given, as a fraction of the target's RMS radius."""
-
-
-def trials(share: ArrayLike, confidence: float, sample: int) -> FloatArray | float:
-    """How many trials to make sure, with probability `confidence`, that one draws right
-    pairs only.
-
-    share: the fraction w of right pairs, 0 to 1, one or (...). confidence: p, above 0
-    and below 1. sample: pairs drawn in a trial, s.
-    `N = max(1, ⌈log(1 − p) / log(1 − wˢ)⌉)`: 1 at w = 1, infinite at w = 0. A float for
-    one w.
-
-    It takes the s draws for independent (Fischler & Bolles 1981, sec. II-B). Raises
-    ValueError, naming the argument.
-    """
-    w = np.asarray(share, dtype=np.float64)
-    if not np.all((w >= 0.0) & (w <= 1.0)):
-        raise ValueError(f"share: expected fractions from 0 to 1, got {share!r}")
-    if not 0.0 < validate.number(confidence, "confidence") < 1.0:
-        raise ValueError(f"confidence: expected a probability above 0 and below 1, got {confidence!r}")
-    s = validate.count(sample, "sample", 1)
-    with np.errstate(divide="ignore", under="ignore", over="ignore"):
-        # A quotient that is a whole number up to rounding is that number.
-        exact = np.log1p(-confidence) / np.log1p(-(w**s))
-        n = np.where(w > 0.0, np.maximum(1.0, np.ceil(exact * (1.0 - 1e-12))), np.inf)
-    return n if n.ndim else float(n)
 
 
 @dataclass(frozen=True)
@@ -121,16 +96,54 @@ class RansacOptions:
 
 @dataclass(frozen=True, eq=False)
 class RansacState:
-    """The best pose so far; the objective, `residuals`, `inliers` and `count` are at
-    `pose`.
+    """The best pose so far; what it leaves of the pairs; the trials.
 
-    inlier: (b,) ε, world units. draws: (b, most, d) rows of the pairs that the trials draw, of which `drawn` (b,)
-    exist. ghost: the least-squares pose of all pairs, its RMS residual ghost_rms (b,)
-    in world units. trials: (b,) made so far. budget: (b,) needed by the formula, not
-    capped, infinite before a consensus. sample: (b, d) the rows of the best trial, −1
-    before one. found: (b,) whether there is a best trial. residuals: (b, n), inliers:
-    (b, n), count: (b,). refits: (b,) made. last_sample, last_pose, last_count: the last
-    trial of the last step, good or not, to look at.
+    Attributes
+    ----------
+    problem : Problem
+        The problems.
+    options : RansacOptions
+        The options.
+    inlier : ndarray of shape (b,)
+        ε, world units.
+    draws : ndarray of int, shape (b, most, d)
+        Rows of the pairs that the trials draw.
+    drawn : ndarray of int, shape (b,)
+        How many of them exist.
+    ghost : Pose
+        The least-squares pose of all pairs.
+    ghost_rms : ndarray of shape (b,)
+        Its RMS residual, world units.
+    pose : Pose
+        The best so far; the start before one.
+    objective : ndarray of shape (b,)
+        The capped sum there.
+    status : ndarray of int8, shape (b,)
+        How each stands.
+    reason : ndarray of object, shape (b,)
+        In words.
+    trials : ndarray of int, shape (b,)
+        Made so far.
+    budget : ndarray of shape (b,)
+        Trials needed by the formula, not capped, infinite before a consensus.
+    sample : ndarray of int, shape (b, d)
+        Rows of the best trial, −1 before one.
+    found : ndarray of bool, shape (b,)
+        Whether there is a best trial.
+    residuals : ndarray of shape (b, n)
+        At `pose`, world units.
+    inliers : ndarray of bool, shape (b, n)
+        Which of them are at most ε.
+    count : ndarray of int, shape (b,)
+        How many are.
+    refits : ndarray of int, shape (b,)
+        Made so far.
+    last_sample : ndarray of int, shape (b, d)
+        The last trial of the last step, good or not, to look at.
+    last_pose : Pose
+        Its pose.
+    last_count : ndarray of int, shape (b,)
+        Its consensus.
     """
 
     problem: Problem = field(metadata=CONSTANT)
@@ -155,14 +168,6 @@ class RansacState:
     last_sample: IntArray
     last_pose: Pose
     last_count: IntArray
-
-
-def capped_sum(squares: FloatArray, inlier: ArrayLike) -> FloatArray:
-    """`Σ min(r², ε²)` over the last axis of the squared residuals; ε one number, or an
-    array that broadcasts against them.
-    """
-    total: FloatArray = np.minimum(squares, np.square(inlier)).sum(axis=-1)
-    return total
 
 
 def _squares(pose: Pose, source: FloatArray, target: FloatArray) -> FloatArray:

@@ -17,9 +17,33 @@ from solvers.numerics import gaussians
 
 
 def filterreg_shares(state: FilterRegState, i: int = 0) -> FloatArray:
-    """The shares (m, n) of the fixed points, columns, in each moving point, rows, of
-    problem i: by exact sums, which the state's filter approximates. A row adds up to
-    its weight W; what is missing from 1 is the clutter's.
+    """The shares of the fixed points in each moving point, as FilterReg has them.
+
+    By exact sums, which the state's filter approximates.
+
+    Parameters
+    ----------
+    state : FilterRegState
+        A state of `filterreg`.
+    i : int, default 0
+        Which problem of the batch.
+
+    Returns
+    -------
+    ndarray of shape (m, n)
+        Moving points are rows, fixed points columns. A row adds up to its weight W;
+        what is missing from 1 is the clutter's.
+
+    Examples
+    --------
+    >>> from solvers import METHODS
+    >>> from solvers.race import Controls, race_problem
+    >>> from solvers.soft_shares import filterreg_shares
+    >>> from solvers.stepper import begin
+    >>> problem, truth = race_problem(Controls(), seeds=[40])
+    >>> shares = filterreg_shares(begin(METHODS["filterreg"], problem).state())
+    >>> shares.shape, bool((shares.sum(axis=1) < 1.0).all())
+    ((132, 160), True)
     """
     options, sigma = state.options, float(state.sigma[i])
     n = state.problem.target.shape[1]
@@ -28,8 +52,32 @@ def filterreg_shares(state: FilterRegState, i: int = 0) -> FloatArray:
 
 
 def gmmreg_overlaps(state: GmmRegState, i: int = 0) -> FloatArray:
-    """The terms (m, n) of k_xy of problem i: exp(−‖T p − q‖² / 4σ²), from 0 to 1. They
-    are not normalised, so they are not shares: no point has a fixed amount to give away.
+    """The terms of `k_xy`: exp(−‖T p − q‖² / 4σ²), a pair each.
+
+    They are not normalised, so they are not shares: no point has a fixed amount to give
+    away.
+
+    Parameters
+    ----------
+    state : GmmRegState
+        A state of `gmmreg`.
+    i : int, default 0
+        Which problem of the batch.
+
+    Returns
+    -------
+    ndarray of shape (m, n)
+        From 0 to 1; moving points are rows, fixed points columns.
+
+    Examples
+    --------
+    >>> from solvers import METHODS
+    >>> from solvers.race import Controls, race_problem
+    >>> from solvers.soft_shares import gmmreg_overlaps
+    >>> from solvers.stepper import begin
+    >>> problem, truth = race_problem(Controls(), seeds=[40])
+    >>> gmmreg_overlaps(begin(METHODS["gmmreg"], problem).state()).shape
+    (132, 160)
     """
     apart = state.moved[i][:, None] - state.problem.target[i]
     overlaps: FloatArray = np.exp(np.maximum(np.square(apart).sum(axis=2) / (-4.0 * state.sigma[i] ** 2), -700.0))
@@ -37,11 +85,40 @@ def gmmreg_overlaps(state: GmmRegState, i: int = 0) -> FloatArray:
 
 
 def clutter_weight(offset: float, sigma: float, count: int, volume: float, dim: int = 2) -> float:
-    """The weight w of a uniform part of density 1/V for which a constant `offset`
-    beside unnormalised kernel sums over `count` components is that part's term:
-    `offset = (2πσ²)^{d/2} w count / ((1 − w) V)`, solved for w.
+    """The weight of a uniform part that does what a constant beside kernel sums does.
 
-    Raises ValueError for numbers that are not positive.
+    Of density 1/V, where a constant `offset` stands beside unnormalised kernel sums
+    over `count` components: `offset = (2πσ²)^{d/2} w count / ((1 − w) V)`, solved for
+    w.
+
+    Parameters
+    ----------
+    offset : float
+        The constant.
+    sigma : float
+        σ of the components, in world units.
+    count : int
+        How many components.
+    volume : float
+        V, in u² in the plane and u³ in space.
+    dim : int, default 2
+        d, the dimension of the points.
+
+    Returns
+    -------
+    float
+        w, from 0 to 1.
+
+    Raises
+    ------
+    ValueError
+        If one of the first four is not a positive number; the message names it.
+
+    Examples
+    --------
+    >>> from solvers.soft_shares import clutter_weight
+    >>> round(clutter_weight(1.0, 0.1, 100, 64.0), 3)
+    0.911
     """
     for name, value in (("offset", offset), ("sigma", sigma), ("count", count), ("volume", volume)):
         if not validate.number(value, name, 0.0) > 0.0:

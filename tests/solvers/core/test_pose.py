@@ -128,6 +128,34 @@ def test_a_matrix_that_is_no_similarity_is_refused(matrix, says):
         Pose.from_matrix(matrix)
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("d", [2, 3])
+@pytest.mark.parametrize("size", [1e-300, 1e-110, 1e-5, 1.0, 3.0, 1e110, 1e200, 1e307])
+def test_a_scale_of_any_size_comes_out_of_a_matrix(d, size, rng, random_pose):
+    """The determinant of a small matrix vanishes, and that of a large one overflows."""
+    R = random_pose(rng, d).R
+    for turn in (R, np.eye(d)):
+        matrix = np.eye(d + 1)
+        matrix[:d, :d] = size * turn
+        pose = Pose.from_matrix(matrix)
+        assert pose.scale == pytest.approx(size, rel=1e-14)
+        assert np.allclose(pose.R, turn, rtol=0.0, atol=1e-14)
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_scale_beyond_floating_point_is_refused():
+    matrix = np.eye(3)
+    matrix[:2, :2] = 1.7e308 * np.array([[1.0, -1.0], [1.0, 1.0]])
+    with pytest.raises(ValueError, match=r"^matrix: .* beyond floating point"):
+        Pose.from_matrix(matrix)
+
+
+def test_half_a_turn_has_either_sign():
+    """atan2 of a zero that is negative."""
+    half = Pose.from_angle(np.pi)
+    assert (half.angle, half.inverse().angle) == (np.pi, -np.pi)
+
+
 def test_a_rotation_vector_is_the_exponential_of_its_skew_matrix(rng):
     """Against the power series, also near no turn and near half a turn."""
     axis = rng.standard_normal((40, 3))

@@ -43,6 +43,25 @@ def test_a_slab_is_closed_and_seen_from_above():
         slab(p[:, :2], 0.0, 1.0)
 
 
+@pytest.mark.parametrize("wrong", ["a", None, float("nan")])
+def test_a_limit_is_a_number(wrong):
+    """It may be infinite; where it is no number the cloud would come out empty."""
+    p = np.array([[0.0, 1.0, 0.0], [1.0, 2.0, 0.5]])
+    assert np.array_equal(slab(p, -np.inf, np.inf), p[:, :2])
+    for name in ("low", "high"):
+        with pytest.raises(ValueError, match=f"^{name}: expected a"):
+            slab(p, **{"low": 0.0, "high": 1.0, name: wrong})
+
+
+def test_bisection_finds_a_border_that_need_not_be_the_finest():
+    """As `thinned` says: on this line 8 cells along the side do, 9 are too many, and 13 would do again."""
+    x = np.array([0.0, 1.0, 0.61, 0.73, 0.54])
+    occupied = {n: len(np.unique(np.minimum(np.floor(x * n), n - 1))) for n in (8, 9, 13)}
+    assert occupied == {8: 4, 9: 5, 13: 4}
+    left = thinned(np.stack([x, 0.0 * x], axis=1), 4)
+    np.testing.assert_allclose(left[:, 0], [0.0, 0.575, 0.73, 1.0])
+
+
 @pytest.mark.parametrize("reads", [lambda p: slab(p, 0.0, 1.0), lambda p: thinned(p, 2), spacing])
 def test_a_batch_is_refused(reads):
     """Its leading axes would pass for points."""

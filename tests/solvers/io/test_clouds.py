@@ -118,6 +118,11 @@ def survives(data):
         (b"1;2\n1,5;2\n", 2, "decimal point"),
         (b"1 b\n", 1, "'b' is not a number"),
         (b"12\n1 2\n", 1, "one column"),
+        (b"12\t\n13\n", 1, "one column"),
+        (b"1, 2\t3\n", 1, "'1, 2' is not a number; expected one separator throughout"),
+        (b"1,2 3\n", 1, "'2 3' is not a number; expected one separator throughout"),
+        (b"a b\tc\n1 2\t3\n", 2, "'1 2' is not a number; expected one separator throughout"),
+        (b"1\t2\n3,4\n", 2, "1 field found; expected 2, separated by tabs"),
         (b"1_0 2\n", 1, "'1_0' is not a number"),
         (b"1 2\n3\x004\n", 2, "zero byte"),
         (ply(np.eye(3)).replace(b"0.0 1.0 0.0 255", b"0.0 1.0 O.0 255"), 13, "'O.0' is not a number"),
@@ -150,6 +155,40 @@ def test_columns_are_taken_by_name():
     assert read(b"seconds,x_m,y_m,phi_rad\n0,1,2,3\n").points.tolist() == [[1, 2]]
     assert read(b"time\tx [m]\tY(m)\n0\t1\t2\n").points.tolist() == [[1, 2]]
     assert "first 3 were taken" in read(b"x_1,x_2,y\n1,2,3\n").notices[0]
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        *[b"1 2\t\n3 4", b"1 2\t\n3 4\t\n", b"1\t2\t\t\n3\t4\t\n", b"1,2\t\n3,4\n", b"1;2\n3;4\t\n"],
+        *[b"x\ty\t\n1\t2\n3\t4\n", b"x\ty\n1\t2\t\n3\t4\n", b"1 2 \t # a note\n3 4\n"],
+    ],
+)
+def test_tabs_at_the_end_of_a_line_are_nothing(data):
+    found = read(data)
+    assert found.points.tolist() == [[1, 2], [3, 4]]
+    assert found.notices == ()
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        *[b"1 2\t3\n4 5\t6\n", b"1\t2\t3\n4 5 6\n", b"1 2 3\n4\t5\t6\n", b"1 2\t3\n4\t5 6\n"],
+        *[b"x y\tz\n1 2\t3\n4 5 6\n", b"x\ty\tz\n1 2 3\n4\t5\t6\n"],
+    ],
+)
+def test_spaces_and_tabs_may_both_stand_between_numbers(data):
+    assert read(data).points.tolist() == [[1, 2, 3], [4, 5, 6]]
+
+
+def test_between_tabs_a_field_may_have_spaces_or_be_empty():
+    """In a column that is not taken; an empty x is no reason to take y for it."""
+    found = read(b"x\ty\tnote\n1\t2\ta b\n3\t4\t\n")
+    assert found.points.tolist() == [[1, 2], [3, 4]]
+    assert read(b"1\t2\t3\t4\n5\t6\t7\t\n").points.tolist() == [[1, 2, 3], [5, 6, 7]]
+    for data in (b"\t1\t2\n", b"1\t\t3\n", b"x\ty\tz\n\t2\t3\n"):
+        with pytest.raises(ValueError, match="'' is not a number"):
+            read(data)
 
 
 def test_a_comment_before_the_numbers_names_the_columns_too():

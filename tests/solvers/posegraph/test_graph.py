@@ -81,7 +81,13 @@ def test_progress_is_told_after_every_step():
     _, start, edges, _ = noisy_streets()
     told: list[tuple[int, int]] = []
     result = optimise(start, edges, max_steps=50, progress=lambda *now: told.append(now))
-    assert sorted(set(told)) == [(k, 50) for k in range(1, result.steps + 1)]
+    assert told == [(min(k, result.steps), 50) for k in range(1, result.steps + 2)]  # it converged without another step
+    told.clear()
+    optimise(result.poses, edges, max_steps=50, progress=lambda *now: told.append(now))
+    assert told == [(0, 50)]
+    told.clear()
+    optimise(start, edges, max_steps=1, progress=lambda *now: told.append(now))
+    assert told == [(1, 1)]  # capped
 
 
 @settings(deadline=None)

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from solvers import Pose
-from solvers.scenes.drive import chained, packed, simulated_drive, telecom_loop, unpacked
+from solvers.scenes.drive import chained, interlaced, packed, simulated_drive, telecom_loop, unpacked
 
 
 def test_the_recorded_drive_is_the_one_that_was_published() -> None:
@@ -76,3 +76,48 @@ def test_a_simulated_scan_at_the_truth_lies_on_the_walls_of_all_others() -> None
 def test_a_drive_that_cannot_be_is_refused(name: str, value: float) -> None:
     with pytest.raises(ValueError, match=name):
         simulated_drive(**{name: value})  # type: ignore[arg-type]
+
+
+def test_a_scan_that_is_not_there_is_refused() -> None:
+    drive, _ = simulated_drive(scans=3)
+    for tell in (drive.points, drive.heard):
+        with pytest.raises(ValueError, match=r"^k: expected a scan from 0 to 2, got 99"):
+            tell(99)
+        for wrong in (-1, 1.5, None):
+            with pytest.raises(ValueError, match=r"^k: "):
+                tell(wrong)  # type: ignore[arg-type]
+        for far in (float("nan"), "a", None):
+            with pytest.raises(ValueError, match=r"^farthest: expected a"):
+                tell(0, far)  # type: ignore[arg-type]
+        assert len(tell(np.int64(2)))
+
+
+@pytest.mark.parametrize(
+    ("motion", "says"),
+    [
+        (None, "expected a Pose, got NoneType"),
+        (simulated_drive(scans=3)[0], r"expected a Pose, got Drive; pass drive\.motion"),
+        (Pose.identity(), r"expected motions of shape \(n,\), got \(\)"),
+        (Pose.identity(2, (2, 3)), r"expected motions of shape \(n,\), got \(2, 3\)"),
+    ],
+)
+def test_what_is_no_chain_of_motions_is_refused(motion: Pose, says: str) -> None:
+    with pytest.raises(ValueError, match=f"^motion: {says}"):
+        chained(motion)
+
+
+def test_a_motion_has_no_scale() -> None:
+    """It would be lost in silence."""
+    with pytest.raises(ValueError, match=r"^motion\.scale: a robot's motion has scale 1, not 2"):
+        chained(Pose.from_angle(np.zeros(2), np.zeros((2, 2)), [1.0, 2.0]))
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("beams", -1), ("beams", 0), ("beams", 5.0), ("turns", 0), ("turns", 1.5), ("step", float("nan")), ("step", "a"),
+     ("period", -1.0), ("period", None)],
+)  # fmt: skip
+def test_beams_that_cannot_be_sent_are_refused(name: str, value: object) -> None:
+    with pytest.raises(ValueError, match=f"^{name}: "):
+        interlaced(**{"beams": 5, "step": 0.1, name: value})  # type: ignore[arg-type]

@@ -123,7 +123,11 @@ def test_four_pairs_fix_the_pose_and_three_in_a_line_do_not():
 
 
 @pytest.mark.parametrize(
-    "wrong", [{"seed": -1}, {"points": 19}, {"noise": -0.1}, {"overlap": 1.1}, {"overlap": float("nan")}]
+    "wrong",
+    [
+        *[{"seed": -1}, {"points": 19}, {"noise": -0.1}, {"overlap": 1.1}, {"overlap": float("nan")}],
+        *[{"handle": float("nan")}, {"handle": -1}, {"handle": 3}, {"handle": 0.5}, {"handle": None}],
+    ],
 )
 def test_bad_values_are_named(wrong):
     with pytest.raises(ValueError, match=next(iter(wrong))):

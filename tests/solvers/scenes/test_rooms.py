@@ -2,6 +2,9 @@ import numpy as np
 import pytest
 
 from solvers import Pose, fit_rigid
+from solvers.scenes.bird import bird_start
+from solvers.scenes.fish import fish_start
+from solvers.scenes.hall_3d import hall
 from solvers.scenes.rooms import BIRD, KABSCH_SCENES, ROOM, ROOM_SETTINGS, kabsch_scene, room, room_start
 
 SEEDS = [40 + 13 * k for k in range(25)]
@@ -166,11 +169,26 @@ def test_the_room_starts_at_45_degrees():
         (lambda: kabsch_scene("noisy", seed=-1), "seed: must be at least 0"),
         (lambda: room("stripes"), r"setting: 'stripes' is unknown, did you mean 'striped'\?"),
         (lambda: room("clean", outliers=1.1), "outliers: expected a finite number from 0 to 1"),
+        (lambda: hall(floor=-1), "^floor: must be at least 0"),
+        (lambda: hall(floor=2.5), "^floor: expected an integer"),
+        (lambda: hall(seed=-1), "^seed: must be at least 0"),
+        (lambda: fish_start(shift=(1.0, float("nan"))), "^shift: 1 of 2 numbers is not finite"),
+        (lambda: fish_start(shift=(1.0, 2.0, 3.0)), "^shift: expected two numbers"),
     ],
 )
 def test_a_scene_that_cannot_be_is_refused_by_name(call, message):
     with pytest.raises(ValueError, match=message):
         call()
+
+
+@pytest.mark.parametrize("start", [room_start, bird_start, fish_start])
+@pytest.mark.parametrize("wrong", [float("nan"), float("inf"), "a", None])
+def test_a_start_that_cannot_be_is_refused_by_name(start, wrong):
+    with pytest.raises(ValueError, match=r"^degrees: expected a"):
+        start(degrees=wrong)
+    if start is not fish_start:
+        with pytest.raises(ValueError, match=r"^distance: expected a"):
+            start(distance=wrong)
 
 
 def test_a_scene_cannot_be_changed():

@@ -63,7 +63,10 @@ def test_turning_the_robot_does_not_move_it():
 
 @pytest.mark.parametrize(
     ("wrong", "message"),
-    [({"noise": -0.1}, "noise"), ({"distance": 9.0}, "distance"), ({"rays": 2}, "rays"), ({"seed": -1}, "seed")],
+    [
+        *[({"noise": -0.1}, "noise"), ({"distance": 9.0}, "distance"), ({"rays": 2}, "rays"), ({"seed": -1}, "seed")],
+        *[({"turn": wrong}, "^turn: expected a") for wrong in (float("nan"), float("inf"), "a", None)],
+    ],
 )
 def test_refusals_name_the_argument(wrong, message):
     with pytest.raises(ValueError, match=message):

@@ -65,6 +65,24 @@ def test_starts_spread_as_they_are_told_and_about_the_truth():
     np.testing.assert_array_equal(starts(truth, 3, heading=0.0, shift=0.0).matrix, np.tile(truth.matrix, (3, 1, 1)))
 
 
+@pytest.mark.parametrize(
+    ("truth", "says"),
+    [
+        (None, "expected a Pose, got NoneType"),
+        (Pose.identity(3), "moves points in 3 dimensions, the starts are of the plane"),
+        (Pose.identity(2, (4,)), r"expected a single pose, got a batch of shape \(4,\)"),
+    ],
+)
+def test_starts_spread_about_a_single_pose_of_the_plane(truth, says):
+    with pytest.raises(ValueError, match=f"^truth: {says}"):
+        starts(truth, 4)
+
+
+def test_a_spread_is_one_number():
+    with pytest.raises(ValueError, match=r"^shift: expected a number"):
+        starts(Pose.identity(), 4, shift=np.array([0.1, 0.2]))
+
+
 def test_a_line_counts_what_its_regions_hold():
     made = runs("room", count=60)
     (line,) = coverage("room", ways=("censi",), count=60)

@@ -187,6 +187,12 @@ def test_what_else_is_refused():
         for tell in (one.ellipse, one.point_covariance):
             with pytest.raises(ValueError, match=r"^point: "):
                 tell(point=wrong)
+    for wrong in (3.5, 0, -1, True):
+        with pytest.raises(ValueError, match=r"^count: "):
+            one.ellipse(count=wrong)
+    for wrong in ("a", [[1.0, 2.0]], [1.0, 2.0, 3.0], [[1.0, 2.0, np.nan]]):
+        with pytest.raises(ValueError, match=r"^along: "):
+            one.poses(wrong)
     with pytest.raises(ValueError, match=r"^pose.scale: "):
         one.covers(Pose.from_angle(0.0, scale=5.0))
 

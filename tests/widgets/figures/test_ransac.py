@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from solvers import Pose, Status, fit_rigid
 from solvers.core.method import Problem
 from solvers.core.stepper import advance, begin
-from solvers.methods.pairs.ransac import RANSAC, RansacOptions, trials
+from solvers.methods.pairs.consensus import trials
+from solvers.methods.pairs.ransac import RANSAC, RansacOptions
 from widgets.drawing.picture import Path, Points, Segments
 from widgets.engine.contract import SEED, Action, preset
 from widgets.engine.host import Host

@@ -8,7 +8,8 @@ from typing import Literal
 
 import numpy as np
 
-from solvers.methods.mmd.landscape import CappedField, MmdField, Path, capped_field, mmd_field
+from solvers.methods.mmd.capped_landscape import CappedField, capped_field
+from solvers.methods.mmd.landscape import MmdField, Path, mmd_field
 from solvers.numerics.fourier_features import unit_frequencies
 from solvers.scenes.rooms import Scene
 from widgets.drawing.picture import Array, Segments

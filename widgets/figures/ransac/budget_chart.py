@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from solvers.methods.pairs.ransac import trials
+from solvers.methods.pairs.consensus import trials
 from widgets.drawing.chart import Series, chart
 from widgets.drawing.picture import Array, Label, Mark, Panel, Points
 

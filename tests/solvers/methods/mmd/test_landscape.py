@@ -9,7 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from solvers import Pose, Status, register
-from solvers.methods.mmd.landscape import capped_field, mmd_field
+from solvers.methods.mmd.capped_landscape import capped_field
+from solvers.methods.mmd.landscape import mmd_field
 from solvers.numerics.fourier_features import mean_features
 from solvers.scenes.rooms import room
 

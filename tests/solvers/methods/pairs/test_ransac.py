@@ -10,7 +10,7 @@ from solvers import METHODS, Pose, Status, fit_rigid, register
 from solvers.core.method import Problem
 from solvers.core.stepper import advance, begin
 from solvers.methods.pairs.congruent import CongruentOptions, Field, _hypotheses
-from solvers.methods.pairs.ransac import trials
+from solvers.methods.pairs.consensus import trials
 from solvers.metrics import rre, rte
 from solvers.scenes.rooms import ROOM_SETTINGS, room, room_start
 
@@ -62,6 +62,7 @@ def test_the_limits_of_the_trials_formula():
     assert isinstance(trials(0.5, 0.99, 2), float)
     for arguments, name in (
         ((1.1, 0.9, 2), "share"), ((-0.1, 0.9, 2), "share"), ((float("nan"), 0.9, 2), "share"),
+        (("a", 0.9, 2), "share"), ((None, 0.9, 2), "share"), ((0.5, "a", 2), "confidence"), ((0.5, 0.9, 2.0), "sample"),
         ((0.5, 1.0, 2), "confidence"), ((0.5, 0.0, 2), "confidence"), ((0.5, 0.9, 0), "sample"),
     ):  # fmt: skip
         with pytest.raises(ValueError, match=rf"^{name}: "):
