@@ -175,13 +175,6 @@ def count(value: object, name: str, least: int = 0) -> int:
     return plain
 
 
-def switch(value: object, name: str) -> bool:
-    """True or False, and nothing that merely counts as one of them."""
-    if not isinstance(value, bool):
-        raise ValueError(f"{name}: expected True or False, got {shown(value)}")
-    return value
-
-
 def number(value: object, name: str, low: float = -np.inf, high: float = np.inf) -> float:
     """A finite number within [low, high]."""
     if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
@@ -196,7 +189,7 @@ def number(value: object, name: str, low: float = -np.inf, high: float = np.inf)
 
 
 def flag(value: object, name: str) -> bool:
-    """True or False."""
+    """True or False, and nothing that merely counts as one of them."""
     if not isinstance(value, bool | np.bool_):
         raise ValueError(f"{name}: expected True or False, got {shown(value)}")
     return bool(value)

@@ -358,9 +358,8 @@ class Covariance:
 
     def __getitem__(self, rows: Any) -> Covariance:
         """The entries at `rows` of the batch: any numpy index of the leading axes."""
-        rows = leading(rows, self.mean.batch)
-        parts = {name: getattr(self, name)[rows] for name in ("mean", "deviations", "directions", "centre", "radius")}
-        return replace(self, **parts)
+        at, names = leading(rows, self.mean.batch), ("mean", "deviations", "directions", "centre", "radius")
+        return replace(self, **{name: getattr(self, name)[at] for name in names})
 
     def _single(self, name: str) -> None:
         if self.mean.batch:

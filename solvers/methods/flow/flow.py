@@ -86,7 +86,7 @@ class FlowOptions:
     def __post_init__(self) -> None:
         validate.count(self.steps, "steps", 1)
         validate.count(self.samples, "samples", 1)
-        validate.switch(self.project, "project")
+        validate.flag(self.project, "project")
 
 
 @dataclass(frozen=True, eq=False)

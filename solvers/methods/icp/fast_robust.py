@@ -95,7 +95,7 @@ class FastRobustOptions:
             if value is not None:
                 validate.number(value, name, 1e-100, 1e100)
         validate.count(self.history, "history")
-        validate.switch(self.forget, "forget")
+        validate.flag(self.forget, "forget")
         validate.number(self.tolerance, "tolerance", 0.0)
         validate.number(self.rough, "rough", 0.0)
 

@@ -116,7 +116,7 @@ class MmdOptions:
             raise ValueError(f"count: expected one number or one for each of {stages} stages, got {shown(self.count)}")
         object.__setattr__(self, "count", counts if len(counts) > 1 else counts[0])
         validate.one_of(self.kernel, KERNELS, "kernel")
-        validate.switch(self.redraw, "redraw")
+        validate.flag(self.redraw, "redraw")
         validate.number(self.damping, "damping", 1e-12, 1e12)
         for name in ("tolerance", "coarse", "decrease"):
             validate.number(getattr(self, name), name, 0.0)
