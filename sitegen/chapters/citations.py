@@ -16,7 +16,6 @@ from sitegen.markup.typography import apostrophes
 from sitegen.problems import Place, Problems, read_text
 
 NAME = "content/references.yaml"
-KEY = re.compile(r"[a-z][a-z0-9-]*")
 FIELDS = {
     "authors": yaml_schema.Field(
         "a list of names",
@@ -107,19 +106,11 @@ def read_references(root: Path, problems: Problems, kept: Memory | None = None) 
 
 
 def _references(text: str, problems: Problems) -> dict[str, Reference]:
-    document = yaml_schema.read(text, NAME, problems)
-    if document is None or document.data is None:
-        return {}
-    if not isinstance(document.data, dict):
-        problems.add(document.at(), "a mapping of keys to references is expected")
+    document, keys = yaml_schema.entries(text, NAME, "references", problems)
+    if document is None:
         return {}
     found = []
-    for key in document.data:
-        if not KEY.fullmatch(str(key)):
-            problems.add(
-                document.at(key),
-                f"{key!r} is not a valid key: lower-case ASCII letters, digits and hyphens, a letter first",
-            )
+    for key in keys:
         before = len(problems.found)
         values = yaml_schema.validated(document, FIELDS, problems, key)
         if not values["doi"] and not values["url"] and len(problems.found) == before:

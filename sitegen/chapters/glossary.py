@@ -9,7 +9,6 @@ from pathlib import Path
 
 from sitegen.cache.memory import Memory
 from sitegen.chapters import yaml_schema
-from sitegen.chapters.citations import KEY
 from sitegen.chapters.content import Chapter, is_draft
 from sitegen.markup.parser import ascii_slug
 from sitegen.problems import Place, Problems, hint, read_text
@@ -62,19 +61,11 @@ def read_glossary(
 def _terms(
     text: str, chapters: Mapping[str, tuple[str, str]], drafts: Mapping[str, str], problems: Problems
 ) -> dict[str, Term]:
-    document = yaml_schema.read(text, NAME, problems)
-    if document is None or document.data is None:
-        return {}
-    if not isinstance(document.data, dict):
-        problems.add(document.at(), "a mapping of keys to terms is expected")
+    document, keys = yaml_schema.entries(text, NAME, "terms", problems)
+    if document is None:
         return {}
     found = []
-    for key in document.data:
-        if not KEY.fullmatch(str(key)):
-            problems.add(
-                document.at(key),
-                f"{key!r} is not a valid key: lower-case ASCII letters, digits and hyphens, a letter first",
-            )
+    for key in keys:
         values = yaml_schema.validated(document, FIELDS, problems, key)
         name = values["chapter"]
         if name and name not in chapters:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import date
@@ -14,6 +15,7 @@ from sitegen.chapters.yaml_faults import Loader, cause
 from sitegen.problems import Place, Problems, hint
 
 Path = tuple[str | int, ...]
+KEY = re.compile(r"[a-z][a-z0-9-]*")
 
 
 @dataclass(frozen=True)
@@ -151,3 +153,18 @@ def validated(document: Yaml, fields: Mapping[str, Field], problems: Problems, *
         if field.required and name not in given:
             problems.add(document.at(*at), f"{name} is missing: {field.expects}")
     return result
+
+
+def entries(source: str, path: str, things: str, problems: Problems) -> tuple[Yaml | None, tuple[Any, ...]]:
+    """A file that is a mapping of keys to `things`, and its keys; each that is no valid one is a problem."""
+    document = read(source, path, problems)
+    if document is None or document.data is None:
+        return None, ()
+    if not isinstance(document.data, dict):
+        problems.add(document.at(), f"a mapping of keys to {things} is expected")
+        return None, ()
+    for key in document.data:
+        if not KEY.fullmatch(str(key)):
+            says = f"{key!r} is not a valid key: lower-case ASCII letters, digits and hyphens, a letter first"
+            problems.add(document.at(key), says)
+    return document, tuple(document.data)

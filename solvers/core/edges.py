@@ -14,6 +14,7 @@ from solvers.core.arrays import FloatArray, IntArray
 from solvers.core.kinds import of_kind, several
 from solvers.core.numbers import array, numbers
 from solvers.core.pose import Pose
+from solvers.core.poses import concatenated
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,9 +138,9 @@ class Edges:
         parts = [of_kind(part, Edges, f"parts[{k}]") for k, part in enumerate(several(parts, "parts", "Edges"))]
         if not parts:
             raise ValueError("parts: is empty; at least one set of edges is needed")
-        R, t = (np.concatenate([getattr(part.relative, name) for part in parts]) for name in ("R", "t"))
-        i, j = (np.concatenate([getattr(part, name) for part in parts]) for name in ("i", "j"))
-        return cls(i, j, Pose.trusted(R, t), np.concatenate([part.information for part in parts]))
+        names = ("i", "j", "information")
+        i, j, information = (np.concatenate([getattr(part, name) for part in parts]) for name in names)
+        return cls(i, j, concatenated([part.relative for part in parts]), information)
 
 
 def rigid(pose: Pose, name: str) -> Pose:

@@ -15,6 +15,7 @@ from solvers.core.arrays import AnyArray, BoolArray, FloatArray, IntArray, Reaso
 from solvers.core.method import State
 from solvers.core.partners import NONE
 from solvers.core.pose import Pose
+from solvers.core.poses import stacked
 from solvers.core.registry import METHODS
 from solvers.core.status import RULED, Status, ended
 from solvers.core.stepper import Batch, History
@@ -315,11 +316,7 @@ def side_by_side(results: Sequence[Result]) -> Result:
 
     return Result(
         method=results[0].method,
-        pose=Pose.trusted(
-            np.stack([r.pose.R for r in results]),
-            np.stack([r.pose.t for r in results]),
-            np.stack([np.asarray(r.pose.scale) for r in results]),
-        ),
+        pose=stacked([r.pose for r in results]),
         status=np.array([r.status for r in results], dtype=np.int8),
         reason=np.array([r.reason for r in results], dtype=object),
         steps=np.array([r.steps for r in results], dtype=np.int64),

@@ -19,6 +19,7 @@ from solvers.core.arrays import BoolArray, FloatArray, IntArray
 from solvers.core.log import debug
 from solvers.core.method import Method, Problem, S
 from solvers.core.pose import Pose
+from solvers.core.poses import stacked
 from solvers.core.status import Status, mark
 from solvers.core.tree import changed, put, take
 
@@ -243,10 +244,7 @@ def run(batch: Batch[S], callback: Callback | None = None) -> tuple[Batch[S], Hi
         debug("%s: step %d, %d of %d still running", batch.method.name, k, batch.rows.size, batch.steps.size)
         if callback is not None and callback(k, batch.state()):
             break
-    course = Pose.trusted(
-        np.stack([p.R for p in poses]), np.stack([p.t for p in poses]), np.stack([np.asarray(p.scale) for p in poses])
-    )
-    return batch, History(course, np.stack(objective))
+    return batch, History(stacked(poses), np.stack(objective))
 
 
 def _mark_narrow(state: S, problem: Problem) -> S:

@@ -15,6 +15,7 @@ from solvers.core.arrays import BoolArray, FloatArray, IntArray
 from solvers.core.edges import pose_count
 from solvers.core.kinds import function, or_usual
 from solvers.core.pose import Pose
+from solvers.core.poses import concatenated, stacked
 from solvers.core.status import Status
 from solvers.odometry.maps import local_map
 from solvers.odometry.matching import (
@@ -122,14 +123,14 @@ def scan_to_scan(
     parts, starts = [], []
     start = Pose.identity()
     for k in range(1, n):
-        found = match_pairs(scans, rows[k - 1 : k], rows[k - 1 : k] - 1, _stacked([start]), options)
+        found = match_pairs(scans, rows[k - 1 : k], rows[k - 1 : k] - 1, stacked([start]), options)
         parts.append(found)
         starts.append(start)
         if prediction == "velocity" and found.believed[0]:
             start = found.pose[0]
         if progress is not None:
             progress(k, n - 1)
-    return _chain(together(parts), _stacked(starts))
+    return _chain(together(parts), stacked(starts))
 
 
 def keyframes(poses: Pose, shift: float = 0.5, turn: float = 0.2) -> IntArray:
@@ -231,7 +232,7 @@ def scan_to_map(
     believed, share = np.ones(n, dtype=np.bool_), np.ones(n)
     said = np.zeros((n, 3, 3))
     kept = [0]
-    index, surface = local_map(scans, kept, _stacked(poses))
+    index, surface = local_map(scans, kept, stacked(poses))
     for k in range(1, n):
         # All in the coordinates of the last keyframe, so that no number grows with the drive.
         frame = poses[kept[-1]]
@@ -247,12 +248,12 @@ def scan_to_map(
         if believed[k] and _apart(frame, poses[k], shift, turn):
             kept = [*kept, k][-length:]
             back = poses[kept[-1]].inverse()
-            index, surface = local_map(scans, kept, _stacked([back.compose(poses[j]) for j in kept]))
+            index, surface = local_map(scans, kept, stacked([back.compose(poses[j]) for j in kept]))
         if progress is not None:
             progress(k, n - 1)
-    whole = _stacked(poses)
+    whole = stacked(poses)
     links = whole[:-1].inverse().compose(whole[1:])
-    return Chain(whole, _with_first(links), said, believed, share)
+    return Chain(whole, concatenated([Pose.identity(batch=(1,)), links]), said, believed, share)
 
 
 def _apart(a: Pose, b: Pose, shift: float, turn: float) -> bool:
@@ -260,18 +261,11 @@ def _apart(a: Pose, b: Pose, shift: float, turn: float) -> bool:
     return bool(np.hypot(*between.t) >= shift or abs(float(between.angle)) >= turn)
 
 
-def _with_first(links: Pose) -> Pose:
-    return Pose.trusted(np.concatenate([np.eye(2)[None], links.R]), np.concatenate([np.zeros((1, 2)), links.t]))
-
-
 def _chain(found: Matches, predicted: Pose) -> Chain:
     ok = found.believed
-    links = _with_first(
-        Pose(np.where(ok[:, None, None], found.pose.R, predicted.R), np.where(ok[:, None], found.pose.t, predicted.t))
-    )
+    links = concatenated([
+        Pose.identity(batch=(1,)),
+        Pose(np.where(ok[:, None, None], found.pose.R, predicted.R), np.where(ok[:, None], found.pose.t, predicted.t)),
+    ])  # fmt: skip
     told = np.concatenate([np.zeros((1, 3, 3)), found.information])
     return Chain(chained(links), links, told, np.append(True, ok), np.append(1.0, found.share))
-
-
-def _stacked(poses: list[Pose]) -> Pose:
-    return Pose.trusted(np.stack([p.R for p in poses]), np.stack([p.t for p in poses]))

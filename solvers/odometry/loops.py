@@ -25,6 +25,7 @@ from solvers.core.arrays import BoolArray, FloatArray, IntArray
 from solvers.core.edges import Edges, pose_count, within
 from solvers.core.kinds import function, of_kind, or_usual
 from solvers.core.pose import Pose
+from solvers.core.poses import concatenated
 from solvers.odometry.chain import Chain, keyframes
 from solvers.odometry.maps import match_to_map
 from solvers.odometry.matching import (
@@ -284,10 +285,7 @@ def edges_of(chain: Chain, loops: Matches, used: BoolArray | None = None) -> tup
     edges = Edges(
         np.concatenate([np.arange(n - 1), loops.target[kept]]),
         np.concatenate([np.arange(1, n), loops.source[kept]]),
-        Pose.trusted(
-            np.concatenate([chain.motion.R[1:], loops.pose.R[kept]]),
-            np.concatenate([chain.motion.t[1:], loops.pose.t[kept]]),
-        ),
+        concatenated([chain.motion[1:], loops.pose[kept]]),
         np.concatenate([link, loops.information[kept]]),
     )
     return edges, np.arange(n - 1 + len(kept)) >= n - 1

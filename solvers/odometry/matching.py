@@ -20,6 +20,7 @@ from solvers.core.edges import rigid, row_numbers, within
 from solvers.core.kinds import function, of_kind, or_usual
 from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
+from solvers.core.poses import concatenated
 from solvers.core.status import Status
 from solvers.core.stepper import Batch, begin, run
 from solvers.geometry import nearest
@@ -334,7 +335,7 @@ def together(parts: Sequence[Matches]) -> Matches:
             no_rows, no_rows, Pose.identity(batch=(0,)), none, none, none, np.zeros((0, 3, 3)),
             np.zeros(0, dtype=np.int8), np.zeros(0, dtype=object), np.zeros(0, dtype=np.bool_),
         )  # fmt: skip
-    pose = Pose(np.concatenate([part.pose.R for part in parts]), np.concatenate([part.pose.t for part in parts]))
+    pose = concatenated([part.pose for part in parts])
     arrays = {
         f.name: np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(Matches) if f.name != "pose"
     }

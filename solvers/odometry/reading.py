@@ -19,6 +19,7 @@ import numpy as np
 from solvers.core import validate
 from solvers.core.arrays import FloatArray
 from solvers.core.pose import Pose
+from solvers.core.poses import concatenated
 from solvers.io.text import file_bytes, is_number, lines_of, numbers, told
 from solvers.scenes.drive import Drive, interlaced
 
@@ -138,6 +139,6 @@ def _carmen(lines: list[str], rows: list[int]) -> tuple[FloatArray, Pose, FloatA
     x, y, turn = table[:, beams + 3], table[:, beams + 4], table[:, beams + 5]
     poses = Pose.from_angle(turn, np.stack([x, y], axis=1))
     links = poses[:-1].inverse().compose(poses[1:])
-    motion = Pose.trusted(np.concatenate([np.eye(2)[None], links.R]), np.concatenate([np.zeros((1, 2)), links.t]))
+    motion = concatenated([Pose.identity(batch=(1,)), links])
     r = table[:, :beams]
     return table[:, beams + 6] - table[0, beams + 6], motion, np.where((r <= 0.0) | (r >= LONGEST), np.inf, r)

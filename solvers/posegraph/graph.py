@@ -22,6 +22,7 @@ from solvers.core.arrays import BoolArray, FloatArray
 from solvers.core.edges import Edges, graph
 from solvers.core.kinds import function, of_kind
 from solvers.core.pose import Pose
+from solvers.core.poses import stacked
 from solvers.core.status import Status
 from solvers.core.stepper import History
 from solvers.posegraph import checks, kernels, linear
@@ -371,15 +372,14 @@ def optimise(
         poses, edges, fixed=fixed, kernel=kernel, robust=robust, threshold=threshold, max_steps=max_steps,
         tolerance=tolerance, sparse=sparse,
     )
-    course, objective = [run.poses], [run.objective]
+    course = [run]
     while not run.done:
         run = advance(run)
         if progress is not None:
             progress(run.steps, max_steps)
         if run.steps == len(course):
-            course.append(run.poses)
-            objective.append(run.objective)
-    history = History(Pose(np.stack([p.R for p in course]), np.stack([p.t for p in course])), np.array(objective))
+            course.append(run)
+    history = History(stacked([x.poses for x in course]), np.array([x.objective for x in course]))
     return GraphResult(run.poses, run.chi2, run.weights, run.objective, run.status, run.reason, run.steps, history)
 
 

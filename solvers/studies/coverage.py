@@ -17,6 +17,7 @@ from solvers.core import validate
 from solvers.core.arrays import FloatArray
 from solvers.core.kinds import of_kind, several
 from solvers.core.pose import Pose
+from solvers.core.poses import stacked
 from solvers.core.result import Result
 from solvers.studies.redrawn import NO_ECHO, Redrawn, redrawn, starts
 from solvers.uncertainty import (
@@ -322,5 +323,5 @@ def _stacked(each: list[Covariance]) -> Covariance:
     def row(name: str) -> FloatArray:
         return np.stack([getattr(one, name) for one in each])
 
-    mean = Pose.trusted(np.stack([one.mean.R for one in each]), np.stack([one.mean.t for one in each]))
+    mean = stacked([one.mean for one in each])
     return Covariance(mean, row("deviations"), row("directions"), row("centre"), row("radius"), "target", "starts")

@@ -23,6 +23,7 @@ from solvers.core import validate
 from solvers.core.kinds import of_kind, several, shown
 from solvers.core.method import Problem
 from solvers.core.pose import Pose
+from solvers.core.poses import stacked
 from solvers.core.registry import ALIASES, METHODS, method_of
 from solvers.core.stepper import Batch, begin
 from solvers.scenes.rooms import Scene, room, room_start
@@ -294,5 +295,5 @@ def race_problem(controls: Controls, seeds: Sequence[int] = SEEDS) -> tuple[Prob
     scenes = [controls.scene(int(s)) for s in checked]
     source, target = (np.stack([getattr(s, name) for s in scenes]) for name in ("source", "target"))
     start = Pose.trusted(np.broadcast_to(controls.start.R, (len(scenes), 2, 2)), controls.start.t)
-    truth = Pose.trusted(np.stack([s.truth.R for s in scenes]), np.stack([s.truth.t for s in scenes]))
+    truth = stacked([s.truth for s in scenes])
     return Problem(source, target, np.ones(source.shape[:2]), start, checked), truth

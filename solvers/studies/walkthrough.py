@@ -17,6 +17,7 @@ import numpy as np
 
 from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
+from solvers.core.poses import stacked
 from solvers.core.stepper import Batch, begin
 from solvers.methods.flow.flow import FLOW, FlowOptions
 from solvers.methods.mmd.mmd import MMD, MmdOptions
@@ -122,8 +123,7 @@ def found(batch: Batch[Any], starts: Sequence[Pose]) -> Pose:
     >>> np.degrees(rre(found(batch, [start]), scene.truth)) < 1.0
     array([ True])
     """
-    first = Pose.trusted(np.stack([s.R for s in starts]), np.stack([s.t for s in starts]))
-    return batch.pose().compose(first)
+    return batch.pose().compose(stacked(starts))
 
 
 def clutter(name: str) -> float:

@@ -15,6 +15,7 @@ from solvers.core.edges import rigid
 from solvers.core.kinds import of_kind
 from solvers.core.numbers import finite, numbers
 from solvers.core.pose import Pose
+from solvers.core.poses import concatenated, stacked
 from solvers.core.registry import method_of
 from solvers.uncertainty import se2
 from solvers.uncertainty.matrices import from_scaled
@@ -247,7 +248,7 @@ def from_starts(
     if p.ndim != 2 or q.ndim != 2 or of_kind(start, Covariance, "start").mean.batch:
         raise ValueError("source, target, start: expected one pair of clouds and one start")
     poses = start.sample(draws, seed) if validate.count(draws, "draws") else _unscented(start)
-    starts = _joined(start.mean, poses)
+    starts = concatenated([stacked([start.mean]), poses])
     found = register(p, q, method, start=starts, weights=weights, **options)
     middle, radius = _middle(p, weights)
     end = found.pose[0]
@@ -305,10 +306,6 @@ def _unscented(start: Covariance) -> Pose:
     if start.free.any():
         raise ValueError(f"start: it has no finite spread: {start.words()}")
     return start.poses(np.sqrt(3.0) * np.concatenate([np.diag(start.deviations), -np.diag(start.deviations)]))
-
-
-def _joined(first: Pose, rest: Pose) -> Pose:
-    return Pose.trusted(np.concatenate([first.R[None], rest.R]), np.concatenate([first.t[None], rest.t]))
 
 
 def _twists(poses: Pose, mean: Pose, centre: FloatArray, radius: float) -> FloatArray:

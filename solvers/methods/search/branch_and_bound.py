@@ -33,6 +33,7 @@ from solvers.core import validate
 from solvers.core.arrays import AnyArray, FloatArray, IntArray, ReasonArray, StatusArray
 from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
+from solvers.core.poses import concatenated, stacked
 from solvers.core.status import Status, mark, reasons, statuses
 from solvers.core.tree import CONSTANT, SHARED, changed
 from solvers.geometry import nearest
@@ -295,8 +296,7 @@ def _sweep(ground: Ground, begin: Pose, source: FloatArray) -> tuple[Pose, float
     rough = coarse(ground.grid, ground.arms, middle, np.zeros((len(middle), 2)))
     chosen = middle[np.argsort(rough, kind="stable")[:_DESCENTS]]
     swept = ground.pose(chosen[:, 0], chosen[:, 1:])
-    starts = Pose.trusted(np.concatenate([begin.R[None], swept.R]), np.concatenate([begin.t[None], swept.t]))
-    return _descended(ground, starts, source)
+    return _descended(ground, concatenated([stacked([begin]), swept]), source)
 
 
 def _try_middles(ground: Ground, parts: Boxes, source: FloatArray, ceiling: float) -> tuple[Pose, float] | None:
