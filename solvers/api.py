@@ -50,7 +50,8 @@ def register(
     `weights` broadcast against each other: one pair of clouds with a thousand starts is
     a batch of a thousand. Pass clouds of unequal size as a list of (m, d) arrays; they
     are run one by one, and the result is shaped like a batch; of a list of one, like a
-    batch of one.
+    batch of one. What comes beside a list is one for all its clouds, or one for each: a
+    list, or an array with one leading axis.
 
     Parameters
     ----------
@@ -67,10 +68,10 @@ def register(
         identity. The scale must be 1 for a method that finds rigid motions.
     pairs : array_like of int, shape (..., k, 2), optional
         Rows of source and target that correspond, for paired methods. None pairs row i
-        with row i. A list of such arrays if the clouds are a list.
+        with row i.
     weights : array_like of shape (..., m) or (..., k), optional
         Weights of the source rows, or of the pairs if given; not negative. None means
-        all ones. A list if the clouds are a list.
+        all ones. In a list for each cloud, None may stand too.
     seed : int, array_like of int of shape (...), Generator or None, default 0
         The seed of random methods, one for all problems or one each; with one each, a
         batch equals its single runs. A Generator draws one for all problems; None uses
