@@ -109,6 +109,7 @@ def test_a_gate_lets_the_rms_rise():
     off = np.stack([metrics.rre(state.pose, Pose.identity()) for state in states])
     assert (off[first, np.arange(25)] > np.radians(35.0)).all()
     assert (off[-1] < np.radians(5.0)).all()
+    assert (metrics.rte(states[-1].pose, Pose.identity()) < 0.2).all()
 
 
 def test_trimming_alone_is_a_fixed_count():
