@@ -289,9 +289,11 @@ def _inline_place(source: Source, inline: Token, cell: int, offset: int) -> Plac
     """The place of an offset in an inline token's content, whose lines lost their indentation and container marks."""
     if (start := noted(inline, TextStart)) is not None:
         return source.at(start.offset + offset)
-    before = inline.content[:offset]
-    row = (inline.map or [0])[0] + before.count("\n")
-    content = inline.content.split("\n")[before.count("\n")]
+    before, lines = inline.content[:offset], inline.content.split("\n")
+    top, end = inline.map or (0, 0)
+    # Blanks that are none to Markdown, such as U+2028, may fill lines that are then taken off a paragraph's beginning.
+    top = next((row for row in range(top, end) if lines[0].rstrip() in source.lines[row]), top)
+    row, content = top + before.count("\n"), lines[before.count("\n")]
     raw = source.lines[row]
     bars = [m.end() for m in re.finditer(r"(?<!\\)\|", raw)] if cell else []
     first = bars[cell - (not raw.lstrip().startswith("|"))] if cell < len(bars) + 1 and bars else 0

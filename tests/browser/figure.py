@@ -6,7 +6,7 @@ import json
 from collections.abc import Sequence
 from typing import Any
 
-from playwright.sync_api import Locator, Page, expect
+from playwright.sync_api import FloatRect, Locator, Page, expect
 
 from sitegen.bench.pages import until
 
@@ -39,6 +39,11 @@ class Figure:
         """Waits until Python's warm-up for this figure is over."""
         expect(self.live().root).to_have_attribute("data-warm", "", timeout=LIVE)
         return self
+
+    def boxes(self, selector: str) -> list[FloatRect]:
+        """Where the figure's things of that kind lie in the window, px; what is not drawn is left out."""
+        found = [node.bounding_box() for node in self.root.locator(selector).all()]
+        return [box for box in found if box is not None]
 
     def button(self, name: str) -> Locator:
         return self.reached(f'[data-button="{name}"]')

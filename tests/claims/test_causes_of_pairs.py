@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from solvers import Pose, fit_rigid
+from solvers import Pose, fit_rigid, register
 from solvers.metrics import rre, rte
 from solvers.scenes.facade import FACADE, FACADE_TRUTH, facade_scene
 from solvers.scenes.rooms import KABSCH_TRUTH, MAST, kabsch_scene
@@ -102,9 +102,8 @@ def test_guessed_pairs_break_the_valley(why):
     minimum over its pairs, more than twenty over the nearest points of each angle."""
     scene = kabsch_scene("clean")
     p, q = scene.source - scene.source.mean(axis=0), scene.target - scene.target.mean(axis=0)
-    turned = np.einsum("kij,nj->kni", Pose.from_angle(np.radians(np.arange(0.0, 360.0, 0.25))).R, p)
-    paired = np.square(turned - q).sum(axis=(1, 2))
-    nearest = np.square(turned[:, :, None] - q).sum(axis=3).min(axis=2).sum(axis=1)
+    turned = Pose.from_angle(np.radians(np.arange(0.0, 360.0, 0.25)), np.zeros((1440, 2)))
+    nearest, paired = (register(p, q, method, start=turned, max_steps=0).objective for method in ("icp", "kabsch"))
     valleys = [int(((v < np.roll(v, 1)) & (v <= np.roll(v, -1))).sum()) for v in (nearest, paired)]
     why("the pairs", {"nearest points": f"{valleys[0]} minima over the circle", "those given": f"{valleys[1]} minimum"})
     assert valleys[0] > 20

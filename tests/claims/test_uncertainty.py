@@ -40,12 +40,13 @@ def test_gicp_states_far_too_small_a_region():
 
 
 def test_other_point_to_point_methods_are_as_overconfident():
-    """1,000 draws in the room: with a cap, with the KISS threshold and with trimming to 80 % the Hessian's regions hold
-    the truth in fewer than 280, and Censi's in fewer than 60. With trimming it is fewer than 130 for the Hessian's."""
+    """1,000 draws in the room: with a cap and with the KISS threshold 200 to 280 of the Hessian's regions hold the
+    truth, with trimming to 80 % 70 to 130; of Censi's 20 to 60 do with each."""
     asked = (("capped-icp", {}), ("kiss-threshold-icp", {}), ("trimmed-icp", {"keep": 0.8}))
     counts = {method: held("room", method, ("hessian", "censi"), **options) for method, options in asked}
-    assert all(hessian < 280 and censi < 60 for hessian, censi in counts.values())
-    assert counts["trimmed-icp"][0] < 130
+    assert all(20 < censi < 60 for _, censi in counts.values())
+    assert 70 < counts.pop("trimmed-icp")[0] < 130
+    assert all(200 < hessian < 280 for hessian, _ in counts.values())
 
 
 def test_point_pairs_found_anew_make_the_hessian_overconfident(why):
@@ -73,15 +74,16 @@ def test_point_pairs_found_anew_make_the_hessian_overconfident(why):
 
 
 def test_the_spread_of_the_start_halves_what_the_hessian_holds(why):
-    """Point to point in the room, 1,000 draws: from the truth itself, and from starts 3° and 0.15 u about it."""
+    """Point to point in the room, 1,000 draws: from the truth itself 480 to 580 of the regions hold it, from starts 3°
+    and 0.15 u about it fewer than half as many, and more than 200."""
     (exact,) = held("room", "icp", ("hessian",), heading=0.0, shift=0.0)
     (spread,) = held("room", "icp", ("hessian",))
     why("the starts", {
         "3° and 0.15 u about the truth": f"{spread} of {DRAWS} regions hold the truth",
         "at the truth": f"{exact} of {DRAWS}",
     })  # fmt: skip
-    assert exact > 480
-    assert 2 * spread < exact
+    assert 480 < exact < 580
+    assert 400 < 2 * spread < exact
 
 
 def test_point_to_plane_forgets_a_near_start():

@@ -86,5 +86,7 @@ def stands(page: Page, number: int, count: int) -> None:
     assert len(rungs) == min(count, RUNGS)
     left_out = [int(match[1]) for text in rungs if (match := re.fullmatch(r"…\s+(\d+) more (?:above|below)", text))]
     assert len(rungs) - len(left_out) + sum(left_out) == count
-    for link in page.locator(".slide-title .step a", has_text=" more ").all():
+    links = page.locator(".slide-title .step a", has_text=" more ")
+    assert links.count() == len(left_out)
+    for link in links.all():
         expect(link).to_have_attribute("href", "slides.html")

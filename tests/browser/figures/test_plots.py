@@ -37,7 +37,9 @@ def test_each_width_has_a_drawing_that_can_be_read(
     assert len(with_plots) >= 6
     for name in with_plots:
         page = one.open(name)
-        for root in page.locator("figure.graph").all():
+        graphs = page.locator("figure.graph").all()
+        assert graphs, name
+        for root in graphs:
             seen = root.evaluate(SEEN)
             assert (seen["count"], seen["kind"]) == (1, kind), name
             assert seen["smallest"] >= 11.0, (name, seen)

@@ -30,9 +30,10 @@ def untouched(page: Page) -> None:
     """Nothing is there that needs a script, and no room is kept for it."""
     expect(page.locator(".unscripted")).to_contain_text("This page’s script did not load", timeout=30_000)
     expect(page.locator("html")).not_to_have_class("js")
-    for hidden in (".buttons", ".predict", "form.controls", ".figure-status", ".site-tools", ".deck-tools"):
-        for node in page.locator(hidden).all():
-            expect(node).to_be_hidden()
+    nodes = page.locator(".buttons, .predict, form.controls, .figure-status, .site-tools, .deck-tools").all()
+    assert nodes
+    for node in nodes:
+        expect(node).to_be_hidden()
 
 
 @pytest.mark.parametrize("how", ["missing", "broken", "page", "empty", "short", "cut", "reset"])

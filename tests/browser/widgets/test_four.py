@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 
 from playwright.sync_api import expect
 
@@ -47,10 +48,18 @@ def test_chips_back_and_a_toggle_live(reader: Callable[..., Reader]) -> None:
 
 
 def test_on_a_phone_nothing_is_cut_off(reader: Callable[..., Reader]) -> None:
-    """390 px wide: four panels one under the other, within the page, and Next in sight of the first."""
-    page = reader(390, 844).open("four.html")
-    for box in Figure(page, "fig-four").seen().root.locator(".figure-panel").all():
-        place = box.bounding_box()
-        assert place is not None
-        assert place["x"] >= 0
-        assert place["x"] + place["width"] <= 390
+    """390 px wide: one panel as wide as the page and three small ones in a row below it, and with the focus on Next it
+    lies below them, in sight with all four."""
+    four = Figure(reader(390, 844).open("four.html"), "fig-four").live()
+    four.button("next").focus()
+    first, *small = four.boxes(".figure-panel")
+    (button,) = four.boxes("[data-button=next]")
+    assert first["width"] > 340
+    assert len(small) == 3
+    assert len({box["y"] for box in small}) == 1
+    for left, right in pairwise(small):
+        assert left["x"] + left["width"] <= right["x"]
+    assert 0 <= first["y"] < first["y"] + first["height"] <= small[0]["y"]
+    assert small[0]["y"] + small[0]["height"] <= button["y"] < button["y"] + button["height"] <= 844
+    for box in (first, *small, button):
+        assert 0 <= box["x"] < box["x"] + box["width"] <= 390

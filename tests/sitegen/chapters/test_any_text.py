@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from sitegen.chapters.content import Chapter
@@ -61,6 +61,7 @@ FRAGMENTS = [
 
 @settings(max_examples=300, deadline=None)
 @given(st.lists(st.sampled_from(FRAGMENTS), max_size=30).map("".join))
+@example("\u2028\n{toy-plot id=p}::figure[")
 def test_any_text_is_parsed(text: str) -> None:
     problems = Problems()
     source = Source("content/01-a.md", text, problems)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from solvers import register
 from solvers.geometry import nearest
 from solvers.geometry.normals import normals
 from solvers.geometry.spectral import symmetric_eigen
@@ -51,7 +52,8 @@ def test_normals_of_a_circle_point_to_its_centre():
 
 
 def test_a_neighbourhood_without_a_normal_is_flagged():
-    """Coincident points, a single point, a square's corners, and in space a line: no normal is made up for them."""
+    """Coincident points, a single point, a square's corners, and in space a line: no normal is made up for them, and
+    point to plane leaves out the pairs with them."""
     square = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]])
     for cloud in (np.full((9, 2), 0.3), np.array([[1e8, 2.0]]), square + 5.0):
         found = normals(nearest.build(cloud[None]))
@@ -64,6 +66,10 @@ def test_a_neighbourhood_without_a_normal_is_flagged():
     np.testing.assert_allclose(two.vectors[0], [[0.0, 1.0]] * 2, atol=1e-15)
     lone = np.vstack([np.column_stack([np.arange(10.0), np.zeros(10)]), np.full((8, 2), 50.0)])
     assert normals(nearest.build(lone[None])).flagged[0].tolist() == [False] * 10 + [True] * 8
+    pairing = register(lone + np.array([0.1, 0.2]), lone, "point-to-plane", max_steps=0).detail("pairing")
+    assert pairing.used.tolist() == [True] * 10 + [False] * 8
+    assert pairing.count == 10
+    assert pairing.rms == pytest.approx(0.2)
 
 
 def test_normals_do_not_depend_on_units_or_place(rng):

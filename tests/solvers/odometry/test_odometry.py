@@ -170,6 +170,20 @@ def test_scans_of_different_places_are_no_loop() -> None:
     assert not claimed([(20, 0), (30, 0), (40, 5)]).believed.any()
 
 
+def test_each_sign_alone_can_turn_a_loop_away() -> None:
+    """Of the loops believed none is left if the matches both ways round, or a match and the chain, must agree exactly;
+    if every echo must be explained, only loops are left that do so."""
+    _, _, scans, chain = simulated()
+    where = candidates(chain.poses)
+    usual = verified(scans, chain.poses, *where)
+    assert usual.believed.any()
+    for sign in ("agree_shift", "agree_turn", "farthest"):
+        assert not verified(scans, chain.poses, *where, LoopOptions(**{sign: 0.0})).believed.any(), sign
+    whole = verified(scans, chain.poses, *where, LoopOptions(least_share=1.0)).believed
+    assert 0 < whole.sum() < usual.believed.sum()
+    assert (usual.believed & (usual.share == 1.0))[whole].all()
+
+
 def test_corners_alike_pass_for_a_loop_and_the_kernel_lets_go_of_it() -> None:
     """Scans 50 and 10 look into two corners of the hall that are alike: all four signs are met. Beside the true loops
     Cauchy's kernel leaves the wrong one a thousandth of its weight and the poses where they were."""

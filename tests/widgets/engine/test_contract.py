@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import re
-from dataclasses import replace
+from dataclasses import fields, replace
+from itertools import combinations
 from typing import Any
 
 import pytest
@@ -175,13 +176,17 @@ def test_a_zero_has_no_sign() -> None:
 
 
 def test_names_are_what_the_registry_says() -> None:
-    """Each widget is registered under its name, and buttons, handles and presets do not clash."""
+    """Each widget is registered under its name; no button, handle, job or preset of it has another's name, no control
+    has a button's, and no two presets set the same."""
     for name, widget in WIDGETS.items():
         assert widget.name == name
         assert "default" in widget.presets
         buttons = [button.name for button in widget.buttons]
-        assert len(set(buttons)) == len(buttons)
-        assert len(set(widget.handles)) == len(widget.handles)
+        names = [*buttons, *widget.handles, *(job.name for job in widget.jobs), *widget.presets]
+        assert sorted(names) == sorted(set(names)), name
+        assert not {field.name for field in fields(widget.controls)} & {*buttons}, name
+        settings_ = [preset(widget, each).controls for each in widget.presets]
+        assert not any(one == other for one, other in combinations(settings_, 2)), name
         assert sum(button.primary for button in widget.buttons) <= 1
         for button in widget.buttons:
             presses = {b.name for b in widget.buttons if b.does == "press"}

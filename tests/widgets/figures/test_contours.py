@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
 
@@ -58,7 +56,8 @@ def test_places_take_neighbours_together() -> None:
 
 
 def test_a_line_is_cut_at_the_window() -> None:
-    """Out and in again makes two parts, each to the border; a line outside, or a point, makes none."""
+    """Out and in again makes two parts, each to the border; a line outside, or a point, makes none. Of random walks no
+    node inside is lost, no piece has no length, and a part ends at the border or where the walk does."""
     window = (-1.0, 1.0, -1.0, 1.0)
     way = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 0.5], [0.0, 0.5], [0.0, 0.75]])
     one, two = within(way, window)
@@ -66,11 +65,20 @@ def test_a_line_is_cut_at_the_window() -> None:
     np.testing.assert_allclose(two, [[1.0, 0.5], [0.0, 0.5], [0.0, 0.75]])
     assert within(way + 3.0, window) == []
     assert within(way[:1], window) == []
+    assert within(np.array([[0.0, 2.0], [2.0, 0.0]]), window) == []  # it touches a corner
     (same,) = within(way * 0.4, window)
     np.testing.assert_allclose(same, way * 0.4)
-    rng = np.random.default_rng(1)
+    rng, met = np.random.default_rng(1), 0
     for _ in range(50):
         walk = np.cumsum(rng.standard_normal((20, 2)), axis=0)
-        for part in within(walk, window):
+        parts = within(walk, window)
+        for part in parts:
             assert (np.abs(part) <= 1.0 + 1e-12).all()
-            assert all(np.hypot(*(q - p)) >= 0.0 for p, q in pairwise(part))
+            assert np.hypot(*np.diff(part, axis=0).T).min() > 0.0
+            for end, own in ((part[0], walk[0]), (part[-1], walk[-1])):
+                assert np.array_equal(end, own) or np.abs(end).max() == pytest.approx(1.0, abs=1e-12)
+        inside = walk[(np.abs(walk) < 1.0).all(axis=1)]
+        kept = np.concatenate([np.zeros((0, 2)), *parts])
+        assert (inside[:, None] == kept).all(axis=2).any(axis=1).all()
+        met += len(parts)
+    assert met > 50

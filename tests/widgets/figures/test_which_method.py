@@ -86,27 +86,31 @@ def _covers(cell: str, answer: str) -> bool:
     return cell in ("any", "either", "–") or answer in cell.split(" or ")
 
 
+# Words why not, and of which answers they are true.
+WORDS: dict[str, Callable[[Answers], bool]] = {
+    "there are no pairs": lambda answers: answers.pairs == "none",
+    "needs a start": lambda answers: answers.start == "none",
+    "too far": lambda answers: answers.start == "rough",
+    "there is a start": lambda answers: answers.start != "none",
+    "half overlap": lambda answers: answers.overlap == "half",
+    "without walls": lambda answers: answers.surfaces == "points",
+    "on walls": lambda answers: answers.surfaces == "walls",
+    "unused": lambda answers: answers.pairs != "none",
+}
+
+
 @pytest.mark.parametrize("answers", every(), ids=said)
 def test_a_word_why_not_is_true_of_the_answers(answers: Answers) -> None:
     """No rung is told to lack what the answers give it."""
     for name, (verdict, words) in advise(answers).why.items():
-        if "there are no pairs" in words:
-            assert answers.pairs == "none"
-        if "needs a start" in words:
-            assert answers.start == "none"
-        if "too far" in words:
-            assert answers.start == "rough"
-        if "there is a start" in words:
-            assert answers.start != "none"
-        if "half an overlap" in words:
-            assert answers.overlap == "half"
-        if "without walls" in words:
-            assert answers.surfaces == "points"
-        if "on walls" in words:
-            assert answers.surfaces == "walls"
-        if "unused" in words:
-            assert answers.pairs != "none"
+        assert all(true(answers) for part, true in WORDS.items() if part in words), (name, words)
         assert verdict == "take" or words not in TAKES.values(), name
+
+
+def test_each_word_why_not_is_said_somewhere() -> None:
+    """Else the test above would look for words that nobody says."""
+    told = {words for answers in every() for _, words in advise(answers).why.values()}
+    assert not [part for part in WORDS if not any(part in words for words in told)]
 
 
 @pytest.mark.native
