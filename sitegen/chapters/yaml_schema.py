@@ -156,7 +156,7 @@ def validated(document: Yaml, fields: Mapping[str, Field], problems: Problems, *
 
 
 def entries(source: str, path: str, things: str, problems: Problems) -> tuple[Yaml | None, tuple[Any, ...]]:
-    """A file that is a mapping of keys to `things`, and its keys; each that is no valid one is a problem."""
+    """A file that is a mapping of keys to `things`, and its keys; an invalid key is a problem."""
     document = read(source, path, problems)
     if document is None or document.data is None:
         return None, ()
