@@ -1,6 +1,6 @@
 // Brings the page to life: its figures with their parts, the theme's button, links, cards, the runtime's start. Each is
 // set up apart, so that one that fails leaves the others.
-/** @import { Dispose } from "./base/types.js" */
+/** @import { Overlay } from "./figure/overlay.js" */
 
 import { sound } from "./base/checked_record.js";
 import { apart, find, on } from "./base/dom.js";
@@ -41,13 +41,33 @@ const page = document.documentElement;
 const FIGURES = "figure.figure:has(> script.figure-record)";
 
 /**
- * A figure's part: what takes it away again, also where there was nothing to set up.
- * @type {(setUp: () => Dispose) => Dispose}
+ * A figure's parts, in the order in which they hear of what happens to it.
+ * @type {((figure: Figure, overlay: Overlay) => void)[]}
  */
-const part = (setUp) => apart(setUp) ?? (() => {});
+const PARTS = [
+  addAnnouncer,
+  addStatus,
+  addHandles,
+  addPicks,
+  addControls,
+  addButtons,
+  addMore,
+  addEnlarging,
+  addPrediction,
+  showReadouts,
+  showWords,
+  addJobs,
+  addOwnClouds,
+  addPins,
+  addLinkButton,
+  ({ root }) => addPictureButtons(root),
+  addWarmUp,
+  ({ root }) => loadTape(root),
+];
+
 /**
  * @param {string} selector
- * @param {(node: HTMLElement) => unknown} setUp
+ * @param {(node: HTMLElement) => void} setUp
  */
 function each(selector, setUp) {
   const nodes = /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll(selector));
@@ -62,30 +82,9 @@ function live(root) {
   const touch = () => {
     runtime.touched = figure.id;
   };
-  figure.add(
-    addAnnouncer(figure),
-    part(() => addStatus(figure)),
-    part(() => addHandles(figure, overlay)),
-    part(() => addPicks(figure, overlay)),
-    part(() => addControls(figure)),
-    part(() => addButtons(figure)),
-    part(() => addMore(figure)),
-    part(() => addEnlarging(figure)),
-    part(() => addPrediction(figure, overlay)),
-    part(() => showReadouts(figure)),
-    part(() => showWords(figure)),
-    part(() => addJobs(figure)),
-    part(() => addOwnClouds(figure, overlay)),
-    part(() => addPins(figure)),
-    part(() => addLinkButton(figure)),
-    part(() => addPictureButtons(root)),
-    part(() => addWarmUp(figure)),
-    part(() => loadTape(root)),
-    overlay.dispose,
-    on(root, "pointerdown", touch),
-    on(root, "focusin", touch),
-    () => figures.delete(figure.id),
-  );
+  for (const part of PARTS) apart(() => part(figure, overlay));
+  on(root, "pointerdown", touch);
+  on(root, "focusin", touch);
 }
 
 /** Figures know whether they are on screen: runs pause off it. */

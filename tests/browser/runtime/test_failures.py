@@ -33,6 +33,24 @@ def test_a_killed_worker_is_restarted_by_reset(reader: Callable[..., Reader]) ->
     solve.changes("rms", before)
 
 
+def test_the_size_of_a_memory_that_has_gone_is_refused(reader: Callable[..., Reader]) -> None:
+    """Whoever asks for it does not wait for ever: neither before a start, nor where the worker goes meanwhile."""
+    refused = "({ stopped }) => stopped"
+    one = reader(alone=True, reduced_motion="reduce")
+    one.context.add_init_script(FRUGAL)
+    page = one.open("kabsch.html")
+    assert page.evaluate(f"Ladder.runtime.heap().catch({refused})") is True
+    page.evaluate("Ladder.runtime.start()")
+    Figure(page, "fig-solve").live()
+    gone = f"""() => {{
+      Ladder.runtime.kill();
+      const size = Ladder.runtime.heap().catch({refused});
+      Ladder.runtime.restart();
+      return size;
+    }}"""
+    assert page.evaluate(gone) is True
+
+
 def test_a_missing_runtime_file_is_named_and_retry_works(reader: Callable[..., Reader], server: SiteServer) -> None:
     """A file of the runtime is not there: the figure names it; once it is there, Retry succeeds."""
     one = reader(reduced_motion="reduce")

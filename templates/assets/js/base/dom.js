@@ -18,14 +18,7 @@ export function on(target, type, handler, options) {
 }
 
 /**
- * All of them in one.
- * @param {Dispose[]} disposers
- * @returns {Dispose}
- */
-export const together = (disposers) => () => disposers.forEach((dispose) => dispose());
-
-/**
- * An element that the page's templates put there.
+ * An element that the page's templates put there for certain; one that may be missing is for `querySelector`.
  * @param {ParentNode} root
  * @param {string} selector
  * @returns {HTMLElement}
@@ -66,16 +59,13 @@ export function make(tag, attributes = {}, ...children) {
 
 /**
  * Does a thing by itself: an error in it is reported, and what comes after it goes on.
- * @template T
- * @param {() => T} does
- * @returns {T | undefined}
+ * @param {() => void} does
  */
 export function apart(does) {
   try {
-    return does();
+    does();
   } catch (error) {
     reportError(error);
-    return undefined;
   }
 }
 

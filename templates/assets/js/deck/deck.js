@@ -3,30 +3,22 @@
 /** @import { Options, Steps } from "./keys.js" */
 
 import { named } from "../base/address.js";
-import { around, find, findButton, on, text, together } from "../base/dom.js";
+import { around, find, findButton, on, text } from "../base/dom.js";
 import { addKeys, addSwipes } from "./keys.js";
 import { figures } from "../figure/registry.js";
 
 /**
- * What goes with the current slide on other screens: the deck opened a second time follows, and leads.
- * @param {{ go: (slide: number, options: Options) => void }} deck
- * @returns {{ tell: (slide: number) => void, dispose: () => void }}
+ * The deck opened a second time, on another screen, follows and leads. Returns what tells it the current slide.
+ * @param {(slide: number, options: Options) => void} go
+ * @returns {(slide: number) => void}
  */
-function shared(deck) {
-  if (!globalThis.BroadcastChannel || location.protocol === "file:") return { tell() {}, dispose() {} };
+function shared(go) {
+  if (!globalThis.BroadcastChannel || location.protocol === "file:") return () => {};
   const channel = new BroadcastChannel(`ladder-slides:${location.pathname}`);
-  /** @param {MessageEvent} event */
-  const heard = ({ data }) => {
-    if (Number.isInteger(data.slide)) deck.go(data.slide, { told: true });
-  };
-  const off = on(channel, "message", heard);
-  return {
-    tell: (slide) => channel.postMessage({ slide }),
-    dispose() {
-      off();
-      channel.close();
-    },
-  };
+  on(channel, "message", (/** @type {MessageEvent} */ { data }) => {
+    if (Number.isInteger(data.slide)) go(data.slide, { told: true });
+  });
+  return (slide) => channel.postMessage({ slide });
 }
 
 /** @param {HTMLElement} root */
@@ -75,7 +67,7 @@ export function runDeck(root) {
     if (to !== now) {
       show(to);
       address();
-      if (!told) others.tell(to);
+      if (!told) tell(to);
     }
     if (!focus) return;
     slide.tabIndex = -1;
@@ -91,7 +83,7 @@ export function runDeck(root) {
     if (index < 0 || index === now) return;
     show(index);
     address();
-    others.tell(index);
+    tell(index);
   }
 
   /** The slides have another size: the one that is seen stays, and its figure's handles find their places. */
@@ -174,33 +166,28 @@ export function runDeck(root) {
     find(slides[Math.min(slides.length - 1, Math.max(0, at + by))], ".slide-open").focus();
   }
 
-  const others = shared({ go });
-  const disposers = [
-    addKeys(does),
-    addSwipes(root, does),
-    on(bar, "click", (event) => does[around(event, "[data-slides]")?.dataset.slides ?? ""]?.({})),
-    on(root, "click", (event) => {
-      const link = around(event, ".slide-open");
-      if (!link) return;
-      event.preventDefault();
-      go(slideAround(link), { focus: true, jump: true });
-    }),
-    on(root, "focusin", (event) => {
-      const index = slideAround(event.target);
-      if (page.dataset.slides !== "grid" && index >= 0 && index !== now) go(index);
-    }),
-    on(document, "scroll", () => (ahead ||= requestAnimationFrame(look)), { passive: true }),
-    on(globalThis, "hashchange", linked),
-    on(document, "fullscreenchange", () => {
-      button("full").setAttribute("aria-pressed", String(Boolean(document.fullscreenElement)));
-      shown(slides[now]);
-    }),
-    () => cancelAnimationFrame(ahead),
-    others.dispose,
-  ];
+  const tell = shared(go);
+  addKeys(does);
+  addSwipes(root, does);
+  on(bar, "click", (event) => does[around(event, "[data-slides]")?.dataset.slides ?? ""]?.({}));
+  on(root, "click", (event) => {
+    const link = around(event, ".slide-open");
+    if (!link) return;
+    event.preventDefault();
+    go(slideAround(link), { focus: true, jump: true });
+  });
+  on(root, "focusin", (event) => {
+    const index = slideAround(event.target);
+    if (page.dataset.slides !== "grid" && index >= 0 && index !== now) go(index);
+  });
+  on(document, "scroll", () => (ahead ||= requestAnimationFrame(look)), { passive: true });
+  on(globalThis, "hashchange", linked);
+  on(document, "fullscreenchange", () => {
+    button("full").setAttribute("aria-pressed", String(Boolean(document.fullscreenElement)));
+    shown(slides[now]);
+  });
   button("full").hidden = !document.fullscreenEnabled;
   button("second").hidden = !globalThis.BroadcastChannel || location.protocol === "file:";
   show(Math.max(0, addressed()));
   notes(new URLSearchParams(location.search).has("notes"));
-  return together(disposers);
 }

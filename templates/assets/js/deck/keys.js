@@ -1,8 +1,7 @@
 // What moves a deck: keys, unless the focus is on something that has a use for them, and swipes, unless one begins on
 // something that is dragged.
-/** @import { Dispose } from "../base/types.js" */
 
-import { around, on, together } from "../base/dom.js";
+import { around, on } from "../base/dom.js";
 
 const ARROWS = ["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown"];
 const PAGES = ["PageUp", "PageDown", "Home", "End"];
@@ -55,7 +54,7 @@ const KEYS = {
  * @param {Steps} does
  */
 export function addKeys(does) {
-  return on(document, "keydown", (/** @type {KeyboardEvent} */ event) => {
+  on(document, "keydown", (/** @type {KeyboardEvent} */ event) => {
     const { key } = event;
     const target = /** @type {Element} */ (event.target);
     if (event.defaultPrevented || event.altKey || event.ctrlKey || event.metaKey || event.isComposing) return;
@@ -71,28 +70,24 @@ export function addKeys(does) {
  * Across, with one finger. Up and down the page scrolls by itself.
  * @param {HTMLElement} root
  * @param {Steps} does
- * @returns {Dispose}
  */
 export function addSwipes(root, does) {
   const DRAGGED = ".figure-stage, input, pre, .table, .formula[tabindex], .runs-scroll";
   /** @type {[pointer: number, x: number, y: number] | null} */
   let from = null;
 
-  const disposers = [
-    on(root, "pointerdown", (/** @type {PointerEvent} */ event) => {
-      const alone = event.isPrimary && (visualViewport?.scale ?? 1) === 1;
-      const begins = event.pointerType === "touch" && alone && !around(event, DRAGGED);
-      from = begins ? [event.pointerId, event.clientX, event.clientY] : null;
-    }),
-    on(root, "pointerup", (/** @type {PointerEvent} */ event) => {
-      if (!from || from[0] !== event.pointerId) return;
-      const [, x, y] = from;
-      const [across, down] = [event.clientX - x, event.clientY - y];
-      from = null;
-      if (Math.abs(across) < SWIPE || Math.abs(across) < 2 * Math.abs(down)) return;
-      does[across < 0 ? "after" : "before"]({ focus: true });
-    }),
-    on(root, "pointercancel", () => (from = null)),
-  ];
-  return together(disposers);
+  on(root, "pointerdown", (/** @type {PointerEvent} */ event) => {
+    const alone = event.isPrimary && (visualViewport?.scale ?? 1) === 1;
+    const begins = event.pointerType === "touch" && alone && !around(event, DRAGGED);
+    from = begins ? [event.pointerId, event.clientX, event.clientY] : null;
+  });
+  on(root, "pointerup", (/** @type {PointerEvent} */ event) => {
+    if (!from || from[0] !== event.pointerId) return;
+    const [, x, y] = from;
+    const [across, down] = [event.clientX - x, event.clientY - y];
+    from = null;
+    if (Math.abs(across) < SWIPE || Math.abs(across) < 2 * Math.abs(down)) return;
+    does[across < 0 ? "after" : "before"]({ focus: true });
+  });
+  on(root, "pointercancel", () => (from = null));
 }

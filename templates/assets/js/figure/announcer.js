@@ -63,14 +63,9 @@ export function addAnnouncer(figure) {
     due = setTimeout(speak, Math.max(at + limits.gap, Math.min(now + limits.pause, latest)) - now);
   }
 
-  const said = figure.on("announce", (words) => {
+  figure.on("announce", (words) => {
     message = words;
     plan();
   });
-  const told = figure.on("state", plan);
-  return () => {
-    clearTimeout(due);
-    said();
-    told();
-  };
+  figure.on("state", plan);
 }

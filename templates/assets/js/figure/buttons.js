@@ -3,7 +3,7 @@
 /** @import { Button } from "../base/types.js" */
 /** @import { Figure } from "./figure.js" */
 
-import { around, on, text, together } from "../base/dom.js";
+import { around, on, text } from "../base/dom.js";
 import { limits } from "../base/limits.js";
 import * as records from "../base/record.js";
 
@@ -88,21 +88,19 @@ export function addButtons(figure) {
     else does[each.does](each, event.timeStamp);
   }
 
-  const disposers = [
-    ...boxes.map((box) => on(box, "click", press)),
-    on(document, "visibilitychange", again),
-    figure.on("seen", again),
-    figure.on("frame", () => {
-      show();
-      again();
-    }),
-    figure.on("asked", (by) => {
-      if (run && !["run", "control", "hover"].includes(by)) stop();
-    }),
-    figure.on("state", show),
-    stop,
-  ];
-  for (const box of boxes) box.hidden = false;
+  on(document, "visibilitychange", again);
+  figure.on("seen", again);
+  figure.on("frame", () => {
+    show();
+    again();
+  });
+  figure.on("asked", (by) => {
+    if (run && !["run", "control", "hover"].includes(by)) stop();
+  });
+  figure.on("state", show);
+  for (const box of boxes) {
+    on(box, "click", press);
+    box.hidden = false;
+  }
   show();
-  return together(disposers);
 }

@@ -2,7 +2,7 @@
 /** @import { Control, Value, Values } from "../base/types.js" */
 /** @import { Figure } from "./figure.js" */
 
-import { on, text, together } from "../base/dom.js";
+import { on, text } from "../base/dom.js";
 import * as records from "../base/record.js";
 
 /**
@@ -76,20 +76,17 @@ export function addControls(figure) {
     figure.ask(wanted, { merge, by: "control", at: event.timeStamp });
   }
 
-  const disposers = [
-    ...forms.flatMap((form) => [
-      on(form, "input", changed),
-      on(form, "change", changed),
-      on(form, "click", again),
-      on(form, "keyup", (event) => event.key === " " && again(event)),
-      on(form, "submit", (event) => event.preventDefault()),
-    ]),
-    figure.on("asked", () => show(figure.record.controls)),
-    figure.on("frame", (frame) => {
-      if (!figure.pending) show(frame.controls);
-    }),
-  ];
-  for (const form of forms) form.hidden = false;
+  for (const form of forms) {
+    on(form, "input", changed);
+    on(form, "change", changed);
+    on(form, "click", again);
+    on(form, "keyup", (event) => event.key === " " && again(event));
+    on(form, "submit", (event) => event.preventDefault());
+    form.hidden = false;
+  }
+  figure.on("asked", () => show(figure.record.controls));
+  figure.on("frame", (frame) => {
+    if (!figure.pending) show(frame.controls);
+  });
   show(figure.frame.controls);
-  return together(disposers);
 }

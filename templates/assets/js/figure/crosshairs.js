@@ -1,10 +1,10 @@
 // Picks: panels that take a click at a place, or answer to what is pointed at. By keyboard a crosshair does: arrows move
 // it and, where a click counts, Enter or Space picks.
-/** @import { Dispose, Point } from "../base/types.js" */
+/** @import { Point } from "../base/types.js" */
 /** @import { Figure } from "./figure.js" */
 /** @import { Overlay } from "./overlay.js" */
 
-import { make, on, together } from "../base/dom.js";
+import { make, on } from "../base/dom.js";
 import * as records from "../base/record.js";
 import { percent, world } from "./coordinates.js";
 import { drawing, onStage, panelOf } from "./panels.js";
@@ -71,7 +71,8 @@ export function crosshair(figure, overlay, name, { does, hint }, moved) {
   const seen = () => button.toggleAttribute("data-away", !onStage(figure.root, name));
   put(at);
   seen();
-  const off = [on(button, "keydown", key), figure.on("scaled", seen), () => overlay.remove(button)];
+  on(button, "keydown", key);
+  figure.on("scaled", seen);
   return {
     get at() {
       return at;
@@ -80,11 +81,10 @@ export function crosshair(figure, overlay, name, { does, hint }, moved) {
     where,
     button,
     panel,
-    off,
   };
 }
 
-/** @type {(figure: Figure, overlay: Overlay, name: string) => Dispose[]} */
+/** @type {(figure: Figure, overlay: Overlay, name: string) => void} */
 function picked(figure, overlay, name) {
   const words = { does: "Pick a place", hint: "Arrow keys move, Shift for larger steps; Enter picks." };
   const cross = crosshair(figure, overlay, name, words, () => {});
@@ -93,31 +93,23 @@ function picked(figure, overlay, name) {
     cross.put(place);
     figure.ask(records.click(figure.record, name, place));
   };
-  return [
-    ...cross.off,
-    on(cross.button, "click", (event) => {
-      if (event.detail === 0) pick(cross.at);
-    }),
-    on(cross.panel, "click", (event) => {
-      overlay.measure();
-      const place = cross.where(event);
-      if (place) pick(place);
-    }),
-  ];
+  on(cross.button, "click", (event) => {
+    if (event.detail === 0) pick(cross.at);
+  });
+  on(cross.panel, "click", (event) => {
+    overlay.measure();
+    const place = cross.where(event);
+    if (place) pick(place);
+  });
 }
 
 /**
  * The pointer asks only while Python is up: passing over a picture must not set it waiting. A tap or a key may.
  * @param {ReturnType<typeof crosshair>} cross
  * @param {(at: number) => void} ask
- * @returns {Dispose[]}
  */
 function following(cross, ask) {
   let ahead = 0; // the animation frame that will ask
-  const stop = () => {
-    cancelAnimationFrame(ahead);
-    ahead = 0;
-  };
 
   /** @param {PointerEvent} event */
   function follow(event) {
@@ -132,10 +124,14 @@ function following(cross, ask) {
     });
   }
 
-  return [on(cross.panel, "pointermove", follow), on(cross.panel, "pointerleave", stop), stop];
+  on(cross.panel, "pointermove", follow);
+  on(cross.panel, "pointerleave", () => {
+    cancelAnimationFrame(ahead);
+    ahead = 0;
+  });
 }
 
-/** @type {(figure: Figure, overlay: Overlay, name: string) => Dispose[]} */
+/** @type {(figure: Figure, overlay: Overlay, name: string) => void} */
 function pointed(figure, overlay, name) {
   const words = { does: "Look at a place", hint: "Arrow keys move, Shift for larger steps." };
   /** @param {number} at */
@@ -146,24 +142,21 @@ function pointed(figure, overlay, name) {
     figure.speak();
   });
 
-  return [
-    ...cross.off,
-    ...following(cross, ask),
-    on(cross.panel, "click", (event) => {
-      overlay.measure();
-      const place = cross.where(event);
-      if (!place) return;
-      cross.put(place);
-      ask(event.timeStamp);
-      figure.speak();
-    }),
-  ];
+  following(cross, ask);
+  on(cross.panel, "click", (event) => {
+    overlay.measure();
+    const place = cross.where(event);
+    if (!place) return;
+    cross.put(place);
+    ask(event.timeStamp);
+    figure.speak();
+  });
 }
 
 /**
  * A panel that does both: what is pointed at is shown for as long as the pointer or the focus is there, and a click, a
  * tap or Enter picks it for good.
- * @type {(figure: Figure, overlay: Overlay, name: string) => Dispose[]}
+ * @type {(figure: Figure, overlay: Overlay, name: string) => void}
  */
 function explored(figure, overlay, name) {
   const hint = "Arrow keys move and show what is there, Shift for larger steps; Enter picks it.";
@@ -182,22 +175,19 @@ function explored(figure, overlay, name) {
     if (kept !== figure.record) figure.ask(kept, asking(event.timeStamp));
   }
 
-  return [
-    ...cross.off,
-    ...following(cross, look),
-    on(cross.panel, "pointerleave", leave),
-    on(cross.button, "blur", leave),
-    on(cross.button, "click", (event) => {
-      if (event.detail === 0) pick();
-    }),
-    on(cross.panel, "click", (event) => {
-      overlay.measure();
-      const place = cross.where(event);
-      if (!place) return;
-      cross.put(place);
-      pick();
-    }),
-  ];
+  following(cross, look);
+  on(cross.panel, "pointerleave", leave);
+  on(cross.button, "blur", leave);
+  on(cross.button, "click", (event) => {
+    if (event.detail === 0) pick();
+  });
+  on(cross.panel, "click", (event) => {
+    overlay.measure();
+    const place = cross.where(event);
+    if (!place) return;
+    cross.put(place);
+    pick();
+  });
 }
 
 /**
@@ -209,9 +199,7 @@ export function addPicks(figure, overlay) {
   const both = clicks.filter((name) => hovers.includes(name));
   /** @param {string} name */
   const single = (name) => !both.includes(name);
-  return together([
-    ...clicks.filter(single).flatMap((name) => picked(figure, overlay, name)),
-    ...hovers.filter(single).flatMap((name) => pointed(figure, overlay, name)),
-    ...both.flatMap((name) => explored(figure, overlay, name)),
-  ]);
+  for (const name of clicks.filter(single)) picked(figure, overlay, name);
+  for (const name of hovers.filter(single)) pointed(figure, overlay, name);
+  for (const name of both) explored(figure, overlay, name);
 }

@@ -3,13 +3,13 @@
 /** @import { Figure } from "./figure.js" */
 /** @import { Overlay } from "./overlay.js" */
 
-import { around, on, together } from "../base/dom.js";
+import { around, on } from "../base/dom.js";
 import * as records from "../base/record.js";
 import { percent, world } from "./coordinates.js";
 
 /**
  * handles: { of(name) → the frame's handle, own(name) → its button, update() }.
- * Returns { held: the button being dragged or null, dispose }.
+ * Returns { held: the button being dragged or null }.
  * @param {Figure} figure
  * @param {Overlay} overlay
  * @param {{ of: (name: string) => Handle | undefined, own: (name: string) => HTMLElement | undefined, update: () => void }} handles
@@ -107,22 +107,19 @@ export function addDrags(figure, overlay, handles) {
     if (!figure.busy) handles.update();
   }
 
-  const disposers = [
-    on(overlay.layer, "pointerdown", take),
-    on(overlay.layer, "mousedown", (event) => {
-      if (around(event, ".copy")) event.preventDefault(); // the focus is where `take` put it
-    }),
-    // Where the browser tells a move as it comes, Python's answer is there before the frame that pointermove waits for.
-    on(root, "onpointerrawupdate" in window ? "pointerrawupdate" : "pointermove", follow),
-    on(root, "pointerup", release),
-    on(root, "pointercancel", release),
-    on(root, "lostpointercapture", release),
-    on(root, "keydown", cancel),
-  ];
+  on(overlay.layer, "pointerdown", take);
+  on(overlay.layer, "mousedown", (event) => {
+    if (around(event, ".copy")) event.preventDefault(); // the focus is where `take` put it
+  });
+  // Where the browser tells a move as it comes, Python's answer is there before the frame that pointermove waits for.
+  on(root, "onpointerrawupdate" in window ? "pointerrawupdate" : "pointermove", follow);
+  on(root, "pointerup", release);
+  on(root, "pointercancel", release);
+  on(root, "lostpointercapture", release);
+  on(root, "keydown", cancel);
   return {
     get held() {
       return drag?.button ?? null;
     },
-    dispose: together(disposers),
   };
 }

@@ -2,17 +2,18 @@
 // others are buttons.
 /** @import { Figure } from "./figure.js" */
 
-import { make, on, together } from "../base/dom.js";
+import { make, on } from "../base/dom.js";
 
 const PHONE = "(max-width: 40rem)";
 
 /** @param {Figure} figure */
 export function addEnlarging(figure) {
   const panels = /** @type {HTMLElement[]} */ ([...figure.root.querySelectorAll(".many > .figure-stage > .figure-panel")]);
-  if (!panels.length) return () => {};
+  if (!panels.length) return;
   const phone = matchMedia(PHONE);
   const buttons = panels.map((panel) => {
     const button = make("button", { type: "button", class: "enlarge", "aria-pressed": "false" });
+    on(button, "click", () => show(panel, !phone.matches && !(enlarged() && large() === panel)));
     panel.append(button);
     return button;
   });
@@ -36,12 +37,6 @@ export function addEnlarging(figure) {
   const large = () => panels.find((panel) => panel.classList.contains("large")) ?? panels[0];
   const enlarged = () => figure.stage.classList.contains("enlarged");
   const fit = () => show(large(), enlarged());
+  on(phone, "change", fit);
   fit();
-  return together([
-    ...buttons.map((button, i) =>
-      on(button, "click", () => show(panels[i], !phone.matches && !(enlarged() && large() === panels[i]))),
-    ),
-    on(phone, "change", fit),
-    () => buttons.forEach((button) => button.remove()),
-  ]);
 }

@@ -1,5 +1,4 @@
 // The picture as a file of its own: an SVG that needs no style sheet, and a PNG of it. Always in light colours, on white.
-/** @import { Dispose } from "../base/types.js" */
 /** @import { Rect } from "./coordinates.js" */
 
 /** @typedef {Pick<Rect, "left" | "top">} Origin  of the picture, on the screen */
@@ -260,17 +259,16 @@ async function bitmap(svg, { width, height }) {
 /**
  * The buttons that hand a figure's picture out, in what is folded under its caption.
  * @param {HTMLElement} root
- * @returns {Dispose}
  */
 export function addPictureButtons(root) {
   const more = root.querySelector(".figure-more");
-  if (!more) return () => {};
+  if (!more) return;
   /** @param {string} what */
   const button = (what) => make("button", { type: "button", "data-picture": what }, `Save as ${what.toUpperCase()}`);
   const told = make("span", { role: "status" });
   const box = make("div", { class: "figure-take" }, make("span", {}, "The picture:"), button("svg"), button("png"), told);
   more.append(box);
-  const stop = on(box, "click", async (event) => {
+  on(box, "click", async (event) => {
     const what = around(event, "[data-picture]")?.dataset.picture;
     if (!what) return;
     const now = picture(root);
@@ -283,8 +281,4 @@ export function addPictureButtons(root) {
       text(told, `No PNG can be made: ${messageOf(error)}. Save it as SVG.`);
     }
   });
-  return () => {
-    stop();
-    box.remove();
-  };
 }

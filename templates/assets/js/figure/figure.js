@@ -19,8 +19,6 @@ export class Figure {
   #state;
   /** @type {ReturnType<typeof emitter<FigureEvents>>} */
   #events = emitter();
-  /** @type {Dispose[]} */
-  #disposers = [];
   #visible = false;
   #running = false;
   #speaks = false;
@@ -41,7 +39,8 @@ export class Figure {
     this.spec = spec;
     this.stage = find(root, ".figure-stage");
     this.#state = new FigureState(record, frame);
-    this.add(runtime.on("change", () => this.#runtimeChanged()), onTape(this.id, () => this.#tapeArrived()));
+    runtime.on("change", () => this.#runtimeChanged());
+    onTape(this.id, () => this.#tapeArrived());
     this.on = this.#events.on;
     this.tell();
   }
@@ -112,14 +111,6 @@ export class Figure {
   /** What is seen is to be said to those who hear it. */
   get speaks() {
     return this.#speaks;
-  }
-
-  /**
-   * Parts of the figure that go with it.
-   * @param {Dispose[]} disposers
-   */
-  add(...disposers) {
-    this.#disposers.push(...disposers);
   }
 
   /**
@@ -371,11 +362,5 @@ export class Figure {
   link() {
     const more = moreOf(this.root)?.open ? MORE : "";
     return `${location.href.split("#")[0]}#${this.id}?s=${records.encode(this.shown)}${more}`;
-  }
-
-  dispose() {
-    this.#coarse();
-    this.#endMotion();
-    for (const dispose of this.#disposers.splice(0)) dispose();
   }
 }

@@ -3,7 +3,7 @@
 /** @import { Figure } from "./figure.js" */
 /** @import { Overlay } from "./overlay.js" */
 
-import { around, make, on, together } from "../base/dom.js";
+import { around, make, on } from "../base/dom.js";
 import { percent, world } from "./coordinates.js";
 import { drawing, panelOf } from "./panels.js";
 import { away, mean, placed, points } from "./rigid.js";
@@ -150,23 +150,30 @@ export function createGhost(figure, overlay) {
     show();
   }
 
-  const dispose = together([
+  const ends = [
     on(overlay.layer, "pointerdown", take),
     on(overlay.layer, "pointermove", follow),
     on(overlay.layer, "pointerup", release),
     on(overlay.layer, "pointercancel", release),
     on(overlay.layer, "keydown", key),
-    () => Object.values(handles).forEach((each) => overlay.remove(each)),
-    () => svg.remove(),
-  ]);
+  ];
+
+  function letGo() {
+    for (const each of Object.values(handles)) overlay.remove(each);
+  }
+
   show();
   return {
-    dispose,
+    dispose() {
+      for (const end of ends) end();
+      letGo();
+      svg.remove();
+    },
     focus: () => handles.move.focus({ preventScroll: true }),
     /** It stays where it is. */
     fix() {
       compared = true;
-      for (const each of Object.values(handles)) overlay.remove(each);
+      letGo();
     },
     get compared() {
       return compared;

@@ -4,7 +4,7 @@
 /** @import { Figure } from "./figure.js" */
 /** @import { Overlay } from "./overlay.js" */
 
-import { around, make, on, together } from "../base/dom.js";
+import { around, make, on } from "../base/dom.js";
 import * as records from "../base/record.js";
 import { addDrags } from "./drags.js";
 import { onStage } from "./panels.js";
@@ -107,19 +107,15 @@ export function addHandles(figure, overlay) {
     if (to) figure.ask(records.drag(figure.record, name, to), { merge: `drag:${name}`, by: "key", at });
   }
 
-  const disposers = [
-    figure.on("frame", () => {
-      update();
-      next();
-    }),
-    figure.on("asked", (by) => {
-      if (by !== "key") keys = [];
-    }),
-    figure.on("scaled", update),
-    on(overlay.layer, "keydown", key),
-    drags.dispose,
-  ];
+  figure.on("frame", () => {
+    update();
+    next();
+  });
+  figure.on("asked", (by) => {
+    if (by !== "key") keys = [];
+  });
+  figure.on("scaled", update);
+  on(overlay.layer, "keydown", key);
   hint();
   update();
-  return together(disposers);
 }

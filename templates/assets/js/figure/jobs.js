@@ -1,9 +1,9 @@
 // Jobs: long work that a figure offers. Asked for slice by slice, so that everything else comes first and Stop needs
 // only to ask no more. What it finds is a table that sorts, with drawings; one run can be kept beside the next.
-/** @import { Column, Dispose, FigureRecord, JobResult, Row, Slice } from "../base/types.js" */
+/** @import { Column, FigureRecord, JobResult, Row, Slice } from "../base/types.js" */
 /** @import { Figure } from "./figure.js" */
 
-import { around, copy, fileName, find, findButton, make, messageOf, on, save, text, together } from "../base/dom.js";
+import { around, copy, fileName, find, findButton, make, messageOf, on, save, text } from "../base/dom.js";
 import { runtime } from "../runtime/runtime.js";
 
 /** @param {Column} column */
@@ -84,7 +84,6 @@ function built(box) {
 /**
  * @param {Figure} figure
  * @param {HTMLElement} box
- * @returns {Dispose[]}
  */
 function job(figure, box) {
   const name = box.dataset.job ?? "";
@@ -143,7 +142,10 @@ function job(figure, box) {
     const again = focus.sort ? `[data-sort="${focus.sort}"]` : focus.do ? `.job-tools [data-do="${focus.do}"]` : "";
     scroll.scrollLeft = left;
     if (held) scroll.focus({ preventScroll: true });
-    if (again) (find(place, again) ?? find(place, ".job-tools button")).focus({ preventScroll: true });
+    if (!again) return;
+    /** @type {HTMLElement | null} */
+    const there = place.querySelector(again);
+    (there ?? find(place, ".job-tools button")).focus({ preventScroll: true });
   }
 
   /** @param {string} message */
@@ -234,18 +236,12 @@ function job(figure, box) {
   }
 
   find(box, ".job-head").hidden = false; // and `show` replaces what it will have kept the place of
+  on(box, "click", press);
   show();
-  return [
-    on(box, "click", press),
-    () => {
-      run = null;
-    },
-  ];
 }
 
 /** @param {Figure} figure */
 export function addJobs(figure) {
   const boxes = /** @type {HTMLElement[]} */ ([...figure.root.querySelectorAll("section.job")]);
-  const disposers = boxes.flatMap((box) => job(figure, box));
-  return together(disposers);
+  for (const box of boxes) job(figure, box);
 }

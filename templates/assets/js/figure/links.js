@@ -3,7 +3,7 @@
 /** @import { Figure } from "./figure.js" */
 
 import { sound } from "../base/checked_record.js";
-import { around, calm, copy, messageOf, on, together } from "../base/dom.js";
+import { around, calm, copy, messageOf, on } from "../base/dom.js";
 import * as records from "../base/record.js";
 import { MORE, moreOf } from "./more.js";
 import { figures } from "./registry.js";
@@ -83,8 +83,8 @@ async function handOn(url) {
 /** @param {Figure} figure */
 export function addLinkButton(figure) {
   const button = figure.root.querySelector("[data-link]");
-  if (!button) return () => {};
-  return on(button, "click", async () => {
+  if (!button) return;
+  on(button, "click", async () => {
     const link = figure.link();
     if (await handOn(link)) return;
     const without = figure.shown.given ? " It does not contain your clouds: whoever opens it must open the same files." : "";
@@ -95,6 +95,6 @@ export function addLinkButton(figure) {
 
 export function followLinks() {
   linked();
-  const disposers = [on(document, "click", tried), on(globalThis, "hashchange", linked)];
-  return together(disposers);
+  on(document, "click", tried);
+  on(globalThis, "hashchange", linked);
 }

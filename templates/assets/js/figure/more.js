@@ -14,5 +14,5 @@ export const moreOf = (root) => root.querySelector("details.figure-rest");
  */
 export function addMore(figure) {
   const more = moreOf(figure.root);
-  return more ? on(more, "toggle", () => figure.rescaled()) : () => {};
+  if (more) on(more, "toggle", () => figure.rescaled());
 }

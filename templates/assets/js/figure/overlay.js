@@ -47,8 +47,8 @@ export function createOverlay(figure) {
   const watch = new ResizeObserver(measure);
   [stage, ...root.querySelectorAll(".figure-panel[data-panel]")].forEach((each) => watch.observe(each));
   measure();
-  const scaled = figure.on("scaled", measure); // by a slide, which no observer tells
-  const scrolled = on(document, "scroll", () => (origin = null), { capture: true, passive: true });
+  figure.on("scaled", measure); // by a slide, which no observer tells
+  on(document, "scroll", () => (origin = null), { capture: true, passive: true });
   return {
     layer,
     measure,
@@ -78,11 +78,6 @@ export function createOverlay(figure) {
     remove(button) {
       places.delete(button);
       button.remove();
-    },
-    dispose() {
-      watch.disconnect();
-      scaled();
-      scrolled();
     },
   };
 }

@@ -3,7 +3,7 @@
 /** @import { Figure } from "./figure.js" */
 /** @import { Overlay } from "./overlay.js" */
 
-import { around, findButton, messageOf, on, save, text, together } from "../base/dom.js";
+import { around, findButton, messageOf, on, save, text } from "../base/dom.js";
 import { addPen } from "./pen.js";
 import { runtime } from "../runtime/runtime.js";
 
@@ -21,7 +21,7 @@ const megabytes = (bytes) => (bytes / 1e6).toFixed(1);
  */
 export function addOwnClouds(figure, overlay) {
   const box = /** @type {HTMLElement | null} */ (figure.root.querySelector(".own"));
-  if (!box) return () => {};
+  if (!box) return;
   const places = figure.spec.takes;
   /** @type {Map<string, string>} */
   const words = new Map(); // fingerprint → what it is
@@ -203,22 +203,18 @@ export function addOwnClouds(figure, overlay) {
     for (const button of files) button.disabled = !figure.frame.files;
     swapping.disabled = !figure.record.given;
   };
-  const disposers = [
-    on(box, "change", chosen),
-    on(box, "click", take),
-    on(swapping, "click", swap),
-    on(figure.root, "dragover", over),
-    on(figure.root, "dragleave", left),
-    on(figure.root, "drop", dropped),
-    on(document, "dragover", missed),
-    on(document, "drop", missed),
-    figure.on("asked", show),
-    figure.on("state", show),
-    figure.on("frame", shown),
-    pen.dispose,
-  ];
+  on(box, "change", chosen);
+  on(box, "click", take);
+  on(swapping, "click", swap);
+  on(figure.root, "dragover", over);
+  on(figure.root, "dragleave", left);
+  on(figure.root, "drop", dropped);
+  on(document, "dragover", missed);
+  on(document, "drop", missed);
+  figure.on("asked", show);
+  figure.on("state", show);
+  figure.on("frame", shown);
   box.hidden = runtime.state === "file";
   show();
   shown();
-  return together(disposers);
 }

@@ -5,7 +5,7 @@
 /** @import { Things } from "./own_clouds.js" */
 /** @import { Overlay } from "./overlay.js" */
 
-import { around, find, findButton, on, together } from "../base/dom.js";
+import { around, find, findButton, on } from "../base/dom.js";
 import { crosshair } from "./crosshairs.js";
 import { percent } from "./coordinates.js";
 
@@ -147,17 +147,14 @@ export function addPen(figure, overlay, bring) {
     if (own) hand();
   }
 
-  const disposers = [
-    ...cross.off,
-    on(cross.button, "click", (event) => {
-      if (event.detail === 0) add([cross.at]);
-    }),
-    on(box, "click", press),
-    on(panel, "pointerdown", begin),
-    on(panel, "pointermove", follow),
-    on(panel, "pointerup", end),
-    on(panel, "pointercancel", end),
-  ];
+  on(cross.button, "click", (event) => {
+    if (event.detail === 0) add([cross.at]);
+  });
+  on(box, "click", press);
+  on(panel, "pointerdown", begin);
+  on(panel, "pointermove", follow);
+  on(panel, "pointerup", end);
+  on(panel, "pointercancel", end);
   show();
-  return { put, dispose: together(disposers) };
+  return { put };
 }

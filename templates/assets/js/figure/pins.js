@@ -3,7 +3,7 @@
 /** @import { Figure } from "./figure.js" */
 
 import { sound } from "../base/checked_record.js";
-import { around, copy, fileName, make, on, save, together } from "../base/dom.js";
+import { around, copy, fileName, make, on, save } from "../base/dom.js";
 import { store } from "../base/store.js";
 import { shownValue } from "./controls.js";
 
@@ -111,7 +111,7 @@ function kept(key, { initial, spec }) {
 export function addPins(figure) {
   const box = /** @type {HTMLElement | null} */ (figure.root.querySelector(".runs"));
   const pin = /** @type {HTMLElement | null} */ (figure.root.querySelector("[data-pin]"));
-  if (!box || !pin) return () => {};
+  if (!box || !pin) return;
   const specs = figure.spec.controls;
   const key = `ladder-pins:${location.pathname}#${figure.id}`;
   let pins = kept(key, figure);
@@ -159,25 +159,22 @@ export function addPins(figure) {
     },
     Save: () => save(fileName(figure.id, "-runs.csv"), csv(specs, pins), "text/csv"),
   };
-  const disposers = [
-    on(globalThis, "storage", (event) => event.key === key && look()),
-    on(globalThis, "pageshow", (event) => event.persisted && look()),
-    on(pin, "click", () => {
-      look();
-      const full = pins.length === MOST;
-      const readouts = figure.frame.readouts.map(({ name, label, value, unit }) => ({ name, label, value, unit }));
-      keep([...pins, { record: figure.shown, readouts }]);
-      const notes = [
-        full && `At most ${MOST} are kept: the oldest was dropped.`,
-        !stored && "This browser could not store it: it will be lost when you leave this page.",
-      ];
-      figure.say([`Run ${pins.length} pinned.`, ...notes.filter(Boolean)].join(" "));
-    }),
-    on(box, "click", (event) => {
-      const node = around(event, "[data-do]");
-      if (node) does[node.dataset.do ?? ""](Number(node.dataset.row));
-    }),
-  ];
+  on(globalThis, "storage", (event) => event.key === key && look());
+  on(globalThis, "pageshow", (event) => event.persisted && look());
+  on(pin, "click", () => {
+    look();
+    const full = pins.length === MOST;
+    const readouts = figure.frame.readouts.map(({ name, label, value, unit }) => ({ name, label, value, unit }));
+    keep([...pins, { record: figure.shown, readouts }]);
+    const notes = [
+      full && `At most ${MOST} are kept: the oldest was dropped.`,
+      !stored && "This browser could not store it: it will be lost when you leave this page.",
+    ];
+    figure.say([`Run ${pins.length} pinned.`, ...notes.filter(Boolean)].join(" "));
+  });
+  on(box, "click", (event) => {
+    const node = around(event, "[data-do]");
+    if (node) does[node.dataset.do ?? ""](Number(node.dataset.row));
+  });
   show();
-  return together(disposers);
 }

@@ -75,14 +75,11 @@ export function createPlay(figure, wanted) {
     if (playing) figure.run(true);
   }
 
-  figure.add(
-    figure.on("frame", frame),
-    figure.on("seen", frame),
-    on(document, "visibilitychange", frame),
-    figure.on("asked", (by) => {
-      if (!["play", "hover"].includes(by)) stop(by === "run");
-    }),
-    stop,
-  );
+  figure.on("frame", frame);
+  figure.on("seen", frame);
+  on(document, "visibilitychange", frame);
+  figure.on("asked", (by) => {
+    if (!["play", "hover"].includes(by)) stop(by === "run");
+  });
   return { counted, within, ended, go };
 }

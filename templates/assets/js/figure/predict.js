@@ -3,7 +3,7 @@
 /** @import { Figure } from "./figure.js" */
 /** @import { Overlay } from "./overlay.js" */
 
-import { around, calm, find, findButton, make, on, text, together } from "../base/dom.js";
+import { around, calm, find, findButton, make, on, text } from "../base/dom.js";
 import * as records from "../base/record.js";
 import { session } from "../base/store.js";
 import { createGhost } from "./ghost.js";
@@ -35,7 +35,7 @@ function count(name, right) {
  */
 export function addPrediction(figure, overlay) {
   const box = /** @type {HTMLElement | null} */ (figure.root.querySelector(".predict"));
-  if (!box) return () => {};
+  if (!box) return;
   const answers = /** @type {HTMLElement[]} */ ([...box.querySelectorAll("[data-right]")]);
   const says = find(box, ".predict-says");
   const wanted = { ...figure.initial, ...JSON.parse(box.dataset.record ?? "{}") };
@@ -174,15 +174,12 @@ export function addPrediction(figure, overlay) {
   }
 
   box.hidden = false;
-  return together([
-    on(box, "click", press),
-    figure.on("frame", look),
-    figure.on("asked", (by) => {
-      if (by !== "hover") unwait(); // the reader went elsewhere before there was a ghost
-      const further = figure.record.log.length > 0 && play?.within(figure.record);
-      const there = ["predict", "play", "hover"].includes(by) || (by !== "left" && further && !play?.counted);
-      if (compare && !there) clear(); // the reader went elsewhere before the run was seen, or it cannot be drawn
-    }),
-    clear,
-  ]);
+  on(box, "click", press);
+  figure.on("frame", look);
+  figure.on("asked", (by) => {
+    if (by !== "hover") unwait(); // the reader went elsewhere before there was a ghost
+    const further = figure.record.log.length > 0 && play?.within(figure.record);
+    const there = ["predict", "play", "hover"].includes(by) || (by !== "left" && further && !play?.counted);
+    if (compare && !there) clear(); // the reader went elsewhere before the run was seen, or it cannot be drawn
+  });
 }

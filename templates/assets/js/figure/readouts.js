@@ -2,7 +2,7 @@
 /** @import { Frame, Readout } from "../base/types.js" */
 /** @import { Figure } from "./figure.js" */
 
-import { copy, fileName, make, on, save, text, together } from "../base/dom.js";
+import { copy, fileName, make, on, save, text } from "../base/dom.js";
 
 /** @param {Readout} readout */
 const row = ({ name, label, role }) =>
@@ -30,37 +30,29 @@ function readouts(list, frame) {
 }
 
 /** @param {Figure} figure */
-export const showReadouts = (figure) => {
+export function showReadouts(figure) {
   const lists = /** @type {HTMLElement[]} */ ([...figure.root.querySelectorAll(".readouts")]);
-  return figure.on("frame", (frame) => lists.forEach((list) => readouts(list, frame)));
-};
+  figure.on("frame", (frame) => lists.forEach((list) => readouts(list, frame)));
+}
 
 /** @param {Figure} figure */
 export function showWords(figure) {
   const { root } = figure;
   const words = root.querySelector(".figure-words");
   const code = root.querySelector(".figure-python code");
-  const disposers = [
-    figure.on("frame", (frame) => {
-      text(words, frame.description);
-      text(code, frame.python);
-    }),
-  ];
-  if (code) {
-    /** @param {string} label */
-    const button = (label) => make("button", { type: "button" }, label);
-    const [take, file] = [button("Copy the Python"), button("Download as .py")];
-    const tools = make("div", { class: "figure-tools" }, take, file);
-    code.closest("pre")?.after(tools);
-    const python = () => code.textContent ?? "";
-    disposers.push(
-      on(take, "click", async () => {
-        if (await copy(python())) figure.say("Python copied.");
-        else getSelection()?.selectAllChildren(code);
-      }),
-      on(file, "click", () => save(fileName(figure.id, ".py"), python(), "text/x-python")),
-      () => tools.remove(),
-    );
-  }
-  return together(disposers);
+  figure.on("frame", (frame) => {
+    text(words, frame.description);
+    text(code, frame.python);
+  });
+  if (!code) return;
+  /** @param {string} label */
+  const button = (label) => make("button", { type: "button" }, label);
+  const [take, file] = [button("Copy the Python"), button("Download as .py")];
+  code.closest("pre")?.after(make("div", { class: "figure-tools" }, take, file));
+  const python = () => code.textContent ?? "";
+  on(take, "click", async () => {
+    if (await copy(python())) figure.say("Python copied.");
+    else getSelection()?.selectAllChildren(code);
+  });
+  on(file, "click", () => save(fileName(figure.id, ".py"), python(), "text/x-python"));
 }

@@ -2,7 +2,7 @@
 /** @import { Progress, Question } from "../base/types.js" */
 /** @import { Figure } from "./figure.js" */
 
-import { around, find, make, on, text, together } from "../base/dom.js";
+import { around, find, make, on, text } from "../base/dom.js";
 import { limits } from "../base/limits.js";
 import { published } from "./published.js";
 import { figures } from "./registry.js";
@@ -127,24 +127,20 @@ export function addStatus(figure) {
     figure.announce(short(message));
   }
 
-  const disposers = [
-    figure.on("say", say),
-    figure.on("offer", (label, value) => {
-      const field = make("input", { type: "text", readonly: true, value, "aria-label": label });
-      say(label);
-      offer.replaceChildren(field);
-      field.focus();
-      field.select();
-    }),
-    () => clearTimeout(patience),
-    figure.on("state", show),
-    figure.on("seen", show),
-    figure.on("asked", () => {
-      passing = "";
-      offer.replaceChildren();
-    }),
-    on(choices, "click", (event) => ways[around(event, "[data-way]")?.dataset.way ?? ""]?.(figure)),
-  ];
+  figure.on("say", say);
+  figure.on("offer", (label, value) => {
+    const field = make("input", { type: "text", readonly: true, value, "aria-label": label });
+    say(label);
+    offer.replaceChildren(field);
+    field.focus();
+    field.select();
+  });
+  figure.on("state", show);
+  figure.on("seen", show);
+  figure.on("asked", () => {
+    passing = "";
+    offer.replaceChildren();
+  });
+  on(choices, "click", (event) => ways[around(event, "[data-way]")?.dataset.way ?? ""]?.(figure));
   show();
-  return together(disposers);
 }

@@ -3,7 +3,6 @@
 /** @import { FigureRecord, Frame, Point } from "../base/types.js" */
 /** @import { Figure } from "./figure.js" */
 
-import { together } from "../base/dom.js";
 import { limits } from "../base/limits.js";
 import * as records from "../base/record.js";
 import { runtime } from "../runtime/runtime.js";
@@ -154,10 +153,7 @@ export function addWarmUp(figure) {
     later();
   }
 
-  return together([
-    figure.on("seen", later),
-    figure.on("frame", later),
-    runtime.on("change", changed),
-    () => clearTimeout(timer),
-  ]);
+  figure.on("seen", later);
+  figure.on("frame", later);
+  runtime.on("change", changed);
 }

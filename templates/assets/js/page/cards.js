@@ -1,5 +1,5 @@
 // Cards of citations and of terms: shown on hover, focus and tap, one at a time; Escape closes; the pointer may move into the card.
-import { around, on, together } from "../base/dom.js";
+import { around, on } from "../base/dom.js";
 
 const OPEN = 120; // ms
 const CLOSE = 250;
@@ -107,19 +107,15 @@ export function addCards() {
   }
 
   describeCards();
-  const disposers = [
-    on(document, "pointerover", over),
-    on(document, "pointerdown", (event) => {
-      finger = event.pointerType === "touch";
-    }),
-    on(document, "click", tap),
-    on(document, "focusin", focus),
-    on(document, "keydown", (event) => {
-      if (event.key === "Escape") close();
-    }),
-    on(globalThis, "scroll", follow, { passive: true }),
-    on(globalThis, "resize", follow),
-    close,
-  ];
-  return together(disposers);
+  on(document, "pointerover", over);
+  on(document, "pointerdown", (event) => {
+    finger = event.pointerType === "touch";
+  });
+  on(document, "click", tap);
+  on(document, "focusin", focus);
+  on(document, "keydown", (event) => {
+    if (event.key === "Escape") close();
+  });
+  on(globalThis, "scroll", follow, { passive: true });
+  on(globalThis, "resize", follow);
 }

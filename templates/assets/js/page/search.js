@@ -2,7 +2,7 @@
 // that it is there offline and from disk too.
 /** @import { Found, Index } from "../base/types.js" */
 
-import { around, make, on, text, together } from "../base/dom.js";
+import { around, make, on, text } from "../base/dom.js";
 
 const MOST = 20;
 const BEFORE = 40; // characters of a snippet before what was found
@@ -212,15 +212,12 @@ export function addSearch(button) {
   /** @type {(() => void) | null} */
   let open = null;
   const start = () => (open ??= dialog())();
-  const disposers = [
-    on(button, "click", start),
-    on(document, "keydown", (/** @type {KeyboardEvent} */ event) => {
-      const slash = event.key === "/" && !event.ctrlKey && !event.metaKey && !event.altKey && !writes(event);
-      const k = event.key.toLowerCase() === "k" && (event.ctrlKey || event.metaKey);
-      if (!slash && !k) return;
-      event.preventDefault();
-      start();
-    }),
-  ];
-  return together(disposers);
+  on(button, "click", start);
+  on(document, "keydown", (/** @type {KeyboardEvent} */ event) => {
+    const slash = event.key === "/" && !event.ctrlKey && !event.metaKey && !event.altKey && !writes(event);
+    const k = event.key.toLowerCase() === "k" && (event.ctrlKey || event.metaKey);
+    if (!slash && !k) return;
+    event.preventDefault();
+    start();
+  });
 }

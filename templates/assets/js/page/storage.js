@@ -24,7 +24,7 @@ export function addForgetButton(place) {
   const button = make("button", { type: "button", class: "button" }, "Forget all of it");
   const told = make("span", { role: "status" });
   place.replaceChildren(button, " ", told);
-  return on(button, "click", async () => {
+  on(button, "click", async () => {
     await forget();
     text(told, "Forgotten. Whatever you visit next is stored again.");
   });
@@ -34,7 +34,7 @@ export function addForgetButton(place) {
 export function addCopyButton(block) {
   const button = make("button", { type: "button", class: "button" }, "Copy");
   block.nextElementSibling?.replaceChildren(button);
-  return on(button, "click", async () => {
+  on(button, "click", async () => {
     if (await copy(block.textContent ?? "")) text(button, "Copied");
     else getSelection()?.selectAllChildren(block);
   });

@@ -38,8 +38,8 @@ let last = 0; // id of the latest question
 let asked = null; // the question the worker has
 /** @type {Question[]} */
 let queue = []; // the others, in the order they came
-/** @type {((bytes: number) => void)[]} */
-let heaps = [];
+/** @type {Pick<Question, "resolve" | "reject">[]} */
+let heaps = []; // who asked for the memory's size
 /** @type {ReturnType<typeof setTimeout> | undefined} */
 let patience;
 /**
@@ -135,7 +135,7 @@ function drop() {
   worker?.terminate();
   worker = null;
   const waits = queue.filter(({ type }) => type === "give");
-  const lost = [...(asked ? [asked] : []), ...queue.filter((each) => !waits.includes(each))];
+  const lost = [...(asked ? [asked] : []), ...queue.filter((each) => !waits.includes(each)), ...heaps];
   asked = null;
   queue = waits;
   heaps = [];
@@ -193,7 +193,7 @@ const heard = {
     answered(id, ({ reject }) => reject(new Error(message)));
   },
   heap({ bytes }) {
-    heaps.splice(0).forEach((resolve) => resolve(bytes));
+    for (const { resolve } of heaps.splice(0)) resolve(bytes);
   },
 };
 
@@ -365,13 +365,14 @@ function give({ figure, widget, name, data }) {
 }
 
 /**
- * Bytes of the worker's memory.
+ * Bytes of the worker's memory. Rejects where there is no worker, or it goes before it has answered.
  * @returns {Promise<number>}
  */
 function heap() {
-  return new Promise((resolve) => {
-    heaps.push(resolve);
-    worker?.postMessage({ type: "heap" });
+  if (!worker) return Promise.reject(stopped("Python is not running"));
+  worker.postMessage({ type: "heap" });
+  return new Promise((resolve, reject) => {
+    heaps.push({ resolve, reject });
   });
 }
 

@@ -1,5 +1,5 @@
 // Tapes: frames recorded at build time, by record. A classic script each, so that they load from disk as well.
-/** @import { Dispose, FigureRecord, Frame } from "../base/types.js" */
+/** @import { FigureRecord, Frame } from "../base/types.js" */
 
 import { make } from "../base/dom.js";
 import { emitter } from "../base/emitter.js";
@@ -15,9 +15,9 @@ const arrivals = emitter();
 
 /**
  * Listens for a figure's tape.
- * @type {(id: string, heard: () => void) => Dispose}
+ * @type {(id: string, heard: () => void) => void}
  */
-export const onTape = (id, heard) => arrivals.on(id, heard);
+export const onTape = (id, heard) => void arrivals.on(id, heard);
 
 /**
  * What a tape file calls. A panel's `svg` is there the number of its drawing.
@@ -46,11 +46,10 @@ export const arrived = (id) => tapes.has(id);
 /**
  * Adds the figure's tape once the figure comes near the screen; without it the runtime answers all the same.
  * @param {HTMLElement} root
- * @returns {Dispose}
  */
 export function loadTape(root) {
   const { tape } = root.dataset;
-  if (!tape) return () => {};
+  if (!tape) return;
   const watch = new IntersectionObserver(
     (entries) => {
       if (!entries.some((entry) => entry.isIntersecting)) return;
@@ -62,5 +61,4 @@ export function loadTape(root) {
     { rootMargin: "600px" },
   );
   watch.observe(root);
-  return () => watch.disconnect();
 }
