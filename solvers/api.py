@@ -50,8 +50,8 @@ def register(
     `weights` broadcast against each other: one pair of clouds with a thousand starts is
     a batch of a thousand. Pass clouds of unequal size as a list of (m, d) arrays; they
     are run one by one, and the result is shaped like a batch; of a list of one, like a
-    batch of one. What comes beside a list is one for all its clouds, or one for each: a
-    list, or an array with one leading axis.
+    batch of one. Whatever comes beside such a list is either shared by all clouds or
+    given once for each, as a list or as an array with one leading axis.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ def register(
         with row i.
     weights : array_like of shape (..., m) or (..., k), optional
         Weights of the source rows, or of the pairs if given; not negative. None means
-        all ones. In a list for each cloud, None may stand too.
+        all ones. A list with one entry for each cloud may contain None.
     seed : int, array_like of int of shape (...), Generator or None, default 0
         The seed of random methods, one for all problems or one each; with one each, a
         batch equals its single runs. A Generator draws one for all problems; None uses
@@ -276,7 +276,8 @@ def _one_by_one(
     further["start"] = len(start.batch) if isinstance(start, Pose) else 0
     for name in further:
         x = given[name]
-        if (isinstance(x, list | tuple) and further[name] < 0) or further[name] == 1:
+        rows = isinstance(x, list | tuple) and (further[name] < 0 or any(row is None for row in x))
+        if rows or further[name] == 1:
             lists[name] = [x[i] for i in range(len(x.t))] if isinstance(x, Pose) else x
         elif further[name] > 1:
             shape = x.batch if isinstance(x, Pose) else np.shape(x)

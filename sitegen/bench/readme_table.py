@@ -1,4 +1,4 @@
-"""The bench's table in the docs: every line that the project is held to, with its aim, and what was measured last.
+"""The bench's table in the docs: every line that the project is held to, with its target, and what was measured last.
 
 Sizes, counts and equalities are tests: such a line names the test that holds it. `bench --keep` writes the table, and
 its headlines into the README.

@@ -1,4 +1,4 @@
-"""`bench`: measures what the project is held to and prints it beside the aim; never fails for being slow.
+"""`bench`: measures what the project is held to and prints it beside the target; never fails for being slow.
 
 A group is a function from a Bench to rows; another one is added to GROUPS. Absolute times are for reading, on this
 machine; ratios are measured side by side in one run.
@@ -91,7 +91,7 @@ def bench(root: Path, out: Path, given: Path | None, only: Sequence[str], keeps:
 
 
 def table(rows: Sequence[Row]) -> str:
-    """The rows as text: what, measured, aim, whether it is met."""
+    """The rows as text: what, measured, target, whether it is met."""
     lines = [("what", "measured", "target", "")]
     for row in rows:
         aim = "" if row.aim is None else f"≤ {number(row.aim)} {row.unit}"

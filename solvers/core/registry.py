@@ -97,6 +97,14 @@ def method_of(name: object, argument: str = "method") -> Method[Any]:
     raise ValueError(f"{argument}: {_unknown(name)}")
 
 
+def rigid_method_of(name: object) -> Method[Any]:
+    """The same, of one that finds no scale: for what is told of rigid motions."""
+    method = method_of(name)
+    if method.scaled:
+        raise ValueError(f"method: {name!r} finds a scale, and a spread is of rigid motions")
+    return method
+
+
 def _unknown(name: object) -> str:
     """What is said of a name that is none: lower-case letters and hyphens may be all it lacks."""
     plain = str(name).lower().replace("_", "-")

@@ -76,6 +76,8 @@ def delimited(lines: Sequence[str]) -> tuple[FloatArray, str, list[str]]:
         hint = _hint(wrong, "expected numbers, or names alone")
         raise ValueError(f"line {rows[0] + 1}: {told(wrong)} is not a number; {hint}")
     else:
+        if separator == "\t" and len(_fields(_bare(lines[rows[min(1, len(rows) - 1)]]).rstrip(), "\t")) > len(fields):
+            fields = _fields(_bare(lines[rows[0]]), "\t")  # the last columns have no names
         columns, width = _named(fields, rows[0], notices), len(fields)
         rows = rows[1:]
     if width < 2:
@@ -111,8 +113,10 @@ def _mended(fields: list[str], line: str, width: int) -> list[str]:
     """A line's fields, `width` of them where the tabs at its end are too many, or where it has spaces for tabs."""
     while len(fields) > width and not fields[-1]:
         fields = fields[:-1]
+    if len(fields) >= width or "" in fields:
+        return fields
     parts = _fields(_bare(line), None)
-    return parts if len(fields) < width == len(parts) and "" not in fields else fields
+    return parts if len(parts) == width else fields
 
 
 def _named(fields: Sequence[str], row: int, notices: list[str]) -> list[int]:

@@ -372,15 +372,16 @@ def optimise(
         poses, edges, fixed=fixed, kernel=kernel, robust=robust, threshold=threshold, max_steps=max_steps,
         tolerance=tolerance, sparse=sparse,
     )
-    course = [run]
+    course, sums = [run.poses], [run.objective]
     while not run.done:
         run = advance(run)
         if progress is not None:
             progress(run.steps, max_steps)
         if run.steps == len(course):
-            course.append(run)
-    history = History(stacked([x.poses for x in course]), np.array([x.objective for x in course]))
-    return GraphResult(run.poses, run.chi2, run.weights, run.objective, run.status, run.reason, run.steps, history)
+            course.append(run.poses)
+            sums.append(run.objective)
+    ended = run.poses, run.chi2, run.weights, run.objective, run.status, run.reason, run.steps
+    return GraphResult(*ended, History(stacked(course), np.array(sums)))
 
 
 def _judged(setting: _Setting, edges: Edges, poses: Pose) -> GraphRun:
@@ -395,6 +396,5 @@ def _judged(setting: _Setting, edges: Edges, poses: Pose) -> GraphRun:
 
 def _capped(run: GraphRun) -> GraphRun:
     cap = run.setting.max_steps
-    if run.steps < cap or run.done:
-        return run
-    return replace(run, status=Status.CAPPED, reason=f"the cap of {cap} steps was reached")
+    over = run.steps >= cap and not run.done
+    return replace(run, status=Status.CAPPED, reason=f"the cap of {cap} steps was reached") if over else run

@@ -18,6 +18,7 @@ from solvers.core.arrays import FloatArray
 from solvers.core.kinds import of_kind, several
 from solvers.core.pose import Pose
 from solvers.core.poses import stacked
+from solvers.core.registry import rigid_method_of
 from solvers.core.result import Result
 from solvers.studies.redrawn import NO_ECHO, Redrawn, redrawn, starts
 from solvers.uncertainty import (
@@ -145,7 +146,7 @@ def runs(
     Raises
     ------
     ValueError
-        If an argument is out of its range.
+        If an argument is out of its range, or the method finds a scale.
 
     Examples
     --------
@@ -153,6 +154,7 @@ def runs(
     >>> str(runs("hall", "icp", 3, heading=0.0, shift=0.0).start)
     'Pose(batch=(3,), dim=2)'
     """
+    rigid_method_of(method)
     scans = redrawn(place, count, seed=seed, end=end, noise=noise)
     start = starts(scans.truth, count, heading=heading, shift=shift, seed=seed)
     if method in METHODS:
@@ -242,7 +244,8 @@ def regions(made: Runs, way: str) -> Covariance:
     matrix = np.diag(np.square([np.radians(heading), shift, shift]))
     each = [
         from_starts(
-            scans.source[i], scans.target[i], result.method, weights=scans.weights[i], noise=closed[i],
+            scans.source[i], scans.target[i], result.method, noise=closed[i],
+            weights=None if scans.weights[i].all() else scans.weights[i],
             start=from_matrix(matrix, made.start[i], frame="source"), **made.options,
         )
         for i in range(k)
@@ -264,9 +267,9 @@ def coverage(
     method : str, default "point-to-plane"
         What registers the scans.
     ways : tuple of str, optional
-        How the spread is told. None is all that the method has: "icp" and
-        "point-to-plane" have all four, "gicp" has "hessian" and "sampled", and methods
-        without a closed form have "sampled".
+        How the spread is told. None is all that the method has: all four where it has
+        Censi's formula, as "icp" and "point-to-plane" do; "hessian" and "sampled" for
+        "gicp"; "sampled" for methods without a closed form.
     count : int, default 1000
         How many draws.
     seed : int, default 40
@@ -302,7 +305,8 @@ def coverage(
     True
     """
     made = runs(place, method, count, seed=seed, end=end, noise=noise, heading=heading, shift=shift, **options)
-    known = WAYS if method in CENSI else ("hessian", "sampled") if method in HESSIAN else ("sampled",)
+    name = made.result.method
+    known = WAYS if name in CENSI else ("hessian", "sampled") if name in HESSIAN else ("sampled",)
     lines = []
     for way in known if ways is None else several(ways, "ways", "names"):
         found = regions(made, way)

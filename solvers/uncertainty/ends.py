@@ -16,7 +16,7 @@ from solvers.core.kinds import of_kind
 from solvers.core.numbers import finite, numbers
 from solvers.core.pose import Pose
 from solvers.core.poses import concatenated, stacked
-from solvers.core.registry import method_of
+from solvers.core.registry import rigid_method_of
 from solvers.uncertainty import se2
 from solvers.uncertainty.matrices import from_scaled
 from solvers.uncertainty.region import Covariance
@@ -170,7 +170,7 @@ def monte_carlo(
     >>> ends.poses.batch, bool(ends.whole.deviations[0] > 50.0 * ends.whole.deviations[1])
     ((40,), True)
     """
-    _refuse_scales(method)
+    rigid_method_of(method)
     p = validate.cloud(source, "source", 2)
     found = register(p, target, method, start=start, weights=weights, **options)
     middle, radius = _middle(p, weights)
@@ -241,7 +241,7 @@ def from_starts(
     >>> print(ends.words())
     widest: the slide along (0.94, 0.33), σ = 0.3 u
     """
-    _refuse_scales(method)
+    rigid_method_of(method)
     p, q = validate.cloud(source, "source", 2), validate.cloud(target, "target", 2)
     if noise is not None and of_kind(noise, Covariance, "noise").mean.batch:
         raise ValueError(f"noise: expected one covariance, got a batch of shape {noise.mean.batch}")
@@ -263,11 +263,6 @@ def from_starts(
         keep = np.eye(3) - free @ free.T
         scaled = keep @ scaled @ keep
     return from_scaled(scaled, end, centre, np.asarray(radius), "target", "starts", free)
-
-
-def _refuse_scales(method: str) -> None:
-    if method_of(method).scaled:
-        raise ValueError(f"method: {method!r} finds a scale, and a spread is of rigid motions")
 
 
 def _middle(points: FloatArray, weights: ArrayLike | None) -> tuple[FloatArray, float]:

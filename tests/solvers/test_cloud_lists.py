@@ -58,6 +58,11 @@ def test_beside_a_list_an_array_has_one_row_for_each_cloud(scene):
     assert np.array_equal(
         kabsch(sources, scene.target, pairs=pairs).matrix, kabsch(sources, scene.target, pairs=list(pairs)).matrix
     )
+    for none in ([None, None], [None, np.ones(13)]):
+        assert np.array_equal(kabsch(sources, scene.target, weights=none).matrix, kabsch(sources, scene.target).matrix)
+    assert kabsch([scene.source], scene.target, weights=[None]).pose.batch == (1,)
+    with pytest.raises(ValueError, match="weights: there are 3, but 2 clouds"):
+        kabsch(sources, scene.target, weights=[None] * 3)
     one_for_all = kabsch(sources, scene.target, weights=[1.0] * 13)
     assert np.array_equal(one_for_all.matrix, kabsch(sources, scene.target).matrix)
 

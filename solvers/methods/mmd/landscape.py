@@ -36,7 +36,7 @@ class Path:
     objective : ndarray of shape (k + 1, ...)
         At them.
     steps : ndarray of int, shape (...)
-        The steps taken.
+        The steps tried, refused ones included.
     status : ndarray of int8, shape (...)
         Converged, stalled (no step lowers the objective), capped, or degenerate (no
         point within reach).
@@ -132,7 +132,7 @@ class MmdField:
 
         A step is accepted only if it lowers the objective, and is at most one over the
         root mean square frequency (one length scale) long. A run stalls after eight
-        refused steps.
+        refused steps in a row.
 
         Parameters
         ----------

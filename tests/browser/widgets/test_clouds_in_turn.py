@@ -14,14 +14,15 @@ from tests.browser.widgets.test_own_clouds import choose, clouds, lines, opened,
 HELD = """() => {
     const { arrayBuffer } = File.prototype;
     globalThis.held = [];
+    globalThis.heard = [];
     File.prototype.arrayBuffer = function () {
         const wait = this.name.startsWith("slow") ? new Promise((go) => held.push(go)) : Promise.resolve();
-        return wait.then(() => arrayBuffer.call(this));
+        return wait.then(() => arrayBuffer.call(this)).finally(() => setTimeout(() => heard.push(this.name)));
     };
 }"""
-DROP = """(figure, [name, text]) => {
+DROP = """(figure, [names, texts]) => {
     const dataTransfer = new DataTransfer();
-    dataTransfer.items.add(new File([text], name));
+    for (const [at, text] of texts.entries()) dataTransfer.items.add(new File([text], names[at]));
     figure.dispatchEvent(new DragEvent("drop", { dataTransfer, bubbles: true, cancelable: true }));
 }"""
 
@@ -38,7 +39,8 @@ def test_a_file_chosen_later_is_not_replaced_by_one_that_took_longer(reader: Cal
     own.settled()
     given = own.record()["given"]
     page.evaluate("held.forEach(go => go())")
-    choose(own, "target", "target.csv", lines(target))  # by then the slow one has been read as well
+    until(page, "heard.includes('slow.csv')")
+    choose(own, "target", "target.csv", lines(target))  # Python, which takes one after the other, has had any slow one
     told(own, "target", f"target.csv: {len(target)} points")
     own.settled()
     assert own.record()["given"]["source"] == given["source"]
@@ -50,8 +52,8 @@ def test_two_files_dropped_one_by_one_take_both_places(reader: Callable[..., Rea
     page, own = opened(reader)
     page.evaluate(HELD)
     texts = [lines(points).decode() for points in clouds()]
-    own.root.evaluate(DROP, ["slow.csv", texts[0]])
-    own.root.evaluate(DROP, ["quick.csv", texts[1]])
+    own.root.evaluate(DROP, [["slow.csv"], texts[:1]])
+    own.root.evaluate(DROP, [["quick.csv"], texts[1:]])
     told(own, "target", "quick.csv")
     until(page, "held.length === 1")
     page.evaluate("held[0]()")
@@ -60,3 +62,19 @@ def test_two_files_dropped_one_by_one_take_both_places(reader: Callable[..., Rea
     assert set(own.record()["given"]) == {"source", "target"}
     expect(own.root.locator('[data-told="target"]')).to_contain_text("quick.csv")
     assert np.unique(list(own.record()["given"].values())).size == 2
+
+
+def test_beside_a_faulty_file_a_good_one_waits_for_nothing(reader: Callable[..., Reader]) -> None:
+    """Both are refused for the one; then each place takes a file, one by one."""
+    _, own = opened(reader)
+    good, other = [lines(points).decode() for points in clouds()]
+    own.root.evaluate(DROP, [["bad.csv", "good.csv"], ["no numbers", good]])
+    expect(own.root.locator(".figure-status")).to_contain_text("bad.csv: line")
+    told(own, "source", "Nothing yet.")
+    told(own, "target", "Nothing yet.")
+    own.root.evaluate(DROP, [["next.csv"], [good]])
+    told(own, "source", "next.csv: ")
+    own.root.evaluate(DROP, [["third.csv"], [other]])
+    told(own, "target", "third.csv: ")
+    own.settled()
+    assert set(own.record()["given"]) == {"source", "target"}

@@ -203,6 +203,14 @@ def test_a_comment_before_the_numbers_names_the_columns_too():
         assert read(comment + b"3 2 1\n").points.tolist() == [[3, 2, 1]]
 
 
+def test_a_last_column_without_a_name_is_left_out():
+    """After a tab that ends the names; where no line has it, that tab is nothing."""
+    found = read(b"x\ty\t\n1\t2\t5\n3\t4\t\n")
+    assert found.points.tolist() == [[1.0, 2.0], [3.0, 4.0]]
+    assert found.notices == ("columns other than xy were left out",)
+    assert read(b"x\ty\t\n1\t2\n3\t4\t\n").notices == ()
+
+
 def test_points_that_are_not_there_are_left_out_with_a_notice():
     """PCD marks missing returns with NaN; a cloud of nothing else is none."""
     p = np.array([[1.0, 2.0, 3.0], [np.nan] * 3, [4.0, np.inf, 6.0]])

@@ -117,7 +117,11 @@ def test_starts_carried_through_add_to_the_closed_form():
 def test_each_method_is_counted_in_the_ways_that_it_has():
     assert [line.way for line in coverage("room", "gicp", count=3)] == ["hessian", "sampled"]
     assert [line.way for line in coverage("room", "icp", count=3)] == ["hessian", "censi", "starts", "sampled"]
+    assert [line.way for line in coverage("room", "generalized-icp", count=3)] == ["hessian", "sampled"]
+    assert [line.way for line in coverage("room", "trimmed-icp", count=3)] == ["hessian", "censi", "starts", "sampled"]
     assert [line.way for line in coverage("room", "ndt", count=3)] == ["sampled"]
+    with pytest.raises(ValueError, match="method: 'similarity' finds a scale"):
+        coverage("room", "similarity", count=3)
     with pytest.raises(ValueError, match="gicp"):
         coverage("room", "gicp", ("censi",), count=3)
     with pytest.raises(ValueError, match=r"^ways: expected a sequence of names, got 'hessian'"):

@@ -271,14 +271,14 @@ export function addPictureButtons(root) {
   on(box, "click", async (event) => {
     const what = around(event, "[data-picture]")?.dataset.picture;
     if (!what) return;
+    text(told, "");
     const now = picture(root);
     const svg = await alone(now);
     if (what === "svg") return save(fileName(root.id, ".svg"), svg, "image/svg+xml");
     try {
       save(fileName(root.id, ".png"), await bitmap(svg, now), "image/png");
-      text(told, "");
     } catch (error) {
-      text(told, `No PNG can be made: ${messageOf(error)}. Save it as SVG.`);
+      text(told, `No PNG can be made: ${messageOf(error).replace(/\.$/, "")}. Save it as SVG.`);
     }
   });
 }

@@ -92,9 +92,11 @@ export function addOwnClouds(figure, overlay) {
     const found = [];
     runtime.start();
     for (const [place, thing] of Object.entries(things)) {
+      if (!mine([place])) continue; // another came while its bytes were read
       try {
         found.push([place, await read(thing, begun[place])]);
       } catch (error) {
+        for (const turn of Object.values(begun)) turn.over = true;
         show();
         const why = messageOf(error).replace(/^ValueError: /, "");
         if (mine([place])) figure.refuse(`${thing.name || "The drawing"}: ${why}.`);
@@ -102,7 +104,7 @@ export function addOwnClouds(figure, overlay) {
       }
     }
     const heard = found.filter(mine);
-    if (found.length && !heard.length) return;
+    if (Object.keys(things).length && !heard.length) return;
     const before = figure.record.given ?? {};
     /** @type {Record<string, string>} */
     const given = { ...(alone ? {} : before), ...Object.fromEntries(heard) };
@@ -137,9 +139,10 @@ export function addOwnClouds(figure, overlay) {
       try {
         things[each] = { name: file.name, data: new Uint8Array(await file.arrayBuffer()) };
       } catch (error) {
+        const last = Object.entries(begun).some(([place, turn]) => turns.get(place) === turn);
         for (const turn of Object.values(begun)) turn.over = true;
-        figure.refuse(`${file.name} cannot be read: ${messageOf(error)}.`);
         show();
+        if (last) figure.refuse(`${file.name} cannot be read: ${messageOf(error)}.`);
         return;
       }
     }
