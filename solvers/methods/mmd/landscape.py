@@ -49,6 +49,7 @@ class Path:
 
 
 def one_cloud(points: ArrayLike, name: str) -> FloatArray:
+    """A single planar cloud (n, 2), else a ValueError that names it."""
     p = validate.cloud(points, name, 2)
     if p.ndim != 2:
         raise ValueError(f"{name}: expected one cloud of shape (n, 2), got {p.shape}")
@@ -56,6 +57,7 @@ def one_cloud(points: ArrayLike, name: str) -> FloatArray:
 
 
 def axis(values: ArrayLike, name: str) -> FloatArray:
+    """The coordinates (k,) of a grid's columns or rows, at least one and all finite."""
     return validate.cloud(np.asarray(values, dtype=np.float64)[..., None] * np.ones(2), name)[:, 0]
 
 
@@ -238,6 +240,7 @@ def mmd_field(turned: ArrayLike, target: ArrayLike, frequencies: ArrayLike) -> M
 
 
 def starts(start: ArrayLike) -> FloatArray:
+    """Translations (..., 2) that a path may begin at, else a ValueError."""
     t = np.asarray(start, dtype=np.float64)
     if t.ndim < 1 or t.shape[-1] != 2 or not np.isfinite(t).all():
         raise ValueError(f"start: expected finite translations of shape (..., 2), got {start!r}")
@@ -247,6 +250,7 @@ def starts(start: ArrayLike) -> FloatArray:
 def course_of(
     course: list[FloatArray], level: list[FloatArray], steps: IntArray, status: StatusArray, shape: tuple[int, ...]
 ) -> Path:
+    """The courses of s starts, step by step, in the shape that the starts came in; what still runs is capped."""
     status = np.where(status == Status.RUNNING, np.int8(Status.CAPPED), status)
     return Path(
         np.stack(course).reshape(-1, *shape, 2),
