@@ -2,21 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 from sitegen.figures.wire import Plain, dumps
+from widgets.drawing.picture import ROLES
+
+Drawn = tuple[tuple[Plain, tuple[str, ...]], ...]  # a state's controls and the roles in its drawings
+_CLASSES = re.compile(r'class="([^"]*)"')
 
 
 @dataclass(frozen=True)
 class Tape:
     """A figure's tape: its file on the site, its script, and what the page itself shows: the first frame, and what each
-    of its jobs finds."""
+    of its jobs finds.
+
+    drawn: of each of its states.
+    """
 
     name: str
     script: bytes
     first: Plain
     results: tuple[Plain, ...] = ()
+    drawn: Drawn = ()
+
+    def roles(self, controls: Plain, moved: Collection[str]) -> frozenset[str]:
+        """The roles that are drawn while no other controls are moved."""
+        kept = {name: value for name, value in controls.items() if name not in moved}
+        return frozenset(role for found, roles in self.drawn if kept.items() <= found.items() for role in roles)
+
+
+def roles_in(frame: Plain) -> list[str]:
+    """The roles in a frame's drawings."""
+    classes = (found for panel in frame["panels"] for found in _CLASSES.findall(panel["svg"]))
+    return sorted({name for group in classes for name in group.split()} & set(ROLES))
 
 
 def tape_script(dom_id: str, records: Sequence[Plain], frames: Sequence[Plain]) -> str:

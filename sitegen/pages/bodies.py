@@ -85,7 +85,12 @@ class Pen:
         tape = self.tapes.get((one.chapter.name, figure.id))
         if tape is None:  # its widget fails, which is told
             return Markup("")
-        view = figure_view(figure, figure.record.plain(), tape.first, tape.name, says, caption, tape.results)
+        record = figure.record.plain()
+        view = figure_view(figure, record, tape.first, tape.name, says, caption, tape.results)
+        if figure.lead:
+            first = view.leading.controls
+            brought = {name for spec in first.values() for sets in spec.sets.values() for name in sets}
+            view = replace(view, roles=tape.roles(record["controls"], {*first, *brought}))
         check_drawn(figure, view.main, tape.first, problems)
         after = frames_of(self.bakery, problems, one.taped, figure, [figure.after]) if figure.after else [None]
         return figure_html(self.templates)(replace(view, after=next(iter(after), None), question=question))

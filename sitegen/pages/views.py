@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,11 +18,12 @@ from sitegen.figures.gallery import Drawn, Placed
 from sitegen.figures.model import Figure
 from sitegen.figures.wire import Plain, dumps, first_frame, spec
 from sitegen.markup.typography import apostrophes
-from widgets.drawing.picture import number
-from widgets.engine.contract import Button, Lead, Widget
+from widgets.drawing.picture import ROLES, number
+from widgets.engine.contract import Button, Key, Lead, Widget
 from widgets.engine.controls import Spec, specs
 
 IDS = re.compile(r' id="[^"]*"')
+FLAT = 2  # a picture more than so many times as wide as it is tall leaves room beneath it, while charts fill its desk
 _BOLD = re.compile(r"<strong>(.*?)</strong>")
 
 
@@ -34,6 +35,7 @@ class Part:
     readouts: Sequence[Plain]
     controls: Mapping[str, Spec]
     buttons: Sequence[Button]
+    legend: Sequence[Key]
 
 
 @dataclass(frozen=True)
@@ -49,9 +51,9 @@ class Layout:
 class FigureView:
     """What the figure's template shows.
 
-    says: the sentence that leads; lead: what is seen at first, all of it where None; whole: the rest is there as well,
-    behind *More*; after: the frame that the figure comes to, for those without scripts and for paper; question: what it
-    asks before it runs.
+    says: the sentence that leads; lead: what is seen at first, all of it where None; roles: those in the pictures
+    while nothing else is used; whole: the rest is there as well, behind *More*; after: the frame that the figure comes
+    to, for those without scripts and for paper; question: what it asks before it runs.
     """
 
     id: str
@@ -65,6 +67,7 @@ class FigureView:
     caption: Markup
     jobs: tuple[JobView, ...] = ()
     lead: Lead | None = None
+    roles: Collection[str] = ROLES
     whole: bool = True
     after: Plain | None = None
     question: Question | None = None
@@ -88,14 +91,15 @@ class FigureView:
         panels = self.leading.panels
         if not self.whole or not panels:  # where none of the names is a panel's, which is told
             return Layout("", self.frame["panels"], ())
-        width = panels[0]["view"][4]
+        width, height = panels[0]["view"][4:6]
         wide = panel_class(width) == WIDEST
         if len(panels) > 2 and not wide:
             alike = [panel for panel in panels if panel["view"][4] == width]
             others = [panel for panel in panels if panel["view"][4] != width]
             return Layout("many row" if len(alike) == 3 else "many", alike, others)
         if len(panels) == 1 or wide:
-            return Layout("beside", panels[:1], panels[1:])
+            flat = width > FLAT * height and len(panels) > 1
+            return Layout("beside flat" if flat else "beside", panels[:1], panels[1:])
         return Layout("row", panels, ())
 
     @property
@@ -113,7 +117,7 @@ class FigureView:
         return self._part(lambda what, name: not self._leads(what, name))
 
     def _leads(self, what: str, name: str) -> bool:
-        names = getattr(self.lead, what, None)
+        names = self.roles if what == "legend" else getattr(self.lead, what, None)
         return names is None or name in names
 
     def _part(self, has: Callable[[str, str], bool]) -> Part:
@@ -122,6 +126,7 @@ class FigureView:
             [readout for readout in self.frame["readouts"] if has("readouts", readout["name"])],
             {name: control for name, control in self.controls.items() if has("controls", name)},
             [button for button in self.widget.buttons if has("buttons", button.name)],
+            [key for key in self.widget.legend if has("legend", key.role)],
         )
 
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from typing import Any
 
 import pytest
 
 from tests.sitegen.conftest import START, TOY, Project, fresh_cache
-from widgets.drawing.picture import Picture
-from widgets.engine.contract import Lead
+from widgets.drawing.picture import Panel, Picture, Points, View
+from widgets.engine.contract import Key, Lead
 
 
 @pytest.fixture
@@ -120,3 +121,54 @@ def test_a_figure_does_not_open_with_its_main_button_off(desk: Project) -> None:
     as_it_opens, what_it_comes_to, _of_the_job = drawn
     assert as_it_opens != what_it_comes_to
     assert html.index('<div class="figure-after">') < html.index(what_it_comes_to)
+
+
+def drawn_more(picture: Picture, *more: Panel, **main: Any) -> Picture:
+    """The small site's picture with its panel's view changed, and with more panels."""
+    (panel,) = picture.panels
+    return replace(picture, panels=(replace(panel, view=replace(panel.view, **main)), *more))
+
+
+@pytest.mark.parametrize(
+    ("attributes", "first", "behind"),
+    [
+        ("", ["a point", "noise"], []),  # all leads
+        ("controls=scene,noise,loud readouts=noise", ["a point", "noise"], []),
+        ("controls=scene readouts=noise", ["a point", "noise"], []),  # an option that leads brings it
+        ("controls=loud", ["a point"], ["noise"]),  # what brings it waits behind More
+    ],
+)
+def test_a_legend_names_first_what_may_be_seen_first(
+    desk: Project, attributes: str, first: list[str], behind: list[str]
+) -> None:
+    """The marks of what leads; those that something behind More alone can bring are named there."""
+
+    def draw(state: Any) -> Picture:
+        picture = TOY.draw(state)
+        (panel,) = picture.panels
+        noisy = (Points([[0.5, 0.5]], "outlier"),) if state.controls.scene == "noisy" else ()
+        return replace(picture, panels=(replace(panel, marks=(*panel.marks, *noisy)),))
+
+    legend = (*TOY.legend, Key("outlier", "noise"))
+    desk.widgets["toy"] = replace(TOY, draw=draw, legend=legend, tape=(({}, ("go",)), ({"scene": "noisy"}, ("go",))))
+    desk.cache = fresh_cache(desk.root / "cache")
+    found = [re.findall(r'<li class="key[^>]*>(.*?)</li>', part) for part in parts(led(desk, attributes))]
+    assert found == [first, behind]
+
+
+@pytest.mark.parametrize(
+    ("height", "charts", "flat"), [(300.0, True, True), (330.0, True, False), (300.0, False, False)]
+)
+def test_a_flat_picture_has_the_question_beneath_it(desk: Project, height: float, charts: bool, flat: bool) -> None:
+    """Where charts fill the column at its right; elsewhere the question stands there, before them."""
+    chart = Panel("chart", "A chart of it", View(0.0, 1.0, 0.0, 1.0, width=320.0), ())
+    more = (chart,) if charts else ()
+    desk.widgets["toy"] = replace(TOY, draw=lambda state: drawn_more(TOY.draw(state), *more, height=height))
+    desk.cache = fresh_cache(desk.root / "cache")
+    ask = '::predict[How many? | One. | Two.]{demo press=go,go expect="presses < 2 | presses > 1"}'
+    desk.chapter(f"\n::figure[C]{{toy id=demo}}\n\n{ask}\n")
+    desk.build()
+    html = desk.page("second.html")
+    assert f'<div class="figure-body beside{" flat" * flat}">' in html
+    assert ('<div class="figure-charts">' in html) is charts
+    assert not charts or html.index('<div class="predict"') < html.index('<div class="figure-charts">')
