@@ -121,6 +121,17 @@ class Motion:
 
 
 @dataclass(frozen=True)
+class Trace:
+    """A group that comes to be line by line: the page draws its lines from their beginnings, then shows the rest."""
+
+    group: str
+    panel: str = "main"
+
+
+Animated = Motion | Trace
+
+
+@dataclass(frozen=True)
 class Lead:
     """What of a figure is seen at first, by name, None for all; the rest waits behind *More*. A placement may lead with
     other things.
@@ -149,8 +160,9 @@ class Widget:
     pieces: `act` for actions that may take long: a generator that yields after every small piece of work and returns
     the state. The page then stays alive, and the reader can cancel. `whole` of it is `act`.
     jobs: long work on the figure's settings, done in slices beside its frames (widgets.engine.jobs).
-    motion: how to animate the last action, from the state before it to the state after it: one motion, several, each
-    of a panel, or None. Of a coarse drawing there may be none yet; the first finer one that has some is animated.
+    motion: how to animate the last action, from the state before it to the state after it: one motion or trace,
+    several, each of a panel, or None. Of a coarse drawing there may be none yet; the first finer one that has some is
+    animated.
     python: source text that reproduces a state with the solvers package alone.
     takes: what a reader may bring along, such as a file, by the name of its place; `reads(name, data)` makes of its
     name and bytes what `start` gets, as a third argument, by place. It raises ValueError for what it cannot read, and
@@ -177,7 +189,7 @@ class Widget:
     tape: tuple[tuple[Mapping[str, Value], tuple[str, ...]], ...] = ()
     pieces: Callable[[Any, Action], Pieces] | None = None
     jobs: tuple[Job, ...] = ()
-    motion: Callable[[Any, Any], Motion | tuple[Motion, ...] | None] = lambda before, after: None
+    motion: Callable[[Any, Any], Animated | tuple[Animated, ...] | None] = lambda before, after: None
     python: Callable[[Any], str] = lambda state: ""
     takes: tuple[str, ...] = ()
     reads: Callable[[str, bytes], Any] | None = None
@@ -186,7 +198,7 @@ class Widget:
     lead: Lead | None = None
 
 
-def motions(given: Motion | tuple[Motion, ...] | None) -> tuple[Motion, ...]:
+def motions(given: Animated | tuple[Animated, ...] | None) -> tuple[Animated, ...]:
     """What a widget's `motion` gives, as a tuple."""
     return given if isinstance(given, tuple) else () if given is None else (given,)
 

@@ -32,6 +32,49 @@ def test_sowing_answers_before_python_is_up(reader: Callable[..., Reader], serve
     terrain.shows("reached", sown)
 
 
+@pytest.mark.parametrize("motion", ["no-preference", "reduce"])
+@pytest.mark.parametrize("live", [False, True])
+def test_descents_are_seen_to_descend(
+    reader: Callable[..., Reader], server: SiteServer, live: bool, motion: str
+) -> None:
+    """Their lines grow from the starts, through finer maps as well, and what marks the outcome comes last; with reduced
+    motion all is there at once."""
+    if not live:
+        server.hold("/runtime/")
+    page = reader(reduced_motion=motion).open("landscape.html")
+    terrain = Figure(page, "fig-mmd").live() if live else Figure(page, "fig-mmd").seen()
+    if live:
+        terrain.set("length", "0.7")  # not on the tape
+        terrain.settled()
+    page.evaluate("""name => {
+      const group = () => document.getElementById(`${name}-map-descents`);
+      const lines = () => [...group().querySelectorAll('.line')].map(e => parseFloat(e.style.strokeDasharray));
+      window.seen = [];
+      new MutationObserver(() => {
+        const drawn = lines();
+        if (drawn.length < 49) return;
+        const rest = [...group().querySelectorAll('path:not(.line)')];
+        seen.push([Math.max(...drawn), rest.some(e => getComputedStyle(e).visibility === 'visible')]);
+      }).observe(document.querySelector(`#${name} [data-panel=map]`), {
+        subtree: true, attributes: true, childList: true,
+      });
+    }""", terrain.name)
+    terrain.button("sow").click()
+    terrain.changes("reached", "–")
+    terrain.settled()
+    seen = page.evaluate("seen.filter(([length]) => length >= 0)")  # NaN where lines are whole
+    if motion == "reduce":
+        assert seen == []
+    else:
+        lengths = [length for length, _ in seen]
+        assert len(set(lengths)) > 3
+        assert lengths == sorted(lengths)
+        assert not any(marked for _, marked in seen)
+    group = page.locator(f"#{terrain.name}-map-descents")
+    assert group.locator("path[style]").count() == 0
+    assert group.locator("path:not(.line)").count() == 4
+
+
 def test_picked_starts_stay_until_cleared(terrain: Figure) -> None:
     """A click adds a descent to those that are there; *Resample* keeps them, *Clear* forgets them."""
     box = terrain.settled().seen().root.locator('.figure-panel[data-panel="map"]').bounding_box()  # outlives swaps

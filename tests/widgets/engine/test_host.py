@@ -20,6 +20,7 @@ from widgets.engine.host import Host, _rounded, _view
 from widgets.engine.registry import WIDGETS
 from widgets.figures import ladder_map, ndt_score, three_residuals, two_poses
 from widgets.figures.kabsch import WIDGET
+from widgets.figures.landscape import figure as landscape
 
 PLAIN = preset(WIDGET, "noisy").plain()
 SOLVE = ["press", "solve"]
@@ -246,6 +247,24 @@ def test_a_coarse_drawing_has_no_motion_yet() -> None:
     """The ends are not known in it; the next finer one has all eight."""
     host, plain = Host(), {**preset(ladder_map.WIDGET).plain(), "log": [["press", "roll"]]}
     assert [len(host.render("f", plain, level)["motions"]) for level in range(3)] == [0, 8, 8]
+
+
+def test_descents_are_traced_where_they_have_just_begun_and_are_known() -> None:
+    """All 49 are computed with a finer map than the first; those that were there before are not in the group."""
+    host, plain = Host(), preset(landscape.WIDGET).plain()
+    clicked = ["click", "map", 1.0, 1.0]
+    last = landscape.BANDS
+    traces = {
+        level: host.render("f", {**plain, "log": [clicked, ["press", "sow"]]}, level)["motions"] for level in (0, last)
+    }
+    assert traces == {0: [], last: [{"group": "f-map-descents", "trace": True}]}
+    drawn = host.render("f", {**plain, "log": [clicked, ["press", "sow"]]}, last)["panels"][0]["svg"]
+    before, _, group = drawn.partition('<g id="f-map-descents"')
+    begins = {re.search(r"M[\d ]+", line)[0] for line in re.findall(r'class="line source" d="[^"]*"', group)}  # type: ignore[index]
+    assert len(begins) >= landscape.SIDE**2
+    assert before.count('class="line source"') == 1
+    for log in ([clicked, ["press", "clear"]], [["press", "sow"], ["press", "sow"]], [["press", "resample"]]):
+        assert host.render("f", {**plain, "log": log}, last)["motions"] == []
 
 
 def test_motion_is_given_for_the_last_action_only() -> None:

@@ -10,8 +10,8 @@ from solvers import Status
 from solvers.core.arrays import BoolArray
 from solvers.scenes.rooms import Scene, room
 from widgets.drawing.chart import Series, chart
-from widgets.drawing.picture import Array, Mark, Panel, Path, Picture, Points, Readout, Ring, View, number
-from widgets.engine.contract import UNDONE, Action, Button, Key, Lead, Widget
+from widgets.drawing.picture import Array, Group, Mark, Panel, Path, Picture, Points, Readout, Ring, View, number
+from widgets.engine.contract import UNDONE, Action, Button, Key, Lead, Trace, Widget
 from widgets.engine.controls import choice, slider
 from widgets.figures.landscape.terrain import Descent, Objective, Terrain, minima, places, within
 from widgets.parts.field import PAD, axis_marks, scale_marks
@@ -101,6 +101,13 @@ def _unbegun(state: State, starts: Array) -> Array:
     return np.asarray(starts[~(starts[:, None] == begun).all(axis=2).any(axis=1)])
 
 
+def motion(before: State, after: State) -> Trace | None:
+    """Runs that have just begun are seen to descend."""
+    (*_, last) = after.runs or (None,)
+    known = last is not None and "path" in last.__dict__  # where what is computed is kept
+    return Trace("descents", "map") if known and after.count > before.count else None
+
+
 @dataclass(frozen=True)
 class _Numbers:
     """What is told of a state. ends: (k, 2), None while the coarse map is drawn and there are many."""
@@ -181,24 +188,24 @@ def _map(state: State, said: _Numbers, detail: int) -> Panel:
 
 def _ways(state: State, said: _Numbers) -> list[Mark]:
     """A line for each descent; a ring at the starts that lead to the truth, a cross at the others."""
-    starts = np.concatenate([np.zeros((0, 2)), *(run.starts for run in state.runs)])
     if said.ends is None:
-        return [Points(starts, "source", radius=2.5)]
-    home = np.hypot(*said.ends.T) < NEAR
-    marks: list[Mark] = [
-        Path(part, "source")
-        for run in state.runs
-        for i in range(len(run.starts))
-        for part in within(run.way(i), WINDOW)
-    ]
-    marks += [
-        Points(starts[~home], "source", "cross", radius=4.0),
-        Points(starts[home], "truth", "ring", radius=4.5),
-        Points(said.ends[_inside(said.ends)], "source", radius=3.0),
-    ]
+        return [Points(np.concatenate([run.starts for run in state.runs]), "source", radius=2.5)]
+    marks = [mark for run in state.runs[:-1] for mark in _descents(run)]
+    last = [mark for run in state.runs[-1:] for mark in _descents(run)]
     if len(said.ends) and _inside(said.ends[-1:])[0]:
-        marks.append(Points(said.ends[-1], "source", radius=5.5))
-    return marks
+        last.append(Points(said.ends[-1], "source", radius=5.5))
+    return [*marks, Group("descents", tuple(last))]
+
+
+def _descents(run: Descent) -> list[Mark]:
+    """The lines of runs that began together, then the marks at their starts and ends."""
+    home = np.hypot(*run.ends.T) < NEAR
+    return [
+        *(Path(part, "source") for i in range(len(run.starts)) for part in within(run.way(i), WINDOW)),
+        Points(run.starts[~home], "source", "cross", radius=4.0),
+        Points(run.starts[home], "truth", "ring", radius=4.5),
+        Points(run.ends[_inside(run.ends)], "source", radius=3.0),
+    ]
 
 
 def _inside(ends: Array) -> BoolArray:
@@ -382,6 +389,7 @@ WIDGET = Widget(
     ),
     clicks=("map",),
     tape=(({}, ("sow", "sow")), ({}, ("sow", "resample"))),
+    motion=motion,
     python=python,
     lead=Lead(("map", "room"), ("reached", "lowest", "truth"), ("length",), ("sow", "clear", "reset")),
     shows="Draws two objectives over translations as terrain, with descents from many starts.",

@@ -93,12 +93,20 @@ export interface Handle {
 }
 
 /** Turned by `turn` degrees about `about`, then moved by `shift`, in SVG units. */
-export interface Motion {
+export interface Move {
   group: string;
   turn: number;
   about: Point;
   shift: Point;
 }
+
+/** Lines that are drawn from their beginnings; the rest of their group comes with their ends. */
+export interface Trace {
+  group: string;
+  trace: true;
+}
+
+export type Motion = Move | Trace;
 
 export interface Frame {
   panels: Panel[];

@@ -23,6 +23,7 @@ export class Figure {
   #running = false;
   #speaks = false;
   #pressed = false; // what is seen came about by one press more
+  #began = 0; // the motion that is under way, as performance.now() tells it
   /** @type {Dispose | null} what ends the motion that is under way */
   #moving = null;
   /** @type {object | null} the next finer drawing of what is seen, on its way */
@@ -246,14 +247,16 @@ export class Figure {
   #show(record, frame, source) {
     const same = records.key(record) === records.key(this.shown); // drawn finer: its motions may be known only now
     if (!same) this.#pressed = records.pressed(this.shown, record);
-    const moves = this.#pressed && !(same && this.frame.motions.length);
+    const goesOn = same && Boolean(this.#moving);
+    const moves = goesOn || (this.#pressed && !(same && this.frame.motions.length));
+    if (!goesOn) this.#began = performance.now();
     this.#endMotion();
     this.#state.show(record, frame, source);
     swapPanels(this.root, frame.panels);
     this.root.dataset.frame = String(Number(this.root.dataset.frame ?? 0) + 1);
     mark(this.#finer ? "ladder:finer" : "ladder:swap", this.id);
     if (moves) {
-      this.#moving = startMotions(frame.motions, motionLength(this.#running), () => {
+      this.#moving = startMotions(frame.motions, this.#began, motionLength(this.#running), () => {
         this.#moving = null;
         this.tell();
       });

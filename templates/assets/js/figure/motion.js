@@ -1,6 +1,7 @@
-// Motions from the old place to the new: Python gives the end poses and how they came about, the page moves the groups.
+// Motions from the old place to the new: Python gives the end poses and how they came about, the page moves the groups;
+// and traces, whose lines it draws from their beginnings.
 
-/** @import { Dispose, Motion } from "../base/types.js" */
+/** @import { Dispose, Motion, Move } from "../base/types.js" */
 
 import { calm } from "../base/dom.js";
 import { limits } from "../base/limits.js";
@@ -9,48 +10,81 @@ import { limits } from "../base/limits.js";
 const ease = (part) => 1 - (1 - part) ** 3;
 
 /**
- * Starts each group at the inverse of its motion and lets it go to where it is drawn; `over` is called when they are
- * there. Returns what ends it before; null where nothing moves.
+ * What draws a group's lines so far, its other marks unseen until the lines are whole.
+ * @param {SVGElement} group
+ * @returns {(left: number) => void}
+ */
+function traced(group) {
+  const all = /** @type {SVGPathElement[]} */ ([...group.querySelectorAll("path")]);
+  const scale = Math.abs(all[0]?.getScreenCTM()?.a ?? 1); // dashes are in px, as the lines' widths are
+  const lengths = all.map((mark) => mark.classList.contains("line") && scale * mark.getTotalLength());
+  return (left) => {
+    for (const [index, length] of lengths.entries()) {
+      const { style } = all[index];
+      if (length === false) style.visibility = "hidden";
+      else style.strokeDasharray = `${(1 - left) * length} ${length + 1}`;
+    }
+  };
+}
+
+/**
+ * What puts a group where it is on its way.
+ * @param {SVGElement} group
+ * @param {Move} motion
+ * @returns {(left: number) => void}  from 1, before it has begun, to 0
+ */
+const moving = (group, { turn, about, shift }) => (left) => {
+  const [x, y] = shift.map((value) => -value * left);
+  group.setAttribute("transform", `rotate(${-turn * left} ${about.join(" ")}) translate(${x} ${y})`);
+};
+
+/** @param {SVGElement} group  it is where it is drawn, and as it is drawn */
+function leave(group) {
+  group.removeAttribute("transform");
+  group.ownerSVGElement?.classList.remove("moving");
+  for (const mark of group.querySelectorAll("path[style]")) mark.removeAttribute("style");
+}
+
+/**
+ * Starts each group at the inverse of its motion, or its lines at their beginnings, and lets it go to where it is
+ * drawn; `over` is called when they are there. Returns what ends it before; null where nothing moves.
  * @param {Motion[]} motions
- * @param {number} length  in ms
+ * @param {number} began  when, as performance.now() tells it: a finer drawing goes on where a coarser one was
+ * @param {number} length  in ms; lines take three times as long
  * @param {() => void} over
  * @returns {Dispose | null}
  */
-export function startMotions(motions, length, over) {
+export function startMotions(motions, began, length, over) {
   const groups = motions.flatMap((motion) => {
     const moved = /** @type {SVGElement | null} */ (/** @type {unknown} */ (document.getElementById(motion.group)));
-    return moved ? { ...motion, moved } : [];
+    if (!moved) return [];
+    const slow = "trace" in motion;
+    return { moved, slow, place: slow ? traced(moved) : moving(moved, motion) };
   });
-  if (calm() || !groups.length) return null;
-  const began = performance.now();
+  const begins = performance.now();
+  const whole = groups.some(({ slow }) => slow) ? 3 * length : length;
+  if (calm() || !groups.length || begins >= began + whole) return null;
   let request = 0;
 
   function end() {
     cancelAnimationFrame(request);
-    for (const { moved } of groups) {
-      moved.removeAttribute("transform");
-      moved.ownerSVGElement?.classList.remove("moving");
-    }
+    for (const { moved } of groups) leave(moved);
   }
 
   /** @param {number} now */
   function draw(now) {
-    const part = Math.min(1, Math.max(0, (now - began) / length));
+    const part = Math.min(1, Math.max(0, (now - began) / whole));
     if (part === 1) {
       end();
       over();
       return;
     }
-    const left = 1 - ease(part);
-    for (const { moved, turn, about, shift } of groups) {
-      const [x, y] = shift.map((value) => -value * left);
-      moved.setAttribute("transform", `rotate(${-turn * left} ${about.join(" ")}) translate(${x} ${y})`);
-    }
-    request = requestAnimationFrame(draw);
+    for (const { place } of groups) place(1 - ease(part));
+    request = requestAnimationFrame(() => draw(performance.now())); // a frame's own time may lie before the start
   }
 
   for (const { moved } of groups) moved.ownerSVGElement?.classList.add("moving");
-  draw(began);
+  draw(begins);
   return end;
 }
 
