@@ -203,12 +203,12 @@ def _loop_name(at: Array, pose: Array) -> Label:
 
 
 def _chi2(state: State, edge: int) -> Label:
-    """Beside the middle of the edge, towards the middle of the loop."""
+    """Beside the middle of the edge: odometry's outside the loop, within the panel; those of loops inside."""
     a, b = state.run.poses.t[list(JOINS[edge])]
-    middle = np.clip((a + b) / 2, [-5.0, -3.8], [5.0, 3.8])
+    middle = np.clip((a + b) / 2, [-5.0, -3.8], [4.4, 3.8])
     text = f"χ² {number(float(state.run.chi2[edge]), 1)}"
-    dx, dy = ((0.0, -14.0), (-14.0, 5.0), (0.0, 24.0), (14.0, 5.0), (18.0, 26.0))[edge]
-    return Label(middle, text, "ink", ("middle", "end", "middle", "start", "start")[edge], dx, dy)
+    dx, dy = ((0.0, 24.0), (14.0, 5.0), (0.0, -14.0), (14.0, 5.0), (18.0, 26.0))[edge]
+    return Label(middle, text, "ink", ("middle", "start", "middle", "start", "start")[edge], dx, dy)
 
 
 def _handles(state: State) -> tuple[Handle, ...]:

@@ -169,3 +169,29 @@ def test_no_handle_covers_a_number() -> None:
             assert np.linalg.norm(knobs - at, axis=1).min() > 30.0, name
             assert (at > 8.0).all(), name
             assert (at < np.array(VIEW.size) - 8.0).all(), name
+
+
+PHONE = 350 / 640  # px a nominal one
+
+
+@pytest.mark.parametrize("kernel", KERNELS)
+@pytest.mark.parametrize("false", [False, True])
+@pytest.mark.parametrize("actions", [(), (STEP,), (SOLVE,)])
+def test_no_error_lies_over_another_on_a_phone(actions: tuple[Action, ...], false: bool, kernel: str) -> None:
+    """Their boxes, with letters of 11 px, about 5.2 px wide."""
+    state = start(Controls(kernel=kernel, false=false), SEED)
+    for action in actions:
+        state = act(state, action)
+    errors = [m for m in draw(state).panels[0].marks if isinstance(m, Label) and m.text.startswith("χ²")]
+    assert len(errors) == 4 + false
+    boxes = []
+    for label in errors:
+        x, y = PHONE * (VIEW.px([label.xy])[0] + [label.dx, label.dy])
+        width = 5.2 * len(label.text)
+        left = x - {"start": 0.0, "middle": 0.5, "end": 1.0}[label.anchor] * width
+        assert 0.0 <= left
+        assert left + width <= 350.0
+        boxes.append((left, left + width, y - 9.0, y + 2.0))
+    for one, other in itertools.combinations(boxes, 2):
+        beside = one[1] <= other[0] or other[1] <= one[0]
+        assert beside or one[3] <= other[2] or other[3] <= one[2]
