@@ -38,11 +38,11 @@ def _control(control: Spec) -> Plain:
     if control.kind == "slider":
         numbers = {"low": control.low, "high": control.high, "step": control.step}
         return {**shared, **numbers, "unit": control.unit, "decimals": control.decimals}
-    return (
-        {**shared, "options": dict(control.options), "sets": {k: dict(v) for k, v in control.sets.items()}}
-        if control.kind == "choice"
-        else shared
-    )
+    if control.kind == "choice":
+        sets = {option: dict(brought) for option, brought in control.sets.items()}
+        places = {"places": True} if control.places else {}
+        return {**shared, "options": dict(control.options), "sets": sets, **places}
+    return shared
 
 
 def first_frame(frame: Plain) -> Plain:

@@ -80,13 +80,24 @@ test("a control brings along what its option sets, and keeps of the log what its
 });
 
 test("a choice is adjusted once what its option has set was moved", () => {
-  const { controls } = records.control(INITIAL, "scene", "noisy", SPEC.controls.scene);
-  assert.equal(records.adjusted(controls, "scene", SPEC.controls.scene), false);
-  assert.equal(records.adjusted({ ...controls, loud: true }, "scene", SPEC.controls.scene), false);
-  assert.equal(records.adjusted({ ...controls, noise: 0.85 }, "scene", SPEC.controls.scene), true);
-  const sets = INITIAL.controls; // "clean" has set nothing
-  assert.equal(records.adjusted({ ...sets, noise: 0.5 }, "scene", SPEC.controls.scene), false);
-  assert.equal(records.adjusted({ ...sets, noise: 0.5 }, "noise", SPEC.controls.noise), false);
+  const record = records.control(INITIAL, "scene", "noisy", SPEC.controls.scene);
+  const adjusted = (name, moved) =>
+    records.adjusted({ ...record, controls: { ...record.controls, ...moved } }, name, SPEC.controls[name]);
+  assert.equal(adjusted("scene", {}), false);
+  assert.equal(adjusted("scene", { loud: true }), false);
+  assert.equal(adjusted("scene", { noise: 0.85 }), true);
+  assert.equal(adjusted("scene", { scene: "clean", noise: 0.5 }), false); // "clean" has set nothing
+  assert.equal(adjusted("noise", { noise: 0.5 }), false);
+});
+
+test("a choice that places the start is adjusted once a handle was dragged, and no more once it was chosen again", () => {
+  const places = { ...SPEC.controls.scene, places: true };
+  const dragged = records.drag(INITIAL, "start", [1, 1]);
+  assert.equal(records.adjusted(INITIAL, "scene", places), false);
+  assert.equal(records.adjusted(records.press(INITIAL, "go"), "scene", places), false);
+  assert.equal(records.adjusted(records.press(dragged, "go"), "scene", places), true);
+  assert.equal(records.adjusted(dragged, "scene", SPEC.controls.scene), false);
+  assert.equal(records.adjusted(records.control(dragged, "scene", "clean", places), "scene", places), false);
 });
 
 test("only one press more is a motion", () => {

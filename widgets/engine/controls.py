@@ -23,6 +23,7 @@ class Spec:
     the placing of the start (drags), or nothing.
     sets: for a choice, what each option puts the other controls to, as a scene brings its own noise. The page applies
     it when the reader picks the option, `validated` where an option is given and the other control is not.
+    places: whether a choice says where a run starts, which no longer holds once a handle was dragged.
     """
 
     kind: Literal["slider", "choice", "toggle"]
@@ -35,6 +36,7 @@ class Spec:
     help: str = ""
     keeps: Keeps = "log"
     sets: Mapping[str, Mapping[str, Value]] = field(default_factory=dict)
+    places: bool = False
 
     @property
     def decimals(self) -> int:
@@ -65,9 +67,10 @@ def choice(
     help: str = "",
     keeps: Keeps = "nothing",
     sets: Mapping[str, Mapping[str, Value]] | None = None,
+    places: bool = False,
 ) -> Any:
     """One of `options` (value → what the reader sees), which may bring values of other controls with it."""
-    spec = Spec("choice", label, options=options, help=help, keeps=keeps, sets=sets or {})
+    spec = Spec("choice", label, options=options, help=help, keeps=keeps, sets=sets or {}, places=places)
     return field(default=default, metadata={"spec": spec})
 
 

@@ -39,6 +39,7 @@ class Controls:
         "Start",
         {"near": "Near", "midway": "Midway", "far": "Far"},
         sets={"near": NEAR, "midway": MIDDLE, "far": FAR},
+        places=True,
     )
     turn: float = slider(45.0, "Start: turn", -180.0, 180.0, 1.0, "°", keeps="nothing")
     offset: float = slider(1.43, "Start: offset", 0.0, 3.0, 0.01, "u", keeps="nothing")

@@ -29,6 +29,24 @@ def test_a_choice_says_that_what_it_set_was_moved(reader: Callable[..., Reader],
         assert slider.evaluate(PLACE) == place
 
 
+@pytest.mark.parametrize("place", ["icp#fig-nearest", "surfaces#fig-look", "surfaces#fig-three", "clouds#fig-own"])
+def test_a_start_says_that_a_handle_was_dragged(reader: Callable[..., Reader], place: str) -> None:
+    """Until it is chosen again, which puts the source back."""
+    page, _, name = place.partition("#")
+    figure = Figure(reader(reduced_motion="reduce").open(f"{page}.html"), name).live()
+    figure.root.locator(".figure-rest > summary").click()
+    start = figure.root.locator('.control:has([name="start"])')
+    record = figure.settled().record()
+    expect(start.locator(NOTE)).to_be_hidden()
+    figure.root.locator(".handle").first.press("ArrowRight")
+    expect(start.locator(NOTE)).to_be_visible()
+    figure.settled()
+    expect(start.locator(NOTE)).to_be_visible()
+    start.locator("label:has(:checked)").click()
+    expect(start.locator(NOTE)).to_be_hidden()
+    assert figure.settled().record() == record
+
+
 @pytest.mark.parametrize("way", ["pointer", "key"])
 def test_the_chosen_option_sets_its_values_again(reader: Callable[..., Reader], way: str) -> None:
     """Without another one between; once they hold, a further click asks for nothing."""

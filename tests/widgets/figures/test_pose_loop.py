@@ -189,7 +189,7 @@ def test_no_error_lies_over_another_on_a_phone(actions: tuple[Action, ...], fals
         x, y = PHONE * (VIEW.px([label.xy])[0] + [label.dx, label.dy])
         width = 5.2 * len(label.text)
         left = x - {"start": 0.0, "middle": 0.5, "end": 1.0}[label.anchor] * width
-        assert 0.0 <= left
+        assert left >= 0.0
         assert left + width <= 350.0
         boxes.append((left, left + width, y - 9.0, y + 2.0))
     for one, other in itertools.combinations(boxes, 2):

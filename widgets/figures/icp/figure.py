@@ -48,6 +48,7 @@ class Controls:
         "Start",
         {"near": "Near", "middle": "Middle", "far": "Far"},
         sets={"near": NEAR, "middle": MIDDLE, "far": FAR},
+        places=True,
     )
     turn: float = slider(15.0, "Start: turn", -180.0, 180.0, 1.0, "°", keeps="nothing")
     offset: float = slider(0.5, "Start: offset", 0.0, 3.0, 0.01, "u", keeps="nothing")

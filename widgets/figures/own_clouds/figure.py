@@ -57,6 +57,7 @@ class Controls:
         {"as": "As they lie", "centred": "Centroids together", "wheels": "By the wheels"},
         "Only real scans have odometry; other clouds stay put",
         "nothing",
+        places=True,
     )
     length: float = slider(
         OPEN, "Length scale", 0.5, OPEN, 0.5, "spacings", "Of the target’s points; at 40 no gate applies", "pose"

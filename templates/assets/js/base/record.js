@@ -74,11 +74,12 @@ const KEPT = { log: (log) => log, pose: (log) => log.filter(([kind]) => kind ===
 const brings = (spec, value) => (spec.kind === "choice" && spec.sets?.[String(value)]) || {};
 
 /**
- * Whether a control has since been moved that the chosen option had set.
- * @type {(values: Values, name: string, spec: Control) => boolean}
+ * Whether a control has since been moved that the chosen option had set, or a handle where it had placed the start.
+ * @type {(record: Pick<FigureRecord, "controls" | "log">, name: string, spec: Control) => boolean}
  */
-export const adjusted = (values, name, spec) =>
-  Object.entries(brings(spec, values[name])).some(([other, value]) => values[other] !== value);
+export const adjusted = ({ controls, log }, name, spec) =>
+  Object.entries(brings(spec, controls[name])).some(([other, value]) => controls[other] !== value) ||
+  (spec.kind === "choice" && Boolean(spec.places) && log.some(([kind]) => kind === "drag"));
 
 /**
  * A control's new value, what the chosen option brings along, and as much of the log as the control's spec keeps.

@@ -33,6 +33,7 @@ interface Choice extends Labelled {
   kind: "choice";
   options: Record<string, string>;
   sets: Record<string, Values>;
+  places?: true;
 }
 interface Toggle extends Labelled {
   kind: "toggle";

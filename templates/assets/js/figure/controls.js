@@ -1,5 +1,5 @@
 // Controls: the inputs and the record say the same. While a reader moves one, the record leads; else the frame does.
-/** @import { Control, Value, Values } from "../base/types.js" */
+/** @import { Control, FigureRecord, Value } from "../base/types.js" */
 /** @import { Figure } from "./figure.js" */
 
 import { on, text } from "../base/dom.js";
@@ -20,10 +20,10 @@ export function shownValue(spec, value) {
  * @param {HTMLFormElement[]} forms
  * @param {string} name
  * @param {Control} spec
- * @param {Values} values
+ * @param {Pick<FigureRecord, "controls" | "log">} record
  */
-function write(forms, name, spec, values) {
-  const value = values[name];
+function write(forms, name, spec, record) {
+  const value = record.controls[name];
   const found = forms.map(({ elements }) => elements.namedItem(name)).find(Boolean);
   const field = /** @type {HTMLInputElement | undefined} */ (found);
   if (!field) return;
@@ -31,7 +31,7 @@ function write(forms, name, spec, values) {
   else if (spec.kind === "choice") {
     field.value = String(value);
     const control = forms.map((form) => form.querySelector(`[name="${name}"]`)?.closest(".control")).find(Boolean);
-    control?.toggleAttribute("data-adjusted", records.adjusted(values, name, spec));
+    control?.toggleAttribute("data-adjusted", records.adjusted(record, name, spec));
   } else {
     if (Number(field.value) !== value) field.value = String(value);
     const shown = shownValue(spec, value);
@@ -51,9 +51,9 @@ export function addControls(figure) {
   const forms = /** @type {HTMLFormElement[]} */ ([...figure.root.querySelectorAll("form.controls")]);
   const specs = figure.spec.controls;
 
-  /** @param {Values} values */
-  function show(values) {
-    for (const [name, spec] of Object.entries(specs)) if (name in values) write(forms, name, spec, values);
+  /** @param {Pick<FigureRecord, "controls" | "log">} record */
+  function show(record) {
+    for (const [name, spec] of Object.entries(specs)) if (name in record.controls) write(forms, name, spec, record);
   }
 
   /** The chosen option once more, which browsers call no change: it sets its values again. @param {UIEvent} event */
@@ -61,7 +61,7 @@ export function addControls(figure) {
     const { name, type, value } = /** @type {HTMLInputElement} */ (target);
     const { record } = figure;
     if (type !== "radio" || record.controls[name] !== value) return;
-    if (!records.adjusted(record.controls, name, specs[name])) return;
+    if (!records.adjusted(record, name, specs[name])) return;
     figure.ask(records.control(record, name, value, specs[name]), { by: "control", at: timeStamp });
   }
 
@@ -84,9 +84,9 @@ export function addControls(figure) {
     on(form, "submit", (event) => event.preventDefault());
     form.hidden = false;
   }
-  figure.on("asked", () => show(figure.record.controls));
-  figure.on("frame", (frame) => {
-    if (!figure.pending) show(frame.controls);
+  figure.on("asked", () => show(figure.record));
+  figure.on("frame", ({ controls }) => {
+    if (!figure.pending) show({ controls, log: figure.record.log });
   });
-  show(figure.frame.controls);
+  show({ controls: figure.frame.controls, log: figure.record.log });
 }
