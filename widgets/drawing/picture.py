@@ -28,6 +28,7 @@ Anchor = Literal["start", "middle", "end"]
 
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 ROLES: tuple[str, ...] = Role.__args__  # type: ignore[attr-defined]
+FAINT = 0.34  # weight of a line that stands back, such as that of a pair that is not used
 
 
 def rows(values: ArrayLike, width: int = 2) -> Array:

@@ -50,7 +50,7 @@ class Controls:
     """How far the odometry has drifted, whether an edge is false, and what becomes of large errors."""
 
     kernel: str = choice("none", "Kernel on the loops", {name: KERNEL_NAMES[name] for name in KERNELS})
-    false: bool = toggle(False, "A false loop", "An edge from pose 1 to pose 3 that is wrong by 3.9 u")
+    false: bool = toggle(False, "A false loop", "An edge from pose 1 to pose 3 that is wrong by 3.9\u00a0u")
     drift: float = slider(1.0, "Drift", 0.0, 2.0, 0.1, "σ", "Scales the same draw; 1 is as stated")
 
 

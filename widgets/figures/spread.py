@@ -58,7 +58,7 @@ class Controls:
             "hall": {"wall": ENDS["hall"], "heading": 90.0},
         },
     )
-    wall: float = slider(ENDS["room"], "End walls at", 2.0, 6.0, 0.2, "u", "From the middle; the scanner sees 5 u")
+    wall: float = slider(ENDS["room"], "End walls at", 2.0, 6.0, 0.2, "u", "From the middle; the scanner sees 5\u00a0u")
     method: str = choice("plane", "Residual", METHODS, keeps="log")
     heading: float = slider(3.0, "Start: σ of the heading", 0.0, 90.0, 1.0, "°")
     shift: float = slider(0.15, "Start: σ of the position", 0.0, 0.3, 0.05, "u")

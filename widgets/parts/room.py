@@ -17,7 +17,7 @@ from solvers.core.arrays import BoolArray
 from solvers.core.method import Problem
 from solvers.scenes.rooms import ROOM_SETTINGS, Scene
 from widgets.drawing.chart import Series, chart
-from widgets.drawing.picture import Array, Group, Mark, Panel, Path, Points, Role, Segments, View
+from widgets.drawing.picture import FAINT, Array, Group, Mark, Panel, Path, Points, Role, Segments, View
 from widgets.engine.controls import Value
 from widgets.parts.placing import Placing
 
@@ -25,8 +25,6 @@ VIEW = View(-6.4, 6.4, -4.6, 4.6)
 PLACING = Placing(VIEW, limit=(4.5, 2.75), reach=2.6, least=1.6)
 ANCHOR = np.zeros(2)
 ANCHOR.flags.writeable = False
-
-FAINT = 0.34  # weight of a pair that is not used
 
 SETTINGS = {name: name.capitalize() for name in ROOM_SETTINGS}
 BRINGS: dict[str, dict[str, Value]] = {

@@ -48,7 +48,7 @@ class Controls:
     """What is run from every start, and on which scans."""
 
     method: str = choice("icp", "Method", basins.METHODS, keeps="log")
-    gate: float = slider(OPEN, "Gate", 0.1, OPEN, 0.1, "u", "At 3 u it is off; NDT has none")
+    gate: float = slider(OPEN, "Gate", 0.1, OPEN, 0.1, "u", "At 3\u00a0u it is off; NDT has none")
     setting: str = choice("clean", "Room", SETTINGS, keeps="log", sets=BRINGS)
     noise: float = slider(0.02, "Noise σ", 0.0, 0.3, 0.01, "u")
     outliers: float = slider(0.0, "Outliers", 0.0, 60.0, 5.0, "%", "Of each cloud, at random")
@@ -315,7 +315,7 @@ WIDGET = Widget(
         *UNDONE,
     ),
     legend=(
-        Key("truth", "ends at the truth: within 5° and 0.2 u", "square"),
+        Key("truth", "ends at the truth: within 5° and 0.2\u00a0u", "square"),
         Key("end-shifted", "shifted, turned by less than 15°", "area"),
         Key("end-turned", "turned by 15° to 75°", "area"),
         Key("end-quarter", "a quarter turn: 75° to 135°", "area"),

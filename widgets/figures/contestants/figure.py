@@ -22,6 +22,7 @@ from solvers.scenes.bird import COUNTS, SHAPE, bird, bird_start
 from solvers.scenes.rooms import Scene
 from solvers.studies.race import CONTESTANTS, Contestant
 from widgets.drawing.picture import (
+    FAINT,
     Array,
     Mark,
     Panel,
@@ -155,7 +156,7 @@ def draw(state: State) -> Picture:
 
 def _faint(line: Array, role: Role) -> Segments:
     """The outline that the points were taken from: for the eye alone."""
-    return Segments(line[:-1], line[1:], role, weight=np.full(len(line) - 1, 0.34))
+    return Segments(line[:-1], line[1:], role, weight=np.full(len(line) - 1, FAINT))
 
 
 def _description(state: State, found: dict[str, Linked]) -> str:

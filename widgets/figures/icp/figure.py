@@ -63,7 +63,7 @@ class Controls:
         },
         keeps="pose",
     )
-    gate: float = slider(OPEN, "Gate", 0.1, OPEN, 0.05, "u", "Also the cap, if capped; off at 3 u", "pose")
+    gate: float = slider(OPEN, "Gate", 0.1, OPEN, 0.05, "u", "Also the cap, if capped; off at 3\u00a0u", "pose")
     trim: float = slider(0.0, "Trim", 0.0, 60.0, 5.0, "%", "Farthest pairs, discarded", "pose")
     noise: float = slider(0.02, "Noise σ", 0.0, 0.3, 0.01, "u", keeps="pose")
     outliers: float = slider(0.0, "Outliers", 0.0, 50.0, 5.0, "%", "Of each cloud, at random", "pose")

@@ -208,7 +208,7 @@ def _readouts(state: State) -> tuple[Readout, ...]:
         Readout("conditioning", "Smallest eigenvalue / largest", number(float(found.weakest), 3)),
         Readout("halves", "Gap between two halves", *apart),
         Readout("prediction", "Angle from the prediction", number(judgement.turn, 0), "°"),
-        Readout("right", "Within 5° and 0.2 u", "yes" if right(state.scene, state.pose) else "no", "", "truth"),
+        Readout("right", "Within 5° and 0.2\u00a0u", "yes" if right(state.scene, state.pose) else "no", "", "truth"),
         Readout("rotation_error", "Rotation error", number(turn, 1), "°", "truth"),
         Readout("translation_error", "Translation error", number(shift), "u", "truth"),
     )

@@ -10,6 +10,7 @@ from solvers import Pose
 from solvers.core.arrays import BoolArray, IntArray
 from solvers.scenes.rooms import Scene
 from widgets.drawing.picture import (
+    FAINT,
     Array,
     Handle,
     Label,
@@ -58,7 +59,7 @@ def match_panel(shown: Shown) -> Panel:
     marks: list[Mark] = [Path(front + LEFT, "source"), _panes(scene, LEFT)]
     if known:
         marks += [
-            Segments(p[left], q[left], "outlier", weight=np.full(left.sum(), 0.34), dashed=True),
+            Segments(p[left], q[left], "outlier", weight=np.full(left.sum(), FAINT), dashed=True),
             Segments(p[chosen], q[chosen], "inlier", weight=np.full(chosen.sum(), 0.5)),
         ]
     else:
@@ -95,7 +96,7 @@ def match_panel(shown: Shown) -> Panel:
 def _panes(scene: Scene, offset: Array) -> Segments:
     panes = np.stack(scene.outline[1:])
     a, b = panes[:, :-1].reshape(-1, 2), panes[:, 1:].reshape(-1, 2)
-    return Segments(a + offset, b + offset, "source", weight=np.full(len(a), 0.34))
+    return Segments(a + offset, b + offset, "source", weight=np.full(len(a), FAINT))
 
 
 def _name(x: float, text: str, role: Role) -> Label:
