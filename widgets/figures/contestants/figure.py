@@ -143,7 +143,7 @@ def draw(state: State) -> Picture:
             VIEW,
             (*under, *found[c.method].marks, *over),
             grid=False,
-            caption=f"{c.label}: {CAPTIONS[c.method]}",
+            caption=f"{c.label}\n{CAPTIONS[c.method]}",
         )
         for c in CONTESTANTS
     )
