@@ -1,0 +1,181 @@
+"""What a site's files hold, from its content written: pages, their assets, and what lies beside them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from jinja2 import Environment
+from markupsafe import Markup
+
+from sitegen.assets import webmanifest
+from sitegen.assets.assets import Assets, read_assets
+from sitegen.assets.characters import characters
+from sitegen.assets.download import Download, archive, folder_name
+from sitegen.assets.hosting import MAP, headers, policy, service_worker
+from sitegen.assets.tokens import colours
+from sitegen.assets.typefaces import FontSet
+from sitegen.chapters.citations import Reference
+from sitegen.chapters.content import FIXED_PAGES, Chapter, Site
+from sitegen.chapters.known import Known
+from sitegen.chapters.rendered import Body
+from sitegen.external import fetch
+from sitegen.figures.tape import Tape
+from sitegen.pages import about, search_index
+from sitegen.pages.decks import Deck
+from sitegen.pages.lost import inline
+from sitegen.pages.writer import Inside, Writer
+from sitegen.pipeline.asked import Asked
+from sitegen.pipeline.output import contents
+from sitegen.problems import Place, Problems
+from sitegen.runtime.assemble import RuntimeInfo
+
+
+@dataclass(frozen=True)
+class Content:
+    """What the pages are written from. started: the runtime, None where there is none."""
+
+    site: Site
+    templates: Environment
+    started: RuntimeInfo | None
+    tapes: Mapping[tuple[str, str], Tape]
+    chapters: Sequence[Chapter]
+    bodies: Sequence[tuple[Chapter, Body]]
+    docs: Sequence[tuple[Chapter, Body]]
+    decks: Sequence[Deck]
+    references: Mapping[str, Reference]
+    cited: Mapping[str, Sequence[Chapter]]
+    known: Known
+    licences: Sequence[fetch.Licence]
+    notebooks: Mapping[str, bytes]
+    made: about.Made
+    sources: Mapping[str, Markup]
+
+
+def site_files(asked: Asked, content: Content, problems: Problems) -> dict[str, bytes]:
+    """Every file of the site by name, without the runtime and what is packed."""
+    parts, kept, cache, progress = asked.parts, asked.kept, asked.cache, asked.progress
+    templates, started = content.templates, content.started
+    scripts = {tape.name: tape.script for tape in content.tapes.values()}
+    # What the pages say decides which letters the fonts have and what is searched, and their frames name both.
+    zipped = folder_name(content.site.title) + ".zip" if asked.pack else ""
+    writer = Writer(
+        templates, content.site, content.chapters, kept, bool(content.docs), parts.search is not None, zipped
+    )
+    insides = _insides(content, writer)
+    fontset = _fonts(asked, insides, scripts)
+    if fontset and fontset.missing:
+        problems.note(Place("content"), f"no typeface of the site has {' '.join(fontset.missing)}")
+    pictures = _pictures(asked, content, fontset) if fontset else {}
+    assets = read_assets(
+        asked.root,
+        pictures,
+        [fontset.css if fontset else "", content.known.mathematics.css],
+        fontset.files if fontset else {},
+        fontset.preload if fontset else (),
+        problems,
+        cache,
+        progress,
+    )
+    if started:
+        assets.runtime = {"folder": "runtime/", "files": json.dumps(started.start_files()), "bytes": started.size}
+    if parts.search is not None:
+        library = kept.answer("search", (), partial(parts.search, cache))
+        assets.search_library = assets.add("minisearch.js", library)
+        hidden = {doc.page for doc, _ in content.docs if doc.hidden}
+        seen = {name: str(one.html) for name, one in insides.items() if name not in hidden}
+        assets.search_data = assets.add("search.js", search_index.search_data(seen, cache, kept))
+    found = [*(body for _, body in [*content.bodies, *content.docs]), *(each.found for each in content.decks)]
+    images = {image.name: image.data for body in found for image in body.images}
+    if webmanifest.ICONS.keys() <= assets.pictures.keys():
+        site, assets.ground = content.site, colours()["paper"]
+        made = webmanifest.web_manifest(site.title, site.description, site.language, assets.ground[0], assets.pictures)
+        assets.manifest = assets.add("site.webmanifest", made)
+    rest = {**scripts, **images, **assets.files}
+    pages = partial(_pages, content, writer, insides)
+    if asked.pack:
+        alone = _unpacked(asked.root, content, {**pages(assets.from_disk()), **rest})
+        assets.download = Download(zipped, archive(zipped.removesuffix(".zip"), alone, cache))
+    files = {**pages(assets), **rest}
+    if content.site.url:
+        own = [fixed.page for fixed in FIXED_PAGES if fixed.public]
+        own += [doc.page for doc, _ in content.docs if not doc.hidden]
+        slides = [*(each.chapter.deck for each in content.decks), *(["slides.html"] if content.decks else [])]
+        public = [*(chapter.page for chapter in content.chapters), *own, *slides]
+        files["sitemap.xml"] = writer.sitemap(public).encode()
+    files |= _for_hosts(asked.root, templates, files, started)
+    if assets.download:
+        files[assets.download.name] = assets.download.data
+    files |= content.notebooks  # to be taken away, so not among what is kept for offline use
+    return files
+
+
+def _fonts(asked: Asked, insides: Mapping[str, Inside], scripts: Mapping[str, bytes]) -> FontSet | None:
+    """The typefaces with the letters that pages and figures need."""
+    if asked.parts.cut_fonts is None:
+        return None
+    letters = characters({name: one.html for name, one in insides.items()}, scripts, asked.cache, asked.kept)
+    cut = partial(asked.parts.cut_fonts, *letters, url="fonts/", cache=asked.cache, progress=asked.progress)
+    return asked.kept.answer("fonts", letters, cut)
+
+
+def _pictures(asked: Asked, content: Content, fontset: FontSet) -> Mapping[str, bytes]:
+    """The site's icons, and what its links show elsewhere."""
+    if asked.parts.draw_emblem is None:
+        return {}
+    site = content.site
+    emblems = {c.name: (c.emblem, c.title, c.question) for c in content.chapters if c.emblem and site.url}
+    says = site.title, site.description, fontset, emblems
+    return asked.kept.answer("emblem", says, partial(asked.parts.draw_emblem, *says, cache=asked.cache))
+
+
+def _for_hosts(
+    root: Path, templates: Environment, files: Mapping[str, bytes], started: RuntimeInfo | None
+) -> dict[str, bytes]:
+    """What lies beside the files of a site: the service worker that keeps them, the headers that hosts shall send."""
+    worker = service_worker(root, files, started.kept_files() if started else ())
+    sent = headers(policy(**inline(templates).hashes))
+    return {**({} if worker is None else {"sw.js": worker}), "_headers": sent.encode()}
+
+
+def _unpacked(root: Path, content: Content, files: Mapping[str, bytes]) -> dict[str, bytes]:
+    """The whole site as it lies on a disk, with Python, so that a small server brings the unpacked folder alive."""
+    mine = {name: data for name, data in files.items() if not name.endswith(MAP)}
+    mine |= {**_for_hosts(root, content.templates, mine, content.started), **content.notebooks}
+    return mine | contents(content.started)
+
+
+def _insides(content: Content, writer: Writer) -> dict[str, Inside]:
+    """What stands in each page, by the page's name."""
+    references, terms = content.references, content.known.terms
+    insides = [writer.chapter(chapter, body, references, terms) for chapter, body in content.bodies]
+    insides += [writer.doc(doc, body, references, terms) for doc, body in content.docs]
+    insides += [writer.deck(each, content.decks, references, terms) for each in content.decks]
+    if content.decks:
+        insides.append(writer.slides(content.decks))
+    bodies = [*content.bodies, *content.docs]
+    insides += [
+        writer.references(references, content.cited),
+        writer.glossary(terms),
+        writer.about(content.made),
+        writer.reference(),
+        *writer.checks(bodies, content.known.tests, content.known.results, content.sources),
+        writer.licences(content.licences),
+    ]
+    return {inside.page.name: inside for inside in insides}
+
+
+def _pages(content: Content, writer: Writer, insides: Mapping[str, Inside], assets: Assets) -> dict[str, bytes]:
+    """Every page by name: framed, and those that load nothing."""
+    pages = {name: writer.framed(inside, assets) for name, inside in insides.items()}
+    written = [*content.chapters, *(doc for doc, _ in content.docs)]
+    pages |= {f"{name}.html": writer.redirect(one).encode() for one in written for name in _old_names(one)}
+    return pages | {"404.html": writer.lost(assets).encode()}
+
+
+def _old_names(chapter: Chapter) -> list[str]:
+    """Where a chapter was, or would be looked for."""
+    return [*chapter.redirects, *([chapter.slug] if chapter.slug != chapter.name else [])]
