@@ -1,6 +1,6 @@
 """A `::picture` line: what a widget draws in a state, without its controls.
 
-`::picture[Two steps on.]{icp start=middle press=step,step panels=main expect="rms < 0.5"}` names a widget, a record as
+`::picture[Two steps on.]{icp start=midway press=step,step panels=main expect="rms < 0.5"}` names a widget, a record as
 `::figure` and `::try` write it, and the panels that are shown. What `expect=` says is held to the readouts there.
 """
 

@@ -10,7 +10,7 @@ from widgets.engine.contract import ITERATED, Action, Key, Lead, Motion, Widget
 from widgets.engine.controls import choice, slider
 from widgets.engine.script import called, named
 from widgets.parts.placing import HANDLES, place, written
-from widgets.parts.room import ANCHOR, FAR, MIDDLE, NEAR, PLACING, VIEW, error_chart
+from widgets.parts.room import ANCHOR, PLACING, VIEW, error_chart, start_choice, start_offset, start_turn
 from widgets.parts.surface_marks import (
     condition,
     covariance_words,
@@ -47,15 +47,9 @@ class Controls:
     scene: str = choice("room", "Scene", SCENES, sets={name: {"noise": 0.02, "outliers": 0.0} for name in SCENES})
     residual: str = choice("plane", "Residual", RESIDUALS, keeps="log")
     weight: str = choice("none", "Weight", WEIGHTS, keeps="log")
-    start: str = choice(
-        "midway",
-        "Start",
-        {"near": "Near", "midway": "Midway", "far": "Far"},
-        sets={"near": NEAR, "midway": MIDDLE, "far": FAR},
-        places=True,
-    )
-    turn: float = slider(45.0, "Start: turn", -180.0, 180.0, 1.0, "°", keeps="nothing")
-    offset: float = slider(1.43, "Start: offset", 0.0, 3.0, 0.01, "u", keeps="nothing")
+    start: str = start_choice("midway")
+    turn: float = start_turn("midway")
+    offset: float = start_offset("midway")
     noise: float = slider(0.02, "Noise σ", 0.0, 0.3, 0.01, "u", keeps="pose")
     outliers: float = slider(0.0, "Outliers", 0.0, 50.0, 5.0, "%", "Of each cloud, at random", "pose")
     trim: float = slider(0.0, "Trim", 0.0, 60.0, 5.0, "%", "Farthest pairs, discarded", "pose")

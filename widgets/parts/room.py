@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from solvers.core.method import Problem
 from solvers.scenes.rooms import ROOM_SETTINGS, Scene
 from widgets.drawing.chart import Series, chart
 from widgets.drawing.picture import FAINT, Array, Group, Mark, Panel, Path, Points, Role, Segments, View
-from widgets.engine.controls import Value
+from widgets.engine.controls import Value, choice, slider
 from widgets.parts.placing import Placing
 
 VIEW = View(-6.4, 6.4, -4.6, 4.6)
@@ -36,9 +37,27 @@ BRINGS: dict[str, dict[str, Value]] = {
 }
 """What a setting is known for: σ in u, and the replaced percentage of each cloud."""
 
-NEAR: dict[str, Value] = {"turn": 15.0, "offset": 0.5}
-MIDDLE: dict[str, Value] = {"turn": 45.0, "offset": 1.43}
-FAR: dict[str, Value] = {"turn": -110.0, "offset": 1.43}
+STARTS: dict[str, dict[str, Value]] = {
+    "near": {"turn": 15.0, "offset": 0.5},
+    "midway": {"turn": 45.0, "offset": 1.43},
+    "far": {"turn": -110.0, "offset": 1.43},
+}
+"""Where the source may stand at first: turned by ° and moved by u from the true pose."""
+
+
+def start_choice(default: str) -> Any:
+    """The control that picks one of `STARTS`; `start_turn` and `start_offset` hold its two numbers."""
+    return choice(default, "Start", {name: name.capitalize() for name in STARTS}, sets=STARTS, places=True)
+
+
+def start_turn(default: str) -> Any:
+    """The start's turn, that of `default` at first."""
+    return slider(float(STARTS[default]["turn"]), "Start: turn", -180.0, 180.0, 1.0, "°", keeps="nothing")
+
+
+def start_offset(default: str) -> Any:
+    """The start's offset, that of `default` at first."""
+    return slider(float(STARTS[default]["offset"]), "Start: offset", 0.0, 3.0, 0.01, "u", keeps="nothing")
 
 
 def problem(scene: Scene, start: Pose) -> Problem:

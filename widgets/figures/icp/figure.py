@@ -18,9 +18,6 @@ from widgets.parts.placing import HANDLES, place, written
 from widgets.parts.room import (
     ANCHOR,
     BRINGS,
-    FAR,
-    MIDDLE,
-    NEAR,
     PLACING,
     SETTINGS,
     VIEW,
@@ -28,6 +25,9 @@ from widgets.parts.room import (
     outline,
     pair_lines,
     source,
+    start_choice,
+    start_offset,
+    start_turn,
     still,
     with_marks,
 )
@@ -43,15 +43,9 @@ class Controls:
     """What the reader sets. A scene brings its noise and outliers, a start its two numbers, an objective its knobs."""
 
     scene: str = choice("clean", "Room", SETTINGS, sets=BRINGS, keeps="pose")
-    start: str = choice(
-        "near",
-        "Start",
-        {"near": "Near", "middle": "Middle", "far": "Far"},
-        sets={"near": NEAR, "middle": MIDDLE, "far": FAR},
-        places=True,
-    )
-    turn: float = slider(15.0, "Start: turn", -180.0, 180.0, 1.0, "°", keeps="nothing")
-    offset: float = slider(0.5, "Start: offset", 0.0, 3.0, 0.01, "u", keeps="nothing")
+    start: str = start_choice("near")
+    turn: float = start_turn("near")
+    offset: float = start_offset("near")
     objective: str = choice(
         "plain",
         "Objective",
@@ -298,7 +292,7 @@ def _presses(name: str, times: int) -> tuple[str, ...]:
 PRESETS: dict[str, dict[str, Any]] = {
     "default": {},
     "far": {"start": "far"},
-    "gated": {"start": "middle", "gate": 1.0},
+    "gated": {"start": "midway", "gate": 1.0},
     "striped": {"scene": "striped", "objective": "count"},
     "outliers": {"scene": "outliers"},
     "overlap": {"scene": "noise", "overlap": 35.0, "gate": 0.6},
