@@ -38,7 +38,7 @@ def test_what_cannot_be_matched_is_refused() -> None:
         scan_to_scan(scans, drive.motion, prediction="luck")
     with pytest.raises(ValueError, match="length"):
         scan_to_map(scans, drive.motion, length=0)
-    with pytest.raises(ValueError, match=r"scan 0: 0 echoes within 0\.1 m"):
+    with pytest.raises(ValueError, match=r"^drive: none of 90 scans has three echoes within 0\.1 m"):
         prepare(drive, 0.1)
     with pytest.raises(ValueError, match="least_share"):
         MatchOptions(least_share=2.0)
