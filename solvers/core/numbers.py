@@ -47,6 +47,13 @@ def numbers(values: ArrayLike, name: str, text: str = "") -> FloatArray:
     return a.astype(np.float64, copy=False)
 
 
+def copied(values: ArrayLike, name: str) -> FloatArray:
+    """`values` as a float64 array of its own, which cannot be written to."""
+    own: FloatArray = np.array(numbers(values, name), order="C")
+    own.flags.writeable = False
+    return own
+
+
 def _got(values: object, a: AnyArray, text: str) -> str:
     """What came in place of numbers, and what to do about it."""
     if isinstance(values, str | bytes | PathLike):

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from solvers.core.arrays import FloatArray, IntArray
 from solvers.core.kinds import shown
 from solvers.core.numbers import LARGEST as LARGEST
-from solvers.core.numbers import array, moderate, numbers
+from solvers.core.numbers import array, copied, moderate, numbers
 from solvers.core.pose import Pose
 from solvers.core.proper import SHEARED
 
@@ -94,6 +94,14 @@ def pairs(values: ArrayLike, source_count: int, target_count: int, name: str = "
                 f"but the rows go from 0 to {count - 1}"
             )
     return k.astype(np.int64)
+
+
+def row(values: ArrayLike, name: str, count: int, each: str) -> FloatArray:
+    """Finite numbers (count,), one `each`, as a copy that cannot be written to."""
+    given = moderate(copied(values, name), name)
+    if given.shape != (count,):
+        raise ValueError(f"{name}: expected shape ({count},), one {each}, got {given.shape}")
+    return given
 
 
 def start(value: Pose | ArrayLike | None, name: str = "start") -> Pose | None:
