@@ -123,7 +123,8 @@ class Result:
         """The target row that each source row is paired with at the end, int of shape (..., m).
 
         −1 where it has no partner; for a list of several clouds a list, one entry per cloud.
-        Where `pairs` were given, the rows of both clouds are those of the list of pairs.
+        Where `pairs` (k, 2) were given, both clouds have a row for each of them: entry i is i,
+        or −1 where pair i is not used, and `pairs[found[found >= 0]]` are those used.
         None from a method without single partners, such as a soft one.
         """
         partners = METHODS[self.method].partners if self.method in METHODS else None
