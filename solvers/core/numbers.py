@@ -63,7 +63,7 @@ def _got(values: object, a: AnyArray, text: str) -> str:
     if a.dtype.kind in "USO":
         several = a.ndim and isinstance(values, list | tuple | np.ndarray)
         return f"dtype {a.dtype}; .astype(float) makes numbers of them" if several else type(values).__name__
-    return f"dtype {a.dtype}"
+    return f"dtype {a.dtype}; .astype(float) makes numbers of it" if a.dtype.kind == "b" else f"dtype {a.dtype}"
 
 
 def finite(a: FloatArray, name: str) -> FloatArray:

@@ -247,6 +247,7 @@ def from_starts(
         raise ValueError(f"noise: expected one covariance, got a batch of shape {noise.mean.batch}")
     if p.ndim != 2 or q.ndim != 2 or of_kind(start, Covariance, "start").mean.batch:
         raise ValueError("source, target, start: expected one pair of clouds and one start")
+    validate.count(seed, "seed")
     poses = start.sample(draws, seed) if validate.count(draws, "draws") else _unscented(start)
     starts = concatenated([stacked([start.mean]), poses])
     found = register(p, q, method, start=starts, weights=weights, **options)
