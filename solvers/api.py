@@ -37,7 +37,7 @@ _MEANT = {
 def register(
     source: ArrayLike | Sequence[ArrayLike],
     target: ArrayLike | Sequence[ArrayLike],
-    method: MethodName | str = "icp",
+    method: MethodName | str | Method[Any] = "icp",
     *,
     options: Any = None,
     start: Pose | ArrayLike | None = None,
@@ -63,8 +63,8 @@ def register(
         The points to move, in world units.
     target : array_like of shape (..., n, d), or list of (n, d) arrays
         The fixed points, in world units.
-    method : str, default "icp"
-        A name in `METHODS`.
+    method : str or Method, default "icp"
+        A name in `METHODS`, or a method of your own (`solvers.stepper.Method`).
     options : object, optional
         The method's own options as one object, a `METHODS[method].options(…)`.
     start : Pose or array_like of shape (..., d + 1, d + 1), optional

@@ -18,6 +18,7 @@ from solvers.api import register
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray
 from solvers.core.kinds import of_kind
+from solvers.core.method import Method
 from solvers.core.pose import Pose
 from solvers.core.registry import method_of
 from solvers.geometry import downsample, nearest
@@ -175,8 +176,8 @@ def _flat(points: FloatArray, axes: tuple[int, ...]) -> FloatArray:
 
 
 def halves(
-    source: ArrayLike, target: ArrayLike, pose: Pose, method: str = "icp", *, weights: ArrayLike | None = None,
-    **options: Any,
+    source: ArrayLike, target: ArrayLike, pose: Pose, method: str | Method[Any] = "icp", *,
+    weights: ArrayLike | None = None, **options: Any,
 ) -> FloatArray:  # fmt: skip
     """How far apart two runs end, each on half of the source points.
 
@@ -192,7 +193,7 @@ def halves(
         The points that stay.
     pose : Pose
         Where both runs start, of shape (...).
-    method : str, default "icp"
+    method : str or Method, default "icp"
         As for `solvers.register`.
     weights : array_like of shape (..., m), optional
         Of all source points; each run has those of its half.

@@ -48,6 +48,8 @@ class Result:
         The method's final states with all their details: one for a batch, one per cloud
         for a list of clouds. Their arrays have one leading problem axis; `detail` reads
         them in the shape of the problem.
+    partners : callable, optional
+        `Method.partners` of a method of your own; None for those of `METHODS`.
 
     Examples
     --------
@@ -76,6 +78,7 @@ class Result:
     objective: FloatArray
     history: History
     states: tuple[State, ...]
+    partners: Callable[[Any], IntArray] | None = None
 
     @property
     def converged(self) -> BoolArray | bool:
@@ -127,7 +130,7 @@ class Result:
         or −1 where pair i is not used, and `pairs[found[found >= 0]]` are those used.
         None from a method without single partners, such as a soft one.
         """
-        partners = METHODS[self.method].partners if self.method in METHODS else None
+        partners = self._pairing()
         if partners is None:
             return None
         found = [partners(state) for state in self.states]
@@ -170,15 +173,19 @@ class Result:
         """
         return import_module("solvers.uncertainty.closed_form").offered(self)
 
+    def _pairing(self) -> Callable[[Any], IntArray] | None:
+        return METHODS[self.method].partners if self.partners is None and self.method in METHODS else self.partners
+
     def _of_partners(self, read: Callable[[FloatArray, BoolArray], FloatArray]) -> FloatArray | None:
         """What `read` makes of squared distances, zero where there is no partner, and of
         where there is one, both (b, m) a state.
         """
-        if self.correspondences is None:
+        partners = self._pairing()
+        if partners is None:
             return None
         values = []
         for state in self.states:
-            rows = cast(Any, METHODS[self.method].partners)(state)
+            rows = partners(state)
             problem, used = state.problem, rows != NONE
             q = np.take_along_axis(problem.target, np.maximum(rows, 0)[..., None], axis=1)
             left = np.square(state.pose.apply(problem.source) - q).sum(axis=-1)
@@ -267,6 +274,7 @@ class Result:
             objective=self.objective[index],
             history=History(self.history.poses[until], self.history.objective[until]),
             states=tuple(self.states[k] for k in rows) if many else (take(self.states[0], rows),),
+            partners=self.partners,
         )
 
     def __len__(self) -> int:
@@ -293,7 +301,8 @@ class Result:
 def from_batch(done: Batch[Any], history: History, axes: tuple[int, ...]) -> Result:
     """The result of one run, its single problem axis made into the leading axes `axes`.
     """
-    state = done.state()
+    state, partners = done.state(), done.method.partners
+    listed = METHODS.get(done.method.name)
     return Result(
         method=done.method.name,
         pose=_shaped(state.pose, axes),
@@ -303,6 +312,7 @@ def from_batch(done: Batch[Any], history: History, axes: tuple[int, ...]) -> Res
         objective=_shaped(state.objective, axes),
         history=History(_shaped(history.poses, axes, 1), _shaped(history.objective, axes, 1)),
         states=(state,),
+        partners=None if listed and listed.partners is partners else partners,
     )
 
 
@@ -331,6 +341,7 @@ def side_by_side(results: Sequence[Result]) -> Result:
             course(lambda h: h.objective),
         ),
         states=tuple(state for r in results for state in r.states),
+        partners=results[0].partners,
     )
 
 
