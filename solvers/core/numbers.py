@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from os import PathLike
-from typing import TypeVar
+from typing import TypeGuard, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -52,6 +53,17 @@ def copied(values: ArrayLike, name: str) -> FloatArray:
     own: FloatArray = np.array(numbers(values, name), order="C")
     own.flags.writeable = False
     return own
+
+
+def unequal(values: object) -> TypeGuard[Sequence[ArrayLike]]:
+    """Whether this is a list of clouds (n, d) that differ in n, and no array can be made of it."""
+    if not isinstance(values, list | tuple):
+        return False
+    try:
+        shapes = [np.shape(cloud) for cloud in values]
+    except ValueError:
+        return False
+    return all(len(shape) == 2 for shape in shapes) and len({shape[0] for shape in shapes}) > 1
 
 
 def _got(values: object, a: AnyArray, text: str) -> str:

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from solvers.core import validate
 from solvers.core.arrays import AnyArray, BoolArray, FloatArray, IntArray, ReasonArray, StatusArray, leading
 from solvers.core.method import State
+from solvers.core.numbers import unequal
 from solvers.core.partners import NONE
 from solvers.core.pose import Pose
 from solvers.core.poses import stacked
@@ -166,7 +167,7 @@ class Result:
         """A `solvers.uncertainty.Covariance` of the pose, in closed form from the last pairs.
 
         Its `made_by` names the form, "hessian", and the noise is estimated from the residuals.
-        None from a method that has none, in space, with a scale and for a list of several clouds.
+        None from a method that has none, in space and with a scale.
         It takes each partner as given, which makes it overconfident with every method that
         finds its own pairs, far more so with point to point and GICP than with point to
         plane: `solvers.uncertainty` has other ways, and says what was counted.
@@ -192,25 +193,31 @@ class Result:
             values.append(read(np.where(used, left, 0.0), used))
         return np.concatenate(values).reshape(np.shape(self.objective))[()]
 
-    def transform(self, points: ArrayLike) -> FloatArray:
+    def transform(self, points: ArrayLike | Sequence[ArrayLike]) -> Any:
         """Move points by the pose.
 
         Parameters
         ----------
-        points : array_like of shape (..., n, d)
-            The points, in source coordinates.
+        points : array_like of shape (..., n, d), or list of (n, d) arrays
+            The points, in source coordinates. Clouds of unequal size are a list, one for each
+            problem.
 
         Returns
         -------
-        ndarray of shape (..., n, d)
-            The points in target coordinates.
+        ndarray of shape (..., n, d), or list of (n, d) arrays
+            The points in target coordinates; a list for clouds of unequal size.
 
         Raises
         ------
         ValueError
-            If the points are not of the pose's dimension or do not broadcast with it.
+            If the points are not of the pose's dimension or do not broadcast with it, or there is
+            not one cloud a problem.
         """
-        return self.pose.apply(points)
+        if not unequal(points):
+            return self.pose.apply(cast(ArrayLike, points))
+        if self.pose.batch != (len(points),):
+            raise ValueError(f"points: there are {len(points)} clouds, but poses of shape {self.pose.batch}")
+        return [self.pose[k].apply(cloud) for k, cloud in enumerate(points)]
 
     def inverse(self) -> Pose:
         """The pose that maps target to source coordinates.

@@ -76,7 +76,7 @@ def test_a_batch_and_a_list_tell_of_each():
     listed = register([one, other[:-4]], [target, onto], "icp")
     assert [len(rows) for rows in listed.correspondences] == [len(one), len(other) - 4]
     assert listed.rmse[0] == single.rmse
-    assert listed.covariance is None
+    assert np.array_equal(listed.covariance[0].matrix, single.covariance.matrix)
 
 
 @pytest.mark.parametrize("method", SOFT)
