@@ -585,6 +585,15 @@ def register(
     callback: Callback | None = ...,
 ) -> Result: ...
 
+@overload
+def register(
+    source: ArrayLike | Sequence[ArrayLike], target: ArrayLike | Sequence[ArrayLike], method: Method[Any], *,
+    options: Any = ..., start: Pose | ArrayLike | None = ..., pairs: ArrayLike | None = ...,
+    weights: ArrayLike | Sequence[ArrayLike | None] | None = ...,
+    seed: int | Sequence[int] | IntArray | np.random.Generator | None = ..., max_steps: int | None = ...,
+    callback: Callback | None = ..., **keywords: Any,
+) -> Result: ...
+
 class _Listed(Method[Any], Generic[_O]):
     options: type[_O]
 

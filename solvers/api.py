@@ -25,7 +25,11 @@ _GATES = ("gate", "cap", "inlier")
 _MEANT = {
     **dict.fromkeys(("init", "initial"), ("start",)),
     **dict.fromkeys(("iterations", "max_iteration", "max_iterations"), ("max_steps",)),
-    **dict.fromkeys(("max_distance", "max_correspondence_distance"), _GATES),
+    **dict.fromkeys(("max_distance", "max_correspondence_distance", "max_range"), _GATES),
+    **dict.fromkeys(("overlap", "trim", "trim_ratio"), ("keep", "trim")),
+    **dict.fromkeys(("resolution", "voxel_size", "cell_size"), ("cells", "cell")),
+    **dict.fromkeys(("threshold", "distance_threshold"), ("inlier", "gate", "cap")),
+    **dict.fromkeys(("w", "outlier_ratio"), ("clutter", "outliers")),
 }
 """What other libraries call an argument, and what it may be here: named in the message, not understood."""
 
@@ -33,7 +37,7 @@ _MEANT = {
 def register(
     source: ArrayLike | Sequence[ArrayLike],
     target: ArrayLike | Sequence[ArrayLike],
-    method: MethodName | str = "icp",
+    method: MethodName | str | Method[Any] = "icp",
     *,
     options: Any = None,
     start: Pose | ArrayLike | None = None,
@@ -59,8 +63,8 @@ def register(
         The points to move, in world units.
     target : array_like of shape (..., n, d), or list of (n, d) arrays
         The fixed points, in world units.
-    method : str, default "icp"
-        A name in `METHODS`.
+    method : str or Method, default "icp"
+        A name in `METHODS`, or a method of your own (`solvers.stepper.Method`).
     options : object, optional
         The method's own options as one object, a `METHODS[method].options(…)`.
     start : Pose or array_like of shape (..., d + 1, d + 1), optional
@@ -178,7 +182,7 @@ def _options(method: Method[Any], whole: Any, given: dict[str, Any]) -> Any:
 
 def _plain(options: dict[str, Any]) -> dict[str, Any]:
     """The options as Python's numbers: in numpy's small types what a method computes from one could overflow."""
-    return {name: value.item() if isinstance(value, np.generic) else value for name, value in options.items()}
+    return {name: validate.scalar(value) for name, value in options.items()}
 
 
 def _hint(wrong: str, method: Method[Any], known: list[str]) -> str:

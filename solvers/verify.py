@@ -8,16 +8,19 @@ and `rte` against the predicted pose). The thresholds are the caller's.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from solvers.api import register
 from solvers.core import validate
-from solvers.core.arrays import BoolArray, FloatArray
+from solvers.core.arrays import FloatArray
 from solvers.core.kinds import of_kind
+from solvers.core.method import Method
+from solvers.core.numbers import array, unequal
 from solvers.core.pose import Pose
 from solvers.core.registry import method_of
 from solvers.geometry import downsample, nearest
@@ -38,7 +41,8 @@ class Evidence:
     Attributes
     ----------
     explained : ndarray of bool, shape (..., m)
-        Which of the moved source points are explained.
+        Which of the moved source points are explained; of a list of clouds of unequal
+        size a list of such arrays.
     share : ndarray of shape (...)
         How large a fraction they are.
     rms : ndarray of shape (...)
@@ -58,7 +62,7 @@ class Evidence:
     (1.0, True)
     """
 
-    explained: BoolArray
+    explained: Any
     share: FloatArray
     rms: FloatArray
     weakest: FloatArray
@@ -94,16 +98,20 @@ def usual_reach(target: ArrayLike) -> FloatArray:
     return np.array(each).reshape(q.shape[:-2])[()]
 
 
-def evidence(source: ArrayLike, target: ArrayLike, pose: Pose, reach: float | None = None) -> Evidence:
+def evidence(
+    source: ArrayLike | Sequence[ArrayLike], target: ArrayLike | Sequence[ArrayLike], pose: Pose,
+    reach: float | None = None,
+) -> Evidence:  # fmt: skip
     """Judge poses by the clouds alone, in the plane.
 
-    Leading axes broadcast against each other, as those of `solvers.register` do.
+    Leading axes broadcast against each other, as those of `solvers.register` do. Clouds of
+    unequal size are lists, as there.
 
     Parameters
     ----------
-    source : array_like of shape (..., m, 2)
+    source : array_like of shape (..., m, 2), or list of (m, 2) arrays
         The points that are moved, in world units.
-    target : array_like of shape (..., n, 2)
+    target : array_like of shape (..., n, 2), or list of (n, 2) arrays
         The points that stay.
     pose : Pose
         The poses to be judged, of shape (...).
@@ -137,7 +145,9 @@ def evidence(source: ArrayLike, target: ArrayLike, pose: Pose, reach: float | No
     >>> evidence(scene.source, scene.target, wrong).share.round(2)
     np.float64(1.0)
     """
-    p, q = validate.cloud(source, "source"), validate.cloud(target, "target")
+    if unequal(source) or unequal(target):
+        return _one_by_one(source, target, of_kind(pose, Pose, "pose"), reach)
+    p, q = validate.cloud(cast(ArrayLike, source), "source"), validate.cloud(cast(ArrayLike, target), "target")
     of_kind(pose, Pose, "pose")
     for name, d in (("source", p.shape[-1]), ("target", q.shape[-1]), ("pose", pose.dim)):
         if d != 2:
@@ -169,14 +179,37 @@ def evidence(source: ArrayLike, target: ArrayLike, pose: Pose, reach: float | No
     )
 
 
+def _one_by_one(source: Any, target: Any, pose: Pose, reach: float | None) -> Evidence:
+    """`evidence` of lists of clouds: each its own, and side by side."""
+    n = len(source if unequal(source) else target)
+    given = {"source": source, "target": target, "pose": pose}
+    axes = {name: 1 if unequal(x) else array(x, name).ndim - 2 for name, x in given.items() if x is not pose}
+    axes["pose"] = len(pose.batch)
+    for name, x in given.items():
+        count = len(x.t) if isinstance(x, Pose) else len(x)
+        if axes[name] not in (0, 1) or (axes[name] and count != n):
+            raise ValueError(f"{name}: expected one for all {n} clouds, or one for each")
+    each = []
+    for k in range(n):
+        try:
+            own: Any = {name: x[k] if axes[name] else x for name, x in given.items()}
+            each.append(evidence(**own, reach=reach))
+        except ValueError as error:
+            raise ValueError(f"cloud {k} of the list: {error}") from None
+    return Evidence(
+        [one.explained for one in each], *(np.array([getattr(one, name) for one in each]) for name in
+                                           ("share", "rms", "weakest")),
+    )  # fmt: skip
+
+
 def _flat(points: FloatArray, axes: tuple[int, ...]) -> FloatArray:
     """The clouds (..., n, 2) of leading axes that broadcast to `axes`, one a problem, (b, n, 2)."""
     return np.broadcast_to(points, (*axes, *points.shape[-2:])).reshape(-1, *points.shape[-2:])
 
 
 def halves(
-    source: ArrayLike, target: ArrayLike, pose: Pose, method: str = "icp", *, weights: ArrayLike | None = None,
-    **options: Any,
+    source: ArrayLike, target: ArrayLike, pose: Pose, method: str | Method[Any] = "icp", *,
+    weights: ArrayLike | None = None, **options: Any,
 ) -> FloatArray:  # fmt: skip
     """How far apart two runs end, each on half of the source points.
 
@@ -192,7 +225,7 @@ def halves(
         The points that stay.
     pose : Pose
         Where both runs start, of shape (...).
-    method : str, default "icp"
+    method : str or Method, default "icp"
         As for `solvers.register`.
     weights : array_like of shape (..., m), optional
         Of all source points; each run has those of its half.

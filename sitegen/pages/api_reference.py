@@ -90,6 +90,7 @@ GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
             *(f"solvers.drives.{name}" for name in ("Drive", "telecom_loop", "simulated_drive", "chained")),
             *(f"solvers.odometry.{name}" for name in ("candidates", "verified", "LoopOptions", "close", "missed")),
             *("solvers.odometry.straightened", "solvers.posegraph.chi_squared"),
+            *("solvers.posegraph.stacked", "solvers.posegraph.concatenated"),
             *("solvers.g2o.read", "solvers.g2o.GraphText", "solvers.g2o.write"),
         ),
     ),

@@ -31,6 +31,8 @@ def of_kind(value: object, kind: type[_Kind], name: str) -> _Kind:
         wanted, got = kind.__name__, type(value).__name__
         part = _PARTS.get((wanted, got))
         way = f"; pass {part}" if part else _WAYS.get(wanted, "")
+        if wanted == "Pose" and isinstance(value, list | tuple) and value and all(isinstance(v, kind) for v in value):
+            way = " of poses; solvers.posegraph.stacked makes one of them"
         raise ValueError(f"{name}: expected {'' if wanted.endswith('s') else 'a '}{wanted}, got {got}{way}")
     return value
 

@@ -8,7 +8,8 @@ To add a method, write a module with:
    `field(metadata=SHARED)`; see `solvers.core.tree`.
 2. `start`, which fills the state at `problem.start` and draws all random numbers of the
    run, by `numpy.random.default_rng(problem.seed[i])` for problem i. A hopeless problem
-   gets `Status.DEGENERATE` and a reason (`status.mark`).
+   gets `Status.DEGENERATE` and a reason (`status.mark`). The loop says so itself of a cloud
+   whose points are all equal, wherever the run stops.
 3. `step`, which returns `tree.changed(state, pose=…, objective=…, status=…, …)`:
    running, converged, stalled, finished or degenerate. It must not raise for geometry and must
    not write into arrays.

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from os import PathLike
-from typing import TypeVar
+from typing import TypeGuard, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -47,6 +48,24 @@ def numbers(values: ArrayLike, name: str, text: str = "") -> FloatArray:
     return a.astype(np.float64, copy=False)
 
 
+def copied(values: ArrayLike, name: str) -> FloatArray:
+    """`values` as a float64 array of its own, which cannot be written to."""
+    own: FloatArray = np.array(numbers(values, name), order="C")
+    own.flags.writeable = False
+    return own
+
+
+def unequal(values: object) -> TypeGuard[Sequence[ArrayLike]]:
+    """Whether this is a list of clouds (n, d) that differ in n, and no array can be made of it."""
+    if not isinstance(values, list | tuple):
+        return False
+    try:
+        shapes = [np.shape(cloud) for cloud in values]
+    except ValueError:
+        return False
+    return all(len(shape) == 2 for shape in shapes) and len({shape[0] for shape in shapes}) > 1
+
+
 def _got(values: object, a: AnyArray, text: str) -> str:
     """What came in place of numbers, and what to do about it."""
     if isinstance(values, str | bytes | PathLike):
@@ -56,7 +75,7 @@ def _got(values: object, a: AnyArray, text: str) -> str:
     if a.dtype.kind in "USO":
         several = a.ndim and isinstance(values, list | tuple | np.ndarray)
         return f"dtype {a.dtype}; .astype(float) makes numbers of them" if several else type(values).__name__
-    return f"dtype {a.dtype}"
+    return f"dtype {a.dtype}; .astype(float) makes numbers of it" if a.dtype.kind == "b" else f"dtype {a.dtype}"
 
 
 def finite(a: FloatArray, name: str) -> FloatArray:

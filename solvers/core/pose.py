@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, DTypeLike
 from solvers.core.arrays import FloatArray, leading
 from solvers.core.kinds import of_kind
 from solvers.core.numbers import finite, moderate, numbers
-from solvers.core.proper import apart, check, check_rotation, of_one_batch
-from solvers.core.rotations import planar, rotvec, spatial
+from solvers.core.proper import apart, check, check_rotation, fits, of_one_batch
+from solvers.core.rotations import angle, planar, rotvec, spatial
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +56,11 @@ class Pose:
     array([[-1., -0.,  2.],
            [ 0., -1.,  2.],
            [ 0.,  0.,  1.]])
+
+    Two poses are equal if all their numbers are:
+
+    >>> pose == Pose.from_angle(np.radians(90.0), (2.0, 0.0))
+    True
     """
 
     R: FloatArray
@@ -254,17 +259,7 @@ class Pose:
         ValueError
             In other dimensions, where a rotation has more than one angle.
         """
-        R = self.R
-        if self.dim == 2:
-            planar: FloatArray = np.arctan2(R[..., 1, 0] - R[..., 0, 1], R[..., 0, 0] + R[..., 1, 1])
-            return planar[()]
-        if self.dim == 3:
-            skew = np.stack(
-                [R[..., 2, 1] - R[..., 1, 2], R[..., 0, 2] - R[..., 2, 0], R[..., 1, 0] - R[..., 0, 1]], axis=-1
-            )
-            spatial: FloatArray = np.arctan2(np.linalg.norm(skew, axis=-1), np.trace(R, axis1=-2, axis2=-1) - 1.0)
-            return spatial[()]
-        raise ValueError(f"angle: defined in 2 and 3 dimensions, not in {self.dim}")
+        return angle(self.R)
 
     @property
     def rotvec(self) -> FloatArray:
@@ -309,7 +304,7 @@ class Pose:
         p = numbers(points, "points")
         if p.ndim < 2 or p.shape[-1] != self.dim:
             raise ValueError(f"points: expected shape (..., n, {self.dim}), got {p.shape}")
-        self._fits(p.shape[:-2], "points")
+        fits(p.shape[:-2], self.batch, "points")
         moved: FloatArray = p @ (np.asarray(self.scale)[..., None, None] * self.R).swapaxes(-1, -2)
         for k in range(self.dim):  # with d innermost numpy's loop would be d long
             moved[..., k] += self.t[..., k, None]
@@ -336,18 +331,10 @@ class Pose:
         of_kind(first, Pose, "first")
         if first.dim != self.dim:
             raise ValueError(f"first: moves points in {first.dim} dimensions, this pose in {self.dim}")
-        self._fits(first.batch, "first")
+        fits(first.batch, self.batch, "first")
         s = np.asarray(self.scale)
         turned = (self.R @ first.t[..., None])[..., 0]
         return Pose.trusted(self.R @ first.R, s[..., None] * turned + self.t, s * first.scale)
-
-    def _fits(self, axes: tuple[int, ...], name: str) -> None:
-        """Refuse leading axes that do not broadcast against the pose's."""
-        if axes and self.batch and axes != self.batch:
-            try:
-                np.broadcast_shapes(self.batch, axes)
-            except ValueError:
-                raise ValueError(f"{name}: leading axes {axes} do not broadcast with {self.batch}") from None
 
     def inverse(self) -> Pose:
         """The pose that undoes this one: `T⁻¹(q) = Rᵀ (q − t) / s`.
@@ -391,6 +378,16 @@ class Pose:
             raise TypeError("a single pose has no rows")
         rows = leading(rows, self.batch)
         return Pose.trusted(self.R[rows], self.t[rows], np.asarray(self.scale)[rows])
+
+    def __eq__(self, other: object) -> bool:
+        """Whether both are poses of one shape, with equal numbers to the last bit; metrics say how near two are."""
+        if not isinstance(other, Pose):
+            return NotImplemented
+        return all(np.array_equal(getattr(self, part), getattr(other, part)) for part in ("R", "t", "scale"))
+
+    def __hash__(self) -> int:
+        # −0 is 0, whose bytes are others.
+        return hash((self.R.shape, *((np.asarray(part) + 0.0).tobytes() for part in (self.R, self.t, self.scale))))
 
     def __repr__(self) -> str:
         if self.batch:

@@ -6,20 +6,90 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from solvers.core.arrays import FloatArray
+from solvers.core.kinds import of_kind, several
 from solvers.core.pose import Pose
 
 
 def stacked(poses: Sequence[Pose]) -> Pose:
-    """Poses of one shape (...) side by side, (k, ...)."""
-    return Pose.trusted(
-        np.stack([p.R for p in poses]), np.stack([p.t for p in poses]), np.stack([np.asarray(p.scale) for p in poses])
-    )
+    """Poses of one shape side by side, along a new leading axis.
+
+    Parameters
+    ----------
+    poses : sequence of Pose of shape (...)
+        At least one, all of one shape and dimension.
+
+    Returns
+    -------
+    Pose
+        Of shape (k, ...).
+
+    Raises
+    ------
+    ValueError
+        If `poses` is not a sequence of poses, is empty, or they differ in shape or dimension.
+
+    Examples
+    --------
+    >>> from solvers import Pose
+    >>> from solvers.posegraph import stacked
+    >>> stacked([Pose.identity(), Pose.from_angle(0.5, (1.0, 2.0))]).t
+    array([[0., 0.],
+           [1., 2.]])
+    """
+    given = _poses(poses)
+    shapes = [p.R.shape for p in given]
+    if len(set(shapes)) > 1:
+        k = next(k for k, shape in enumerate(shapes) if shape != shapes[0])
+        raise ValueError(f"poses: {_differ(given, k)}; they must be alike")
+    return Pose.trusted(*(np.stack(part) for part in _parts(given)))
 
 
 def concatenated(parts: Sequence[Pose]) -> Pose:
-    """Poses of shapes (n, ...), which may differ in n, one after the other."""
-    return Pose.trusted(
-        np.concatenate([p.R for p in parts]),
-        np.concatenate([p.t for p in parts]),
-        np.concatenate([np.asarray(p.scale) for p in parts]),
-    )
+    """Batches of poses one after the other, along their first axis.
+
+    Parameters
+    ----------
+    parts : sequence of Pose of shape (n, ...)
+        At least one; they may differ in n alone, which may be 0.
+
+    Returns
+    -------
+    Pose
+        As many poses as all parts together.
+
+    Raises
+    ------
+    ValueError
+        If `parts` is not a sequence of poses, is empty, one is a single pose, or they differ in more than n.
+
+    Examples
+    --------
+    >>> from solvers import Pose
+    >>> from solvers.posegraph import concatenated
+    >>> concatenated([Pose.identity(batch=(1,)), Pose.from_angle([0.1, 0.2])]).angle
+    array([0. , 0.1, 0.2])
+    """
+    given = _poses(parts, "parts")
+    for k, pose in enumerate(given):
+        if not pose.batch:
+            raise ValueError(f"parts: number {k} is a single pose; stacked joins single poses")
+        if pose.R.shape[1:] != given[0].R.shape[1:]:
+            raise ValueError(f"parts: {_differ(given, k)}; they may differ in the first axis alone")
+    return Pose.trusted(*(np.concatenate(part) for part in _parts(given)))
+
+
+def _poses(values: Sequence[Pose], name: str = "poses") -> tuple[Pose, ...]:
+    given = several(values, name, "poses")
+    if not given:
+        raise ValueError(f"{name}: is empty; at least one pose is needed")
+    return tuple(of_kind(pose, Pose, name) for pose in given)
+
+
+def _parts(poses: Sequence[Pose]) -> tuple[list[FloatArray], list[FloatArray], list[FloatArray]]:
+    return [p.R for p in poses], [p.t for p in poses], [np.asarray(p.scale) for p in poses]
+
+
+def _differ(poses: Sequence[Pose], k: int) -> str:
+    first, other = (f"{p.batch} in {p.dim} dimensions" for p in (poses[0], poses[k]))
+    return f"number 0 is of shape {first}, number {k} of {other}"

@@ -43,6 +43,15 @@ def _frozen(values: FloatArray, shape: tuple[int, ...]) -> FloatArray:
     return out
 
 
+def fits(axes: tuple[int, ...], batch: tuple[int, ...], name: str) -> None:
+    """Refuse leading axes that do not broadcast against a pose's."""
+    if axes and batch and axes != batch:
+        try:
+            np.broadcast_shapes(batch, axes)
+        except ValueError:
+            raise ValueError(f"{name}: leading axes {axes} do not broadcast with {batch}") from None
+
+
 def check(t: FloatArray, scale: FloatArray) -> None:
     """Refuse what is not finite, and a scale that is not positive."""
     finite(t, "t")

@@ -91,17 +91,24 @@ METHODS: Mapping[str, Method[Any]] = _Methods()
 
 
 def method_of(name: object, argument: str = "method") -> Method[Any]:
-    """The method of a name that somebody gave. Raises ValueError with the nearest right names."""
+    """The method of a name that somebody gave, or the method itself, theirs or one listed. Raises ValueError with the
+    nearest right names, or where a method of theirs has the name of another: what is told of a result goes by the name.
+    """
     if isinstance(name, str) and name in METHODS:
         return METHODS[name]
-    raise ValueError(f"{argument}: {_unknown(name)}")
+    if not isinstance(name, Method):
+        raise ValueError(f"{argument}: {_unknown(name)}")
+    listed = METHODS.get(name.name, name)
+    if (listed.start, listed.step) != (name.start, name.step):
+        raise ValueError(f"{argument}: {name.name!r} is the name of another method; give it one of its own")
+    return name
 
 
 def rigid_method_of(name: object) -> Method[Any]:
     """The same, of one that finds no scale: for what is told of rigid motions."""
     method = method_of(name)
     if method.scaled:
-        raise ValueError(f"method: {name!r} finds a scale, and a spread is of rigid motions")
+        raise ValueError(f"method: {method.name!r} finds a scale, and a spread is of rigid motions")
     return method
 
 

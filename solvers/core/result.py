@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from solvers.core import validate
 from solvers.core.arrays import AnyArray, BoolArray, FloatArray, IntArray, ReasonArray, StatusArray, leading
 from solvers.core.method import State
+from solvers.core.numbers import unequal
 from solvers.core.partners import NONE
 from solvers.core.pose import Pose
 from solvers.core.poses import stacked
@@ -48,6 +49,8 @@ class Result:
         The method's final states with all their details: one for a batch, one per cloud
         for a list of clouds. Their arrays have one leading problem axis; `detail` reads
         them in the shape of the problem.
+    partners : callable, optional
+        `Method.partners` of a method of your own; None for those of `METHODS`.
 
     Examples
     --------
@@ -76,6 +79,7 @@ class Result:
     objective: FloatArray
     history: History
     states: tuple[State, ...]
+    partners: Callable[[Any], IntArray] | None = None
 
     @property
     def converged(self) -> BoolArray | bool:
@@ -123,10 +127,11 @@ class Result:
         """The target row that each source row is paired with at the end, int of shape (..., m).
 
         −1 where it has no partner; for a list of several clouds a list, one entry per cloud.
-        Where `pairs` were given, the rows of both clouds are those of the list of pairs.
+        Where `pairs` (k, 2) were given, both clouds have a row for each of them: entry i is i,
+        or −1 where pair i is not used, and `pairs[found[found >= 0]]` are those used.
         None from a method without single partners, such as a soft one.
         """
-        partners = METHODS[self.method].partners if self.method in METHODS else None
+        partners = self._pairing()
         if partners is None:
             return None
         found = [partners(state) for state in self.states]
@@ -162,47 +167,57 @@ class Result:
         """A `solvers.uncertainty.Covariance` of the pose, in closed form from the last pairs.
 
         Its `made_by` names the form, "hessian", and the noise is estimated from the residuals.
-        None from a method that has none, in space, with a scale and for a list of several clouds.
+        None from a method that has none, in space and with a scale.
         It takes each partner as given, which makes it overconfident with every method that
         finds its own pairs, far more so with point to point and GICP than with point to
         plane: `solvers.uncertainty` has other ways, and says what was counted.
         """
         return import_module("solvers.uncertainty.closed_form").offered(self)
 
+    def _pairing(self) -> Callable[[Any], IntArray] | None:
+        return METHODS[self.method].partners if self.partners is None and self.method in METHODS else self.partners
+
     def _of_partners(self, read: Callable[[FloatArray, BoolArray], FloatArray]) -> FloatArray | None:
         """What `read` makes of squared distances, zero where there is no partner, and of
         where there is one, both (b, m) a state.
         """
-        if self.correspondences is None:
+        partners = self._pairing()
+        if partners is None:
             return None
         values = []
         for state in self.states:
-            rows = cast(Any, METHODS[self.method].partners)(state)
+            rows = partners(state)
             problem, used = state.problem, rows != NONE
             q = np.take_along_axis(problem.target, np.maximum(rows, 0)[..., None], axis=1)
             left = np.square(state.pose.apply(problem.source) - q).sum(axis=-1)
             values.append(read(np.where(used, left, 0.0), used))
         return np.concatenate(values).reshape(np.shape(self.objective))[()]
 
-    def transform(self, points: ArrayLike) -> FloatArray:
+    def transform(self, points: ArrayLike | Sequence[ArrayLike]) -> Any:
         """Move points by the pose.
 
         Parameters
         ----------
-        points : array_like of shape (..., n, d)
-            The points, in source coordinates.
+        points : array_like of shape (..., n, d), or list of (n, d) arrays
+            The points, in source coordinates. Clouds of unequal size are a list, one for each
+            problem.
 
         Returns
         -------
-        ndarray of shape (..., n, d)
-            The points in target coordinates.
+        ndarray of shape (..., n, d), or list of (n, d) arrays
+            The points in target coordinates; a list for clouds of unequal size.
 
         Raises
         ------
         ValueError
-            If the points are not of the pose's dimension or do not broadcast with it.
+            If the points are not of the pose's dimension or do not broadcast with it, or there is
+            not one cloud a problem.
         """
-        return self.pose.apply(points)
+        if not unequal(points):
+            return self.pose.apply(cast(ArrayLike, points))
+        if self.pose.batch != (len(points),):
+            raise ValueError(f"points: there are {len(points)} clouds, but poses of shape {self.pose.batch}")
+        return [self.pose[k].apply(cloud) for k, cloud in enumerate(points)]
 
     def inverse(self) -> Pose:
         """The pose that maps target to source coordinates.
@@ -266,6 +281,7 @@ class Result:
             objective=self.objective[index],
             history=History(self.history.poses[until], self.history.objective[until]),
             states=tuple(self.states[k] for k in rows) if many else (take(self.states[0], rows),),
+            partners=self.partners,
         )
 
     def __len__(self) -> int:
@@ -292,7 +308,8 @@ class Result:
 def from_batch(done: Batch[Any], history: History, axes: tuple[int, ...]) -> Result:
     """The result of one run, its single problem axis made into the leading axes `axes`.
     """
-    state = done.state()
+    state, partners = done.state(), done.method.partners
+    listed = METHODS.get(done.method.name)
     return Result(
         method=done.method.name,
         pose=_shaped(state.pose, axes),
@@ -302,6 +319,7 @@ def from_batch(done: Batch[Any], history: History, axes: tuple[int, ...]) -> Res
         objective=_shaped(state.objective, axes),
         history=History(_shaped(history.poses, axes, 1), _shaped(history.objective, axes, 1)),
         states=(state,),
+        partners=None if listed and listed.partners is partners else partners,
     )
 
 
@@ -330,6 +348,7 @@ def side_by_side(results: Sequence[Result]) -> Result:
             course(lambda h: h.objective),
         ),
         states=tuple(state for r in results for state in r.states),
+        partners=results[0].partners,
     )
 
 

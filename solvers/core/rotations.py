@@ -26,6 +26,20 @@ def spatial(rotvec: FloatArray) -> FloatArray:
     return turn
 
 
+def angle(R: FloatArray) -> FloatArray:
+    """The angles (...) of rotations (..., 2, 2), signed, or (..., 3, 3), in [0, π]: by atan2 of the sine (skew part)
+    and the cosine (trace). Raises ValueError for other d.
+    """
+    if R.shape[-1] == 2:
+        turn: FloatArray = np.arctan2(R[..., 1, 0] - R[..., 0, 1], R[..., 0, 0] + R[..., 1, 1])
+        return turn[()]
+    if R.shape[-1] != 3:
+        raise ValueError(f"angle: defined in 2 and 3 dimensions, not in {R.shape[-1]}")
+    skew = np.stack([R[..., 2, 1] - R[..., 1, 2], R[..., 0, 2] - R[..., 2, 0], R[..., 1, 0] - R[..., 0, 1]], axis=-1)
+    about: FloatArray = np.arctan2(np.linalg.norm(skew, axis=-1), np.trace(R, axis1=-2, axis2=-1) - 1.0)
+    return about[()]
+
+
 def rotvec(R: FloatArray) -> FloatArray:
     """The rotation vectors (..., 3) of rotations (..., 3, 3), no longer than π: by the largest part of the unit
     quaternion, so that none is divided by what is near zero. Raises ValueError where d is not 3.

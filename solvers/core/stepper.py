@@ -16,6 +16,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from solvers.core.arrays import BoolArray, FloatArray, IntArray
+from solvers.core.extent import mark_narrow, mark_points
 from solvers.core.log import debug
 from solvers.core.method import Method, Problem, S
 from solvers.core.pose import Pose
@@ -25,10 +26,6 @@ from solvers.core.tree import changed, put, take
 
 T = TypeVar("T")
 _RUNNING = int(Status.RUNNING)  # numpy takes five times as long to compare with an enum's member
-
-LEAST_EXTENT = 1e-130
-"""World units, along an axis. Where both clouds are narrower, squares of their distances lose digits, then vanish."""
-TOO_NARROW = f"both clouds are less than {LEAST_EXTENT:g} u wide: multiply their points, and all lengths, by one number"
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +94,8 @@ def begin(method: Method[S], problem: Problem, options: Any = None, max_steps: i
     """Every problem at its start, no step taken.
 
     A problem whose clouds are both narrower than 1e-130 u, and not points, is degenerate, but
-    for a method of `any_extent`.
+    for a method of `any_extent`. So is, wherever it stops, one of whose clouds all points are
+    equal.
 
     Parameters
     ----------
@@ -127,7 +125,7 @@ def begin(method: Method[S], problem: Problem, options: Any = None, max_steps: i
     state = method.start(problem, method.options() if options is None else options)
     cap = method.max_steps if max_steps is None else max_steps
     steps = np.zeros(problem.size, dtype=np.int64)
-    state = _cap(state if method.any_extent else _mark_narrow(state, problem), steps, cap)
+    state = mark_points(_cap(state if method.any_extent else mark_narrow(state, problem), steps, cap))
     rows = np.flatnonzero(state.status == _RUNNING).astype(np.int64)
     return Batch(method, cap, state, rows, state if rows.size == problem.size else take(state, rows), steps)
 
@@ -173,6 +171,7 @@ def advance(batch: Batch[S]) -> Batch[S]:
     stopped = part.status != _RUNNING
     if not stopped.any():
         return changed(batch, part=part, steps=steps)
+    part = mark_points(part)
     if stopped.all() and rows.size == steps.size:  # as a single problem does: nothing to sort out
         return changed(batch, whole=part, rows=rows[:0], part=take(part, rows[:0]), steps=steps)
     whole = put(batch.whole, rows[stopped], take(part, stopped))
@@ -245,16 +244,6 @@ def run(batch: Batch[S], callback: Callback | None = None) -> tuple[Batch[S], Hi
         if callback is not None and callback(k, batch.state()):
             break
     return batch, History(stacked(poses), np.stack(objective))
-
-
-def _mark_narrow(state: S, problem: Problem) -> S:
-    width = np.maximum(*(np.ptp(points, axis=1).max(axis=-1) for points in (problem.source, problem.target)))
-    narrow = (width > 0.0) & (width < LEAST_EXTENT)
-    if not narrow.any():
-        return state
-    begun = np.where(narrow, np.int8(Status.RUNNING), state.status)  # what the method said of them is beside the point
-    status, reason = mark(begun, state.reason, narrow, Status.DEGENERATE, TOO_NARROW)
-    return changed(state, status=status, reason=reason)
 
 
 def _cap(state: S, steps: IntArray, max_steps: int) -> S:

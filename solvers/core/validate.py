@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Collection, Iterable, Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from solvers.core.arrays import FloatArray, IntArray
 from solvers.core.kinds import shown
 from solvers.core.numbers import LARGEST as LARGEST
-from solvers.core.numbers import array, moderate, numbers
+from solvers.core.numbers import array, copied, moderate, numbers
 from solvers.core.pose import Pose
 from solvers.core.proper import SHEARED
 
@@ -96,6 +96,14 @@ def pairs(values: ArrayLike, source_count: int, target_count: int, name: str = "
     return k.astype(np.int64)
 
 
+def row(values: ArrayLike, name: str, count: int, each: str) -> FloatArray:
+    """Finite numbers (count,), one `each`, as a copy that cannot be written to."""
+    given = moderate(copied(values, name), name)
+    if given.shape != (count,):
+        raise ValueError(f"{name}: expected shape ({count},), one {each}, got {given.shape}")
+    return given
+
+
 def start(value: Pose | ArrayLike | None, name: str = "start") -> Pose | None:
     """A pose, or the pose of homogeneous matrices (..., d + 1, d + 1)."""
     if value is None or isinstance(value, Pose):
@@ -165,6 +173,7 @@ def few(source: int, target: int, fits: bool, limit: str, each: int) -> None:
 
 def count(value: object, name: str, least: int = 0) -> int:
     """An integer of at least `least` and at most `MOST`."""
+    value = scalar(value)
     if isinstance(value, bool) or not isinstance(value, int | np.integer):
         raise ValueError(f"{name}: expected an integer, got {shown(value)}")
     plain = int(value)
@@ -177,15 +186,33 @@ def count(value: object, name: str, least: int = 0) -> int:
 
 def number(value: object, name: str, low: float = -np.inf, high: float = np.inf) -> float:
     """A finite number within [low, high]."""
-    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
+    return _number(value, name, low, high, "a finite number")
+
+
+def scalar(value: object) -> object:
+    """`value`, of numpy's numbers and arrays without axes Python's own."""
+    bare = isinstance(value, np.generic | np.ndarray) and not value.ndim
+    return cast(Any, value).item() if bare else value
+
+
+def _number(value: object, name: str, low: float, high: float, wanted: str) -> float:
+    value = scalar(value)
+    if isinstance(value, bool) or not isinstance(value, int | float | np.floating):
         raise ValueError(f"{name}: expected a number, got {shown(value)}")
     try:
-        plain = float(value)  # numpy's own types would round the limits to their precision
+        plain = float(value)
     except OverflowError:
-        plain = np.inf
+        raise ValueError(f"{name}: expected a finite number{_between(low, high)}, got one beyond 1e308") from None
     if not np.isfinite(plain) or not low <= plain <= high:
-        raise ValueError(f"{name}: expected a finite number from {low:g} to {high:g}, got {plain!r}")
+        raise ValueError(f"{name}: expected {wanted}{_between(low, high)}, got {plain!r}")
     return plain
+
+
+def _between(low: float, high: float) -> str:
+    """The limits in words, as far as there are any."""
+    if np.isinf(high):
+        return "" if np.isinf(low) else f" of at least {low:g}"
+    return f" of at most {high:g}" if np.isinf(low) else f" from {low:g} to {high:g}"
 
 
 def flag(value: object, name: str) -> bool:
@@ -197,12 +224,14 @@ def flag(value: object, name: str) -> bool:
 
 def limit(value: object, name: str) -> float:
     """A number; it may be infinite, of either sign."""
-    return float(value) if isinstance(value, float | np.floating) and np.isinf(value) else number(value, name)
+    value = scalar(value)
+    return value if isinstance(value, float) and np.isinf(value) else _number(value, name, -np.inf, np.inf, "a number")
 
 
 def reach(value: object, name: str, low: float = -np.inf) -> float:
     """A number of at least `low`; it may be infinite."""
-    return np.inf if isinstance(value, float | np.floating) and value == np.inf else number(value, name, low)
+    value = scalar(value)
+    return np.inf if isinstance(value, float) and value == np.inf else _number(value, name, low, np.inf, "a number")
 
 
 def one_or_several(value: object, name: str) -> tuple[Any, ...]:

@@ -117,10 +117,10 @@ def why(m: Moments, i: tuple[int, ...]) -> str:
     d = m.p.shape[-1]
     if m.weightless[i]:
         return "all weights are zero"
-    if m.still_p[i]:
-        return "all source points with weight are equal: the rotation is undefined"
-    if m.still_q[i]:
-        return "all target points with weight are equal: the rotation is undefined"
+    for name, still, x in (("source", m.still_p[i], m.p[i]), ("target", m.still_q[i], m.q[i])):
+        # Of many equal points the mean is rounded, and they lie apart from it, though not from each other.
+        if still or np.ptp(x[m.w[i] > 0.0], axis=0).max() <= 8.0 * _EPS:
+            return f"all {name} points with weight are equal: the rotation is undefined"
     if d > 2:
         for name, x in (("source", m.p[i]), ("target", m.q[i])):
             spans = np.linalg.svd(np.sqrt(m.w[i])[:, None] * x, compute_uv=False)

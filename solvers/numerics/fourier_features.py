@@ -311,7 +311,7 @@ def mean_kernel(x: FloatArray, y: FloatArray, length: float, kernel: str = "gaus
     Raises
     ------
     ValueError
-        If the kernel is unknown.
+        If the kernel is unknown, or the length is not a positive number.
 
     Examples
     --------
@@ -322,6 +322,8 @@ def mean_kernel(x: FloatArray, y: FloatArray, length: float, kernel: str = "gaus
     0.3679
     """
     validate.one_of(kernel, KERNELS, "kernel")
+    if not validate.number(length, "length") > 0.0:
+        raise ValueError(f"length: expected a positive number, got {length!r}")
     total = 0.0
     with np.errstate(over="ignore", under="ignore"):
         for _, part in _blocks(1, len(x), len(y)):

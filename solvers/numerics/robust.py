@@ -120,7 +120,7 @@ def weights(kernel: str, distances: FloatArray, threshold: FloatArray | float) -
     Parameters
     ----------
     kernel : str
-        A name of `KERNELS`; not checked here.
+        A name of `KERNELS`.
     distances : ndarray of shape (..., m)
         Pair distances r, in world units.
     threshold : float or ndarray of shape (...)
@@ -130,6 +130,11 @@ def weights(kernel: str, distances: FloatArray, threshold: FloatArray | float) -
     -------
     ndarray of shape (..., m)
         In [0, 1].
+
+    Raises
+    ------
+    ValueError
+        If there is no such kernel.
 
     References
     ----------
@@ -143,6 +148,7 @@ def weights(kernel: str, distances: FloatArray, threshold: FloatArray | float) -
     >>> weights("huber", np.array([0.0, 0.5, 1.0, 2.0, np.inf]), 1.0)
     array([1. , 1. , 1. , 0.5, 0. ])
     """
+    validate.one_of(kernel, KERNELS, "kernel")
     if kernel == "none":
         return np.ones_like(distances)
     x, _ = _ratio(distances, threshold)
@@ -162,7 +168,7 @@ def loss(kernel: str, distances: FloatArray, threshold: FloatArray | float) -> F
     Parameters
     ----------
     kernel : str
-        A name of `KERNELS`; not checked here. "none" is r²/2.
+        A name of `KERNELS`. "none" is r²/2.
     distances : ndarray of shape (..., m)
         Pair distances r, in world units.
     threshold : float or ndarray of shape (...)
@@ -173,6 +179,11 @@ def loss(kernel: str, distances: FloatArray, threshold: FloatArray | float) -> F
     ndarray of shape (..., m)
         Squared world units.
 
+    Raises
+    ------
+    ValueError
+        If there is no such kernel.
+
     Examples
     --------
     >>> import numpy as np
@@ -180,6 +191,7 @@ def loss(kernel: str, distances: FloatArray, threshold: FloatArray | float) -> F
     >>> loss("huber", np.array([0.0, 1.0, 2.0]), 1.0)
     array([0. , 0.5, 1.5])
     """
+    validate.one_of(kernel, KERNELS, "kernel")
     with np.errstate(under="ignore", over="ignore", invalid="ignore"):
         if kernel == "none":
             return 0.5 * np.square(distances)
@@ -224,6 +236,11 @@ def threshold(
     ndarray of shape (b,)
         World units.
 
+    Raises
+    ------
+    ValueError
+        If there is no such kernel.
+
     Examples
     --------
     >>> import numpy as np
@@ -231,6 +248,7 @@ def threshold(
     >>> threshold("tukey", np.array([[0.1, 0.2, 9.0]]), scale=0.1).round(4)
     array([0.4685])
     """
+    validate.one_of(kernel, KERNELS, "kernel")
     if kernel == "none":
         return np.full(distances.shape[:-1], np.inf)
     c = TUNING[kernel] if tuning is None else tuning

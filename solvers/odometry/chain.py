@@ -231,9 +231,15 @@ def scan_to_map(
     poses = [Pose.identity()]
     believed, share = np.ones(n, dtype=np.bool_), np.ones(n)
     said = np.zeros((n, 3, 3))
-    kept = [0]
-    index, surface = local_map(scans, kept, stacked(poses))
-    for k in range(1, n):
+    begin = int(np.argmax(scans.weights.any(axis=1)))  # the scans before it are empty: there is no map yet
+    for k in range(1, begin + 1):
+        poses.append(poses[-1].compose(motion[k]))
+        believed[k], share[k] = False, 0.0
+        if progress is not None:
+            progress(k, n - 1)
+    kept = [begin]
+    index, surface = local_map(scans, kept, Pose.identity(batch=(1,)))
+    for k in range(begin + 1, n):
         # All in the coordinates of the last keyframe, so that no number grows with the drive.
         frame = poses[kept[-1]]
         start = frame.inverse().compose(poses[-1]).compose(motion[k])

@@ -226,7 +226,9 @@ def _verified(
 ) -> Matches:
     """`verified` for a single candidate."""
     predicted = poses[earlier].inverse().compose(poses[later])
-    start = predicted if options.search == "none" else _sought(scans, int(later[0]), int(earlier[0]), options.search)
+    seen = scans.weights[later].any() and scans.weights[earlier].any()
+    sought = seen and options.search != "none"
+    start = _sought(scans, int(later[0]), int(earlier[0]), options.search) if sought else predicted
     wide = match_pairs(scans, later, earlier, start, replace(matching, gate=3.0 * matching.gate))
     there = match_to_map(scans, later, earlier, poses, options.around, wide.pose, matching)
     back = match_to_map(scans, earlier, later, poses, options.around, there.pose.inverse(), matching)

@@ -15,7 +15,11 @@ from solvers.odometry.matching import Matches, MatchOptions, Scans, found, match
 
 
 def local_map(scans: Scans, rows: Sequence[int], poses: Pose) -> tuple[Index, Normals]:
-    """The echoes of the scans `rows` at their `poses`, as one cloud with its normals."""
+    """The echoes of the scans `rows` at their `poses`, as one cloud with its normals. Where no scan has any, it
+    is a point without a normal, to which nothing can be matched."""
+    if not scans.weights[list(rows)].any():
+        one = np.zeros((1, 1, 2))
+        return nearest.build(one), Normals(one, np.ones((1, 1), dtype=np.bool_), one)
     points, vectors, flagged, values = [], [], [], []
     for k, R, t in zip(rows, poses.R, poses.t, strict=True):
         seen = scans.weights[k] > 0.0

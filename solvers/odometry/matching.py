@@ -33,6 +33,8 @@ from solvers.scenes.drive import Drive
 
 TOGETHER = 32
 """Pairs that run as one batch: more gain little, and progress is told after each."""
+FEWEST = 3
+"""Echoes that a scan must have to be matched at all."""
 
 Progress = Callable[[int, int], Any]
 """Told how many pairs are done, and of how many."""
@@ -102,7 +104,7 @@ class Scans:
     points : ndarray of shape (n, m, 2)
         The echoes, padded to the largest number by repeats of the last.
     weights : ndarray of shape (n, m)
-        1 for an echo, 0 for padding.
+        1 for an echo, 0 for padding. All 0 for a scan of fewer than three echoes, which matches nothing.
     surface : Normals
         The normals of each scan, flagged where there is none.
 
@@ -160,13 +162,14 @@ def prepare(drive: Drive, farthest: float = 30.0, every: int = 1) -> Scans:
     Returns
     -------
     Scans
-        As many as the drive has.
+        As many as the drive has. One with fewer than three echoes left is empty: nothing is matched with it, and the
+        link to it is the prediction.
 
     Raises
     ------
     ValueError
-        If `drive` is not a Drive, `farthest` is negative, `every` is not a positive integer, or a scan has fewer than
-        three echoes left.
+        If `drive` is not a Drive, `farthest` is negative, `every` is not a positive integer, or no scan has three
+        echoes left.
 
     Examples
     --------
@@ -178,14 +181,16 @@ def prepare(drive: Drive, farthest: float = 30.0, every: int = 1) -> Scans:
     """
     validate.count(every, "every", 1)
     clouds = [cloud[::every] for cloud in straightened(drive, farthest)]
-    for k, cloud in enumerate(clouds):
-        if len(cloud) < 3:
-            raise ValueError(f"scan {k}: {len(cloud)} echoes within {farthest:g} m; three are needed")
-    n, most = len(clouds), max(map(len, clouds))
-    points, weights = np.empty((n, most, 2)), np.zeros((n, most))
+    clouds = [cloud if len(cloud) >= FEWEST else cloud[:0] for cloud in clouds]
+    n, most = len(clouds), max(map(len, clouds), default=0)
+    if not most:
+        raise ValueError(f"drive: none of {n} scans has three echoes within {farthest:g} m")
+    points, weights = np.zeros((n, most, 2)), np.zeros((n, most))
     vectors, flagged, values = np.zeros((n, most, 2)), np.ones((n, most), dtype=np.bool_), np.zeros((n, most, 2))
     for k, cloud in enumerate(clouds):
         m = len(cloud)
+        if not m:
+            continue
         points[k, :m], points[k, m:], weights[k, :m] = cloud, cloud[-1], 1.0
         found = normals(nearest.build(cloud[None]), NEIGHBOURS)
         vectors[k, :m], flagged[k, :m], values[k, :m] = found.vectors[0], found.flagged[0], found.eigenvalues[0]

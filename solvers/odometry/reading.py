@@ -107,6 +107,7 @@ def _table(lines: list[str], rows: list[int]) -> tuple[FloatArray, Pose, FloatAr
             raise ValueError(f"line {at + 1}: a number is not finite, or larger than 1e9")
         if (row[4:] < 0).any():
             raise ValueError(f"line {at + 1}: a range is negative; expected centimetres, or 0 for no echo")
+    _in_order(table[:, 0], rows[1:])
     motion = table[:, 1:4].copy()
     motion[:1] = 0.0
     ranges = np.where(table[:, 4:] == 0.0, np.inf, table[:, 4:] / 100.0)
@@ -115,6 +116,7 @@ def _table(lines: list[str], rows: list[int]) -> tuple[FloatArray, Pose, FloatAr
 
 def _carmen(lines: list[str], rows: list[int]) -> tuple[FloatArray, Pose, FloatArray]:
     scans: list[list[float]] = []
+    used: list[int] = []
     beams = -1
     for k in rows:
         fields = lines[k].split()
@@ -133,12 +135,21 @@ def _carmen(lines: list[str], rows: list[int]) -> tuple[FloatArray, Pose, FloatA
             if not is_number(field) or not abs(float(field)) <= 1e12:
                 raise ValueError(f"line {k + 1}: {told(field)} is not a number; expected one such as -1.25 or 3e-2")
         scans.append([float(field) for field in taken])
+        used.append(k)
     if not scans:
         raise ValueError(f"line {rows[0] + 1}: neither columns that begin with seconds,dx_m nor a line with FLASER")
     table = np.array(scans)
+    _in_order(table[:, beams + 6], used)
     x, y, turn = table[:, beams + 3], table[:, beams + 4], table[:, beams + 5]
     poses = Pose.from_angle(turn, np.stack([x, y], axis=1))
     links = poses[:-1].inverse().compose(poses[1:])
     motion = concatenated([Pose.identity(batch=(1,)), links])
     r = table[:, :beams]
     return table[:, beams + 6] - table[0, beams + 6], motion, np.where((r <= 0.0) | (r >= LONGEST), np.inf, r)
+
+
+def _in_order(seconds: FloatArray, rows: list[int]) -> None:
+    """Refuse times that go backwards, by the line. `rows`: that of each scan."""
+    for k in np.flatnonzero(np.diff(seconds) < 0.0)[:1]:
+        now, before = (f"{seconds[j]:.15g} s" for j in (k + 1, k))
+        raise ValueError(f"line {rows[k + 1] + 1}: its time is {now}, before the {before} of line {rows[k] + 1}")

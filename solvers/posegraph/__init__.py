@@ -5,6 +5,7 @@ the poses that agree with all measurements best.
 """
 
 from solvers.core.edges import Edges
+from solvers.core.poses import concatenated, stacked
 from solvers.posegraph.covariance import marginals
 from solvers.posegraph.errors import chi_squared, jacobians, residuals
 from solvers.posegraph.graph import GraphResult, GraphRun, advance, begin, optimise
@@ -19,8 +20,10 @@ __all__ = [
     "advance",
     "begin",
     "chi_squared",
+    "concatenated",
     "jacobians",
     "marginals",
     "optimise",
     "residuals",
+    "stacked",
 ]

@@ -13,10 +13,13 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray
+from solvers.core.edges import rigid
 from solvers.core.kinds import of_kind
+from solvers.core.numbers import copied, moderate
 from solvers.core.pose import Pose
 from solvers.scenes.scans import ranges as cast
 
@@ -36,21 +39,29 @@ OUTER.flags.writeable = INNER.flags.writeable = False
 class Drive:
     """n scans, and how far the wheels say that the robot went between them.
 
-    Attributes
+    The arrays are copied and cannot be written to.
+
+    Parameters
     ----------
-    seconds : ndarray of shape (n,)
-        When each scan was made, since the first.
-    motion : Pose
-        n motions by odometry: from the robot's coordinates at a scan to those at the scan before, in metres. The first
-        is the identity.
-    ranges : ndarray of shape (n, k)
-        Metres along each beam; infinite where no echo came back.
-    bearings : ndarray of shape (k,)
-        The beams' angles in the laser's coordinates, radians, anticlockwise from ahead.
-    mount : Pose
+    seconds : array_like of shape (n,)
+        When each scan was made, since the first; never before the scan before.
+    motion : Pose or array_like of shape (n, 3, 3)
+        n motions by odometry, or their homogeneous matrices: from the robot's coordinates at a scan to those at the
+        scan before, in metres. The first is the identity.
+    ranges : array_like of shape (n, k)
+        Metres along each beam, 0 or more; infinite or NaN where no echo came back.
+    bearings : array_like of shape (k,)
+        The beams' angles in the laser's coordinates, radians from −2π to 2π, anticlockwise from ahead.
+    mount : Pose or array_like of shape (3, 3)
         From the laser's coordinates to the robot's.
-    delays : ndarray of shape (k,), optional
+    delays : array_like of shape (k,), optional
         When each beam is sent, seconds after the moment of its scan. None: all at once.
+
+    Raises
+    ------
+    ValueError
+        If shapes do not fit, a number is not finite that should be, a range is negative, a bearing is beyond a whole
+        turn, the seconds go backwards, or a pose is not a rigid motion of the plane.
 
     Examples
     --------
@@ -66,6 +77,34 @@ class Drive:
     bearings: FloatArray
     mount: Pose
     delays: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        ranges = copied(self.ranges, "ranges")
+        if ranges.ndim != 2 or not ranges.size:
+            raise ValueError(f"ranges: expected shape (n, k), a row a scan, got {ranges.shape}")
+        if (ranges < 0.0).any():
+            raise ValueError(f"ranges: must not be negative, but the smallest is {np.nanmin(ranges):.6g}")
+        moderate(ranges[np.isfinite(ranges)], "ranges")
+        n, k = ranges.shape
+        seconds = validate.row(self.seconds, "seconds", n, "a scan")
+        for later in np.flatnonzero(np.diff(seconds) < 0.0)[:1] + 1:
+            before, now = seconds[later - 1], seconds[later]
+            raise ValueError(f"seconds: scan {later} is at {now:g}, before the scan before it, at {before:g}")
+        bearings = validate.row(self.bearings, "bearings", k, "a beam")
+        widest = np.abs(bearings).max()
+        if widest > 2.0 * np.pi:
+            way = "; numpy.radians makes radians of degrees"
+            raise ValueError(f"bearings: expected radians from −2π to 2π, but there is one of {widest:.6g}{way}")
+        delays = None if self.delays is None else validate.row(self.delays, "delays", k, "a beam")
+        motion, mount = (_rigid(getattr(self, name), name) for name in ("motion", "mount"))
+        if motion.batch != (n,):
+            raise ValueError(f"motion: expected motions of shape ({n},), one a scan, got {motion.batch}")
+        if mount.batch:
+            raise ValueError(f"mount: expected a single pose, got {mount.batch}")
+        made = {"seconds": seconds, "motion": motion, "ranges": ranges, "bearings": bearings, "mount": mount,
+                "delays": delays}  # fmt: skip
+        for name, value in made.items():
+            object.__setattr__(self, name, value)
 
     def heard(self, k: int, farthest: float = np.inf) -> BoolArray:
         """Which beams of one scan brought an echo.
@@ -115,6 +154,11 @@ class Drive:
         seen = self.heard(k, farthest)
         ahead = np.stack([np.cos(self.bearings[seen]), np.sin(self.bearings[seen])], axis=1)
         return self.mount.apply(self.ranges[k, seen, None] * ahead)
+
+
+def _rigid(value: Pose | ArrayLike, name: str) -> Pose:
+    """Rigid motions of the plane, given as poses or as their matrices."""
+    return rigid(of_kind(validate.start(value, name), Pose, name), name)
 
 
 def chained(motion: Pose) -> Pose:
@@ -223,8 +267,6 @@ def telecom_loop() -> Drive:
     ranges = np.where(centimetres == 0, np.inf, centimetres / 100.0)
     bearings = np.radians(-90.0 + 0.5 * np.arange(k))
     delays = interlaced(k, np.radians(0.5))
-    for array in (ranges, bearings, delays):
-        array.flags.writeable = False
     return Drive(table[:, 0] * 1e-3, motion, ranges, bearings, Pose.from_angle(0.0, (0.78, 0.0)), delays)
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -40,8 +40,8 @@ def covariance(
     Parameters
     ----------
     result : Result
-        Of `solvers.register`, in the plane: one problem or a batch, not a list of several
-        clouds.
+        Of `solvers.register`, in the plane: one problem, a batch or a list of clouds. Of a
+        list, each noise is one number for all or a list with one entry for each cloud.
     how : str, default "hessian"
         "hessian", σ² (JᵀJ)⁻¹, for `kabsch`, `icp`, `trimmed-icp`, `capped-icp`,
         `kiss-threshold-icp`, `point-to-plane` and `gicp`; "censi", which carries the noise
@@ -69,8 +69,8 @@ def covariance(
     ------
     ValueError
         If `result` is not a Result, if its method has no such covariance, if it is not of
-        the plane or of several clouds, if a noise is not finite, is negative or not of
-        the shape, is what the other form takes, or if "censi" is given none.
+        the plane, if a noise is not finite, is negative or not of the shape, is what the
+        other form takes, or if "censi" is given none.
 
     Notes
     -----
@@ -126,10 +126,12 @@ def covariance(
         )
     if result.pose.dim != 2:
         raise ValueError(f"result: covariances are of the plane, the points have {result.pose.dim} coordinates")
-    if len(result.states) != 1:
-        raise ValueError("result: of a list of several clouds; register them one by one for a covariance of each")
     _noise_of_its_form(how, sigma, source_noise, target_noise)
     validate.number(free_below, "free_below", 0.0, 1.0)
+    if len(result.states) != 1:
+        return _one_by_one(
+            result, how, free_below, sigma=sigma, source_noise=source_noise, target_noise=target_noise
+        )
     at = _pairs(result)
     J = gauss_newton.jacobian(at.moved - at.centre[:, None], at.radius)[..., _ORDER]
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
@@ -144,6 +146,28 @@ def covariance(
         scaled.reshape(*shape, 3, 3), pose, at.centre.reshape(*shape, 2), at.radius.reshape(shape), "target", how,
         free.reshape(*shape, 3, 3),
     )  # fmt: skip
+
+
+def _one_by_one(result: Result, how: str, below: float, **noises: ArrayLike | None) -> Covariance:
+    """`covariance` of a list of clouds: each its own, and side by side."""
+    n = len(result.states)
+    given: dict[str, Any] = {}
+    for name, noise in noises.items():
+        entries: Any = noise if isinstance(noise, list | tuple) or np.ndim(cast(Any, noise)) else [noise] * n
+        if len(entries) != n:
+            raise ValueError(f"{name}: expected one number, or an entry for each of {n} clouds, got {len(entries)}")
+        given[name] = entries
+    each = []
+    for k in range(n):
+        try:
+            each.append(covariance(result[k], how, free_below=below, **{name: x[k] for name, x in given.items()}))
+        except ValueError as error:
+            raise ValueError(f"cloud {k} of the list: {error}") from None
+    parts = {
+        name: np.stack([getattr(one, name) for one in each])
+        for name in ("deviations", "directions", "centre", "radius")
+    }
+    return replace(each[0], mean=result.pose, **cast(Any, parts))
 
 
 def _noise_of_its_form(how: str, sigma: Any, source_noise: Any, target_noise: Any) -> None:
@@ -168,11 +192,10 @@ def offered(result: Result) -> Covariance | None:
     Returns
     -------
     Covariance or None
-        None for other methods than `HESSIAN`, in space, for a pose with a scale, and
-        for a list of several clouds.
+        None for other methods than `HESSIAN`, in space, and for a pose with a scale.
     """
     planar = result.pose.dim == 2 and bool(np.all(np.abs(np.asarray(result.pose.scale) - 1.0) <= 1e-9))
-    return covariance(result) if result.method in HESSIAN and planar and len(result.states) == 1 else None
+    return covariance(result) if result.method in HESSIAN and planar else None
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,6 +13,7 @@ from solvers.core import validate
 from solvers.core.arrays import FloatArray, IntArray
 from solvers.core.edges import rigid
 from solvers.core.kinds import of_kind
+from solvers.core.method import Method
 from solvers.core.numbers import finite, numbers
 from solvers.core.pose import Pose
 from solvers.core.poses import concatenated, stacked
@@ -122,7 +123,7 @@ def spread_of(
 
 
 def monte_carlo(
-    source: ArrayLike, target: ArrayLike, method: str = "icp", *, start: Pose | None = None,
+    source: ArrayLike, target: ArrayLike, method: str | Method[Any] = "icp", *, start: Pose | None = None,
     weights: ArrayLike | None = None, apart: float | None = None, **options: Any,
 ) -> Spread:  # fmt: skip
     """Register redrawn scans, each as if it were the one, and keep all end poses.
@@ -136,7 +137,7 @@ def monte_carlo(
         The clouds that are moved, one a draw, or one for all.
     target : array_like of shape (k, n, 2) or (n, 2)
         The clouds that stay.
-    method : str, default "icp"
+    method : str or Method, default "icp"
         As for `solvers.register`.
     start : Pose, optional
         Where the runs begin, of shape () or (k,).
@@ -178,7 +179,7 @@ def monte_carlo(
 
 
 def from_starts(
-    source: ArrayLike, target: ArrayLike, method: str = "icp", *, start: Covariance,
+    source: ArrayLike, target: ArrayLike, method: str | Method[Any] = "icp", *, start: Covariance,
     noise: Covariance | None = None, weights: ArrayLike | None = None, draws: int = 0, seed: int = 0,
     **options: Any,
 ) -> Covariance:  # fmt: skip
@@ -194,7 +195,7 @@ def from_starts(
         The cloud that is moved.
     target : array_like of shape (n, 2)
         The cloud that stays.
-    method : str, default "icp"
+    method : str or Method, default "icp"
         As for `solvers.register`.
     start : Covariance
         The starting pose and how uncertain it is; no direction of it is free.
@@ -247,6 +248,7 @@ def from_starts(
         raise ValueError(f"noise: expected one covariance, got a batch of shape {noise.mean.batch}")
     if p.ndim != 2 or q.ndim != 2 or of_kind(start, Covariance, "start").mean.batch:
         raise ValueError("source, target, start: expected one pair of clouds and one start")
+    validate.count(seed, "seed")
     poses = start.sample(draws, seed) if validate.count(draws, "draws") else _unscented(start)
     starts = concatenated([stacked([start.mean]), poses])
     found = register(p, q, method, start=starts, weights=weights, **options)

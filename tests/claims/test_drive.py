@@ -204,7 +204,8 @@ def delays_of(drive):
     whole[:, 1::2] = half[:, ::2] = np.inf
     motion = Pose(np.tile(drive.motion.R, (2, 1, 1)), np.tile(drive.motion.t, (2, 1)))
     both = prepare(replace(
-        drive, seconds=np.tile(drive.seconds, 2), motion=motion, ranges=np.concatenate([whole, half])
+        drive, seconds=np.concatenate([drive.seconds, drive.seconds + 1e9]),  # so that no speed is of both
+        motion=motion, ranges=np.concatenate([whole, half]),
     ))  # fmt: skip
     k, none = np.arange(n), Pose.identity(batch=(n,))
     there, back = (match(both, k + a, k + b, none, MatchOptions(gate=0.3)).pose for a, b in ((n, 0), (0, n)))

@@ -80,6 +80,10 @@ def stub() -> str:
         options = f"options: {METHODS[name].options.__name__} | None = ..."
         chosen = f"method: Literal[{_names(name)}]{usual}"
         parts += ["", "@overload", _signature("register", [source, target, chosen, star, options, *own])]
+    both, known = list(inspect.signature(solvers.register).parameters.values()), ("source", "target")
+    own = [f"{one.name}: {one.annotation}" for one in both if one.name in known] + ["method: Method[Any]", "*"]
+    own += [f"{one.name}: {one.annotation} = ..." for one in both if one.kind is one.KEYWORD_ONLY]
+    parts += ["", "@overload", _signature("register", [*own, "**keywords: Any"])]
     parts += ["", LISTED + "".join(_item(name) for name in METHODS) + REST]
     return "\n".join(parts)
 

@@ -6,7 +6,11 @@ import numpy as np
 import pytest
 
 from solvers import Pose, Status, register
-from solvers.scenes.rooms import kabsch_scene
+from solvers.scenes.rooms import kabsch_scene, room
+from solvers.uncertainty import covariance
+from solvers.verify import evidence
+
+SPACE = np.random.default_rng(4).standard_normal((7, 3))
 
 kabsch = partial(register, method="kabsch")
 
@@ -76,4 +80,68 @@ def test_a_list_of_one_is_a_batch_of_one(scene):
     assert np.array_equal(one.covariance.matrix, alone.covariance.matrix[None])
     assert isinstance(two.correspondences, list)
     assert isinstance(two.detail("condition"), list)
-    assert two.covariance is None
+    assert two.covariance.mean.batch == (2,)
+
+
+SIZES = (132, 60, 90)
+
+
+@pytest.fixture
+def rooms():
+    """A scene's clouds in three sizes, and the result of all three."""
+    scene = room("noise")
+    sources = [scene.source[:n] for n in SIZES]
+    return sources, scene.target, register(sources, scene.target, "point-to-plane", gate=0.5, start=scene.truth)
+
+
+def test_what_moves_points_moves_each_cloud_by_its_own_pose(rooms):
+    sources, _, result = rooms
+    moved = result.transform(sources)
+    assert [cloud.shape for cloud in moved] == [(n, 2) for n in SIZES]
+    assert all(np.array_equal(moved[k], result[k].transform(sources[k])) for k in range(3))
+    assert result.transform([cloud[:9] for cloud in sources]).shape == (3, 9, 2)
+    for few, poses in ((result[:2], r"\(2,\)"), (result[0], r"\(\)")):
+        with pytest.raises(ValueError, match=f"^points: there are 3 clouds, but poses of shape {poses}"):
+            few.transform(sources)
+
+
+def test_evidence_of_a_list_is_that_of_each(rooms):
+    """Against one target or one each, whichever of the two is the list."""
+    sources, target, result = rooms
+    targets = [target[: 100 + k] for k in range(3)]
+    for p, q in ((sources, target), (sources, targets), (sources[0], targets), (sources, np.stack([target] * 3))):
+        found = evidence(p, q, result.pose)
+        for k in range(3):
+            own, other = (x if isinstance(x, np.ndarray) and x.ndim == 2 else x[k] for x in (p, q))
+            alone = evidence(own, other, result.pose[k])
+            assert np.array_equal(found.explained[k], alone.explained)
+            for name in ("share", "rms", "weakest"):
+                assert getattr(found, name)[k] == getattr(alone, name)
+    assert evidence(sources, target, result.pose[0], reach=0.2).share.shape == (3,)
+    with pytest.raises(ValueError, match=r"^pose: expected one for all 3 clouds, or one for each"):
+        evidence(sources, target, result.pose[:2])
+    with pytest.raises(ValueError, match=r"^target: expected one for all 3 clouds, or one for each"):
+        evidence(sources, targets[:2], result.pose)
+    with pytest.raises(ValueError, match=r"^cloud 0 of the list: source: 1 of 264 numbers"):
+        evidence([np.where(sources[0] == sources[0][0, 0], np.nan, sources[0]), *sources[1:]], target, result.pose)
+
+
+def test_covariances_of_a_list_are_those_of_each(rooms):
+    _, _, result = rooms
+    ways = (
+        ({}, {}), ({"sigma": 0.1}, {"sigma": 0.1}), ({"sigma": [0.1, 0.2, 0.3]}, {"sigma": 0.2}),
+        ({"how": "censi", "source_noise": 0.1}, {"how": "censi", "source_noise": 0.1}),
+        ({"how": "censi", "source_noise": [np.full(n, 0.1) for n in SIZES], "target_noise": 0.05},
+         {"how": "censi", "source_noise": np.full(SIZES[1], 0.1), "target_noise": 0.05}),
+    )  # fmt: skip
+    for given, own in ways:
+        both, alone = covariance(result, **given), covariance(result[1], **own)
+        assert np.array_equal(both[1].matrix, alone.matrix)
+        assert both.mean == result.pose
+        assert both.edge_information().shape == (3, 3, 3)
+    assert np.array_equal(result.covariance.matrix, covariance(result).matrix)
+    with pytest.raises(ValueError, match=r"^sigma: expected one number, or an entry for each of 3 clouds, got 2$"):
+        covariance(result, sigma=[0.1, 0.2])
+    with pytest.raises(ValueError, match=r"^cloud 2 of the list: sigma: expected a finite deviation"):
+        covariance(result, sigma=[0.1, 0.2, -0.3])
+    assert register([SPACE, SPACE[:5]], SPACE).covariance is None

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from solvers import METHODS, Pose, Status, register
-from solvers.core.stepper import LEAST_EXTENT
+from solvers.core.extent import LEAST_EXTENT
 from solvers.core.validate import LARGEST
 
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
@@ -71,3 +71,35 @@ def test_one_point_and_equal_points_are_degenerate(method):
         assert found.status == Status.DEGENERATE
         assert found.reason
         assert np.isfinite(found.matrix).all()
+
+
+PLACE = np.full((12, 2), (0.3, 0.1))
+CLOUD = np.random.default_rng(0).standard_normal((12, 2))
+
+
+@pytest.mark.parametrize("max_steps", [None, 0, 3])
+@pytest.mark.parametrize("method", METHODS)
+def test_points_at_one_place_leave_the_rotation_open_whatever_the_method(method, max_steps):
+    """Source or target, equal to rounding, one point or many, near the other cloud or on it: degenerate at the end, in
+    words, and never taken for an answer that came to rest."""
+    rounded = PLACE * (1.0 + 2.0**-52 * np.random.default_rng(1).integers(-1, 2, PLACE.shape))
+    pairs = [(PLACE, CLOUD), (CLOUD, PLACE), (rounded, CLOUD), (CLOUD, rounded), (PLACE, PLACE + 0.3), (PLACE, PLACE)]
+    if not METHODS[method].paired:
+        pairs += [(PLACE[:1], CLOUD), (CLOUD, PLACE[:1])]
+    for source, target in pairs:
+        result = register(source, target, method, start=Pose.from_angle(0.4, (0.1, 0.2)), max_steps=max_steps)
+        assert result.status is Status.DEGENERATE
+        assert result.reason
+        assert not result
+        assert np.isfinite(result.pose.matrix).all()
+
+
+@pytest.mark.parametrize("method", ["gicp", "filterreg", "mmd", "ndt", "icp", "cpd-rigid"])
+def test_points_at_one_place_leave_the_rest_of_their_batch_alone(method):
+    source, target = np.stack([CLOUD, PLACE, CLOUD, CLOUD]), np.stack([TRUTH(CLOUD), CLOUD, PLACE, CLOUD])
+    both = register(source, target, method)
+    assert (both.status == Status.DEGENERATE)[[1, 2]].all()
+    for k in (0, 3):
+        alone = register(source[k], target[k], method)
+        assert (both[k].status, both[k].reason, both[k].steps) == (alone.status, alone.reason, alone.steps)
+        assert np.array_equal(both[k].pose.matrix, alone.pose.matrix)

@@ -100,6 +100,18 @@ def test_the_field_s_names_are_understood(clouds: tuple[np.ndarray, np.ndarray])
         ("ransac", "max_distance", "inlier"),
         ("ransac", "pair", "pairs"),
         ("icp", "wieght", "weight"),
+        ("trimmed-icp", "overlap", "keep"),
+        ("trimmed-icp", "trim", "keep"),
+        ("icp", "overlap", "trim"),
+        ("icp", "max_range", "gate"),
+        ("capped-icp", "max_range", "cap"),
+        ("ndt", "resolution", "cells"),
+        ("ndt", "voxel_size", "cells"),
+        ("correlative", "resolution", "cell"),
+        ("ransac", "threshold", "inlier"),
+        ("icp", "threshold", "gate"),
+        ("cpd-rigid", "w", "clutter"),
+        ("filterreg", "w", "clutter"),
     ],
 )
 def test_a_wrong_option_leads_to_the_right_one(

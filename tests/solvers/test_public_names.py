@@ -40,7 +40,8 @@ NAMES = {
         "IcpOptions KissOptions MmdOptions NdtOptions NoOptions RansacOptions SoftOptions SurfaceOptions TrimmedOptions"
     ),
     "posegraph": (
-        "KERNELS THRESHOLD Edges GraphResult GraphRun advance begin chi_squared jacobians marginals optimise residuals"
+        "KERNELS THRESHOLD Edges GraphResult GraphRun advance begin chi_squared concatenated jacobians marginals "
+        "optimise residuals stacked"
     ),
     "odometry": (
         "Chain LoopOptions MatchOptions Matches PREDICTIONS Scans candidates close edges_of keyframes match missed "

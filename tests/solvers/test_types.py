@@ -10,6 +10,7 @@ import pytest
 pytestmark = pytest.mark.native
 ROOT = Path(__file__).resolve().parents[2]
 HEAD = """
+from dataclasses import replace
 import numpy as np
 import solvers
 from solvers import METHODS, Pose, register
@@ -31,6 +32,7 @@ register(p, q, "gicp", options=METHODS["gicp"].options(gate=0.5))
 [register(p, q, name) for name in METHODS]
 [register(p, q, name, options=method.options()) for name, method in METHODS.items()]
 by_any_name(p, q, input(), gate=0.5)
+register(p, q, replace(METHODS["icp"], max_steps=9), gate=0.5, start=Pose.identity())
 METHODS[input()].options(gate=0.5)
 METHODS.get(input())
 solvers.icp(p, q, max_distance=0.5, weight="tukey").fitness

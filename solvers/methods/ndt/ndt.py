@@ -66,7 +66,8 @@ class NdtOptions:
     grids : int, default 4
         1 or 4.
     offset : sequence of two floats, default (0.0, 0.0)
-        Where a corner of the first grid lies, world units.
+        Where a corner of the first grid lies, world units. The grid does not move with the
+        scene: shifted, both clouds may end at another pose, but for `offset=target.min(axis=0)`.
     max_shift : float, optional
         The longest step, world units. None is half the first cell size.
     max_turn : float, default 0.2

@@ -26,6 +26,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import AnyArray, BoolArray, FloatArray, IntArray, ReasonArray
+from solvers.core.kinds import shown
 from solvers.core.tree import distinct, once
 from solvers.geometry.spectral import symmetric_eigen
 
@@ -155,7 +156,7 @@ def build(points: FloatArray, size: FloatArray | float, *, offset: FloatArray | 
     Raises
     ------
     ValueError
-        If the number of grids is another.
+        If the number of grids is another, or a size is not positive.
 
     References
     ----------
@@ -173,6 +174,8 @@ def build(points: FloatArray, size: FloatArray | float, *, offset: FloatArray | 
     if grids not in (1, 4):
         raise ValueError(f"grids: expected 1 or 4, got {grids!r}")
     h = np.broadcast_to(np.asarray(size, dtype=np.float64), (len(points),))
+    if not (h > 0.0).all():
+        raise ValueError(f"size: expected a positive number, got {shown(size)}")
     shift = np.zeros(2) if offset is None else np.asarray(offset, dtype=np.float64)
     if (h != h[:1]).any():
         return _built(points, h, shift, grids)

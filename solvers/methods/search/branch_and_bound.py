@@ -55,11 +55,15 @@ _TRIED = 16  # middles whose objective is looked at in a step
 class BranchAndBoundOptions:
     """Options of `branch-and-bound`.
 
+    The objective is the mean over the source points of min(d, cap)², d the distance to the
+    nearest target point.
+
     Parameters
     ----------
     cap : float, optional
         The distance at which a point's loss stops growing, world units. None is an
-        eighth of the target's RMS radius.
+        eighth of the target's RMS radius, the root mean square distance of its points
+        from their mean. `result.detail("ground").cap` is the one used.
     gap : float, optional
         How much lower than the answer's the objective of another pose may at most be,
         in squared world units. None is the square of a hundredth of the target's RMS

@@ -35,6 +35,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, ReasonArray, StatusArray
+from solvers.core.extent import at_one_place
 from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
 from solvers.core.rotations import planar
@@ -124,7 +125,7 @@ class GmmRegState:
 def _start(problem: Problem, options: GmmRegOptions) -> GmmRegState:
     b, m, _ = problem.source.shape
     radius, pose = rms_radius(problem.source), Pose.trusted(problem.start.R, problem.start.t)
-    size = np.where(_equal(problem.target), radius, rms_radius(problem.target))
+    size = np.where(at_one_place(problem.target), radius, rms_radius(problem.target))
     extent = np.maximum(*(np.ptp(c, axis=1).max(axis=1) for c in (problem.source, problem.target)))
     least = np.clip(_FINEST * extent, 1e-140, 1e140)
     first, last = (
@@ -233,7 +234,7 @@ def _step(state: GmmRegState) -> GmmRegState:
     status, reason = mark(after.status, after.reason, lost, Status.DEGENERATE, "no direction of motion changes E")
     for name, cloud in (("source", state.problem.source), ("target", state.problem.target)):
         words = f"all {name} points are equal: the rotation is undefined"
-        status, reason = mark(status, reason, rest & final & _equal(cloud), Status.DEGENERATE, words)
+        status, reason = mark(status, reason, rest & final & at_one_place(cloud), Status.DEGENERATE, words)
     # At a minimum Newton's step is small, and whether E still falls is a matter of
     # rounding.
     settled = rest & (~pending | (whole <= limit))
@@ -246,13 +247,6 @@ def _step(state: GmmRegState) -> GmmRegState:
         part = _at(_at_width(part, np.maximum(options.shrink * part.sigma, part.last)), part.pose)
         after = put(after, next_stage, part)
     return after
-
-
-def _equal(points: FloatArray) -> BoolArray:
-    """Whether all points (b, n, 2) of a cloud lie at one place, to rounding."""
-    blur = 8.0 * np.finfo(np.float64).eps * np.abs(points).max(axis=(1, 2))
-    found: BoolArray = np.ptp(points, axis=1).max(axis=1) <= blur
-    return found
 
 
 GMMREG = Method(

@@ -216,7 +216,7 @@ def test_a_long_signature_has_a_line_a_parameter() -> None:
     entry = api_reference.groups()[0].entries[0]
     lines = re.sub(r"<[^>]*>", "", entry.signature).strip().replace("&#39;", "'").split("\n")
     assert lines[0] == "solvers.register("
-    assert lines[3:5] == ["    method: MethodName | str = 'icp',", "    *,"]
+    assert lines[3:5] == ["    method: MethodName | str | Method[Any] = 'icp',", "    *,"]
     assert lines[-1].startswith(")")
     short = api_reference.groups()[1].entries[3]
     assert "\n" not in re.sub(r"<[^>]*>", "", short.signature).strip()

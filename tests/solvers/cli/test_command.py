@@ -127,7 +127,7 @@ def test_clouds_in_space_and_from_above(files, capsys):
         (["a.csv", "b.xyz", "--max-steps", "-1"], r"--max-steps: must be at least 0, got -1"),
         (
             ["a.csv", "b.xyz", "--reach", "1", "--method", "association-bp", "--options", "reach=-1"],
-            r": reach: expected a finite number",
+            r": reach: expected a finite number from 0\.1 to 30, got -1",
         ),
         (["a.csv", "b.xyz", "--start", "1"], r"--start: '1' has no shift; expected 2"),
         (["a.csv", "b.xyz", "--points", "0"], r"--points: must be at least 1"),

@@ -83,6 +83,25 @@ def test_scans_that_are_not_matched_are_exit_code_3(table: Path, capsys: pytest.
     assert told["not_matched"]
 
 
+@pytest.mark.parametrize("to", ["scan", "map"])
+def test_a_scan_without_echoes_is_only_predicted(
+    to: str, table: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The drive is finished all the same, with its files."""
+    path = tmp_path / "gap.csv"
+    lines = table.read_text("utf-8").splitlines()
+    lines[31] = ",".join([*lines[31].split(",")[:4], *["0"] * 121])
+    path.write_text("\n".join(lines), "utf-8")
+    code, out, err = said(capsys, path, "--ahead", 0.3, "--to", to, "--out", tmp_path / "map.svg")
+    assert (code, err) == (3, "")
+    assert f"predicted only: {'30, 31' if to == 'scan' else '30'}\n" in out
+    assert (tmp_path / "map.svg").exists()
+    path.write_text("\n".join([lines[0], *[lines[31]] * 5]), "utf-8")
+    code, _, err = said(capsys, path)
+    assert code == 2
+    assert "none of 5 scans has three echoes" in err
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [

@@ -76,7 +76,7 @@ def test_a_batch_and_a_list_tell_of_each():
     listed = register([one, other[:-4]], [target, onto], "icp")
     assert [len(rows) for rows in listed.correspondences] == [len(one), len(other) - 4]
     assert listed.rmse[0] == single.rmse
-    assert listed.covariance is None
+    assert np.array_equal(listed.covariance[0].matrix, single.covariance.matrix)
 
 
 @pytest.mark.parametrize("method", SOFT)
@@ -99,3 +99,14 @@ def test_a_covariance_is_offered_where_there_is_a_closed_form(method):
 def test_none_is_offered_in_space():
     points = np.random.default_rng(40).normal(size=(12, 3))
     assert register(points, points + 0.1, "kabsch").covariance is None
+
+
+def test_of_pairs_that_were_given_their_numbers_are_told():
+    """Not rows of the target: a source row may be in several pairs, or in none."""
+    source = np.array([[0.0, 0.0], [2.0, 0.0], [0.0, 1.0], [9.0, 9.0]])
+    pairs = np.array([[0, 2], [1, 1], [2, 0], [3, 0]])
+    weights = [1.0, 1.0, 1.0, 0.0]
+    result = register(source, source[[2, 1, 0]] + 1.0, "kabsch", pairs=pairs, weights=weights)
+    found = result.correspondences
+    assert found.tolist() == [0, 1, 2, -1]
+    assert pairs[found[found >= 0]].tolist() == [[0, 2], [1, 1], [2, 0]]

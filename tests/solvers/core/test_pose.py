@@ -272,3 +272,28 @@ def test_only_a_pose_is_composed():
 
 def test_a_rotation_written_with_six_digits_is_one():
     assert Pose(np.round(Pose.from_angle(0.7).R, 7), np.zeros(2)).angle == pytest.approx(0.7, abs=1e-6)
+
+
+@pytest.mark.parametrize("batch", [(), (4,), (2, 3)])
+def test_poses_of_equal_numbers_are_equal(batch, rng, random_pose):
+    """One bool, of a batch too; another number, shape or dimension, or no pose at all, is not equal."""
+    pose = random_pose(rng, 3, batch, scaled=True)
+    same = Pose(pose.R, pose.t, pose.scale)
+    assert (pose == same) is True
+    assert (pose != same) is False
+    assert hash(pose) == hash(same)
+    assert len({pose, same, pose.inverse()}) == 2
+    assert pose != Pose(pose.R, pose.t + 1e-9, pose.scale)
+    assert pose != Pose(pose.R, pose.t, 2.0 * np.asarray(pose.scale))
+    assert pose != Pose.identity(3, (1, *batch))
+    for other in (pose.matrix, None, "pose", 1.0):
+        assert (pose == other) is False
+        assert (other == pose) is False
+
+
+def test_equal_poses_count_as_one_whatever_the_sign_of_zero():
+    assert Pose.identity() == Pose.identity()
+    assert Pose.identity() != Pose.identity(3)
+    minus = Pose(np.eye(2), [-0.0, 0.0])
+    assert minus == Pose.identity()
+    assert hash(minus) == hash(Pose.identity())

@@ -63,9 +63,10 @@ HALVING = Method("halving", "halve the gap", "none", halving_start, halving_step
 
 def problems(*distances):
     b = len(distances)
-    target = np.zeros((b, 3, 2))
+    source = np.tile([[0.0, -1.0], [0.0, 0.0], [0.0, 1.0]], (b, 1, 1))
+    target = source.copy()
     target[:, :, 0] = np.array(distances)[:, None]
-    return Problem(np.zeros((b, 3, 2)), target, np.ones((b, 3)), Pose.identity(2, (b,)), np.arange(b))
+    return Problem(source, target, np.ones((b, 3)), Pose.identity(2, (b,)), np.arange(b))
 
 
 def test_finished_problems_leave_the_batch():

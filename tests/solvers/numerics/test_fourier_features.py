@@ -76,3 +76,10 @@ def test_the_laplace_estimate_tends_to_its_v_statistic(rng, d):
     assert errors[1] < 0.5 * errors[0]
     assert errors[2] < 0.5 * errors[1]
     assert errors[2] < 0.05 * exact
+
+
+@pytest.mark.parametrize("length", [-0.5, 0.0, np.nan, np.inf, "a"])
+def test_a_kernel_has_a_positive_length(length):
+    cloud = np.zeros((3, 2))
+    with pytest.raises(ValueError, match=r"^length: expected a"):
+        mean_kernel(cloud, cloud, length)

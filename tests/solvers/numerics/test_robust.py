@@ -140,3 +140,13 @@ def test_reweighting_finds_the_loss_minimum_of_a_line(rng):
 def test_wrong_options_are_named(weight, tuning, scale, name):
     with pytest.raises(ValueError, match=rf"^{name}: "):
         robust.check_options(weight, tuning, scale)
+
+
+@pytest.mark.parametrize("call", [robust.weights, robust.loss, lambda kernel, r, k: robust.threshold(kernel, r)])
+@pytest.mark.parametrize(
+    ("kernel", "hint"), [("Tukey", ", did you mean 'tukey'"), ("hubber", ", did you mean 'huber'"), (None, "; known")]
+)
+def test_what_is_no_kernel_is_refused(call, kernel, hint):
+    """Its numbers would be Welsch's."""
+    with pytest.raises(ValueError, match=f"^kernel: {kernel!r} is unknown{hint}"):
+        call(kernel, np.array([[0.5, 1.0]]), 1.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -18,6 +19,14 @@ def simulated() -> tuple[Drive, Pose, Scans, Chain]:
     drive, truth = simulated_drive()
     scans = prepare(drive)
     return drive, truth, scans, scan_to_scan(scans, drive.motion)
+
+
+def muted(drive: Drive, *silent: int, left: int = 0) -> Drive:
+    """The drive with all but the `left` first echoes of these scans gone."""
+    ranges = np.array(drive.ranges)
+    for k in silent:
+        ranges[k, np.flatnonzero(np.isfinite(ranges[k]))[left:]] = np.inf
+    return replace(drive, ranges=ranges)
 
 
 def claimed(pairs: list[tuple[int, int]]) -> Matches:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 import pytest
@@ -31,7 +32,7 @@ from solvers.odometry import (
 from solvers.odometry.matching import TOGETHER, together
 from solvers.posegraph import optimise
 from solvers.scenes.drive import Drive, chained, interlaced, simulated_drive, telecom_loop
-from tests.solvers.odometry.drives import claimed, simulated
+from tests.solvers.odometry.drives import claimed, muted, simulated
 
 
 @cache
@@ -97,6 +98,51 @@ def test_a_link_that_is_not_believed_is_the_prediction() -> None:
     edges, robust = edges_of(chain, match(scans, [], [], Pose.identity(batch=(0,))))
     assert np.allclose(edges.information[lost[1:]], np.diag([100.0] * 3))
     assert not robust.any()
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+@pytest.mark.parametrize("left", [0, 1, 2])
+@pytest.mark.parametrize("way", [scan_to_scan, partial(scan_to_scan, prediction="velocity"), scan_to_map])
+def test_a_scan_of_fewer_than_three_echoes_is_not_matched(way: Callable[..., Chain], left: int) -> None:
+    """Its link is the prediction, and so is, scan to scan, the next one's; the drive goes on, its first scan or last
+    missing or none."""
+    drive, truth = simulated_drive(scans=40)
+    scans = prepare(muted(drive, 0, 1, 20, 39, left=left))
+    assert [len(scans.cloud(k)) for k in (0, 1, 20, 39)] == [0] * 4
+    told: list[tuple[int, int]] = []
+    chain = way(scans, drive.motion, progress=lambda *now: told.append(now))
+    lost = {1, 2, 20, 39} if way is scan_to_map else {1, 2, 20, 21, 39}
+    assert set(np.flatnonzero(~chain.believed)) == lost
+    assert told[-1] == (39, 39)
+    assert (chain.share[[1, 2, 20, 39]] == 0.0).all()
+    assert np.isfinite(chain.poses.matrix).all()
+    if not isinstance(way, partial):
+        assert np.allclose(chain.motion[[1, 2, 20, 39]].matrix, drive.motion[[1, 2, 20, 39]].matrix)
+        assert off(chain.poses, truth) < off(chained(drive.motion), truth)
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+@pytest.mark.parametrize("search", ["none", "correlative"])
+def test_a_scan_without_echoes_is_in_no_loop(search: str) -> None:
+    """However it is looked for, on its own or where the scans around it are empty too; the others are closed."""
+    drive, truth, _, _ = simulated()
+    scans = prepare(muted(drive, 80, *range(7, 14)))
+    chain = scan_to_scan(scans, drive.motion)
+    options = LoopOptions(search=search)
+    loops = verified(scans, chain.poses, [80, 80, 88], [1, 10, 10], options)
+    assert not loops.believed.any()
+    assert np.isfinite(loops.pose.matrix).all()
+    assert not match(scans, [80, 10, 10], [79, 9, 14], drive.motion[[80, 10, 10]]).believed.any()
+    closed = close(chain, verified(scans, chain.poses, *candidates(chain.poses)))
+    assert closed.status
+    assert off(closed.poses, truth) < off(chained(drive.motion), truth)
+
+
+@pytest.mark.parametrize("delays", [None, 1e-3 * np.arange(181.0)])
+def test_a_drive_without_any_echo_says_so(delays: np.ndarray | None) -> None:
+    drive = replace(muted(simulated()[0], *range(90), left=2), delays=delays)
+    with pytest.raises(ValueError, match=r"^drive: none of 90 scans has three echoes within 30 m$"):
+        prepare(drive)
 
 
 def test_a_pair_s_answer_does_not_depend_on_what_is_matched_with_it() -> None:

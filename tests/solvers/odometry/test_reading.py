@@ -56,6 +56,8 @@ def test_the_poses_of_a_log_are_the_robots_and_its_laser_sits_ahead() -> None:
         (GOOD + "11,0,0,0,5,x,5\n", "line 4: 'x' is not a number"),
         (GOOD + "11,0,nan,0,5,5,5\n", "line 4: a number is not finite"),
         (GOOD + "11,0,0,0,5,-5,5\n", "line 4: a range is negative"),
+        (GOOD + "# a gap\n10.4,0,0,0,5,5,5\n", r"line 5: its time is 10\.4 s, before the 10\.5 s of line 3"),
+        (laser(time=2.0) + "ODOM 1\n" + laser(time=1.5), r"line 3: its time is 1\.5 s, before the 2 s of line 1"),
         (HEAD + "0,0,0,0,1,1,1\n", "line 2: the drive ends after 1 scan"),
         (laser(count=2), "line 1: after FLASER the number of beams"),
         (laser() + laser("1 2 3 4", count=4), "line 2: 4 beams; the scan before has 3"),

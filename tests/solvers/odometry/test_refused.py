@@ -38,7 +38,7 @@ def test_what_cannot_be_matched_is_refused() -> None:
         scan_to_scan(scans, drive.motion, prediction="luck")
     with pytest.raises(ValueError, match="length"):
         scan_to_map(scans, drive.motion, length=0)
-    with pytest.raises(ValueError, match=r"scan 0: 0 echoes within 0\.1 m"):
+    with pytest.raises(ValueError, match=r"^drive: none of 90 scans has three echoes within 0\.1 m"):
         prepare(drive, 0.1)
     with pytest.raises(ValueError, match="least_share"):
         MatchOptions(least_share=2.0)
@@ -90,7 +90,7 @@ def test_what_is_of_another_kind_is_refused() -> None:
         ("drive: expected a Drive, got str", lambda: prepare("x")),
         ("drive: expected a Drive, got Scans", lambda: straightened(scans)),
         ("farthest: expected a number, got 'x'", lambda: prepare(drive, "x")),
-        ("farthest: expected a finite number from 0", lambda: straightened(drive, np.nan)),
+        ("farthest: expected a number of at least 0", lambda: straightened(drive, np.nan)),
         (told, lambda: match(drive, [1], [0], motion[:1])),
         (told, lambda: scan_to_scan(drive, motion)),
         (told, lambda: scan_to_map(drive, motion)),
@@ -114,8 +114,8 @@ def test_what_is_of_another_kind_is_refused() -> None:
         ("loops: expected Matches, got NoneType", lambda: edges_of(chain, None)),
         ("loops: expected Matches, got Chain", lambda: missed(poses, chain)),
         ("shift: expected a number, got 'x'", lambda: keyframes(poses, "x")),
-        ("turn: expected a finite number from 0", lambda: keyframes(poses, turn=np.nan)),
-        ("shift: expected a finite number from 0", lambda: scan_to_map(scans, motion, shift=-1.0)),
+        ("turn: expected a number of at least 0", lambda: keyframes(poses, turn=np.nan)),
+        ("shift: expected a number of at least 0", lambda: scan_to_map(scans, motion, shift=-1.0)),
         ("turn: expected a number, got None", lambda: scan_to_map(scans, motion, turn=None)),
         ("progress: expected a function, got 3", lambda: match(scans, [], [], motion[:0], progress=3)),
         ("progress: expected a function, got 3", lambda: scan_to_scan(scans, motion, progress=3)),

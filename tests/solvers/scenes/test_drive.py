@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from solvers import Pose
-from solvers.scenes.drive import chained, interlaced, packed, simulated_drive, telecom_loop, unpacked
+from solvers.scenes.drive import Drive, chained, interlaced, packed, simulated_drive, telecom_loop, unpacked
 
 
 def test_the_recorded_drive_is_the_one_that_was_published() -> None:
@@ -121,3 +121,60 @@ def test_a_motion_has_no_scale() -> None:
 def test_beams_that_cannot_be_sent_are_refused(name: str, value: object) -> None:
     with pytest.raises(ValueError, match=f"^{name}: "):
         interlaced(**{"beams": 5, "step": 0.1, name: value})  # type: ignore[arg-type]
+
+
+PARTS = {
+    "seconds": [0.0, 0.5],
+    "motion": Pose.identity(batch=(2,)),
+    "ranges": [[1.0, 2.0, 3.0], [1.0, np.inf, np.nan]],
+    "bearings": [-0.5, 0.0, 0.5],
+    "mount": Pose.identity(),
+}
+
+
+def test_a_drive_is_made_of_lists_and_of_matrices() -> None:
+    """They are copied, and an echo is what is finite."""
+    ranges = np.array(PARTS["ranges"])
+    parts = {**PARTS, "motion": np.stack([np.eye(3)] * 2), "mount": np.eye(3), "ranges": ranges, "delays": [0, 1, 2]}
+    drive = Drive(**parts)  # type: ignore[arg-type]
+    ranges[0] = -1.0
+    assert drive.points(0).shape == (3, 2)
+    assert drive.heard(1).tolist() == [True, False, False]
+    for name in ("seconds", "ranges", "bearings", "delays"):
+        assert getattr(drive, name).dtype == np.float64
+        assert not getattr(drive, name).flags.writeable
+    assert (drive.motion.batch, drive.mount.batch) == ((2,), ())
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "says"),
+    [
+        ("seconds", [0.0, 0.5, 1.0], r": expected shape \(2,\), one a scan, got \(3,\)"),
+        ("seconds", [0.0, np.nan], ": 1 of 2 numbers is not finite"),
+        ("seconds", [0.0, -0.5], ": scan 1 is at -0.5, before the scan before it, at 0"),
+        ("seconds", "x", ": expected real numbers, got str"),
+        ("motion", Pose.identity(), r": expected motions of shape \(2,\), one a scan, got \(\)"),
+        ("motion", Pose.identity(3, (2,)), ": moves points in 3 dimensions"),
+        ("motion", Pose(np.eye(2), np.zeros((2, 2)), 2.0), r"\.scale: expected rigid motions, of scale 1"),
+        ("motion", None, ": expected a Pose, got NoneType"),
+        ("motion", [[0.0, 0.0, 0.0]] * 2, ": is neither a Pose nor the matrix of one"),
+        ("ranges", [1.0, 2.0, 3.0], r": expected shape \(n, k\), a row a scan, got \(3,\)"),
+        ("ranges", np.zeros((0, 3)), r": expected shape \(n, k\), a row a scan, got \(0, 3\)"),
+        ("ranges", [[1.0, 2.0, -3.0]] * 2, ": must not be negative, but the smallest is -3"),
+        ("ranges", [[1.0, np.nan, -np.inf]] * 2, ": must not be negative, but the smallest is -inf"),
+        ("ranges", [[1.0, 2.0, 1e200]] * 2, ": beyond 1e.150 squares overflow"),
+        ("ranges", [[1.0, 2.0], [1.0]], ": rows of unequal length"),
+        ("bearings", [-0.5, 0.5], r": expected shape \(3,\), one a beam, got \(2,\)"),
+        ("bearings", [-90.0, 0.0, 90.0], ": expected radians from −2π to 2π, but there is one of 90; numpy.radians"),
+        ("bearings", [-0.5, 0.0, np.inf], ": 1 of 3 numbers is not finite"),
+        ("mount", Pose.identity(batch=(2,)), r": expected a single pose, got \(2,\)"),
+        ("mount", Pose.identity(3), ": moves points in 3 dimensions"),
+        ("mount", None, ": expected a Pose, got NoneType"),
+        ("delays", [0.0, 0.1], r": expected shape \(3,\), one a beam, got \(2,\)"),
+        ("delays", [0.0, 0.1, np.nan], ": 1 of 3 numbers is not finite"),
+    ],
+)  # fmt: skip
+@pytest.mark.filterwarnings("error")
+def test_what_is_no_drive_is_refused_by_name(name: str, value: object, says: str) -> None:
+    with pytest.raises(ValueError, match=f"^{name}{says}"):
+        Drive(**{**PARTS, name: value})  # type: ignore[arg-type]

@@ -162,7 +162,7 @@ def test_the_room_starts_at_45_degrees():
     ("call", "message"),
     [
         (lambda: kabsch_scene("nosy"), r"name: 'nosy' is unknown, did you mean 'noisy'\?"),
-        (lambda: kabsch_scene("noisy", noise=-0.1), "noise: expected a finite number from 0"),
+        (lambda: kabsch_scene("noisy", noise=-0.1), "noise: expected a finite number of at least 0"),
         (lambda: kabsch_scene("noisy", noise=float("nan")), "noise"),
         (lambda: kabsch_scene("noisy", outliers=14), "outliers: there are 13 pairs"),
         (lambda: kabsch_scene("noisy", outliers=1.5), "outliers: expected an integer"),

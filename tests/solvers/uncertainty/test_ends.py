@@ -148,3 +148,11 @@ def test_what_is_refused():
     for centre, said in (("x", "expected real numbers"), ((0.0, np.nan), "1 of 2 numbers is"), (0.0, "expected shape")):
         with pytest.raises(ValueError, match=f"^centre: {said}"):
             spread_of(Pose.identity(batch=(3,)), centre=centre, radius=1.0)
+
+
+@pytest.mark.parametrize("draws", [0, 5])
+@pytest.mark.parametrize("seed", ["a", -1, 1.5, None])
+def test_what_is_no_seed_is_refused_whether_it_is_used_or_not(draws: int, seed: object) -> None:
+    scene = hall(seed=1)
+    with pytest.raises(ValueError, match=r"^seed: "):
+        from_starts(scene.source, scene.target, start=START, draws=draws, seed=seed)  # type: ignore[arg-type]

@@ -251,3 +251,15 @@ def test_a_line_on_a_line_is_proved_though_many_poses_tie():
     found = register(wall[20:40], wall, METHOD)
     assert found.status == Status.PROVED
     assert found.objective < 1e-4
+
+
+def test_the_objective_is_that_of_the_cap_that_is_told():
+    """By default an eighth of the target's RMS radius."""
+    scene = room("noise")
+    for own in ({}, {"cap": 0.3}):
+        result = register(scene.source, scene.target, "branch-and-bound", max_steps=3, **own)
+        cap = result.detail("ground").cap
+        usual = np.sqrt(np.square(scene.target - scene.target.mean(axis=0)).sum(axis=1).mean()) / 8.0
+        assert cap == pytest.approx(own.get("cap", usual), rel=1e-12)
+        apart = np.linalg.norm(result.transform(scene.source)[:, None] - scene.target, axis=2).min(axis=1)
+        assert result.objective == pytest.approx(np.square(np.minimum(apart, cap)).mean(), rel=1e-9)

@@ -1,0 +1,51 @@
+"""Clouds of no width, or of next to none: what no method can turn, and what leaves the range of numbers."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from solvers.core.arrays import BoolArray, FloatArray
+from solvers.core.method import Problem, S
+from solvers.core.status import Status, mark
+from solvers.core.tree import changed
+
+LEAST_EXTENT = 1e-130
+"""World units, along an axis. Where both clouds are narrower, squares of their distances lose digits, then vanish."""
+TOO_NARROW = f"both clouds are less than {LEAST_EXTENT:g} u wide: multiply their points, and all lengths, by one number"
+_BLUR = 8.0 * float(np.finfo(np.float64).eps)
+
+
+def mark_narrow(state: S, problem: Problem) -> S:
+    """The state, degenerate where both clouds are narrower than `LEAST_EXTENT`, and not points."""
+    width = np.maximum(*(np.ptp(points, axis=1).max(axis=-1) for points in (problem.source, problem.target)))
+    narrow = (width > 0.0) & (width < LEAST_EXTENT)
+    if not narrow.any():
+        return state
+    begun = np.where(narrow, np.int8(Status.RUNNING), state.status)  # what the method said of them is beside the point
+    status, reason = mark(begun, state.reason, narrow, Status.DEGENERATE, TOO_NARROW)
+    return changed(state, status=status, reason=reason)
+
+
+def mark_points(state: S) -> S:
+    """The state, degenerate where a run has stopped for another reason although a cloud lies at one place: wherever it
+    is put, it looks the same after any turn.
+    """
+    for name, points in (("source", state.problem.source), ("target", state.problem.target)):
+        over = (state.status != Status.RUNNING) & (state.status != Status.DEGENERATE)
+        # Two points tell most clouds from a place, at no cost.
+        ends = points[:, [0, -1]]
+        over &= np.ptp(ends, axis=1).max(axis=-1) <= 2.0 * _BLUR * np.abs(ends).max(axis=(1, 2))
+        if over.any():
+            over[over] = at_one_place(points[over])
+            begun = np.where(over, np.int8(Status.RUNNING), state.status)
+            words = f"all {name} points are equal: the rotation is undefined"
+            status, reason = mark(begun, state.reason, over, Status.DEGENERATE, words)
+            state = changed(state, status=status, reason=reason)
+    return state
+
+
+def at_one_place(points: FloatArray) -> BoolArray:
+    """Whether all points (b, n, d) of a cloud lie at one place, to rounding, (b,)."""
+    blur = _BLUR * np.abs(points).max(axis=(1, 2))
+    found: BoolArray = np.ptp(points, axis=1).max(axis=1) <= blur
+    return found

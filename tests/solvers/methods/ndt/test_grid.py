@@ -1,0 +1,29 @@
+"""The grid of the NDT: where it lies, and what a cell's side may be."""
+
+import numpy as np
+import pytest
+
+from solvers import Pose, register
+from solvers.methods.ndt import ndt_map
+from solvers.scenes.rooms import room, room_start
+
+
+@pytest.mark.parametrize("method", ["ndt", "ndt-d2d"])
+def test_a_grid_that_begins_at_the_target_moves_with_it(method):
+    """The usual one is tied to the origin: the same scene elsewhere ends at another pose."""
+    scene, start = room("clean"), room_start(20.0, 0.8)
+    ends = {"origin": [], "target": []}
+    for shift in ((0.0, 0.0), (0.3, 0.18), (64.0, -32.0)):
+        target, moved = scene.target + shift, Pose(start.R, start.t + shift)
+        for name, options in (("origin", {}), ("target", {"offset": target.min(axis=0)})):
+            pose = register(scene.source, target, method, start=moved, **options).pose
+            ends[name].append(np.append(pose.t - shift, pose.angle))
+    assert np.ptp(ends["target"], axis=0).max() < 1e-6
+    assert np.ptp(ends["origin"], axis=0).max() > 1e-2
+
+
+@pytest.mark.parametrize("size", [-1, 0.0, np.nan, np.array([1.0, -1.0])])
+def test_a_cell_has_a_positive_side(size):
+    clouds = np.stack([room("clean").target] * 2)
+    with pytest.raises(ValueError, match=r"^size: expected a positive number, got "):
+        ndt_map.build(clouds, size)

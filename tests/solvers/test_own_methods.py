@@ -1,0 +1,108 @@
+"""A method given as an object: one of the list, changed or not, or one of the user's own."""
+
+from __future__ import annotations
+
+import pickle
+import re
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from solvers import METHODS, Pose, Status, register
+from solvers.core.arrays import FloatArray, ReasonArray, StatusArray
+from solvers.scenes import room, room_start
+from solvers.stepper import Method, Problem
+from solvers.uncertainty import from_matrix, from_starts, monte_carlo
+from solvers.verify import halves
+
+ROOT = Path(__file__).resolve().parents[2]
+SCENE, START = room("clean"), room_start(20.0, 0.8)
+
+
+@dataclass(frozen=True)
+class Options:
+    share: float = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Centred:
+    problem: Problem
+    share: FloatArray
+    pose: Pose
+    objective: FloatArray
+    status: StatusArray
+    reason: ReasonArray
+
+
+def start(problem: Problem, options: Options) -> Centred:
+    b = problem.size
+    share = np.full(b, options.share)
+    return Centred(problem, share, problem.start, np.full(b, 1.0), np.zeros(b, np.int8), np.full(b, "", dtype=object))
+
+
+def step(state: Centred) -> Centred:
+    p, q = state.pose.apply(state.problem.source).mean(axis=1), state.problem.target.mean(axis=1)
+    pose = Pose(state.pose.R, state.pose.t + state.share[:, None] * (q - p))
+    return replace(state, pose=pose, status=np.full(len(p), Status.FINISHED, dtype=np.int8))
+
+
+CENTRED = Method(
+    "centred", "one centroid on the other", "nobody", start, step, Options,
+    partners=lambda state: np.tile(np.arange(state.problem.source.shape[1]) % 3 - 1, (state.problem.size, 1)),
+)  # fmt: skip
+
+
+def test_a_method_of_one_s_own_runs() -> None:
+    """Alone, in a batch and in a list, with its options, and its partners are its own."""
+    one = register(SCENE.source, SCENE.target, CENTRED, share=0.5)
+    assert (one.method, one.status) == ("centred", Status.FINISHED)
+    assert np.allclose(one.pose.t, 0.5 * (SCENE.target.mean(axis=0) - SCENE.source.mean(axis=0)))
+    assert set(one.correspondences.tolist()) == {-1, 0, 1}
+    assert one.fitness == pytest.approx(2 / 3, abs=0.01)
+    assert one.rmse > 0.0
+    assert one.covariance is None
+    batch = register([SCENE.source, SCENE.source], [SCENE.target] * 2, CENTRED, share=0.5)
+    assert batch[1].pose == one.pose
+    assert np.array_equal(batch[1].correspondences, one.correspondences)
+    with pytest.raises(ValueError, match=r"^shares: no option of method 'centred', did you mean 'share'"):
+        register(SCENE.source, SCENE.target, CENTRED, shares=0.5)
+
+
+def test_a_listed_method_is_itself() -> None:
+    named = register(SCENE.source, SCENE.target, "icp", start=START, gate=2.6)
+    given = register(SCENE.source, SCENE.target, METHODS["icp"], start=START, gate=2.6)
+    assert given.pose == named.pose
+    assert pickle.loads(pickle.dumps(given)).pose == named.pose
+    patient = replace(METHODS["icp"], max_steps=2)
+    few = register(SCENE.source, SCENE.target, patient, start=START, gate=2.6)
+    assert few.status is Status.CAPPED
+    assert few.correspondences is not None
+
+
+def test_what_registers_for_the_user_takes_it_too() -> None:
+    for method in (METHODS["icp"], CENTRED):
+        assert np.isfinite(halves(SCENE.source, SCENE.target, START, method))
+        assert len(monte_carlo(np.stack([SCENE.source] * 3), SCENE.target, method).poses.t) == 3
+        spread = from_starts(SCENE.source, SCENE.target, method, start=from_matrix(1e-4 * np.eye(3), START))
+        assert np.isfinite(spread.deviations).all()
+
+
+def test_what_is_no_method_is_refused() -> None:
+    """Nor one with the name of another, whose partners and covariance it would be told to have."""
+    with pytest.raises(ValueError, match=r"^method: 'icp' is the name of another method; give it one of its own$"):
+        register(SCENE.source, SCENE.target, replace(CENTRED, name="icp"))
+    for wrong in (None, 3, step, Method):
+        with pytest.raises(ValueError, match=r"^method: .* is unknown.*; known: "):
+            register(SCENE.source, SCENE.target, wrong)  # type: ignore[call-overload]
+    with pytest.raises(ValueError, match=r"^method: 'cpd-similarity' finds a scale"):
+        monte_carlo(SCENE.source, SCENE.target, METHODS["cpd-similarity"])
+
+
+def test_the_documented_example_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    page = (ROOT / "content/docs/package.md").read_text("utf-8")
+    found = re.search(r"## A new method.*?```python\n(.*?)```", page, re.DOTALL)
+    assert found
+    exec(found[1], {"__name__": "__main__"})
+    assert "Result(centred: finished, steps=1, pose=Pose(angle=0°, t=(1, 3), scale=1))" in capsys.readouterr().out
