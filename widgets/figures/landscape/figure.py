@@ -228,7 +228,7 @@ def _room(state: State, said: _Numbers) -> Panel:
         Points(state.terrain.turned + at, "source", radius=2.0),
     )
     name = "The source where the last descent ended, over the target"
-    return Panel("room", name, ROOM, marks, caption="The source where the last descent ended")
+    return Panel("room", name, ROOM, marks, caption="Where the last descent ended")
 
 
 def _cut(state: State, said: _Numbers, detail: int) -> Panel:
