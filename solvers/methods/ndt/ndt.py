@@ -333,7 +333,7 @@ def step(state: NdtState) -> NdtState:
     still = ended & last & (proposed <= options.tolerance)
     status, reason = mark(status, reason, still, Status.CONVERGED, "the pose has come to rest")
     status, reason = mark(
-        status, reason, ended & last, Status.STALLED, "no shorter step raises the score on these cells"
+        status, reason, ended & last, Status.STALLED, "at most a tiny part of the step raises the score on these cells"
     )
     return changed(
         state, pose=pose, objective=-at.score, status=status, reason=reason, level=level, at=at, damping=damping,
