@@ -150,11 +150,11 @@ def low(page: Page, parts: Sequence[str], width: int, height: int, percent: int)
     return len(found), [f"{each['id']}: {part} ends at {each[part]:.0f} of {height}" for each, part in wrong]
 
 
-def remaining(page: Page, script: str) -> list[str]:
-    """What a script finds wrong once the page is laid out anew, and goes on finding."""
+def remaining(page: Page, *scripts: str) -> list[str]:
+    """What scripts find wrong once the page is laid out anew, and go on finding."""
     return page.evaluate(  # type: ignore[no-any-return]
         f"""() => new Promise(done => {{
-          const began = performance.now(), find = {script};
+          const began = performance.now(), find = () => [{", ".join(scripts)}].flatMap(each => each());
           const look = () => {{
             const found = find();
             if (!found.length || performance.now() > began + {SETTLED}) done(found); else requestAnimationFrame(look);

@@ -7,10 +7,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Literal
 
-from playwright.sync_api import CDPSession, Locator, Page
+from playwright.sync_api import Page
 
-from tests.browser.figure import figures
+from tests.browser.figure import Figure, figures
 
+SIGHT = "Emulation.setEmulatedVisionDeficiency"
+CENTRE = "body => body.scrollIntoView({ block: 'center', behavior: 'instant' })"
 DRAWN = "([id, frames]) => +document.getElementById(id).dataset.frame > frames"
 Theme = Literal["light", "dark"]
 SIGHTS: dict[Theme, str] = {"dark": "deuteranopia", "light": "protanopia"}  # either theme in one of the two
@@ -31,16 +33,17 @@ def unchanged(page: Page, path: str) -> Iterator[str]:
             figure.settled()
     for theme, sight in SIGHTS.items():
         page.emulate_media(color_scheme=theme)
-        for figure in placed:
-            body = figure.root.locator(".figure-body")
+        usual = [_picture(figure) for figure in placed]
+        emulated.send(SIGHT, {"type": sight})  # paints the whole page anew, so once for all figures
+        for figure, seen_by_others in zip(placed, usual, strict=True):
             name = f"{path.removesuffix('.html')}-{figure.name}-{sight}-{theme}.png"
-            if _seen(emulated, body, sight, ARTEFACTS / name) == body.screenshot(caret="initial"):
+            if _picture(figure, ARTEFACTS / name) == seen_by_others:
                 yield name
+        emulated.send(SIGHT, {"type": "none"})
 
 
-def _seen(emulated: CDPSession, body: Locator, sight: str, path: Path) -> bytes:
-    """A figure as readers of this sight see it, kept at `path`."""
-    emulated.send("Emulation.setEmulatedVisionDeficiency", {"type": sight})
-    picture = body.screenshot(path=path, caret="initial")
-    emulated.send("Emulation.setEmulatedVisionDeficiency", {"type": "none"})
-    return picture
+def _picture(figure: Figure, path: Path | None = None) -> bytes:
+    """A figure's picture, kept at `path`; always at one place in the window, where the same is under the pointer."""
+    body = figure.root.locator(".figure-body")
+    body.evaluate(CENTRE)
+    return body.screenshot(path=path, caret="initial")

@@ -53,9 +53,9 @@ def test_every_slide_of_every_deck_fits(reader: Callable[..., Reader], decks: li
         assert page.evaluate(LATE_FONTS, True) == [], f"{name} asks for a font after its styles are read: it may shift"
         for width, height in SIZES:
             page.set_viewport_size({"width": width, "height": height})
-            found += [f"{name} at {width}: {each}" for each in [*remaining(page, MISFITS), *remaining(page, CUT)]]
+            found += [f"{name} at {width}: {each}" for each in remaining(page, MISFITS, CUT)]
         page.set_viewport_size({"width": 390, "height": 844})
-        found += [f"{name} at 390: {each}" for each in [*remaining(page, BEYOND), *remaining(page, SMALL)]]
+        found += [f"{name} at 390: {each}" for each in remaining(page, BEYOND, SMALL)]
         assert page.title().endswith(": slides · The Registration Ladder")
         page.close()
     assert not found, "\n".join(found)

@@ -14,7 +14,7 @@ import pytest
 from playwright.sync_api import Page
 
 from sitegen.bench.pages import IDLE, until
-from tests.browser.conftest import Reader
+from tests.browser.conftest import Reader, keep_python_up
 from tests.browser.walk import SEEN, Walk
 from widgets.engine.host import Host
 
@@ -33,6 +33,8 @@ def test_whatever_a_reader_does_the_state_is_in_the_link(
     walked = chosen.split(",") if chosen else [p for p in pages if "data-widget=" in (site / p).read_text("utf-8")]
     assert walked
     one, host = reader(permissions=["clipboard-read", "clipboard-write"]), Host()
+    keep_python_up(one.context, one.origin)
+    one.beside = one.context.pages
     for name in walked:
         page = one.open(name)
         walk = Walk(one, page, f"{seed} {name}")

@@ -132,8 +132,7 @@ def phone(visit: Callable[..., Found], site: Path) -> Found:
         yield from (f"has the id {each} twice" for each in page.evaluate(TWICE))
 
     def overflows(page: Page, _path: str) -> Iterator[str]:
-        for script in (SIDEWAYS, SMALL_TEXT, CUT):
-            yield from remaining(page, script)
+        yield from remaining(page, SIDEWAYS, SMALL_TEXT, CUT)
         yield from page.evaluate(STRAYS)
 
     def leads(page: Page, path: str, percent: int) -> Iterator[str]:

@@ -34,9 +34,9 @@ class Nothing_else:
 
 sys.meta_path.insert(0, Nothing_else())
 sys.path.insert(0, sys.argv[1])
-import solvers.odometry
+import solvers, solvers.odometry
 
-def once(function):  # these take seconds, and chance has no part in them: the same arguments are computed once
+def once(function):  # these take seconds, and draw by a seed that is given: the same arguments are computed once
     found = {}
     def called(*args, **options):
         key = pickle.dumps((args, options))
@@ -45,8 +45,9 @@ def once(function):  # these take seconds, and chance has no part in them: the s
         return pickle.loads(found[key])
     return called
 
-for name in ("scan_to_scan", "verified", "close"):
-    setattr(solvers.odometry, name, once(getattr(solvers.odometry, name)))
+for module, names in ((solvers, ["register"]), (solvers.odometry, ["scan_to_scan", "verified", "close"])):
+    for name in names:
+        setattr(module, name, once(getattr(module, name)))
 printed = []
 for script in json.load(sys.stdin):
     out = io.StringIO()
