@@ -186,8 +186,7 @@ def _one_by_one(source: Any, target: Any, pose: Pose, reach: float | None) -> Ev
     axes = {name: 1 if unequal(x) else array(x, name).ndim - 2 for name, x in given.items() if x is not pose}
     axes["pose"] = len(pose.batch)
     for name, x in given.items():
-        count = len(x.t) if isinstance(x, Pose) else len(x)
-        if axes[name] not in (0, 1) or (axes[name] and count != n):
+        if axes[name] not in (0, 1) or (axes[name] == 1 and len(x.t if x is pose else x) != n):
             raise ValueError(f"{name}: expected one for all {n} clouds, or one for each")
     each = []
     for k in range(n):

@@ -3,14 +3,23 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from sitegen.figures.wire import Plain, dumps
 from widgets.drawing.picture import ROLES
 
-Drawn = tuple[tuple[Plain, tuple[str, ...]], ...]  # a state's controls and the roles in its drawings
 _CLASSES = re.compile(r'class="([^"]*)"')
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """What a state of a tape shows. pressed: what its log ends in, "" where that is no press; roles: panel → those in
+    its drawing."""
+
+    controls: Plain
+    pressed: str
+    roles: Mapping[str, Sequence[str]]
 
 
 @dataclass(frozen=True)
@@ -25,18 +34,28 @@ class Tape:
     script: bytes
     first: Plain
     results: tuple[Plain, ...] = ()
-    drawn: Drawn = ()
+    drawn: tuple[Drawn, ...] = ()
 
-    def roles(self, controls: Plain, moved: Collection[str]) -> frozenset[str]:
-        """The roles that are drawn while no other controls are moved."""
+    def roles(
+        self, controls: Plain, moved: Collection[str], presses: Collection[str], panels: Collection[str]
+    ) -> Collection[str]:
+        """The roles that these panels may show while no other controls are moved and no other buttons pressed; all
+        there are where the tape does not know what one of the buttons does."""
         kept = {name: value for name, value in controls.items() if name not in moved}
-        return frozenset(role for found, roles in self.drawn if kept.items() <= found.items() for role in roles)
+        near = [each for each in self.drawn if kept.items() <= each.controls.items()]
+        if not {*presses} <= {each.pressed for each in near}:
+            return ROLES
+        return {role for each in near for panel in panels for role in each.roles.get(panel, ())}
 
 
-def roles_in(frame: Plain) -> list[str]:
-    """The roles in a frame's drawings."""
-    classes = (found for panel in frame["panels"] for found in _CLASSES.findall(panel["svg"]))
-    return sorted({name for group in classes for name in group.split()} & set(ROLES))
+def drawn_of(record: Plain, frame: Plain) -> Plain:
+    """A state of a tape as `Drawn` has it."""
+    roles = {}
+    for panel in frame["panels"]:
+        classes = {name for group in _CLASSES.findall(panel["svg"]) for name in group.split()}
+        roles[panel["name"]] = sorted(classes & set(ROLES))
+    last = record["log"][-1] if record["log"] else [""]
+    return {"controls": record["controls"], "pressed": last[1] if last[0] == "press" else "", "roles": roles}
 
 
 def tape_script(dom_id: str, records: Sequence[Plain], frames: Sequence[Plain]) -> str:

@@ -90,7 +90,9 @@ class Pen:
         if figure.lead:
             first = view.leading.controls
             brought = {name for spec in first.values() for sets in spec.sets.values() for name in sets}
-            view = replace(view, roles=tape.roles(record["controls"], {*first, *brought}))
+            presses = [button.name for button in view.leading.buttons if button.does == "press"]
+            panels = [panel["name"] for panel in view.leading.panels]
+            view = replace(view, roles=tape.roles(record["controls"], {*first, *brought}, presses, panels))
         check_drawn(figure, view.main, tape.first, problems)
         after = frames_of(self.bakery, problems, one.taped, figure, [figure.after]) if figure.after else [None]
         return figure_html(self.templates)(replace(view, after=next(iter(after), None), question=question))

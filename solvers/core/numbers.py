@@ -59,11 +59,16 @@ def unequal(values: object) -> TypeGuard[Sequence[ArrayLike]]:
     """Whether this is a list of clouds (n, d) that differ in n, and no array can be made of it."""
     if not isinstance(values, list | tuple):
         return False
-    try:
-        shapes = [np.shape(cloud) for cloud in values]
-    except ValueError:
-        return False
-    return all(len(shape) == 2 for shape in shapes) and len({shape[0] for shape in shapes}) > 1
+    counts = set()
+    for cloud in values:
+        try:
+            shape = np.shape(cloud)
+        except ValueError:
+            return False
+        if len(shape) != 2:  # as of a row of one cloud
+            return False
+        counts.add(shape[0])
+    return len(counts) > 1
 
 
 def _got(values: object, a: AnyArray, text: str) -> str:

@@ -380,7 +380,7 @@ class Pose:
         return Pose.trusted(self.R[rows], self.t[rows], np.asarray(self.scale)[rows])
 
     def __eq__(self, other: object) -> bool:
-        """Whether both are poses of one shape, with equal numbers to the last bit; metrics say how near two are."""
+        """Whether both are poses of one shape with equal numbers, none of them NaN; metrics say how near two are."""
         if not isinstance(other, Pose):
             return NotImplemented
         return all(np.array_equal(getattr(self, part), getattr(other, part)) for part in ("R", "t", "scale"))

@@ -191,7 +191,7 @@ def number(value: object, name: str, low: float = -np.inf, high: float = np.inf)
 
 def scalar(value: object) -> object:
     """`value`, of numpy's numbers and arrays without axes Python's own."""
-    bare = isinstance(value, np.generic | np.ndarray) and not value.ndim
+    bare = isinstance(value, np.generic | np.ndarray) and not value.ndim and not np.ma.is_masked(value)
     return cast(Any, value).item() if bare else value
 
 

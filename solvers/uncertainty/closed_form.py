@@ -128,7 +128,11 @@ def covariance(
         raise ValueError(f"result: covariances are of the plane, the points have {result.pose.dim} coordinates")
     _noise_of_its_form(how, sigma, source_noise, target_noise)
     validate.number(free_below, "free_below", 0.0, 1.0)
-    if len(result.states) != 1:
+    # Of a list of one cloud, an entry for it is a list of one.
+    alone = result.pose.batch == (1,) and any(
+        isinstance(x, list | tuple) and len(x) == 1 and np.ndim(cast(Any, x[0])) for x in (source_noise, target_noise)
+    )
+    if len(result.states) != 1 or alone:
         return _one_by_one(
             result, how, free_below, sigma=sigma, source_noise=source_noise, target_noise=target_noise
         )

@@ -100,9 +100,11 @@ test("a choice that places the start is adjusted once a handle was dragged, and 
   assert.equal(records.adjusted(records.control(dragged, "scene", "clean", places), "scene", places), false);
 });
 
-test("only one press more is a motion", () => {
+test("only one press or click more is a motion", () => {
   const once = records.press(INITIAL, "go");
   assert.ok(records.pressed(INITIAL, once));
+  assert.ok(records.pressed(INITIAL, { ...INITIAL, log: [["click", "main", 1, 1]] }));
+  assert.ok(!records.pressed(INITIAL, records.drag(INITIAL, "start", [1, 1])));
   assert.ok(!records.pressed(INITIAL, records.press(once, "go")));
   assert.ok(!records.pressed(once, INITIAL));
 });

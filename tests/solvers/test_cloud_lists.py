@@ -145,3 +145,20 @@ def test_covariances_of_a_list_are_those_of_each(rooms):
     with pytest.raises(ValueError, match=r"^cloud 2 of the list: sigma: expected a finite deviation"):
         covariance(result, sigma=[0.1, 0.2, -0.3])
     assert register([SPACE, SPACE[:5]], SPACE).covariance is None
+
+
+def test_a_list_of_one_cloud_takes_an_entry_for_it() -> None:
+    """As lists of several do; a noise for each point is an entry, one for all of them a number."""
+    cloud = np.random.default_rng(3).normal(size=(30, 2))
+    several = register([cloud, cloud], [cloud + 0.1, cloud + 0.1], "icp")
+    alone = register([cloud], [cloud + 0.1], "icp")
+    noise = np.linspace(0.05, 0.15, 30)
+    both = covariance(several, "censi", source_noise=[noise, noise])
+    np.testing.assert_array_equal(covariance(alone, "censi", source_noise=[noise]).matrix[0], both.matrix[0])
+
+
+@pytest.mark.parametrize("wrong", [None, 3.0])
+def test_what_is_no_cloud_beside_a_list_is_refused_by_name(wrong: object) -> None:
+    clouds = [np.zeros((3, 2)), np.zeros((4, 2))]
+    with pytest.raises(ValueError, match=r"^target: "):
+        evidence(clouds, wrong, Pose.identity())  # type: ignore[arg-type]

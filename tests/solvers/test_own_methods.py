@@ -93,6 +93,8 @@ def test_what_is_no_method_is_refused() -> None:
     """Nor one with the name of another, whose partners and covariance it would be told to have."""
     with pytest.raises(ValueError, match=r"^method: 'icp' is the name of another method; give it one of its own$"):
         register(SCENE.source, SCENE.target, replace(CENTRED, name="icp"))
+    with pytest.raises(ValueError, match=r"^method: 'icp' is the name of another method"):
+        register(SCENE.source, SCENE.target, replace(METHODS["icp"], partners=None))
     for wrong in (None, 3, step, Method):
         with pytest.raises(ValueError, match=r"^method: .* is unknown.*; known: "):
             register(SCENE.source, SCENE.target, wrong)  # type: ignore[call-overload]

@@ -232,9 +232,6 @@ def _step(state: GmmRegState) -> GmmRegState:
 
     lost: BoolArray = (state.hessian == 0.0).all(axis=(1, 2)) & final
     status, reason = mark(after.status, after.reason, lost, Status.DEGENERATE, "no direction of motion changes E")
-    for name, cloud in (("source", state.problem.source), ("target", state.problem.target)):
-        words = f"all {name} points are equal: the rotation is undefined"
-        status, reason = mark(status, reason, rest & final & at_one_place(cloud), Status.DEGENERATE, words)
     # At a minimum Newton's step is small, and whether E still falls is a matter of
     # rounding.
     settled = rest & (~pending | (whole <= limit))

@@ -91,10 +91,11 @@ export function control(record, name, value, spec) {
 }
 
 /**
- * Whether `after` is `before` and one press more, which is what may be shown as a motion.
+ * Whether `after` is `before` and one press or click more, which is what may be shown as a motion.
  * @type {(before: FigureRecord, after: FigureRecord) => boolean}
  */
-export const pressed = (before, after) => after.log.at(-1)?.[0] === "press" && key(back(after)) === key(before);
+export const pressed = (before, after) =>
+  ["press", "click"].includes(String(after.log.at(-1)?.[0])) && key(back(after)) === key(before);
 
 /**
  * The record as a link carries it: base64url of its JSON.

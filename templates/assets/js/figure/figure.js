@@ -199,7 +199,6 @@ export class Figure {
     if (this.pending || !(frame.detail + 1 < this.spec.details)) return;
     const finer = (this.#finer = { record: shown });
     this.#rest = setTimeout(() => {
-      if (this.#moving) return this.#refine(rest);
       const stale = () => this.#finer !== finer;
       runtime.frame({ figure: this.id, record: shown, detail: frame.detail + 1, finer: true }).then(
         (better) => {

@@ -15,7 +15,7 @@ const ease = (part) => 1 - (1 - part) ** 3;
  * @returns {(left: number) => void}
  */
 function traced(group) {
-  const all = /** @type {SVGPathElement[]} */ ([...group.querySelectorAll("path")]);
+  const all = /** @type {SVGPathElement[]} */ ([...group.querySelectorAll("path, text")]);
   const scale = Math.abs(all[0]?.getScreenCTM()?.a ?? 1); // dashes are in px, as the lines' widths are
   const lengths = all.map((mark) => mark.classList.contains("line") && scale * mark.getTotalLength());
   return (left) => {
@@ -42,7 +42,7 @@ const moving = (group, { turn, about, shift }) => (left) => {
 function leave(group) {
   group.removeAttribute("transform");
   group.ownerSVGElement?.classList.remove("moving");
-  for (const mark of group.querySelectorAll("path[style]")) mark.removeAttribute("style");
+  for (const mark of group.querySelectorAll("[style]")) mark.removeAttribute("style");
 }
 
 /**
@@ -59,11 +59,11 @@ export function startMotions(motions, began, length, over) {
     const moved = /** @type {SVGElement | null} */ (/** @type {unknown} */ (document.getElementById(motion.group)));
     if (!moved) return [];
     const slow = "trace" in motion;
-    return { moved, slow, place: slow ? traced(moved) : moving(moved, motion) };
+    return { moved, whole: slow ? 3 * length : length, place: slow ? traced(moved) : moving(moved, motion) };
   });
   const begins = performance.now();
-  const whole = groups.some(({ slow }) => slow) ? 3 * length : length;
-  if (calm() || !groups.length || begins >= began + whole) return null;
+  const longest = Math.max(...groups.map(({ whole }) => whole));
+  if (calm() || !(begins < began + longest)) return null;
   let request = 0;
 
   function end() {
@@ -73,13 +73,12 @@ export function startMotions(motions, began, length, over) {
 
   /** @param {number} now */
   function draw(now) {
-    const part = Math.min(1, Math.max(0, (now - began) / whole));
-    if (part === 1) {
+    if (now >= began + longest) {
       end();
       over();
       return;
     }
-    for (const { place } of groups) place(1 - ease(part));
+    for (const { whole, place } of groups) place(1 - ease(Math.min(1, Math.max(0, (now - began) / whole))));
     request = requestAnimationFrame(() => draw(performance.now())); // a frame's own time may lie before the start
   }
 
