@@ -191,7 +191,8 @@ def number(value: object, name: str, low: float = -np.inf, high: float = np.inf)
 
 def scalar(value: object) -> object:
     """`value`, of numpy's numbers and arrays without axes Python's own."""
-    bare = isinstance(value, np.generic | np.ndarray) and not value.ndim and not np.ma.is_masked(value)
+    # Not of its subclasses, of which a masked number is one: it would become 0.
+    bare = (type(value) is np.ndarray and not value.ndim) or isinstance(value, np.generic)
     return cast(Any, value).item() if bare else value
 
 

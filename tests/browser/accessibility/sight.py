@@ -40,8 +40,6 @@ def unchanged(page: Page, path: str) -> Iterator[str]:
             if _picture(figure, ARTEFACTS / name) == seen_by_others:
                 yield name
         emulated.send(SIGHT, {"type": "none"})
-        for figure, before in zip(placed, usual, strict=True):  # else what differed was not the sight
-            assert _picture(figure) == before, f"{path}#{figure.name}: another picture without any sight put on"
 
 
 def _picture(figure: Figure, path: Path | None = None) -> bytes:

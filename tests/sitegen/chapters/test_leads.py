@@ -157,6 +157,34 @@ def test_a_legend_names_first_what_may_be_seen_first(
 
 
 @pytest.mark.parametrize(
+    ("tape", "first", "behind"),
+    [
+        (({}, ("new", "go")), ["a point"], ["noise"]),
+        (({}, ("new",)), ["a point", "noise"], []),  # nobody knows what Go brings
+    ],
+)
+def test_a_legend_knows_what_buttons_bring_from_the_tape_alone(
+    desk: Project, tape: Any, first: list[str], behind: list[str]
+) -> None:
+    legend = (*TOY.legend, Key("outlier", "noise"))
+    buttons = (*TOY.buttons[:2], replace(TOY.buttons[2], does="press"))
+    desk.widgets["toy"] = replace(TOY, legend=legend, tape=(tape,), buttons=buttons)
+    desk.cache = fresh_cache(desk.root / "cache")
+    html = led(desk, "controls=noise readouts=noise buttons=go")
+    assert [re.findall(r'<li class="key[^>]*>(.*?)</li>', part) for part in parts(html)] == [first, behind]
+
+
+def test_a_legend_names_first_the_marks_of_panels_that_lead(desk: Project) -> None:
+    """Those of a panel behind More stand there with it."""
+    more = Panel("more", "Another", View(0.0, 1.0, 0.0, 1.0), (Points([[0.5, 0.5]], "outlier"),))
+    legend = (*TOY.legend, Key("outlier", "noise"))
+    desk.widgets["toy"] = replace(TOY, draw=lambda state: drawn_more(TOY.draw(state), more), legend=legend)
+    desk.cache = fresh_cache(desk.root / "cache")
+    html = led(desk, "panels=main")
+    assert [re.findall(r'<li class="key[^>]*>(.*?)</li>', part) for part in parts(html)] == [["a point"], ["noise"]]
+
+
+@pytest.mark.parametrize(
     ("height", "charts", "flat"), [(300.0, True, True), (330.0, True, False), (300.0, False, False)]
 )
 def test_a_flat_picture_has_the_question_beneath_it(desk: Project, height: float, charts: bool, flat: bool) -> None:
