@@ -14,8 +14,8 @@ _CLASSES = re.compile(r'class="([^"]*)"')
 
 @dataclass(frozen=True)
 class Drawn:
-    """What a state of a tape shows. pressed: what its log ends in, "" where that is no press; roles: panel → those in
-    its drawing."""
+    """What a state of a tape shows. pressed: the button that its log ends with, "" after any other action; roles:
+    panel → those in its drawing."""
 
     controls: Plain
     pressed: str
