@@ -22,7 +22,7 @@ from sitegen.cache.files import content, fingerprint, short_hash
 from sitegen.cache.store import Store
 from sitegen.figures.model import Figure
 from sitegen.figures.picture_faults import FigureFault, Watched, watched_job
-from sitegen.figures.tape import Drawn, drawn_of
+from sitegen.figures.tape import StateRoles, state_roles
 from sitegen.figures.wire import Plain, dumps
 from sitegen.problems import Problems
 from widgets.engine.contract import Widget, parsed
@@ -72,10 +72,10 @@ def _frames(kept: bytes) -> list[Plain]:
 
 
 @lru_cache(maxsize=128)
-def _tape(kept: bytes) -> tuple[bytes, Plain, tuple[Drawn, ...]]:
+def _tape(kept: bytes) -> tuple[bytes, Plain, tuple[StateRoles, ...]]:
     """A tape as it is kept."""
-    script, first, drawn = json.loads(kept)
-    return script.encode(), first, tuple(Drawn(**each) for each in drawn)
+    script, first, states = json.loads(kept)
+    return script.encode(), first, tuple(StateRoles(**each) for each in states)
 
 
 class Bakery:
@@ -139,14 +139,14 @@ class Bakery:
         dom_id: str,
         records: Sequence[Plain],
         script: Callable[[str, Sequence[Plain], Sequence[Plain]], str],
-    ) -> tuple[bytes, Plain, tuple[Drawn, ...]]:
+    ) -> tuple[bytes, Plain, tuple[StateRoles, ...]]:
         """What `script` makes of a figure's records and their frames, the first of these, and what all of them show,
         kept likewise."""
 
         def made() -> bytes:
             frames = self.frames(dom_id, records)
-            drawn = list(map(drawn_of, records, frames))
-            return _plain([script(dom_id, records, frames), frames[0], drawn])
+            states = list(map(state_roles, records, frames))
+            return _plain([script(dom_id, records, frames), frames[0], states])
 
         return _tape(self._store.get(f"{self._frames_key(dom_id, records)} {TAPE}", made))
 

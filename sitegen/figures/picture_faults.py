@@ -15,7 +15,7 @@ import numpy as np
 from sitegen.figures.widget_faults import def_line, line_of
 from sitegen.problems import Place, Problems, hint
 from widgets.drawing.picture import ROLES, Anchor, Group, Handle, Mark, Panel, Picture, Readout, Shape
-from widgets.engine.contract import Animated, Widget, motions
+from widgets.engine.contract import Animation, Widget, motions
 from widgets.engine.jobs import Job, Progress, Result
 
 PAIRS = ("xy", "a", "b", "centre", "direction")
@@ -94,7 +94,7 @@ def _watched(widget: Widget) -> Widget:
         panels.update({panel.name: panel for panel in picture.panels})
         return picture
 
-    def motion(before: Any, after: Any) -> tuple[Animated, ...]:
+    def motion(before: Any, after: Any) -> tuple[Animation, ...]:
         moved = motions(ran("motion", before, after))
         held("motion", tuple(f"no panel {m.panel!r}{hint(m.panel, panels)}" for m in moved if m.panel not in panels))
         return moved

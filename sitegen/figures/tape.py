@@ -13,8 +13,8 @@ _CLASSES = re.compile(r'class="([^"]*)"')
 
 
 @dataclass(frozen=True)
-class Drawn:
-    """What a state of a tape shows. pressed: the button that its log ends with, "" after any other action; roles:
+class StateRoles:
+    """What roles a state of a tape shows. pressed: the button that its log ends with, "" after any other action; roles:
     panel → those in its drawing."""
 
     controls: Plain
@@ -27,14 +27,14 @@ class Tape:
     """A figure's tape: its file on the site, its script, and what the page itself shows: the first frame, and what each
     of its jobs finds.
 
-    drawn: of each of its states.
+    states: what each shows.
     """
 
     name: str
     script: bytes
     first: Plain
     results: tuple[Plain, ...] = ()
-    drawn: tuple[Drawn, ...] = ()
+    states: tuple[StateRoles, ...] = ()
 
     def roles(
         self, controls: Plain, moved: Collection[str], presses: Collection[str], panels: Collection[str]
@@ -42,14 +42,14 @@ class Tape:
         """The roles that these panels may show while no other controls are moved and no other buttons pressed; all
         there are where the tape does not know what one of the buttons does."""
         kept = {name: value for name, value in controls.items() if name not in moved}
-        near = [each for each in self.drawn if kept.items() <= each.controls.items()]
+        near = [each for each in self.states if kept.items() <= each.controls.items()]
         if not {*presses} <= {each.pressed for each in near}:
             return ROLES
         return {role for each in near for panel in panels for role in each.roles.get(panel, ())}
 
 
-def drawn_of(record: Plain, frame: Plain) -> Plain:
-    """A state of a tape as `Drawn` has it."""
+def state_roles(record: Plain, frame: Plain) -> Plain:
+    """A state of a tape as `StateRoles` has it."""
     roles = {}
     for panel in frame["panels"]:
         classes = {name for group in _CLASSES.findall(panel["svg"]) for name in group.split()}

@@ -49,7 +49,7 @@ from sitegen.pages.bodies import Pen, outlines_of_drafts, write
 from sitegen.pages.notebooks import Shown, notebooks
 from sitegen.pages.views import environment
 from sitegen.pipeline.ahead import missing
-from sitegen.pipeline.asked import STANDARD, Asked, Parts
+from sitegen.pipeline.context import STANDARD, BuildContext, Parts
 from sitegen.pipeline.files import Content, site_files
 from sitegen.pipeline.output import clear, contents, publish
 from sitegen.pipeline.presets import try_presets
@@ -87,43 +87,43 @@ def build(
     parts: Parts = STANDARD,
     kept: Memory | None = None,
 ) -> Report:
-    """Build the site of the checkout at `root` into `dest`, which changes only when all went well; see `Asked`.
+    """Build the site of the checkout at `root` into `dest`, which changes only when all went well; see `BuildContext`.
 
     Raises BuildFailed with every problem of the content; OutsideError, NodeError, WheelError where the machinery fails.
     """
     clear(dest)
-    asked = Asked(root, cache or cache_dir(), progress or quiet, kept or Memory(), parts, strict, drafts, pack)
+    context = BuildContext(root, cache or cache_dir(), progress or quiet, kept or Memory(), parts, strict, drafts, pack)
     with pool.threads(spared=1) as beside:
-        return _build(asked, dest, beside)
+        return _build(context, dest, beside)
 
 
-def _build(asked: Asked, dest: Path, beside: Executor) -> Report:
+def _build(context: BuildContext, dest: Path, beside: Executor) -> Report:
     """The build; what can wait is done `beside` it, while the work on pages keeps one core busy."""
     problems = Problems()
-    asked.kept.begin((asked.root, asked.cache, asked.parts, state(asked.root)))
-    read = _read(asked, problems)
-    drawn = _drawn(asked, read, problems, beside)
-    content = _content(asked, read, drawn, problems)
-    files = site_files(asked, content, problems)
+    context.kept.begin((context.root, context.cache, context.parts, state(context.root)))
+    manuscript = _read(context, problems)
+    media = _draw(context, manuscript, problems, beside)
+    content = _render(context, manuscript, media, problems)
+    files = site_files(context, content, problems)
     if problems.found:
         raise BuildFailed(problems.found)
-    publish(files, drawn.started, dest, asked.pack, asked.cache, asked.progress)
-    prune(asked.cache)
-    told = [*problems.warnings, *(problems.notes if asked.strict else [])]
-    if full := unwritable(asked.cache):
+    publish(files, media.started, dest, context.pack, context.cache, context.progress)
+    prune(context.cache)
+    told = [*problems.warnings, *(problems.notes if context.strict else [])]
+    if full := unwritable(context.cache):
         says = f"nothing can be kept in this cache: {full}; every build makes it all anew"
-        told.append(Problem(str(asked.cache), 0, 0, says))
+        told.append(Problem(str(context.cache), 0, 0, says))
     return Report(
         tuple(sorted(name for name in files if name.endswith(".html"))),
         tuple(sorted(told)),
         len(files),
         sum(map(len, files.values())),
-        {chapter.source.path: chapter.page for chapter in read.written},
+        {chapter.source.path: chapter.page for chapter in manuscript.written},
     )
 
 
 @dataclass(frozen=True)
-class _Read:
+class _Manuscript:
     """What authors have written. left_out: drafts that are not built; written: chapters and docs."""
 
     site: Site
@@ -134,19 +134,19 @@ class _Read:
     terms: Mapping[str, Term]
 
 
-def _read(asked: Asked, problems: Problems) -> _Read:
-    root, kept = asked.root, asked.kept
+def _read(context: BuildContext, problems: Problems) -> _Manuscript:
+    root, kept = context.root, context.kept
     site = read_site(root, problems)
-    chapters, left_out = read_chapters(root, site, problems, asked.drafts, kept)
+    chapters, left_out = read_chapters(root, site, problems, context.drafts, kept)
     references = read_references(root, problems, kept)
     terms = read_glossary(root, chapters, left_out, problems, kept)
     written = [*chapters, *read_docs(root, problems, kept)]
     check_names(written, problems)
-    return _Read(site, chapters, left_out, written, references, terms)
+    return _Manuscript(site, chapters, left_out, written, references, terms)
 
 
 @dataclass(frozen=True)
-class _Drawn:
+class _Media:
     """What stands in the pages beside words, and what makes it."""
 
     surveys: Sequence[Survey]
@@ -159,20 +159,20 @@ class _Drawn:
     values: Values
 
 
-def _drawn(asked: Asked, read: _Read, problems: Problems, beside: Executor) -> _Drawn:
+def _draw(context: BuildContext, manuscript: _Manuscript, problems: Problems, beside: Executor) -> _Media:
     """Formulas, figures and plots, and the runtime that brings figures alive."""
-    cache, kept, parts, progress = asked.cache, asked.kept, asked.parts, asked.progress
+    cache, kept, parts, progress = context.cache, context.kept, context.parts, context.progress
     placeable = kept.told("widgets", (), problems, partial(sound, parts.widgets))
     surveys = [
         kept.told(("survey", one.source.path), (one, placeable), problems, partial(survey, one, placeable, parts.plots))
-        for one in read.written
+        for one in manuscript.written
     ]
     formulas = [formula for one in surveys for formula in one.formulas]
     unknown = Problems() if SETTINGS in problems.unread else problems  # the site's macros stand there
-    mathematics = render_formulas(formulas, read.site.macros, cache, unknown, progress, kept)
-    templates = environment(asked.root, cache)
+    mathematics = render_formulas(formulas, manuscript.site.macros, cache, unknown, progress, kept)
+    templates = environment(context.root, cache)
     broken = any(name.startswith("widgets/") for name in problems.unread)  # Python in the browser would not start
-    started = None if broken else kept.answer("runtime", (), partial(_runtime, asked))
+    started = None if broken else kept.answer("runtime", (), partial(_runtime, context))
     templates.globals["wheel"] = f"runtime/{started.wheel}" if started else ""
     bakery = Bakery(placeable, cache)
     gallery = Gallery(parts.plots, cache, progress)
@@ -181,65 +181,67 @@ def _drawn(asked: Asked, read: _Read, problems: Problems, beside: Executor) -> _
     pool.make("computing plots, drawing figures", missing(unmade, gallery, bakery, cache), progress)
     tapes = record_tapes(surveys, bakery, problems, progress, kept)
     early = {**contents(started), **{tape.name: tape.script for tape in tapes.values()}}
-    for name, data in early.items() if asked.pack else ():
+    for name, data in early.items() if context.pack else ():
         beside.submit(packed, name, data, cache)  # for publish and archive, which find the copies in the cache
-    if asked.strict:
+    if context.strict:
         try_presets(placeable, surveys, bakery, cache, problems, progress)
-    return _Drawn(surveys, mathematics, templates, started, tapes, bakery, gallery, values)
+    return _Media(surveys, mathematics, templates, started, tapes, bakery, gallery, values)
 
 
-def _content(asked: Asked, read: _Read, drawn: _Drawn, problems: Problems) -> Content:
+def _render(context: BuildContext, manuscript: _Manuscript, media: _Media, problems: Problems) -> Content:
     """What the pages are written from; BuildFailed where anything is wrong with it."""
-    root, cache, kept, parts = asked.root, asked.cache, asked.kept, asked.parts
-    drafts = outlines_of_drafts(survey(one, parts.widgets, parts.plots, Problems()) for one in read.left_out)
+    root, cache, kept, parts = context.root, context.cache, context.kept, context.parts
+    drafts = outlines_of_drafts(survey(one, parts.widgets, parts.plots, Problems()) for one in manuscript.left_out)
     known = Known(
         root=root,
         chapters=(),
         drafts=drafts,
         pages={},
-        references=read.references,
-        terms=read.terms,
-        tests=tests_for(root, read.written, cache, kept),
+        references=manuscript.references,
+        terms=manuscript.terms,
+        tests=tests_for(root, manuscript.written, cache, kept),
         results=read_results(root, kept),
-        mathematics=drawn.mathematics,
-        values=drawn.values,
-        frames=partial(frames_of, drawn.bakery, problems, {}),
-        readouts=partial(readouts_of, drawn.bakery, problems, {}),
+        mathematics=media.mathematics,
+        values=media.values,
+        frames=partial(frames_of, media.bakery, problems, {}),
+        readouts=partial(readouts_of, media.bakery, problems, {}),
         figure_html=lambda figure, says, caption, question: Markup(""),  # these three are the pen's to give
         plot_html=lambda placed, caption: Markup(""),
         picture_html=lambda panels, words, caption: Markup(""),
         problems=problems,
     )
-    known, texts = write(drawn.surveys, known, Pen(drawn.templates, drawn.tapes, drawn.bakery, drawn.gallery), kept)
-    drawn.values.keep()
-    count = len(read.chapters)
-    surveys, written = drawn.surveys[:count], [(text.chapter, text.body) for text in texts]
+    known, texts = write(media.surveys, known, Pen(media.templates, media.tapes, media.bakery, media.gallery), kept)
+    media.values.keep()
+    count = len(manuscript.chapters)
+    surveys, written = media.surveys[:count], [(text.chapter, text.body) for text in texts]
     bodies, docs = written[:count], written[count:]
-    cited = {key: [chapter for chapter, body in bodies if key in body.cited] for key in read.references}
-    for reference in unused(read.references, (key for key, by in cited.items() if by)):
+    cited = {key: [chapter for chapter, body in bodies if key in body.cited] for key in manuscript.references}
+    for reference in unused(manuscript.references, (key for key, by in cited.items() if by)):
         problems.note(reference.place, f"{reference.key} is cited by no chapter")
-    if problems.found or (asked.strict and problems.warnings):
-        raise BuildFailed([*problems.found, *(problems.warnings if asked.strict else [])])
+    if problems.found or (context.strict and problems.warnings):
+        raise BuildFailed([*problems.found, *(problems.warnings if context.strict else [])])
 
-    wheel = str(drawn.templates.globals["wheel"])
-    shown = Shown(read.site, known, wheel, lambda page, figure: drawn.tapes[page, figure.id].first, drawn.gallery.drawn)
+    wheel = str(media.templates.globals["wheel"])
+    shown = Shown(
+        manuscript.site, known, wheel, lambda page, figure: media.tapes[page, figure.id].first, media.gallery.drawn
+    )
     tests = {claim.test_id: known.tests[claim.test_id].source for _, body in written for claim in body.claims}
     plain = [body for _, body in bodies]
     return Content(
-        site=read.site,
-        templates=drawn.templates,
-        started=drawn.started,
-        tapes=drawn.tapes,
-        chapters=read.chapters,
+        site=manuscript.site,
+        templates=media.templates,
+        started=media.started,
+        tapes=media.tapes,
+        chapters=manuscript.chapters,
         bodies=bodies,
         docs=docs,
         decks=[text.deck for text in texts if text.deck],
-        references=read.references,
+        references=manuscript.references,
         cited=cited,
         known=known,
         licences=kept.answer("licences", (), partial(parts.licences, SERVED, cache=cache)),
         notebooks=notebooks(surveys, plain, shown, cache, kept),
-        made=about.made(root, surveys, plain, drawn.started.size if drawn.started else 0),
+        made=about.made(root, surveys, plain, media.started.size if media.started else 0),
         sources=kept.answer("tests as code", tests, partial(_sources, tests, cache)),
     )
 
@@ -257,7 +259,7 @@ def _sources(claimed: Mapping[str, str], cache: Path) -> dict[str, Markup]:
     return {name: Markup(code) for name, code in made.items()}
 
 
-def _runtime(asked: Asked) -> RuntimeInfo | None:
+def _runtime(context: BuildContext) -> RuntimeInfo | None:
     """The browser runtime, kept in the cache from build to build."""
-    assemble = asked.parts.assemble
-    return None if assemble is None else assemble(cache=asked.cache, progress=asked.progress)
+    assemble = context.parts.assemble
+    return None if assemble is None else assemble(cache=context.cache, progress=context.progress)

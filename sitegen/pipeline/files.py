@@ -28,7 +28,7 @@ from sitegen.pages import about, search_index
 from sitegen.pages.decks import Deck
 from sitegen.pages.lost import inline
 from sitegen.pages.writer import Inside, Writer
-from sitegen.pipeline.asked import Asked
+from sitegen.pipeline.context import BuildContext
 from sitegen.pipeline.output import contents
 from sitegen.problems import Place, Problems
 from sitegen.runtime.assemble import RuntimeInfo
@@ -55,23 +55,23 @@ class Content:
     sources: Mapping[str, Markup]
 
 
-def site_files(asked: Asked, content: Content, problems: Problems) -> dict[str, bytes]:
+def site_files(context: BuildContext, content: Content, problems: Problems) -> dict[str, bytes]:
     """Every file of the site by name, without the runtime and what is packed."""
-    parts, kept, cache, progress = asked.parts, asked.kept, asked.cache, asked.progress
+    parts, kept, cache, progress = context.parts, context.kept, context.cache, context.progress
     templates, started = content.templates, content.started
     scripts = {tape.name: tape.script for tape in content.tapes.values()}
     # What the pages say decides which letters the fonts have and what is searched, and their frames name both.
-    zipped = folder_name(content.site.title) + ".zip" if asked.pack else ""
+    zipped = folder_name(content.site.title) + ".zip" if context.pack else ""
     writer = Writer(
         templates, content.site, content.chapters, kept, bool(content.docs), parts.search is not None, zipped
     )
     insides = _insides(content, writer)
-    fontset = _fonts(asked, insides, scripts)
+    fontset = _fonts(context, insides, scripts)
     if fontset and fontset.missing:
         problems.note(Place("content"), f"no typeface of the site has {' '.join(fontset.missing)}")
-    pictures = _pictures(asked, content, fontset) if fontset else {}
+    pictures = _pictures(context, content, fontset) if fontset else {}
     assets = read_assets(
-        asked.root,
+        context.root,
         pictures,
         [fontset.css if fontset else "", content.known.mathematics.css],
         fontset.files if fontset else {},
@@ -96,8 +96,8 @@ def site_files(asked: Asked, content: Content, problems: Problems) -> dict[str, 
         assets.manifest = assets.add("site.webmanifest", made)
     rest = {**scripts, **images, **assets.files}
     pages = partial(_pages, content, writer, insides)
-    if asked.pack:
-        alone = _unpacked(asked.root, content, {**pages(assets.from_disk()), **rest})
+    if context.pack:
+        alone = _unpacked(context.root, content, {**pages(assets.from_disk()), **rest})
         assets.download = Download(zipped, archive(zipped.removesuffix(".zip"), alone, cache))
     files = {**pages(assets), **rest}
     if content.site.url:
@@ -106,30 +106,30 @@ def site_files(asked: Asked, content: Content, problems: Problems) -> dict[str, 
         slides = [*(each.chapter.deck for each in content.decks), *(["slides.html"] if content.decks else [])]
         public = [*(chapter.page for chapter in content.chapters), *own, *slides]
         files["sitemap.xml"] = writer.sitemap(public).encode()
-    files |= _for_hosts(asked.root, templates, files, started)
+    files |= _for_hosts(context.root, templates, files, started)
     if assets.download:
         files[assets.download.name] = assets.download.data
     files |= content.notebooks  # to be taken away, so not among what is kept for offline use
     return files
 
 
-def _fonts(asked: Asked, insides: Mapping[str, Inside], scripts: Mapping[str, bytes]) -> FontSet | None:
+def _fonts(context: BuildContext, insides: Mapping[str, Inside], scripts: Mapping[str, bytes]) -> FontSet | None:
     """The typefaces with the letters that pages and figures need."""
-    if asked.parts.cut_fonts is None:
+    if context.parts.cut_fonts is None:
         return None
-    letters = characters({name: one.html for name, one in insides.items()}, scripts, asked.cache, asked.kept)
-    cut = partial(asked.parts.cut_fonts, *letters, url="fonts/", cache=asked.cache, progress=asked.progress)
-    return asked.kept.answer("fonts", letters, cut)
+    letters = characters({name: one.html for name, one in insides.items()}, scripts, context.cache, context.kept)
+    cut = partial(context.parts.cut_fonts, *letters, url="fonts/", cache=context.cache, progress=context.progress)
+    return context.kept.answer("fonts", letters, cut)
 
 
-def _pictures(asked: Asked, content: Content, fontset: FontSet) -> Mapping[str, bytes]:
+def _pictures(context: BuildContext, content: Content, fontset: FontSet) -> Mapping[str, bytes]:
     """The site's icons, and what its links show elsewhere."""
-    if asked.parts.draw_emblem is None:
+    if context.parts.draw_emblem is None:
         return {}
     site = content.site
     emblems = {c.name: (c.emblem, c.title, c.question) for c in content.chapters if c.emblem and site.url}
     says = site.title, site.description, fontset, emblems
-    return asked.kept.answer("emblem", says, partial(asked.parts.draw_emblem, *says, cache=asked.cache))
+    return context.kept.answer("emblem", says, partial(context.parts.draw_emblem, *says, cache=context.cache))
 
 
 def _for_hosts(

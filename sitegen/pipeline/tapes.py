@@ -31,11 +31,11 @@ def _tapes(one: Survey, bakery: Bakery, problems: Problems) -> dict[tuple[str, s
     tapes = {}
     for figure in one.figures.values():
         try:
-            script, first, drawn = bakery.tape(figure.dom_id, one.taped[figure.id], tape_script)
+            script, first, states = bakery.tape(figure.dom_id, one.taped[figure.id], tape_script)
             results = bakery.results(figure.dom_id, figure.record.plain())
         except FigureFault as fault:  # a widget's own mistake: the author sees where, which figure and why
             fault.tell(problems, figure.place)
             continue
         name = hashed_name(f"tapes/{one.chapter.name}-{figure.id}.js", script)
-        tapes[one.chapter.name, figure.id] = Tape(name, script, first, results, drawn)
+        tapes[one.chapter.name, figure.id] = Tape(name, script, first, results, states)
     return tapes

@@ -16,8 +16,8 @@ import pytest
 from sitegen.external import fetch
 from sitegen.figures.gallery import Plot
 from sitegen.figures.matplotlib_svg import COLOURS
-from sitegen.pipeline.asked import Parts
 from sitegen.pipeline.build import Report, build
+from sitegen.pipeline.context import Parts
 from sitegen.problems import BuildFailed
 from widgets.drawing.picture import Panel, Picture, Points, Readout, View, number
 from widgets.engine.contract import Action, Button, Key, Widget

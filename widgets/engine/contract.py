@@ -128,7 +128,7 @@ class Trace:
     panel: str = "main"
 
 
-Animated = Motion | Trace
+Animation = Motion | Trace
 
 
 @dataclass(frozen=True)
@@ -189,7 +189,7 @@ class Widget:
     tape: tuple[tuple[Mapping[str, Value], tuple[str, ...]], ...] = ()
     pieces: Callable[[Any, Action], Pieces] | None = None
     jobs: tuple[Job, ...] = ()
-    motion: Callable[[Any, Any], Animated | tuple[Animated, ...] | None] = lambda before, after: None
+    motion: Callable[[Any, Any], Animation | tuple[Animation, ...] | None] = lambda before, after: None
     python: Callable[[Any], str] = lambda state: ""
     takes: tuple[str, ...] = ()
     reads: Callable[[str, bytes], Any] | None = None
@@ -198,7 +198,7 @@ class Widget:
     lead: Lead | None = None
 
 
-def motions(given: Animated | tuple[Animated, ...] | None) -> tuple[Animated, ...]:
+def motions(given: Animation | tuple[Animation, ...] | None) -> tuple[Animation, ...]:
     """What a widget's `motion` gives, as a tuple."""
     return given if isinstance(given, tuple) else () if given is None else (given,)
 

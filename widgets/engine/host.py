@@ -23,7 +23,7 @@ import numpy as np
 
 from widgets.drawing.picture import Group, Handle, Mark, Panel, Picture, View
 from widgets.drawing.svg import UNIT, group_svg, mark_svg, panel_svg
-from widgets.engine.contract import Action, Animated, Pieces, Record, Trace, Widget, motions, parsed
+from widgets.engine.contract import Action, Animation, Pieces, Record, Trace, Widget, motions, parsed
 from widgets.engine.controls import clip, nearest, values
 from widgets.engine.jobs import Running
 from widgets.engine.registry import WIDGETS
@@ -263,7 +263,7 @@ def _level(widget: Widget, state: Any, asked: int | None) -> int:
 
 
 def _frame(
-    figure: str, record: Record, picture: Picture, drawn: list[dict[str, Any]], moved: Iterable[Animated], python: str
+    figure: str, record: Record, picture: Picture, drawn: list[dict[str, Any]], moved: Iterable[Animation], python: str
 ) -> dict[str, Any]:
     """A picture, its panels drawn, as plain data for the page."""
     panels = {panel.name: panel for panel in picture.panels}
@@ -328,7 +328,7 @@ def _rounded(value: float, decimals: int) -> float:
     return round(float(value) + 1e-9, decimals) + 0.0
 
 
-def _motion(figure: str, moved: Animated, panel: Panel) -> dict[str, Any]:
+def _motion(figure: str, moved: Animation, panel: Panel) -> dict[str, Any]:
     """The motion in SVG user units and degrees, y down, as the page's transform wants it; a trace, which moves none."""
     if isinstance(moved, Trace):
         return {"group": f"{figure}-{panel.name}-{moved.group}", "trace": True}

@@ -12,8 +12,8 @@ from playwright.sync_api import Page, expect
 from sitegen.assets import typefaces
 from sitegen.cache.files import cache_dir
 from sitegen.pages.title_slide import QUESTION, RUNGS, TITLE
-from sitegen.pipeline.asked import Parts
 from sitegen.pipeline.build import build
+from sitegen.pipeline.context import Parts
 from tests.browser.conftest import Reader
 from tests.browser.layout import BEYOND, MISFITS, remaining
 from tests.browser.server import SiteServer

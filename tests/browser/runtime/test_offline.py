@@ -15,8 +15,8 @@ from playwright.sync_api import Browser, Error, Page, expect
 
 from sitegen.cache.files import short_hash
 from sitegen.check import offline
-from sitegen.pipeline.asked import STANDARD
 from sitegen.pipeline.build import build
+from sitegen.pipeline.context import STANDARD
 from sitegen.runtime import assemble as runtime
 from tests.browser.conftest import ROOT, Reader
 from tests.browser.figure import Figure

@@ -15,8 +15,8 @@ from sitegen.chapters.known import Known
 from sitegen.chapters.rendered import Body
 from sitegen.chapters.surveyed import Survey
 from sitegen.pages import bodies
-from sitegen.pipeline.asked import Parts
 from sitegen.pipeline.build import build
+from sitegen.pipeline.context import Parts
 from sitegen.problems import BuildFailed
 from tests.sitegen.conftest import REFERENCES, SECOND, START, Project
 

@@ -120,12 +120,13 @@ def known(state: State) -> int:
 
 def _readouts(state: State) -> tuple[Readout, ...]:
     rotation = sorted(run.rotation[-1] for run in state.runs)
-    turned, close = (str(sum(getattr(run, what) for run in state.runs)) for what in ("turned", "close"))
+    turned = sum(run.turned for run in state.runs)
+    close = sum(run.close for run in state.runs)
     return (
         Readout("steps", f"Steps, {MAX_STEPS} at most", str(state.steps)),
         Readout("running", "Still running, of\u00a09", _running(state)),
-        Readout("turned", f"Rotation error <\u00a0{CLOSE_TURN:g}°, of\u00a09", turned),
-        Readout("close", f"And translation error <\u00a0{CLOSE_SHIFT:g}\u00a0u", close),
+        Readout("turned", f"Rotation error <\u00a0{CLOSE_TURN:g}°, of\u00a09", str(turned)),
+        Readout("close", f"And translation error <\u00a0{CLOSE_SHIFT:g}\u00a0u", str(close)),
         Readout("median", "Median rotation error", number(rotation[4], 1), "°"),
         Readout("largest", "Largest rotation error", number(rotation[8], 1), "°"),
     )

@@ -14,7 +14,7 @@ const ease = (part) => 1 - (1 - part) ** 3;
  * @param {SVGElement} group
  * @returns {(left: number) => void}
  */
-function traced(group) {
+function tracer(group) {
   const all = /** @type {SVGPathElement[]} */ ([...group.querySelectorAll("path, text")]);
   const scale = Math.abs(all[0]?.getScreenCTM()?.a ?? 1); // dashes are in px, as the lines' widths are
   const lengths = all.map((mark) => mark.classList.contains("line") && scale * mark.getTotalLength());
@@ -33,7 +33,7 @@ function traced(group) {
  * @param {Move} motion
  * @returns {(left: number) => void}  from 1, before it has begun, to 0
  */
-const moving = (group, { turn, about, shift }) => (left) => {
+const mover = (group, { turn, about, shift }) => (left) => {
   const [x, y] = shift.map((value) => -value * left);
   group.setAttribute("transform", `rotate(${-turn * left} ${about.join(" ")}) translate(${x} ${y})`);
 };
@@ -59,7 +59,7 @@ export function startMotions(motions, began, length, over) {
     const moved = /** @type {SVGElement | null} */ (/** @type {unknown} */ (document.getElementById(motion.group)));
     if (!moved) return [];
     const slow = "trace" in motion;
-    return { moved, whole: slow ? 3 * length : length, place: slow ? traced(moved) : moving(moved, motion) };
+    return { moved, whole: slow ? 3 * length : length, place: slow ? tracer(moved) : mover(moved, motion) };
   });
   const begins = performance.now();
   const longest = Math.max(...groups.map(({ whole }) => whole));

@@ -27,3 +27,16 @@ def test_a_cell_has_a_positive_side(size):
     clouds = np.stack([room("clean").target] * 2)
     with pytest.raises(ValueError, match=r"^size: expected a positive number, got "):
         ndt_map.build(clouds, size)
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_at_a_border_two_of_the_four_cells_change(axis):
+    """Grids that are not shifted against each other along an axis have the same borders across it."""
+    rng = np.random.default_rng(5)
+    cells = ndt_map.build(rng.uniform(-4.0, 4.0, (1, 4000, 2)), 1.0, grids=4)
+    points, step = rng.uniform(-3.0, 3.0, (1, 2000, 2)), np.eye(2)[axis] * 0.05
+    before, after = (cells.lookup(p, np.zeros(1, dtype=np.int64)) for p in (points, points + step))
+    assert (before >= 0).all()
+    changed = (before != after).sum(axis=1)
+    assert set(np.unique(changed).tolist()) == {0, 2}
+    assert 100 < (changed == 2).sum() < 300

@@ -1,4 +1,4 @@
-"""What is asked of a build, and what the site is made of beside its content."""
+"""What every stage of a build works with: what was asked for, and what the site is made of beside its content."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ STANDARD = Parts(WIDGETS)
 
 
 @dataclass(frozen=True)
-class Asked:
+class BuildContext:
     """A build of the checkout at `root`.
 
     strict: warnings are problems. drafts: chapters that are drafts are built too. pack: .gz and .br beside the files,
