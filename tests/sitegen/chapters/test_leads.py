@@ -184,19 +184,31 @@ def test_a_legend_names_first_the_marks_of_panels_that_lead(desk: Project) -> No
     assert [re.findall(r'<li class="key[^>]*>(.*?)</li>', part) for part in parts(html)] == [["a point"], ["noise"]]
 
 
+def asking(desk: Project, *more: Panel, hovers: tuple[str, ...] = (), **main: Any) -> str:
+    """The page of a figure that asks, its panel's view changed, with more panels."""
+    desk.widgets["toy"] = replace(TOY, draw=lambda state: drawn_more(TOY.draw(state), *more, **main), hovers=hovers)
+    desk.cache = fresh_cache(desk.root / "cache")
+    ask = '::predict[How many? | One. | Two.]{demo press=go,go expect="presses < 2 | presses > 1"}'
+    desk.chapter(f"\n::figure[C]{{toy id=demo}}\n\n{ask}\n")
+    desk.build()
+    return desk.page("second.html")
+
+
+CHART = Panel("chart", "A chart of it", View(0.0, 1.0, 0.0, 1.0, width=320.0), ())
+
+
+def test_a_chart_that_answers_to_pointing_comes_before_the_question(desk: Project) -> None:
+    html = asking(desk, CHART, hovers=("main",))
+    assert html.count('<div class="predict"') == 1
+    assert html.index('<div class="predict"') > html.index('<div class="figure-charts">')
+
+
 @pytest.mark.parametrize(
     ("height", "charts", "flat"), [(300.0, True, True), (330.0, True, False), (300.0, False, False)]
 )
 def test_a_flat_picture_has_the_question_beneath_it(desk: Project, height: float, charts: bool, flat: bool) -> None:
     """Where charts fill the column at its right; elsewhere the question stands there, before them."""
-    chart = Panel("chart", "A chart of it", View(0.0, 1.0, 0.0, 1.0, width=320.0), ())
-    more = (chart,) if charts else ()
-    desk.widgets["toy"] = replace(TOY, draw=lambda state: drawn_more(TOY.draw(state), *more, height=height))
-    desk.cache = fresh_cache(desk.root / "cache")
-    ask = '::predict[How many? | One. | Two.]{demo press=go,go expect="presses < 2 | presses > 1"}'
-    desk.chapter(f"\n::figure[C]{{toy id=demo}}\n\n{ask}\n")
-    desk.build()
-    html = desk.page("second.html")
+    html = asking(desk, *([CHART] if charts else []), height=height)
     assert f'<div class="figure-body beside{" flat" * flat}">' in html
     assert ('<div class="figure-charts">' in html) is charts
     assert not charts or html.index('<div class="predict"') < html.index('<div class="figure-charts">')
