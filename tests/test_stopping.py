@@ -43,13 +43,14 @@ def writing(root, name):
 
 def counting(root, name):
     say(root, name)
-    hashlib.pbkdf2_hmac("sha256", b"", b"", 1 << 31)  # no signal is heard before this ends, in half an hour
+    hashlib.pbkdf2_hmac("sha256", b"", b"", (1 << 31) - 1)  # no signal is heard before this ends, in ten minutes
 
 def build(root, dest, *, strict=False, drafts=False, pack=True, progress=None, kept=None):
     stage = (root / "content" / "page.md").read_text()
     say(root, "build")
     if stage in ("writing", "counting"):
         pool.make("pieces", [(globals()[stage], (root, f"piece-{i}")) for i in range(5)], progress)
+        raise AssertionError("these pieces do not end by themselves")
     elif stage == "node":
         run_node(root / "sitegen" / "slow.mjs", str(root / "begun" / "node"))
     elif stage == "packing":
