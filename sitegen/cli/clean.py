@@ -13,7 +13,7 @@ from sitegen.cli import environment
 
 MADE = (
     ".hypothesis", ".mypy_cache", ".pytest_cache", ".ruff_cache", ".site-*", "*.egg-info", "__pycache__",
-    "artefacts", "bench.json", "build", "dist",
+    "bench.json", "build", "dist",
 )  # fmt: skip
 """What commands leave at the top of a checkout, beside site/ and .venv. `.site-*` are builds that were cut off."""
 SOURCES = ("sitegen", "solvers", "widgets", "tests")

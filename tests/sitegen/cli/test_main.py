@@ -203,7 +203,7 @@ def test_clean_tells_what_cannot_be_removed_and_removes_the_rest(
 def test_clean_leaves_the_site_folder_and_the_sources(checkout: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """What the commands made is gone, what people made stays; .venv only with --all."""
     made = ["site/index.html", "site/assets/a.css", ".mypy_cache/x", "sitegen/__pycache__/x.pyc", ".venv/bin/x"]
-    made += ["bench.json", "artefacts/sight/a.png", "build/peers/bin/python", "dist/a.whl", "a.egg-info/x", ".site-1/x"]
+    made += ["bench.json", "build/peers/bin/python", "dist/a.whl", "a.egg-info/x", ".site-1/x"]
     stays = ["site/.gitignore", "sitegen/cli/main.py", "content/01-a.md", "content/build/a.svg"]
     for name in [*made, *stays]:
         (checkout / name).parent.mkdir(parents=True, exist_ok=True)

@@ -51,7 +51,7 @@ def test_a_copy_holds_edits_and_nothing_that_was_made(tmp_path: Path) -> None:
     root = tmp_path / "checkout"
     kept = ["build.py", "site/.gitignore", "content/site/kept.md", "tests/build/kept.py", ".ci/run", "tests/new.py"]
     left = [".git/HEAD", ".venv/bin/python", "site/index.html", "solvers/__pycache__/x.pyc", ".mypy_cache/x"]
-    left += ["artefacts/x", "bench.json", "build/peers/bin/python", "dist/x", "a.egg-info/x", ".site-1/index.html"]
+    left += ["bench.json", "build/peers/bin/python", "dist/x", "a.egg-info/x", ".site-1/index.html"]
     for name in [*kept, *left]:
         (root / name).parent.mkdir(parents=True, exist_ok=True)
         (root / name).write_text(name)
