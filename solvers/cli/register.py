@@ -177,7 +177,7 @@ def _told(result: Result, source: FloatArray, target: FloatArray, given: float |
         "reach": reach,
         "overlap": share,
         "residual_rms": rms,
-        "condition": verify.evidence(source, target, pose, given).weakest if planar else None,
+        "conditioning": verify.evidence(source, target, pose, given).weakest if planar else None,
     }
 
 
@@ -195,9 +195,9 @@ def _lines(told: dict[str, Any], result: Result) -> str:
         f"residual  RMS {told['residual_rms']:.4g} u over the {within}" if share else f"residual  none: {within}",
         f"overlap   {share:.4f}, if the pose is right",
     ]
-    if told["condition"] is not None:
-        weakest = float(told["condition"])
-        lines.append(f"condition {weakest:.4f}, smallest over largest eigenvalue; near 0 a motion is free")
+    if told["conditioning"] is not None:
+        weakest = float(told["conditioning"])
+        lines.append(f"weakest   {weakest:.4f}, smallest over largest eigenvalue; near 0 a motion is free")
     if result.gap is not None:
         lines.append(f"proof     objective {result.objective:.6g}, no pose searched has one below {result.lower:.6g}")
     reason = f": {result.reason}" if result.reason else ""

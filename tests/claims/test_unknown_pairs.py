@@ -7,6 +7,7 @@ import pytest
 
 import solvers
 from solvers import Pose, Status, metrics
+from solvers.core.arrays import FloatArray
 from solvers.geometry import nearest
 from solvers.geometry.normals import normals
 from solvers.scenes.rooms import room, room_start
@@ -275,18 +276,33 @@ def test_a_loose_tolerance_only_stops_sooner(why):
     assert errors[1] > errors[0]
 
 
+def pillars(first: int, last: int) -> FloatArray:
+    """Equal pillars of a row, 2 u apart, by the numbers of the first and the last, (n, 2)."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)
+    pillar = 0.2 * np.column_stack([np.cos(angle), np.sin(angle)])
+    return np.concatenate([pillar + np.array([2.0 * k, 0.0]) for k in range(first, last + 1)])
+
+
 def test_equal_pillars_fit_one_period_off():
     """Three of seven equal pillars, 2 u apart, started nearer to the next one: a fit one period off, with no residual
     at all."""
-    angle = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)
-    pillar = 0.2 * np.column_stack([np.cos(angle), np.sin(angle)])
-    row = np.concatenate([pillar + np.array([2.0 * k, 0.0]) for k in range(7)])
-    seen = row[2 * 12 : 5 * 12]
+    row, seen = pillars(0, 6), pillars(2, 4)
     for start, where in ((0.3, 0.0), (1.7, 2.0)):
         result = solvers.register(seen, row, start=Pose.from_angle(0.0, (start, 0.1)))
         assert result.status == Status.CONVERGED
         assert result.pose.t[0] == pytest.approx(where, abs=1e-9)
         assert result.detail("pairing").rms < 1e-9
+
+
+def test_the_end_of_a_row_tells_its_periods_apart():
+    """One period off, three pillars from within the row have no residual, at the truth neither; where one of the three
+    is the last of the row, they have none at the truth, and an RMS above 0.5 u one period off."""
+    row = pillars(0, 6)
+    for last, off in ((4, 0.0), (6, 0.5)):
+        for start in (0.3, 1.7):
+            asked = Pose.from_angle(0.0, (start, 0.1))
+            rms = solvers.register(pillars(last - 2, last), row, start=asked).detail("pairing").rms
+            assert rms > off if start > 1.0 and off else rms < 1e-9
 
 
 def test_what_is_seen_once_pulls_on_every_fit(why):
