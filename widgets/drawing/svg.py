@@ -104,7 +104,8 @@ def mark_svg(mark: Mark, view: View, prefix: str) -> str:
 
 
 def _path(classes: str, d: str) -> str:
-    return f'<path class="{classes}" d="{d}"/>' if d else ""
+    short = d.replace(" -", "-")  # a sign parts two numbers as well as a space does
+    return f'<path class="{classes}" d="{short}"/>' if d else ""
 
 
 def _levels(weight: Any, count: int) -> Array:

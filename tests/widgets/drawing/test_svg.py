@@ -47,27 +47,27 @@ def body(*marks: Mark, view: View = VIEW) -> str:
 @pytest.mark.parametrize(
     ("mark", "markup"),
     [
-        (Points([[1, 2], [3, 4]], "source"), '<path class="dot m source" d="M100 800h1m199 -200h1"/>'),
+        (Points([[1, 2], [3, 4]], "source"), '<path class="dot m source" d="M100 800h1m199-200h1"/>'),
         (Points([1, 2], "target", "square", radius=2), '<path class="square s target" d="M100 800h1"/>'),
         (Points([1, 2], "target", "square", radius=5), '<path class="square l target" d="M100 800h1"/>'),
         (
             Points([1, 2], "outlier", "cross", radius=6),
-            '<path class="shape cross outlier" d="M100 800m-60 -60l120 120m0 -120l-120 120"/>',
+            '<path class="shape cross outlier" d="M100 800m-60-60l120 120m0-120l-120 120"/>',
         ),
         (
             Points([1, 2], "inlier", "diamond", radius=5),
-            '<path class="shape diamond inlier" d="M100 800m0 -50l50 50l-50 50l-50 -50z"/>',
+            '<path class="shape diamond inlier" d="M100 800m0-50l50 50l-50 50l-50-50z"/>',
         ),
         (
             Points([1, 2], "truth", "ring", radius=5),
-            '<path class="shape ring truth" d="M100 800m-50 0a50 50 0 1 0 100 0a50 50 0 1 0 -100 0"/>',
+            '<path class="shape ring truth" d="M100 800m-50 0a50 50 0 1 0 100 0a50 50 0 1 0-100 0"/>',
         ),
-        (Segments([0, 0], [10, 10], "pair"), '<path class="line pair" d="M0 1000l1000 -1000"/>'),
-        (Segments([0, 0], [10, 10], "weak", dashed=True), '<path class="line weak dashed" d="M0 1000l1000 -1000"/>'),
-        (Path([[0, 0], [1, 0], [1, 1]], "ghost"), '<path class="line ghost" d="M0 1000l100 0 0 -100"/>'),
+        (Segments([0, 0], [10, 10], "pair"), '<path class="line pair" d="M0 1000l1000-1000"/>'),
+        (Segments([0, 0], [10, 10], "weak", dashed=True), '<path class="line weak dashed" d="M0 1000l1000-1000"/>'),
+        (Path([[0, 0], [1, 0], [1, 1]], "ghost"), '<path class="line ghost" d="M0 1000l100 0 0-100"/>'),
         (
             Path([[0, 0], [1, 0], [1, 1]], "truth", closed=True, filled=True, dashed=True, thick=True),
-            '<path class="line truth filled dashed thick" d="M0 1000l100 0 0 -100z"/>',
+            '<path class="line truth filled dashed thick" d="M0 1000l100 0 0-100z"/>',
         ),
         (
             Path([[0, 0], [1, 0]], "by-nearest", dashed=True, dotted=True, weight=0.5),
@@ -91,11 +91,11 @@ def body(*marks: Mark, view: View = VIEW) -> str:
         (Arrow([1, 1], [1, 1], "accent"), ""),
         (
             Ring([5, 5], "truth", radius=9),
-            '<path class="line ring truth" d="M500 500m-90 0a90 90 0 1 0 180 0a90 90 0 1 0 -180 0"/>',
+            '<path class="line ring truth" d="M500 500m-90 0a90 90 0 1 0 180 0a90 90 0 1 0-180 0"/>',
         ),
         (
             Ring([5, 5], "truth", reach=2, dashed=True),
-            '<path class="line ring truth dashed" d="M500 500m-200 0a200 200 0 1 0 400 0a200 200 0 1 0 -400 0"/>',
+            '<path class="line ring truth dashed" d="M500 500m-200 0a200 200 0 1 0 400 0a200 200 0 1 0-400 0"/>',
         ),
         (
             Label([1, 2], "q̄ < p & 'r'", "ink", "middle", dx=1, dy=-2),
@@ -231,7 +231,7 @@ def test_heat_runs_merge_and_nan_is_empty() -> None:
     values = [[0.0, 0.0, 1.0, 1.0], [np.nan, 0.0, np.nan, np.nan]]
     text = body(Heat(values, (0, 4, 0, 2), 0.0, 1.0), view=View(0, 4, 0, 2, width=40))
     assert text == (
-        '<g class="heat"><path class="h0" d="M0 200h200v-100h-200zm100 -100h100v-100h-100z"/>'
+        '<g class="heat"><path class="h0" d="M0 200h200v-100h-200zm100-100h100v-100h-100z"/>'
         '<path class="h23" d="M200 200h200v-100h-200z"/></g>'
     )
 
@@ -245,7 +245,7 @@ def test_heat_levels_follow_the_values(values: list[float]) -> None:
     found = np.full((2, 3), -1)
     for level, d in re.findall(r'class="h(\d+)" d="([^"]*)"', text):
         p = q = 0
-        for place in re.findall(r"[Mm](-?\d+) (-?\d+)h(\d+)v-(\d+)h", d):
+        for place in re.findall(r"[Mm](-?\d+) ?(-?\d+)h(\d+)v-(\d+)h", d):
             dx, dy, w, h = (int(v) // 10 for v in place)
             p, q = x, y = p + dx, q + dy
             assert (found[2 - y : 2 - y + h, x : x + w] == -1).all(), "no tile is drawn twice"
@@ -259,8 +259,8 @@ def test_equal_runs_of_rows_that_follow_each_other_are_one_rectangle() -> None:
     low, high = [0.0, 0.0, 1.0], [1.0, 1.0, 1.0]
     text = body(Heat([low, low, high, low], (0, 3, 0, 4), 0.0, 1.0), view=View(0, 3, 0, 4, width=30))
     assert text == (
-        '<g class="heat"><path class="h0" d="M0 400h200v-200h-200zm0 -300h200v-100h-200z"/>'
-        '<path class="h23" d="M0 200h300v-100h-300zm200 200h100v-200h-100zm0 -300h100v-100h-100z"/></g>'
+        '<g class="heat"><path class="h0" d="M0 400h200v-200h-200zm0-300h200v-100h-200z"/>'
+        '<path class="h23" d="M0 200h300v-100h-300zm200 200h100v-200h-100zm0-300h100v-100h-100z"/></g>'
     )
 
 
@@ -297,9 +297,9 @@ def test_hatching_ends_where_its_area_does() -> None:
         )
 
     lone = [[0, -1, -1], [-1, 0, -1], [-1, -1, -1]]
-    assert hatch(lone, "end-turned") == "M0 300l200 -200"
-    assert hatch([[0, -1, -1], [-1, -1, -1], [-1, -1, 0]], "end-turned") == "M0 300l100 -100m100 -100l100 -100"
-    assert hatch([[-1, -1, 0], [-1, 0, -1], [-1, -1, -1]], "end-quarter") == "M300 300l-200 -200"
+    assert hatch(lone, "end-turned") == "M0 300l200-200"
+    assert hatch([[0, -1, -1], [-1, -1, -1], [-1, -1, 0]], "end-turned") == "M0 300l100-100m100-100l100-100"
+    assert hatch([[-1, -1, 0], [-1, 0, -1], [-1, -1, -1]], "end-quarter") == "M300 300l-200-200"
     assert hatch([[0, -1, -1]] * 3, "end-none") == "M0 300v-300"
     both = hatch([[0] * 3] * 3, "end-half")
     assert both.lower().count("m") == 6  # every second diagonal of three by three tiles, both ways
@@ -362,7 +362,7 @@ def test_lines_lie_where_their_ends_are(ends: list[tuple[float, float, float, fl
     (d,) = re.findall(r' d="([^"]*)"', body(Segments(a, b, "pair")))
     at, found = np.zeros(2, dtype=int), []
     for command, numbers in re.findall(r"([Mmhvl])([-\d ]+)", d):
-        values = [int(each) for each in numbers.split()]
+        values = [int(each) for each in re.findall(r"-?\d+", numbers)]
         step = {"h": [*values, 0], "v": [0, *values]}.get(command, values)
         at = np.array(step) if command == "M" else at + step
         found.append(tuple(at.tolist()))

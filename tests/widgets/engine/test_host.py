@@ -208,7 +208,7 @@ def test_a_view_tells_window_size_and_padding() -> None:
 def places(frame: dict[str, Any], panel: int = 0) -> np.ndarray[Any, Any]:
     """The source points as drawn, in SVG units."""
     d = re.findall(r'-source" class="group">.*?class="dot [ms] source" d="([^"]*)"', frame["panels"][panel]["svg"])[0]
-    moves = np.array([[int(v) for v in point] for point in re.findall(r"[Mm](-?\d+) (-?\d+)", d)])
+    moves = np.array([[int(v) for v in point] for point in re.findall(r"[Mm](-?\d+) ?(-?\d+)", d)])
     moves[1:, 0] += 1  # each dot is one unit long
     return moves.cumsum(axis=0)
 
