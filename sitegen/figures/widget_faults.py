@@ -117,6 +117,10 @@ def _control_faults(controls: Any) -> Iterator[tuple[str, str, str]]:
                 yield "controls", name, f"sets: no option {option!r}{hint(option, field.metadata['spec'].options)}"
             if said := _refusal(lambda brought=brought: validated(controls, brought)):
                 yield "controls", name, f"option {option!r} sets {said}"
+        by, labels = field.metadata["spec"].named or ("", {})
+        for option in labels:
+            if said := _refusal(lambda by=by, option=option: validated(controls, {by: option})):
+                yield "controls", name, f"its label is named by {said}"
 
 
 def _refusal(attempt: Any) -> str:

@@ -37,7 +37,8 @@ def _control(control: Spec) -> Plain:
     shared: Plain = {"kind": control.kind, "label": control.label, "keeps": control.keeps}
     if control.kind == "slider":
         numbers = {"low": control.low, "high": control.high, "step": control.step}
-        return {**shared, **numbers, "unit": control.unit, "decimals": control.decimals}
+        named = {"named": control.named} if control.named else {}
+        return {**shared, **numbers, "unit": control.unit, "decimals": control.decimals, **named}
     if control.kind == "choice":
         sets = {option: dict(brought) for option, brought in control.sets.items()}
         places = {"places": True} if control.places else {}

@@ -24,6 +24,7 @@ class Spec:
     sets: for a choice, what each option puts the other controls to, as a scene brings its own noise. The page applies
     it when the reader picks the option, `validated` where an option is given and the other control is not.
     places: whether a choice says where a run starts, which no longer holds once a handle was dragged.
+    named: for a slider, a choice and the label under each of its options, where what it stands for depends on that.
     """
 
     kind: Literal["slider", "choice", "toggle"]
@@ -37,6 +38,12 @@ class Spec:
     keeps: Keeps = "log"
     sets: Mapping[str, Mapping[str, Value]] = field(default_factory=dict)
     places: bool = False
+    named: tuple[str, Mapping[str, str]] | None = None
+
+    def called(self, controls: Mapping[str, Value]) -> str:
+        """Its label while the controls have these values."""
+        by, labels = self.named or ("", {})
+        return labels.get(str(controls.get(by)), self.label)
 
     @property
     def decimals(self) -> int:
@@ -53,11 +60,11 @@ def slider(
     unit: str = "",
     help: str = "",
     keeps: Keeps = "log",
+    named: tuple[str, Mapping[str, str]] | None = None,
 ) -> Any:
     """A number in [low, high] by steps of `step`."""
-    return field(
-        default=float(default), metadata={"spec": Spec("slider", label, low, high, step, unit, {}, help, keeps)}
-    )
+    spec = Spec("slider", label, low, high, step, unit, {}, help, keeps, named=named)
+    return field(default=float(default), metadata={"spec": spec})
 
 
 def choice(

@@ -60,7 +60,7 @@ class Controls:
     )
     turn: float = slider(100.0, "Heading at the start, off by", -180.0, 180.0, 5.0, "°")
     length: float = slider(
-        6.0, "Length scale", 0.2, 6.0, 0.1, "u", "How far off still counts as near, on this rung"
+        6.0, "Length scale", 0.2, 6.0, 0.1, "u", named=("rung", {rung.name: rung.scale for rung in RUNGS.values()})
     )
     noise: float = slider(0.02, "Noise σ", 0.0, 0.3, 0.01, "u")
 

@@ -33,7 +33,7 @@ class Rung:
     """A method with the options that it has for a length (u).
 
     number, says: what a dial is called. objective: what the ring shows, in words; unit: its unit. length: where the
-    slider stands at first; None: it plays no part. paired: whether row i of the target is what row i of the source is
+    slider stands at first; None: it plays no part. scale: what the method calls it. paired: whether row i of the target is what row i of the source is
     matched with. searches: whether the method takes no account of its start. flat: whether there is no objective.
     """
 
@@ -44,6 +44,7 @@ class Rung:
     objective: str
     unit: str = ""
     length: float | None = None
+    scale: str = "Length scale (unused)"
     options: Callable[[float], Mapping[str, Any]] = lambda length: {}
     paired: bool = False
     searches: bool = False
@@ -56,11 +57,12 @@ RUNGS: Mapping[str, Rung] = {
         Rung("pairs", "1", "Pairs, all right", "kabsch", "the sum of the pairs’ squared distances", "u²", paired=True),
         Rung(
             "corrupted", "2", "Pairs, some wrong", "ransac", "the sum of the pairs’ squared distances, each capped",
-            "u²", 0.3, lambda u: {"inlier": u}, paired=True, searches=True,
+            "u²", 0.3, "Threshold ε", lambda u: {"inlier": u}, paired=True, searches=True,
         ),
         Rung(
             "nearest", "3", "The nearest point", "capped-icp",
-            "the sum of the squared distances to the nearest points, each capped", "u²", 6.0, lambda u: {"cap": u},
+            "the sum of the squared distances to the nearest points, each capped", "u²", 6.0, "Cap τ",
+            lambda u: {"cap": u},
         ),
         Rung(
             "surface", "3½", "The nearest surface", "point-to-plane",
@@ -69,16 +71,17 @@ RUNGS: Mapping[str, Rung] = {
         ),
         Rung(
             "cells", "4", "The Gaussian of a cell", "ndt",
-            "NDT’s score with its sign reversed, on the coarser of two maps", "", 2.4, lambda u: {"cells": (u, u / 2)},
+            "NDT’s score with its sign reversed, on the coarser of two maps", "", 2.4, "Cell size h",
+            lambda u: {"cells": (u, u / 2)},
         ),
         Rung(
             "soft", "5", "Weights over all points", "cpd-rigid", "CPD’s negative log-likelihood at its first σ", "",
-            2.0, lambda u: {"sigma": u},
+            2.0, "First σ", lambda u: {"sigma": u},
         ),
         Rung(
             "means", "5", "Means of waves", "mmd",
             "the mean squared distance between the waves’ means at the first ℓ", "",
-            2.4, lambda u: {"lengths": (u, u / 2, u / 4, u / 8)},
+            2.4, "First ℓ", lambda u: {"lengths": (u, u / 2, u / 4, u / 8)},
         ),
         Rung(
             "flow", "9", "A flow to follow", "flow", "nothing, since a flow has no objective",

@@ -179,6 +179,11 @@ MISTAKES = {
         "¦" + SCENE.replace("0.5", "5"),
         "controls 'scene': option 'noisy' sets noise: 5 lies outside 0 … 1",
     ),
+    "what names a slider": (
+        'noise: float = slider(0.1, "Noise", 0.0, 1.0, 0.05, "u")',
+        '¦noise: float = slider(0.1, "Noise", 0.0, 1.0, 0.05, "u", named=("scene", {"niosy": "Noise σ"}))',
+        "controls 'noise': its label is named by scene: no option 'niosy'; did you mean 'noisy'?",
+    ),
     "an option of an unused preset": (
         '"noisy": {"scene": "noisy"}',
         '¦"noisy": {"scene": "nosy"}',

@@ -28,6 +28,14 @@ def test_defaults_and_specs() -> None:
     assert [spec.keeps for spec in found.values()] == ["nothing", "log", "pose"]
 
 
+def test_a_slider_is_called_by_what_it_stands_for() -> None:
+    """Under an option without a name for it, and wherever no option is known, it has its own label."""
+    named = slider(1, "Length", 0, 2, 1, named=("method", {"icp": "Gate", "cpd": "First σ"})).metadata["spec"]
+    methods: tuple[dict[str, str], ...] = ({"method": "icp"}, {"method": "cpd"}, {"method": "ndt"}, {})
+    assert [named.called(controls) for controls in methods] == ["Gate", "First σ", "Length", "Length"]
+    assert specs(Some)["noise"].called({"scene": "noisy"}) == "Noise"
+
+
 @pytest.mark.parametrize(("step", "decimals"), [(1.0, 0), (0.5, 1), (0.02, 2), (0.125, 3), (10.0, 0)])
 def test_a_slider_prints_the_decimals_of_its_step(step: float, decimals: int) -> None:
     spec = slider(0, "S", 0, 1, step).metadata["spec"]

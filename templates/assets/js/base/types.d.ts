@@ -28,6 +28,7 @@ interface Slider extends Labelled {
   step: number;
   unit: string;
   decimals: number;
+  named?: [choice: string, labels: Record<string, string>];
 }
 interface Choice extends Labelled {
   kind: "choice";

@@ -36,7 +36,11 @@ function write(forms, name, spec, record) {
     if (Number(field.value) !== value) field.value = String(value);
     const shown = shownValue(spec, value);
     field.setAttribute("aria-valuetext", shown);
-    text(field.labels?.[0]?.querySelector("output"), shown);
+    const label = field.labels?.[0];
+    text(label?.querySelector("output"), shown);
+    if (!spec.named) return;
+    const [choice, labels] = spec.named;
+    text(label?.querySelector(".control-label"), labels[String(record.controls[choice])] ?? spec.label);
   }
 }
 
