@@ -83,7 +83,7 @@ class FigureView:
     @property
     def leading(self) -> Part:
         """What is seen at first."""
-        return self._part(self._leads)
+        return self._part(self._leads, self._may_lead)
 
     @property
     def layout(self) -> Layout:
@@ -114,19 +114,25 @@ class FigureView:
         """What waits behind *More*; None where nothing does."""
         if self.lead is None or not self.whole:
             return None
-        return self._part(lambda what, name: not self._leads(what, name))
+        return self._part(lambda what, name: not self._leads(what, name), lambda key: not self._may_lead(key))
 
     def _leads(self, what: str, name: str) -> bool:
-        names = self.roles if what == "legend" else getattr(self.lead, what, None)
+        names = getattr(self.lead, what, None)
         return names is None or name in names
 
-    def _part(self, has: Callable[[str, str], bool]) -> Part:
+    def _may_lead(self, key: Key) -> bool:
+        """Whether such a mark may be in the pictures while nothing else is used."""
+        choice, option = key.under or ("", "")
+        fixed = choice and not self._leads("controls", choice)
+        return key.role in self.roles and not (fixed and self.frame["controls"][choice] != option)
+
+    def _part(self, has: Callable[[str, str], bool], keyed: Callable[[Key], bool]) -> Part:
         return Part(
             [panel for panel in self.frame["panels"] if has("panels", panel["name"])],
             [readout for readout in self.frame["readouts"] if has("readouts", readout["name"])],
             {name: control for name, control in self.controls.items() if has("controls", name)},
             [button for button in self.widget.buttons if has("buttons", button.name)],
-            [key for key in self.widget.legend if has("legend", key.role)],
+            [key for key in self.widget.legend if keyed(key)],
         )
 
 

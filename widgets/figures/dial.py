@@ -17,6 +17,7 @@ from widgets.drawing.picture import (
     Picture,
     Points,
     Readout,
+    Segments,
     View,
     degrees,
     number,
@@ -44,6 +45,7 @@ from widgets.parts.room import with_marks
 
 SIZE = 9.05
 VIEW = View(-SIZE, SIZE, -SIZE, SIZE, width=480.0)
+TICK = (0.05, 0.14)  # of the chart's height, from the curve to the ends of a valley's tick
 DETAILS = 2 + SLICES  # the coarse ring; the full one; every start, slice by slice
 
 
@@ -140,6 +142,7 @@ def draw(state: State, detail: int = DETAILS - 1) -> Picture:
     shown: tuple[Mark, ...] = (
         marks.rim(),
         *marks.ring(dial, full),
+        *([marks.valley_ticks(dial)] if full else []),
         *marks.room(dial),
         *marks.links(dial, state.pose, state.course),
         marks.scan(dial, state.pose),
@@ -147,7 +150,7 @@ def draw(state: State, detail: int = DETAILS - 1) -> Picture:
         *marks.ball(dial, full, state.heading, state.course),
     )
     label = "The room and the robot’s scan, with the objective over all headings around them"
-    count = valleys(dial.ring) if full and not dial.rung.flat else None
+    count = len(valleys(dial.ring)) if full and not dial.rung.flat else None
     some = int(arrived.sum()) if len(arrived) == STARTS else None
     return Picture(
         (Panel("main", label, VIEW, shown, grid=False), _unrolled(state, full)),
@@ -178,7 +181,7 @@ def _unrolled(state: State, full: bool) -> Panel:
         x_label="heading, ° from the truth",
         y_label="Objective, from its lowest to its highest",
         x_range=(-180.0, 180.0),
-        y_range=(-0.12, 1.05),  # "low" keeps clear of the first heading below it
+        y_range=(-0.12, 1.15),  # "low" keeps clear of the first heading below it, the highest tick of what is above
         x_ticks=[(t, number(t, 0)) for t in (-180.0, -90.0, 0.0, 90.0, 180.0)],
         y_ticks=[(0.0, "low"), (1.0, "high")],
         width=480.0,
@@ -189,6 +192,10 @@ def _unrolled(state: State, full: bool) -> Panel:
         value = np.interp(np.degrees(turn), turns, share, period=360.0)
         return [float(np.degrees(turn)), float(value)]
 
+    if full:
+        x, y = np.array([spot(turn) for turn in headings()[valleys(dial.ring)]]).reshape(-1, 2).T
+        near, far = (np.column_stack([x, y + reach]) for reach in TICK)
+        panel = with_marks(panel, Segments(near, far, "ink"))
     if state.course is None:
         return with_marks(panel, Points(spot(state.heading), "source", radius=5.5))
     ended = spot(float(state.course.headings[-1]))
@@ -233,8 +240,9 @@ ENDS = {
 def _note(state: State) -> str:
     if state.course is None:
         return ""
-    how, end = ENDS[state.course.status], f"{number(state.course.rotation, 1)}° off"
-    return f"It {how} {end}: {'the truth' if state.course.arrived else 'not the truth'}."
+    course = state.course
+    off = f"{number(course.rotation, 1)}° and {number(course.translation)} u off"  # both decide
+    return f"It {ENDS[course.status]} {off}: {'the truth' if course.arrived else 'not the truth'}."
 
 
 def _description(state: State, count: int | None, some: int | None) -> str:
@@ -342,14 +350,17 @@ WIDGET = Widget(
     buttons=(Button("roll", "Let it roll", primary=True), Button("every", "Every start"), *UNDONE),
     legend=(
         Key("accent", "the objective by heading, high outside", "area"),
+        Key("ink", "a valley of the ring", "line"),
         Key("source", "source; the ball is its heading", "dot"),
         Key("truth", "ended at the truth", "dot"),
         Key("source", "ended elsewhere", "ring"),
         Key("target", "target", "square"),
         Key("truth", "truth; a start that ends there", "square"),
-        Key("weak", "a start that does not", "cross"),
+        Key("weak", "a start that ends elsewhere", "cross"),
         Key("ghost", "where it started", "ring"),
         Key("pair", "what links them", "line"),
+        Key("normal", "normal of the target", "line"),
+        Key("target", "Gaussian of a cell, two σ", "ring", under=("rung", "cells")),
         Key("outlier", "wrong pair", "dashed"),
     ),
     handles=("turn",),

@@ -79,7 +79,7 @@ def draw(state: State, detail: int = DETAILS - 1) -> Picture:
     """One small dial a rung, and what they come to."""
     courses = state.courses if state.rolled and detail > 0 else None
     panels = tuple(_panel(state, k, detail > 1, courses[k] if courses else None) for k in range(len(RUNGS)))
-    rings = {dial.rung.name: valleys(dial.ring) for dial in state.dials} if detail > 1 else None
+    rings = {dial.rung.name: len(valleys(dial.ring)) for dial in state.dials} if detail > 1 else None
     return Picture(
         panels,
         _readouts(state, courses, rings),
@@ -95,6 +95,7 @@ def _panel(state: State, k: int, full: bool, course: Course | None) -> Panel:
     shown: tuple[Mark, ...] = (
         marks.rim(),
         *marks.ring(dial, full),
+        *([marks.valley_ticks(dial)] if full else []),
         *marks.room(dial),
         *marks.links(dial, pose, course),
         marks.scan(dial, pose),
@@ -218,6 +219,7 @@ WIDGET = Widget(
     ),
     legend=(
         Key("accent", "the objective by heading, high outside", "area"),
+        Key("ink", "a valley of the ring", "line"),
         Key("source", "source; the ball is its heading"),
         Key("truth", "ended at the truth"),
         Key("source", "ended elsewhere", "ring"),

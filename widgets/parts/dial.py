@@ -9,6 +9,7 @@ from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from solvers import METHODS, Pose, Status
 from solvers.core.arrays import BoolArray
@@ -33,8 +34,9 @@ class Rung:
     """A method with the options that it has for a length (u).
 
     number, says: what a dial is called. objective: what the ring shows, in words; unit: its unit. length: where the
-    slider stands at first; None: it plays no part. scale: what the method calls it. paired: whether row i of the target is what row i of the source is
-    matched with. searches: whether the method takes no account of its start. flat: whether there is no objective.
+    slider stands at first; None: it plays no part. scale: what the method calls it. paired: whether row i of the
+    target is what row i of the source is matched with. searches: whether the method takes no account of its start.
+    flat: whether there is no objective.
     """
 
     name: str
@@ -265,11 +267,13 @@ def _angle(pose: Pose) -> Array:
     return np.asarray(np.arctan2(pose.R[:, 1, 0], pose.R[:, 0, 0]))
 
 
-def valleys(ring: Array) -> int:
-    """How many headings of a ring are lower than both their neighbours; differences of rounding are none."""
+def valleys(ring: Array) -> NDArray[np.intp]:
+    """The rows of a ring that are lower than both their neighbours, of a flat bottom the first; differences of rounding
+    are none."""
     spread = float(ring.max() - ring.min())
     if spread <= 1e-9 * max(1.0, float(np.abs(ring).max())):
-        return 0
+        return np.zeros(0, dtype=np.intp)
     steps = np.round((ring - ring.min()) / spread, 6)
-    steps = steps[steps != np.roll(steps, 1)]
-    return int(((steps < np.roll(steps, 1)) & (steps < np.roll(steps, -1))).sum())
+    rows = np.flatnonzero(steps != np.roll(steps, 1))
+    steps = steps[rows]
+    return np.asarray(rows[(steps < np.roll(steps, 1)) & (steps < np.roll(steps, -1))])

@@ -27,11 +27,12 @@ from widgets.drawing.picture import (
     Segments,
     Ticks,
 )
-from widgets.parts.dial import COARSE, HEADINGS, Course, Dial, headings, starts
+from widgets.parts.dial import COARSE, HEADINGS, Course, Dial, headings, starts, valleys
 
 INNER, OUTER = 5.75, 7.55  # u from the middle to the ring's lowest and highest place
 HAND = 8.15  # u to the turning handle, outside the ring
 BAND = 5.45  # u to the marks of all starts, inside it
+TICK = (0.12, 0.42)  # u from the ring's surface to the ends of a valley's tick
 BALL = 8.0  # px from the ball's middle to its edge
 NOSE = 0.9  # u, from the middle of the robot to its nose
 THREADED = 9  # of whose source points one has its soft threads drawn
@@ -68,6 +69,13 @@ def ring(dial: Dial, full: bool) -> tuple[Mark, ...]:
         Path(np.concatenate([outside, place(circle, INNER)]), "accent", closed=True, filled=True),
         Segments(place(0.0, INNER - 0.35), place(0.0, OUTER + 0.1), "truth"),
     )
+
+
+def valley_ticks(dial: Dial) -> Segments:
+    """A tick outside the full ring at each of its valleys, so that ripples too flat to be seen can be counted."""
+    rows = valleys(dial.ring)
+    turns, radii = headings()[rows], heights(dial, True)[rows]
+    return Segments(place(turns, radii + TICK[0]), place(turns, radii + TICK[1]), "ink")
 
 
 def room(dial: Dial) -> tuple[Mark, ...]:

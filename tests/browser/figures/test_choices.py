@@ -47,6 +47,17 @@ def test_a_start_says_that_a_handle_was_dragged(reader: Callable[..., Reader], p
     assert figure.settled().record() == record
 
 
+def test_a_slider_is_called_what_it_stands_for(reader: Callable[..., Reader]) -> None:
+    """Under the chosen option; at once, and from the tape as well."""
+    figure = Figure(reader(reduced_motion="reduce").open("icp.html"), "fig-dial-nearest").live()
+    label = figure.root.locator('.control:has([name="length"]) .control-label')
+    expect(label).to_have_text("Cap τ")
+    figure.root.locator(".figure-rest > summary").click()
+    for rung, name in (("cells", "Cell size h"), ("surface", "Length scale (unused)"), ("nearest", "Cap τ")):
+        figure.root.locator('[name="rung"]').select_option(rung)
+        expect(label).to_have_text(name)
+
+
 @pytest.mark.parametrize("way", ["pointer", "key"])
 def test_the_chosen_option_sets_its_values_again(reader: Callable[..., Reader], way: str) -> None:
     """Without another one between; once they hold, a further click asks for nothing."""

@@ -174,6 +174,26 @@ def test_a_legend_knows_what_buttons_bring_from_the_tape_alone(
     assert [re.findall(r'<li class="key[^>]*>(.*?)</li>', part) for part in parts(html)] == [first, behind]
 
 
+@pytest.mark.parametrize(
+    ("attributes", "first", "behind"),
+    [
+        ("", ["a point", "of the noisy scene"], []),
+        ("controls=scene", ["a point", "of the noisy scene"], []),
+        ("controls=noise scene=noisy", ["a point", "of the noisy scene"], []),
+        ("controls=noise", ["a point"], ["of the noisy scene"]),
+    ],
+)
+def test_a_legend_names_first_what_the_chosen_option_draws(
+    desk: Project, attributes: str, first: list[str], behind: list[str]
+) -> None:
+    """Though another mark has the same role; unless the choice can be made at once."""
+    legend = (*TOY.legend, Key("source", "of the noisy scene", "ring", under=("scene", "noisy")))
+    desk.widgets["toy"] = replace(TOY, legend=legend)
+    desk.cache = fresh_cache(desk.root / "cache")
+    found = [re.findall(r'<li class="key[^>]*>(.*?)</li>', part) for part in parts(led(desk, attributes))]
+    assert found == [first, behind]
+
+
 def test_a_legend_names_first_the_marks_of_panels_that_lead(desk: Project) -> None:
     """Those of a panel behind More stand there with it."""
     more = Panel("more", "Another", View(0.0, 1.0, 0.0, 1.0), (Points([[0.5, 0.5]], "outlier"),))

@@ -184,6 +184,11 @@ MISTAKES = {
         '¦noise: float = slider(0.1, "Noise", 0.0, 1.0, 0.05, "u", named=("scene", {"niosy": "Noise σ"}))',
         "controls 'noise': its label is named by scene: no option 'niosy'; did you mean 'noisy'?",
     ),
+    "what brings a mark of the legend": (
+        'Key("source", "a point")',
+        'Key("source", ¦"a point", under=("scene", "niosy"))',
+        "legend 'a point': it is drawn under scene: no option 'niosy'; did you mean 'noisy'?",
+    ),
     "an option of an unused preset": (
         '"noisy": {"scene": "noisy"}',
         '¦"noisy": {"scene": "nosy"}',

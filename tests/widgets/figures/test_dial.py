@@ -10,8 +10,9 @@ import pytest
 from solvers import Pose, fit_rigid, register
 from solvers.metrics import rre, rte
 from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE
-from widgets.drawing.picture import Label, Points
+from widgets.drawing.picture import Label, Points, Segments
 from widgets.engine.contract import Action, preset
+from widgets.engine.controls import specs
 from widgets.engine.host import Host
 from widgets.figures import dial as figure
 from widgets.figures import ladder_map
@@ -53,7 +54,7 @@ def test_the_ring_of_known_pairs_is_the_sum_of_squares() -> None:
     cosine, sine = (p * q).sum(), (p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]).sum()
     closed = (p**2).sum() + (q**2).sum() - 2 * (cosine * np.cos(headings()) + sine * np.sin(headings()))
     np.testing.assert_allclose(dial.ring, closed)
-    assert valleys(dial.ring) == 1
+    assert len(valleys(dial.ring)) == 1
 
 
 def test_the_ring_of_nearest_points_is_the_sum_of_capped_squares() -> None:
@@ -83,8 +84,33 @@ def test_a_flow_has_no_objective() -> None:
 
 @pytest.mark.parametrize(("name", "words"), [("flow", "It ended "), ("default", "It came to rest ")])
 def test_a_flow_that_has_finished_is_not_said_to_rest(name: str, words: str) -> None:
+    """And what decides whether it is the truth is said, both numbers of it."""
     frame = Host().render("f", {**preset(figure.WIDGET, name, {}).plain(), "log": [["press", "roll"]]})
+    off = shown(name, "roll")
     assert frame["note"].startswith(words)
+    assert f"{off['rotation_error']}° and {off['translation_error']} u off: not the truth" in frame["note"]
+
+
+def test_a_slider_is_called_what_the_rung_calls_it() -> None:
+    names = {name: specs(figure.Controls)["length"].called({"rung": name}) for name in RUNGS}
+    assert (names["nearest"], names["cells"], names["means"]) == ("Cap τ", "Cell size h", "First ℓ")
+    assert {name for name, said in names.items() if "unused" in said} == {"pairs", "surface", "flow"}
+
+
+@pytest.mark.parametrize("name", RUNGS)
+def test_a_tick_marks_each_valley_that_is_counted(name: str) -> None:
+    """On the ring, at its surface, and in the chart; the coarse ring, which is not counted, has none."""
+    state = figure.start(preset(figure.WIDGET, "default" if name == "nearest" else name).controls, 40)
+    full, count = figure.draw(state), len(valleys(state.dial.ring))
+    assert {r.name: r.value for r in full.readouts}["valleys"] == ("–" if name == "flow" else str(count))
+    for panel in full.panels:
+        ticks = [mark for mark in panel.marks if isinstance(mark, Segments) and mark.role == "ink"]
+        assert [len(np.reshape(mark.a, (-1, 2))) for mark in ticks] == [count], panel.name
+    coarse = [mark for panel in figure.draw(state, 0).panels for mark in panel.marks]
+    assert not [mark for mark in coarse if isinstance(mark, Segments) and mark.role == "ink"]
+    bottoms = marks.at(state.dial, True, headings()[valleys(state.dial.ring)])
+    away = np.linalg.norm(np.asarray(marks.valley_ticks(state.dial).a) - bottoms, axis=1)
+    np.testing.assert_allclose(away, marks.TICK[0])
 
 
 @pytest.mark.parametrize("name", RUNGS)
@@ -137,10 +163,10 @@ def test_valleys_are_counted_round_the_circle() -> None:
     turn = np.linspace(0.0, 2.0 * np.pi, 180, endpoint=False)
     for count in (1, 3, 8):
         for shift in (0.0, 0.3):
-            assert valleys(np.cos(count * turn + shift)) == count
-    assert valleys(np.zeros(180)) == 0
-    assert valleys(np.full(180, 7.0) + 1e-13 * np.cos(turn)) == 0
-    assert valleys(np.repeat([1.0, 0.0, 2.0, 0.0], 45)) == 2, "a flat bottom is one valley"
+            assert len(valleys(np.cos(count * turn + shift))) == count
+    assert len(valleys(np.zeros(180))) == 0
+    assert len(valleys(np.full(180, 7.0) + 1e-13 * np.cos(turn))) == 0
+    assert len(valleys(np.repeat([1.0, 0.0, 2.0, 0.0], 45))) == 2, "a flat bottom is one valley"
 
 
 @pytest.mark.parametrize("turn", [-179.0, -90.0, 0.0, 33.0, 180.0])
@@ -189,7 +215,7 @@ def test_known_pairs_have_one_valley_and_guessed_ones_several() -> None:
     """Over ten draws: what the first rung's dial shows is not one draw's luck."""
     for seed in range(40, 50):
         one, other = made("pairs", seed, 0.02, 1.0), made("nearest", seed, 0.02, 6.0)
-        assert valleys(one.ring) == 1 < valleys(other.ring)
+        assert len(valleys(one.ring)) == 1 < len(valleys(other.ring))
         assert one.arrivals().all()
         assert other.arrivals().sum() < len(starts()) / 2
 

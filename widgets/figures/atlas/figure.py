@@ -148,8 +148,8 @@ def _axes() -> tuple[Mark, ...]:
     """A frame with the turn below and the offset at the left, and the truth's own start."""
     x0, x1, y0, y1 = WINDOW
     marks: list[Mark] = [Path([[x0, y0], [x1, y0], [x1, y1], [x0, y1]], "guide", closed=True)]
-    for x in (-180.0, -90.0, 0.0, 90.0, 180.0):
-        marks.append(Label([x, y0], f"{number(x, 0)}°", "guide", "end" if x == x1 else "middle", dy=18))
+    for x in (-180.0, -90.0, 0.0, 90.0, 180.0):  # below the truth's ring
+        marks.append(Label([x, y0], f"{number(x, 0)}°", "guide", "end" if x == x1 else "middle", dy=22))
     for y in (0.0, 1.0, 2.0, 3.0):
         marks.append(Label([x0, y], number(y, 0), "guide", "end", dx=-6, dy=4))
     return (
