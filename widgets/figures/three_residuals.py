@@ -8,7 +8,7 @@ import numpy as np
 
 from solvers import Pose
 from solvers.scenes.rooms import room_start
-from widgets.drawing.chart import Series, chart
+from widgets.drawing.chart import Axis, Series, chart
 from widgets.drawing.picture import Handle, Label, Mark, Panel, Picture, Readout, Role, Segments, View, degrees, number
 from widgets.engine.contract import ITERATED, Action, Key, Lead, Motion, Widget
 from widgets.engine.controls import choice, slider
@@ -151,14 +151,10 @@ def _chart(state: State) -> Panel:
             )
             for name, run in state.runs.items()
         ],
-        x_label="step",
-        y_label="Points off their true places, RMS, u",
-        x_range=(0.0, float(STEPS)),
-        y_range=(LOWEST, HIGHEST),
-        log=True,
+        Axis("step", 0.0, float(STEPS)),
+        Axis("Points off their true places, RMS, u", LOWEST, HIGHEST, log=True),
         now=float(state.steps),
-        width=480.0,
-        height=345.0,
+        size=(480.0, 345.0),
         caption="All three over the steps",
     )
     return with_marks(panel, *_key())

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from solvers.scenes.rooms import room, room_start
-from widgets.drawing.chart import Series, chart
+from widgets.drawing.chart import WIDTH, Axis, Series, chart
 from widgets.drawing.picture import Array, Mark, Panel, Picture, Points, Readout, degrees, number
 from widgets.engine.contract import ITERATED, Action, Key, Lead, Motion, Widget
 from widgets.engine.controls import choice, slider
@@ -158,13 +158,10 @@ def _rms_chart(run: Run) -> Panel:
         "rms",
         "RMS over the pairs used, over the steps: each move, then each matching",
         series,
-        x_label="step",
-        y_label="RMS over the pairs used, u",
-        x_range=(0.0, 1.0),
-        x_ticks=[(part, f"{part * span:.0f}") for part in (0.0, 0.25, 0.5, 0.75, 1.0)],
-        y_range=(0.0, HIGHEST),
+        Axis("step", 0.0, 1.0, tuple((part, f"{part * span:.0f}") for part in (0.0, 0.25, 0.5, 0.75, 1.0))),
+        Axis("RMS over the pairs used, u", 0.0, HIGHEST),
         now=run.steps * step,
-        height=170.0,
+        size=(WIDTH, 170.0),
     )
     dots, up = np.stack([k, np.minimum(rms, HIGHEST)], axis=1), np.isin(np.arange(len(k)), run.rises)
     return with_marks(
@@ -182,12 +179,10 @@ def _used_chart(run: Run) -> Panel:
         "used",
         "Pairs used, over the steps",
         [Series(np.arange(len(run.course)), [e.used for e in run.course], "source", dots=True)],
-        x_label="step",
-        y_label="Pairs used",
-        x_range=(0.0, float(STEPS)),
-        y_range=(0.0, 160.0),
+        Axis("step", 0.0, float(STEPS)),
+        Axis("Pairs used", 0.0, 160.0),
         now=float(run.steps),
-        height=115.0,
+        size=(WIDTH, 115.0),
     )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from solvers.scenes.bird import AREA, SHAPE, bird, bird_start
 from solvers.scenes.rooms import Scene
-from widgets.drawing.chart import Series, chart, ticks
+from widgets.drawing.chart import Axis, Series, chart, ticks
 from widgets.drawing.picture import (
     Array,
     Group,
@@ -168,8 +168,8 @@ def _objective_chart(run: Run) -> Panel:
     found, truth = (_scaled(each, log, top) for each in values)
     cuts = np.array([e.staged for e in run.course])
     x, y = (np.insert(v, np.flatnonzero(cuts), np.nan) for v in (k, found))
-    decades = [(i / 3, name) for i, name in enumerate(("0.001", "0.01", "0.1", "1"))]
-    nats = [((v - NATS[0]) / (top - NATS[0]), number(v, 0)) for v in ticks(NATS[0], top, about=5)]
+    decades = tuple((i / 3, name) for i, name in enumerate(("0.001", "0.01", "0.1", "1")))
+    nats = tuple(((v - NATS[0]) / (top - NATS[0]), number(v, 0)) for v in ticks(NATS[0], top, about=5))
     panel = chart(
         "objective",
         "The objective over the steps",
@@ -177,13 +177,9 @@ def _objective_chart(run: Run) -> Panel:
             Series(k, truth, "truth", dashed=True),
             Series(x, y, "ink", dashed=run.rule.promise == "none"),
         ],
-        x_label="step",
-        y_label=f"{'MMD²' if log else '−log likelihood per point'}; dashed: truth",
-        x_range=(0.0, float(STEPS)),
-        y_range=(0.0, 1.0),
+        Axis("step", 0.0, float(STEPS)),
+        Axis(f"{'MMD²' if log else '−log likelihood per point'}; dashed: truth", 0.0, 1.0, decades if log else nats),
         now=float(run.steps),
-        y_ticks=decades if log else nats,
-        height=200.0,
     )
     up = np.isin(k, run.rises)
     dots = np.stack([k, found], axis=1)
@@ -203,13 +199,9 @@ def _sigma_chart(run: Run) -> Panel:
         "sigma",
         "σ over the steps",
         [Series(np.arange(len(run.course)), [e.sigma for e in run.course], "ink", dots=True)],
-        x_label="step",
-        y_label="σ, u",
-        x_range=(0.0, float(STEPS)),
-        y_range=(0.03, 3.0),
-        log=True,
+        Axis("step", 0.0, float(STEPS)),
+        Axis("σ, u", 0.03, 3.0, log=True),
         now=float(run.steps),
-        height=200.0,
     )
 
 
