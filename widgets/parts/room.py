@@ -94,7 +94,7 @@ def still(scene: Scene, ghost: Pose | None = None) -> tuple[Mark, ...]:
 def source(scene: Scene, pose: Pose, used: BoolArray | None = None, placing: Placing = PLACING) -> Group:
     """The moving cloud, the room it would have at its pose, and the stalk of its turning handle, as the group 'source'.
 
-    Points that are not used (m,) are pale.
+    Points that are not used (m,) are faint.
     """
     weight = None if used is None or used.all() else np.where(used, 1.0, 0.3)
     points = Points(pose.apply(scene.source), "source", radius=2.5, weight=weight)

@@ -134,8 +134,6 @@ def _map(state: State, name: str) -> Panel:
         marks.append(Points(begun, "ghost", radius=2.0))
     marks += [Ring(xy, "truth", radius=8.0) for xy in state.scene.truth.apply(TRACED)]
     marks.append(Points(run.pose.apply(state.scene.source), "source", radius=2.5))
-    if name == "one":
-        marks.append(PLACING.stalk(state.placed, state.anchor))
     marks += _traces(run, ROLES[name])
     size = number(_cells(state.controls, name)[level], 1)
     said = f"h = {size} u" if name == "one" else f"level {level + 1} of {len(COARSER)}: h = {size} u"
