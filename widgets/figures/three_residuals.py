@@ -15,7 +15,7 @@ from widgets.engine.controls import choice, slider
 from widgets.engine.script import named
 from widgets.parts.placing import Placing, place, written
 from widgets.parts.room import ANCHOR, start_choice, start_offset, start_turn, with_marks
-from widgets.parts.surface_marks import Carried, carried, fixed, ghost, moving, pairs, weak_direction, weak_label
+from widgets.parts.surface_marks import Carried, carried, fixed, ghost, moving, pairs, weak_direction, weak_words
 from widgets.parts.surface_run import CALLS, METHOD, SCENES, STEPS, WEIGHTS, Ask, Run, anew, kept, scene_of
 
 NAMES = {"point": "Point to point", "plane": "Point to plane", "gicp": "GICP"}
@@ -119,9 +119,9 @@ def _panel(name: str, run: Run, still: tuple[Mark, ...], carries: Carried) -> Pa
         *pairs(run),
         moving(run, carries),
         *weak_direction(run),
-        weak_label(run, VIEW),
     )
-    return Panel(name, f"{NAMES[name]}: the scans and the residuals of their pairs", VIEW, marks, caption=NAMES[name])
+    label, caption = f"{NAMES[name]}: the scans and the residuals of their pairs", f"{NAMES[name]}\n{weak_words(run)}"
+    return Panel(name, label, VIEW, marks, caption=caption)
 
 
 def _handles(name: str, both: tuple[Handle, ...]) -> tuple[Handle, ...]:

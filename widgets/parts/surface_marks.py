@@ -177,9 +177,14 @@ def condition(run: Run) -> str:
 
 def weak_label(run: Run, view: View) -> Label:
     """The weak direction in words, in the map's top left corner, where no cloud lies."""
+    return Label([view.x0, view.y1], weak_words(run), "weak", dx=12, dy=24)
+
+
+def weak_words(run: Run) -> str:
+    """The weak direction, and the condition number: 'weakest: slide, condition 6.3'."""
     how = "free" if run.system.free[0, 0] else "weakest"
     said = f"{how}: {_kind(run)}" if _has_weakest(run) else "no weakest direction"
-    return Label([view.x0, view.y1], f"{said}, condition {condition(run)}", "weak", dx=12, dy=24)
+    return f"{said}, condition {condition(run)}"
 
 
 def weight_chart(run: Run, width: float = 320.0) -> Panel:
