@@ -34,7 +34,7 @@ from widgets.parts.room import (
 
 STEPS = 40
 OPEN = 3.0  # u: a gate that is as wide as its slider goes stands open
-TOPS = (0.25, 0.5, 1.25)  # u: the chart of the RMS goes up to the first of these that holds it, or to the last
+TOPS = (0.25, 0.5, 0.75, 1.25)  # u: the chart of the RMS goes up to the first of these that holds it, or to the last
 SPANS = (8, 16, STEPS)  # its chart goes to the first of these that holds the steps taken: the first falls are large
 
 
