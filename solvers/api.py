@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from solvers.core import validate
 from solvers.core.arrays import FloatArray, IntArray
+from solvers.core.cloud_lists import one_by_one
 from solvers.core.kinds import function, shown
 from solvers.core.log import debug
 from solvers.core.method import Method, Problem
@@ -290,14 +291,11 @@ def _one_by_one(
     for name, x in lists.items():
         if len(x) != n:
             raise ValueError(f"{name}: there are {len(x)}, but {n} clouds")
-    results = []
-    for i in range(n):
-        try:
-            results.append(solve(**{name: lists[name][i] if name in lists else x for name, x in given.items()}))
-        except ValueError as error:
-            raise ValueError(f"cloud {i} of the list: {error}") from None
-        if results[-1].pose.batch:
-            raise ValueError(
-                f"cloud {i} of the list: is to be one problem, but has leading axes {results[-1].pose.batch}"
-            )
-    return side_by_side(results)
+
+    def solved(k: int) -> Result:
+        found = solve(**{name: lists[name][k] if name in lists else x for name, x in given.items()})
+        if found.pose.batch:
+            raise ValueError(f"is to be one problem, but has leading axes {found.pose.batch}")
+        return found
+
+    return side_by_side(one_by_one(n, solved))

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 from solvers.api import register
 from solvers.core import validate
 from solvers.core.arrays import FloatArray
+from solvers.core.cloud_lists import one_by_one
 from solvers.core.kinds import of_kind
 from solvers.core.method import Method
 from solvers.core.numbers import array, unequal
@@ -188,13 +189,12 @@ def _one_by_one(source: Any, target: Any, pose: Pose, reach: float | None) -> Ev
     for name, x in given.items():
         if axes[name] not in (0, 1) or (axes[name] == 1 and len(x.t if x is pose else x) != n):
             raise ValueError(f"{name}: expected one for all {n} clouds, or one for each")
-    each = []
-    for k in range(n):
-        try:
-            own: Any = {name: x[k] if axes[name] else x for name, x in given.items()}
-            each.append(evidence(**own, reach=reach))
-        except ValueError as error:
-            raise ValueError(f"cloud {k} of the list: {error}") from None
+
+    def judged(k: int) -> Evidence:
+        own: Any = {name: x[k] if axes[name] else x for name, x in given.items()}
+        return evidence(**own, reach=reach)
+
+    each = one_by_one(n, judged)
     return Evidence(
         [one.explained for one in each], *(np.array([getattr(one, name) for one in each]) for name in
                                            ("share", "rms", "weakest")),

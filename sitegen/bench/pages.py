@@ -125,19 +125,11 @@ def tape(bench: Bench) -> list[Row]:
     with serving(bench.site, Holding) as server, browser_of(bench) as browser:
         try:
             for name in pages_with(bench.site, 'class="primary"'):
-                with visit(browser, f"{server.origin}/{name}") as page:
-                    main = page.locator(_MAIN)
-                    if not main.count():  # nothing to press before a choice is made
-                        continue
-                    main.first.scroll_into_view_if_needed()
-                    until(page, _TAPED)
-                    main.first.click()
-                    until(page, _HEARD)
-                    found = answered(page.evaluate(MARKS))
-                    if found:
-                        delays[name] = found[0]
-                    else:
-                        kept.append(name)
+                found = _first_answer(browser, f"{server.origin}/{name}")
+                if found:
+                    delays[name] = found[0]
+                elif found is not None:
+                    kept.append(name)
         finally:
             Holding.let_go.set()
     worst = max(delays, key=delays.__getitem__)
@@ -145,6 +137,19 @@ def tape(bench: Bench) -> list[Row]:
     note += f"; median {number_ms(median(delays.values()))}"
     note += f"; kept until Python is up: {', '.join(kept)}" if kept else ""
     return [Row("first answer from the tape", delays[worst], "ms", 16, note)]
+
+
+def _first_answer(browser: Browser, address: str) -> list[float] | None:
+    """How long the page's first main button takes to answer, ms; empty where it waits for Python, None without one."""
+    with visit(browser, address) as page:
+        main = page.locator(_MAIN)
+        if not main.count():  # nothing to press before a choice is made
+            return None
+        main.first.scroll_into_view_if_needed()
+        until(page, _TAPED)
+        main.first.click()
+        until(page, _HEARD)
+        return answered(page.evaluate(MARKS))
 
 
 _MAIN = 'figure.figure button.primary[data-button]:not([aria-disabled="true"])'

@@ -31,10 +31,18 @@ def prune(cache: Path, now: float | None = None) -> list[Path]:
     for name in FOLDERS:
         for path in sorted((cache / name).rglob("*"), reverse=True):  # what a folder holds comes before it
             with suppress(OSError):  # gone already, in use on Windows, or a folder that holds something
-                if path.is_dir():
-                    if now - path.stat().st_mtime > DAY:  # another build may just have made it
-                        path.rmdir()
-                elif now - path.stat().st_mtime > UNUSED:
-                    path.unlink()
+                if _removed(path, now):
                     gone.append(path)
     return gone
+
+
+def _removed(path: Path, now: float) -> bool:
+    """Whether a file was old and has been removed; an old folder is, too, but does not count."""
+    if not path.is_dir():
+        if now - path.stat().st_mtime <= UNUSED:
+            return False
+        path.unlink()
+        return True
+    if now - path.stat().st_mtime > DAY:  # another build may just have made it
+        path.rmdir()
+    return False

@@ -55,15 +55,9 @@ class Links:
         """The link that `:ref[text]` means; empty, and a problem, where it means none. state: to open a figure in."""
         kind, _, name = text.partition(":")
         if kind == "fig" and name:
-            found = {each.page: each.numbered[name] for each in self.chapters if name in each.numbered}
-            names = [figure for each in self.chapters for figure in each.numbered]
-            draft = next((each for each in self.drafts if name in each.numbered), None)
-            return self._numbered("figure", name, found, names, draft, place, f"fig:{name}", state)
+            return self._numbered(kind, name, place, state)
         if kind == "eq" and name:
-            found = {each.page: each.equations[name] for each in self.chapters if name in each.equations}
-            names = [equation for each in self.chapters for equation in each.equations]
-            draft = next((each for each in self.drafts if name in each.equations), None)
-            return self._numbered("equation", name, found, names, draft, place, f"eq:{name}")
+            return self._numbered(kind, name, place)
         slug, _, fragment = text.partition("#")
         for each in self.chapters:
             if slug in (each.slug, each.name):
@@ -99,21 +93,15 @@ class Links:
         text = chapter.headings.get(fragment, chapter.title)
         return Markup('<a class="ref" href="{}">{}</a>').format(href, text)
 
-    def _numbered(
-        self,
-        what: str,
-        name: str,
-        found: Mapping[str, tuple[str, str]],
-        names: Sequence[str],
-        draft: Outline | None,
-        place: Place,
-        key: str,
-        state: str = "",
-    ) -> Markup:
-        """A link to a numbered thing: this chapter's own, or the only one elsewhere. draft: one that has it too."""
+    def _numbered(self, kind: str, name: str, place: Place, state: str = "") -> Markup:
+        """A link to a figure, or to an equation ("eq"): this chapter's own, or the only one elsewhere."""
+        what = "figure" if kind == "fig" else "equation"
+        found = {each.page: _numbers(each, kind)[name] for each in self.chapters if name in _numbers(each, kind)}
         page = self.chapter if self.chapter in found else next(iter(found), None)
         if page is None:
-            if not any(key in each.lost for each in self.chapters):
+            if not any(f"{kind}:{name}" in each.lost for each in self.chapters):
+                names = [known for each in self.chapters for known in _numbers(each, kind)]
+                draft = next((each for each in self.drafts if name in _numbers(each, kind)), None)
                 self._lacks(place, f"the chapter of {what} {name!r}", draft, f"no {what} {name!r}{hint(name, names)}")
             return Markup("")
         if page != self.chapter and len(found) > 1:
@@ -140,6 +128,11 @@ class Links:
             self.problems.add(place, f"no anchor {name!r} on {page}{hint(name, anchors)}")
         path = "" if page == self.page else page
         return (path + (f"#{fragment}" if fragment else "")) or page
+
+
+def _numbers(chapter: Outline, kind: str) -> Mapping[str, tuple[str, str]]:
+    """What a chapter numbers of a kind, figures or equations: each with its element's id and its number."""
+    return chapter.numbered if kind == "fig" else chapter.equations
 
 
 def state_of(figure: Record, wanted: Record) -> str:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 from markdown_it.token import Token
 
@@ -37,6 +38,8 @@ OWN_PREFIXES = ("fig-", "eq-", "note-", "noteref-", "claim-", "card-")
 SENTENCE = re.compile(r"\s*[.,]((?:\s*\\end\{\w+\})*)\s*$")
 DISPLAYED = ("heading_open", "figure", "picture", "plot")
 LINKS = ("link_open", "claim_open", "cite", "ref", "term", "footnote_ref")
+
+_Shown = TypeVar("_Shown", Figure, Placed)
 
 
 @dataclass
@@ -179,24 +182,31 @@ def _figure(found: _Finding, token: Token, widgets: Mapping[str, Widget], proble
     line = located(token, Directive)
     figure = placed(line.thing, line.at, _next(found), widgets, problems)
     _unheld(line.thing, line.at, problems)
-    if figure is not None:
-        found.figure_of[line] = figure
-        _anchor(found, figure.dom_id, figure.place, f"the figure {figure.id!r}", problems)
-        found.figures.setdefault(figure.id, figure)
-    else:
-        found.lost.add(f"fig:{id_of(line.thing)}")
+    _note_placed(found, line, figure, found.figure_of, found.figures, problems)
 
 
 def _plot(found: _Finding, token: Token, plots: Mapping[str, Plot], problems: Problems) -> None:
     line = located(token, Directive)
     plot = placed_plot(line.thing, line.at, _next(found), plots, problems)
     _unheld(line.thing, line.at, problems, TESTED)
-    if plot is not None:
-        found.plot_of[line] = plot
-        _anchor(found, plot.dom_id, plot.place, f"the figure {plot.id!r}", problems)
-        found.plots.setdefault(plot.id, plot)
-    else:
+    _note_placed(found, line, plot, found.plot_of, found.plots, problems)
+
+
+def _note_placed(
+    found: _Finding,
+    line: Located[Directive],
+    shown: _Shown | None,
+    by_line: dict[Located[Directive], _Shown],
+    by_id: dict[str, _Shown],
+    problems: Problems,
+) -> None:
+    """Note a live figure or a plot by its line and its id; None has been told of, and its id is lost."""
+    if shown is None:
         found.lost.add(f"fig:{id_of(line.thing)}")
+        return
+    by_line[line] = shown
+    _anchor(found, shown.dom_id, shown.place, f"the figure {shown.id!r}", problems)
+    by_id.setdefault(shown.id, shown)
 
 
 def _picture(found: _Finding, token: Token, widgets: Mapping[str, Widget], problems: Problems) -> None:

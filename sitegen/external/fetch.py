@@ -302,17 +302,22 @@ def _from_pip(source: Source, files: Sequence[PinnedFile], progress: Progress) -
         pip = [sys.executable, "-P", "-m", "pip", "download", "--dest", str(here / "out")]
         _download([*pip, *options, source.spec], here, source, progress)
         wheel = _only_file(here / "out", source)
-        if not source.folder:
-            with wheel.open("rb") as stream:
-                return {file.name: _read(stream, file) for file in files if file.name == wheel.name}
-        taken = {}
-        with zipfile.ZipFile(wheel) as archive:
-            members = set(archive.namelist())
-            for file in files:
-                if (name := f"{source.folder}/{file.name}") in members:
-                    with archive.open(name) as member:
-                        taken[file.name] = _read(member, file)
-        return taken
+        if source.folder:
+            return _members(wheel, source.folder, files)
+        with wheel.open("rb") as stream:
+            return {file.name: _read(stream, file) for file in files if file.name == wheel.name}
+
+
+def _members(wheel: Path, folder: str, files: Sequence[PinnedFile]) -> dict[str, bytes]:
+    """Those of the files that a folder of the wheel holds."""
+    taken = {}
+    with zipfile.ZipFile(wheel) as archive:
+        members = set(archive.namelist())
+        for file in files:
+            if (name := f"{folder}/{file.name}") in members:
+                with archive.open(name) as member:
+                    taken[file.name] = _read(member, file)
+    return taken
 
 
 _FETCH: dict[str, Callable[[Source, Sequence[PinnedFile], Progress], dict[str, bytes]]] = {

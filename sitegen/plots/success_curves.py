@@ -97,7 +97,7 @@ def draw(result: Result, figure: Any, narrow: bool) -> None:
         control, (name, unit, factor) = list(CONTROLS.items())[k]
         counts, values = result.successes[i][k], [factor * value for value in result.values[k]]
         low, high = zip(*(wilson(count, result.seeds) for count in counts), strict=True)
-        axes.axvline(factor * USUAL[control], color=COLOURS["guide"], linewidth=1.0, dashes=(2, 2))
+        axes.axvline(factor * USUAL[control], color=COLOURS["guide"], linewidth=1.0, dashes=(4, 3))
         axes.fill_between(values, low, high, color=COLOURS["accent"], alpha=0.25, linewidth=0)
         axes.plot(values, [count / result.seeds for count in counts], color=COLOURS["accent"], clip_on=False)
         axes.set(xlim=(min(values), max(values)), ylim=(0.0, 1.0))

@@ -14,12 +14,14 @@ import numpy as np
 from solvers.cli.common import DRAWN, UNTRUSTED, Bar, able_to_write, printed, program, whole
 from solvers.cli.picture import drive_maps
 from solvers.core import validate
-from solvers.core.arrays import BoolArray, FloatArray
+from solvers.core.arrays import BoolArray, FloatArray, IntArray
 from solvers.core.edges import Edges
 from solvers.core.pose import Pose
 from solvers.io import g2o
 from solvers.odometry import (
+    Chain,
     LoopOptions,
+    Matches,
     MatchOptions,
     Scans,
     candidates,
@@ -90,57 +92,84 @@ def _driven(given: argparse.Namespace) -> tuple[int, dict[str, Any]]:
     validate.number(given.farthest, "--farthest", 0.1)
     validate.count(given.turns, "--turns")
     recorded = _included(given) if given.file == INCLUDED else _opened(Path(given.file), given)
+    told = _recording(given.file, recorded)
+    scans, wheels = prepare(recorded, given.farthest), chained(recorded.motion)
+    chain, lost = _matched(recorded, scans, given.to, matching)
+    print(f"end       odometry {_said(wheels[-1])}\n          matched  {_said(chain.poses[-1])}")
+    told |= {
+        "length": _length(chain.poses), "not_matched": lost, "end_by_odometry": _by_name(wheels[-1]),
+        "end_matched": _by_name(chain.poses[-1]),
+    }  # fmt: skip
+    loops = _loops(scans, chain, looking, matching, given.no_loops)
+    used, poses, settled = int(loops.believed.sum()), chain.poses, True
+    told["candidates"] = len(loops.believed)
+    ways = {"By odometry": wheels, "By matched scans": chain.poses}
+    if used:
+        poses, settled, told["graph"] = _closed(chain, loops, given.kernel)
+        ways = {"Before: by odometry": wheels, "After: loops closed": poses}
+    for path in given.out:
+        _write(path, _file(path, poses, lambda: edges_of(chain, loops)[0], scans, recorded.seconds, ways))
+    told |= {"loops": used, "end": _by_name(poses[-1]), "written": [str(path) for path in given.out]}
+    return 0 if settled and not len(lost) else UNTRUSTED, told
+
+
+def _recording(file: str, recorded: Drive) -> dict[str, Any]:
+    """What there is to say of a drive as it was recorded."""
     n, k = recorded.ranges.shape
     silent = 100.0 * float(np.isinf(recorded.ranges).mean())
-    print(f"drive     {given.file}: {n} scans of {k} beams, {silent:.1f} % without echo")
-    scans = prepare(recorded, given.farthest)
-    wheels = chained(recorded.motion)
-    way = scan_to_scan if given.to == "scan" else scan_to_map
+    print(f"drive     {file}: {n} scans of {k} beams, {silent:.1f} % without echo")
+    return {"drive": file, "scans": n, "beams": k}
+
+
+def _matched(recorded: Drive, scans: Scans, to: str, matching: MatchOptions) -> tuple[Chain, IntArray]:
+    """The chain of matched scans, and which of them found no match."""
+    way = scan_to_scan if to == "scan" else scan_to_map
     with Bar("matching") as bar:
         chain = way(scans, recorded.motion, matching, progress=bar)
-    length = float(np.linalg.norm(np.diff(chain.poses.t, axis=0), axis=1).sum())
-    lost = np.flatnonzero(~chain.believed)
-    before = "scan before" if given.to == "scan" else "map"
-    print(f"chain     {length:.2f} m; {n - 1 - len(lost)} of {n - 1} scans matched to the {before}")
+    lost, steps = np.flatnonzero(~chain.believed), len(scans) - 1
+    before = "scan before" if to == "scan" else "map"
+    print(f"chain     {_length(chain.poses):.2f} m; {steps - len(lost)} of {steps} scans matched to the {before}")
     if len(lost):
         print(f"          predicted only: {', '.join(map(str, lost[:20]))}{' …' if len(lost) > 20 else ''}")
-    print(f"end       odometry {_said(wheels[-1])}\n          matched  {_said(chain.poses[-1])}")
+    return chain, lost
+
+
+def _loops(scans: Scans, chain: Chain, looking: LoopOptions, matching: MatchOptions, none: bool) -> Matches:
+    """The places seen again, those believed and those not; none: look for none."""
     later, earlier = candidates(chain.poses, looking)
-    if given.no_loops:
+    if none:
         later, earlier = later[:0], earlier[:0]
     with Bar("closing loops") as bar:
         loops = verified(scans, chain.poses, later, earlier, looking, matching, bar)
-    poses, settled = chain.poses, True
-    told: dict[str, Any] = {
-        "drive": given.file, "scans": n, "beams": k, "length": length, "not_matched": lost,
-        "end_by_odometry": _by_name(wheels[-1]), "end_matched": _by_name(chain.poses[-1]), "candidates": len(later),
-    }  # fmt: skip
-    used = int(loops.believed.sum())
-    if not given.no_loops:
-        print(f"loops     {used} of {len(later)} candidates accepted")
-    if used:
-        with Bar("graph") as bar:
-            result = close(chain, loops, kernel=given.kernel, progress=bar)
-        poses, settled = result.poses, bool(result.status)
-        open_, closed = (_missed(missed(p, loops), loops.believed) for p in (chain.poses, poses))
-        dropped = int((result.weights[n - 1 :] < 0.1).sum())
-        print(f"loop gap  {open_} before the graph, {closed} after")
-        said = f"{result.status} after {result.steps} steps, chi2 {result.total:.4g}"
-        print(f"graph     {said}, {dropped} loops rejected")
-        print(f"          closed   {_said(poses[-1])}")
-        told["graph"] = {"status": result.status.label, "steps": result.steps, "chi2": result.total, "let_go": dropped}
-    ways = {"By odometry": wheels, "By matched scans": chain.poses}
-    if used:
-        ways = {"Before: by odometry": wheels, "After: loops closed": poses}
-    for path in given.out:
-        data = _file(path, poses, lambda: edges_of(chain, loops)[0], scans, recorded.seconds, ways)
-        try:
-            path.write_bytes(data)
-        except OSError as error:
-            raise ValueError(f"--out: {path}: {error.strerror or error}") from None
-        print(f"written   {path}")
-    told |= {"loops": used, "end": _by_name(poses[-1]), "written": [str(path) for path in given.out]}
-    return 0 if settled and not len(lost) else UNTRUSTED, told
+    if not none:
+        print(f"loops     {int(loops.believed.sum())} of {len(later)} candidates accepted")
+    return loops
+
+
+def _closed(chain: Chain, loops: Matches, kernel: str) -> tuple[Pose, bool, dict[str, Any]]:
+    """The poses of the pose graph, whether it came to rest, and what there is to say of it."""
+    with Bar("graph") as bar:
+        result = close(chain, loops, kernel=kernel, progress=bar)
+    open_, closed = (_missed(missed(p, loops), loops.believed) for p in (chain.poses, result.poses))
+    dropped = int((result.weights[len(chain.believed) - 1 :] < 0.1).sum())
+    print(f"loop gap  {open_} before the graph, {closed} after")
+    said = f"{result.status} after {result.steps} steps, chi2 {result.total:.4g}"
+    print(f"graph     {said}, {dropped} loops rejected")
+    print(f"          closed   {_said(result.poses[-1])}")
+    told = {"status": result.status.label, "steps": result.steps, "chi2": result.total, "let_go": dropped}
+    return result.poses, bool(result.status), told
+
+
+def _write(path: Path, data: bytes) -> None:
+    try:
+        path.write_bytes(data)
+    except OSError as error:
+        raise ValueError(f"--out: {path}: {error.strerror or error}") from None
+    print(f"written   {path}")
+
+
+def _length(poses: Pose) -> float:
+    return float(np.linalg.norm(np.diff(poses.t, axis=0), axis=1).sum())
 
 
 def _included(given: argparse.Namespace) -> Drive:

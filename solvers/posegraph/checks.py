@@ -10,8 +10,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from solvers.core.arrays import BoolArray
-from solvers.core.edges import Edges, within
+from solvers.core.edges import Edges, graph, within
 from solvers.core.numbers import array
+from solvers.core.pose import Pose
+
+
+def held(poses: Pose, edges: Edges, nodes: int | Sequence[int]) -> BoolArray:
+    """Which nodes of a graph are fixed, (n,), where its edges join every node to one of them."""
+    n = graph(poses, edges)
+    if not n:
+        raise ValueError("poses: is empty; at least one node is needed")
+    still = fixed(nodes, n)
+    joined(edges, still)
+    return still
 
 
 def fixed(nodes: int | Sequence[int], count: int) -> BoolArray:

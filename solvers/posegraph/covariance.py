@@ -11,9 +11,8 @@ from solvers.core import validate
 from solvers.core.arrays import FloatArray
 from solvers.core.edges import Edges, row_numbers, within
 from solvers.core.pose import Pose
-from solvers.posegraph import linear
+from solvers.posegraph import checks, linear
 from solvers.posegraph.errors import derivatives
-from solvers.posegraph.graph import begin
 
 
 def marginals(
@@ -70,22 +69,23 @@ def marginals(
     >>> marginals(poses, edges, [1, 2])[:, 0, 0].round(6)
     array([0.01, 0.02])
     """
-    run = begin(poses, edges, fixed=fixed, sparse=sparse)
+    still = checks.held(poses, edges, fixed)
+    plan = linear.plan(len(still), edges.i, edges.j, still, sparse)
     asked = row_numbers(nodes, "nodes")
     if not asked.size:
         raise ValueError("nodes: is empty; at least one node is needed")
-    n, k = run.poses.batch[0], asked.size
+    n, k = len(still), asked.size
     within(asked, n, "nodes")
     share = validate.weights(weights, len(edges))
     if share.ndim != 1 or not (share > 0.0).all():
         raise ValueError("weights: expected one positive weight an edge")
-    by_i, by_j = derivatives(run.poses, edges)
+    by_i, by_j = derivatives(poses, edges)
     parts = linear.blocks(by_i, by_j, share[:, None, None] * edges.information, np.zeros((len(edges), 3)))
     unit = np.zeros((n, 3, k, 3))
     unit[asked, :, np.arange(k)] = np.eye(3)
     with np.errstate(over="ignore", invalid="ignore", under="ignore", divide="ignore"):
         try:
-            solve = linear.factor(run.setting.plan, edges.i, edges.j, *parts[:3], np.zeros((n, 3)))
+            solve = linear.factor(plan, edges.i, edges.j, *parts[:3], np.zeros((n, 3)))
             columns = solve(unit.reshape(n, 3, 3 * k))
         except np.linalg.LinAlgError:
             columns = np.full((n, 3, 3 * k), np.nan)

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray
-from solvers.core.edges import Edges, graph
+from solvers.core.edges import Edges
 from solvers.core.kinds import function, of_kind
 from solvers.core.pose import Pose
 from solvers.core.poses import stacked
@@ -212,18 +212,14 @@ def begin(
     >>> run.objective, advance(run).objective < 1e-9
     (21.0, True)
     """
-    n = graph(poses, edges)
-    if not n:
-        raise ValueError("poses: is empty; at least one node is needed")
-    still = checks.fixed(fixed, n)
-    checks.joined(edges, still)
+    still = checks.held(poses, edges, fixed)
     setting = _Setting(
         validate.one_of(kernel, kernels.KERNELS, "kernel"),
         validate.number(threshold, "threshold", 1e-6, 1e6),
         checks.mask(robust, len(edges), "robust"),
         validate.count(max_steps, "max_steps"),
         validate.number(tolerance, "tolerance", 0.0, 1.0),
-        linear.plan(n, edges.i, edges.j, still, sparse),
+        linear.plan(len(still), edges.i, edges.j, still, sparse),
     )
     run = _judged(setting, edges, poses)
     if not np.isfinite(run.objective):

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from solvers.core import validate
 from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
 from solvers.core.poses import stacked
@@ -42,6 +43,8 @@ FOUR: Mapping[str, tuple[Method[Any], Any]] = MappingProxyType(
     }
 )
 """Name → method and its options, in the order of the panels."""
+MIXTURES = ("cpd", "filterreg")
+"""Those of `FOUR` that have clutter in a mixture."""
 
 
 def begin_walk(
@@ -69,10 +72,9 @@ def begin_walk(
 
     Raises
     ------
-    KeyError
-        If there is no method of that name.
     ValueError
-        If there are not as many starts as scenes, or the scenes differ in size.
+        If there is no method of that name, if there are not as many starts as scenes, or if the
+        scenes differ in size.
 
     Examples
     --------
@@ -82,7 +84,7 @@ def begin_walk(
     >>> batch.done, batch.max_steps
     (False, 120)
     """
-    method, options = FOUR[name]
+    method, options = FOUR[validate.one_of(name, FOUR, "name")]
     if name == "flow":
         options = replace(options, project=project)
     thin = slice(None, None, EVERY if name == "flow" else 1)
@@ -139,10 +141,15 @@ def clutter(name: str) -> float:
     float
         From 0 to 1.
 
+    Raises
+    ------
+    ValueError
+        If it is another name.
+
     Examples
     --------
     >>> from solvers.walkthrough import clutter
     >>> clutter("cpd"), clutter("filterreg")
     (0.12, 0.25)
     """
-    return float(FOUR[name][1].clutter)
+    return float(FOUR[validate.one_of(name, MIXTURES, "name")][1].clutter)

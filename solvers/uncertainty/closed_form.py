@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, IntArray
+from solvers.core.cloud_lists import one_by_one
 from solvers.core.kinds import of_kind
 from solvers.core.numbers import numbers
 from solvers.core.result import Result
@@ -161,12 +162,9 @@ def _one_by_one(result: Result, how: str, below: float, **noises: ArrayLike | No
         if len(entries) != n:
             raise ValueError(f"{name}: expected one number, or an entry for each of {n} clouds, got {len(entries)}")
         given[name] = entries
-    each = []
-    for k in range(n):
-        try:
-            each.append(covariance(result[k], how, free_below=below, **{name: x[k] for name, x in given.items()}))
-        except ValueError as error:
-            raise ValueError(f"cloud {k} of the list: {error}") from None
+    each = one_by_one(
+        n, lambda k: covariance(result[k], how, free_below=below, **{name: x[k] for name, x in given.items()})
+    )
     parts = {
         name: np.stack([getattr(one, name) for one in each])
         for name in ("deviations", "directions", "centre", "radius")

@@ -139,14 +139,18 @@ def test_the_sampling_keeps_icp_from_the_truth(why):
 
 def test_the_axis_of_the_start_matters(why):
     """Turned by 40° across its axis the mug is brought back to within 10° in ten of ten draws, by either residual.
-    Turned by 40° about its axis, by ICP in none and by point to plane in five."""
+    Turned by 40° about its axis, by ICP in none and by point to plane in three to seven: from so far, how a machine
+    rounds decides some of the runs."""
     axes = {"across, x": (1, 0, 0), "across, y": (0, 1, 0), "its own": (0, 0, 1)}
     found = {}
     for name, axis in axes.items():
         start = about(axis, 40.0).compose(TRUTH)
         found[name] = [int((ends(m, SEEDS[:10], start) < 10.0).sum()) for m in ("icp", "point-to-plane")]
     why("the axis of the start's turn", {n: f"{a} of 10 by ICP, {b} by point to plane" for n, (a, b) in found.items()})
-    assert found == {"across, x": [10, 10], "across, y": [10, 10], "its own": [0, 5]}
+    assert found["across, x"] == found["across, y"] == [10, 10]
+    point, plane = found["its own"]
+    assert point == 0
+    assert 3 <= plane <= 7
 
 
 def test_how_far_either_reaches():

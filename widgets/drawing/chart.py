@@ -27,6 +27,7 @@ from widgets.drawing.picture import (
 
 PAD = (46.0, 28.0, 14.0, 40.0)  # the name of the y axis stands above the window, where no grid line crosses it
 ABOVE = 10.0  # px from the window's top up to the baseline of that name
+WIDTH = 320.0  # px, that of a chart in a column
 LINE = 16.0  # px between the baselines of two names
 LETTER = 7.0  # px across, roughly
 NAME = 100.0  # px across within which two names may meet
@@ -45,71 +46,77 @@ class Series:
     dots: bool = False
 
 
+@dataclass(frozen=True)
+class Axis:
+    """What an axis says above its ticks or beneath them, and from where to where it runs, in the values of the series.
+
+    ticks: where along it to put which words, in place of round values: for one that means something else. log: values,
+    clipped to the range, are drawn by their decimal logarithm, and ticks stand where that is.
+    """
+
+    label: str
+    low: float
+    high: float
+    ticks: tuple[tuple[float, str], ...] = ()
+    log: bool = False
+
+    def placed(self, values: ArrayLike) -> Array:
+        """Where along the axis values are drawn."""
+        given = np.asarray(values, dtype=float)
+        return np.log10(np.clip(given, self.low, self.high)) if self.log else given
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Where along the axis it begins and ends."""
+        low, high = self.placed([self.low, self.high])
+        return float(low), float(high)
+
+    def words(self) -> tuple[list[float], list[str]]:
+        """Where along the axis its ticks stand, and what each is called."""
+        if self.ticks:
+            return [at for at, _ in self.ticks], [name for _, name in self.ticks]
+        if self.log:
+            exponents = decades(*self.ends)
+            return exponents, powers(exponents)
+        round_values = ticks(*self.ends)
+        return round_values, [_tick(value) for value in round_values]
+
+
 def chart(
     name: str,
     label: str,
     series: Sequence[Series],
+    x: Axis,
+    y: Axis,
     *,
-    x_label: str,
-    y_label: str,
-    x_range: tuple[float, float],
-    y_range: tuple[float, float],
-    log: bool = False,
     now: float | None = None,
-    x_ticks: Sequence[tuple[float, str]] | None = None,
-    y_ticks: Sequence[tuple[float, str]] | None = None,
-    width: float = 320.0,
-    height: float = 200.0,
+    size: tuple[float, float] = (WIDTH, 200.0),
     caption: str = "",
 ) -> Panel:
-    """A line chart. With `log` the y values, clipped to y_range, are drawn by their decimal logarithm.
-
-    x_ticks, y_ticks: where along the axis to put which words, in place of round values: for one that means something
-    else.
-    """
-
-    def scaled(y: ArrayLike) -> Array:
-        y = np.asarray(y, dtype=float)
-        return np.log10(np.clip(y, *y_range)) if log else y
-
-    low, high = (float(v) for v in scaled(y_range))
-    across, ticked = tuple(x_ticks) if x_ticks else None, tuple(y_ticks) if y_ticks else None
-    view, around = _frame((*x_range, low, high), log, across, ticked, (width, height), (x_label, y_label))
+    """A line chart. now: where along x, as drawn, a dashed line stands; size: across and down, px."""
+    view, around = _frame(x, y, size)
     marks: list[Mark] = [*around]
     if now is not None:
-        marks.append(Segments([now, low], [now, high], "guide", dashed=True))
+        marks.append(Segments([now, view.y0], [now, view.y1], "guide", dashed=True))
     ends: list[tuple[Series, Array]] = []
     for one in series:
-        xy = np.stack([np.asarray(one.x, dtype=float), scaled(one.y)], axis=1)
+        xy = np.stack([x.placed(one.x), y.placed(one.y)], axis=1)
         marks += [Path(part, one.role, dashed=one.dashed, thick=True) for part in _unbroken(xy)]
         known = xy[~np.isnan(xy).any(axis=1)]
         if one.dots and len(known):
             marks.append(Points(known, one.role, radius=2.5))
         if one.name and len(known):
             ends.append((one, known[-1]))
-    marks += _end_names(view, ends, PAD[0] + LETTER * len(y_label))
+    marks += _end_names(view, ends, PAD[0] + LETTER * len(y.label))
     return Panel(name, label, view, tuple(marks), grid=False, caption=caption)
 
 
 @lru_cache(maxsize=64)
-def _frame(
-    window: tuple[float, float, float, float],
-    log: bool,
-    x_ticks: tuple[tuple[float, str], ...] | None,
-    y_ticks: tuple[tuple[float, str], ...] | None,
-    size: tuple[float, float],
-    labels: tuple[str, str],
-) -> tuple[View, tuple[Mark, ...]]:
+def _frame(x: Axis, y: Axis, size: tuple[float, float]) -> tuple[View, tuple[Mark, ...]]:
     """A chart without its lines. The same for the same axes, so that the host turns it into markup once."""
-    view = View(*window, *size, PAD)
-    ys = decades(view.y0, view.y1) if log else ticks(view.y0, view.y1)
-    names = powers(ys) if log else [_tick(y) for y in ys]
-    if y_ticks is not None:
-        ys, names = [y for y, _ in y_ticks], [name for _, name in y_ticks]
-    xs, x_names = ticks(view.x0, view.x1), None
-    if x_ticks is not None:
-        xs, x_names = [x for x, _ in x_ticks], [name for _, name in x_ticks]
-    return view, (*axes(view, xs, ys, names, x_names=x_names), *axis_names(view, *labels))
+    view = View(*x.ends, *y.ends, *size, PAD)
+    (xs, x_names), (ys, y_names) = x.words(), y.words()
+    return view, (*axes(view, xs, ys, y_names, x_names=x_names), *axis_names(view, x.label, y.label))
 
 
 def _unbroken(xy: Array) -> list[Array]:

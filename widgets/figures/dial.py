@@ -9,7 +9,7 @@ import numpy as np
 
 from solvers import Pose, Status
 from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE
-from widgets.drawing.chart import Series, chart
+from widgets.drawing.chart import Axis, Series, chart
 from widgets.drawing.picture import (
     Handle,
     Mark,
@@ -45,6 +45,7 @@ from widgets.parts.room import with_marks
 
 SIZE = 9.05
 VIEW = View(-SIZE, SIZE, -SIZE, SIZE, width=480.0)
+QUARTERS = (-180.0, -90.0, 0.0, 90.0, 180.0)  # °, the headings that the unrolled ring names
 TICK = (0.05, 0.14)  # of the chart's height, from the curve to the ends of a valley's tick
 DETAILS = 2 + SLICES  # the coarse ring; the full one; every start, slice by slice
 
@@ -178,14 +179,10 @@ def _unrolled(state: State, full: bool) -> Panel:
         "unrolled",
         "The ring unrolled: the objective over the heading",
         [Series(np.append(turns, 180.0), np.append(share, share[0]), "accent")],
-        x_label="heading, ° from the truth",
-        y_label="Objective, from its lowest to its highest",
-        x_range=(-180.0, 180.0),
-        y_range=(-0.12, 1.15),  # "low" keeps clear of the first heading below it, the highest tick of what is above
-        x_ticks=[(t, number(t, 0)) for t in (-180.0, -90.0, 0.0, 90.0, 180.0)],
-        y_ticks=[(0.0, "low"), (1.0, "high")],
-        width=480.0,
-        height=220.0,
+        Axis("heading, ° from the truth", -180.0, 180.0, tuple((t, number(t, 0)) for t in QUARTERS)),
+        # "low" keeps clear of the first heading below it, the highest tick of what is above.
+        Axis("Objective, from its lowest to its highest", -0.12, 1.15, ((0.0, "low"), (1.0, "high"))),
+        size=(480.0, 220.0),
     )
 
     def spot(turn: float) -> list[float]:

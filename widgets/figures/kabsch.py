@@ -176,7 +176,7 @@ def _reflection_label(state: State) -> Label:
     reflected = state.free.pose.apply(rim)
     apart = np.linalg.norm(reflected - state.scene.truth.apply(rim), axis=1)
     tip = reflected[np.argmax(np.round(apart, 6))]
-    return Label(tip, "unconstrained: a reflection", "ghost", "middle", dx=22, dy=38)
+    return Label(tip, "a reflection", "ghost", "middle", dy=18)
 
 
 @dataclass(frozen=True)

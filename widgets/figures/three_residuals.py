@@ -8,14 +8,14 @@ import numpy as np
 
 from solvers import Pose
 from solvers.scenes.rooms import room_start
-from widgets.drawing.chart import Series, chart
+from widgets.drawing.chart import Axis, Series, chart
 from widgets.drawing.picture import Handle, Label, Mark, Panel, Picture, Readout, Role, Segments, View, degrees, number
 from widgets.engine.contract import ITERATED, Action, Key, Lead, Motion, Widget
 from widgets.engine.controls import choice, slider
 from widgets.engine.script import named
 from widgets.parts.placing import Placing, place, written
 from widgets.parts.room import ANCHOR, start_choice, start_offset, start_turn, with_marks
-from widgets.parts.surface_marks import Carried, carried, fixed, ghost, moving, pairs, weak_direction, weak_label
+from widgets.parts.surface_marks import Carried, carried, fixed, ghost, moving, pairs, weak_direction, weak_words
 from widgets.parts.surface_run import CALLS, METHOD, SCENES, STEPS, WEIGHTS, Ask, Run, anew, kept, scene_of
 
 NAMES = {"point": "Point to point", "plane": "Point to plane", "gicp": "GICP"}
@@ -119,9 +119,9 @@ def _panel(name: str, run: Run, still: tuple[Mark, ...], carries: Carried) -> Pa
         *pairs(run),
         moving(run, carries),
         *weak_direction(run),
-        weak_label(run, VIEW),
     )
-    return Panel(name, f"{NAMES[name]}: the scans and the residuals of their pairs", VIEW, marks, caption=NAMES[name])
+    label, caption = f"{NAMES[name]}: the scans and the residuals of their pairs", f"{NAMES[name]}\n{weak_words(run)}"
+    return Panel(name, label, VIEW, marks, caption=caption)
 
 
 def _handles(name: str, both: tuple[Handle, ...]) -> tuple[Handle, ...]:
@@ -151,14 +151,10 @@ def _chart(state: State) -> Panel:
             )
             for name, run in state.runs.items()
         ],
-        x_label="step",
-        y_label="Points off their true places, RMS, u",
-        x_range=(0.0, float(STEPS)),
-        y_range=(LOWEST, HIGHEST),
-        log=True,
+        Axis("step", 0.0, float(STEPS)),
+        Axis("Points off their true places, RMS, u", LOWEST, HIGHEST, log=True),
         now=float(state.steps),
-        width=480.0,
-        height=345.0,
+        size=(480.0, 345.0),
         caption="All three over the steps",
     )
     return with_marks(panel, *_key())

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from widgets.drawing.chart import Series, chart
+from widgets.drawing.chart import WIDTH, Axis, Series, chart
 from widgets.drawing.picture import Array, Arrow, Label, Mark, Panel, Path, Points, Ring, Segments, View
 from widgets.parts.room import VIEW, with_marks
 
@@ -72,11 +72,10 @@ def waves(sizes: Array, apart: Array, chosen: int) -> Panel:
         "waves",
         "Distance between the two means, for every wave",
         [],
-        x_label="|ω|·ℓ, rad",
-        y_label="Means apart, each wave",
-        x_range=(0.0, LONGEST),
-        y_range=(0.0, 1.0 if apart.max() <= 1.0 else 2.0),  # two means are never more than 2 apart
-        height=HEIGHT,
+        Axis("|ω|·ℓ, rad", 0.0, LONGEST),
+        # Two means are never more than 2 apart.
+        Axis("Means apart, each wave", 0.0, 1.0 if apart.max() <= 1.0 else 2.0),
+        size=(WIDTH, HEIGHT),
     )
     foot = places * [1.0, 0.0]
     one = places[chosen : chosen + 1]
@@ -103,14 +102,10 @@ def convergence(running: Array, exact: float, at_truth: float, count: int) -> Pa
             Series([0.0, most], [exact, exact], "source", dashed=True),
             Series(np.log2(np.arange(1, len(running) + 1)), running, "ink"),
         ],
-        x_label="D",
-        y_label="MMD², estimated from D waves",
-        x_range=(0.0, most),
-        y_range=(least, 1.0),
-        x_ticks=[(float(k), str(2**k)) for k in range(0, int(most) + 1, 2)],
-        height=HEIGHT,
-        log=True,
+        Axis("D", 0.0, most, tuple((float(k), str(2**k)) for k in range(0, int(most) + 1, 2))),
+        Axis("MMD², estimated from D waves", least, 1.0, log=True),
         now=float(np.log2(count)),
+        size=(WIDTH, HEIGHT),
     )
     # The upper line is named above it, the lower one below, so that neither name lies on the other's line.
     above, below = (-7.0, 15.0) if exact >= at_truth else (15.0, -7.0)

@@ -17,7 +17,7 @@ from solvers import Pose
 from solvers.core.arrays import BoolArray
 from solvers.core.method import Problem
 from solvers.scenes.rooms import ROOM_SETTINGS, Scene
-from widgets.drawing.chart import Series, chart
+from widgets.drawing.chart import Axis, Series, chart
 from widgets.drawing.picture import FAINT, Array, Group, Mark, Panel, Path, Points, Role, Segments, View
 from widgets.engine.controls import Value, choice, slider
 from widgets.parts.placing import Placing
@@ -94,7 +94,7 @@ def still(scene: Scene, ghost: Pose | None = None) -> tuple[Mark, ...]:
 def source(scene: Scene, pose: Pose, used: BoolArray | None = None, placing: Placing = PLACING) -> Group:
     """The moving cloud, the room it would have at its pose, and the stalk of its turning handle, as the group 'source'.
 
-    Points that are not used (m,) are pale.
+    Points that are not used (m,) are faint.
     """
     weight = None if used is None or used.all() else np.where(used, 1.0, 0.3)
     points = Points(pose.apply(scene.source), "source", radius=2.5, weight=weight)
@@ -127,14 +127,10 @@ def error_chart(rotation: Sequence[float], translation: Sequence[float], steps: 
             Series(k, rotation, "ink", "rotation, °", dots=True),
             Series(k, translation, "accent", "translation, u", dashed=True, dots=True),
         ],
-        x_label="step",
-        y_label="Error against the truth, ° and u",
-        x_range=(0.0, float(steps)),
-        y_range=(0.01, 300.0),
-        log=True,
+        Axis("step", 0.0, float(steps)),
+        Axis("Error against the truth, ° and u", 0.01, 300.0, log=True),
         now=float(len(rotation) - 1),
-        width=width,
-        height=0.53 * width,
+        size=(width, 0.53 * width),
     )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from solvers.core.arrays import BoolArray
 from solvers.methods.icp.gicp import GicpOptions
 from solvers.numerics import robust
-from widgets.drawing.chart import Series, chart
+from widgets.drawing.chart import Axis, Series, chart
 from widgets.drawing.picture import (
     Array,
     Arrow,
@@ -177,9 +177,14 @@ def condition(run: Run) -> str:
 
 def weak_label(run: Run, view: View) -> Label:
     """The weak direction in words, in the map's top left corner, where no cloud lies."""
+    return Label([view.x0, view.y1], weak_words(run), "weak", dx=12, dy=24)
+
+
+def weak_words(run: Run) -> str:
+    """The weak direction, and the condition number: 'weakest: slide, condition 6.3'."""
     how = "free" if run.system.free[0, 0] else "weakest"
     said = f"{how}: {_kind(run)}" if _has_weakest(run) else "no weakest direction"
-    return Label([view.x0, view.y1], f"{said}, condition {condition(run)}", "weak", dx=12, dy=24)
+    return f"{said}, condition {condition(run)}"
 
 
 def weight_chart(run: Run, width: float = 320.0) -> Panel:
@@ -199,12 +204,9 @@ def _kernel_chart(kernel: str, width: float) -> Panel:
         "weights",
         "The weight function, and the distances of the current pairs beneath it",
         [Series(r, pull, "ink", "pull, w·r / s", dashed=True), Series(r, w, "accent", "weight w")],
-        x_label="distance r of the pair / s",
-        y_label="Weight, and pull in units of s",
-        x_range=(0.0, FARTHEST),
-        y_range=(-0.6, HIGHEST),
-        width=width,
-        height=0.82 * width,
+        Axis("distance r of the pair / s", 0.0, FARTHEST),
+        Axis("Weight, and pull in units of s", -0.6, HIGHEST),
+        size=(width, 0.82 * width),
     )
     panel = with_marks(panel, Segments([1.0, -0.6], [1.0, HIGHEST], "guide"))
     if kernel == "none":

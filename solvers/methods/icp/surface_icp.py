@@ -166,9 +166,8 @@ def start(
     with np.errstate(over="ignore", under="ignore"):
         radius = rms_radius(problem.source) * np.asarray(problem.start.scale)
     radius = np.where((radius > 0.0) & np.isfinite(radius), radius, 1.0)
-    pairing, precision, system = _at(
-        problem, options, index, surface, covariances, scale, radius, problem.start
-    )
+    surfaces = _Surfaces(index, surface, covariances)
+    pairing, precision, system = _at(problem, options, surfaces, scale, radius, problem.start)
     status, reason = statuses((b,)), reasons((b,))
     if covariances is None:
         none = np.asarray(surface.flagged.all(axis=1))
@@ -187,10 +186,8 @@ def step(state: SurfaceState) -> SurfaceState:
     options, old = state.options, state.pairing
     xi = gauss_newton.solve(state.system, options.max_shift, options.max_turn)
     pose = gauss_newton.apply(xi, state.system, state.pose)
-    pairing, precision, system = _at(
-        state.problem, options, state.index, state.normals, state.covariances, state.scale, state.radius, pose,
-        old.known,
-    )  # fmt: skip
+    surfaces = _Surfaces(state.index, state.normals, state.covariances)
+    pairing, precision, system = _at(state.problem, options, surfaces, state.scale, state.radius, pose, old.known)
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         change = _motion(old.moved, pairing.moved) / state.radius
         again = _motion(state.remembered, pairing.moved) / state.radius <= options.tolerance
@@ -239,29 +236,32 @@ def _inverse(S: FloatArray) -> FloatArray:
     return out
 
 
+@dataclass(frozen=True, eq=False)
+class _Surfaces:
+    """The clouds as surfaces, as `SurfaceState` has them: the target's index and normals, and where the method has any
+    the covariances of the source's and the target's points.
+    """
+
+    index: Index
+    normals: Normals
+    covariances: tuple[FloatArray, FloatArray] | None
+
+
 def _at(
     problem: Problem,
     options: SurfaceOptions,
-    index: Index,
-    surface: Normals,
-    covariances: tuple[FloatArray, FloatArray] | None,
+    surfaces: _Surfaces,
     scale: FloatArray | None,
     radius: FloatArray,
     pose: Pose,
     known: Known | None = None,
 ) -> tuple[Pairing, FloatArray, System]:
     """The pairs at a pose, their precisions, and their normal equations."""
-    b = problem.size
-    pairing = icp.pair(problem, index, np.full(b, options.gate), scale, options.pairing(), pose, known)
-    partners = nearest.picked(index.points, pairing.rows)
-    weights = pairing.weights
+    gate = np.full(problem.size, options.gate)
+    pairing = icp.pair(problem, surfaces.index, gate, scale, options.pairing(), pose, known)
+    partners = nearest.picked(surfaces.index.points, pairing.rows)
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-        if covariances is None:
-            n = nearest.picked(surface.vectors, pairing.rows)
-            precision = n[..., :, None] * n[..., None, :]
-            weights = np.where(nearest.picked(surface.flagged, pairing.rows), 0.0, weights)
-        else:
-            precision = precisions(covariances[0], nearest.picked(covariances[1], pairing.rows), pose.R)
+        precision, weights = _weighed(surfaces, pairing, pose)
         used = weights > 0.0
         left = np.where(used[..., None], pairing.moved - partners, 0.0)
         squares = np.einsum("bmi,bmij,bmj->bm", left, precision, left)
@@ -278,6 +278,16 @@ def _at(
         pairing.moved, partners, precision, weights, centre, radius, options.free_below
     )
     return pairing, precision, system
+
+
+def _weighed(surfaces: _Surfaces, pairing: Pairing, pose: Pose) -> tuple[FloatArray, FloatArray]:
+    """The precisions (b, m, d, d) of pairs, and their weights (b, m): zero where a normal is needed and missing."""
+    if surfaces.covariances is not None:
+        of_source, of_target = surfaces.covariances
+        return precisions(of_source, nearest.picked(of_target, pairing.rows), pose.R), pairing.weights
+    n = nearest.picked(surfaces.normals.vectors, pairing.rows)
+    flagged = nearest.picked(surfaces.normals.flagged, pairing.rows)
+    return n[..., :, None] * n[..., None, :], np.where(flagged, 0.0, pairing.weights)
 
 
 def _no_pairs(options: SurfaceOptions) -> str:

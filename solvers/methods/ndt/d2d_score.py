@@ -30,9 +30,11 @@ share of outliers is given: `s_ij = −d₁ exp(−½ d₂ q_ijᵀ C_ij⁻¹ q_i
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from solvers.core.arrays import FloatArray, IntArray
+from solvers.core.arrays import BoolArray, FloatArray, IntArray
 from solvers.core.pose import Pose
 from solvers.methods.ndt.mixture import constants
 from solvers.methods.ndt.ndt_map import NdtMap, floored
@@ -62,63 +64,108 @@ def evaluate(
     which = np.arange(k) if which is None else which
     width = source.mean.shape[1] if width is None else width
     S, Q = floored(source.covariance)[which], floored(target.covariance)[which]
-    mean, mu = source.mean[which], target.mean[which]
-    R, s, t = pose.R, np.asarray(pose.scale), pose.t
+    mu = target.mean[which]
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-        # Coordinate by coordinate: the rounding is that of a single problem.
-        turned = [R[:, c, 0, None] * mean[..., 0] + R[:, c, 1, None] * mean[..., 1] for c in (0, 1)]
-        x, y = (s[:, None] * turned[c] + t[:, c, None] for c in (0, 1))
-        near = np.square(x[:, :, None] - mu[:, None, :, 0]) + np.square(y[:, :, None] - mu[:, None, :, 1])
-        reach = np.square(s)[:, None] * (S[..., 0, 0] + S[..., 1, 1])
-        close = near <= NEGLIGIBLE / sharpness * (reach[:, :, None] + (Q[..., 0, 0] + Q[..., 1, 1])[:, None, :])
+        x, y = _moved(pose, source.mean[which])
+        close = _close(x, y, S, Q, mu, pose, sharpness)
         close &= source.kept[which][:, :, None] & target.kept[which][:, None, :]
         b, i, j = np.nonzero(close)
-        # A = s² R S Rᵀ = [[α, β], [β, γ]] of every source cell, then of every pair.
-        c00, c01, c11 = S[..., 0, 0], S[..., 0, 1], S[..., 1, 1]
-        r00, r01, r10, r11 = (R[:, m, n, None] for m in (0, 1) for n in (0, 1))
-        ss = np.square(s)[:, None]
-        alpha = (ss * (r00 * (r00 * c00 + r01 * c01) + r01 * (r00 * c01 + r01 * c11)))[b, i]
-        beta = (ss * (r10 * (r00 * c00 + r01 * c01) + r11 * (r00 * c01 + r01 * c11)))[b, i]
-        gamma = (ss * (r10 * (r10 * c00 + r11 * c01) + r11 * (r10 * c01 + r11 * c11)))[b, i]
         x, y = x[b, i], y[b, i]
-        q0, q1 = x - mu[b, j, 0], y - mu[b, j, 1]
-        lx, ly = x - pivot[b, 0], y - pivot[b, 1]
-        d00, d01, d11 = alpha + Q[b, j, 0, 0], beta + Q[b, j, 0, 1], gamma + Q[b, j, 1, 1]
-        # Divided by the trace first: the determinant of a vast covariance is beyond
-        # float64.
-        trace = d00 + d11
-        d00, d01, d11 = d00 / trace, d01 / trace, d11 / trace
-        det = (d00 * d11 - np.square(d01)) * trace
-        p00, p01, p11 = d11 / det, -d01 / det, d00 / det
-        u0, u1 = p00 * q0 + p01 * q1, p01 * q0 + p11 * q1
-        values = gain * np.exp(-0.5 * sharpness * (q0 * u0 + q1 * u1))
-        # A' = [[−2β, α − γ], [α − γ, 2β]], A'' = [[−2δ, −4β], [−4β, 2δ]], δ = α − γ
-        delta = alpha - gamma
-        w0, w1 = -ly + 2.0 * beta * u0 - delta * u1, lx - delta * u0 - 2.0 * beta * u1
-        v0, v1 = p00 * w0 + p01 * w1, p01 * w0 + p11 * w1
-        uphi = u1 * lx - u0 * ly - (beta * (np.square(u1) - np.square(u0)) + delta * u0 * u1)
-        second = delta * (np.square(u1) - np.square(u0)) - 4.0 * beta * u0 * u1
-        phi2 = w0 * v0 + w1 * v1 - (u0 * lx + u1 * ly) - second
+        alpha, beta, gamma = (part[b, i] for part in _turned(pose, S))
+        q, lever = (x - mu[b, j, 0], y - mu[b, j, 1]), (x - pivot[b, 0], y - pivot[b, 1])
+        e = _exponents(q, lever, (alpha, beta, gamma), Q[b, j])
+        terms = gain * np.exp(-0.5 * sharpness * e.value)
+        first, second = e.first, e.second
         if outliers is not None:  # every derivative of the exponent has its factor
-            u0, u1, uphi, p00, p01, p11, v0, v1, phi2 = (
-                sharpness * x for x in (u0, u1, uphi, p00, p01, p11, v0, v1, phi2)
-            )
+            first = tuple(sharpness * half for half in first)
+            second = {axes: sharpness * half for axes, half in second.items()}
 
         def total(v: FloatArray) -> FloatArray:
             # Of nothing, bincount makes integers.
-            return np.asarray(np.bincount(b, weights=values * v, minlength=k), dtype=np.float64)
+            return np.asarray(np.bincount(b, weights=terms * v, minlength=k), dtype=np.float64)
 
-        gradient = np.stack([total(u0), total(u1), total(uphi)], axis=1)
+        gradient = np.stack([total(half) for half in first], axis=1)
         hessian = np.empty((k, 3, 3))
-        hessian[:, 0, 0], hessian[:, 1, 1] = total(p00 - u0 * u0), total(p11 - u1 * u1)
-        hessian[:, 0, 1] = hessian[:, 1, 0] = total(p01 - u0 * u1)
-        hessian[:, 0, 2] = hessian[:, 2, 0] = total(v0 - u0 * uphi)
-        hessian[:, 1, 2] = hessian[:, 2, 1] = total(v1 - u1 * uphi)
-        hessian[:, 2, 2] = total(phi2 - np.square(uphi))
+        for (m, n), half in second.items():
+            hessian[:, m, n] = hessian[:, n, m] = total(half - first[m] * first[n])
     each = np.zeros((k, 1, width))
-    each[:, 0] = np.bincount(b * width + i, weights=values, minlength=k * width).reshape(k, width)
-    most = np.zeros(close.shape)
-    most[b, i, j] = values
+    each[:, 0] = np.bincount(b * width + i, weights=terms, minlength=k * width).reshape(k, width)
     best = np.full((k, 1, width), -1, dtype=np.int64)
-    best[:, 0, : close.shape[1]] = np.where(close.any(axis=2), most.argmax(axis=2), -1)
-    return Score(total(np.ones_like(values)), gradient, hessian, best, each)
+    best[:, 0, : close.shape[1]] = _best(close, terms)
+    return Score(total(np.ones_like(terms)), gradient, hessian, best, each)
+
+
+def _moved(pose: Pose, mean: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The coordinates x and y, (k, C) each, of the means (k, C, 2) moved by the poses (k,)."""
+    R, s, t = pose.R, np.asarray(pose.scale), pose.t
+    # Coordinate by coordinate: the rounding is that of a single problem.
+    turned = [R[:, c, 0, None] * mean[..., 0] + R[:, c, 1, None] * mean[..., 1] for c in (0, 1)]
+    return s[:, None] * turned[0] + t[:, 0, None], s[:, None] * turned[1] + t[:, 1, None]
+
+
+def _close(
+    x: FloatArray, y: FloatArray, S: FloatArray, Q: FloatArray, mu: FloatArray, pose: Pose, sharpness: float
+) -> BoolArray:
+    """Which source cells at (x, y), (k, C) each, and which target cells may have a term worth counting, (k, C, D)."""
+    near = np.square(x[:, :, None] - mu[:, None, :, 0]) + np.square(y[:, :, None] - mu[:, None, :, 1])
+    reach = np.square(np.asarray(pose.scale))[:, None] * (S[..., 0, 0] + S[..., 1, 1])
+    wide = reach[:, :, None] + (Q[..., 0, 0] + Q[..., 1, 1])[:, None, :]
+    return np.asarray(near <= NEGLIGIBLE / sharpness * wide)
+
+
+def _turned(pose: Pose, S: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """A = s² R S Rᵀ = [[α, β], [β, γ]] of every source cell's covariance (k, C, 2, 2): α, β and γ, (k, C) each."""
+    c00, c01, c11 = S[..., 0, 0], S[..., 0, 1], S[..., 1, 1]
+    r00, r01, r10, r11 = (pose.R[:, m, n, None] for m in (0, 1) for n in (0, 1))
+    ss = np.square(np.asarray(pose.scale))[:, None]
+    alpha = ss * (r00 * (r00 * c00 + r01 * c01) + r01 * (r00 * c01 + r01 * c11))
+    beta = ss * (r10 * (r00 * c00 + r01 * c01) + r11 * (r00 * c01 + r01 * c11))
+    gamma = ss * (r10 * (r10 * c00 + r11 * c01) + r11 * (r10 * c01 + r11 * c11))
+    return alpha, beta, gamma
+
+
+@dataclass(frozen=True, eq=False)
+class _Exponents:
+    """The exponents e of pairs of cells, (p,), with the halves of their derivatives, (p,) each: `first` by x, y and φ,
+    `second` by two of these, as their numbers (m, n), m ≤ n.
+    """
+
+    value: FloatArray
+    first: tuple[FloatArray, ...]
+    second: dict[tuple[int, int], FloatArray]
+
+
+def _exponents(
+    q: tuple[FloatArray, FloatArray],
+    lever: tuple[FloatArray, FloatArray],
+    turned: tuple[FloatArray, FloatArray, FloatArray],
+    Q: FloatArray,
+) -> _Exponents:
+    """The formulas above for pairs of cells (p,). q: from the target's mean to the moved one; lever: from the pivot to
+    the moved one; turned: α, β and γ of the source's covariance; Q: (p, 2, 2) the target's.
+    """
+    (q0, q1), (lx, ly), (alpha, beta, gamma) = q, lever, turned
+    d00, d01, d11 = alpha + Q[:, 0, 0], beta + Q[:, 0, 1], gamma + Q[:, 1, 1]
+    # Divided by the trace first: the determinant of a vast covariance is beyond
+    # float64.
+    trace = d00 + d11
+    d00, d01, d11 = d00 / trace, d01 / trace, d11 / trace
+    det = (d00 * d11 - np.square(d01)) * trace
+    p00, p01, p11 = d11 / det, -d01 / det, d00 / det
+    u0, u1 = p00 * q0 + p01 * q1, p01 * q0 + p11 * q1
+    # A' = [[−2β, α − γ], [α − γ, 2β]], A'' = [[−2δ, −4β], [−4β, 2δ]], δ = α − γ
+    delta = alpha - gamma
+    w0, w1 = -ly + 2.0 * beta * u0 - delta * u1, lx - delta * u0 - 2.0 * beta * u1
+    v0, v1 = p00 * w0 + p01 * w1, p01 * w0 + p11 * w1
+    uphi = u1 * lx - u0 * ly - (beta * (np.square(u1) - np.square(u0)) + delta * u0 * u1)
+    bend = delta * (np.square(u1) - np.square(u0)) - 4.0 * beta * u0 * u1
+    phi2 = w0 * v0 + w1 * v1 - (u0 * lx + u1 * ly) - bend
+    second = {(0, 0): p00, (1, 1): p11, (0, 1): p01, (0, 2): v0, (1, 2): v1, (2, 2): phi2}
+    return _Exponents(q0 * u0 + q1 * u1, (u0, u1, uphi), second)
+
+
+def _best(close: BoolArray, terms: FloatArray) -> IntArray:
+    """Of each source cell the target cell of its largest term, −1 where it has none, (k, C); terms: where `close`."""
+    most = np.zeros(close.shape)
+    most[close] = terms
+    return np.where(close.any(axis=2), most.argmax(axis=2), -1)

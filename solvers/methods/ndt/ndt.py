@@ -283,13 +283,51 @@ def step(state: NdtState) -> NdtState:
     """One damped Newton step, halved until the score rises; at a level's end, the next
     level's score at the pose.
     """
-    problem, options, old = state.problem, state.options, state.at
-    maps, sources = state.maps, state.sources
+    options, old, radius = state.options, state.at, state.radius
+    full, damping = newton_step(old.gradient, old.hessian, radius, state.max_shift, options.max_turn)
+    taken = _shortened(state, full)
+    ended = ~taken.better | (_size(taken.move, radius) <= options.tolerance)
+    last = state.level == len(state.maps) - 1
+    up = ended & ~last
+    level, at = state.level + up, taken.at
+    if up.any():
+        rows = np.flatnonzero(up)
+        at = put(at, rows, _scored(state, level[rows], taken.pose[rows], rows))
+    condition, ratio, weak = _condition(at.hessian, radius)
+    at_end, still = ended & last, _size(full, radius) <= options.tolerance
+    status, reason = _stopped(state, at, at_end, still, ratio)
+    return changed(
+        state, pose=taken.pose, objective=-at.score, status=status, reason=reason, level=level, at=at, damping=damping,
+        step=taken.move, halved=taken.halved, accepted=taken.better, condition=condition, weak=weak,
+    )  # fmt: skip
+
+
+def _scored(state: NdtState, level: IntArray, pose: Pose, which: IntArray) -> Score:
+    """The score of the problems `which` (k,) of a state, at these levels and poses, (k,) each."""
+    return _score(
+        state.problem, state.maps, state.sources, level, state.centre, pose, which, state.options.outliers
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Taken:
+    """What has become of a full step. move: (b, 3) that was accepted, or tried last; halved: (b,) how often. better:
+    (b,) whether the score rose. pose, at: there where it rose, as before where not.
+    """
+
+    move: FloatArray
+    halved: IntArray
+    better: BoolArray
+    pose: Pose
+    at: Score
+
+
+def _shortened(state: NdtState, full: FloatArray) -> _Taken:
+    """The full step (b, 3), or the longest of its halves, quarters … that raises the score."""
+    options, old, move = state.options, state.at, full.copy()
     pivot = _pivot(state.pose, state.centre)
-    move, damping = newton_step(old.gradient, old.hessian, state.radius, state.max_shift, options.max_turn)
-    proposed = _size(move, state.radius)
     pose = moved_by(state.pose, move, pivot)
-    at = _score(problem, maps, sources, state.level, state.centre, pose, np.arange(problem.size), options.outliers)
+    at = _scored(state, state.level, pose, np.arange(len(move)))
     better = at.score > old.score
     halved = np.zeros(len(better), dtype=np.int64)
     for done in range(0, options.halvings, TOGETHER):
@@ -302,7 +340,7 @@ def step(state: NdtState) -> NdtState:
         many = np.repeat(rows, several)
         shorter = move[many] * np.tile(0.5 ** np.arange(1, several + 1), len(rows))[:, None]
         tried = moved_by(state.pose[many], shorter, pivot[many])
-        again = _score(problem, maps, sources, state.level[many], state.centre, tried, many, options.outliers)
+        again = _scored(state, state.level[many], tried, many)
         good = (again.score > old.score[many]).reshape(len(rows), several)
         helped = good.any(axis=1)
         chosen = np.where(helped, good.argmax(axis=1), several - 1)
@@ -314,31 +352,22 @@ def step(state: NdtState) -> NdtState:
             better[won] = True
     if not better.all():
         pose, at = put(pose, ~better, state.pose[~better]), put(at, ~better, take(old, ~better))
+    return _Taken(move, halved, better, pose, at)
 
-    ended = ~better | (_size(move, state.radius) <= options.tolerance)
-    last = state.level == len(maps) - 1
-    up = ended & ~last
-    level = state.level + up
-    if up.any():
-        rows = np.flatnonzero(up)
-        higher = _score(problem, maps, sources, level[rows], state.centre, pose[rows], rows, options.outliers)
-        at = put(at, rows, higher)
-    condition, ratio, weak = _condition(at.hessian, state.radius)
+
+def _stopped(
+    state: NdtState, at: Score, at_end: BoolArray, still: BoolArray, ratio: FloatArray
+) -> tuple[StatusArray, ReasonArray]:
+    """How the runs stop, if they do. at_end: (b,) whether the last level has ended; still: whether the full step was
+    tiny; ratio: the Hessian's smallest |eigenvalue| over its largest.
+    """
     outside = np.asarray((at.cells < 0).all(axis=(1, 2)))
     status, reason = mark(state.status, state.reason, outside, Status.DEGENERATE, OUTSIDE)
-    status, reason = mark(
-        status, reason, ended & last & (ratio <= FREE), Status.DEGENERATE,
-        "the score does not change along some direction of motion",
-    )  # fmt: skip
-    still = ended & last & (proposed <= options.tolerance)
-    status, reason = mark(status, reason, still, Status.CONVERGED, "the pose has come to rest")
-    status, reason = mark(
-        status, reason, ended & last, Status.STALLED, "at most a tiny part of the step raises the score on these cells"
-    )
-    return changed(
-        state, pose=pose, objective=-at.score, status=status, reason=reason, level=level, at=at, damping=damping,
-        step=move, halved=halved, accepted=better, condition=condition, weak=weak,
-    )  # fmt: skip
+    free = "the score does not change along some direction of motion"
+    status, reason = mark(status, reason, at_end & (ratio <= FREE), Status.DEGENERATE, free)
+    status, reason = mark(status, reason, at_end & still, Status.CONVERGED, "the pose has come to rest")
+    jump = "at most a tiny part of the step raises the score on these cells"
+    return mark(status, reason, at_end, Status.STALLED, jump)
 
 
 def _size(move: FloatArray, radius: FloatArray) -> FloatArray:

@@ -152,6 +152,59 @@ class Window:
 
 def build(source: FloatArray, target: FloatArray, start: Pose, window: Window) -> Lattice | str:
     """The lattice of one problem (m, 2), (n, 2), or in words why there is none."""
+    clouds = _centred(source, target)
+    if isinstance(clouds, str):
+        return clouds
+    cell = _cell(clouds, window)
+    if isinstance(cell, str):
+        return cell
+    shifts = _shifts(clouds, cell, start, window)
+    if isinstance(shifts, str):
+        return shifts
+    angles = _angles(clouds, cell, start, window)
+    columns, rows = shifts.columns, shifts.rows
+    levels = 0
+    while levels < _LEVELS and 2 ** (levels + 1) < max(columns, rows):
+        levels += 1
+    margin = int(np.ceil(clouds.farthest / cell)) + 1
+    shape = rows + 2 * margin + 2**levels, columns + 2 * margin + 2**levels
+    squares = len(angles) * -(-columns // 2**levels) * -(-rows // 2**levels)
+    if shape[0] * shape[1] > _MOST_CELLS or squares > _MOST_SQUARES or len(angles) * len(source) > _MOST_PLACES:
+        return f"the cells are too small: {columns} by {rows} translations and {len(angles)} angles are too many"
+    at = np.floor(_turned(clouds.source, angles) / cell).astype(np.int32) + np.int32(margin)
+    none = np.empty(0, dtype=np.int64)
+    return _begun(Lattice(
+        angles=angles, columns=columns, rows=rows, places=at[..., 1] * np.int32(shape[1]) + at[..., 0],
+        tables=_tables((clouds.target - shifts.corner) / cell + margin, shape, window.blur, levels), width=shape[1],
+        margin=margin, low=shifts.corner, cell=cell, radius=float(np.sqrt(np.square(clouds.lengths).mean())),
+        centroid=clouds.centroid, middle=clouds.middle, exponent=clouds.exponent, squares=none, ceilings=none,
+    ))  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class _Clouds:
+    """Both clouds about a middle of their own, over 2^exponent.
+
+    source: (m, 2) about its centroid, (2,) in world units. target: (n, 2) about the middle of its box, likewise. half:
+    (2,) half the sides of that box. lengths: (m,) how far each source point is from the centroid.
+    """
+
+    source: FloatArray
+    target: FloatArray
+    centroid: FloatArray
+    middle: FloatArray
+    half: FloatArray
+    lengths: FloatArray
+    exponent: int
+
+    @property
+    def farthest(self) -> float:
+        """How far a source point reaches when it is turned."""
+        return float(self.lengths.max())
+
+
+def _centred(source: FloatArray, target: FloatArray) -> _Clouds | str:
+    """The clouds about their middles, or in words why they cannot be turned."""
     centroid = source.min(axis=0) + (source - source.min(axis=0)).mean(axis=0)
     low, high = target.min(axis=0), target.max(axis=0)
     middle = low + 0.5 * (high - low)
@@ -161,57 +214,66 @@ def build(source: FloatArray, target: FloatArray, start: Pose, window: Window) -
             return f"all {name} points are equal: the rotation is undefined"
     exponent = int(np.frexp(max(np.abs(p).max(), np.abs(q).max()))[1])
     p, q = np.ldexp(p, -exponent), np.ldexp(q, -exponent)
-    lengths = np.hypot(p[:, 0], p[:, 1])
-    half, farthest = 0.5 * np.ldexp(high - low, -exponent), float(lengths.max())
-    if window.cell is None:
-        cell = max(spacing(q), 2.0 * (float(half.max()) + farthest) / _ACROSS)
-    else:
-        cell = float(np.ldexp(window.cell, -exponent))
+    half = 0.5 * np.ldexp(high - low, -exponent)
+    return _Clouds(p, q, centroid, middle, half, np.hypot(p[:, 0], p[:, 1]), exponent)
 
-    reach = half + farthest
+
+def _cell(clouds: _Clouds, window: Window) -> float | str:
+    """The side of a cell: as given, or the target's spacing, unless that makes too many; or in words why it will not
+    do.
+    """
+    across = float(clouds.half.max()) + clouds.farthest
+    if window.cell is None:
+        cell = max(spacing(clouds.target), 2.0 * across / _ACROSS)
+    else:
+        cell = float(np.ldexp(window.cell, -clouds.exponent))
+    if cell <= 0.0 or (across + clouds.farthest) / cell > _LONGEST:
+        return "the cells are too small for clouds so wide"
+    for name, width in (("source", clouds.farthest), ("target", float(clouds.half.max()))):
+        if width < 0.5 * cell:
+            return f"all {name} points lie within one cell: the rotation is undefined"
+    return cell
+
+
+@dataclass(frozen=True, eq=False)
+class _Shifts:
+    """The translations: `columns` by `rows` of them, by whole cells from `corner`, (2,)."""
+
+    corner: FloatArray
+    columns: int
+    rows: int
+
+
+def _shifts(clouds: _Clouds, cell: float, start: Pose, window: Window) -> _Shifts | str:
+    """The translations at which the clouds can overlap, or in words why there are none."""
+    reach = clouds.half + clouds.farthest
     if window.shift is None:
         centre, most = np.zeros(2), float(reach.max())
     else:
-        centre = np.ldexp(start.apply(centroid[None])[0] - middle, -exponent)
-        most = float(np.ldexp(window.shift, -exponent))
-    if cell <= 0.0 or (reach.max() + farthest) / cell > _LONGEST:
-        return "the cells are too small for clouds so wide"
-    for name, width in (("source", farthest), ("target", float(half.max()))):
-        if width < 0.5 * cell:
-            return f"all {name} points lie within one cell: the rotation is undefined"
+        centre = np.ldexp(start.apply(clouds.centroid[None])[0] - clouds.middle, -clouds.exponent)
+        most = float(np.ldexp(window.shift, -clouds.exponent))
     first = np.maximum(-np.floor(most / cell), np.ceil((-reach - centre) / cell))
     last = np.minimum(np.floor(most / cell), np.floor((reach - centre) / cell))
     if np.any(last < first):
         return f"nothing overlaps within {window.shift:g} u of the start"
     columns, rows = (int(k) for k in last - first + 1)
-    corner = centre + cell * first
+    return _Shifts(centre + cell * first, columns, rows)
 
-    step = window.angle or 2.0 * np.arcsin(0.5 * cell / farthest)
+
+def _angles(clouds: _Clouds, cell: float, start: Pose, window: Window) -> FloatArray:
+    """The angles (k,): a usual step moves the farthest point by a cell."""
+    step = window.angle or 2.0 * np.arcsin(0.5 * cell / clouds.farthest)
     if window.turn is None:
         count = np.ceil(2.0 * np.pi / step * (1.0 - 1e-12))
-        angles = 2.0 * np.pi / count * np.arange(count)
-    else:
-        count = np.floor(window.turn / step * (1.0 + 1e-12))
-        angles = float(np.arctan2(start.R[1, 0], start.R[0, 0])) + step * np.arange(-count, count + 1.0)
+        return np.asarray(2.0 * np.pi / count * np.arange(count))
+    count = np.floor(window.turn / step * (1.0 + 1e-12))
+    return np.asarray(float(np.arctan2(start.R[1, 0], start.R[0, 0])) + step * np.arange(-count, count + 1.0))
 
-    levels = 0
-    while levels < _LEVELS and 2 ** (levels + 1) < max(columns, rows):
-        levels += 1
-    margin = int(np.ceil(farthest / cell)) + 1
-    shape = rows + 2 * margin + 2**levels, columns + 2 * margin + 2**levels
-    squares = len(angles) * -(-columns // 2**levels) * -(-rows // 2**levels)
-    if shape[0] * shape[1] > _MOST_CELLS or squares > _MOST_SQUARES or len(angles) * len(p) > _MOST_PLACES:
-        return f"the cells are too small: {columns} by {rows} translations and {len(angles)} angles are too many"
-    turned = np.stack([np.cos(angles), -np.sin(angles), np.sin(angles), np.cos(angles)], axis=-1)
-    turned = np.einsum("kij,mj->kmi", turned.reshape(-1, 2, 2), p)
-    at = np.floor(turned / cell).astype(np.int32) + np.int32(margin)
-    none = np.empty(0, dtype=np.int64)
-    return _begun(Lattice(
-        angles=angles, columns=columns, rows=rows, places=at[..., 1] * np.int32(shape[1]) + at[..., 0],
-        tables=_tables((q - corner) / cell + margin, shape, window.blur, levels), width=shape[1], margin=margin,
-        low=corner, cell=cell, radius=float(np.sqrt(np.square(lengths).mean())), centroid=centroid, middle=middle,
-        exponent=exponent, squares=none, ceilings=none,
-    ))  # fmt: skip
+
+def _turned(points: FloatArray, angles: FloatArray) -> FloatArray:
+    """The points (m, 2) turned by each angle (k,), (k, m, 2)."""
+    c, s = np.cos(angles), np.sin(angles)
+    return np.asarray(np.einsum("kij,mj->kmi", np.stack([c, -s, s, c], axis=-1).reshape(-1, 2, 2), points))
 
 
 def _begun(lattice: Lattice) -> Lattice:

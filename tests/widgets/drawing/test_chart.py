@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from widgets.drawing.chart import Series, chart, ticks
+from widgets.drawing.chart import Axis, Series, chart, ticks
 from widgets.drawing.picture import Label, Panel, Path, Points
 from widgets.drawing.svg import panel_svg
 
@@ -37,12 +37,10 @@ def test_ticks_are_evenly_spaced_and_inside(low: float, span: float) -> None:
     assert np.ptp(np.diff(found)) <= 1e-6 * span if len(found) > 2 else True
 
 
-def _chart(y: list[float], log: bool = False, **more: float) -> Panel:
+def _chart(y: list[float], log: bool = False, now: float | None = None) -> Panel:
     series = [Series(range(len(y)), y, "source", "RMS", dots=True)]
-    y_range = (1e-3, 10.0) if log else (0.0, 10.0)
-    return chart(
-        "c", "RMS over steps", series, x_label="step", y_label="u", x_range=(0, 9), y_range=y_range, log=log, **more
-    )
+    y_axis = Axis("u", 1e-3 if log else 0.0, 10.0, log=log)
+    return chart("c", "RMS over steps", series, Axis("step", 0, 9), y_axis, now=now)
 
 
 def test_a_gap_breaks_the_line() -> None:
@@ -70,7 +68,7 @@ def _labels(panel: Panel) -> list[Label]:
 
 
 def _log_chart(low: float, high: float) -> list[str]:
-    panel = chart("c", "", [], x_label="", y_label="", x_range=(0, 1), y_range=(low, high), log=True)
+    panel = chart("c", "", [], Axis("", 0, 1), Axis("", low, high, log=True))
     return [label.text for label in _labels(panel) if label.dx == -6]
 
 
@@ -81,7 +79,7 @@ def test_far_decades_are_written_as_powers() -> None:
 
 
 def test_small_ticks_of_a_linear_axis_keep_their_value() -> None:
-    panel = chart("c", "", [], x_label="", y_label="", x_range=(0, 1), y_range=(-2e-5, 4e-5))
+    panel = chart("c", "", [], Axis("", 0, 1), Axis("", -2e-5, 4e-5))
     assert [label.text for label in _labels(panel) if label.dx == -6] == ["−2·10⁻⁵", "0", "2·10⁻⁵", "4·10⁻⁵"]
 
 
@@ -96,7 +94,7 @@ def test_the_name_of_the_y_axis_stands_clear_of_the_highest_grid_line() -> None:
 def test_names_at_the_ends_of_lines_do_not_overlap(last: list[float]) -> None:
     """Lines may end together; their names stand above one another, between the panel's top and its x axis."""
     series = [Series([0, 9], [0, y], "source", f"line {i}") for i, y in enumerate(last)]
-    panel = chart("c", "", series, x_label="", y_label="", x_range=(0, 9), y_range=(0, 10))
+    panel = chart("c", "", series, Axis("", 0, 9), Axis("", 0, 10))
     names = [label for label in _labels(panel) if label.text.startswith("line")]
     heights = sorted(float(panel.view.px(label.xy)[0, 1]) + label.dy for label in names)
     assert len(heights) == 3
@@ -112,7 +110,7 @@ def test_names_at_the_ends_of_lines_do_not_overlap(last: list[float]) -> None:
 def test_names_of_lines_keep_clear_of_the_name_of_the_axis(last: list[tuple[int, float]], title: str) -> None:
     """Wherever lines end, also at the top right after they began; a letter is taken to be 6.5 px wide."""
     series = [Series([0, k], [0, y], "source", f"line {i}") for i, (k, y) in enumerate(last)]
-    panel = chart("c", "", series, x_label="", y_label=title, x_range=(0, 9), y_range=(0, 10))
+    panel = chart("c", "", series, Axis("", 0, 9), Axis(title, 0, 10))
     boxes = {}
     for label in _labels(panel):
         (x, y), width = panel.view.px([label.xy])[0], 6.5 * len(label.text)
@@ -138,16 +136,22 @@ def test_all_gaps_is_an_empty_chart() -> None:
     assert "<svg" in panel_svg(panel, "f")
 
 
+def test_an_axis_of_x_may_be_logarithmic_too() -> None:
+    series = [Series([0.1, 1.0, 10.0], [1, 2, 3], "source")]
+    panel = chart("c", "", series, Axis("", 0.1, 10.0, log=True), Axis("", 0, 4))
+    (line,) = (mark for mark in panel.marks if isinstance(mark, Path) and mark.role == "source")
+    np.testing.assert_allclose(np.asarray(line.xy)[:, 0], [-1, 0, 1])
+    assert [label.text for label in _labels(panel) if label.dy == 15] == ["0.1", "1", "10"]
+
+
 def test_given_ticks_stand_in_for_round_values() -> None:
     """An axis may mean something else than its window: its ticks are then the words that were given."""
-    ticked = chart(
-        "c", "c", [], x_label="x", y_label="y", x_range=(0, 1), y_range=(0, 1), y_ticks=[(0.0, "0.01"), (0.75, "ten")]
-    )
+    ticked = chart("c", "c", [], Axis("x", 0, 1), Axis("y", 0, 1, ((0.0, "0.01"), (0.75, "ten"))))
     texts = [mark.text for mark in ticked.marks if isinstance(mark, Label)]
     assert "ten" in texts
     assert "0.01" in texts
     assert "0.25" not in texts[texts.index("0.01") :]
-    powers = chart("c", "c", [], x_label="D", y_label="y", x_range=(0, 4), y_range=(0, 1), x_ticks=[(2.0, "four")])
+    powers = chart("c", "c", [], Axis("D", 0, 4, ((2.0, "four"),)), Axis("y", 0, 1))
     words = [mark for mark in powers.marks if isinstance(mark, Label)]
     assert [tuple(np.ravel(mark.xy)) for mark in words if mark.text == "four"] == [(2.0, 0.0)]
     assert "3" not in [mark.text for mark in words]

@@ -105,7 +105,7 @@ def test_the_unconstrained_optimum_is_shown_as_a_dashed_ghost() -> None:
 
     def dashed(log: list[Any], **controls: Any) -> bool:
         frame = Host().render("f", {**preset(WIDGET, "reflect", controls).plain(), "log": log})
-        return "unconstrained: a reflection" in frame["panels"][0]["svg"]
+        return ">a reflection<" in frame["panels"][0]["svg"]
 
     assert dashed([["press", "solve"]])
     assert not dashed([])

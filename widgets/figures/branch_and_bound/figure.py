@@ -15,7 +15,7 @@ from solvers.methods.search.branch_and_bound import BranchAndBoundState, Ground
 from solvers.metrics import rre, rte
 from solvers.scenes.rooms import Scene, room
 from solvers.scenes.walls import hall
-from widgets.drawing.chart import Series, chart
+from widgets.drawing.chart import WIDTH, Axis, Series, chart
 from widgets.drawing.picture import Group, Panel, Path, Picture, Points, Readout, View, degrees, number
 from widgets.engine.contract import ITERATED, Action, Key, Lead, Motion, Pieces, Widget, whole
 from widgets.engine.controls import choice, slider
@@ -178,13 +178,10 @@ def _chart(state: State) -> Panel:
             Series([0.0, end], [allowed, allowed], "guide"),
             Series(np.arange(last + 1), floor, "accent", dots=last < 30),
         ],
-        x_label="step",
-        y_label="Floor, as a share of the ceiling",
-        x_range=(0.0, end),
-        y_range=(0.0, 1.1),
-        y_ticks=[(0.0, "0"), (0.5, "½"), (1.0, "1")],
+        Axis("step", 0.0, end),
+        Axis("Floor, as a share of the ceiling", 0.0, 1.1, ((0.0, "0"), (0.5, "½"), (1.0, "1"))),
         now=float(last),
-        height=240.0,
+        size=(WIDTH, 240.0),
     )
 
 

@@ -61,7 +61,7 @@ def draw(state: State) -> Picture:
     walk = state.walk
     looks = walk.looks()
     first = walk.iteration == 1 and walk.stage == 1
-    panels = tuple(_panel(look, first) for look in looks)
+    panels = tuple(_panel(look) for look in looks)
     unused = {f"stage-{walk.stage}"} | ({"next", "iterate", "finish"} if walk.ended else set())
     return Picture(
         panels,
@@ -73,7 +73,7 @@ def draw(state: State) -> Picture:
     )
 
 
-def _panel(look: Look, first: bool) -> Panel:
+def _panel(look: Look) -> Panel:
     """A method at the present stage; one that had stopped shows where."""
     walk, part = look.walk, PARTS[look.track.name]
     at = min(walk.stage, len(part.STAGES))
@@ -82,12 +82,11 @@ def _panel(look: Look, first: bool) -> Panel:
     else:
         stage, shown = f"{at} of {len(part.STAGES)} · {part.STAGES[at - 1]}", part.shown(look)
     held = ", held" if walk.stage > at and not look.track.rests else ""
-    marks = (*shown.marks, PLACING.stalk(walk.start, ANCHOR)) if first else shown.marks
     rotation, translation, _ = look.errors()
     errors = f"Off the truth by {number(rotation, 1)}° and {number(translation)} u after {_count(look.steps, 'step')}"
     caption = "\n".join((f"{part.NAME}: {stage}{held}", shown.words, errors))
     label = f"{part.NAME}, {stage}"
-    return Panel(look.track.name, label, VIEW, marks, grid=shown.grid, caption=caption)
+    return Panel(look.track.name, label, VIEW, shown.marks, grid=shown.grid, caption=caption)
 
 
 def _handles(begins: Pose, panels: tuple[Panel, ...]) -> tuple[Handle, ...]:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from solvers.scenes.rooms import room, room_start
-from widgets.drawing.chart import Series, chart
+from widgets.drawing.chart import WIDTH, Axis, Series, chart
 from widgets.drawing.picture import Array, Mark, Panel, Picture, Points, Readout, degrees, number
 from widgets.engine.contract import ITERATED, Action, Key, Lead, Motion, Widget
 from widgets.engine.controls import choice, slider
@@ -34,7 +34,7 @@ from widgets.parts.room import (
 
 STEPS = 40
 OPEN = 3.0  # u: a gate that is as wide as its slider goes stands open
-HIGHEST = 1.2  # u, of the RMS in its chart
+TOPS = (0.25, 0.5, 0.75, 1.25)  # u: the chart of the RMS goes up to the first of these that holds it, or to the last
 SPANS = (8, 16, STEPS)  # its chart goes to the first of these that holds the steps taken: the first falls are large
 
 
@@ -141,14 +141,18 @@ def draw(state: State) -> Picture:
 def _rms_chart(run: Run) -> Panel:
     """Two lines a step: the move, along which the pairs are kept, and the matching, which moves nothing.
 
-    The axis is in parts of its span, and the words on it are steps, so that the panel's window stays.
+    Both axes are in parts of their spans, and the words on them are steps and u, so that the panel's window stays.
     """
     span = next(span for span in SPANS if run.steps <= span)
     k, step = np.arange(len(run.course)) / span, 1.0 / span
-    rms, moved = (np.array([getattr(e, name) for e in run.course]) for name in ("rms", "moved"))
-    series = [Series([0.0, 1.0], [run.truth.rms[0]] * 2, "truth", "at the truth", dashed=True)]
-    if run.rule.objective_falls and not run.rule.rms_falls:
-        series.append(Series(k, [e.mean for e in run.course], "accent", "√(objective/n)", dashed=True))
+    rms, moved, mean = (np.array([getattr(e, name) for e in run.course]) for name in ("rms", "moved", "mean"))
+    truth, falls = float(run.truth.rms[0]), run.rule.objective_falls and not run.rule.rms_falls
+    most = max(truth, float(rms.max()), float(mean.max()) if falls else 0.0)
+    top = next((top for top in TOPS if most <= top), TOPS[-1])
+    rms, moved, mean = (np.minimum(v / top, 1.0) for v in (rms, moved, mean))
+    series = [Series([0.0, 1.0], [truth / top] * 2, "truth", "at the truth", dashed=True)]
+    if falls:
+        series.append(Series(k, mean, "accent", "√(objective/n)", dashed=True))
     half, gap = k[1:] - 0.5 * step, np.full(len(k) - 1, np.nan)
     series += [
         Series(_woven(half, k[1:], gap), _woven(moved[1:], rms[1:], gap), "target"),
@@ -158,15 +162,12 @@ def _rms_chart(run: Run) -> Panel:
         "rms",
         "RMS over the pairs used, over the steps: each move, then each matching",
         series,
-        x_label="step",
-        y_label="RMS over the pairs used, u",
-        x_range=(0.0, 1.0),
-        x_ticks=[(part, f"{part * span:.0f}") for part in (0.0, 0.25, 0.5, 0.75, 1.0)],
-        y_range=(0.0, HIGHEST),
+        Axis("step", 0.0, 1.0, tuple((part, f"{part * span:.0f}") for part in (0.0, 0.25, 0.5, 0.75, 1.0))),
+        Axis("RMS over the pairs used, u", 0.0, 1.0, tuple((i / 5, number(i / 5 * top)) for i in range(6))),
         now=run.steps * step,
-        height=170.0,
+        size=(WIDTH, 170.0),
     )
-    dots, up = np.stack([k, np.minimum(rms, HIGHEST)], axis=1), np.isin(np.arange(len(k)), run.rises)
+    dots, up = np.stack([k, rms], axis=1), np.isin(np.arange(len(k)), run.rises)
     return with_marks(
         panel, Points(dots[~up], "source", radius=2.5), Points(dots[up], "outlier", "diamond", radius=4.0)
     )
@@ -182,12 +183,10 @@ def _used_chart(run: Run) -> Panel:
         "used",
         "Pairs used, over the steps",
         [Series(np.arange(len(run.course)), [e.used for e in run.course], "source", dots=True)],
-        x_label="step",
-        y_label="Pairs used",
-        x_range=(0.0, float(STEPS)),
-        y_range=(0.0, 160.0),
+        Axis("step", 0.0, float(STEPS)),
+        Axis("Pairs used", 0.0, 160.0),
         now=float(run.steps),
-        height=115.0,
+        size=(WIDTH, 115.0),
     )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from solvers import Status
 from solvers.core.arrays import BoolArray
 from solvers.scenes.rooms import Scene, room
-from widgets.drawing.chart import Series, chart
+from widgets.drawing.chart import WIDTH, Axis, Series, chart
 from widgets.drawing.picture import Array, Group, Mark, Panel, Path, Picture, Points, Readout, Ring, View, number
 from widgets.engine.contract import UNDONE, Action, Button, Key, Lead, Trace, Widget
 from widgets.engine.controls import choice, slider
@@ -249,12 +249,10 @@ def _cut(state: State, said: _Numbers, detail: int) -> Panel:
         "cut",
         "Both objectives along x through the last end",
         series,
-        x_label="shift in x, u",
-        y_label="Cut through the end, ÷ its maximum",
-        x_range=(-REACH, REACH),
-        y_range=(0.0, 1.05),
+        Axis("shift in x, u", -REACH, REACH),
+        Axis("Cut through the end, ÷ its maximum", 0.0, 1.05),
         now=float(at[0]),
-        height=300.0,
+        size=(WIDTH, 300.0),
         caption="Solid: MMD². Dashed: nearest distances.",
     )
 

@@ -11,7 +11,7 @@ from solvers.methods.ndt.ndt import NdtOptions
 from solvers.metrics import rre, rte
 from solvers.scenes.rooms import Scene
 from solvers.scenes.walls import ndt_room
-from widgets.drawing.chart import Series, chart
+from widgets.drawing.chart import WIDTH, Axis, Series, chart
 from widgets.drawing.picture import (
     Array,
     Label,
@@ -134,8 +134,6 @@ def _map(state: State, name: str) -> Panel:
         marks.append(Points(begun, "ghost", radius=2.0))
     marks += [Ring(xy, "truth", radius=8.0) for xy in state.scene.truth.apply(TRACED)]
     marks.append(Points(run.pose.apply(state.scene.source), "source", radius=2.5))
-    if name == "one":
-        marks.append(PLACING.stalk(state.placed, state.anchor))
     marks += _traces(run, ROLES[name])
     size = number(_cells(state.controls, name)[level], 1)
     said = f"h = {size} u" if name == "one" else f"level {level + 1} of {len(COARSER)}: h = {size} u"
@@ -164,44 +162,34 @@ def _traces(run: Climb, role: Role) -> list[Mark]:
 
 
 def _charts(state: State) -> tuple[Panel, ...]:
-    score = _chart(
-        state, "score", "Score ÷ score at the truth", (0.0, 1.25), {k: run.relative for k, run in state.runs.items()}
-    )
+    relative = {k: run.relative for k, run in state.runs.items()}
+    score = _chart(state, "score", Axis("Score ÷ score at the truth", 0.0, 1.25), relative)
     level = Segments((0.0, 1.0), (MAX_STEPS, 1.0), "truth", dashed=True)
     named = Label((MAX_STEPS, 1.0), "the truth", "truth", "end", dy=-6)
     gradient = _chart(
         state,
         "gradient",
-        "Gradient norm, score per u",
-        (1e-2, 1e4),
+        Axis("Gradient norm, score per u", 1e-2, 1e4, log=True),
         {k: run.gradient for k, run in state.runs.items()},
-        log=True,
     )
     damping = _chart(
         state,
         "damping",
-        "λ, score per u²; a gap: none needed",
-        (1e1, 1e5),
+        Axis("λ, score per u²; a gap: none needed", 1e1, 1e5, log=True),
         {k: np.where(run.damping > 0.0, run.damping, np.nan) for k, run in state.runs.items()},
-        log=True,
     )
     return replace(score, marks=(*score.marks, level, named)), gradient, damping
 
 
-def _chart(
-    state: State, name: str, y_label: str, y_range: tuple[float, float], values: dict[str, Array], log: bool = False
-) -> Panel:
+def _chart(state: State, name: str, y: Axis, values: dict[str, Array]) -> Panel:
     series = [Series(np.arange(len(values[k])), values[k], ROLES[k], dashed=k == "one", dots=True) for k in NAMES]
     panel = chart(
         name,
-        f"{y_label}, over the steps of both runs",
+        f"{y.label}, over the steps of both runs",
         series,
-        x_label="step",
-        y_label=y_label,
-        x_range=(0.0, float(MAX_STEPS)),
-        y_range=y_range,
-        log=log,
-        height=190.0,
+        Axis("step", 0.0, float(MAX_STEPS)),
+        y,
+        size=(WIDTH, 190.0),
     )
     v = panel.view
     rises = [Segments((k, v.y0), (k, v.y1), ROLES["fine"], dashed=True, weight=[0.5]) for k in state.fine.rises]

@@ -215,7 +215,7 @@ def _description(state: State) -> str:
             f" by {heading(run.pose, 1)}° and moves it by ({number(float(run.pose.t[0]), c.decimals)},"
             f" {number(float(run.pose.t[1]), c.decimals)}) {c.unit}.",
             f"{number(100 * float(run.evidence.share), 0)} % of the source points have a target point within"
-            f" {number(SPACINGS, 0)} spacings, {number(run.reach, c.decimals)} {c.unit}; the others are pale.",
+            f" {number(SPACINGS, 0)} spacings, {number(run.reach, c.decimals)} {c.unit}; the others are faint.",
         ]
     if run.done and run.reason:
         words.append(f"The run has stopped: {worded(run.reason)}.")
@@ -259,7 +259,7 @@ WIDGET = Widget(
         Button("reset", "Reset", "reset"),
     ),
     legend=(
-        Key("source", "source, which moves; pale where no target point is near"),
+        Key("source", "source, which moves; faint where no target point is near"),
         Key("target", "target", "square"),
         Key("ghost", "where the source began"),
         Key("accent", "objective", "line"),

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from solvers import Pose
-from widgets.drawing.chart import Series, chart
+from widgets.drawing.chart import WIDTH, Axis, Series, chart
 from widgets.drawing.picture import (
     SUPERSCRIPT,
     Array,
@@ -105,19 +105,16 @@ def objective_chart(run: Run) -> Panel:
     k = np.arange(len(run.objective)) / last
     y = (np.array(run.objective) - low) / span
     flat = len(values) > 0 and high == low
-    ticks = [(0.0, plain(low, 3))] if flat else [(0.0, plain(low, 3)), (1.0, plain(high, 3))]
+    lowest = (0.0, plain(low, 3))
+    ticks = (lowest,) if flat else (lowest, (1.0, plain(high, 3)))
     return chart(
         "objective",
         "The method’s objective over the steps",
         [Series(k, np.where(np.isfinite(y), y, np.nan), "accent", dots=len(k) <= 40)] if len(values) else [],
-        x_label="step",
-        y_label="Objective",
-        x_range=(0.0, 1.0),
-        y_range=(0.0, 1.0),
+        Axis("step", 0.0, 1.0, ((0.0, "0"), (1.0, str(last)))),
+        Axis("Objective", 0.0, 1.0, ticks if len(values) else ((0.0, "–"),)),
         now=run.steps / last,
-        x_ticks=[(0.0, "0"), (1.0, str(last))],
-        y_ticks=ticks if len(values) else [(0.0, "–")],
-        height=190.0,
+        size=(WIDTH, 190.0),
     )
 
 

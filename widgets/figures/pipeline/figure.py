@@ -63,8 +63,8 @@ class Controls:
     refine: str = choice("point", "Refine", REFINES, keeps="pose")
     gate: float = slider(0.5, "Refine: gate", 0.1, 3.0, 0.1, "u", keeps="log")
     accept: str = choice("signs", "Accept by", ACCEPTS, keeps="log")
-    least: float = slider(75.0, "Overlap asked for", 0.0, 100.0, 5.0, "%", f"Source within {REACH} u", "log")
-    trust: float = slider(180.0, "Prediction trusted to", 5.0, 180.0, 5.0, "°", "At 180° it is not used", "log")
+    least: float = slider(75.0, "Overlap required", 0.0, 100.0, 5.0, "%", f"Source within {REACH} u", "log")
+    trust: float = slider(180.0, "Trust the prediction to", 5.0, 180.0, 5.0, "°", "At 180° it is not used", "log")
     noise: float = slider(0.11, "Noise σ", 0.0, 0.3, 0.01, "u", keeps="pose")
     outliers: float = slider(20.0, "Outliers", 0.0, 60.0, 5.0, "%", "Of each cloud, at random", "pose")
     overlap: float = slider(100.0, "Target seen", 30.0, 100.0, 5.0, "%", "For rooms, not hall or corridor", "pose")
@@ -258,7 +258,7 @@ def _ends(turn: float) -> str:
 def _told(sign: Sign) -> str:
     if sign.at is None:
         return f"{sign.name} not known yet"
-    asked = sign.asked if sign.asked == "not asked" else f"required {sign.asked}, {'met' if sign.met else 'not met'}"
+    asked = sign.asked if sign.asked == "not required" else f"required {sign.asked}, {'met' if sign.met else 'not met'}"
     return f"{sign.name} {sign.said}, {asked}"
 
 

@@ -105,7 +105,7 @@ def judged(
     scene: Scene, stages: tuple[Stage, ...], residual: str, gate: float, least: float, trust: float
 ) -> Judgement:
     """The signs at the last stage's pose. least: the fraction to be explained; trust: by how many degrees the turn of
-    the first stage, the prediction, may be missed, 180 where it is not asked."""
+    the first stage, the prediction, may be missed, 180 where it is not required."""
     pose, predicted = stages[-1].pose, stages[0].pose
     found = _seen(scene, stages[-1])
     share, rms, held = float(found.share), float(found.rms), float(found.weakest)
@@ -127,7 +127,7 @@ def judged(
 
 def _small(name: str, value: float | None, limit: float, full: float, unit: str, decimals: int) -> Sign:
     gap = "" if unit == "°" else " "
-    asked = f"≤ {limit:g}{gap}{unit}" if limit < full else "not asked"
+    asked = f"≤ {limit:g}{gap}{unit}" if limit < full else "not required"
     if value is None:
         return Sign(name, "–", asked, True, None, limit / full, False)
     said = f"{number(value, decimals)}{gap}{unit}"

@@ -64,7 +64,7 @@ class Stage:
     def of(cls, scene: Scene, start: Pose, behind: Sequence[Mark]) -> Stage:
         """The stage of a start; `behind` is the scene's `scenery`, which all starts share."""
         ghost: list[Mark] = [Path(start.apply(line), "ghost", dotted=True) for line in scene.outline]
-        return cls(scene, (*behind, PLACING.stalk(start, ANCHOR), *ghost), _cloud(scene, start))
+        return cls(scene, (*behind, *ghost), _cloud(scene, start))
 
 
 def scenery(scene: Scene) -> tuple[Mark, ...]:

@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from solvers.methods.pairs.consensus import trials
-from widgets.drawing.chart import Series, chart
+from widgets.drawing.chart import WIDTH, Axis, Series, chart
 from widgets.drawing.picture import Array, Label, Mark, Panel, Points
 
 TOP = 1e4  # the most trials that the chart shows
@@ -28,13 +28,10 @@ def budget_chart(confidence: float, sample: int, cap: int, share: float | None) 
             Series(SHARES, curve(confidence, sample), "target"),
             Series([0.0, 1.0], [cap, cap], "guide", f"cap {cap}", dashed=True),
         ],
-        x_label="fraction w of right pairs",
-        y_label=f"trials N at {100 * confidence:g} %",
-        x_range=(0.0, 1.0),
-        y_range=(1.0, TOP),
-        log=True,
+        Axis("fraction w of right pairs", 0.0, 1.0),
+        Axis(f"trials N at {100 * confidence:g} %", 1.0, TOP, log=True),
         now=share,
-        height=180.0,
+        size=(WIDTH, 180.0),
     )
     if share is None:
         return panel

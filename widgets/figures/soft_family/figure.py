@@ -9,7 +9,7 @@ import numpy as np
 
 from solvers.scenes.bird import AREA, SHAPE, bird, bird_start
 from solvers.scenes.rooms import Scene
-from widgets.drawing.chart import Series, chart, ticks
+from widgets.drawing.chart import Axis, Series, chart, ticks
 from widgets.drawing.picture import (
     Array,
     Group,
@@ -35,7 +35,7 @@ VIEW = View(-5.4, 5.4, -3.7, 3.7)
 PLACING = Placing(VIEW, limit=(3.7, 2.1), reach=3.2, least=1.5)
 ANCHOR = SHAPE.mean(axis=0)
 STEPS = 40
-NATS = (1.0, 6.0)  # of a negative log-likelihood a point in its chart
+NATS = (2.5, 4.5)  # of a negative log-likelihood a point in its chart, which goes farther where the run does
 DECADES = 3.0  # of an MMD², below 1
 LEAST = 1e-6  # FilterReg's clutter weight where none is asked for: it takes no zero
 
@@ -160,16 +160,18 @@ def _marks(run: Run, found: Links) -> tuple[Mark, ...]:
 
 
 def _objective_chart(run: Run) -> Panel:
-    """The negative log-likelihood a point from 1 to 6, or as high as it goes, or the MMD² over three decades."""
+    """The negative log-likelihood a point, or the MMD² over three decades."""
     log = run.rule.method == "gmmreg"
     k = np.arange(len(run.course), dtype=float)
     values = [[getattr(e, name) for e in run.course] for name in ("objective", "truth")]
-    top = max(NATS[1], float(np.ceil(np.max(values))))
-    found, truth = (_scaled(each, log, top) for each in values)
+    least, most = float(np.min(values)), float(np.max(values))
+    low, top = min(NATS[0], np.floor(2.0 * least) / 2.0), max(NATS[1], np.ceil(2.0 * most) / 2.0)
+    found, truth = (_decades(each) if log else (np.array(each) - low) / (top - low) for each in values)
     cuts = np.array([e.staged for e in run.course])
     x, y = (np.insert(v, np.flatnonzero(cuts), np.nan) for v in (k, found))
-    decades = [(i / 3, name) for i, name in enumerate(("0.001", "0.01", "0.1", "1"))]
-    nats = [((v - NATS[0]) / (top - NATS[0]), number(v, 0)) for v in ticks(NATS[0], top, about=5)]
+    decades = tuple((i / 3, name) for i, name in enumerate(("0.001", "0.01", "0.1", "1")))
+    nats = tuple(((v - low) / (top - low), number(v, 1)) for v in ticks(low, top, about=5))
+    label = f"{'MMD²' if log else '−log likelihood per point'}; dashed green: truth"
     panel = chart(
         "objective",
         "The objective over the steps",
@@ -177,13 +179,9 @@ def _objective_chart(run: Run) -> Panel:
             Series(k, truth, "truth", dashed=True),
             Series(x, y, "ink", dashed=run.rule.promise == "none"),
         ],
-        x_label="step",
-        y_label=f"{'MMD²' if log else '−log likelihood per point'}; dashed: truth",
-        x_range=(0.0, float(STEPS)),
-        y_range=(0.0, 1.0),
+        Axis("step", 0.0, float(STEPS)),
+        Axis(label, 0.0, 1.0, decades if log else nats),
         now=float(run.steps),
-        y_ticks=decades if log else nats,
-        height=200.0,
     )
     up = np.isin(k, run.rises)
     dots = np.stack([k, found], axis=1)
@@ -191,11 +189,9 @@ def _objective_chart(run: Run) -> Panel:
     return replace(panel, marks=(*panel.marks, *marks))
 
 
-def _scaled(values: list[float], log: bool, top: float) -> Array:
-    """Objectives as heights in the chart, from 0 to 1; nats to `top`."""
-    v = np.array(values)
-    height = 1.0 + np.log10(np.maximum(v, 1e-12)) / DECADES if log else (v - NATS[0]) / (top - NATS[0])
-    return np.asarray(np.clip(height, 0.0, 1.0))
+def _decades(values: list[float]) -> Array:
+    """An MMD² as heights in the chart, from 0 to 1."""
+    return np.asarray(np.clip(1.0 + np.log10(np.maximum(values, 1e-12)) / DECADES, 0.0, 1.0))
 
 
 def _sigma_chart(run: Run) -> Panel:
@@ -203,13 +199,9 @@ def _sigma_chart(run: Run) -> Panel:
         "sigma",
         "σ over the steps",
         [Series(np.arange(len(run.course)), [e.sigma for e in run.course], "ink", dots=True)],
-        x_label="step",
-        y_label="σ, u",
-        x_range=(0.0, float(STEPS)),
-        y_range=(0.03, 3.0),
-        log=True,
+        Axis("step", 0.0, float(STEPS)),
+        Axis("σ, u", 0.03, 3.0, log=True),
         now=float(run.steps),
-        height=200.0,
     )
 
 
@@ -224,7 +216,7 @@ def _readouts(run: Run, found: Links) -> tuple[Readout, ...]:
         Readout("objective", "Objective", number(last.objective, places), unit),
         Readout("objective_truth", "At the truth, same σ", number(last.truth, places), unit, "truth"),
         Readout("promise", "Can rise", RISES[run.rule.promise]),
-        Readout("rises", "Steps at which it rose", f"{len(run.rises)} of {run.steps}"),
+        Readout("rises", "Steps at which the objective rose", f"{len(run.rises)} of {run.steps}"),
         Readout("sigma", "σ", number(last.sigma, 3), "u"),
         Readout("partners", "Effective partners of a point", number(found.partners, 1) if shared else "–"),
         Readout(
@@ -359,7 +351,7 @@ WIDGET = Widget(
     legend=(
         Key("source", "source, which moves"),
         Key("target", "target", "square"),
-        Key("source", "circle of radius σ round a component; threads are shares", "ring"),
+        Key("source", "circle of radius σ round a component, in its colour; threads are shares", "ring"),
         Key("outlier", "share given to clutter", "cross"),
         Key("accent", "soft target (FilterReg)", "diamond"),
         Key("pair", "overlap (GMMReg)", "line"),

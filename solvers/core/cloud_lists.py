@@ -1,0 +1,19 @@
+"""Lists of clouds of unequal size, of which no array can be made: they are worked through one by one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeVar
+
+_Found = TypeVar("_Found")
+
+
+def one_by_one(count: int, solve: Callable[[int], _Found]) -> list[_Found]:
+    """`solve(k)` of every cloud k of a list; a ValueError that it raises is told with k."""
+    found = []
+    for k in range(count):
+        try:
+            found.append(solve(k))
+        except ValueError as error:
+            raise ValueError(f"cloud {k} of the list: {error}") from None
+    return found
