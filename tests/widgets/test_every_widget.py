@@ -147,7 +147,7 @@ def check_keys(host: Host, plain: dict[str, Any], frame: dict[str, Any]) -> None
             (there,) = (h for h in after["handles"] if h["name"] == handle["name"])
             stays = there["world"] == handle["world"] and there["value"] == handle["value"]
             assert not stays, f"{what} does not move by {key}; act takes a drag to {place} for nothing"
-            if handle["kind"] == "move":
+            if handle["kind"] != "turn":
                 landed = dist(there["world"], place) < 2e-4
                 assert landed, f"{what} goes to {there['world']} by {key}, which names {place}; act puts it elsewhere"
 

@@ -259,6 +259,7 @@ class Handle:
     keys maps a key ("ArrowLeft", "Shift+ArrowLeft" …) to the world position that a drag would have to reach for the
     same effect: the keyboard is a drag by other means, so nothing a pointer does is out of its reach.
     also: other panels, of the same view, in which a pointer may take hold of the same thing at the same place.
+    kind: it moves a thing in the plane, turns one, or turns the view and leaves the scene alone.
     angle: where a turning handle stands, in degrees from −180 to 180.
     """
 
@@ -267,7 +268,7 @@ class Handle:
     xy: tuple[float, float]
     value: str
     keys: Mapping[str, tuple[float, float]]
-    kind: Literal["move", "turn"] = "move"
+    kind: Literal["move", "turn", "orbit"] = "move"
     panel: str = "main"
     radius: float = 22.0
     also: tuple[str, ...] = ()

@@ -127,7 +127,7 @@ def _by_weight(weight: Any, places: list[list[int]], classes: str, draw: Callabl
 def _points(mark: Points, view: View, prefix: str) -> str:
     places = snap(view.px(mark.xy))
     if mark.shape in ("dot", "square"):  # zero-length strokes with round or square caps: one size on every screen
-        size = "s" if mark.radius < 3 else "m" if mark.radius < 5 else "l"
+        size = "xs" if mark.radius <= 1 else "s" if mark.radius < 3 else "m" if mark.radius < 5 else "l"
         classes = f"{mark.shape} {size} {mark.role}"
         draw = _dots
     else:

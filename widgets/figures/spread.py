@@ -33,10 +33,12 @@ from widgets.engine.controls import choice, slider
 
 PLAN = View(-6.4, 6.4, -2.75, 2.75, width=480.0)
 CLOSE = View(-1.0, 1.0, -0.43, 0.43, width=480.0)
-FINE, WIDE = 0.1, 1.5  # u, half the width of the close view: for a room, and for a needle
+FINE = 0.01  # u: half the width of the close view is a multiple of it, as the closed forms' ellipses need
+NEEDLE = np.array([2.1, 0.14])  # u: the same for a needle, which is drawn shorter so that it fits, and still lies flat
+SPARE = np.array([1.6, 1.3 / CLOSE.y1])  # times those ellipses, across and upwards: the dots reach farther
+BARS = (0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5)  # u
 SEEN = 4.2  # u: end walls farther out are beyond the reach of one scan or both
 DRAWS, PRESS = 200, 40
-UP = 0.02  # u, the upright bar
 NOSE = 0.34
 FAR_OUT = 5.0  # u, how far a direction that is free is drawn
 PLACES = {"room": "Room", "corridor": "Corridor", "hall": "Hall, any heading"}
@@ -184,6 +186,7 @@ def _plan(state: State) -> Panel:
         if len(spread.modes) > 1 and spread.shares[1] > 0.05:
             at = _places(spread.poses, stand)
             marks.append(Ellipses(at.mean(axis=0), np.cov(at.T), "ghost", sigmas=quantile(0.95, 2) ** 0.5, dashed=True))
+    marks.append(Points(first.t, "truth", "cross", radius=5.0))
     return Panel("plan", "The place from above, with all ends", PLAN, tuple(marks), caption="The place, from above")
 
 
@@ -199,20 +202,22 @@ def _true_mode(spread: Spread, truth: Pose) -> int:
 
 
 def _close(state: State) -> Panel:
-    """Across the corridor the scale is always the same; along it there is a smaller one for a needle."""
-    along = WIDE if state.controls.wall > SEEN else FINE
-    (true, stand), half = (STANDS[state.ask.place][k] for k in (0, 1)), np.array([along, FINE])
+    """As much about the true place as the closed forms' ellipses need; a needle at a smaller scale along it."""
+    true, stand = (STANDS[state.ask.place][k] for k in (0, 1))
+    expected = [stand.apply(one.ellipse(reach=FAR_OUT)) for one in _expected(state.ask)]
+    needle, reach = state.controls.wall > SEEN, np.abs(np.concatenate(expected) - true.t).max(axis=0)
+    half = NEEDLE if needle else np.full(2, FINE * np.ceil(SPARE * reach / FINE).max())
 
     def near(places: Array) -> Array:
         moved: Array = (places - true.t) / half
         return moved
 
-    bar = 0.5 if along == WIDE else 0.05
-    ends = np.array([(-0.94 + bar / along, -0.36), (-0.94, -0.36 + UP / FINE)])
+    bars = [max(bar for bar in BARS if bar <= 0.4 * each) for each in half.tolist()]
+    ends = np.array([-0.94, -0.36]) + np.diag(bars / half)
     marks: list[Mark] = [
         Segments(np.tile([-0.94, -0.36], (2, 1)), ends, "ink"),
-        Label(ends[0], f"{bar:g} u", "ink", dx=6, dy=4),
-        Label(ends[1], f"{UP:g} u", "ink", dx=6, dy=6),
+        Label(ends[0], f"{bars[0]:g} u", "ink", dx=6, dy=4),
+        Label(ends[1], f"{bars[1]:g} u", "ink", dx=6, dy=6),
     ]
     if state.drawn:
         spread, _, _ = _ends(state.ask, state.drawn)
@@ -221,11 +226,11 @@ def _close(state: State) -> Panel:
         marks.append(Points(at[np.abs(at).max(axis=1) < 1.0], "source", radius=2.5))
         if np.count_nonzero(spread.mode == mode) > 2:
             marks.append(Path(near(stand.apply(spread.modes[mode].ellipse())), "source"))
-    hessian, censi = (near(stand.apply(one.ellipse(reach=FAR_OUT))) for one in _expected(state.ask))
+    hessian, censi = map(near, expected)
     marks += [Path(censi, "inlier", dashed=True), Path(hessian, "accent")]
     marks.append(Points([(0.0, 0.0)], "truth", "cross", radius=6.0))
     times = [number(PLAN.x1 / each, 0) for each in half]
-    scale = f"{times[1]} times" + ("" if along == FINE else f" upwards and {times[0]} times sideways")
+    scale = f"{times[1]} times" + (f" upwards and {times[0]} times sideways" if needle else "")
     label = "The ends about the true place, enlarged"
     return Panel("close", label, CLOSE, tuple(marks), grid=False, caption=f"About the true place, enlarged {scale}")
 

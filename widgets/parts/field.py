@@ -20,7 +20,7 @@ from widgets.drawing.picture import Array, Heat, Label, Mark, Path, View, number
 from widgets.drawing.svg import HEAT_LEVELS
 
 STRIDE = 3
-PAD = (46.0, 26.0, 74.0, 42.0)  # px about a field's window for its numbers and, at the right, the scale
+PAD = (54.0, 26.0, 80.0, 50.0)  # px about a field's window for its numbers and, at the right, the scale
 BAR = (12.0, 26.0, 46.0)  # px from the window to the scale's left and right side, and from there to its name's end
 Index = NDArray[np.int64]
 Strong = Literal["high", "low"]
@@ -148,7 +148,7 @@ def scale_marks(
     marks: list[Mark] = [Heat(steps[:, None], window, 0.0, 1.0), Path(rim, "guide", closed=True)]
     for v in ticks(low, high):  # the one at the top a little lower: on a phone the name comes down to it
         dy = 4.0 if v < high else 11.0
-        marks.append(Label([right, up(v)], number(v, decimals), "guide", dx=5, dy=dy))
+        marks.append(Label([right, up(v)], number(v, decimals), "guide", dx=7, dy=dy))
     return (*marks, Label([right, view.y1], name, "guide", "end", dx=BAR[2], dy=-10))
 
 
@@ -158,11 +158,11 @@ def axis_marks(view: View, x_label: str, y_label: str) -> tuple[Mark, ...]:
     rim = [[view.x0, view.y0], [view.x1, view.y0], [view.x1, view.y1], [view.x0, view.y1]]
     marks: list[Mark] = [Path(rim, "guide", closed=True)]
     for x in ticks(view.x0, view.x1):
-        marks.append(Label([x, view.y0], number(x, 1), "guide", "middle", dy=16))
+        marks.append(Label([x, view.y0], number(x, 1), "guide", "middle", dy=20))
     for y in ticks(view.y0, view.y1):
-        marks.append(Label([view.x0, y], number(y, 1), "guide", "end", dx=-6, dy=4))
+        marks.append(Label([view.x0, y], number(y, 1), "guide", "end", dx=-8, dy=4))
     return (
         *marks,
-        Label([view.x1, view.y0], x_label, "guide", "end", dy=34),
+        Label([view.x1, view.y0], x_label, "guide", "end", dy=44),
         Label([view.x0, view.y1], y_label, "guide", dy=-10),
     )

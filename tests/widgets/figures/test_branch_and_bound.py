@@ -5,9 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import pytest
 
 from solvers import Pose
 from solvers.methods.search.bounds import Boxes
+from widgets.drawing.picture import Label, Ring
 from widgets.engine.contract import Action, preset
 from widgets.engine.host import Host
 from widgets.figures.branch_and_bound import figure, marks
@@ -48,6 +50,21 @@ def test_every_open_arc_has_a_tick_at_its_ends() -> None:
     found = np.unique(np.concatenate([boxes.middle[:, 0] - boxes.half[:, 0], boxes.middle[:, 0] + boxes.half[:, 0]]))
     assert len(later.floors.ends) == len(np.unique(found.round(9)))
     np.testing.assert_allclose(later.floors.ends, np.unique(found.round(9)), atol=np.pi / marks.HEADINGS)
+
+
+def test_the_ceiling_is_seen_to_fall() -> None:
+    """After a step that lowers it, its rim lies within the one before, by as much of the ring; else at the outside."""
+    for steps in range(5):
+        state = after(steps, "turns")
+        now, before = state.course[-1][0], state.course[max(steps - 1, 0)][0]
+        rims = [mark for mark in figure.draw(state).panels[0].marks if getattr(mark, "role", "") == "source"]
+        (rim,) = (mark.reach for mark in rims if isinstance(mark, Ring))
+        assert rim is not None
+        assert (rim - marks.INNER) / (marks.OUTER - marks.INNER) == pytest.approx(now / before)
+        told = {mark.text for mark in figure.draw(state).panels[0].marks if isinstance(mark, Label)}
+        assert told == {"ceiling", f"{now:.4f} u²", *(["one step ago", f"{before:.4f} u²"] if now < before else [])}
+    first, second = (after(steps, "turns").course[-1][0] for steps in (0, 1))
+    assert second < 0.5 * first
 
 
 def test_floors_of_the_raster_are_the_lowest_bounds() -> None:

@@ -70,6 +70,17 @@ def test_counts_are_of_what_is_drawn() -> None:
     assert (rings.count("M"), crosses.count("M")) == (int(reached), SIDE**2 - int(reached))
 
 
+def test_the_source_beside_the_map_is_seen_whole() -> None:
+    """At any shift of the map; what the panel shows is told before a descent and after it."""
+    state = run()
+    (room,) = (panel for panel in draw(state).panels if panel.name == "room")
+    assert room.caption.startswith("No descent yet")
+    reach = np.abs(state.terrain.turned).max(axis=0) + REACH
+    assert (reach < [room.view.x1, room.view.y1]).all()
+    (room,) = (panel for panel in draw(act(state, SOW)).panels if panel.name == "room")
+    assert room.caption == "Where the last descent ended"
+
+
 def test_starts_stay_until_cleared_and_frequencies_until_redrawn() -> None:
     """Picks add up; *Clear* forgets them and no more; *Resample* moves the terrain and keeps the starts."""
     state = run(click(1.0, 1.0), SOW, click(-1.0, 0.5))

@@ -49,7 +49,7 @@ def test_a_drag_takes_the_front_of_the_scene_along() -> None:
     """A little to the right and down: what is in front of the middle goes to the right and down."""
     eye = Eye()
     front = eye.axes[2][None]
-    (x, y), (u, v) = (Eye().at(*place).seen(front)[0] for place in ((0.1, eye.y), (0.0, eye.y - 0.1)))
+    (x, y), (u, v) = (Eye().at(*place).seen(front)[0] for place in ((eye.x + 0.1, eye.y), (eye.x, eye.y - 0.1)))
     assert x > 0.05
     assert abs(y) < 0.02
     assert v < -0.05

@@ -10,7 +10,20 @@ from solvers.studies.redrawn import STANDS
 from widgets.drawing.picture import Label, Path, Points, Segments
 from widgets.engine.contract import SEED, Action, preset
 from widgets.engine.host import Host
-from widgets.figures.spread import DRAWS, PRESS, SEEN, WIDGET, Controls, _expected, act, draw, start
+from widgets.figures.spread import (
+    CLOSE,
+    DRAWS,
+    NEEDLE,
+    PRESS,
+    SEEN,
+    WIDGET,
+    Controls,
+    _ends,
+    _expected,
+    act,
+    draw,
+    start,
+)
 
 MORE, ALL = Action("press", "more"), Action("press", "finish")
 
@@ -59,24 +72,29 @@ def test_what_is_expected_lies_about_the_true_place() -> None:
 
 @pytest.mark.parametrize("wall", [2.6, 6.0])
 def test_the_close_view_is_to_the_scale_that_its_bar_tells(wall: float) -> None:
-    """The bars lie along the panel's axes, as long as their labels say; dots lie in the window."""
-    picture = draw(act(start(Controls(wall=wall), SEED), ALL))
+    """The bars lie along the panel's axes, as long as their labels say; every dot of the true cluster lies in the
+    window, and the ellipses take most of its height where both scales are one."""
+    state = act(start(Controls(wall=wall), SEED), ALL)
+    picture = draw(state)
     (close,) = (panel for panel in picture.panels if panel.name == "close")
     labels = {mark.text for mark in close.marks if isinstance(mark, Label)}
-    assert labels == {"0.5 u" if wall > SEEN else "0.05 u", "0.02 u"}
+    assert labels == ({"0.5 u", "0.05 u"} if wall > SEEN else {"0.02 u"})
     bars = next(mark for mark in close.marks if isinstance(mark, Segments))
     across, up = np.abs(np.asarray(bars.b) - np.asarray(bars.a)).max(axis=1)
-    assert across == pytest.approx(0.5 / 1.5 if wall > SEEN else 0.5)
-    assert up == pytest.approx(0.2)
+    assert across == pytest.approx(0.5 / NEEDLE[0] if wall > SEEN else 0.02 / 0.06)
+    assert up == pytest.approx(0.05 / NEEDLE[1] if wall > SEEN else 0.02 / 0.06)
     dots = next(mark for mark in close.marks if isinstance(mark, Points) and mark.role == "source")
-    assert np.abs(dots.xy).max() < 1.0
-    longest = max(np.ptp(np.asarray(mark.xy)[:, 0]) for mark in close.marks if isinstance(mark, Path))
-    assert longest > 0.3
+    assert (np.abs(dots.xy) < [CLOSE.x1, CLOSE.y1]).all()
+    spread, _, _ = _ends(state.ask, DRAWS)
+    assert len(np.asarray(dots.xy)) == (spread.mode == 0).sum()
+    ellipses = [np.ptp(np.asarray(mark.xy), axis=0) for mark in close.marks if isinstance(mark, Path)]
+    assert max(size[0] for size in ellipses) > 0.3
+    assert wall > SEEN or max(size[1] for size in ellipses) > 0.7 * (CLOSE.y1 - CLOSE.y0)
 
 
 def test_the_scale_about_the_true_place_is_told() -> None:
     """The same both ways for a wall that is seen, less along the corridor whose end is not."""
-    for wall, said in ((2.6, "enlarged 64 times"), (6.0, "enlarged 64 times upwards and 4 times sideways")):
+    for wall, said in ((2.6, "enlarged 107 times"), (6.0, "enlarged 46 times upwards and 3 times sideways")):
         frame = draw(start(Controls(wall=wall), SEED))
         (caption,) = (panel.caption for panel in frame.panels if panel.name == "close")
         assert caption == f"About the true place, {said}"

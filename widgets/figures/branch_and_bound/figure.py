@@ -25,8 +25,7 @@ from widgets.figures.branch_and_bound.marks import Floors
 from widgets.parts.placing import written
 from widgets.parts.room import PLACING, problem, single, still
 
-SIZE = 8.4
-VIEW = View(-SIZE, SIZE, -SIZE, SIZE, width=480.0)
+VIEW = View(-marks.SIZE, marks.SIZE, -marks.SIZE, marks.SIZE, width=480.0)
 BOXES = 512  # opened in a step: few enough to see what a step does
 TURNED = 100.0  # degrees, the start's heading
 AXIS = 60  # steps; the chart's axis grows by as many
@@ -62,6 +61,11 @@ class State:
     def pose(self) -> Pose:
         """The best one met."""
         return single(self.now.pose)
+
+    @property
+    def before(self) -> float:
+        """The ceiling before the last step, u²."""
+        return self.course[-2:][0][0]
 
     @property
     def held(self) -> bool:
@@ -150,7 +154,7 @@ def _main(state: State) -> Panel:
     shown = (
         *(() if state.held else marks.field(state.floors, root, ceiling)),
         *still(scene),
-        *marks.ring(state.floors, ceiling),
+        *marks.ring(state.floors, ceiling, state.before),
         Group(
             "source",
             (
@@ -243,6 +247,8 @@ def _description(state: State) -> str:
         " grey up to the rim. The true heading is at the top.",
         _ends(len(state.floors.ends)),
     ]
+    if state.before > ceiling:
+        words.append(f"A dotted rim shows where the ceiling was before the last step, {number(state.before, 4)} u².")
     if state.held:
         words.append("The source’s position is fixed at the true one; only its rotation is searched.")
     else:
@@ -307,10 +313,10 @@ WIDGET = Widget(
     legend=(
         Key("source", "source at the best pose found; ceiling", "dot"),
         Key("source", "centre of the source", "cross"),
-        Key("accent", "floor of an open heading", "area"),
+        Key("accent", "floor of an open heading; place still open", "area"),
         Key("accent", "end of an open arc", "line"),
         Key("ghost", "heading ruled out", "area"),
-        Key("weak", "ruled out by the last step", "area"),
+        Key("weak", "heading or place ruled out by the last step", "area"),
         Key("target", "target", "square"),
         Key("truth", "walls, and the true heading", "line"),
     ),

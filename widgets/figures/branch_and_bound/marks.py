@@ -9,8 +9,9 @@ import numpy as np
 
 from solvers.core.arrays import BoolArray, FloatArray, IntArray
 from solvers.methods.search.bounds import Boxes
-from widgets.drawing.picture import Array, Heat, Label, Mark, Path, Points, Ring, Segments
+from widgets.drawing.picture import Anchor, Array, Heat, Label, Mark, Path, Points, Ring, Role, Segments, number
 
+SIZE = 8.4  # u from the middle to the panel's sides
 HEADINGS = 256  # places of the ring, a power of two: so a box fills places, or is part of one
 TILES = 64  # along each side of the field, likewise
 INNER, OUTER = 6.5, 7.9  # u from the middle to a floor of nothing, and to the ceiling
@@ -100,20 +101,44 @@ def place(turn: Array | float, radius: Array | float) -> Array:
     return np.asarray(np.stack([-np.sin(turn), np.cos(turn)], axis=-1) * np.asarray(radius)[..., None])
 
 
-def ring(now: Floors, ceiling: float) -> tuple[Mark, ...]:
+def ring(now: Floors, ceiling: float, before: float) -> tuple[Mark, ...]:
     """A step for every heading: as high as its floor while it is open, up to the ceiling once it is ruled out. A tick
-    where an open arc begins or ends, since the floors of neighbours may be alike, and are nothing at first."""
+    where an open arc begins or ends, since the floors of neighbours may be alike, and are nothing at first.
+
+    before: the ceiling before the last step, which is the ring's scale: so a ceiling that falls is seen to fall.
+    """
     gone, new = np.isinf(now.headings), now.headings_gone
+    top = INNER + (OUTER - INNER) * ceiling / before
     share = np.clip(np.where(gone, 1.0, now.headings / ceiling), 0.0, 1.0)
-    radius = INNER + (OUTER - INNER) * share
+    radius = INNER + (top - INNER) * share
     return (
         Ring([0.0, 0.0], "guide", reach=INNER),
         *_steps(radius, gone & ~new, "ghost"),
         *_steps(radius, new, "weak"),
         *_steps(radius, ~gone, "accent"),
         Segments(place(now.ends, INNER + TICK[0]), place(now.ends, INNER + TICK[1]), "accent"),
-        Ring([0.0, 0.0], "source", reach=OUTER, dashed=True),
+        *_rims(ceiling, before, top),
     )
+
+
+def _rims(ceiling: float, before: float, top: float) -> list[Mark]:
+    """The ceiling with its value, and the one before the last step where that was higher."""
+    marks: list[Mark] = [
+        Ring([0.0, 0.0], "source", reach=top, dashed=True),
+        *_named("ceiling", ceiling, "source", "start"),
+    ]
+    if before > ceiling:
+        around = place(np.linspace(0.0, 2.0 * np.pi, 129), OUTER)
+        marks += [Path(around, "ghost", dotted=True), *_named("one step ago", before, "ghost", "end")]
+    return marks
+
+
+def _named(name: str, value: float, role: Role, side: Anchor) -> list[Mark]:
+    """A rim's name and value in the upper corner on that side of the panel, which the ring leaves free."""
+    way = 1.0 if side == "start" else -1.0
+    corner = [-way * SIZE, SIZE]
+    words = (name, f"{number(value, 4)} u²")
+    return [Label(corner, word, role, side, dx=8.0 * way, dy=20.0 + 18.0 * k) for k, word in enumerate(words)]
 
 
 def _steps(radius: FloatArray, where: BoolArray, role: str) -> list[Path]:
@@ -152,5 +177,4 @@ def pointers(heading: float, at: Array) -> tuple[Mark, ...]:
         Segments(place(0.0, INNER - 0.3), place(0.0, OUTER + 0.25), "truth"),
         Points(spot, "source", radius=6.5),
         Points(at, "source", "cross", radius=6.0),
-        Label(place(np.radians(45.0), OUTER), "ceiling", "source", "end", dx=-4, dy=-8),
     )

@@ -34,13 +34,12 @@ from widgets.parts.scale_bar import scale_bar
 VIEW = View(-36.0, 32.0, -33.0, 17.0)
 STRIDE = 5  # scans a press
 CHUNK = 15  # scans drawn as one mark, which is turned into markup once
-EVERY = 13  # of the echoes of a scan on the map: a page has several whole maps, and each of their dashes weighs
+EVERY = 13  # of the echoes of a scan on the map: a page has several whole maps, and each of their dots weighs
 PRESENT = 6  # of the echoes of the present scan
 APART = 0.35  # m between scans whose echoes are drawn: the robot stood still for its first twenty
 FARTHEST = 30.0  # m
 SCANS = 225
 OPEN = 3  # of the loops that odometry leaves open, one in so many is drawn: their lines are as long as the map
-DASH = np.array([0.1, 0.0])  # m
 WAYS = {"odometry": "Odometry", "matched": "Matched", "closed": "Closed"}
 
 
@@ -107,13 +106,12 @@ def inside(points: Array) -> Array:
 
 
 @lru_cache(maxsize=256)
-def chunk(poses: str, kernel: str, wrong: bool, first: int, end: int) -> Segments:
-    """The echoes of the drawn scans from `first` to before `end`, as one mark that stays the same object: dashes of two
-    decimetres, which are finer than the smallest dots."""
+def chunk(poses: str, kernel: str, wrong: bool, first: int, end: int) -> Points:
+    """The echoes of the drawn scans from `first` to before `end`, as one mark that stays the same object."""
     way = table().way(poses, kernel, wrong)
     parts = [way[k].apply(echoes(k, EVERY)) for k in drawn_scans() if first <= k < end]
     points = inside(np.concatenate([np.zeros((0, 2)), *parts]))
-    return Segments(points - DASH, points + DASH, "target")
+    return Points(points, "target", "square", radius=1.0)
 
 
 def marks(state: State) -> tuple[Mark, ...]:
@@ -183,7 +181,7 @@ def draw(state: State) -> Picture:
     )
     note = ""
     if n == SCANS:
-        note = f"{len(shift)} loops, missed by {number(float(np.median(shift)), 3)} m in the median."
+        note = f"Median error of the {len(shift)} loops: {number(float(np.median(shift)), 3)} m."
     label = "The map so far, seen from above, in metres"
     return Picture(
         (Panel("main", label, VIEW, marks(state)),),
@@ -318,7 +316,7 @@ WIDGET = Widget(
         Button("reset", "Reset", "reset"),
     ),
     legend=(
-        Key("target", "echoes on the map", "line"),
+        Key("target", "echoes on the map", "square"),
         Key("source", "the robot, its path and current scan"),
         Key("inlier", "loop: two scans of one place", "line"),
         Key("outlier", "wrong loop", "dashed"),

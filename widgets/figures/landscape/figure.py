@@ -20,7 +20,7 @@ from widgets.parts.room import BRINGS, SETTINGS
 REACH = 2.5
 WINDOW = (-REACH, REACH, -REACH, REACH)
 MAP = View(*WINDOW, width=640.0, pad=PAD)
-ROOM = View(-6.4, 6.4, -4.6, 4.6, width=320.0)
+ROOM = View(-7.6, 7.6, -5.4, 5.4, width=320.0)  # holds the source wherever on the map it is shifted to
 BANDS = 4
 SIDE = 7  # starts along each side of the lattice that is launched
 FEW = 5  # starts whose descents are drawn with the coarse map already
@@ -172,18 +172,18 @@ def _sown(state: State) -> bool:
 
 def _map(state: State, said: _Numbers, detail: int) -> Panel:
     field, top = state.terrain.field, state.terrain.top
-    unit = "MMD²" if state.controls.objective == "mmd" else "mean of min(d², τ²), u²"
+    what = "MMD²" if state.controls.objective == "mmd" else "Mean of min(d², τ²), u²,"
     decimals = 2 if top < 0.4 else 1
     marks: tuple[Mark, ...] = (
         field.heat(detail, 0.0, top, strong="low"),
         state.terrain.lines if detail == BANDS else state.terrain.coarse_lines,
         *axis_marks(MAP, "shift in x, u", "shift in y, u"),
-        *scale_marks(MAP, 0.0, top, f"{unit}: strong is low", decimals, strong="low"),
+        *scale_marks(MAP, 0.0, top, "strong is low", decimals, strong="low"),
         Ring([0.0, 0.0], "truth", radius=10.0),
         *_ways(state, said),
     )
     name = "The objective over translations at the true rotation, with the descents on it"
-    return Panel("map", name, MAP, marks, grid=False, caption="The objective over translations")
+    return Panel("map", name, MAP, marks, grid=False, caption=f"{what} over translations")
 
 
 def _ways(state: State, said: _Numbers) -> list[Mark]:
@@ -227,8 +227,10 @@ def _room(state: State, said: _Numbers) -> Panel:
         Points(scene.target, "target", "square", radius=2.0),
         Points(state.terrain.turned + at, "source", radius=2.0),
     )
-    name = "The source where the last descent ended, over the target"
-    return Panel("room", name, ROOM, marks, caption="Where the last descent ended")
+    name = "The source over the target, where the last descent ended or at the truth"
+    ended = said.ends is not None and len(said.ends) > 0
+    caption = "Where the last descent ended" if ended else "No descent yet: the source at the truth"
+    return Panel("room", name, ROOM, marks, caption=caption)
 
 
 def _cut(state: State, said: _Numbers, detail: int) -> Panel:

@@ -12,12 +12,13 @@ import numpy as np
 
 from widgets.drawing.picture import Array, Handle, View, move_keys, number
 
-VIEW = View(-3.2, 3.2, -2.45, 1.9)
-REST = (0.0, -1.9)
+VIEW = View(-2.65, 3.15, -2.3, 2.1)
+"""About the mug's middle at the origin; wider on the right, where its handle is at first."""
+REST = (0.25, -1.76)
 """Where the knob of the view lies at first."""
-LOW, HIGH = (-2.7, -2.2), (2.7, -1.2)
+LOW, HIGH = (-2.2, -2.06), (2.7, -1.06)
 """How far it goes: once round, and from 47° above to 43° below."""
-ROUND, OVER = np.radians(180.0) / HIGH[0], np.radians(90.0)
+ROUND, OVER = np.radians(180.0) / (HIGH[0] - REST[0]), np.radians(90.0)
 """A unit of the knob's way, across and down, turns the view by this much."""
 AZIMUTH, ELEVATION = np.radians(-72.0), np.radians(20.0)
 LEVELS = 5
@@ -71,7 +72,7 @@ class Eye:
     def handle(self) -> Handle:
         """The knob."""
         keys = move_keys(self.x, self.y, leap=0.25)
-        return Handle("view", "Turn the view", (self.x, self.y), self.words, keys, radius=34.0)
+        return Handle("view", "Turn the view", (self.x, self.y), self.words, keys, "orbit", radius=34.0)
 
     @property
     def words(self) -> str:
