@@ -147,7 +147,7 @@ _SCENE_WORDS = {
 _RESIDUAL_WORDS = {
     "point": "The residual is the distance to the nearest target point.",
     "plane": "The residual is the distance along the normal of the nearest target point; blue ticks show the normals.",
-    "gicp": "The residual is weighted by the covariances of both points; ellipses show every seventh at 0.4 σ.",
+    "gicp": "The residual is weighted by the covariances of both points; ellipses show every ninth at 0.4 σ.",
 }
 
 

@@ -32,7 +32,7 @@ from widgets.parts.surface_run import Run
 
 FAINTEST = 1.0 / 6.0  # a pair that is used is drawn, however little it pulls
 SIGMAS = 0.4  # at which covariances are drawn: a whole one is as long as a wall
-EVERY = 7  # of whose points one covariance is drawn
+EVERY = 9  # of whose points one covariance is drawn
 SLIDE = 0.1  # turning part of a unit direction below which it is a slide to the eye, as in gauss_newton.freedom
 BESIDE = 0.75  # u from the cloud's centre to the arrow, which would else lie in the wall or under a handle
 GAP = 1.2  # the second eigenvalue over the first from which there is a weakest direction
