@@ -32,7 +32,7 @@ def every_trial(scene, separation):
 
 
 def test_a_wrong_pose_seldom_keeps_its_own_two_pairs():
-    """Of the trials that draw a wrong pair, 75 to 80 % leave both drawn pairs beyond ε, none leaves one; others none."""
+    """Of trials that draw a wrong pair, 75 to 80 % leave both drawn pairs beyond ε, none leaves one; others none."""
     rows, _, squares, right = every_trial(facade_scene(), 0.7)
     own = np.take_along_axis(squares, rows, axis=1) <= 0.25**2
     assert 0.75 < 1 - own[~right].all(axis=1).mean() < 0.8
