@@ -297,8 +297,8 @@ def number(value: float, decimals: int = 2) -> str:
 
 
 def worded(text: str) -> str:
-    """A solver's own words with their numbers as the site prints them: a true minus sign, never a negative zero."""
-    return re.sub(r"-(?=\d)", "−", re.sub(r"-(0\.0+)(?!\d)", r"\1", text))
+    """A solver's own words as the site prints them: a true apostrophe and minus sign, never a negative zero."""
+    return re.sub(r"(?<=\w)'(?=\w)", "’", re.sub(r"-(?=\d)", "−", re.sub(r"-(0\.0+)(?!\d)", r"\1", text)))
 
 
 def small(value: float) -> str:

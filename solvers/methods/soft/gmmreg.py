@@ -188,10 +188,10 @@ def _at(state: GmmRegState, pose: Pose) -> GmmRegState:
         factor = 1.0 / (2.0 * np.pi) / ell / ell
         # Rounding may leave a distance of nothing just below it.
         objective = np.maximum(factor * (state.own - 2.0 * k.mean(axis=1)), 0.0)
+        gradient, hessian = gradient / ell[:, None], hessian / ell[:, None, None] / ell[:, None, None]
     return changed(
-        state, pose=pose, objective=objective, moved=moved, overlap=k, gradient=gradient / ell[:, None],
-        hessian=hessian / ell[:, None, None] / ell[:, None, None],
-    )  # fmt: skip
+        state, pose=pose, objective=objective, moved=moved, overlap=k, gradient=gradient, hessian=hessian
+    )
 
 
 def moved_by(state: GmmRegState, xi: FloatArray) -> Pose:
@@ -206,8 +206,9 @@ def moved_by(state: GmmRegState, xi: FloatArray) -> Pose:
 
 def _step(state: GmmRegState) -> GmmRegState:
     options, ell = state.options, np.sqrt(2.0) * state.sigma
-    # In lengths of ℓ again: the Hessian's own size is then of order one.
-    g, H = state.gradient * ell[:, None], state.hessian * ell[:, None, None] * ell[:, None, None]
+    # In lengths of ℓ again: the Hessian's own size is then of order one, unless it was beyond all numbers.
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        g, H = state.gradient * ell[:, None], state.hessian * ell[:, None, None] * ell[:, None, None]
     xi, damping = newton.damped_step(g, H)
     xi = newton.capped(xi, (np.linalg.norm(xi[:, :2], axis=1), np.abs(xi[:, 2]))) * ell[:, None]
     whole = np.linalg.norm(xi, axis=1) / state.radius

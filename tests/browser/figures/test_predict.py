@@ -64,6 +64,7 @@ def test_every_chapter_asks_and_every_question_is_answered_from_disk(browser_pag
             expect(box.get_by_role("status")).to_contain_text("in this tab")
             root = box.locator("xpath=ancestor::figure")
             expect(root.locator(".figure-status")).not_to_contain_text("tape")
+        page.close()
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from widgets.drawing.picture import View, degrees, move_keys, number, small, turn_keys
+from widgets.drawing.picture import View, degrees, move_keys, number, small, turn_keys, worded
 
 
 @pytest.mark.parametrize(
@@ -39,6 +39,18 @@ def test_number(value: float, decimals: int, text: str) -> None:
 )
 def test_small(value: float, text: str) -> None:
     assert small(value) == text
+
+
+@pytest.mark.parametrize(
+    ("said", "text"),
+    [
+        ("every pair's weight is zero", "every pair’s weight is zero"),
+        ("moved by -1.5 and -0.000", "moved by −1.5 and 0.000"),
+        ("point-to-plane: expected 'x'", "point-to-plane: expected 'x'"),
+    ],
+)
+def test_a_solvers_words_are_as_the_site_prints_them(said: str, text: str) -> None:
+    assert worded(said) == text
 
 
 @pytest.mark.parametrize(

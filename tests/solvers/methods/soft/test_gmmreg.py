@@ -214,3 +214,12 @@ def test_a_saddle_is_left_behind():
 def test_options_are_refused_by_name(name, value):
     with pytest.raises(ValueError, match=f"^{name}: "):
         register(np.eye(2), np.eye(2), "gmmreg", **{name: value})
+
+
+def test_a_tiny_source_and_a_target_at_one_far_place_are_degenerate():
+    """A hostile call found this pair: by the turn, E has a curvature beyond all numbers, and numpy warned of it."""
+    source = 1e-100 * np.array([[0.8, -0.8], [-0.1, 1.9], [-0.2, -0.4], [-0.9, -0.8], [-0.1, 0.0]])
+    result = register(source, np.tile([4e28, 1.5e30], (6, 1)), "gmmreg")
+    assert result.status == Status.DEGENERATE
+    assert result.reason
+    assert np.isfinite(result.pose.matrix).all()
