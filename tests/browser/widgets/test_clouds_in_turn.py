@@ -25,6 +25,13 @@ DROP = """(figure, [names, texts]) => {
     for (const [at, text] of texts.entries()) dataTransfer.items.add(new File([text], names[at]));
     figure.dispatchEvent(new DragEvent("drop", { dataTransfer, bubbles: true, cancelable: true }));
 }"""
+# Whether the first panel is as Python drew it.
+DRAWN = """(root, id) => {
+    const template = document.createElement("template");
+    const [{ name, svg }] = Ladder.figures.get(id).frame.panels;
+    template.innerHTML = svg;
+    return Ladder.drawing(root, name).outerHTML === template.innerHTML;
+}"""
 
 
 def test_a_file_chosen_later_is_not_replaced_by_one_that_took_longer(reader: Callable[..., Reader]) -> None:
@@ -78,3 +85,29 @@ def test_beside_a_faulty_file_a_good_one_waits_for_nothing(reader: Callable[...,
     told(own, "target", "third.csv: ")
     own.settled()
     assert set(own.record()["given"]) == {"source", "target"}
+
+
+def test_a_figure_is_busy_until_a_stroke_is_in_its_picture(reader: Callable[..., Reader]) -> None:
+    """The line under the pen stays until the points of the stroke are drawn, and no longer; so it does where the cloud
+    is full and the picture stays as it was."""
+    page, own = opened(reader)
+    own.root.locator('[data-pen="source"]').click()
+    own.settled()
+    own.seen()
+    box = own.root.locator('[data-panel="main"] > svg.plot').bounding_box()
+    assert box is not None
+
+    def move(across: float, down: float) -> None:
+        page.mouse.move(box["x"] + across * box["width"], box["y"] + down * box["height"])
+
+    for there, full in ((60, False), (1, True)):
+        said = own.root.locator('[data-told="source"]').inner_text()
+        move(0.1, 0.1)
+        page.mouse.down()
+        for k in range(there):  # between two places the pen sets its points evenly
+            move(0.9 - 0.8 * (k % 2), 0.1 + 0.8 * k / there)
+        assert own.root.evaluate(DRAWN, own.name) is False
+        page.mouse.up()
+        own.settled()
+        assert own.root.evaluate(DRAWN, own.name) is True
+        assert (own.root.locator('[data-told="source"]').inner_text() == said) is full

@@ -39,6 +39,8 @@ export class Figure {
     /** @type {Spec} */
     this.spec = spec;
     this.stage = find(root, ".figure-stage");
+    /** @type {() => boolean} whether something that it was given is still being read */
+    this.reading = () => false;
     this.#state = new FigureState(record, frame);
     runtime.on("change", () => this.#runtimeChanged());
     onTape(this.id, () => this.#tapeArrived());
@@ -94,9 +96,9 @@ export class Figure {
     return this.#state.pending;
   }
 
-  /** Whether something is asked, waiting, moving or being made finer. */
+  /** Whether something is read, asked, waiting, moving or being made finer. */
   get busy() {
-    return Boolean(this.pending || this.#moving || this.#finer);
+    return Boolean(this.reading() || this.pending || this.#moving || this.#finer);
   }
 
   /** It is on screen. */

@@ -199,7 +199,8 @@ export function addOwnClouds(figure, overlay) {
 
   const files = /** @type {NodeListOf<HTMLButtonElement>} */ (box.querySelectorAll("[data-file]"));
   const swapping = findButton(box, "[data-own=swap]");
-  const pen = addPen(figure, overlay, bring);
+  const pen = addPen(figure, overlay, (things) => bring(things, true));
+  figure.reading = () => [...turns.values()].some(({ over }) => !over);
   /** @param {DragEvent} event */
   const missed = (event) => carries(event) && event.preventDefault(); // beside the figure: the page stays
   const shown = () => {

@@ -45,7 +45,7 @@ const moved = ([x, y]) => [
 /**
  * @param {Figure} figure
  * @param {Overlay} overlay
- * @param {(things: Things, alone: boolean) => void} bring
+ * @param {(things: Things) => void} bring  in place of all that was there
  */
 export function addPen(figure, overlay, bring) {
   const box = find(figure.root, ".own");
@@ -58,6 +58,8 @@ export function addPen(figure, overlay, bring) {
   let place = ""; // which cloud is drawn, or none
   /** @type {{ pointer: number, corners: Point[], ink: SVGPathElement } | null} */
   let line = null; // { pointer, corners, ink } under way
+  /** @type {SVGPathElement[]} of lines that are whole, until a picture has their points, or none will */
+  const dry = [];
 
   /** @param {string} which */
   const of = (which) => strokes.filter((each) => each.place === which).flatMap((each) => each.points);
@@ -71,7 +73,7 @@ export function addPen(figure, overlay, bring) {
       const data = new TextEncoder().encode(["x,y", ...rows].join("\n"));
       if (rows.length) things[which] = { name: "", data };
     }
-    bring(things, true);
+    bring(things);
   }
 
   function show() {
@@ -127,8 +129,12 @@ export function addPen(figure, overlay, bring) {
     if (!line || event.pointerId !== line.pointer) return;
     const { corners, ink } = line;
     line = null;
-    if (event.type !== "pointercancel") add(spread(corners));
-    else ink.remove();
+    if (event.type === "pointercancel") {
+      ink.remove();
+      return;
+    }
+    dry.push(ink);
+    add(spread(corners));
   }
 
   /** @param {MouseEvent} event */
@@ -155,6 +161,7 @@ export function addPen(figure, overlay, bring) {
   on(panel, "pointermove", follow);
   on(panel, "pointerup", end);
   on(panel, "pointercancel", end);
+  figure.on("frame", () => dry.splice(0).forEach((ink) => ink.remove()));
   show();
   return { put };
 }
