@@ -15,9 +15,8 @@ another metric than the residual's. Robust weights are functions of the pair's d
 not of the residual that is squared, so this is not the iteratively reweighted
 minimisation of any one loss; their scale is a heuristic, and a gate that suits one
 residual need not suit another. And since nothing falls, a run may go round: a few sets
-of pairs that lead to each other for ever. That is found by comparing each pose with one
-remembered, which is renewed at the steps 1, 2, 4, 8 … (Brent 1980, An improved Monte
-Carlo factorization algorithm), and called stalled.
+of pairs that lead to each other for ever. That is found (`solvers.numerics.recurrence`),
+and called stalled.
 """
 
 from __future__ import annotations
@@ -37,7 +36,7 @@ from solvers.geometry.nearest import Index, Known
 from solvers.geometry.normals import Normals
 from solvers.methods.icp import icp
 from solvers.methods.icp.icp import IcpOptions, Pairing
-from solvers.numerics import gauss_newton, robust
+from solvers.numerics import gauss_newton, recurrence, robust
 from solvers.numerics.fits import rms_radius
 from solvers.numerics.gauss_newton import System
 
@@ -189,8 +188,8 @@ def step(state: SurfaceState) -> SurfaceState:
     surfaces = _Surfaces(state.index, state.normals, state.covariances)
     pairing, precision, system = _at(state.problem, options, surfaces, state.scale, state.radius, pose, old.known)
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-        change = _motion(old.moved, pairing.moved) / state.radius
-        again = _motion(state.remembered, pairing.moved) / state.radius <= options.tolerance
+        change = recurrence.motion(old.moved, pairing.moved) / state.radius
+        again = recurrence.motion(state.remembered, pairing.moved) / state.radius <= options.tolerance
         still = np.abs(pairing.rms - old.rms) <= options.rms_tolerance * old.rms
     at_rest = change <= options.tolerance
     steady = still & (pairing.count == old.count) & (options.rms_tolerance > 0.0)
@@ -201,20 +200,13 @@ def step(state: SurfaceState) -> SurfaceState:
         status, reason = mark(status, reason, np.arange(len(free)) == i, Status.DEGENERATE, words)
     status, reason = mark(status, reason, at_rest, Status.CONVERGED, "the pose has come to rest")
     status, reason = mark(status, reason, steady, Status.CONVERGED, "the RMS has come to rest")
-    status, reason = mark(status, reason, again, Status.STALLED, "the same few poses come round again and again")
+    status, reason = mark(status, reason, again, Status.STALLED, recurrence.AGAIN)
     taken = state.taken + 1
-    renew = (taken & (taken - 1)) == 0
     return changed(
         state, pose=pose, objective=pairing.objective, status=status, reason=reason, pairing=pairing,
         precision=precision, system=system, change=change, taken=taken,
-        remembered=np.where(renew[:, None, None], pairing.moved, state.remembered),
+        remembered=recurrence.remembered(taken, pairing.moved, state.remembered),
     )  # fmt: skip
-
-
-def _motion(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Root mean square distance between rows of (b, m, d), (b,)."""
-    squares = np.square(b - a).reshape(len(a), -1).sum(axis=1)
-    return np.asarray(np.sqrt(squares / a.shape[1]))
 
 
 def precisions(cov_p: FloatArray, cov_q: FloatArray, R: FloatArray) -> FloatArray:

@@ -10,7 +10,8 @@ with probability `ψ_ij / (ψ₀ + Σ_k ψ_ik)`, or none with the rest. Who draw
 point draws again, which is a draw among the free ones; of those that draw one point at
 once the first in a random order gets it. After `draws` turns in vain a point is missed.
 A source point's soft target is the mean over the hypotheses that assign it, its support
-their share; a weighted rigid fit follows, then σ shrinks.
+their share; a weighted rigid fit follows, then σ shrinks. At the last σ a step is a
+function of the pose alone: a run comes to rest, or its poses come round again.
 
 It is not PMBM: no Poisson part for what has not been seen, no Bernoulli existence, no
 posterior handed on from step to step, all hypotheses of one weight. The random numbers
@@ -34,8 +35,9 @@ from solvers.core import validate
 from solvers.core.arrays import AnyArray, BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
 from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
+from solvers.core.status import Status, mark
 from solvers.core.tree import CONSTANT, SHARED, changed
-from solvers.numerics import radius_pairs
+from solvers.numerics import radius_pairs, recurrence
 from solvers.numerics.radius_pairs import Candidates
 
 _UNIT = 2.0**32  # scores are drawn from as whole multiples of 2⁻³²: sums are exact, whatever stands beside in a batch
@@ -63,9 +65,10 @@ class HypothesisOptions:
         Turns of drawing before a point is missed.
     least_support : float, default 0.15
         Source points that a smaller share of the hypotheses assigns are not fitted.
-    tolerance : float, default 1e-5
+    tolerance : float, default 1e-4
         It stops when σ has reached its end and a step moves the source points, root
-        mean square, by at most this fraction of their RMS radius.
+        mean square, by at most this fraction of their RMS radius. Where poses come
+        round again, to `tolerance`, a run has stalled.
 
     Raises
     ------
@@ -82,7 +85,7 @@ class HypothesisOptions:
     count: int = 12
     draws: int = 4
     least_support: float = 0.15
-    tolerance: float = 1e-5
+    tolerance: float = 1e-4
 
     def __post_init__(self) -> None:
         radius_pairs.check_schedule(self)
@@ -97,7 +100,8 @@ class HypothesisState:
     is the greedy one.
 
     uniform: for each turn (b, m, count − 1) numbers of [0, 1). order: (b, m, count − 1)
-    each source point's place in the random order of a hypothesis.
+    each source point's place in the random order of a hypothesis. taken: (b,) steps at the
+    last σ. remembered: (b, m, d) the points moved at one of them (`numerics.recurrence`).
     """
 
     problem: Problem = field(metadata=CONSTANT)
@@ -117,6 +121,8 @@ class HypothesisState:
     assignments: IntArray
     change: FloatArray
     condition: FloatArray
+    taken: IntArray
+    remembered: FloatArray
 
 
 def greedy(found: Candidates, psi: FloatArray, miss: float) -> AnyArray:
@@ -220,12 +226,22 @@ def _start(problem: Problem, options: HypothesisOptions) -> HypothesisState:
         order[i] = rng.permuted(np.tile(np.arange(m)[:, None], (1, H)), axis=0)
     none = np.full((b, options.count, m), -1, dtype=np.int64)
     return _associate(
-        HypothesisState(**radius_pairs.initial(problem, options), uniform=tuple(uniform), order=order, assignments=none)
-    )
+        HypothesisState(
+            **radius_pairs.initial(problem, options), uniform=tuple(uniform), order=order, assignments=none,
+            taken=np.zeros(b, dtype=np.int64), remembered=problem.source,
+        )
+    )  # fmt: skip
 
 
 def _step(state: HypothesisState) -> HypothesisState:
-    return radius_pairs.step(state, _associate)
+    after = radius_pairs.step(state, _associate)
+    taken = np.where(state.sigma <= state.last, state.taken + 1, 0)
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        moved = after.pose.apply(state.problem.source)
+        again = recurrence.motion(state.remembered, moved) / state.radius <= state.options.tolerance
+    status, reason = mark(after.status, after.reason, again & (taken > 1), Status.STALLED, recurrence.AGAIN)
+    kept = recurrence.remembered(taken, moved, state.remembered)
+    return changed(after, status=status, reason=reason, taken=taken, remembered=kept)
 
 
 HYPOTHESIS_MIXTURE = Method(

@@ -1,0 +1,30 @@
+"""Poses that come round again: a run whose step is a function of its pose alone, and which
+does not come to rest, goes through the same few poses for ever.
+
+One earlier place of the moved points is remembered, and renewed at the steps 1, 2, 4, 8 …
+(Brent 1980, An improved Monte Carlo factorization algorithm): a round of any length is
+found within about twice the steps that it took to enter it and once go round.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from solvers.core.arrays import FloatArray, IntArray
+
+AGAIN = "the same few poses come round again and again"
+"""Why such a run has stalled."""
+
+
+def motion(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Root mean square distance between rows of (b, m, d), (b,)."""
+    squares = np.square(b - a).reshape(len(a), -1).sum(axis=1)
+    return np.asarray(np.sqrt(squares / a.shape[1]))
+
+
+def remembered(taken: IntArray, moved: FloatArray, before: FloatArray) -> FloatArray:
+    """The points (b, m, d) to compare later ones with: `moved` in the problems that have
+    taken (b,) 1, 2, 4, 8 … steps, else those remembered `before`.
+    """
+    renew = (taken & (taken - 1)) == 0
+    return np.where(renew[:, None, None], moved, before)

@@ -1,0 +1,30 @@
+"""Poses that come round again: a round of any length after any way in is found, and soon."""
+
+import numpy as np
+import pytest
+
+from solvers.numerics.recurrence import motion, remembered
+
+
+@pytest.mark.parametrize("way", [0, 1, 5, 20])
+@pytest.mark.parametrize("length", [1, 2, 3, 7])
+def test_a_round_is_found_once_gone_round(way, length):
+    """Places that are all distinct until the way in is over, then `length` of them in turn: the first that equals the
+    one remembered comes after the way in and one round, and before three times the longer of them and two rounds."""
+    places = np.arange(float(way + length))[:, None, None] * np.ones((1, 4, 2))
+
+    def place(step):
+        return places[step if step < way else way + (step - way) % length][None]
+
+    before = place(0)
+    for step in range(1, 200):
+        if motion(before, place(step))[0] == 0.0:
+            break
+        before = remembered(np.array([step]), place(step), before)
+    assert way + length <= step <= 3 * max(way, length) + 2 * length
+
+
+def test_motion_is_the_root_mean_square_distance(rng):
+    a, b = rng.standard_normal((2, 3, 5, 2))
+    squares = [[np.dot(p - q, p - q) for p, q in zip(x, y, strict=True)] for x, y in zip(a, b, strict=True)]
+    np.testing.assert_allclose(motion(a, b), [np.sqrt(np.mean(each)) for each in squares], rtol=1e-14)
