@@ -33,7 +33,7 @@ def parser() -> argparse.ArgumentParser:
     bench.add_argument("--seeds", type=whole, default=len(SEEDS), help="number of seeds, 40 + 13k each (25)")
     bench.add_argument("--max-steps", type=whole, default=MAX_STEPS, help="step limit (70)")
     names = ", ".join(c.method for c in (*CONTESTANTS, *EXTRAS))
-    bench.add_argument("--only", nargs="+", metavar="METHOD", help=f"of {names}")
+    bench.add_argument("--only", nargs="+", action="extend", metavar="METHOD", help=f"of {names}")
     bench.add_argument("--json", action="store_true", help="print one JSON document instead of the tables")
     return bench
 
@@ -61,7 +61,8 @@ def race(arguments: Sequence[str]) -> int:
             found.append({"setting": name, "degrees": degrees, "distance": given.distance, "seeds": given.seeds})
             found[-1]["methods"] = [_told(line) for line in lines]
             continue
-        print(f"{name}, start {degrees:g}° and {given.distance:g} u, {given.seeds} seeds")
+        of = "1 seed" if given.seeds == 1 else f"{given.seeds} seeds"
+        print(f"{name}, start {degrees:g}° and {given.distance:g} u, {of}")
         print(table(lines) + "\n", flush=True)
     if given.json:
         printed(found)

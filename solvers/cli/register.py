@@ -50,14 +50,18 @@ def parser() -> argparse.ArgumentParser:
         " write --start=-30,0,0 where the first number is negative",
     )
     made.add_argument(
-        "--options", nargs="+", default=[], metavar="NAME=VALUE", help="the method's options, such as gate=0.5 trim=0.2"
-    )
+        "--options", nargs="+", action="extend", default=[], metavar="NAME=VALUE",
+        help="the method's options, such as gate=0.5 trim=0.2",
+    )  # fmt: skip
     made.add_argument("--max-steps", type=whole, help="step limit (the method's own)")
     made.add_argument("--seed", type=whole, default=0, help="seed for random methods (0)")
     made.add_argument("--points", type=whole, metavar="N", help="thin each cloud to at most N points first")
     made.add_argument("--above", action="store_true", help="register 3-D clouds seen from above, by x and y")
     made.add_argument("--reach", type=float, help="how near a target point explains a source point (3 target spacings)")
-    made.add_argument("--out", type=Path, metavar="FILE", help="draw both clouds: a .svg or .png file, by matplotlib")
+    made.add_argument(
+        "--out", type=Path, action="append", default=[], metavar="FILE",
+        help="draw both clouds: a .svg or .png file, by matplotlib; may be given twice",
+    )  # fmt: skip
     made.add_argument("--json", action="store_true", help="print one JSON document instead of text")
     made.add_argument("-V", "--version", action="version", version=f"registration-ladder {__version__}")
     return made
@@ -208,8 +212,8 @@ def _lines(told: dict[str, Any], result: Result) -> str:
 def register_files(arguments: Sequence[str]) -> int:
     """Run the command; the exit code. Raises ValueError where an argument or a file is wrong."""
     given = parser().parse_args(arguments)
-    if given.out is not None:
-        able_to_write(given.out, DRAWN)
+    for path in given.out:
+        able_to_write(path, DRAWN)
     method = method_of(given.method, "--method")
     if method.paired and given.points is not None:
         raise ValueError(
@@ -244,17 +248,19 @@ def register_files(arguments: Sequence[str]) -> int:
     told = _told(result, source, target, given.reach)
     if given.json:
         about = {"source": about_source, "target": about_target, "method": method.name}
-        printed({**about, **told, "picture": None if given.out is None else str(given.out)})
+        printed({**about, **told, "written": [str(path) for path in given.out]})
     else:
         print(f"source    {about_source}\ntarget    {about_target}\nmethod    {method.name}: {method.summary}")
+        if method.paired:
+            print("pairs     row i of the source with row i of the target")
         print(_lines(told, result))
-    if given.out is not None:
-        title = f"{given.source.name} registered to {given.target.name} by {method.name}"
-        drawn = before_after(source, target, start, result.pose, title, given.out.suffix.lower()[1:])
+    title = f"{given.source.name} registered to {given.target.name} by {method.name}"
+    for path in given.out:
+        drawn = before_after(source, target, start, result.pose, title, path.suffix.lower()[1:])
         try:
-            given.out.write_bytes(drawn)
+            path.write_bytes(drawn)
         except OSError as error:
-            raise ValueError(f"--out: {given.out}: {error.strerror or error}") from None
+            raise ValueError(f"--out: {path}: {error.strerror or error}") from None
         if not given.json:
-            print(f"picture   {given.out}")
+            print(f"picture   {path}")
     return 0 if result.status and told["overlap"] > 0.0 else UNTRUSTED

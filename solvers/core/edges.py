@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -59,6 +59,10 @@ class Edges:
     j: IntArray
     relative: Pose
     information: FloatArray
+
+    if TYPE_CHECKING:
+
+        def __init__(self, i: ArrayLike, j: ArrayLike, relative: Pose, information: ArrayLike) -> None: ...
 
     def __post_init__(self) -> None:
         ends = [row_numbers(getattr(self, name), name) for name in ("i", "j")]

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike
@@ -34,8 +35,7 @@ class Pose:
     Raises
     ------
     ValueError
-        If the shapes do not match, a number is not finite, R is not a rotation, or a scale
-        is not positive.
+        If the shapes do not match, a number is not finite, R is not a rotation, or a scale is not positive.
 
     Examples
     --------
@@ -49,18 +49,17 @@ class Pose:
     >>> np.degrees(pose.inverse().angle).round(6)
     np.float64(-90.0)
 
-    `a @ b` is `a.compose(b)`, `pose(points)` is `pose.apply(points)`, and numpy converts
-    a pose to its homogeneous matrix:
+    `a @ b` is `a.compose(b)`, `pose(points)` is `pose.apply(points)`, and numpy converts a pose to its matrix:
 
     >>> np.asarray(pose @ pose).round(6)
     array([[-1., -0.,  2.],
            [ 0., -1.,  2.],
            [ 0.,  0.,  1.]])
 
-    Two poses are equal if all their numbers are:
+    Two poses are equal if all their numbers are, and a batch is iterated along its first axis:
 
-    >>> pose == Pose.from_angle(np.radians(90.0), (2.0, 0.0))
-    True
+    >>> [p == pose for p in Pose.from_angle(np.radians([90.0, 80.0]), (2.0, 0.0))]
+    [True, False]
     """
 
     R: FloatArray
@@ -68,6 +67,10 @@ class Pose:
     scale: FloatArray | float = 1.0
 
     __array_ufunc__ = None  # `array @ pose` is refused, too
+
+    if TYPE_CHECKING:
+
+        def __init__(self, R: ArrayLike, t: ArrayLike, scale: ArrayLike = 1.0) -> None: ...
 
     def __post_init__(self) -> None:
         for name in ("R", "t", "scale"):
@@ -85,12 +88,8 @@ class Pose:
 
         Parameters
         ----------
-        R : array_like of shape (..., d, d)
-            Rotations.
-        t : array_like of shape (..., d)
-            Translations, in world units.
-        scale : array_like of shape (...), default 1.0
-            Scales.
+        R, t, scale : array_like of shapes (..., d, d), (..., d) and (...)
+            Rotations, translations in world units, and scales.
 
         Returns
         -------
@@ -152,8 +151,7 @@ class Pose:
         Raises
         ------
         ValueError
-            If the shapes do not fit together, a number is not finite, or a scale is not
-            positive.
+            If the shapes do not fit together, a number is not finite, or a scale is not positive.
         """
         return cls._turned(planar(finite(numbers(theta, "theta"), "theta")), t, scale)
 
@@ -178,8 +176,7 @@ class Pose:
         Raises
         ------
         ValueError
-            If the shapes do not fit together, a number is not finite or beyond 1e150, or
-            a scale is not positive.
+            If the shapes do not fit together, a number is not finite or beyond 1e150, or a scale is not positive.
 
         Notes
         -----
@@ -223,8 +220,7 @@ class Pose:
         Raises
         ------
         ValueError
-            If a matrix is not a rigid motion or similarity; the message names the last
-            row, a shear, a reflection or a zero scale.
+            If a matrix is not a rigid motion or similarity; the message names what is wrong with it.
 
         Examples
         --------
@@ -250,9 +246,8 @@ class Pose:
     def angle(self) -> FloatArray:
         """The rotation angle in radians, shape (...).
 
-        Signed, in [−π, π], in the plane; in [0, π] in space. Both come from atan2 of
-        the sine (skew part) and the cosine (trace), which is accurate at 0 and at π
-        alike.
+        Signed, in [−π, π], in the plane; in [0, π] in space. Both come from atan2 of the sine (skew part) and the
+        cosine (trace), which is accurate at 0 and at π alike.
 
         Raises
         ------
@@ -298,8 +293,7 @@ class Pose:
         Raises
         ------
         ValueError
-            If the points are not rows of d numbers, or the leading axes do not
-            broadcast.
+            If the points are not rows of d numbers, or the leading axes do not broadcast.
         """
         p = numbers(points, "points")
         if p.ndim < 2 or p.shape[-1] != self.dim:
@@ -378,6 +372,10 @@ class Pose:
             raise TypeError("a single pose has no rows")
         rows = leading(rows, self.batch)
         return Pose.trusted(self.R[rows], self.t[rows], np.asarray(self.scale)[rows])
+
+    def __iter__(self) -> Iterator[Pose]:
+        """The poses along a batch's first axis."""
+        return map(self[:].__getitem__, range(self.batch[0]))
 
     def __eq__(self, other: object) -> bool:
         """Whether both are poses of one shape with equal numbers, none of them NaN; metrics say how near two are."""

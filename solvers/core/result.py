@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from importlib import import_module
 from typing import Any, cast
@@ -283,6 +283,10 @@ class Result:
             states=tuple(self.states[k] for k in rows) if many else (take(self.states[0], rows),),
             partners=self.partners,
         )
+
+    def __iter__(self) -> Iterator[Result]:
+        """The results along a batch's first axis."""
+        return (self[k] for k in range(len(self)))
 
     def __len__(self) -> int:
         """The size of a batch's first axis."""

@@ -189,6 +189,15 @@ def number(value: object, name: str, low: float = -np.inf, high: float = np.inf)
     return _number(value, name, low, high, "a finite number")
 
 
+def falling(first: float | None, last: float | None) -> None:
+    """Where a width begins and where it ends, either of them the method's own if None: `last` is at most `first`."""
+    for name, value in (("first", first), ("last", last)):
+        if value is not None:
+            number(value, name, 1e-100, 1e100)
+    if first is not None and last is not None and last > first:
+        raise ValueError(f"last: expected at most first, {first:g}, got {last!r}")
+
+
 def scalar(value: object) -> object:
     """`value`, of numpy's numbers and arrays without axes Python's own."""
     # Not of its subclasses, of which a masked number is one: it would become 0.

@@ -208,14 +208,9 @@ def check_schedule(options: Any) -> None:
     """Refuse, by a ValueError that names the option, what is not a schedule: see
     `Scheduled`.
     """
-    for name in ("first", "last"):
-        value = getattr(options, name)
-        if value is not None:
-            validate.number(value, name, 1e-100, 1e100)
+    validate.falling(options.first, options.last)
     if not 0.0 < validate.number(options.shrink, "shrink") <= 1.0:
         raise ValueError(f"shrink: expected a factor above 0, up to 1, got {options.shrink!r}")
-    if options.first is not None and options.last is not None and options.last > options.first:
-        raise ValueError(f"last: expected at most first, {options.first:g}, got {options.last!r}")
     if hasattr(options, "reach"):  # the dense sums of the annealed soft targets have none
         validate.number(options.reach, "reach", 0.1, 30.0)
     validate.number(options.miss, "miss", 1e-12, 1e12)

@@ -11,6 +11,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from functools import cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -77,6 +78,13 @@ class Drive:
     bearings: FloatArray
     mount: Pose
     delays: FloatArray | None = None
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self, seconds: ArrayLike, motion: Pose | ArrayLike, ranges: ArrayLike, bearings: ArrayLike,
+            mount: Pose | ArrayLike, delays: ArrayLike | None = None,
+        ) -> None: ...  # fmt: skip
 
     def __post_init__(self) -> None:
         ranges = copied(self.ranges, "ranges")

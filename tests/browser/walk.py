@@ -80,7 +80,9 @@ FAULTS = """async () => {
     const lines = [".readouts", ".figure-status", ".figure-words", ".controls", ".runs", ".job-found", ".own"];
     const shown = lines.map((part) => root.querySelector(part)?.textContent ?? "").join(" ");
     for (const text of [markup, shown]) {
-      const odd = text.match(/.{0,60}(\\bNaN\\b|(?<!rotation is )\\bundefined\\b|\\bnull\\b|\\bInfinity\\b|\\[object).{0,60}/);
+      const odd = text.match(
+        /.{0,60}(\\bNaN\\b|(?<!rotation is )\\bundefined\\b|\\bnull\\b|\\bInfinity\\b|\\[object).{0,60}/,
+      );
       if (odd) say(odd[0]);
     }
     if (figure.error) say(figure.error);

@@ -234,3 +234,14 @@ def test_a_rigid_method_starts_at_scale_one(name: str, clouds: tuple[np.ndarray,
         with pytest.raises(ValueError, match=told):
             register(*clouds, name, start=start)
     assert [each for each in METHODS if METHODS[each].scaled] == ["similarity", "cpd-similarity"]
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_a_width_does_not_end_above_its_beginning(name: str) -> None:
+    """Where a method has both, `last` above `first` is refused by name; equal ones are one width."""
+    options = METHODS[name].options
+    if not {"first", "last"} <= {one.name for one in fields(options)}:
+        return
+    with pytest.raises(ValueError, match=r"^last: expected at most first"):
+        options(first=0.1, last=0.5)
+    assert options(first=0.5, last=0.5).last == 0.5

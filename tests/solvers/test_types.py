@@ -43,6 +43,10 @@ register(p, q, "mmd", lengths=2.0)
 solvers.umeyama(p, q, pairs=[[0, 0], [1, 1]])
 solvers.cloud_text.read(b"0 0").points
 solvers.uncertainty.covariance(register(p, q)).edge_information()
+[one.steps for one in register([p, p], [q, q])]
+[one.angle for one in Pose([np.eye(2)] * 2, [[0.0, 0.0], [1.0, 0.0]])]
+solvers.posegraph.Edges([0, 1], [1, 0], Pose.identity(2, (2,)), np.eye(3))
+solvers.drives.Drive([0.0], [np.eye(3)], [[1.0, 2.0]], [0.0, 0.1], np.eye(3))
 """
 WRONG = """
 register(p, q, "icpp")

@@ -91,9 +91,7 @@ class FastRobustOptions:
     rough: float = 1e-3
 
     def __post_init__(self) -> None:
-        for name, value in (("first", self.first), ("last", self.last)):
-            if value is not None:
-                validate.number(value, name, 1e-100, 1e100)
+        validate.falling(self.first, self.last)
         validate.count(self.history, "history")
         validate.flag(self.forget, "forget")
         validate.number(self.tolerance, "tolerance", 0.0)

@@ -114,10 +114,9 @@ class FilterRegOptions:
     def __post_init__(self) -> None:
         validate.one_of(self.filter, kernel_filters.KINDS, "filter")
         validate.one_of(self.variance, VARIANCES, "variance")
-        for name in ("first", "last", "volume"):
-            value = getattr(self, name)
-            if value is not None:
-                validate.number(value, name, 1e-100, 1e100)
+        validate.falling(self.first, self.last)
+        if self.volume is not None:
+            validate.number(self.volume, "volume", 1e-100, 1e100)
         if not 0.0 < validate.number(self.shrink, "shrink") <= 1.0:
             raise ValueError(f"shrink: expected a factor above 0, up to 1, got {self.shrink!r}")
         if not 0.0 < validate.number(self.clutter, "clutter") < 1.0:

@@ -242,6 +242,26 @@ def test_a_picture_is_well_formed_whatever_a_file_is_called(files, capsys):
     assert (code, (files / "picture.PNG").read_bytes()[:4]) == (0, b"\x89PNG")
 
 
+def test_what_is_given_twice_is_heard_twice(files, capsys):
+    """Options add up as in one list, the same one twice is refused, and each picture is drawn."""
+    words = [files / "a.csv", files / "b.xyz", "--json"]
+    apart = said(capsys, *words, "--options", "gate=0.1", "--options", "trim=0.1")
+    assert apart == said(capsys, *words, "--options", "gate=0.1", "trim=0.1")
+    assert apart != said(capsys, *words, "--options", "trim=0.1")
+    twice = said(capsys, *words, "--options", "gate=1.5", "--options", "gate=2.0")
+    assert twice == (2, "", "python -m solvers: --options: gate is given twice\n")
+    outs = [files / name for name in ("one.svg", "two.png")]
+    code, out, _ = said(capsys, *words, *(word for path in outs for word in ("--out", path)))
+    assert (code, json.loads(out)["written"]) == (0, [str(path) for path in outs])
+    assert all(path.stat().st_size > 1000 for path in outs)
+
+
+def test_a_method_of_known_pairs_says_which_it_took(files, capsys):
+    for name, found in (("kabsch", True), ("icp", False)):
+        _, out, _ = said(capsys, files / "a.csv", files / "a.csv", "--method", name)
+        assert ("pairs     row i of the source with row i of the target\n" in out) is found
+
+
 @pytest.mark.parametrize(
     ("out", "told"),
     [

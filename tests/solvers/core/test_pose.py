@@ -60,6 +60,9 @@ def test_leading_axes_broadcast_and_index_like_arrays():
     assert poses[1, 2].angle == pytest.approx(1.0)
     assert poses.apply(np.zeros((5, 2))).shape == (2, 3, 5, 2)
     with pytest.raises(TypeError, match="a single pose has no rows"):
+        list(Pose.identity())
+    assert [one.batch for one in Pose.identity(2, (3, 4))] == [(4,)] * 3
+    with pytest.raises(TypeError, match="a single pose has no rows"):
         Pose.identity()[0]
 
 

@@ -12,6 +12,7 @@ from solvers.geometry import nearest
 from solvers.methods.icp.kiss import KissOptions, sigma
 from solvers.metrics import rre, rte
 from solvers.scenes.rooms import room, room_start
+from solvers.studies.race import Controls, race_problem
 
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
 
@@ -149,6 +150,19 @@ def test_from_near_the_room_is_found_and_from_far_a_stop_is_no_success():
     result = register(source, target, start=far, max_steps=200)
     assert np.all(result.status == Status.CONVERGED)
     assert np.all(rre(result.pose, truth) > np.radians(30.0))
+
+
+def test_scans_that_overlap_in_part_need_a_gate():
+    """Ten noisy rooms of which the target sees 60 %, from 10° and 0.3 u: within 2° and 0.1 u without a gate none, with
+    one of 0.5 u eight or more; without one all converge, too."""
+    problem, truth = race_problem(Controls(10.0, 0.3, "noise", overlap=0.6), seeds=[40 + 13 * k for k in range(10)])
+    right = {}
+    for gate in (np.inf, 0.5):
+        result = register(problem.source, problem.target, "icp", start=problem.start, gate=gate)
+        assert (result.status == Status.CONVERGED).all()
+        right[gate] = ((rre(result.pose, truth) < np.radians(2.0)) & (rte(result.pose, truth) < 0.1)).sum()
+    assert right[np.inf] == 0
+    assert right[0.5] >= 8
 
 
 @pytest.mark.parametrize("d", [2, 3])
