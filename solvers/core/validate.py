@@ -189,7 +189,7 @@ def number(value: object, name: str, low: float = -np.inf, high: float = np.inf)
     return _number(value, name, low, high, "a finite number")
 
 
-def falling(first: float | None, last: float | None) -> None:
+def widths(first: float | None, last: float | None) -> None:
     """Where a width begins and where it ends, either of them the method's own if None: `last` is at most `first`."""
     for name, value in (("first", first), ("last", last)):
         if value is not None:

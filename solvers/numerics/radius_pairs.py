@@ -208,7 +208,7 @@ def check_schedule(options: Any) -> None:
     """Refuse, by a ValueError that names the option, what is not a schedule: see
     `Scheduled`.
     """
-    validate.falling(options.first, options.last)
+    validate.widths(options.first, options.last)
     if not 0.0 < validate.number(options.shrink, "shrink") <= 1.0:
         raise ValueError(f"shrink: expected a factor above 0, up to 1, got {options.shrink!r}")
     if hasattr(options, "reach"):  # the dense sums of the annealed soft targets have none

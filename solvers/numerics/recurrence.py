@@ -1,9 +1,9 @@
 """Poses that come round again: a run whose step is a function of its pose alone, and which
 does not come to rest, goes through the same few poses for ever.
 
-One earlier place of the moved points is remembered, and renewed at the steps 1, 2, 4, 8 …
-(Brent 1980, An improved Monte Carlo factorization algorithm): a round of any length is
-found within about twice the steps that it took to enter it and once go round.
+Later poses are compared with one anchor, an earlier place of the moved points, which is
+renewed at the steps 1, 2, 4, 8 … (Brent 1980, An improved Monte Carlo factorization
+algorithm). A round of n poses that is entered after w steps is found by step 2 max(w, n) + n.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ def motion(a: FloatArray, b: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt(squares / a.shape[1]))
 
 
-def remembered(taken: IntArray, moved: FloatArray, before: FloatArray) -> FloatArray:
+def anchor(taken: IntArray, moved: FloatArray, before: FloatArray) -> FloatArray:
     """The points (b, m, d) to compare later ones with: `moved` in the problems that have
-    taken (b,) 1, 2, 4, 8 … steps, else those remembered `before`.
+    taken (b,) 1, 2, 4, 8 … steps, else the anchor `before`.
     """
     renew = (taken & (taken - 1)) == 0
     return np.where(renew[:, None, None], moved, before)

@@ -138,11 +138,13 @@ def test_true_normals_leave_the_corridor_free():
 
 def test_point_to_point_sees_no_needle():
     """1,000 draws in the corridor: the Hessian's regions are as wide one way as the other, to 1 %, and hold the truth
-    in fewer than ten."""
+    in fewer than ten. Where the runs end, σ along the corridor is more than ten times that across it."""
     made = runs("corridor", "icp", DRAWS)
     found = covariance(made.result)
     assert (found.deviations[:, 0] < 1.01 * found.deviations[:, 2]).all()
     assert found.covers(made.scans.truth).sum() < 10
+    spread = ends_of(made).modes[0]
+    assert spread.deviations[0] > 10.0 * spread.deviations[1]
 
 
 def test_an_unknown_heading_makes_two_clusters_of_the_hall(why):

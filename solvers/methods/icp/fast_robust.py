@@ -91,7 +91,7 @@ class FastRobustOptions:
     rough: float = 1e-3
 
     def __post_init__(self) -> None:
-        validate.falling(self.first, self.last)
+        validate.widths(self.first, self.last)
         validate.count(self.history, "history")
         validate.flag(self.forget, "forget")
         validate.number(self.tolerance, "tolerance", 0.0)

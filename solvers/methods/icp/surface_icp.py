@@ -127,7 +127,7 @@ class SurfaceState:
     normal are not used, where the method needs one. precision: (b, m, d, d) of the
     pairs, at `pose`. system: the normal equations of these pairs at `pose`, with the
     condition number and the weak direction. change: (b,) as in `icp.IcpState`.
-    taken: (b,) steps. remembered: (b, m, d) the points moved at an earlier step, to
+    taken: (b,) steps. anchor: (b, m, d) the points moved at an earlier step, to
     find cycles by.
     """
 
@@ -147,7 +147,7 @@ class SurfaceState:
     system: System
     change: FloatArray
     taken: IntArray
-    remembered: FloatArray
+    anchor: FloatArray
 
 
 def start(
@@ -176,7 +176,7 @@ def start(
         problem=problem, index=index, normals=surface, covariances=covariances, radius=radius, scale=scale,
         options=options, pose=problem.start, objective=pairing.objective, status=status, reason=reason,
         pairing=pairing, precision=precision, system=system, change=np.full(b, np.inf),
-        taken=np.zeros(b, dtype=np.int64), remembered=pairing.moved,
+        taken=np.zeros(b, dtype=np.int64), anchor=pairing.moved,
     )  # fmt: skip
 
 
@@ -189,7 +189,7 @@ def step(state: SurfaceState) -> SurfaceState:
     pairing, precision, system = _at(state.problem, options, surfaces, state.scale, state.radius, pose, old.known)
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         change = recurrence.motion(old.moved, pairing.moved) / state.radius
-        again = recurrence.motion(state.remembered, pairing.moved) / state.radius <= options.tolerance
+        again = recurrence.motion(state.anchor, pairing.moved) / state.radius <= options.tolerance
         still = np.abs(pairing.rms - old.rms) <= options.rms_tolerance * old.rms
     at_rest = change <= options.tolerance
     steady = still & (pairing.count == old.count) & (options.rms_tolerance > 0.0)
@@ -205,7 +205,7 @@ def step(state: SurfaceState) -> SurfaceState:
     return changed(
         state, pose=pose, objective=pairing.objective, status=status, reason=reason, pairing=pairing,
         precision=precision, system=system, change=change, taken=taken,
-        remembered=recurrence.remembered(taken, pairing.moved, state.remembered),
+        anchor=recurrence.anchor(taken, pairing.moved, state.anchor),
     )  # fmt: skip
 
 

@@ -114,7 +114,7 @@ class FilterRegOptions:
     def __post_init__(self) -> None:
         validate.one_of(self.filter, kernel_filters.KINDS, "filter")
         validate.one_of(self.variance, VARIANCES, "variance")
-        validate.falling(self.first, self.last)
+        validate.widths(self.first, self.last)
         if self.volume is not None:
             validate.number(self.volume, "volume", 1e-100, 1e100)
         if not 0.0 < validate.number(self.shrink, "shrink") <= 1.0:

@@ -82,7 +82,7 @@ class GmmRegOptions:
     tolerance: float = 1e-6
 
     def __post_init__(self) -> None:
-        validate.falling(self.first, self.last)
+        validate.widths(self.first, self.last)
         if not 0.0 < validate.number(self.shrink, "shrink") < 1.0:
             raise ValueError(f"shrink: expected a factor above 0 and below 1, got {self.shrink!r}")
         validate.number(self.coarse, "coarse", 0.0)

@@ -101,7 +101,7 @@ class HypothesisState:
 
     uniform: for each turn (b, m, count − 1) numbers of [0, 1). order: (b, m, count − 1)
     each source point's place in the random order of a hypothesis. taken: (b,) steps at the
-    last σ. remembered: (b, m, d) the points moved at one of them (`numerics.recurrence`).
+    last σ. anchor: (b, m, d) the points moved at one of them (`numerics.recurrence`).
     """
 
     problem: Problem = field(metadata=CONSTANT)
@@ -122,7 +122,7 @@ class HypothesisState:
     change: FloatArray
     condition: FloatArray
     taken: IntArray
-    remembered: FloatArray
+    anchor: FloatArray
 
 
 def greedy(found: Candidates, psi: FloatArray, miss: float) -> AnyArray:
@@ -228,7 +228,7 @@ def _start(problem: Problem, options: HypothesisOptions) -> HypothesisState:
     return _associate(
         HypothesisState(
             **radius_pairs.initial(problem, options), uniform=tuple(uniform), order=order, assignments=none,
-            taken=np.zeros(b, dtype=np.int64), remembered=problem.source,
+            taken=np.zeros(b, dtype=np.int64), anchor=problem.source,
         )
     )  # fmt: skip
 
@@ -238,10 +238,10 @@ def _step(state: HypothesisState) -> HypothesisState:
     taken = np.where(state.sigma <= state.last, state.taken + 1, 0)
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         moved = after.pose.apply(state.problem.source)
-        again = recurrence.motion(state.remembered, moved) / state.radius <= state.options.tolerance
+        again = recurrence.motion(state.anchor, moved) / state.radius <= state.options.tolerance
     status, reason = mark(after.status, after.reason, again & (taken > 1), Status.STALLED, recurrence.AGAIN)
-    kept = recurrence.remembered(taken, moved, state.remembered)
-    return changed(after, status=status, reason=reason, taken=taken, remembered=kept)
+    kept = recurrence.anchor(taken, moved, state.anchor)
+    return changed(after, status=status, reason=reason, taken=taken, anchor=kept)
 
 
 HYPOTHESIS_MIXTURE = Method(

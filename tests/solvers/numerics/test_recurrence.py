@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from solvers.numerics.recurrence import motion, remembered
+from solvers.numerics.recurrence import anchor, motion
 
 
 @pytest.mark.parametrize("way", [0, 1, 5, 20])
 @pytest.mark.parametrize("length", [1, 2, 3, 7])
 def test_a_round_is_found_once_gone_round(way, length):
     """Places that are all distinct until the way in is over, then `length` of them in turn: the first that equals the
-    one remembered comes after the way in and one round, and before three times the longer of them and two rounds."""
+    anchor comes after the way in and one round, and by twice the longer of them and a round."""
     places = np.arange(float(way + length))[:, None, None] * np.ones((1, 4, 2))
 
     def place(step):
@@ -20,8 +20,8 @@ def test_a_round_is_found_once_gone_round(way, length):
     for step in range(1, 200):
         if motion(before, place(step))[0] == 0.0:
             break
-        before = remembered(np.array([step]), place(step), before)
-    assert way + length <= step <= 3 * max(way, length) + 2 * length
+        before = anchor(np.array([step]), place(step), before)
+    assert way + length <= step <= 2 * max(way, length) + length
 
 
 def test_motion_is_the_root_mean_square_distance(rng):
