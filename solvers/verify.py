@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 from solvers.api import register
 from solvers.core import validate
 from solvers.core.arrays import FloatArray
+from solvers.core.brief import brief
 from solvers.core.cloud_lists import one_by_one
 from solvers.core.kinds import of_kind
 from solvers.core.method import Method
@@ -67,6 +68,8 @@ class Evidence:
     share: FloatArray
     rms: FloatArray
     weakest: FloatArray
+
+    __repr__ = brief
 
 
 def usual_reach(target: ArrayLike) -> FloatArray:

@@ -10,7 +10,7 @@ from solvers.cli.common import Bar, Help, printed, program, whole
 from solvers.core import validate
 from solvers.scenes.rooms import ROOM_SETTINGS
 from solvers.studies.benchmark import Line, benchmark, table
-from solvers.studies.race import CONTESTANTS, EXTRAS, MAX_STEPS, SEEDS, Contestant, Controls, contestants
+from solvers.studies.race import CONTESTANTS, EXTRAS, MAX_STEPS, SEEDS, Contestant, Controls, contestants, racing
 
 MOST_SEEDS = 100_000
 
@@ -45,7 +45,7 @@ def race(arguments: Sequence[str]) -> int:
     cases = [(name, given.degrees) for name in settings]
     if given.setting is None and given.degrees == 45.0:
         cases.append(("combo", 15.0))
-    racing = contestants(given.only)
+    chosen = contestants(given.only and [racing(name, "--only").method for name in given.only])
     if validate.count(given.seeds, "--seeds", 1) > MOST_SEEDS:
         raise ValueError(f"--seeds: {given.seeds} are more than the {MOST_SEEDS} that are run")
     validate.count(given.max_steps, "--max-steps")
@@ -55,7 +55,7 @@ def race(arguments: Sequence[str]) -> int:
         seeds = [40 + 13 * k for k in range(given.seeds)]
         with Bar(name) as bar:
             lines = benchmark(
-                controls, seeds=seeds, contestants=racing, max_steps=given.max_steps, progress=_counted(bar, racing)
+                controls, seeds=seeds, contestants=chosen, max_steps=given.max_steps, progress=_counted(bar, chosen)
             )
         if given.json:
             found.append({"setting": name, "degrees": degrees, "distance": given.distance, "seeds": given.seeds})
@@ -69,9 +69,9 @@ def race(arguments: Sequence[str]) -> int:
     return 0
 
 
-def _counted(bar: Callable[[int, int], None], racing: Sequence[Contestant]) -> Callable[[Contestant], None]:
+def _counted(bar: Callable[[int, int], None], chosen: Sequence[Contestant]) -> Callable[[Contestant], None]:
     """What shows on a bar how many of the contestants have run."""
-    return lambda contestant: bar(racing.index(contestant), len(racing))
+    return lambda contestant: bar(chosen.index(contestant), len(chosen))
 
 
 def _told(line: Line) -> dict[str, Any]:

@@ -20,6 +20,7 @@ COMMANDS: dict[str, Callable[[Sequence[str]], int]] = {
     "drive": drive,
     "methods": methods,
 }
+_NAMED = ", ".join(COMMANDS)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -57,7 +58,9 @@ def _as_typed(message: str, given: Sequence[str]) -> str:
 def _files(given: list[str]) -> list[str]:
     """Arguments that name no command. Raises ValueError where the first is not a file either, but nearly a command."""
     first = given[0] if given else "-"
-    near = "" if first.startswith("-") or os.path.exists(first) else validate.nearest(first, COMMANDS)
-    if near:
-        raise ValueError(f"{first!r} is neither a command nor a file{near}")
+    if first.startswith("-") or os.path.exists(first):
+        return given
+    near = validate.nearest(first, COMMANDS)
+    if near or len(given) == 1:  # no registration has a single argument
+        raise ValueError(f"{first!r} is neither a command nor a file{near or f'; the commands are {_NAMED}'}")
     return given

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from solvers.core import validate
 from solvers.core.arrays import FloatArray, IntArray
+from solvers.core.brief import brief
 from solvers.core.kinds import of_kind, several
 from solvers.core.numbers import array, numbers
 from solvers.core.pose import Pose
@@ -59,6 +60,8 @@ class Edges:
     j: IntArray
     relative: Pose
     information: FloatArray
+
+    __repr__ = brief
 
     if TYPE_CHECKING:
 

@@ -77,6 +77,8 @@ def _got(values: object, a: AnyArray, text: str) -> str:
         return f"{type(values).__name__}{text}"
     if a.dtype.names:
         return f"dtype {a.dtype}; stack its fields, numpy.stack([a[f] for f in a.dtype.names], axis=-1)"
+    if a.dtype.kind == "O" and any(isinstance(one, list | tuple | np.ndarray) for one in a.flat):
+        return f"dtype {a.dtype}, an array of sequences; list(…) makes a list of clouds of it"
     if a.dtype.kind in "USO":
         several = a.ndim and isinstance(values, list | tuple | np.ndarray)
         return f"dtype {a.dtype}; .astype(float) makes numbers of them" if several else type(values).__name__

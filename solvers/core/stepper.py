@@ -16,6 +16,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from solvers.core.arrays import BoolArray, FloatArray, IntArray
+from solvers.core.brief import brief
 from solvers.core.extent import mark_narrow, mark_points
 from solvers.core.log import debug
 from solvers.core.method import Method, Problem, S
@@ -199,6 +200,8 @@ class History:
 
     poses: Pose
     objective: FloatArray
+
+    __repr__ = brief
 
 
 Callback = Callable[[int, Any], Any]

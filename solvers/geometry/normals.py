@@ -23,6 +23,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray
+from solvers.core.brief import brief
 from solvers.core.tree import once
 from solvers.geometry.nearest import Index
 from solvers.geometry.spectral import symmetric_eigen
@@ -49,6 +50,8 @@ class Normals:
     vectors: FloatArray
     flagged: BoolArray
     eigenvalues: FloatArray
+
+    __repr__ = brief
 
 
 def normals(index: Index, k: int = NEIGHBOURS, roundness: float = ROUNDNESS) -> Normals:

@@ -12,6 +12,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, IntArray
+from solvers.core.brief import brief
 from solvers.core.edges import pose_count
 from solvers.core.kinds import function, or_usual
 from solvers.core.pose import Pose
@@ -67,6 +68,8 @@ class Chain:
     information: FloatArray
     believed: BoolArray
     share: FloatArray
+
+    __repr__ = brief
 
 
 def scan_to_scan(

@@ -16,6 +16,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.brief import brief
 from solvers.core.edges import rigid, row_numbers, within
 from solvers.core.kinds import function, of_kind, or_usual
 from solvers.core.method import Method, Problem
@@ -120,6 +121,8 @@ class Scans:
     points: FloatArray
     weights: FloatArray
     surface: Normals
+
+    __repr__ = brief
 
     def __len__(self) -> int:
         return len(self.points)
@@ -244,6 +247,8 @@ class Matches:
     status: StatusArray
     reason: ReasonArray
     believed: BoolArray
+
+    __repr__ = brief
 
 
 def match(

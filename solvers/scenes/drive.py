@@ -1,5 +1,4 @@
-"""A drive: what a robot's laser and its wheels record, scan after scan; a real one, and simulated ones with a known
-truth.
+"""A drive: what a robot's laser and its wheels record, scan after scan; a real one.
 
 The real one is "2006-01ENE-21-SENA_Telecom Faculty_one_loop_only" of the Mobile Robot Programming Toolkit (J. L. Blanco
 Claraco and contributors, BSD 3-Clause): 225 scans of a SICK laser on the robotic wheelchair Sena, recorded on 21
@@ -18,22 +17,17 @@ from numpy.typing import ArrayLike
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray
+from solvers.core.brief import brief
 from solvers.core.edges import rigid
 from solvers.core.kinds import of_kind
 from solvers.core.numbers import copied, moderate
 from solvers.core.pose import Pose
-from solvers.scenes.scans import ranges as cast
+from solvers.core.poses import concatenated
 
 FOLDER = os.path.join(os.path.dirname(__file__), "recorded")
 MIRROR = 1.0 / 75.0
 """Seconds that the mirror of a SICK LMS 200 takes for a turn."""
 ESCAPE = 255  # in a file of ranges: a difference of two bytes follows
-
-OUTER = np.array([(0, 0), (7, 0), (7, 1.2), (9, 1.2), (9, 0), (20, 0), (20, 14), (12, 14), (12, 13), (9, 13), (9, 14),
-                  (0, 14), (0, 8), (-1.2, 8), (-1.2, 5), (0, 5)], dtype=float)  # fmt: skip
-INNER = np.array([(4, 4), (10, 4), (10, 5), (12, 5), (12, 4), (16, 4), (16, 10), (8, 10), (8, 9), (6, 9), (6, 10),
-                  (4, 10)], dtype=float)  # fmt: skip
-OUTER.flags.writeable = INNER.flags.writeable = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +42,7 @@ class Drive:
         When each scan was made, since the first; never before the scan before.
     motion : Pose or array_like of shape (n, 3, 3)
         n motions by odometry, or their homogeneous matrices: from the robot's coordinates at a scan to those at the
-        scan before, in metres. The first is the identity.
+        scan before, in metres. The first, of a scan with none before, is not used and becomes the identity.
     ranges : array_like of shape (n, k)
         Metres along each beam, 0 or more; infinite or NaN where no echo came back.
     bearings : array_like of shape (k,)
@@ -79,6 +73,8 @@ class Drive:
     mount: Pose
     delays: FloatArray | None = None
 
+    __repr__ = brief
+
     if TYPE_CHECKING:
 
         def __init__(
@@ -107,6 +103,7 @@ class Drive:
         motion, mount = (_rigid(getattr(self, name), name) for name in ("motion", "mount"))
         if motion.batch != (n,):
             raise ValueError(f"motion: expected motions of shape ({n},), one a scan, got {motion.batch}")
+        motion = concatenated([Pose.identity(batch=(1,)), motion[1:]])
         if mount.batch:
             raise ValueError(f"mount: expected a single pose, got {mount.batch}")
         made = {"seconds": seconds, "motion": motion, "ranges": ranges, "bearings": bearings, "mount": mount,
@@ -323,76 +320,3 @@ def unpacked(data: bytes, n: int, k: int) -> FloatArray:
     value[long] = raw[first[long] + 1] + 256 * raw[first[long] + 2].astype(np.int64)
     step = np.where(value % 2, -(value + 1) // 2, value // 2)
     return np.asarray(np.cumsum(step.reshape(n, k), axis=1), dtype=np.float64)
-
-
-def simulated_drive(
-    *, seed: int = 40, scans: int = 90, noise: float = 0.01, slip: float = 0.03, beams: int = 181
-) -> tuple[Drive, Pose]:
-    """A drive round a block in a hall, a little more than once, with the truth.
-
-    The laser sees half a circle ahead, up to 12 m. The odometry errs as a share of what was driven and turned, with a
-    constant part of half the slip in the turn, as of a wheel with a wrong radius.
-
-    Parameters
-    ----------
-    seed : int, default 40
-        What the random numbers are drawn from.
-    scans : int, default 90
-        How many scans, at least 2, over the same path.
-    noise : float, default 0.01
-        σ of a range, metres.
-    slip : float, default 0.03
-        σ of the odometry's error, as a share of the motion.
-    beams : int, default 181
-        Beams of a scan, at least 3.
-
-    Returns
-    -------
-    drive : Drive
-        What was recorded.
-    truth : Pose
-        Where the robot was at each scan, in the coordinates of the first.
-
-    Raises
-    ------
-    ValueError
-        If a count is too small, or the noise or the slip negative.
-
-    Examples
-    --------
-    >>> from solvers.drives import simulated_drive
-    >>> drive, truth = simulated_drive(scans=40)
-    >>> drive.ranges.shape, truth.batch
-    ((40, 181), (40,))
-    """
-    n = validate.count(scans, "scans", 2)
-    validate.count(beams, "beams", 3)
-    sigma, share = validate.number(noise, "noise", 0.0), validate.number(slip, "slip", 0.0)
-    rng = np.random.default_rng(validate.count(seed, "seed"))
-    # An ellipse with square shoulders round the block, 1.15 times, at one speed.
-    u = np.linspace(0.0, 2.0 * np.pi * 1.15, 4000)
-    c, s = np.cos(u), np.sin(u)
-    x, y = 10.0 + 8.0 * np.sign(c) * np.abs(c) ** 0.7, 7.0 + 5.0 * np.sign(s) * np.abs(s) ** 0.7
-    along = np.append(0.0, np.cumsum(np.hypot(np.diff(x), np.diff(y))))
-    even = np.linspace(0.0, along[-1], 20 * n)
-    x, y = np.interp(even, along, x), np.interp(even, along, y)
-    heading = np.unwrap(np.arctan2(np.gradient(y), np.gradient(x)))
-    heading = np.convolve(np.pad(heading, 20, "edge"), np.full(41, 1 / 41), "valid")
-    at = np.arange(n) * 20
-    world = Pose.from_angle(heading[at], np.stack([x[at], y[at]], axis=1))
-    truth = world[:1].inverse().compose(world)
-    step = truth[:-1].inverse().compose(truth[1:])
-    bearings: FloatArray = np.linspace(-np.pi / 2, np.pi / 2, beams, dtype=np.float64)
-    mount = Pose.from_angle(0.0, (0.3, 0.0))
-    a, b = (np.concatenate(ends) for ends in ((OUTER, INNER), (np.roll(OUTER, -1, 0), np.roll(INNER, -1, 0))))
-    ranges = np.empty((n, beams))
-    for k in range(n):
-        laser = world[k].compose(mount)
-        ahead = np.stack([np.cos(bearings), np.sin(bearings)], axis=1) @ laser.R.T
-        r = cast(laser.t, ahead, a, b) + sigma * rng.standard_normal(beams)
-        ranges[k] = np.where(r > 12.0, np.inf, r)
-    went, turned = np.linalg.norm(step.t, axis=1), np.asarray(step.angle)
-    t = step.t * (1.0 + share * rng.standard_normal((n - 1, 1)))
-    turn = turned * (1.0 + share * rng.standard_normal(n - 1)) + 0.5 * share * went * 0.2
-    motion = Pose.from_angle(np.append(0.0, turn), np.concatenate([np.zeros((1, 2)), t]))
-    return Drive(0.25 * np.arange(n, dtype=np.float64), motion, ranges, bearings, mount), truth

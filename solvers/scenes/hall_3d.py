@@ -12,6 +12,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import FloatArray
+from solvers.core.brief import brief
 from solvers.core.pose import Pose
 from solvers.scenes.rooms import room
 
@@ -36,6 +37,8 @@ class Hall:
     source: FloatArray
     target: FloatArray
     truth: Pose
+
+    __repr__ = brief
 
 
 def hall(seed: int = 40, floor: int = 250) -> Hall:

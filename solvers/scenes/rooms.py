@@ -13,6 +13,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray
+from solvers.core.brief import brief
 from solvers.core.pose import Pose
 
 
@@ -64,6 +65,8 @@ class Scene:
     target_outlier: BoolArray
     outline: tuple[FloatArray, ...]
     paired: bool = field(default=False)
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         for a in (self.source, self.target, self.source_outlier, self.target_outlier, *self.outline):

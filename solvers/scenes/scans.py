@@ -10,6 +10,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import FloatArray
+from solvers.core.brief import brief
 from solvers.core.pose import Pose
 from solvers.scenes.rooms import ROOM
 
@@ -53,6 +54,8 @@ class Scans:
     source_pose: Pose
     target_pose: Pose
     walls: tuple[FloatArray, ...]
+
+    __repr__ = brief
 
     @property
     def truth(self) -> Pose:

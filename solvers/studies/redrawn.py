@@ -13,6 +13,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import FloatArray
+from solvers.core.brief import brief
 from solvers.core.kinds import of_kind
 from solvers.core.pose import Pose
 from solvers.scenes.scans import ranges
@@ -62,6 +63,8 @@ class Redrawn:
     weights: FloatArray
     truth: Pose
     walls: tuple[FloatArray, ...]
+
+    __repr__ = brief
 
 
 def walls_of(place: str, end: float | None = None) -> tuple[FloatArray, ...]:

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from solvers.api import register
 from solvers.core import validate
 from solvers.core.arrays import FloatArray, IntArray
+from solvers.core.brief import brief
 from solvers.core.edges import rigid
 from solvers.core.kinds import of_kind
 from solvers.core.method import Method
@@ -57,6 +58,8 @@ class Spread:
     mode: IntArray
     whole: Covariance
     modes: tuple[Covariance, ...]
+
+    __repr__ = brief
 
     @property
     def shares(self) -> FloatArray:

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, leading
+from solvers.core.brief import brief
 from solvers.core.kinds import of_kind
 from solvers.core.pose import Pose
 from solvers.uncertainty import se2
@@ -66,6 +67,8 @@ class Covariance:
     radius: FloatArray
     frame: str
     made_by: str
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         validate.one_of(self.frame, FRAMES, "frame")

@@ -163,6 +163,7 @@ def test_a_callback_is_called_after_every_step(scene):
         ({"target": np.zeros((12, 2))}, r"target: .*pass pairs=\(k, 2\)"),
         ({"target": np.full((13, 2), "x")}, r"target: expected real numbers, got dtype <U1; \.astype\(float\)"),
         ({"target": np.zeros((13, 2), dtype=object)}, r"target: .* got dtype object; \.astype\(float\)"),
+        ({"target": np.array([[1, 2], [3]], dtype=object)}, r"target: .* dtype object, an array of sequences; list\("),
         ({"target": np.zeros((13, 2), dtype=complex)}, "target: expected real numbers, got dtype complex128$"),
         ({"target": np.zeros(13, dtype=[("x", "f8"), ("y", "f8")])}, "target: .* got dtype .*; stack its fields"),
         ({"source": "scan.csv"}, r"source: .* got str; read the file first \(solvers\.cloud_text\.read\)"),

@@ -130,11 +130,14 @@ def test_the_benchmark_as_json_is_its_table(capsys):
         (["--seeds", "0"], "--seeds: must be at least 1, got 0"),
         (["--seeds", "-1"], "--seeds: must be at least 1, got -1"),
         (["--max-steps", "-1"], "--max-steps: must be at least 0, got -1"),
+        (["--only", "ipc"], "--only: 'ipc' is unknown, did you mean 'icp'?"),
+        (["--only", "kabsch"], "--only: 'kabsch' does not race, for it needs pairs, and the race has none; those that"),
     ],
 )
-def test_the_benchmark_names_a_count_that_is_too_small(capsys, words, told):
-    asked = ["benchmark", "--setting", "clean", "--only", "icp", *words]
-    assert said(capsys, *asked) == (2, "", f"python -m solvers: {told}\n")
+def test_the_benchmark_names_the_option_that_is_wrong(capsys, words, told):
+    code, out, err = said(capsys, "benchmark", "--setting", "clean", *words)
+    assert (code, out) == (2, "")
+    assert err.startswith(f"python -m solvers: {told}")
 
 
 @pytest.mark.parametrize("option", ["--version", "-V"])
@@ -152,6 +155,13 @@ def test_a_misspelt_command_leads_to_the_right_one(capsys, monkeypatch, wrong, m
     monkeypatch.setattr("sys.argv", ["/usr/bin/registration-ladder", wrong])
     told = f"registration-ladder: '{wrong}' is neither a command nor a file, did you mean '{meant}'?\n"
     assert said(capsys, wrong) == (2, "", told)
+
+
+def test_a_word_alone_is_no_registration(capsys):
+    told = "python -m solvers: 'frobnicate' is neither a command nor a file; the commands are register, benchmark,"
+    code, _, err = said(capsys, "frobnicate")
+    assert code == 2
+    assert err.startswith(told)
 
 
 def test_an_option_before_the_files_is_no_misspelt_command(files, capsys):

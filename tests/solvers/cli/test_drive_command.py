@@ -12,7 +12,8 @@ import pytest
 
 from solvers.cli.command import main
 from solvers.io import g2o
-from solvers.scenes.drive import Drive, simulated_drive, telecom_loop
+from solvers.scenes.drive import Drive, telecom_loop
+from solvers.scenes.simulated_drive import simulated_drive
 
 pytestmark = pytest.mark.native
 

@@ -31,7 +31,8 @@ from solvers.odometry import (
 )
 from solvers.odometry.matching import TOGETHER, together
 from solvers.posegraph import optimise
-from solvers.scenes.drive import Drive, chained, interlaced, simulated_drive, telecom_loop
+from solvers.scenes.drive import Drive, chained, interlaced, telecom_loop
+from solvers.scenes.simulated_drive import simulated_drive
 from tests.solvers.odometry.drives import claimed, muted, simulated
 
 

@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from solvers import Pose
-from solvers.scenes.drive import Drive, chained, interlaced, packed, simulated_drive, telecom_loop, unpacked
+from solvers.scenes.drive import Drive, chained, interlaced, packed, telecom_loop, unpacked
+from solvers.scenes.simulated_drive import simulated_drive
 
 
 def test_the_recorded_drive_is_the_one_that_was_published() -> None:
@@ -144,6 +145,14 @@ def test_a_drive_is_made_of_lists_and_of_matrices() -> None:
         assert getattr(drive, name).dtype == np.float64
         assert not getattr(drive, name).flags.writeable
     assert (drive.motion.batch, drive.mount.batch) == ((2,), ())
+
+
+def test_a_drive_begins_at_the_identity() -> None:
+    """What the first motion is given as does not matter, and the others are kept."""
+    motion = Pose.from_angle([0.3, 0.2], [(1.0, 2.0), (0.5, 0.1)])
+    kept = Drive(**{**PARTS, "motion": motion}).motion  # type: ignore[arg-type]
+    assert np.array_equal(kept[0].matrix, np.eye(3))
+    assert np.array_equal(kept[1].matrix, motion[1].matrix)
 
 
 @pytest.mark.parametrize(

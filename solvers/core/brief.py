@@ -1,0 +1,26 @@
+"""How a record of arrays shows itself at a prompt: in a line, however many points it holds."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+
+_FEW = 9  # a 3 × 3 matrix is still read at a glance
+
+
+def brief(record: Any) -> str:
+    """`Name(field=value, …)` of a dataclass: small arrays in full, others by dtype and shape."""
+    said = ", ".join(f"{f.name}={_said(getattr(record, f.name))}" for f in fields(record))
+    return f"{type(record).__name__}({said})"
+
+
+def _said(value: Any) -> str:
+    if isinstance(value, tuple | list) and value and all(isinstance(part, np.ndarray) for part in value):
+        return f"{len(value)} arrays" if len(value) > 1 else f"({_said(value[0])},)"
+    if not isinstance(value, np.ndarray | np.generic):
+        return repr(value)
+    if value.size > _FEW:
+        return f"{value.dtype} array of shape {value.shape}"
+    return " ".join(np.array2string(np.asarray(value), precision=6, separator=", ").split())

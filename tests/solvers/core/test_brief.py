@@ -1,0 +1,42 @@
+"""How records of arrays show themselves at a prompt."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+from solvers import Pose, register
+from solvers.drives import telecom_loop
+from solvers.odometry import match, prepare
+from solvers.scans import two_scans
+from solvers.scenes import kabsch_scene
+from solvers.verify import evidence
+
+
+def records() -> Iterator[object]:
+    """One of each kind that users hold, at its usual size."""
+    scene, drive = kabsch_scene("clean"), telecom_loop()
+    result = register(scene.source, scene.target, "icp")
+    scans = prepare(drive)
+    yield from (scene, drive, scans, two_scans(), result.history, result.covariance)
+    yield match(scans, [1, 2], [0, 1], drive.motion[[1, 2]])
+    yield evidence(scene.source, scene.target, result.pose)
+
+
+@pytest.mark.parametrize("record", list(records()), ids=lambda record: type(record).__name__)
+def test_a_record_shows_itself_in_a_short_line(record: object) -> None:
+    said = repr(record)
+    assert said.startswith(f"{type(record).__name__}(")
+    assert "\n" not in said
+    assert len(said) < 700
+
+
+def test_small_arrays_are_shown_whole_and_large_ones_by_shape() -> None:
+    said = repr(kabsch_scene("clean"))
+    assert "source=float64 array of shape (13, 2)" in said
+    assert "truth=Pose(angle=50°" in said
+    found = evidence([[0.0, 0.0], [1.0, 0.0]], [[0.0, 0.0], [1.0, 0.0]], Pose.identity(), reach=0.1)
+    assert "explained=[ True, True]" in repr(found)
+    assert "share=1." in repr(found)
+    assert repr(two_scans()).endswith("walls=3 arrays)")
