@@ -116,9 +116,11 @@ def _driven(given: argparse.Namespace) -> tuple[int, dict[str, Any]]:
 def _recording(file: str, recorded: Drive) -> dict[str, Any]:
     """What there is to say of a drive as it was recorded."""
     n, k = recorded.ranges.shape
-    silent = 100.0 * float(np.isinf(recorded.ranges).mean())
-    print(f"drive     {file}: {n} scans of {k} beams, {silent:.1f} % without echo")
-    return {"drive": file, "scans": n, "beams": k}
+    echoes = recorded.ranges[np.isfinite(recorded.ranges)]
+    farthest = float(echoes.max(initial=0.0))  # a file in metres, read as centimetres, is known by it
+    heard = f"{100.0 * (1.0 - echoes.size / (n * k)):.1f} % without echo, the farthest echo at {farthest:.2f} m"
+    print(f"drive     {file}: {n} scans of {k} beams, {heard}")
+    return {"drive": file, "scans": n, "beams": k, "farthest": farthest}
 
 
 def _matched(recorded: Drive, scans: Scans, to: str, matching: MatchOptions) -> tuple[Chain, IntArray]:

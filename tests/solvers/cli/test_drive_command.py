@@ -70,6 +70,7 @@ def test_json_says_what_the_lines_say(table: Path, tmp_path: Path, capsys: pytes
     told = json.loads(out)
     assert (code, err) == (0, "")
     assert (told["scans"], told["beams"], told["not_matched"]) == (70, 121, [])
+    assert 10.0 < told["farthest"] <= 12.0  # as far as the simulated laser sees
     assert told["graph"]["status"] == "converged"
     assert 0 < told["loops"] <= told["candidates"]
     *_, last = np.loadtxt(tmp_path / "poses.csv", delimiter=",", skiprows=1)
@@ -145,7 +146,7 @@ def test_the_recorded_drive_from_a_file_is_the_one_included(tmp_path: Path, caps
     path.write_text(as_csv(telecom_loop()), "utf-8")
     code, included, _ = said(capsys, "telecom-loop")
     assert code == 0
-    assert "225 scans of 361 beams, 11.5 % without echo" in included
+    assert "225 scans of 361 beams, 11.5 % without echo, the farthest echo at 58.04 m\n" in included
     assert "224 of 224 scans matched" in included
     assert "loops     55 of 55 candidates accepted" in included
     assert "loop gap  0.106 m" in included
