@@ -9,6 +9,12 @@ from difflib import get_close_matches
 from pathlib import Path
 
 
+def first_line(error: BaseException) -> str:
+    """What an error says first; its kind where it says nothing."""
+    said = str(error).strip()
+    return said.splitlines()[0] if said else type(error).__name__
+
+
 @dataclass(frozen=True, order=True)
 class Problem:
     """One thing to mend; line and column count from 1, 0 where a file as a whole is meant."""
@@ -38,10 +44,13 @@ class Problems:
         """Note a problem at a place, once."""
         self._append(self.found, place, message)
 
-    def lacks(self, file: str, place: Place, message: str) -> None:
-        """Note a name that a file should have, unless nothing of that file could be read."""
-        if file not in self.unread:
+    def lacks(self, file: str, place: Place, message: str, any_known: bool = True) -> None:
+        """Note a name that a file should have, unless nothing of that file could be read; where no name of it is known
+        at all, the file itself."""
+        if file not in self.unread and any_known:
             self.add(place, message)
+        elif file not in self.unread:
+            self.add(Place(file), "is missing or empty, and is needed")
 
     def warn(self, place: Place, message: str) -> None:
         """Note what only a strict build minds."""

@@ -13,6 +13,7 @@ from widgets.drawing.picture import Array
 from widgets.engine.contract import SEED
 from widgets.parts import dial_marks as marks
 from widgets.parts.dial import COARSE, RUNGS, Dial, headings, made
+from widgets.parts.ring import place
 
 NAMES: Sequence[str] = tuple(RUNGS)
 NOISE = 0.02  # u, with which the dials of the chapters open
@@ -29,7 +30,7 @@ def dial(name: str) -> Dial:
 
 def profile(name: str) -> Array:
     """The ring's outer line, (60, 2) u from the middle, the truth at the top; a flat one lies on the inner circle."""
-    return marks.place(headings()[::COARSE], marks.heights(dial(name), full=False))
+    return place(headings()[::COARSE], marks.heights(dial(name), full=False))
 
 
 @cache
@@ -56,13 +57,13 @@ def draw(axes: Any, theme: dict[str, str], name: str, middle: Array, scale: floa
     def px(points: Any) -> Any:
         return middle + np.asarray(points) * (scale, -scale)
 
-    ring, circle = profile(name), marks.place(CIRCLE, marks.INNER)
+    ring, circle = profile(name), place(CIRCLE, marks.INNER)
     from_top = np.roll(ring, len(ring) // 2, axis=0)  # the seam is where the ring is thinnest
     both = px(np.concatenate([from_top, from_top[:1], circle[::-1]]))
     axes.fill(*both.T, color=theme["accent"], alpha=0.16, lw=0)
     for line in (np.concatenate([ring, ring[:1]]), circle):
         axes.plot(*px(line).T, color=theme["accent"], lw=2.0)
-    axes.plot(*px(marks.place(np.zeros(2), np.array([marks.INNER - 0.35, marks.OUTER + 0.1]))).T, color=theme["truth"])
+    axes.plot(*px(place(np.zeros(2), np.array([marks.INNER - 0.35, marks.OUTER + 0.1]))).T, color=theme["truth"])
     for curve in one.clouds.scene.outline:
         axes.plot(*px(curve).T, color=theme["truth"], alpha=0.5, lw=5.0, solid_joinstyle="round")
         axes.plot(*px(TURN.apply(curve)).T, color=theme["source"], lw=1.8)

@@ -14,8 +14,7 @@ from typing import get_args
 from sitegen.cache.store import DAY, Kind, put_file
 
 UNUSED = 60 * DAY
-BEFORE = ("maths", "unpacked", "values")  # where earlier versions kept things
-FOLDERS = (*get_args(Kind), "outside", *BEFORE)
+FOLDERS = (*get_args(Kind), "outside")
 STAMP = "pruned"
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise, takewhile
@@ -168,26 +168,33 @@ class Chapter:
 def read_site(root: Path, problems: Problems) -> Site:
     """The settings; defaults where they are faulty."""
     path, name = root / SETTINGS, SETTINGS
-    document = None
-    if path.is_file():
+    document, there = None, path.is_file()
+    if there:
         document = yaml_schema.read(read_text(path, name, problems), name, problems)
     else:
         problems.add(Place(name), "the site's settings are missing")
     document = document or yaml_schema.Yaml({}, {}, Place(name, 1, 1))
     had = len(problems.found)
-    values = yaml_schema.validated(document, SITE, problems) if path.is_file() and document.places else _defaults(SITE)
+    values = yaml_schema.validated(document, SITE, problems) if there and document.places else _defaults(SITE)
     licence = yaml_schema.validated(document, LICENCE, problems, "licence") if values["licence"] else _defaults(LICENCE)
     rungs = []
     for i in range(len(values["ladder"])):
         rung = yaml_schema.validated(document, RUNG, problems, "ladder", i)
         rungs.append(Rung(rung["rung"], rung["title"]))
+    macros = {}
     for macro, meaning in values["macros"].items():
-        if not re.fullmatch(r"\\[A-Za-z]+", str(macro)) or not isinstance(meaning, str):
+        if re.fullmatch(r"\\[A-Za-z]+", str(macro)) and isinstance(meaning, str):
+            macros[macro] = meaning
+        else:  # with which formulas that are right would fail
             problems.add(document.at("macros", macro), "a macro is written '\\name': LaTeX")
     url = values["url"]
     if url and not re.fullmatch(r"https?://[^\s]+", url):
         problems.add(document.at("url"), f"url: an address that begins with https:// is expected, not {url!r}")
-    if not document.places and len(problems.found) == had and name not in problems.unread:
+    report = values["report"]
+    if report and not re.fullmatch(r"(?:https?://|mailto:)\S+", report):
+        says = f"report: an address that begins with https:// or mailto: is expected, not {report!r}"
+        problems.add(document.at("report"), says)
+    if there and not document.places and len(problems.found) == had and name not in problems.unread:
         problems.add(Place(name, 1, 1), "the site's settings are empty")
     return Site(
         values["title"],
@@ -200,7 +207,7 @@ def read_site(root: Path, problems: Problems) -> Site:
         licence["name"],
         licence["url"],
         tuple(rungs),
-        values["macros"],
+        macros,
     )
 
 
@@ -215,7 +222,7 @@ def read_chapters(
     whose mistakes stop nothing. With `kept`, only what was edited is parsed."""
     kept = kept or Memory()
     found: list[tuple[tuple[float, str], Path]] = []
-    for path in sorted((root / "content").glob("*.md")):
+    for path in _markdown(root / "content", root, problems):
         match = FILE_NAME.fullmatch(path.name)
         if match is None:
             problems.add(
@@ -243,6 +250,17 @@ def read_chapters(
     return chapters, left_out
 
 
+def _markdown(folder: Path, root: Path, problems: Problems) -> Iterator[Path]:
+    """The Markdown files of a folder, by name, without an editor's own, which begin with a dot."""
+    for path in sorted(folder.glob("*.md")):
+        if path.name.startswith("."):
+            continue
+        if path.is_file():
+            yield path
+        else:
+            problems.add(Place(path.relative_to(root).as_posix()), "is not a file, or a link to none")
+
+
 def is_draft(what: str, file: str) -> str:
     """What to say of a name that leads to a draft which is left out: this file."""
     return f"{what} is a draft: {file} is published once its line 'draft: true' is gone"
@@ -251,7 +269,7 @@ def is_draft(what: str, file: str) -> str:
 def read_docs(root: Path, problems: Problems, kept: Memory | None = None) -> list[Chapter]:
     """The pages of the docs, by name; each is linked from their index, which must be there where any other is."""
     docs, kept = [], kept or Memory()
-    for path in sorted((root / DOCS).glob("*.md")):
+    for path in _markdown(root / DOCS, root, problems):
         if not SLUG.fullmatch(path.stem):
             says = "a page of the docs is called like authoring.md: lower-case ASCII letters, digits and hyphens"
             problems.add(Place(f"{DOCS}/{path.name}"), says)
@@ -327,13 +345,14 @@ def _parsed(name: str, text: str, first: bool, problems: Problems) -> Chapter:
 
 def _split(text: str, name: str, problems: Problems) -> tuple[str, str]:
     """Front matter and the rest, with blank lines in the front matter's place so that line numbers hold."""
-    if not text.startswith("---\n"):
+    opened = re.match(r"---[ \t]*\n", text)
+    if opened is None:
         here = "the file is empty" if not text.strip() else "front matter is missing"
         problems.add(Place(name, 1, 1), f"{here}: it begins with lines between --- and --- with at least a title")
         return "", text
-    closed = re.compile(r"^---[ \t]*(?:\n|\Z)", re.MULTILINE).search(text, 4)
+    closed = re.compile(r"^---[ \t]*(?:\n|\Z)", re.MULTILINE).search(text, opened.end())
     if closed is not None:
-        front = text[4 : closed.start()]
+        front = text[opened.end() : closed.start()]
         return front or "\n", "\n" * (front.count("\n") + 2) + text[closed.end() :]
     problems.add(Place(name, 1, 1), "the front matter that begins here is never closed by a line ---")
     lines = list(takewhile(FRONT_LINE.match, text.split("\n")[1:]))

@@ -15,6 +15,7 @@ from sitegen.problems import Place, Problems, hint
 from widgets.engine.contract import MAX_LOG, Record, Widget, parsed, preset
 from widgets.engine.controls import specs, validated, values
 
+ID = re.compile(r"(?=.*[A-Za-z0-9])[A-Za-z0-9-]+")  # hyphens alone are none
 
 def listed(directive: Directive, at: Callable[[int], Place], problems: Problems) -> list[Attribute] | None:
     """The directive's attributes; None where they cannot be read. That, and one that stands twice, is a problem."""
@@ -31,6 +32,14 @@ def listed(directive: Directive, at: Callable[[int], Place], problems: Problems)
     return found
 
 
+def bare(given: Iterable[Attribute], most: int, at: Callable[[int], Place], problems: Problems) -> list[Attribute]:
+    """The attributes that are words alone; each beyond the `most` that may be is a problem."""
+    words = [a for a in given if not a.name]
+    for extra in words[most:]:
+        problems.add(at(extra.start), f"expected name=value, not {extra.value!r}")
+    return words
+
+
 def widget_of(
     directive: Directive,
     given: Sequence[Attribute],
@@ -39,23 +48,22 @@ def widget_of(
     problems: Problems,
 ) -> tuple[Widget, str] | None:
     """The widget that a line names first, and the preset that it names; None, and a problem, where there is none."""
-    bare = [a for a in given if not a.name]
-    if not bare:
+    words = bare(given, 1, at, problems)
+    if not words:
         problems.add(
             at(directive.attributes_start), f"a {directive.name} names its widget first: {{kabsch preset=default}}"
         )
         return None
-    if bare[0].value not in widgets:
-        near = hint(bare[0].value, widgets)
-        problems.lacks(module_file(bare[0].value), at(bare[0].start), f"no widget {bare[0].value!r}{near}")
+    first = words[0]
+    if first.value not in widgets:
+        near = hint(first.value, widgets)
+        problems.lacks(module_file(first.value), at(first.start), f"no widget {first.value!r}{near}")
         return None
-    for extra in bare[1:]:
-        problems.add(at(extra.start), f"expected name=value, not {extra.value!r}")
-    widget, chosen = widgets[bare[0].value], next((a for a in given if a.name == "preset"), None)
+    widget, chosen = widgets[first.value], next((a for a in given if a.name == "preset"), None)
     name = chosen.value if chosen else "default"
     if name not in widget.presets:
         problems.add(
-            at(chosen.value_start if chosen else bare[0].start),
+            at(chosen.value_start if chosen else first.start),
             f"{widget.name} has no preset {name!r}{hint(name, widget.presets)}",
         )
         return None
@@ -73,7 +81,7 @@ def placed(
     widget, name = found
     named = {a.name: a for a in given if a.name and a.name != "preset"}
     figure_id = named.pop("id", None)
-    if (figure_id and not figure_id.value.replace("-", "").isalnum()) or (figure_id and not figure_id.value.isascii()):
+    if figure_id and not ID.fullmatch(figure_id.value):
         problems.add(at(figure_id.value_start), f"{figure_id.value!r} is not an id: use letters, digits, hyphens")
     after = named.pop("after", None)
     leading = [named.pop(part) for part in LEADING if part in named]

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping
 
-from sitegen.chapters.placing import listed
+from sitegen.chapters.placing import ID, bare, listed
 from sitegen.figures.gallery import Placed, Plot
 from sitegen.markup.directives import Directive
 from sitegen.problems import Place, Problems, hint
@@ -18,15 +17,13 @@ def placed(
     given = listed(directive, at, problems)
     if given is None:
         return None
-    bare = [a for a in given if not a.name]
-    if not bare:
+    words = bare(given, 1, at, problems)
+    if not words:
         problems.add(at(directive.attributes_start), "a plot's name is expected first: {trial-budget id=budget}")
         return None
-    for extra in bare[1:]:
-        problems.add(at(extra.start), f"expected name=value, not {extra.value!r}")
-    plot = plots.get(bare[0].value)
+    plot = plots.get(words[0].value)
     if plot is None:
-        problems.add(at(bare[0].start), f"no plot {bare[0].value!r}{hint(bare[0].value, plots)}")
+        problems.add(at(words[0].start), f"no plot {words[0].value!r}{hint(words[0].value, plots)}")
         return None
     plot_id = plot.name
     for attribute in (a for a in given if a.name):
@@ -34,7 +31,7 @@ def placed(
             problems.add(
                 at(attribute.start), f"a plot has no {attribute.name!r}, only an id{hint(attribute.name, ['id'])}"
             )
-        elif not re.fullmatch(r"[A-Za-z0-9-]+", attribute.value):
+        elif not ID.fullmatch(attribute.value):
             problems.add(at(attribute.value_start), f"{attribute.value!r} is not an id: use letters, digits, hyphens")
         else:
             plot_id = attribute.value

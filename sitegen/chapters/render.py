@@ -21,7 +21,7 @@ from sitegen.chapters.known import Known
 from sitegen.chapters.leads import halves
 from sitegen.chapters.links import Links, state_of
 from sitegen.chapters.pictures import drawn
-from sitegen.chapters.placing import changed, listed
+from sitegen.chapters.placing import bare, changed, listed
 from sitegen.chapters.predictions import judged
 from sitegen.chapters.promises import hold
 from sitegen.chapters.rendered import Body, Claim
@@ -298,8 +298,7 @@ class _Renderer:
         given = listed(directive, at, self._problems)
         if figure is None or given is None:
             return ""
-        for extra in (a for a in given if not a.name):
-            self._problems.add(at(extra.start), f"expected name=value, not {extra.value!r}")
+        bare(given, 0, at, self._problems)
         record = changed(figure.widget, figure.record, [a for a in given if a.name], at, self._problems)
         readouts = self._known.readouts(figure, record.plain())
         if name in readouts:
@@ -361,8 +360,7 @@ class _Renderer:
             if given and (kind != "fig" or figure_id in self._survey.plots):
                 self._problems.add(at(given[0].start), "a state is that of a figure: :ref[fig:id]{press=finish}")
             return ""
-        for extra in (a for a in given if not a.name):
-            self._problems.add(at(extra.start), f"expected name=value, not {extra.value!r}")
+        bare(given, 0, at, self._problems)
         widget, record = figure
         return state_of(record, changed(widget, record, [a for a in given if a.name], at, self._problems))
 
@@ -373,7 +371,8 @@ class _Renderer:
             reference = self._known.references.get(work.key)
             if reference is None:
                 near = hint(work.key, self._known.references)
-                self._problems.lacks(REFERENCES, citation.at(work.offset), f"no reference {work.key!r}{near}")
+                says, known = f"no reference {work.key!r}{near}", bool(self._known.references)
+                self._problems.lacks(REFERENCES, citation.at(work.offset), says, known)
                 continue
             if work.key not in self._cited:
                 self._cited.append(work.key)
@@ -390,7 +389,7 @@ class _Renderer:
             where = at(directive.attributes_start if key else directive.text_start)
             name = key or directive.text
             says = f"no term {name!r} in the glossary{hint(name, self._known.terms)}"
-            self._problems.lacks(GLOSSARY, where, says)
+            self._problems.lacks(GLOSSARY, where, says, bool(self._known.terms))
             return escapeHtml(directive.text)
         if term.key not in self._terms:
             self._terms.append(term.key)

@@ -15,12 +15,13 @@ from markdown_it.token import Token
 
 from sitegen.chapters.content import Chapter
 from sitegen.chapters.pictures import still
-from sitegen.chapters.placing import changed, id_of, listed, placed
+from sitegen.chapters.placing import bare, changed, id_of, listed, placed
 from sitegen.chapters.plot_placing import placed as placed_plot
 from sitegen.chapters.predictions import prediction
 from sitegen.chapters.promises import HOLDS, OWN, TESTED, Promise, promise, tell_unheld
 from sitegen.chapters.slides import Slide
 from sitegen.chapters.surveyed import Button, Heading, Prediction, Staged, Still, Survey, Tokens, is_mark
+from sitegen.chapters.unfit import REFERENCES, tell_unfit
 from sitegen.figures.gallery import Placed, Plot
 from sitegen.figures.model import Figure, distinct, ways
 from sitegen.figures.wire import Plain
@@ -109,7 +110,7 @@ def survey(chapter: Chapter, widgets: Mapping[str, Widget], plots: Mapping[str, 
                 _picture(found, token, widgets, problems)
     _within(found, [*flow, *(t for tokens in chapter.document.footnotes.values() for t in tokens)], problems)
     for slide in chapter.slides:
-        shown, lost = found.figures.get(slide.figure), f"fig:{slide.figure}" in found.lost
+        shown, lost = found.figures.get(slide.figure), slide.figure not in ("", *found.figures)
         _within(found, [*slide.title, *slide.text, *slide.notes], problems, shown, lost)
         found.slides.append(_staged(found, slide, problems))
     return found.survey()
@@ -122,6 +123,7 @@ def _within(
 
     shown: the figure that the text stands beside, if it does; lost: it stands beside one whose faults are told.
     """
+    tell_unfit(tokens, problems)
     for token in tokens:
         if token.type in ("math_block", "math_block_label"):
             _equation(found, token, problems)
@@ -171,7 +173,8 @@ def _heading(found: _Finding, token: Token, content: Token, problems: Problems) 
             count += 1
             name = f"{base}-{count}"
     _anchor(found, name, place, f"the anchor {name!r}", problems)
-    found.heading_of[heading] = Heading(level, name, content.children or [])
+    told = [child for child in content.children or [] if child.type not in REFERENCES]  # these are told of as unfit
+    found.heading_of[heading] = Heading(level, name, told)
 
 
 def _is_own(name: str) -> bool:
@@ -271,16 +274,14 @@ def _named(
 ) -> Figure | None:
     """The figure that a directive's first bare word names; None, and a problem, where there is none."""
     at = written.at
-    bare = [a for a in given if not a.name]
-    for extra in bare[1:]:
-        problems.add(at(extra.start), f"expected name=value, not {extra.value!r}")
-    if not bare:
+    words = bare(given, 1, at, problems)
+    if not words:
         problems.add(at(written.thing.attributes_start), "a figure's id is expected first: {solve noise=0.2}")
         return None
-    figure = found.figures.get(bare[0].value)
-    if figure is None and f"fig:{bare[0].value}" not in found.lost:
+    figure = found.figures.get(words[0].value)
+    if figure is None and f"fig:{words[0].value}" not in found.lost:
         problems.add(
-            at(bare[0].start), f"no figure {bare[0].value!r} in this chapter{hint(bare[0].value, found.figures)}"
+            at(words[0].start), f"no figure {words[0].value!r} in this chapter{hint(words[0].value, found.figures)}"
         )
     return figure
 
@@ -385,8 +386,7 @@ def _set(found: _Finding, figure: Figure, slide: Slide, problems: Problems) -> R
         return slide.text_at("set", offset)
 
     given = listed(written, at, problems) or []
-    for extra in (a for a in given if not a.name):
-        problems.add(at(extra.start), f"expected name=value, not {extra.value!r}")
+    bare(given, 0, at, problems)
     record = changed(figure.widget, figure.record, [a for a in given if a.name], at, problems)
     found.set.setdefault(figure.id, []).append(record)
     return record

@@ -55,11 +55,16 @@ class Call:
 
 def read_value(text: str) -> Call | float:
     """The number that a text of arithmetic gives, or the call that it is. Raises CallError."""
+    lead = len(text) - len(text.lstrip())
+    text = text.strip()
     try:
         tree = ast.parse(text, mode="eval").body
         return float(_worked_out(tree))
     except (SyntaxError, LookupError):
-        return read_call(text)
+        try:
+            return read_call(text)
+        except CallError as error:
+            raise CallError(str(error), error.offset + lead) from None
     except (ArithmeticError, TypeError, ValueError) as error:
         raise CallError(f"{type(error).__name__}: {error}", 0) from None
 
@@ -167,7 +172,8 @@ def _number(function: Any, call: Call, *before: Any) -> int | float:
         raise CallError(f"{type(error).__name__}: {error}", 0) from error
     value = result.item() if hasattr(result, "item") and getattr(result, "ndim", 1) == 0 else result
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise CallError(f"a finite number is expected, not {type(result).__name__}", 0)
+        got = value if isinstance(value, float) else type(result).__name__
+        raise CallError(f"a finite number is expected, not {got}", 0)
     return value
 
 

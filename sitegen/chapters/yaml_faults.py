@@ -12,6 +12,7 @@ Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 TAB = "a tab: indent with spaces"
 UNALIGNED = "the line begins in another column than its neighbours"
+LINE = "a line is a name, a colon, a blank and a value"
 UNCLOSED = "the quote that begins here is never closed"
 # What YAML's words hold, whether the place is where the thing begins, and what is said instead.
 COMMON = (
@@ -21,7 +22,7 @@ COMMON = (
     ("a tab character", False, TAB),
     ("unknown escape character", False, "in double quotes a \\ begins an escape, in single ones it is a sign"),
     ("while scanning a quoted scalar", True, UNCLOSED),
-    ("while scanning a simple key", True, "a line is a name, a colon, a blank and a value"),
+    ("while scanning a simple key", True, LINE),
     ("while parsing a flow sequence", True, "the list that begins here is never closed by ]"),
     ("while parsing a flow mapping", True, "the mapping that begins here is never closed by }"),
     ("while parsing a block mapping", False, UNALIGNED),
@@ -48,6 +49,12 @@ def cause(source: str, error: yaml.MarkedYAMLError) -> tuple[int, int, str]:
         if end.line == found.line and not before[end.column :].strip() and found.column < len(written):
             other = {"'": "double", '"': "single"}[style]
             return end.line, end.column - 1, f"the quoted text ends here: one with a {style} in it has {other} quotes"
+    if "mapping values are not allowed" in str(error.problem) and re.fullmatch(r"\s*[\w-]+", before):
+        # The line is right, and was taken for more of the one above, which has no colon, or no blank after it.
+        line = next((n for n in range(found.line - 1, -1, -1) if source.split("\n")[n].strip()), found.line)
+        above = source.split("\n")[line]
+        if line < found.line and not NAMED.match(f"\n{above}"):
+            return line, len(above) - len(above.lstrip()), LINE
     if said == UNALIGNED and before.strip():
         said = "the value ends before this"
     mark = (error.context_mark if begins else None) or found

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from datetime import date
 from typing import Any
@@ -52,12 +52,14 @@ def year(required: bool = False) -> Field:
 
 @dataclass(frozen=True)
 class Yaml:
-    """Read data with the place of every key and list item, by its path; `texts`: where each text's first letter is."""
+    """Read data with the place of every key and list item, by its path; `texts`: where each text's first letter is;
+    `written`: each value as its author wrote it."""
 
     data: Any
     places: Mapping[Path, Place]
     root: Place
     texts: Mapping[Path, Place] = dataclasses.field(default_factory=dict)
+    written: Mapping[Path, str] = dataclasses.field(default_factory=dict)
 
     def at(self, *path: str | int) -> Place:
         """The place of a key or item, or of the nearest thing around it."""
@@ -76,15 +78,18 @@ def read(source: str, path: str, problems: Problems, first_line: int = 1) -> Yam
     """Parsed YAML; None, and a problem, where it is none."""
     places: dict[Path, Place] = {}
     texts: dict[Path, Place] = {}
+    written: dict[Path, str] = {}
     try:
         loader = Loader(source)
         try:
             node = loader.get_single_node()
             if node is not None:
                 _collect(node, (), places, path, first_line, problems)
-                _find_texts(node, (), texts, source.split("\n"), Place(path, first_line, 1))
+                for at, scalar in _scalars(node, ()):
+                    texts[at] = _text_place(scalar, source.split("\n"), Place(path, first_line, 1))
+                    written[at] = scalar.value
             data = None if node is None else loader.construct_document(node)
-            return Yaml(data, places, Place(path, first_line, 1), texts)
+            return Yaml(data, places, Place(path, first_line, 1), texts, written)
         finally:
             loader.dispose()
     except yaml.MarkedYAMLError as error:
@@ -114,21 +119,26 @@ def _collect(node: Any, at: Path, places: dict[Path, Place], path: str, first: i
             _collect(item, (*at, i), places, path, first, problems)
 
 
-def _find_texts(node: Any, at: Path, texts: dict[Path, Place], lines: list[str], root: Place) -> None:
-    """Where texts begin: after a quote, or below the sign of a text of several lines, behind its indentation."""
+def _scalars(node: Any, at: Path) -> Iterator[tuple[Path, Any]]:
+    """The texts, numbers and other single values below a node, each by its path."""
     if isinstance(node, yaml.MappingNode):
         for key, value in node.value:
-            _find_texts(value, (*at, key.value) if isinstance(key, yaml.ScalarNode) else at, texts, lines, root)
+            yield from _scalars(value, (*at, key.value) if isinstance(key, yaml.ScalarNode) else at)
     elif isinstance(node, yaml.SequenceNode):
         for i, item in enumerate(node.value):
-            _find_texts(item, (*at, i), texts, lines, root)
+            yield from _scalars(item, (*at, i))
     else:
-        line, column = node.start_mark.line, node.start_mark.column + (node.style in ("'", '"'))
-        if node.style in ("|", ">"):
-            line += 1
-            written = next((each for each in lines[line:] if each.strip()), "")
-            column = len(written) - len(written.lstrip())
-        texts[at] = Place(root.path, root.line + line, column + 1)
+        yield at, node
+
+
+def _text_place(node: Any, lines: list[str], root: Place) -> Place:
+    """Where a text begins: after a quote, or below the sign of a text of several lines, behind its indentation."""
+    line, column = node.start_mark.line, node.start_mark.column + (node.style in ("'", '"'))
+    if node.style in ("|", ">"):
+        line += 1
+        written = next((each for each in lines[line:] if each.strip()), "")
+        column = len(written) - len(written.lstrip())
+    return Place(root.path, root.line + line, column + 1)
 
 
 def validated(document: Yaml, fields: Mapping[str, Field], problems: Problems, *at: str | int) -> dict[str, Any]:
@@ -144,15 +154,23 @@ def validated(document: Yaml, fields: Mapping[str, Field], problems: Problems, *
         if name not in fields:
             problems.add(document.at(*at, name), f"no key {str(name)!r}{hint(str(name), fields)}")
         elif not fields[name].accepts(value):
-            quoted = isinstance(value, (int, float, date)) and fields[name].accepts(str(value))
-            more = f"; in quotes it is one: {name}: \"{value}\"" if quoted else ""
-            problems.add(document.at(*at, name), f"{name}: {fields[name].expects} is expected, not {value!r}{more}")
+            problems.add(document.at(*at, name), f"{name}: {_unaccepted(fields[name], name, value, document, at)}")
         else:
             result[name] = value
     for name, field in fields.items():
         if field.required and name not in given:
             problems.add(document.at(*at), f"{name} is missing: {field.expects}")
     return result
+
+
+def _unaccepted(field: Field, name: Any, value: Any, document: Yaml, at: Path) -> str:
+    """What to say of a value that is none of a field's: in the author's words, where YAML read something else."""
+    if value is None:
+        return f"{field.expects} is expected, and nothing stands here"
+    raw = document.written.get((*at, name), str(value))
+    quoted = isinstance(value, (int, float, date)) and field.accepts(raw)
+    more = f"; in quotes it is one: {name}: \"{raw}\"" if quoted else ""
+    return f"{field.expects} is expected, not {raw if isinstance(value, (int, float, date)) else repr(value)}{more}"
 
 
 def entries(source: str, path: str, things: str, problems: Problems) -> tuple[Yaml | None, tuple[Any, ...]]:

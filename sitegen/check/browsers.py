@@ -13,6 +13,7 @@ from pathlib import Path
 from playwright.sync_api import Error, sync_playwright
 
 from sitegen.check import webkit
+from sitegen.problems import first_line
 
 # Headless in a container, and no requests of the browser's own; in the shell letters as wide as in a window.
 FLAGS = (
@@ -60,7 +61,7 @@ def chromium_fault(path: Path) -> str:
             browser.new_page().goto("about:blank")
             browser.close()
     except Error as error:
-        return str(error).strip().splitlines()[0]
+        return first_line(error)
     return ""
 
 

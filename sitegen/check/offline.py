@@ -10,6 +10,7 @@ from playwright.sync_api import Browser, BrowserContext, Error, Page, sync_playw
 
 from sitegen.check.browsers import FLAGS, BrowserMissing, chromium
 from sitegen.pipeline.attempt import attempt, tell
+from sitegen.problems import first_line
 from sitegen.progress import shown
 from sitegen.serve.static_files import serving
 
@@ -68,7 +69,7 @@ def kept_fault(context: BrowserContext, address: str) -> str:
         page.goto(address)
         page.wait_for_selector(".site-kept:not(:empty)", timeout=KEPT_MS, state="attached")
     except Error as error:
-        return f"the site is not stored: {error.message.splitlines()[0]}"
+        return f"the site is not stored: {first_line(error)}"
     finally:
         page.close()
     return ""
@@ -96,7 +97,7 @@ def answers(context: BrowserContext, address: str) -> tuple[int, str]:
             ask(page, figure.get_attribute("id") or "")
             live += 1
     except Error as error:
-        return live, error.message.splitlines()[0]
+        return live, first_line(error)
     finally:
         page.close()
     return live, ""

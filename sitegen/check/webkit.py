@@ -15,6 +15,8 @@ from selenium.webdriver.webkitgtk.options import Options
 from selenium.webdriver.webkitgtk.service import Service
 from urllib3.exceptions import HTTPError
 
+from sitegen.problems import first_line
+
 SCREEN = "1600x1400x24"
 # Without this the browser's own toolbar keeps its window wider than a phone.
 NARROW = "headerbar *, box button, entry, button { min-width: 0; padding: 0; margin: 0; }"
@@ -86,7 +88,7 @@ def fault(driver: Path) -> str:
         finally:
             service.stop()
     except (WebDriverException, HTTPError, OSError) as error:
-        return str(error).strip().splitlines()[0]
+        return first_line(error)
     finally:
         display.close()
     return ""

@@ -6,6 +6,7 @@ import os
 import shutil
 import subprocess
 import sys
+from contextlib import suppress
 from fnmatch import fnmatch
 from pathlib import Path
 
@@ -40,6 +41,7 @@ def clean(root: Path, *, everything: bool = False) -> int:
         else:
             gone.append(cache)
         gone.append(environment.folder(root))
+    removed = []
     for path in gone:
         shown = path.relative_to(root) if path.is_relative_to(root) else path
         try:
@@ -53,7 +55,10 @@ def clean(root: Path, *, everything: bool = False) -> int:
             print(f"clean: {shown} cannot be removed: {error.strerror or error}", file=sys.stderr)
             code = 1
             continue
-        print(f"removed {shown}")
+        removed.append(f"removed {shown}")
+    if removed:  # told at the end, so that a reader who goes away stops nothing
+        with suppress(BrokenPipeError):
+            print(*removed, sep="\n", flush=True)
     return code
 
 

@@ -36,10 +36,17 @@ def _none(parser: argparse.ArgumentParser) -> None:
     """No options."""
 
 
+def _port(text: str) -> int:
+    """A port's number; 0 is any that is free."""
+    if text.isdecimal() and int(text) < 1 << 16:
+        return int(text)
+    raise argparse.ArgumentTypeError(f"a port is a number from 0 to 65535, not {text!r}")
+
+
 def _serve_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--host", default="127.0.0.1", help="address to listen on (default: this machine only)")
     parser.add_argument(
-        "--port", type=int, default=8000, help="the port, or the next free one after it (default: %(default)s)"
+        "--port", type=_port, default=8000, help="the port, or the next free one after it (default: %(default)s)"
     )
     parser.add_argument("--no-open", action="store_true", help="do not open the browser")
     parser.add_argument(

@@ -1,4 +1,4 @@
-"""Files from outside: pinned in outside.toml, fetched from the first source that has them, verified, kept in a cache.
+"""Files from outside: pinned in pins.toml, fetched from the first source that has them, verified, kept in a cache.
 
 What is verified is each file that is used, never the archive it came in, so that any source will do. Nothing whose
 sha256 differs is ever handed on.

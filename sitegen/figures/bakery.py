@@ -20,7 +20,7 @@ import widgets
 import widgets.figures
 from sitegen.cache.files import content, fingerprint, short_hash
 from sitegen.cache.store import Store
-from sitegen.figures.model import Figure
+from sitegen.figures.model import FIGURES, Figure
 from sitegen.figures.picture_faults import FigureFault, Watched, watched_job
 from sitegen.figures.tape import StateRoles, state_roles
 from sitegen.figures.wire import Plain, dumps
@@ -30,7 +30,6 @@ from widgets.engine.host import Host
 from widgets.engine.jobs import finished
 from widgets.engine.registry import WIDGETS
 
-FIGURES = Path(widgets.figures.__path__[0])
 TAPE = short_hash(content(Path(__file__).with_name("tape.py")))  # of what makes the tapes that are kept
 SOUND = short_hash(content(Path(__file__).with_name("picture_faults.py")))  # of what looks at the pictures before
 

@@ -121,7 +121,7 @@ def _write(parent: ElementTree.Element, names: dict[str, str], out: list[str]) -
             continue
         if kind in ("image", "linearGradient", "pattern"):
             raise ValueError(f"a plot holds no {kind}: draw areas and lines")
-        attributes = _attributes(each, kind, names)
+        attributes = _attributes(each, names)
         if kind in DRAWN:
             unseen = attributes.get("fill") == "none" and "s-" not in attributes.get("class", "")
             if attributes.get("d") == "" or (unseen and kind == "path"):
@@ -146,7 +146,7 @@ def _element(
     out.append(f"<{kind}{written}>{holds}</{kind}>" if holds else f"<{kind}{written}/>")
 
 
-def _attributes(each: ElementTree.Element, kind: str, names: dict[str, str]) -> dict[str, str]:
+def _attributes(each: ElementTree.Element, names: dict[str, str]) -> dict[str, str]:
     found: dict[str, str] = {}
     classes: list[str] = []
     for raw, value in each.items():

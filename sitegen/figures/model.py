@@ -4,10 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 
+import widgets.figures
 from sitegen.figures.wire import Plain
 from sitegen.problems import Place
 from widgets.engine.contract import Lead, Record, Widget
+
+FIGURES = Path(widgets.figures.__path__[0])
+"""Where the figures' modules are."""
 
 
 @dataclass(frozen=True)

@@ -8,18 +8,17 @@ import sys
 import traceback
 from collections.abc import Iterator, Mapping
 from inspect import getsource
-from pathlib import Path, PurePath
+from pathlib import PurePath
 from types import TracebackType
 from typing import Any
 
-import widgets.figures
+from sitegen.figures.model import FIGURES
 from sitegen.problems import Place, Problems, hint
 from widgets.drawing.picture import ROLES
 from widgets.engine.contract import Widget, parsed, preset
 from widgets.engine.controls import Spec, validated
 
 MACHINERY = ("widgets.engine.", "widgets.drawing.picture", "widgets.drawing.svg")
-FIGURES = Path(widgets.figures.__path__[0])
 
 
 def module_file(name: str) -> str:

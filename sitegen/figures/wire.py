@@ -21,7 +21,7 @@ def spec(widget: Widget) -> Plain:
     """What the page's script needs to know of a widget."""
     return {
         "buttons": [
-            {"name": b.name, "label": b.label, "does": b.does, "primary": b.primary, "repeats": b.repeats}
+            {"name": b.name, "label": b.label, "does": b.does, "repeats": b.repeats}
             for b in widget.buttons
         ],
         "controls": {name: _control(control) for name, control in specs(widget.controls).items()},

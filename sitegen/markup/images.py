@@ -37,8 +37,9 @@ def _raster_size(path: Path) -> tuple[int, int]:
 
     try:
         with PIL.Image.open(path) as image:
+            image.load()  # a file cut short has its size all the same
             return image.width, image.height
-    except OSError as error:
+    except (OSError, SyntaxError) as error:  # a damaged PNG is no syntax to it
         raise ValueError(f"{path.name} cannot be read as an image") from error
 
 
@@ -47,10 +48,14 @@ def _svg_size(data: bytes) -> tuple[int, int]:
         root = ElementTree.fromstring(data)
     except ElementTree.ParseError as error:
         raise ValueError(f"not SVG: {error}") from error
+    if root.tag.rpartition("}")[2] != "svg":
+        raise ValueError(f"not SVG: its root is <{root.tag.rpartition('}')[2]}>")
     box = re.split(r"[\s,]+", root.get("viewBox", "").strip())
     given = [root.get("width", ""), root.get("height", "")] if len(box) != 4 else box[2:]
     try:
         width, height = (round(float(re.sub(r"px$", "", side))) for side in given)
-    except ValueError as error:
+    except (ValueError, OverflowError) as error:
         raise ValueError("an SVG image needs a viewBox") from error
+    if width < 1 or height < 1:
+        raise ValueError(f"an SVG image needs a width and a height, and has {width} × {height}")
     return width, height

@@ -55,6 +55,8 @@ def misplaced(state: StateInline, silent: bool) -> bool:
     if match is None or (start and state.src[start - 1] == ":"):
         return False
     colons, name = match.groups()
+    if colons == ":::" and name not in (*BLOCK, *INLINE):
+        return False  # a block's, of which the block tells
     word, bare = start > 0 and state.src[start - 1].isalnum(), not match[0].endswith(f"{name}[")
     if (word and bare) or (name not in (*BLOCK, *INLINE) and (word or bare or colons == ":")):
         return False  # C++, a time, an emoji

@@ -39,17 +39,15 @@ from sitegen.markup.located import (
     note,
     noted,
 )
+from sitegen.markup.slips import CLOSING, CONTAINERS, cells, slips, unread_anchor
 from sitegen.markup.unclosed import dollar, lose
 from sitegen.problems import Place, Problems, hint
 
-CONTAINERS = ("example", "anatomy", "try-this", "opening", "evidence", "answer", "in-short")
 PLACED = ("link", "image", "math_inline", "footnote_ref", "autolink")
 HEADING_ID = re.compile(r"\s*\{#([^}]*)\}\s*$")
 ANCHOR = re.compile(r"[a-z][a-z0-9-]*")
-NO_HEADING = re.compile(r"^#{2,6}(?=\w)", re.MULTILINE)
 INDENTED = re.compile(r"^\s*::[a-z]+\[", re.MULTILINE)
 UNIT = re.compile(r"(?:(?<=\d)|^) (?=(?:%|u²?|rad)(?!\w))")  # a text that begins with a unit follows a computed number
-CONTAINER = re.compile(r"^:::\s*([\w-]*)", re.MULTILINE)
 
 
 @dataclass
@@ -125,7 +123,7 @@ def parser() -> MarkdownIt:
     md.inline.ruler.after("directive", "misplaced", misplaced)
     md.inline.ruler.before("link", "citation", citation)
     md.inline.ruler.after("math_inline", "dollar", dollar)
-    rules = {rule.name: rule.fn for rule in md.inline.ruler.__rules__}
+    rules = {rule.name: rule.fn for rule in md.inline.ruler.__rules__}  # no public way leads to a rule's function
     for name in PLACED:
         md.inline.ruler.at(name, partial(placed, rules[name]))
     md.core.ruler.before("inline", "heading_ids", _heading_ids)
@@ -228,6 +226,10 @@ def _heading_ids(state: StateCore) -> None:
                     place, f"{match[1]!r} is not an anchor: lower-case letters, digits and hyphens, a letter first"
                 )
             inline.content = inline.content[: match.start()]
+        elif (offset := unread_anchor(inline.content)) is not None:
+            line = (inline.map or [0])[0]
+            place = source.at(source.starts[line] + source.lines[line].rfind(inline.content[offset:]))
+            source.problems.add(place, "an anchor is written {#name}, and ends the heading")
         place = Place(source.path, (heading.map or [0])[0] + 1, 1)
         note(heading, Located(Anchor(name), place, source.at, start))
 
@@ -235,8 +237,8 @@ def _heading_ids(state: StateCore) -> None:
 def _places(state: StateCore) -> None:
     """Give every child with an offset its place in the file."""
     source: Source = state.env["source"]
-    cell = 0
-    for token in state.tokens:
+    cell = columns = 0
+    for i, token in enumerate(state.tokens):
         cell = 0 if token.type in ("tr_open", "table_close") else cell + (token.type in ("th_close", "td_close"))
         if token.type in ("math_block", "math_block_label") and token.map:
             first = source.starts[token.map[0]]
@@ -246,9 +248,14 @@ def _places(state: StateCore) -> None:
                 bracket = source.text.rindex("(", 0, _line_end(source, token.map[1] - 1))
                 label = EquationLabel(source.at(bracket + 1))
             note(token, Located(label, source.at(dollars), partial(_offset_in, source, dollars + 2), -2))
-        elif token.type.startswith("container_") and token.map and source.lines[token.map[1] :][:1] != [":::"]:
-            where = Place(source.path, token.map[0] + 1, 1)
-            source.problems.add(where, f"{token.markup}{token.info} is never closed by :::")
+        elif token.type.startswith("container_") and token.map:
+            _container(source, token)
+        elif token.type == "tr_open" and token.map:
+            line = source.lines[token.map[0]]
+            columns = cells(line) if state.tokens[i - 1].type == "thead_open" else columns
+            if cells(line) > columns:
+                where = Place(source.path, token.map[0] + 1, 1)
+                source.problems.add(where, f"this row has {cells(line)} cells, and the table {columns} columns")
         elif token.type == "fence" and token.map:
             place = Place(source.path, token.map[0] + 1, 1)
             note(token, Located(None, place, source.at, source.starts[token.map[0]]))
@@ -260,12 +267,9 @@ def _places(state: StateCore) -> None:
         if token.type != "inline":
             continue
         at = partial(_inline_place, source, token, cell)
-        for match in CONTAINER.finditer(token.content):
-            known = f"no block :::{match[1]}{hint(match[1], CONTAINERS)}"
-            says = known if match[1] else "':::' closes nothing here: no block is open"
-            source.problems.add(at(match.start()), says)
-        for match in NO_HEADING.finditer(token.content):
-            source.problems.add(at(match.start()), f"a heading has a blank after its {match[0]}")
+        for offset, says in slips(token.content):
+            source.problems.add(at(offset), says)
+            lose(state.env, token.content)
         for child in token.children or []:
             if (found := noted(child, InLine)) is None:
                 continue
@@ -275,6 +279,16 @@ def _places(state: StateCore) -> None:
             else:
                 note(child, Located(found.thing, place, at, found.offset))
         token.children = [child for child in token.children or [] if child.type != "fault"]
+
+
+def _container(source: Source, token: Token) -> None:
+    """A block that is not closed, or has more on its first line than its name."""
+    first, last = token.map or (0, 0)
+    name = token.type.removeprefix("container_").removesuffix("_open")
+    if token.nesting == 1 and token.info.strip() != name:
+        source.problems.add(Place(source.path, first + 1, 1), f"nothing may follow {token.markup}{name} on its line")
+    if not CLOSING.fullmatch("".join(source.lines[last : last + 1]).strip(" \t>")):
+        source.problems.add(Place(source.path, first + 1, 1), f"{token.markup}{name} is never closed by :::")
 
 
 def _line_end(source: Source, line: int) -> int:

@@ -140,9 +140,9 @@ def _read(context: BuildContext, problems: Problems) -> _Manuscript:
     chapters, left_out = read_chapters(root, site, problems, context.drafts, kept)
     references = read_references(root, problems, kept)
     terms = read_glossary(root, chapters, left_out, problems, kept)
-    written = [*chapters, *read_docs(root, problems, kept)]
-    check_names(written, problems)
-    return _Manuscript(site, chapters, left_out, written, references, terms)
+    docs = read_docs(root, problems, kept)
+    check_names([*docs, *chapters], problems)  # a page of the docs has its name from its file, a chapter may change its
+    return _Manuscript(site, chapters, left_out, [*chapters, *docs], references, terms)
 
 
 @dataclass(frozen=True)

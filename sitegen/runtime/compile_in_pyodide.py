@@ -1,7 +1,7 @@
 """Compiles the Python files of archives; runs inside Pyodide, because bytecode belongs to one Python version.
 
 The result of an archive is an archive again (stored, one fixed date, sorted): each .py has become a .pyc of the
-unchecked-hash kind in its place, everything else is as it was. Which of it is shipped, runtime.py decides.
+unchecked-hash kind in its place, everything else is as it was. Which of it is shipped, assemble.py decides.
 """
 
 from __future__ import annotations
@@ -53,7 +53,8 @@ def compile_archive(
                 if packages:
                     data = ast.fix_missing_locations(Bare().visit(ast.parse(data)))
                 code = compile(data, prefix + name, "exec", dont_inherit=True, optimize=optimize)
-                # Unchecked: the loader neither looks for the source nor compares anything.
+                # Unchecked: the loader neither looks for the source nor compares anything. The name is private, and is
+                # there in the Python of a pinned Pyodide.
                 data = bytes(bootstrap._code_to_hash_pyc(code, bytes(8), False))  # type: ignore[attr-defined]
                 name += "c"
                 count += 1

@@ -1,7 +1,8 @@
 """Goes once through all that a page may do: modules, methods, figures, and what is asked of numpy and of Python.
 
-Runs inside Pyodide, where it serves twice: on the complete runtime it shows which modules are ever imported (trace.py),
-on the shipped one that none of them is missing. Each function returns the names of what it went through.
+Runs inside Pyodide, where it serves twice: on the complete runtime it shows which modules are ever imported
+(trace_modules.py), on the shipped one that none of them is missing. Each function returns the names of what it went
+through.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """What the page's Python and numpy are made to do without: what it costs at every start is for what a page never does.
 
 What an entry saves is seen in Python's own list of import times (PYTHONPROFILEIMPORTTIME) and in the cold start
-(bench_start.py). All of it is the page's runtime alone: the tests of the solvers run on the complete one, and the
-exercise (exercise.py) on this one.
+(sitegen/bench/starts.py). All of it is the page's runtime alone: the tests of the solvers run on the complete one, and
+the exercise (exercise.py) on this one.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def _named(kind: str, name: str, *fields: str) -> tuple[str, str]:
 # Members with changed lines: (what stands there exactly once, what comes instead) for each, and lines added at the end.
 CHANGED = {
     # A dataclass's methods are source text compiled as the class is made: 1.5 ms each. The texts of our classes are
-    # compiled at build time (pycompile.py); a text that is not among them is compiled as ever.
+    # compiled at build time (compile_in_pyodide.py); a text that is not among them is compiled as ever.
     # Annotationlib brings the parser's tree; our classes' annotations are plain text.
     "dataclasses.py": (
         (

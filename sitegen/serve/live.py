@@ -216,8 +216,7 @@ class LiveSite:
         """End everything, at once; where another thread watches, it has to have ended."""
         self.stop()
         self.live.close()
-        self.server.shutdown()
-        self.server.server_close()
+        self.server.stop()
         self.builder.close()
 
 

@@ -175,6 +175,8 @@ class StaticServer(ThreadingHTTPServer):
     def __init__(self, root: Path, address: tuple[str, int], handler: type[StaticHandler] = StaticHandler) -> None:
         self.root = root
         self.local = address[0] in LOOPBACK
+        if ":" in address[0]:
+            self.address_family = socket.AF_INET6
         self.patience = REQUEST_SECONDS
         self._callers: WeakKeyDictionary[socket.socket, float] = WeakKeyDictionary()  # and when each one's time is up
         super().__init__(address, handler)
@@ -207,8 +209,9 @@ class StaticServer(ThreadingHTTPServer):
     @property
     def origin(self) -> str:
         """The address to open."""
-        host, port = self.server_address[:2]
-        return f"http://{'127.0.0.1' if host == '0.0.0.0' else host!s}:{port}"
+        host, port = str(self.server_address[0]), self.server_address[1]
+        here = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host)
+        return f"http://{f'[{here}]' if ':' in here else here}:{port}"
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """A browser that goes away in the middle of an answer is not an event; everything else is told."""

@@ -32,10 +32,8 @@ from solvers.methods.icp.surface_icp import SurfaceOptions, SurfaceState
 from solvers.odometry.sweep import straightened
 from solvers.scenes.drive import Drive
 
-TOGETHER = 32
-"""Pairs that run as one batch: more gain little, and progress is told after each."""
-FEWEST = 3
-"""Echoes that a scan must have to be matched at all."""
+TOGETHER = 32  # pairs that run as one batch: more gain little, and progress is told after each
+FEWEST = 3  # echoes that a scan must have to be matched at all
 
 Progress = Callable[[int, int], Any]
 """Told how many pairs are done, and of how many."""

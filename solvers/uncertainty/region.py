@@ -129,8 +129,7 @@ class Covariance:
         >>> spread.edge_information().diagonal().round(6)  # y of the target is x of the source
         array([ 25., 100., 400.])
         """
-        order = [1, 2, 0]
-        return self.to("source").information[..., order, :][..., order]
+        return self.to("source").information[..., [1, 2, 0], :][..., [1, 2, 0]]
 
     def to(self, frame: str) -> Covariance:
         """The same spread with its small motion on the other side of the pose.
@@ -156,8 +155,7 @@ class Covariance:
             return self
         pose = self.mean if frame == "target" else self.mean.inverse()
         turn = np.zeros((*pose.batch, 3, 3))
-        turn[..., 0, 0] = 1.0
-        turn[..., 1:, 1:] = pose.R
+        turn[..., 0, 0], turn[..., 1:, 1:] = 1.0, pose.R
         centre = pose.apply(self.centre[..., None, :])[..., 0, :]
         return replace(self, directions=turn @ self.directions, centre=centre, frame=frame)
 
@@ -174,8 +172,7 @@ class Covariance:
         Returns
         -------
         ndarray of shape (...)
-            A number without unit; χ² distributed where the model is right, with as many
-            degrees of freedom as directions are determined.
+            Without unit; χ² distributed where the model is right, of as many degrees as directions are determined.
         """
         along = self.along(pose)
         with np.errstate(divide="ignore", invalid="ignore"):

@@ -335,9 +335,17 @@ async function answer({ type, id, request, data }) {
   }
 }
 
+/**
+ * What throws here is Python's end: without a word the questions after it would wait for nothing.
+ * @param {() => void | Promise<void>} does
+ */
+function inTurn(does) {
+  turn = turn.then(does).catch((error) => fail(error.message, error));
+}
+
 self.onmessage = ({ data }) => {
   if (data.type === "start") start(data).catch((error) => fail(error.message, error));
-  else if (data.type in NAMES) turn = turn.then(() => answer(data));
-  else if (data.type === "forget") turn = turn.then(() => void answers?.forget(data.key));
+  else if (data.type in NAMES) inTurn(() => answer(data));
+  else if (data.type === "forget") inTurn(() => void answers?.forget(data.key));
   else if (data.type === "heap") post({ type: "heap", bytes: python ? python._module.HEAPU8.byteLength : 0 });
 };

@@ -3,7 +3,16 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { FigureState, merged, STATES } from "../../templates/assets/js/figure/state.js";
+import { FigureState, merged } from "../../templates/assets/js/figure/state.js";
+
+/** Where each state may lead. Nothing leads back to the picture that the page was built with but what gives up. */
+const NEXT = {
+  static: ["tape", "live", "waiting", "failed"],
+  tape: ["live", "waiting", "failed"],
+  live: ["tape", "waiting", "failed"],
+  waiting: ["static", "tape", "live", "failed"],
+  failed: ["static", "tape", "live", "waiting"],
+};
 
 const record = (seed) => ({ widget: "toy", preset: "default", controls: {}, seed, log: [] });
 const question = (seed, merge = null) => ({ record: record(seed), merge });
@@ -90,8 +99,8 @@ test("every state is reached, and none but by the table", () => {
     if (random(5) === 0) runtime = ["idle", "loading", "live", "failed", "file"][random(5)];
     else does[random(does.length)]();
     const now = state.name(runtime);
-    assert.ok(now === before || STATES[before].next.includes(now), `${before} → ${now}`);
+    assert.ok(now === before || NEXT[before].includes(now), `${before} → ${now}`);
     seen.add((before = now));
   }
-  assert.deepEqual([...seen].sort(), Object.keys(STATES).sort());
+  assert.deepEqual([...seen].sort(), Object.keys(NEXT).sort());
 });

@@ -195,7 +195,6 @@ class Widget:
     takes: tuple[str, ...] = ()
     reads: Callable[[str, bytes], Any] | None = None
     files: Callable[[Any], Mapping[str, str]] = lambda state: {}
-    shows: str = ""
     lead: Lead | None = None
 
 

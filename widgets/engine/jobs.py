@@ -143,7 +143,7 @@ def plain(result: Result, prefix: str, timed: bool = True) -> dict[str, Any]:
         "columns": [{"name": c.name, "label": c.label, "unit": c.unit} for c in result.columns],
         "rows": rows,
         "panels": [
-            {"name": p.name, "svg": panel_svg(p, f"{prefix}-{p.name}"), "width": p.view.width, "caption": p.caption}
+            {"name": p.name, "svg": panel_svg(p, f"{prefix}-{p.name}"), "width": p.view.width}
             for p in result.panels
         ],
         "csv": written(result, kept),

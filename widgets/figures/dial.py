@@ -41,6 +41,7 @@ from widgets.parts.dial import (
     made,
     valleys,
 )
+from widgets.parts.ring import place
 from widgets.parts.room import with_marks
 
 SIZE = 9.05
@@ -155,7 +156,7 @@ def draw(state: State, detail: int = DETAILS - 1) -> Picture:
     some = int(arrived.sum()) if len(arrived) == STARTS else None
     return Picture(
         (Panel("main", label, VIEW, shown, grid=False), _unrolled(state, full)),
-        _readouts(state, count, some, full),
+        _readouts(state, count, some),
         _description(state, count, some),
         (_handle(state),),
         _note(state),
@@ -164,7 +165,7 @@ def draw(state: State, detail: int = DETAILS - 1) -> Picture:
 
 
 def _handle(state: State) -> Handle:
-    x, y = marks.place(state.heading, marks.HAND).tolist()
+    x, y = place(state.heading, marks.HAND).tolist()
     keys = turn_keys((0.0, 0.0), marks.HAND, state.heading + np.pi / 2)
     value = f"{degrees(state.heading)}° from the truth"
     return Handle("turn", "Turn the robot", (x, y), value, keys, "turn", angle=float(np.degrees(state.heading)))
@@ -201,7 +202,7 @@ def _unrolled(state: State, full: bool) -> Panel:
     )
 
 
-def _readouts(state: State, count: int | None, some: int | None, full: bool) -> tuple[Readout, ...]:
+def _readouts(state: State, count: int | None, some: int | None) -> tuple[Readout, ...]:
     course, flat = state.course, state.dial.rung.flat
     waits = "–" if not state.every else "…"
     return (
@@ -368,5 +369,4 @@ WIDGET = Widget(
     motion=motion,
     python=python,
     lead=Lead(("main",), ("rotation_error", "valleys", "arrive"), ("rung",), ("roll", "every", "reset")),
-    shows="A rung’s objective over all headings as a ring, and where its method ends from any of them.",
 )

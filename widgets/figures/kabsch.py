@@ -337,5 +337,4 @@ WIDGET = Widget(
         controls=("noise",),
         buttons=("solve", "reset", "new"),
     ),
-    shows="Moves a cloud of known pairs onto its target in closed form, from any start.",
 )

@@ -234,5 +234,4 @@ WIDGET = Widget(
     motion=motion,
     python=python,
     lead=Lead(readouts=("arrive", "rotation_pairs", "rotation_nearest"), buttons=("roll", "reset", "new")),
-    shows="One small dial per rung: its objective over all headings, and where its run ends.",
 )

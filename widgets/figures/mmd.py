@@ -11,7 +11,6 @@ from solvers import METHODS, Pose, Status
 from solvers.core.method import Problem
 from solvers.core.stepper import Batch, advance, begin
 from solvers.methods.mmd.mmd import MmdState
-from solvers.metrics import rre, rte
 from solvers.numerics.fourier_features import mean_features, mean_kernel, unit_frequencies
 from solvers.scenes.rooms import Scene, room, room_start
 from solvers.studies.race import CONTESTANTS
@@ -21,7 +20,19 @@ from widgets.engine.controls import choice, slider
 from widgets.engine.script import called
 from widgets.parts.feature_marks import MAP, convergence, crests, phases, waves
 from widgets.parts.placing import HANDLES, place, written
-from widgets.parts.room import ANCHOR, BRINGS, PLACING, SETTINGS, error_chart, outline, problem, single, source, still
+from widgets.parts.room import (
+    ANCHOR,
+    BRINGS,
+    PLACING,
+    SETTINGS,
+    error_chart,
+    errors,
+    outline,
+    problem,
+    single,
+    source,
+    still,
+)
 
 STEPS = 40
 PLACED = replace(PLACING, view=MAP)
@@ -118,16 +129,12 @@ def _begun(
     asked: Problem = replace(problem(scene, began), seed=np.array([_seed(scene, draws)]))
     batch = begin(method, asked, method.options(lengths=lengths(c), count=round(c.count)), STEPS)
     unit = unit_frequencies(asked.seed, MOST, 2)[0]
-    return State(c, scene, draws, unit, began, batch, (_errors(began, scene),), fixed, backdrop)
+    return State(c, scene, draws, unit, began, batch, (errors(began, scene.truth),), fixed, backdrop)
 
 
 def _fixed(scene: Scene, length: float) -> tuple[float, float]:
     own = sum(mean_kernel(cloud, cloud, length) for cloud in (scene.source, scene.target))
     return own, own - 2.0 * mean_kernel(scene.truth.apply(scene.source), scene.target, length)
-
-
-def _errors(pose: Pose, scene: Scene) -> tuple[float, float]:
-    return float(np.degrees(rre(pose, scene.truth))), float(rte(pose, scene.truth))
 
 
 def act(state: State, action: Action) -> State:
@@ -147,7 +154,7 @@ def _stepped(state: State) -> State:
     if state.batch.done:
         return state
     batch = advance(state.batch)
-    return replace(state, batch=batch, course=(*state.course, _errors(single(batch.pose()), state.scene)))
+    return replace(state, batch=batch, course=(*state.course, errors(single(batch.pose()), state.scene.truth)))
 
 
 def motion(before: State, after: State) -> Motion | None:
@@ -336,5 +343,4 @@ WIDGET = Widget(
         controls=("wave",),
         buttons=("step", "run", "finish", "reset"),
     ),
-    shows="Compares two clouds by random waves and moves one until the mean phases agree.",
 )

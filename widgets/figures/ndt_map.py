@@ -310,5 +310,4 @@ WIDGET = Widget(
     tape=(({}, ("next", "next", "next")), ({"size": 0.4}, ()), ({"size": 2.0}, ()), ({"noise": 0.0}, ())),
     python=python,
     lead=Lead(readouts=("cell", "count", "covered"), controls=("size",), buttons=("next", "reset")),
-    shows="A scan summarised by one Gaussian in each cell of a grid, and what each cell forgets.",
 )

@@ -291,5 +291,4 @@ WIDGET = Widget(
     tape=(({}, ("climb", "truth")), ({"grids": "four"}, ("climb",))),
     python=python,
     lead=Lead(readouts=("score", "truth", "away"), controls=("rotation",), buttons=("climb", "reset")),
-    shows="The score of a scan on a map of Gaussians, for every translation at one rotation, and climbs on it.",
 )

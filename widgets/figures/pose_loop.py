@@ -341,5 +341,4 @@ WIDGET = Widget(
     ),
     python=python,
     lead=Lead(readouts=("objective", "gap", "apart"), controls=("kernel", "false"), buttons=("solve", "step", "reset")),
-    shows="Shares the error of a closed loop among its edges, and shows what one false edge does to the map.",
 )

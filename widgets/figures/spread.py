@@ -394,5 +394,4 @@ WIDGET = Widget(
         controls=("wall",),
         buttons=("more", "finish", "reset", "new"),
     ),
-    shows="Registers redrawn scans of one place and compares the spread of the ends with what closed forms expect.",
 )

@@ -237,5 +237,4 @@ WIDGET = Widget(
         controls=("residual",),
         buttons=("step", "run", "finish", "reset"),
     ),
-    shows="Pairs nearest points and measures them by point, plane or covariance, with four robust weights.",
 )

@@ -260,5 +260,4 @@ WIDGET = Widget(
         controls=("start",),
         buttons=("step", "run", "finish", "reset"),
     ),
-    shows="Steps point to point, point to plane and GICP together from one start.",
 )

@@ -217,5 +217,4 @@ WIDGET = Widget(
     motion=motion,
     python=python,
     lead=Lead(controls=("turn",), buttons=("answer", "reset", "new")),
-    shows="Two scans of one room, to be aligned by hand.",
 )

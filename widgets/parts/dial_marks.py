@@ -28,6 +28,7 @@ from widgets.drawing.picture import (
     Ticks,
 )
 from widgets.parts.dial import COARSE, HEADINGS, Course, Dial, headings, starts, valleys
+from widgets.parts.ring import place
 
 INNER, OUTER = 5.75, 7.55  # u from the middle to the ring's lowest and highest place
 HAND = 8.15  # u to the turning handle, outside the ring
@@ -36,12 +37,6 @@ TICK = (0.12, 0.42)  # u from the ring's surface to the ends of a valley's tick
 BALL = 8.0  # px from the ball's middle to its edge
 NOSE = 0.9  # u, from the middle of the robot to its nose
 THREADED = 9  # of whose source points one has its soft threads drawn
-
-
-def place(turn: Array | float, radius: Array | float) -> Array:
-    """Where a heading (radians, the truth being 0) lies on the dial at a radius: the truth is at the top."""
-    turn = np.asarray(turn, dtype=float)
-    return np.asarray(np.stack([-np.sin(turn), np.cos(turn)], axis=-1) * np.asarray(radius)[..., None])
 
 
 def heights(dial: Dial, full: bool) -> Array:

@@ -47,7 +47,7 @@ class Field:
         self._of = of
         self._values: Array = np.full((side, side), np.nan)
         self._level = -1
-        self._heats: dict[tuple[int, float, float, Strong], Heat] = {}  # the very same mark is not drawn twice
+        self._heats: dict[tuple[str | float, ...], Heat] = {}  # the very same mark is not drawn twice
 
     @property
     def details(self) -> int:
@@ -86,7 +86,7 @@ class Field:
 
     def heat(self, level: int, low: float, high: float, strong: Strong = "high") -> Heat:
         """The field's mark at a level, its highest or its lowest values in the strongest colour."""
-        key = level, low, high, strong
+        key = strong, level, low, high
         if key not in self._heats:
             values = self.values(level)
             self._heats[key] = (
@@ -96,7 +96,7 @@ class Field:
 
     def roots(self, level: int, high: float) -> Heat:
         """The mark of the values' square roots, from 0: what is low, and most of the map, is told apart as well."""
-        key: tuple[int, float, float, Strong] = level, 0.0, -high, "high"  # as no other mark has it
+        key = "roots", level, high
         if key not in self._heats:
             self._heats[key] = Heat(np.sqrt(np.fmax(self.values(level), 0.0)), self.window, 0.0, np.sqrt(high))
         return self._heats[key]

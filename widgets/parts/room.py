@@ -16,6 +16,7 @@ import numpy as np
 from solvers import Pose
 from solvers.core.arrays import BoolArray
 from solvers.core.method import Problem
+from solvers.metrics import rre, rte
 from solvers.scenes.rooms import ROOM_SETTINGS, Scene
 from widgets.drawing.chart import Axis, Series, chart
 from widgets.drawing.picture import FAINT, Array, Group, Mark, Panel, Path, Points, Role, Segments, View
@@ -137,3 +138,8 @@ def error_chart(rotation: Sequence[float], translation: Sequence[float], steps: 
 def with_marks(panel: Panel, *marks: Mark) -> Panel:
     """The panel with marks on top."""
     return replace(panel, marks=(*panel.marks, *marks))
+
+
+def errors(pose: Pose, truth: Pose) -> tuple[float, float]:
+    """Of one pose against the truth: degrees, and world units."""
+    return float(np.degrees(rre(pose, truth))), float(rte(pose, truth))

@@ -80,3 +80,18 @@ def test_passing_over_a_picture_asks_for_nothing_before_python_is_up(
     cells.page.mouse.move(*place(cells, 0.5, 1.4))
     assert cells.record()["log"] == []
     assert cells.root.get_attribute("data-state") == "static"
+
+
+def test_a_window_made_wider_moves_what_is_pointed_at(cells: Figure) -> None:
+    """The column is as wide as before and elsewhere: no scroll and no size tells of it."""
+    page = cells.page
+    page.set_viewport_size({"width": 1500, "height": 800})
+    before = cells.readout("mean")
+    page.mouse.move(*place(cells, -2.5, 0.4))
+    held = cells.changes("mean", before)
+    page.set_viewport_size({"width": 1800, "height": 800})
+    page.mouse.move(*place(cells, 0.5, 1.4))
+    cells.changes("mean", held)
+    cells.settled()
+    ((_, _, x, y),) = cells.record()["log"]
+    assert (x, y) == pytest.approx((0.5, 1.4), abs=0.03)

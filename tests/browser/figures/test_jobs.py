@@ -119,7 +119,9 @@ def test_the_table_is_there_without_scripts(reader: Callable[..., Reader]) -> No
     box = page.locator("section.job")
     expect(box.locator("tbody tr")).to_have_count(9)
     expect(box.locator("svg.plot")).to_have_count(2)
-    expect(box.locator("button")).to_have_count(5)
+    labels = ["Keep to compare", "Copy as CSV", "Save as CSV", "Copy the Python"]
+    assert box.locator(".job-tools button").all_text_contents() == labels
+    expect(box.locator("button")).to_have_count(6)
     for button in box.locator("button").all():
         expect(button).to_be_hidden()
     for line, row in zip(benchmark(Controls()), box.locator("tbody tr").all(), strict=True):
@@ -134,6 +136,28 @@ def test_a_begin_before_python_is_up_waits_for_it(reader: Callable[..., Reader])
     expect(job(race)).to_have_attribute("data-state", "running")
     race.live()
     expect(job(race).locator(".job-words")).to_contain_text("step", timeout=LIVE)
+
+
+def test_a_stop_before_python_is_up_is_heard_when_it_is(reader: Callable[..., Reader]) -> None:
+    """What was asked for and stopped while Python started does not stay under way in it."""
+    one = reader(alone=True, reduced_motion="reduce")
+    one.context.add_init_script("""
+      globalThis.asked = [];
+      const post = Worker.prototype.postMessage;
+      Worker.prototype.postMessage = function (data, ...more) {
+        if (data.type === "job") asked.push(JSON.parse(data.request).do);
+        return post.call(this, data, ...more);
+      };
+    """)
+    race = Figure(one.open("race.html"), "fig-race").seen()
+    race.page.evaluate("""() => {
+      const box = document.querySelector("section.job");
+      box.querySelector("[data-do=begin]").click();
+      box.querySelector("[data-do=stop]").click();
+    }""")
+    expect(job(race).locator(".job-words")).to_contain_text("Stopped")
+    race.page.wait_for_function("asked.length === 2", timeout=LIVE)
+    assert race.page.evaluate("asked") == ["begin", "stop"]
 
 
 def test_every_panel_takes_the_start(race: Figure) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 
 from playwright.sync_api import expect
@@ -45,6 +46,19 @@ def test_a_column_of_pinned_runs_keeps_its_unit(reader: Callable[..., Reader]) -
     heads = mirror.root.locator(".runs thead th").all_inner_texts()
     assert "Rotation error (°)" in heads
     assert "Translation error (u)" in heads
+
+
+def test_after_a_touch_a_link_with_a_card_is_still_followed_by_key(reader: Callable[..., Reader]) -> None:
+    """The first tap shows the card; Enter follows the link at once, whatever was touched before."""
+    page = reader(has_touch=True).open("kabsch.html")
+    link = page.locator("a.cite[data-card]").last
+    page.locator("h1").tap()
+    link.tap()
+    expect(page.locator(f"#{link.get_attribute('data-card')}")).to_be_visible()
+    page.locator("h1").tap()
+    link.focus()
+    page.keyboard.press("Enter")
+    page.wait_for_url(re.compile("#ref-|references"))
 
 
 def test_a_pointer_at_rest_does_not_close_the_card_of_a_focused_citation(reader: Callable[..., Reader]) -> None:

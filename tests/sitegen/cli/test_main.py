@@ -114,7 +114,8 @@ def test_an_older_python_is_told_so_in_one_line() -> None:
         (["xyzzy"], 2, "no command 'xyzzy'; there are build, serve"),
         (["serve", "--prot", "1"], 2, "serve does not know --prot 1"),
         (["build", "everything"], 2, "build does not know everything"),
-        (["serve", "--port", "x"], 2, "invalid int value"),
+        (["serve", "--port", "x"], 2, "a port is a number from 0 to 65535, not 'x'"),
+        (["serve", "--port", "70000"], 2, "a port is a number from 0 to 65535, not '70000'"),
         (["serve", "--offline-check", "--port", "1"], 2, "--offline-check does not go with --port"),
     ],
 )

@@ -74,6 +74,9 @@ def test_figures_and_plots_are_numbered_together(project: Project) -> None:
         ("::plot[]{toy-plot}\n", ["7:1: ::plot has no text"]),
         ("::plot[C]{toy-plot idd=a}\n", ["7:20: a plot has no 'idd', only an id; did you mean 'id'?"]),
         ("::plot[C]{toy-plot id=a_b}\n", ["7:23: 'a_b' is not an id: use letters, digits, hyphens"]),
+        ("::plot[C]{toy-plot id=-}\n", ["7:23: '-' is not an id: use letters, digits, hyphens"]),
+        ("::figure[C]{toy id=-}\n", ["7:20: '-' is not an id: use letters, digits, hyphens"]),
+        ("::figure[C]{toy id=ä}\n", ["7:20: 'ä' is not an id: use letters, digits, hyphens"]),
         (
             "::plot[C]{toy-plot id=a}\n\n::figure[C]{toy id=a}\n",
             ["9:1: the figure 'a' appears twice in this chapter (first in line 7)"],

@@ -110,5 +110,5 @@ def test_names_of_docs_and_of_chapters_do_not_meet(project: Project) -> None:
     project.write("content/docs/one.md", ONE.replace("old-one", "second"))
     said = project.problems()
     assert any("content/docs/Odd name.md:0:0: a page of the docs is called like authoring.md" in each for each in said)
-    assert "content/docs/one.md:2:1: the page name 'docs-one' is taken by content/02-third.md" in said
+    assert "content/02-third.md:3:1: the page name 'docs-one' is taken by content/docs/one.md" in said
     assert any("redirect from 'second': that name is taken by content/01-second.md" in each for each in said)

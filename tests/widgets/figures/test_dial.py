@@ -18,6 +18,7 @@ from widgets.figures import dial as figure
 from widgets.figures import ladder_map
 from widgets.parts import dial_marks as marks
 from widgets.parts.dial import COARSE, RUNGS, SLICES, Dial, headings, made, starts, valleys
+from widgets.parts.ring import place
 
 LOCAL = ["nearest", "surface", "cells", "soft", "means"]
 
@@ -173,7 +174,7 @@ def test_valleys_are_counted_round_the_circle() -> None:
 def test_the_robot_faces_where_it_is_dragged(turn: float) -> None:
     """The truth is at the top; a positive turn is anticlockwise, as on the scan; the keys turn it by what they say."""
     state = figure.start(figure.Controls(), 40)
-    x, y = marks.place(np.radians(turn), 5.0).tolist()
+    x, y = place(np.radians(turn), 5.0).tolist()
     dragged = figure.act(state, Action("drag", "turn", x, y))
     assert np.degrees(dragged.heading) == pytest.approx(turn) or abs(turn) == 180
     nose = Pose.from_angle(dragged.heading).apply(np.array([[0.0, 1.0]]))[0]
@@ -192,7 +193,7 @@ def test_a_turn_of_the_robot_leaves_the_ring() -> None:
 
 def test_dragging_after_the_first_run_runs_again() -> None:
     state = figure.act(figure.start(figure.Controls(), 40), Action("press", "roll"))
-    at = marks.place(0.1, 5.0).tolist()
+    at = place(0.1, 5.0).tolist()
     near = figure.act(state, Action("drag", "turn", *at))
     assert state.course
     assert near.course

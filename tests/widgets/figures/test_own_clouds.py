@@ -226,3 +226,5 @@ def test_scans_of_the_drive_are_in_metres() -> None:
         assert re.search(rf">\d+ {unit}</text>", frame["panels"][0]["svg"])
         assert {each["unit"] for each in frame["readouts"] if each["name"] in ("x", "y", "rms")} <= {unit, ""}
         assert frame["handles"][0]["value"].endswith(f" {unit}")
+        (length,) = (each["value"] for each in frame["readouts"] if each["name"] == "length")
+        assert re.fullmatch(rf"gate (open|[\d.]+ {unit})", length)

@@ -9,7 +9,6 @@ import numpy as np
 
 from solvers import Pose
 from solvers.core.status import Status
-from solvers.metrics import rre, rte
 from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE
 from widgets.drawing.picture import (
     Group,
@@ -32,7 +31,7 @@ from widgets.engine.controls import choice, slider
 from widgets.engine.script import called, named
 from widgets.figures.atlas import basins
 from widgets.figures.atlas.basins import Ask, Atlas, Count, Ends, Track
-from widgets.parts.room import ANCHOR, BRINGS, PLACING, SETTINGS, outline, still
+from widgets.parts.room import ANCHOR, BRINGS, PLACING, SETTINGS, errors, outline, still
 
 OPEN = 3.0  # u: a gate that is as wide as its slider goes stands open
 MAP = View(basins.LOW, basins.HIGH, 0.0, basins.FARTHEST, width=640.0, height=440.0, pad=(40.0, 34.0, 24.0, 48.0))
@@ -192,13 +191,8 @@ def _steps(count: int) -> str:
     return f"{count} step{'' if count == 1 else 's'}"
 
 
-def _errors(state: State) -> tuple[float, float]:
-    truth = state.atlas.scene.truth
-    return float(np.degrees(rre(state.pose, truth))), float(rte(state.pose, truth))
-
-
 def _readouts(state: State, said: Count) -> tuple[Readout, ...]:
-    track, (turn, away) = state.track, _errors(state)
+    track, (turn, away) = state.track, errors(state.pose, state.atlas.scene.truth)
     return (
         Readout("reached", "Starts that reach the truth", number(said.reached, 1), "%", "truth"),
         Readout("end", "This run ends", basins.NAMES[track.kind] if state.ended else "–"),
@@ -231,7 +225,7 @@ def _note(state: State) -> str:
 
 def _description(state: State, said: Count) -> str:
     c, (row, column) = state.controls, state.tile
-    turn, away = _errors(state)
+    turn, away = errors(state.pose, state.atlas.scene.truth)
     gate = "with no gate" if c.method == "ndt" or c.gate >= OPEN else f"with a gate of {number(c.gate, 1)} u"
     shares = ", ".join(
         f"{number(100.0 * n / said.starts, 1)} % {words}" for n, words in zip(said.by_kind[1:], SAID, strict=True) if n
@@ -336,5 +330,4 @@ WIDGET = Widget(
         controls=("gate", "method"),
         buttons=("run", "finish", "reset"),
     ),
-    shows="Colours every start by where ICP, point to plane or NDT ends.",
 )

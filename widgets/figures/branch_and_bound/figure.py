@@ -324,5 +324,4 @@ WIDGET = Widget(
     motion=motion,
     python=python,
     lead=Lead(("main",), ("ceiling", "floor", "left"), ("search",), ("step", "run", "finish", "reset")),
-    shows="Splits all poses into boxes, bounds each from below, and rules out those that cannot contain the best.",
 )

@@ -10,6 +10,7 @@ import numpy as np
 from solvers.core.arrays import BoolArray, FloatArray, IntArray
 from solvers.methods.search.bounds import Boxes
 from widgets.drawing.picture import Anchor, Array, Heat, Label, Mark, Path, Points, Ring, Role, Segments, number
+from widgets.parts.ring import place
 
 SIZE = 8.4  # u from the middle to the panel's sides
 HEADINGS = 256  # places of the ring, a power of two: so a box fills places, or is part of one
@@ -93,12 +94,6 @@ def _over(root: Boxes, boxes: Boxes) -> FloatArray:
     for (a, b, c, d), low in zip(squares[new].tolist(), bound[new].tolist(), strict=True):
         values[c:d, a:b] = np.minimum(values[c:d, a:b], low)
     return values
-
-
-def place(turn: Array | float, radius: Array | float) -> Array:
-    """Where a heading (radians, the truth being 0) lies on the ring at a radius: the truth is at the top."""
-    turn = np.asarray(turn, dtype=float)
-    return np.asarray(np.stack([-np.sin(turn), np.cos(turn)], axis=-1) * np.asarray(radius)[..., None])
 
 
 def ring(now: Floors, ceiling: float, before: float) -> tuple[Mark, ...]:

@@ -221,5 +221,4 @@ WIDGET = Widget(
     tape=(({}, ()), ({"turn": 0.0, "offset": 0.0}, ()), ({"turn": 90.0}, ()), ({"point": 28.0}, ())),
     python=python,
     lead=Lead(readouts=(), controls=("point",), buttons=("reset", "new")),
-    shows="What each contestant of the race links one source point to, at a pose of your choice.",
 )

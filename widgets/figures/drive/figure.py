@@ -331,5 +331,4 @@ WIDGET = Widget(
     ),
     python=python,
     lead=Lead(readouts=("scans", "apart"), controls=("poses",), buttons=("run", "finish", "reset")),
-    shows="Turns 225 laser scans of a real drive into a map: by odometry, scan matching or a pose graph.",
 )

@@ -7,6 +7,7 @@ from typing import Any
 
 from solvers import Pose
 from solvers.scenes.fish import FISH_SETTINGS, START_DEGREES, fish, fish_start
+from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE
 from widgets.drawing.picture import Handle, Panel, Picture, Readout, degrees, number
 from widgets.engine.contract import Action, Button, Key, Lead, Widget
 from widgets.engine.controls import choice, slider, toggle
@@ -17,7 +18,6 @@ from widgets.parts.placing import HANDLES, written
 
 PARTS: dict[str, Any] = {"cpd": cpd, "filterreg": filterreg, "mmd": mmd, "flow": flow}
 SHORT = {"cpd": "CPD", "filterreg": "FilterReg", "mmd": "MMD", "flow": "Flow"}
-CLOSE_TURN, CLOSE_SHIFT = 5.0, 0.2  # °, u
 
 
 @dataclass(frozen=True)
@@ -118,15 +118,15 @@ def _of(look: Look) -> tuple[Readout, ...]:
 
 def _close(look: Look) -> bool:
     rotation, translation, _ = look.errors()
-    return rotation < CLOSE_TURN and translation < CLOSE_SHIFT
+    return rotation < CLOSE_DEGREES and translation < CLOSE_DISTANCE
 
 
 def _note(walk: Walk, looks: tuple[Look, ...]) -> str:
     if walk.ended:
         close = sum(map(_close, looks))
         return (
-            f"All four have stopped by iteration {walk.iteration}, {close} of 4 within {CLOSE_TURN:g}° and"
-            f" {CLOSE_SHIFT:g} u. Stopping certifies nothing."
+            f"All four have stopped by iteration {walk.iteration}, {close} of 4 within {CLOSE_DEGREES:g}° and"
+            f" {CLOSE_DISTANCE:g} u. Stopping certifies nothing."
         )
     if walk.stage == STAGES:
         return "Only CPD has a fifth stage; the others hold their fourth."
@@ -214,5 +214,4 @@ WIDGET = Widget(
     tape=(({}, ("next",) * (2 * STAGES - 1)), ({}, ("finish",))),
     python=python,
     lead=Lead(readouts=(), controls=("scene",), buttons=("next", "auto", "iterate", "finish", "reset")),
-    shows="Steps four registration methods side by side, stage by stage.",
 )

@@ -7,7 +7,7 @@ import numpy as np
 from solvers.methods.flow.network import shapes
 from solvers.studies.walkthrough import EVERY
 from widgets.drawing.picture import Array, Mark, Path, Points, Segments, degrees, number
-from widgets.figures.four.run import Look, Shown, carried, cloud, fixed
+from widgets.figures.four.run import Look, Shown, carried, cloud, fixed, held
 
 NAME = "Learned flow"
 STAGES = ("encode", "endpoint", "project", "read out")
@@ -20,7 +20,7 @@ def weights() -> int:
 
 def shown(look: Look) -> Shown:
     """The marks and the words of the present stage."""
-    return (_encode, _endpoint, _project, _read_out, _held)[look.walk.stage - 1](look)
+    return (_encode, _endpoint, _project, _read_out, held)[look.walk.stage - 1](look)
 
 
 def kept(look: Look) -> str:
@@ -92,10 +92,6 @@ def _read_out(look: Look) -> Shown:
     time = number(float(look.after.time[0]), 1)
     words = f"Fixed copy⁻¹ ∘ moving copy turns by {degrees(angle, 1)}°; on to t = {time}."
     return Shown(carried(look), words)
-
-
-def _held(look: Look) -> Shown:
-    return Shown(carried(look), "Held while CPD finds its variance; there is none here.")
 
 
 def _sample(look: Look) -> int:

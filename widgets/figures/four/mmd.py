@@ -8,7 +8,7 @@ import numpy as np
 
 from solvers.core.arrays import IntArray
 from widgets.drawing.picture import Array, Label, Mark, Path, Points, Role, Segments, degrees, number, small
-from widgets.figures.four.run import VIEW, Look, Shown, carried, cloud, where
+from widgets.figures.four.run import VIEW, Look, Shown, carried, cloud, held, where
 from widgets.parts.feature_marks import crests
 
 NAME = "MMD-Reg-inspired"
@@ -21,7 +21,7 @@ BESIDE, SMALL = -3.45, 0.32  # u: where a cloud stands beside its bars, and its 
 
 def shown(look: Look) -> Shown:
     """The marks and the words of the present stage."""
-    return (_encode, _average, _compare, _optimise, _held)[look.walk.stage - 1](look)
+    return (_encode, _average, _compare, _optimise, held)[look.walk.stage - 1](look)
 
 
 def kept(look: Look) -> str:
@@ -73,10 +73,6 @@ def _optimise(look: Look) -> Shown:
     else:
         words += f", was {_squares(before)}."
     return Shown(carried(look), words)
-
-
-def _held(look: Look) -> Shown:
-    return Shown(carried(look), "Held while CPD finds its variance; there is none here.")
 
 
 def _slowest(look: Look) -> IntArray:

@@ -12,11 +12,11 @@ import numpy as np
 from solvers import Pose
 from solvers.core.status import Status
 from solvers.core.stepper import Batch, advance
-from solvers.metrics import rre, rte
 from solvers.scenes.rooms import Scene
 from solvers.studies.walkthrough import FOUR, begin_walk, found
 from widgets.drawing.picture import Array, Mark, Path, Points, Role, View
 from widgets.parts.placing import Placing
+from widgets.parts.room import errors
 
 STAGES = 5
 """Positions of one iteration: CPD has a stage for each; those with four hold their last at the fifth."""
@@ -161,7 +161,7 @@ class Look:
         """Against the truth: of the rotation in degrees, of the translation in u, of the scale in percent."""
         truth = self.walk.scene.truth
         scale = 100.0 * (float(self.pose.scale) / float(truth.scale) - 1.0)
-        return float(np.degrees(rre(self.pose, truth))), float(rte(self.pose, truth)), scale
+        return *errors(self.pose, truth), scale
 
 
 @dataclass(frozen=True)
@@ -210,3 +210,8 @@ def arc(angle: float, first: float = 0.0, radius: float = 1.2, about: Sequence[f
     """A turn by `angle` from the direction `first`, as points (k, 2)."""
     turned = first + np.linspace(0.0, angle, 25)
     return np.asarray(about) + radius * np.stack([np.cos(turned), np.sin(turned)], axis=1)
+
+
+def held(look: Look) -> Shown:
+    """The stage in which CPD alone has something to find."""
+    return Shown(carried(look), "Held while CPD finds its variance; there is none here.")

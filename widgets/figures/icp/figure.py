@@ -328,5 +328,4 @@ WIDGET = Widget(
         controls=("start",),
         buttons=("step", "run", "finish", "reset"),
     ),
-    shows="Pairs each point with its nearest, fits the pairs, and repeats, from any start.",
 )

@@ -392,5 +392,4 @@ WIDGET = Widget(
     motion=motion,
     python=python,
     lead=Lead(("map", "room"), ("reached", "lowest", "truth"), ("length",), ("sow", "clear", "reset")),
-    shows="Draws two objectives over translations as terrain, with descents from many starts.",
 )

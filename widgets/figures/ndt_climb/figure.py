@@ -342,5 +342,4 @@ WIDGET = Widget(
         controls=("cell",),
         buttons=("run", "step", "reset"),
     ),
-    shows="Climbs the score of the cells’ Gaussians in three parameters, at one cell size beside coarse to fine.",
 )

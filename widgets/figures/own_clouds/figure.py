@@ -177,7 +177,9 @@ def _length(run: Run) -> str:
     meant = OWN[run.method].length
     if not meant:
         return "none: it finds its own"
-    return f"{meant} {'open' if run.length == float('inf') else f'{number(run.length, run.clouds.decimals)} u'}"
+    if run.length == float("inf"):
+        return f"{meant} open"
+    return f"{meant} {number(run.length, run.clouds.decimals)} {run.clouds.unit}"
 
 
 def _note(state: State) -> str:
@@ -272,5 +274,4 @@ WIDGET = Widget(
     reads=reads,
     files=files,
     lead=Lead(("main",), ("explained", "rms", "stop"), ("clouds", "method"), ("step", "run", "finish", "reset")),
-    shows="Registers two clouds of your own and judges the pose from the clouds alone.",
 )

@@ -35,7 +35,6 @@ from widgets.figures.pipeline.run import (
     Judgement,
     Sign,
     Stage,
-    errors,
     judged,
     proposed,
     refined,
@@ -43,7 +42,7 @@ from widgets.figures.pipeline.run import (
     scene_of,
 )
 from widgets.parts.placing import HANDLES, place, written
-from widgets.parts.room import ANCHOR, BRINGS, PLACING, VIEW, outline, source, still
+from widgets.parts.room import ANCHOR, BRINGS, PLACING, VIEW, errors, outline, source, still
 
 BROUGHT = {name: BRINGS.get(name, {"noise": 0.02, "outliers": 0.0}) for name in SCENES}
 REFINES = {"none": "Left out", "point": "Point", "plane": "Plane", "gicp": "GICP"}
@@ -195,7 +194,7 @@ def _scale(sign: Sign, y: float) -> tuple[Mark, ...]:
 
 
 def _readouts(state: State) -> tuple[Readout, ...]:
-    turn, shift = errors(state.scene, state.pose)
+    turn, shift = errors(state.pose, state.scene.truth)
     judgement = state.judgement
     found = judgement.evidence
     verdict = ("accepted" if state.accepted else "refused") if state.verdict else "–"
@@ -234,7 +233,7 @@ def _note(state: State) -> str:
 def _description(state: State) -> str:
     c, scene = state.controls, state.scene
     (x, y), heading = place(state.pose, ANCHOR)
-    turn, shift = errors(scene, state.pose)
+    turn, shift = errors(state.pose, scene.truth)
     left_out = [name for name, out in (("proposal", c.draws == 0), ("refinement", c.refine == "none")) if out]
     words = [
         f"{len(scene.source)} source and {len(scene.target)} target points, scene {SCENES[c.scene].lower()}, noise of"
@@ -338,5 +337,4 @@ WIDGET = Widget(
         controls=("scene",),
         buttons=("next", "finish", "reset"),
     ),
-    shows="A pose is proposed by sampling, refined by nearest points, and accepted or refused by five signs.",
 )

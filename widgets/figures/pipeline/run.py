@@ -10,12 +10,13 @@ import numpy as np
 
 from solvers import Pose
 from solvers.api import register
-from solvers.metrics import rre, rte
+from solvers.metrics import rre
 from solvers.scenes.rooms import ROOM_SETTINGS, Scene, room
 from solvers.scenes.walls import corridor, hall
 from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE
 from solvers.verify import Evidence, evidence, halves
 from widgets.drawing.picture import number
+from widgets.parts.room import errors
 
 SCENES: dict[str, str] = {
     "clean": "Clean room", "striped": "Striped", "combo": "Combo", "hall": "Hall", "corridor": "Corridor",
@@ -139,12 +140,7 @@ def _decades(value: float) -> float:
     return float(np.clip(1.0 + np.log10(max(value, 1e-4)) / 4.0, 0.0, 1.0))
 
 
-def errors(scene: Scene, pose: Pose) -> tuple[float, float]:
-    """Against the truth: degrees, and world units."""
-    return float(np.degrees(rre(pose, scene.truth))), float(rte(pose, scene.truth))
-
-
 def right(scene: Scene, pose: Pose) -> bool:
     """Whether both are below the benchmark's limits."""
-    turn, shift = errors(scene, pose)
+    turn, shift = errors(pose, scene.truth)
     return turn < CLOSE_DEGREES and shift < CLOSE_DISTANCE

@@ -8,19 +8,15 @@ from functools import cached_property
 from types import MappingProxyType
 from typing import Any
 
-import numpy as np
-
 from solvers import Pose
 from solvers.core.method import Problem
 from solvers.core.status import Status
 from solvers.core.stepper import Batch, advance
-from solvers.metrics import rre, rte
+from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE
 from solvers.studies.race import CONTESTANTS, EXTRAS, Contestant
 from widgets.drawing.picture import Panel, Role, worded
-from widgets.parts.room import single
+from widgets.parts.room import errors, single
 
-CLOSE_TURN = 5.0  # degrees
-CLOSE_SHIFT = 0.2  # u
 NINTH = "ninth"
 STAND_IN = "hypothesis-mixture"  # whose panel another contestant may take
 
@@ -156,18 +152,18 @@ class Run:
     @property
     def turned(self) -> bool:
         """Whether its rotation error is below the demo's threshold."""
-        return self.rotation[-1] < CLOSE_TURN
+        return self.rotation[-1] < CLOSE_DEGREES
 
     @property
     def close(self) -> bool:
         """Whether both errors are below the demo's thresholds."""
-        return self.turned and self.translation[-1] < CLOSE_SHIFT
+        return self.turned and self.translation[-1] < CLOSE_DISTANCE
 
 
 def waiting(entry: Entry, problem: Problem, truth: Pose) -> Run:
     """A contestant at the start, which has not looked at the clouds yet."""
     pose = single(problem.start)
-    turn, shift = _errors(pose, truth)
+    turn, shift = errors(pose, truth)
     return Run(entry, problem, truth, pose, (turn,), (shift,))
 
 
@@ -180,7 +176,7 @@ def stepped(run: Run) -> Run:
         return replace(run, batch=batch, panel=None)
     batch = advance(batch)
     pose = single(batch.pose())
-    turn, shift = _errors(pose, run.truth)
+    turn, shift = errors(pose, run.truth)
     return replace(
         run,
         batch=batch,
@@ -189,7 +185,3 @@ def stepped(run: Run) -> Run:
         translation=(*run.translation, shift),
         panel=None,
     )
-
-
-def _errors(pose: Pose, truth: Pose) -> tuple[float, float]:
-    return float(np.degrees(rre(pose, truth))), float(rte(pose, truth))

@@ -7,13 +7,14 @@ from dataclasses import dataclass, replace
 from solvers import METHODS, Pose
 from solvers.scenes.rooms import Scene, room_start
 from solvers.studies import race as racing
+from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE
 from solvers.studies.race import EXTRAS, MAX_STEPS
 from widgets.drawing.picture import Mark, Picture, Readout, number
 from widgets.engine.contract import Action, Button, Key, Lead, Widget
 from widgets.engine.controls import choice, slider
 from widgets.engine.script import called, named
 from widgets.figures.race.benchmark import BENCHMARK
-from widgets.figures.race.field import CLOSE_SHIFT, CLOSE_TURN, ENTRIES, STAND_IN, Run, field, stepped, waiting
+from widgets.figures.race.field import ENTRIES, STAND_IN, Run, field, stepped, waiting
 from widgets.figures.race.panels import PLACING, Stage, chart, drawn, handles, picked, scenery, turned
 from widgets.parts.placing import HANDLES, written
 from widgets.parts.room import ANCHOR, BRINGS, SETTINGS, problem
@@ -125,8 +126,8 @@ def _readouts(state: State) -> tuple[Readout, ...]:
     return (
         Readout("steps", f"Steps, {MAX_STEPS} at most", str(state.steps)),
         Readout("running", "Still running, of\u00a09", _running(state)),
-        Readout("turned", f"Rotation error <\u00a0{CLOSE_TURN:g}°, of\u00a09", str(turned)),
-        Readout("close", f"And translation error <\u00a0{CLOSE_SHIFT:g}\u00a0u", str(close)),
+        Readout("turned", f"Rotation error <\u00a0{CLOSE_DEGREES:g}°, of\u00a09", str(turned)),
+        Readout("close", f"And translation error <\u00a0{CLOSE_DISTANCE:g}\u00a0u", str(close)),
         Readout("median", "Median rotation error", number(rotation[4], 1), "°"),
         Readout("largest", "Largest rotation error", number(rotation[8], 1), "°"),
     )
@@ -141,7 +142,7 @@ def _note(state: State) -> str:
     if not state.done:
         return ""
     close = [run.entry.contestant.label for run in state.runs if run.close]
-    said = f"All have stopped, {len(close)} of 9 within {CLOSE_TURN:g}° and {CLOSE_SHIFT:g} u"
+    said = f"All have stopped, {len(close)} of 9 within {CLOSE_DEGREES:g}° and {CLOSE_DISTANCE:g} u"
     return f"{said}. Another seed may differ."
 
 
@@ -202,8 +203,8 @@ def python(state: State) -> str:
         "degrees = np.array([np.degrees(rre(pose, truth))[0] for pose in poses])",
         "shifts = np.array([rte(pose, truth)[0] for pose in poses])",
         "",
-        f'print("turned", np.sum(degrees < {CLOSE_TURN:g}))',
-        f'print("close", np.sum((degrees < {CLOSE_TURN:g}) & (shifts < {CLOSE_SHIFT:g})))',
+        f'print("turned", np.sum(degrees < {CLOSE_DEGREES:g}))',
+        f'print("close", np.sum((degrees < {CLOSE_DEGREES:g}) & (shifts < {CLOSE_DISTANCE:g})))',
         'print("median", np.median(degrees))',
         'print("largest", degrees.max())',
     ]
@@ -245,5 +246,4 @@ WIDGET = Widget(
         controls=("setting",),
         buttons=("run", "reset", "new"),
     ),
-    shows="Nine registration methods race on the same scans from the same start.",
 )

@@ -9,6 +9,7 @@ import numpy as np
 
 from solvers import Pose
 from solvers.scenes.rooms import Scene
+from solvers.studies.benchmark import CLOSE_DEGREES
 from solvers.studies.race import MAX_STEPS
 from widgets.drawing.chart import axes, axis_names, decades, powers
 from widgets.drawing.picture import (
@@ -25,7 +26,7 @@ from widgets.drawing.picture import (
     degrees,
     number,
 )
-from widgets.figures.race.field import CLOSE_TURN, ENTRIES, Run
+from widgets.figures.race.field import ENTRIES, Run
 from widgets.parts.placing import Placing
 from widgets.parts.room import ANCHOR
 
@@ -41,7 +42,7 @@ NAMES = 75.0  # on the chart's axis of steps: where the names begin
 HEIGHT = 286.0
 CHART = View(0.0, 96.0, float(np.log10(LOW)), float(np.log10(HIGH)), 480.0, HEIGHT, (40.0, 28.0, 6.0, 40.0))
 LINE = 18.0  # px between two names
-_CLOSE = float(np.log10(CLOSE_TURN))
+_CLOSE = float(np.log10(CLOSE_DEGREES))
 _DECADES = decades(CHART.y0, CHART.y1)
 FRAME: tuple[Mark, ...] = (
     *axes(CHART, [0.0, 20.0, 40.0, 60.0], _DECADES, powers(_DECADES), float(MAX_STEPS)),

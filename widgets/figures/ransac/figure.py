@@ -340,5 +340,4 @@ WIDGET = Widget(
         controls=("epsilon",),
         buttons=("run", "step", "finish", "reset"),
     ),
-    shows="Finds the pose that most of forty proposed matches agree on, by trials of two.",
 )

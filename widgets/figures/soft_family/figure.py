@@ -132,7 +132,7 @@ def draw(state: State) -> Picture:
         _readouts(run, found),
         _description(c, run, found),
         PLACING.handles(run.pose, ANCHOR),
-        _note(c, run, found),
+        _note(c, run),
         frozenset({"step", "finish"} if run.done else ()),
     )
 
@@ -233,7 +233,7 @@ def _readouts(run: Run, found: Links) -> tuple[Readout, ...]:
     )
 
 
-def _note(c: Controls, run: Run, found: Links) -> str:
+def _note(c: Controls, run: Run) -> str:
     if run.steps and run.done:
         return f"Stopped at step {run.steps}: {run.stop}."
     if run.steps:
@@ -373,5 +373,4 @@ WIDGET = Widget(
         controls=("method",),
         buttons=("step", "run", "finish", "reset"),
     ),
-    shows="Shares each point out over the other cloud by CPD or FilterReg, or overlaps densities by GMMReg.",
 )

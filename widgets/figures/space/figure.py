@@ -266,5 +266,4 @@ WIDGET = Widget(
         controls=("spin",),
         buttons=("step", "run", "finish", "reset"),
     ),
-    shows="Registers a mug in 3-D, in a view you can turn, from known or unknown pairs.",
 )

@@ -222,5 +222,4 @@ WIDGET = Widget(
     tape=tuple((answers, ("try",)) for answers in _TAPED),
     python=python,
     lead=Lead(readouts=("found", "unfit")),
-    shows="Four answers light a path up the ladder, which is then tried on 25 scenes.",
 )

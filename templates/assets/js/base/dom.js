@@ -40,6 +40,8 @@ export const findButton = (root, selector) => /** @type {HTMLButtonElement} */ (
  */
 export const around = ({ target }, selector) => (target instanceof Element ? target.closest(selector) : null);
 
+export const SVG = "http://www.w3.org/2000/svg";
+
 /**
  * An element with attributes (null and false are left out) and children (nodes or text).
  * @template {keyof HTMLElementTagNameMap} Tag
@@ -130,4 +132,18 @@ export function save(name, data, type = "text/plain") {
 export function fileName(id, ending) {
   const page = location.pathname.split("/").at(-1)?.replace(/\.html$/, "");
   return `${page || "index"}-${id}${ending}`;
+}
+
+/**
+ * Adds a classic script, which loads from disk as well.
+ * @param {string} src
+ * @returns {Promise<void>}
+ */
+export function loadScript(src) {
+  return new Promise((resolve, reject) => {
+    const script = make("script", { src });
+    on(script, "load", () => resolve());
+    on(script, "error", () => reject(new Error(`${src} did not load`)));
+    document.head.append(script);
+  });
 }

@@ -2,9 +2,9 @@
 
 /** @import { Action, Control, FigureRecord, Point, Value, Values } from "./types.js" */
 
+import { four } from "./format.js";
+
 const LONGEST_LINK = 200_000;
-/** @param {number} value */
-const four = (value) => Math.round(value * 1e4) / 1e4 + 0;
 
 /**
  * Equal for equal states; numbers are written by one parser's printer, so Python's 1.0 is 1 here.

@@ -41,6 +41,9 @@ interface Toggle extends Labelled {
 }
 export type Control = Slider | Choice | Toggle;
 
+/** "": not yet looked at; file: the page was opened from disk, where browsers allow no worker */
+export type RuntimeState = "" | "idle" | "loading" | "live" | "failed" | "file";
+
 export interface Button {
   name: string;
   label: string;

@@ -5,6 +5,12 @@
 /** @typedef {{ left: number, top: number, width: number, height: number }} Rect  of a panel, on the screen */
 
 /**
+ * Where an arrow key leads, in the world's directions.
+ * @type {Record<string, Point>}
+ */
+export const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+
+/**
  * A pointer's place in a panel's world.
  * @type {(rect: Rect, view: View, clientX: number, clientY: number) => Point}
  */

@@ -6,12 +6,10 @@
 
 import { make, on } from "../base/dom.js";
 import * as records from "../base/record.js";
-import { percent, world } from "./coordinates.js";
+import { ARROWS, percent, world } from "./coordinates.js";
 import { drawing, onStage, panelOf } from "./panels.js";
 import { runtime } from "../runtime/runtime.js";
 
-/** @type {Record<string, Point>} */
-const WAYS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 /** @type {(value: number, low: number, high: number) => number} */
 const clamp = (value, low, high) => Math.min(high, Math.max(low, value));
 
@@ -58,7 +56,7 @@ export function crosshair(figure, overlay, name, { does, hint }, moved) {
 
   /** @param {KeyboardEvent} event */
   function key(event) {
-    const way = WAYS[event.key];
+    const way = ARROWS[event.key];
     if (!way) return;
     event.preventDefault();
     const [a, b, c, d] = view();

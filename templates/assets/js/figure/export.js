@@ -4,9 +4,8 @@
 /** @typedef {Pick<Rect, "left" | "top">} Origin  of the picture, on the screen */
 /** @typedef {{ svg: SVGElement, width: number, height: number }} Picture  a figure's drawings and captions as on the page */
 
-import { around, fileName, make, messageOf, on, save, text } from "../base/dom.js";
+import { around, fileName, make, messageOf, on, save, SVG, text } from "../base/dom.js";
 
-const SVG = "http://www.w3.org/2000/svg";
 const MARGIN = 12; // px around the whole
 const SHARP = 2; // px of the PNG to one of the screen
 const PAINTS = ["fill", "stroke"];

@@ -30,6 +30,8 @@ export class Figure {
   #finer = null;
   /** @type {ReturnType<typeof setTimeout> | undefined} the timer that will ask for it */
   #rest;
+  /** @type {() => boolean} */
+  #reading = () => false;
 
   /** @param {HTMLElement} root */
   constructor(root) {
@@ -39,13 +41,16 @@ export class Figure {
     /** @type {Spec} */
     this.spec = spec;
     this.stage = find(root, ".figure-stage");
-    /** @type {() => boolean} whether something that it was given is still being read */
-    this.reading = () => false;
     this.#state = new FigureState(record, frame);
     runtime.on("change", () => this.#runtimeChanged());
     onTape(this.id, () => this.#tapeArrived());
     this.on = this.#events.on;
     this.tell();
+  }
+
+  /** @param {() => boolean} test  whether something that it was given is still being read */
+  whileReading(test) {
+    this.#reading = test;
   }
 
   /** What the reader wants to see. */
@@ -98,7 +103,7 @@ export class Figure {
 
   /** Whether something is read, asked, waiting, moving or being made finer. */
   get busy() {
-    return Boolean(this.reading() || this.pending || this.#moving || this.#finer);
+    return Boolean(this.#reading() || this.pending || this.#moving || this.#finer);
   }
 
   /** It is on screen. */

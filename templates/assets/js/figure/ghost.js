@@ -3,17 +3,14 @@
 /** @import { Figure } from "./figure.js" */
 /** @import { Overlay } from "./overlay.js" */
 
-import { around, make, on } from "../base/dom.js";
-import { percent, world } from "./coordinates.js";
+import { around, make, on, SVG } from "../base/dom.js";
+import { ARROWS, percent, world } from "./coordinates.js";
 import { drawing, panelOf } from "./panels.js";
 import { away, mean, placed, points } from "./rigid.js";
 
 const PANEL = "main";
 const GROUP = "source";
 const ARM = 92; // nominal px from the ghost's middle to the handle that turns it
-const SVG = "http://www.w3.org/2000/svg";
-/** @type {Record<string, Point>} */
-const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 
 /** @type {(figure: Figure) => Element | null} */
 const groupOf = (figure) =>

@@ -4,10 +4,8 @@
 /** @import { Figure } from "./figure.js" */
 
 import { around, copy, fileName, find, findButton, make, messageOf, on, save, text } from "../base/dom.js";
+import { withUnit } from "../base/format.js";
 import { runtime } from "../runtime/runtime.js";
-
-/** @param {Column} column */
-const withUnit = ({ label, unit }) => (unit ? `${label} (${unit})` : label);
 
 /** @typedef {{ by: number | null, falls: boolean }} Order  of the rows, by a column or, for -1, by their names */
 
@@ -197,7 +195,7 @@ function job(figure, box) {
     if (!run) return;
     const { record, rows } = run;
     end(rows ? "Stopped. The table shows the finished rows." : "Stopped. The table is from the previous run.");
-    if (runtime.state === "live") runtime.job({ figure: figure.id, record, name, does: "stop" }).catch(() => {});
+    runtime.job({ figure: figure.id, record, name, does: "stop" }).catch(() => {});
   }
 
   /** @type {(what: string, value: string) => Promise<void>} */

@@ -22,7 +22,7 @@ export function createOverlay(figure) {
   /** @type {Map<HTMLElement, [panel: string, left: number, top: number]>} */
   const places = new Map(); // in percent of the panel
   /** @type {DOMRect | null} */
-  let origin = null; // the layer's place on the screen, until something scrolls
+  let origin = null; // the layer's place on the screen, until something may have moved it
   let scale = 1; // px of the screen to one of the layout
 
   function measure() {
@@ -48,7 +48,11 @@ export function createOverlay(figure) {
   [stage, ...root.querySelectorAll(".figure-panel[data-panel]")].forEach((each) => watch.observe(each));
   measure();
   figure.on("scaled", measure); // by a slide, which no observer tells
-  on(document, "scroll", () => (origin = null), { capture: true, passive: true });
+  const moved = () => (origin = null);
+  on(document, "scroll", moved, { capture: true, passive: true });
+  on(document, "toggle", moved, { capture: true }); // what is folded out above
+  on(globalThis, "resize", moved);
+  on(root, "pointerenter", moved);
   return {
     layer,
     measure,

@@ -4,12 +4,11 @@
 /** @import { Overlay } from "./overlay.js" */
 
 import { around, findButton, messageOf, on, save, text } from "../base/dom.js";
+import { megabytes } from "../base/format.js";
 import { addPen } from "./pen.js";
 import { runtime } from "../runtime/runtime.js";
 
 const LARGEST = 24_000_000;
-/** @param {number} bytes */
-const megabytes = (bytes) => (bytes / 1e6).toFixed(1);
 
 /** @typedef {{ name: string, data: Uint8Array }} Thing  what is brought; without a name it was drawn */
 /** @typedef {Record<string, Thing>} Things  by place */
@@ -200,7 +199,7 @@ export function addOwnClouds(figure, overlay) {
   const files = /** @type {NodeListOf<HTMLButtonElement>} */ (box.querySelectorAll("[data-file]"));
   const swapping = findButton(box, "[data-own=swap]");
   const pen = addPen(figure, overlay, (things) => bring(things, true));
-  figure.reading = () => [...turns.values()].some(({ over }) => !over);
+  figure.whileReading(() => [...turns.values()].some(({ over }) => !over));
   /** @param {DragEvent} event */
   const missed = (event) => carries(event) && event.preventDefault(); // beside the figure: the page stays
   const shown = () => {

@@ -5,7 +5,8 @@
 /** @import { Things } from "./own_clouds.js" */
 /** @import { Overlay } from "./overlay.js" */
 
-import { around, find, findButton, on } from "../base/dom.js";
+import { around, find, findButton, on, SVG } from "../base/dom.js";
+import { four } from "../base/format.js";
 import { crosshair } from "./crosshairs.js";
 import { percent } from "./coordinates.js";
 
@@ -14,8 +15,6 @@ const APART = 0.12; // of the window's units, along a stroke
 const MOST = 2000; // points of a cloud
 const TURN = Math.PI / 7;
 const SHIFT = [0.7, -0.45];
-/** @param {number} value */
-const four = (value) => Math.round(value * 1e4) / 1e4 + 0;
 
 /** @typedef {{ place: string, points: Point[] }} Stroke */
 
@@ -106,7 +105,7 @@ export function addPen(figure, overlay, bring) {
     const at = cross.where(event);
     if (!at) return;
     event.preventDefault();
-    const ink = document.createElementNS("http://www.w3.org/2000/svg", "path");
+    const ink = document.createElementNS(SVG, "path");
     ink.setAttribute("class", `line thick ${place}`);
     find(panel, "svg.plot").append(ink);
     line = { pointer: event.pointerId, corners: [at], ink };

@@ -4,6 +4,7 @@
 
 import { sound } from "../base/checked_record.js";
 import { around, copy, fileName, make, on, save } from "../base/dom.js";
+import { withUnit } from "../base/format.js";
 import { store } from "../base/store.js";
 import { shownValue } from "./controls.js";
 
@@ -15,8 +16,6 @@ const MOST = 50;
 
 /** @type {(pins: Pin[], of: (pin: Pin) => unknown) => boolean} */
 const differ = (pins, of) => new Set(pins.map(of)).size > 1;
-/** @type {(named: { label: string, unit?: string }) => string} */
-const withUnit = ({ label, unit }) => (unit ? `${label} (${unit})` : label);
 
 /**
  * A readout without a value, such as the error of no rotation, has no unit either; its column has.

@@ -1,21 +1,13 @@
-// What a figure shows and what is asked of it: plain data in one class, and the table of the states that follow from it.
+// What a figure shows and what is asked of it: plain data in one class.
 
-/** @import { FigureRecord, Frame, Progress, Question } from "../base/types.js" */
-
-/** @typedef {"static" | "tape" | "live" | "waiting" | "failed"} StateName */
-/** @typedef {"" | "idle" | "loading" | "live" | "failed" | "file"} RuntimeState */
+/** @import { FigureRecord, Frame, Progress, Question, RuntimeState } from "../base/types.js" */
 
 /**
- * State → what is seen in it, and where it leads to.
- * @type {Readonly<Record<StateName, { seen: string, next: readonly StateName[] }>>}
+ * What is seen: "static", the picture that the page was built with; "tape", a frame recorded when the page was built;
+ * "live", a frame that Python drew; "waiting", as before, Python is asked and not up; "failed", as before, what is asked
+ * has no answer.
+ * @typedef {"static" | "tape" | "live" | "waiting" | "failed"} StateName
  */
-export const STATES = Object.freeze({
-  static: { seen: "the picture that the page was built with", next: ["tape", "live", "waiting", "failed"] },
-  tape: { seen: "a frame recorded when the page was built", next: ["live", "waiting", "failed"] },
-  live: { seen: "a frame that Python drew", next: ["tape", "waiting", "failed"] },
-  waiting: { seen: "as before; Python is asked and not up", next: ["static", "tape", "live", "failed"] },
-  failed: { seen: "as before; what is asked has no answer", next: ["static", "tape", "live", "waiting"] },
-});
 
 /**
  * The questions that wait once another is asked. While Python is not up only the latest counts; then one that may be

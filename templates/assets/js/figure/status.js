@@ -3,6 +3,7 @@
 /** @import { Figure } from "./figure.js" */
 
 import { around, find, make, on, text } from "../base/dom.js";
+import { megabytes } from "../base/format.js";
 import { limits } from "../base/limits.js";
 import { published } from "./published.js";
 import { figures } from "./registry.js";
@@ -10,8 +11,6 @@ import { runtime } from "../runtime/runtime.js";
 import { frugal } from "../runtime/start.js";
 
 const LONGEST = 280; // characters: what comes from an address or a file may be of any length
-/** @param {number} bytes */
-const megabytes = (bytes) => (bytes / 1e6).toFixed(1);
 /** @type {Record<string, string>} */
 const STAGES = { python: "unpacking", numpy: "starting numpy", widgets: "starting the solvers" };
 const FROM_DISK =

@@ -1,6 +1,6 @@
 // A button in the text may lead far away: the way back stays on the screen until it is taken or no longer needed.
 
-import { calm, make } from "../base/dom.js";
+import { calm, make, on } from "../base/dom.js";
 
 /** @type {(() => void) | undefined} takes the last offer away */
 let withdraw;
@@ -24,7 +24,7 @@ export function offerWayBack(from) {
     back.remove();
     withdraw = undefined;
   };
-  back.addEventListener("click", () => {
+  on(back, "click", () => {
     withdraw?.();
     goTo(from);
     from.focus({ preventScroll: true });

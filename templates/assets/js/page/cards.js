@@ -92,7 +92,7 @@ export function addCards() {
   /** @param {MouseEvent} event */
   function tap(event) {
     const link = linkAt(event);
-    if (link && finger && !(shown?.tapped && shown.link === link)) {
+    if (link && finger && event.detail && !(shown?.tapped && shown.link === link)) {
       event.preventDefault();
       open(link);
       if (shown) shown.tapped = true;

@@ -2,7 +2,7 @@
 // that it is there offline and from disk too.
 /** @import { Found, Index } from "../base/types.js" */
 
-import { around, make, on, text } from "../base/dom.js";
+import { around, loadScript, make, on, text } from "../base/dom.js";
 
 const MOST = 20;
 const BEFORE = 40; // characters of a snippet before what was found
@@ -50,25 +50,12 @@ export function receiveSections(entries) {
   sections = entries.map(([at, page, heading, words], id) => ({ id, at, page, heading, text: words }));
 }
 
-/**
- * @param {string} src
- * @returns {Promise<unknown>}
- */
-function script(src) {
-  return new Promise((resolve, reject) => {
-    const node = make("script", { src });
-    node.onload = resolve;
-    node.onerror = () => reject(new Error(`${src} did not load`));
-    document.head.append(node);
-  });
-}
-
 /** Loads the library and the sections, once; a failed load is tried again with the next question. */
 function loaded() {
   index ??= (async () => {
     const { searchLibrary = "", searchData = "" } = document.body.dataset;
     sections = [];
-    await Promise.all([script(searchLibrary), script(searchData)]);
+    await Promise.all([loadScript(searchLibrary), loadScript(searchData)]);
     const made = new globalThis.MiniSearch(OPTIONS);
     made.addAll(sections);
     return made;

@@ -1,5 +1,5 @@
 // The page's side of its one worker: starting, asking for frames one at a time, noticing when it fails or falls silent.
-/** @import { FigureRecord, Frame, Progress, RuntimeFile, Slice } from "../base/types.js" */
+/** @import { FigureRecord, Frame, Progress, RuntimeFile, RuntimeState, Slice } from "../base/types.js" */
 
 import { messageOf } from "../base/dom.js";
 import { emitter } from "../base/emitter.js";
@@ -15,7 +15,6 @@ import { store } from "../base/store.js";
  */
 /** @typedef {{ name: string, request: string, data: Uint8Array }} Brought */
 /** @typedef {{ key: string, words: string }} Told  on what a reader brought */
-/** @typedef {"" | "idle" | "loading" | "live" | "failed" | "file"} State */
 /** @typedef {Error & { stopped?: boolean }} Stopped */
 
 /** @type {ReturnType<typeof emitter<{ change: [] }>>} */
@@ -52,7 +51,7 @@ let held = new Set();
 
 export const runtime = {
   /** file: the page was opened from disk, where browsers allow no worker */
-  state: /** @type {State} */ (""),
+  state: /** @type {RuntimeState} */ (""),
   total: Number(runtimeBytes) || files.reduce((sum, { size }) => sum + size, 0),
   loaded: 0,
   stage: "",
@@ -76,7 +75,7 @@ export const runtime = {
   },
 };
 
-/** @param {State} state */
+/** @param {RuntimeState} state */
 function become(state, message = "") {
   runtime.state = state;
   runtime.message = message;

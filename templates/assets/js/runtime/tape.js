@@ -1,7 +1,7 @@
 // Tapes: frames recorded at build time, by record. A classic script each, so that they load from disk as well.
 /** @import { FigureRecord, Frame } from "../base/types.js" */
 
-import { make } from "../base/dom.js";
+import { loadScript } from "../base/dom.js";
 import { emitter } from "../base/emitter.js";
 import * as records from "../base/record.js";
 
@@ -54,9 +54,7 @@ export function loadTape(root) {
     (entries) => {
       if (!entries.some((entry) => entry.isIntersecting)) return;
       watch.disconnect();
-      const script = make("script", { src: tape });
-      script.addEventListener("error", () => receiveTape(root.id, [], []), { once: true });
-      document.head.append(script);
+      loadScript(tape).catch(() => receiveTape(root.id, [], []));
     },
     { rootMargin: "600px" },
   );

@@ -1,0 +1,55 @@
+"""What stands where it may not: references in headings, links in links, claims in claims, and what has no text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from itertools import pairwise
+
+from markdown_it.token import Token
+
+from sitegen.markup.directives import Directive
+from sitegen.markup.located import located, place_of
+from sitegen.markup.parser import text_of
+from sitegen.problems import Place, Problems
+
+REFERENCES = ("cite", "ref", "footnote_ref")
+MADE = (*REFERENCES, "term", "value", "readout", "claim_open", "promise_open")
+"""What the build puts in the place of what is written."""
+
+
+def tell_unfit(tokens: Sequence[Token], problems: Problems) -> None:
+    """Note what is unfit in some text."""
+    for heading, content in pairwise(tokens):
+        if heading.type == "heading_open":
+            _heading(located(heading, object).place, content.children or [], problems)
+    for token in tokens:
+        _nested(token.children or [], problems)
+
+
+def _heading(place: Place, children: Sequence[Token], problems: Problems) -> None:
+    if not text_of(children).strip():
+        problems.add(place, "a heading has no text")
+    for child in children:
+        if child.type in REFERENCES:
+            problems.add(place_of(child) or place, "a heading holds no references, citations or footnotes")
+
+
+def _nested(children: Iterable[Token], problems: Problems) -> None:
+    """What stands inside of a link, a claim or an image's alternative text."""
+    link = claim = False
+    for child in children:
+        place = place_of(child)
+        if place is None:
+            link = link and child.type != "link_close"
+            claim = claim and child.type != "claim_close"
+            continue
+        if child.type in (*REFERENCES, "term") and link:
+            problems.add(place, "a link holds no other: put it beside")
+        if child.type == "claim_open" and claim:
+            problems.add(place, "a claim holds no other: put it beside")
+        if child.type == "image" and any(inner.type in MADE for inner in child.children or []):
+            problems.add(place, "an image's alternative text is plain: without directives and citations")
+        if child.type in ("term", "claim_open") and not located(child, Directive).thing.text.strip():
+            problems.add(place, f":{child.type.removesuffix('_open')} has no text")
+        link = link or child.type == "link_open"
+        claim = claim or child.type == "claim_open"

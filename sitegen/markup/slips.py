@@ -1,0 +1,68 @@
+"""Slips: what looks like markup, is none, and would be printed as it stands, or lost."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from sitegen.markup.inline import BLOCK, INLINE
+from sitegen.problems import hint
+
+CONTAINERS = ("example", "anatomy", "try-this", "opening", "evidence", "answer", "in-short")
+CONTAINER = re.compile(r"^:::\s*([\w-]*)", re.MULTILINE)
+CLOSING = re.compile(r":{3,}")
+# What is printed as written is no slip: code, formulas, and the directives that are read.
+LITERAL = re.compile(r"(?<!`)(`+)(?!`).*?(?<!`)\1(?!`)|(?<![\\$])\$[^$]+\$", re.DOTALL)
+NAMES = "|".join((*BLOCK, *INLINE))
+NEARLY = re.compile(rf"(?<![\w:\\])(:{{1,2}})( ?)({NAMES})(?=[\[{{(])", re.IGNORECASE)
+TAGS = "a|b|br|center|dd|del|details|div|dl|dt|em|h[1-6]|hr|i|iframe|img|ins|kbd|li|ol|p|s|script|span|strong|style|"
+TAGS += "sub|summary|sup|table|tbody|td|th|thead|tr|u|ul|video"
+SLIPS = (
+    (r"^#{2,6}(?=\w)", "a heading has a blank after its {0}"),
+    (r"^#{2,6}(?=\u00a0)", "the blank after {0} is one that does not break, and a heading has a plain one"),
+    (rf"(?<!\\)<!--|(?<!\\)</?(?:{TAGS})(?:\s[^<>]*)?/?>", "{0}: HTML is not read here, and would be printed"),
+    (r"\]\((?=[^()\s\"'<>]+ [^()\"'<>]*\))", "a blank in an address is written %20"),
+    (r"(?<!\\)\\\((?=.*?\\\))", "a formula stands between dollars: $a$"),
+    (r"(?<!\\)\\begin(?=\{)", "an equation stands between two lines of $$"),
+    (r"(?<![\\\w])\^\[(?=[^\]]*\])", "a footnote is a mark, [^name], and a line that begins with [^name]:"),
+)
+UNPARTED = re.compile(r"\|.*\|\s*")
+BRACES = re.compile(r"\{\s*#?[\w-]+\s*\}\.?\s*$")
+
+
+def slips(text: str) -> Iterator[tuple[int, str]]:
+    """Offsets in a paragraph's or a heading's text, and what is wrong there."""
+    opened = 0  # blocks that were meant, and whose ends are no mistakes of their own
+    for match in CONTAINER.finditer(text):
+        name = match[1]
+        if name in CONTAINERS:
+            yield match.start(), f"nothing may follow :::{name} on its line"
+        elif name:
+            yield match.start(), f"no block :::{name}{hint(name, CONTAINERS)}"
+        elif not opened:
+            yield match.start(), "':::' closes nothing here: no block is open"
+        opened += 1 if name else -1 if opened else 0
+    plain = LITERAL.sub(lambda match: " " * len(match[0]), text)
+    for pattern, says in SLIPS:
+        for match in re.finditer(pattern, plain, re.MULTILINE):
+            yield match.start(), says.format(match[0])
+    for match in NEARLY.finditer(plain):
+        name, opens = match[3].lower(), plain[match.end()]
+        if (match[2] or match[3] != name) if opens != "(" else not match[2]:
+            colons = "::" if name in BLOCK else ":"
+            yield match.start(), f"a directive is written {colons}{name}[text]{{…}}"
+    lines = plain.split("\n")
+    if UNPARTED.fullmatch(lines[0]):
+        yield 0, "a table has a second line | --- | --- |, with as many parts as its first"
+
+
+def unread_anchor(heading: str) -> int | None:
+    """The offset of what was meant as a heading's anchor; None where there is none."""
+    match = BRACES.search(LITERAL.sub(lambda m: " " * len(m[0]), heading))
+    return match.start() if match else None
+
+
+def cells(line: str) -> int:
+    """How many cells a line of a table has."""
+    inner = re.sub(r"^\s*\||(?<!\\)\|\s*$", "", line.strip(" >"))
+    return len(re.findall(r"(?<!\\)\|", inner)) + 1

@@ -1,0 +1,13 @@
+// Numbers and names as the page's scripts write them.
+
+/**
+ * To four decimals, and never −0.
+ * @param {number} value
+ */
+export const four = (value) => Math.round(value * 1e4) / 1e4 + 0;
+
+/** @param {number} bytes */
+export const megabytes = (bytes) => (bytes / 1e6).toFixed(1);
+
+/** @type {(named: { label: string, unit?: string }) => string} */
+export const withUnit = ({ label, unit }) => (unit ? `${label} (${unit})` : label);

@@ -1,0 +1,110 @@
+"""What looks like markup and is none: told with its place, instead of printed or lost."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from tests.sitegen.conftest import START, Project
+
+# The body of a chapter, from its line 7 on, and what the build says.
+SLIPS = {
+    "words after a block's name": (":::evidence more\nA\n:::\n", ["7:1: nothing may follow :::evidence on its line"]),
+    "a title for a block": (":::answer[Yes]\nA\n:::\n", ["7:1: nothing may follow :::answer on its line"]),
+    "a heading with a blank that does not break": (
+        "##\u00a0Head\n",
+        ["7:1: the blank after ## is one that does not break, and a heading has a plain one"],
+    ),
+    "a comment": ("A <!-- todo --> b\n", ["7:3: <!--: HTML is not read here, and would be printed"]),
+    "a tag": (
+        "A <b>c</b>\n",
+        [f"7:{n}: {tag}: HTML is not read here, and would be printed" for n, tag in ((3, "<b>"), (7, "</b>"))],
+    ),
+    "a blank in an address": ("A [b](c d.html) e\n", ["7:5: a blank in an address is written %20"]),
+    "LaTeX's parentheses": ("A \\(a\\) b\n", ["7:3: a formula stands between dollars: $a$"]),
+    "LaTeX's environment": ("\\begin{equation}\nx\n", ["7:1: an equation stands between two lines of $$"]),
+    "a note in its place": (
+        "A^[b] ^[c]\n",
+        ["7:7: a footnote is a mark, [^name], and a line that begins with [^name]:"],
+    ),
+    "a table of one line": (
+        "| a | b |\n| 1 | 2 |\n",
+        ["7:1: a table has a second line | --- | --- |, with as many parts as its first"],
+    ),
+    "a cell too many": (
+        "| a | b |\n| - | - |\n| 1 | 2 | 3 |\n",
+        ["9:1: this row has 3 cells, and the table 2 columns"],
+    ),
+    "a capital": ("::Aside[C]\n", ["7:1: a directive is written ::aside[text]{…}"]),
+    "a blank after the colons": (":: aside[C]\n", ["7:1: a directive is written ::aside[text]{…}"]),
+    "parentheses": ("A :ref(second)\n", ["7:3: a directive is written :ref[text]{…}"]),
+    "an anchor without its sign": ("## Head {part}\n", ["7:9: an anchor is written {#name}, and ends the heading"]),
+    "an anchor and a full stop": ("## Head {#part}.\n", ["7:9: an anchor is written {#name}, and ends the heading"]),
+    "a reference in a heading": (
+        "## See :ref[second] {#a}\n",
+        ["7:8: a heading holds no references, citations or footnotes"],
+    ),
+    "a heading of nothing": ("## {#a}\n", ["7:1: a heading has no text"]),
+    "a link in a link": ("[a :ref[second]](second.html)\n", ["7:4: a link holds no other: put it beside"]),
+}  # fmt: skip
+
+FINE = (
+    "`<b>` and `| a |` and `:Ref[x]` and `\\(a\\)`.\n",
+    "$a < b > c$ and `<b>` alone: no.\n",
+    "Two columns: value (in u), 5 < 6, \\<b> and x^2.\n",
+    "| a \\| b | c |\n| - | - |\n| 1 | `2` |\n",
+    "A [link](second.html \"with a title\") and <https://example.org/>.\n",
+    "- In a list:\n\n  :::evidence\n  A\n  :::\n",
+    ":::evidence\nA\n::: \n",
+    "> :::answer\n> A\n> :::\n",
+    ":value[ 1 + 1 ] is two.\n",
+)
+
+
+@pytest.fixture(name="told")
+def _told(project: Project) -> Callable[[str], list[str]]:
+    """The problems of a small site whose first chapter has this body."""
+
+    def told(body: str) -> list[str]:
+        project.write("content/00-start.md", START.partition("Read")[0] + body)
+        return [line.partition("content/00-start.md:")[2] for line in project.problems()]
+
+    return told
+
+
+@pytest.mark.parametrize(("body", "said"), SLIPS.values(), ids=SLIPS)
+def test_a_slip_is_told_with_its_place(told: Callable[[str], list[str]], body: str, said: list[str]) -> None:
+    assert told(body) == said
+
+
+@pytest.mark.parametrize("body", FINE)
+def test_what_is_meant_as_it_stands_is_no_slip(project: Project, body: str) -> None:
+    project.write("content/00-start.md", START.partition("Read")[0] + body)
+    assert project.build().warnings == ()
+
+
+def test_a_claim_in_a_claim_and_directives_in_alternative_text_are_told(project: Project) -> None:
+    """Either would be lost in silence: the inner claim's test, and what the directive stands for."""
+    body = ":claim[A :claim[B]{x} c]{y}\n\n![A :value[1]](a.png)\n"
+    project.write("content/00-start.md", START.partition("Read")[0] + body)
+    said = [line.partition("content/00-start.md:")[2] for line in project.problems()]
+    assert "7:10: a claim holds no other: put it beside" in said
+    assert any("an image's alternative text is plain: without directives and citations" in line for line in said)
+
+
+def test_an_editor_s_own_files_are_passed_over(project: Project) -> None:
+    """A lock, which is a link to nowhere, is no chapter; a link to nowhere with a chapter's name is told."""
+    (project.root / "content/.#00-start.md").symlink_to("someone@host.1")
+    project.build()
+    (project.root / "content/30-gone.md").symlink_to("nowhere")
+    assert project.problems() == ["content/30-gone.md:0:0: is not a file, or a link to none"]
+
+
+@pytest.mark.parametrize("name", ["glossary", "references"])
+def test_a_file_that_is_gone_is_named_once(project: Project, name: str) -> None:
+    (project.root / f"content/{name}.yaml").unlink(missing_ok=True)
+    uses = ":term[a] and :term[b]" if name == "glossary" else "[@one2000] and [@two2001]"
+    project.write("content/00-start.md", START.partition("Read")[0] + uses + ".\n")
+    project.write("content/01-second.md", "---\ntitle: T\nslug: second\nsummary: S\n---\n\nText.\n")
+    assert project.problems() == [f"content/{name}.yaml:0:0: is missing or empty, and is needed"]

@@ -1,0 +1,61 @@
+"""What YAML read as something else is told in the author's own words."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.sitegen.conftest import SITE, Project
+
+
+@pytest.mark.parametrize(
+    ("front", "says"),
+    [
+        ("title: yes\nsummary: S", '2:1: title: a text is expected, not yes; in quotes it is one: title: "yes"'),
+        (
+            "title: 2026-01-01\nsummary: S",
+            '2:1: title: a text is expected, not 2026-01-01; in quotes it is one: title: "2026-01-01"',
+        ),
+        ("title: T\nsummary:", "3:1: summary: a text is expected, and nothing stands here"),
+        ("title T\nslug: t\nsummary: S", "2:1: not YAML: a line is a name, a colon, a blank and a value"),
+        ("title:T\n\nslug: t\nsummary: S", "2:1: not YAML: a line is a name, a colon, a blank and a value"),
+        ("title: a: b\nslug: t", "2:9: not YAML: a text that holds a colon and a blank stands in quotes"),
+    ],
+)
+def test_front_matter_is_told_as_it_was_written(project: Project, front: str, says: str) -> None:
+    project.write("content/01-second.md", f"---\n{front}\n---\n\nText.\n")
+    assert any(line.startswith(f"content/01-second.md:{says}") for line in project.problems())
+
+
+def test_blanks_after_the_first_line_do_not_matter(project: Project) -> None:
+    """As after the last."""
+    project.write("content/01-second.md", "--- \t\ntitle: T\nslug: second\nsummary: S\n--- \n\nText.\n")
+    project.write("content/00-start.md", "---\ntitle: T\nslug: start\nsummary: S\n---\n\nText.\n")
+    project.build()
+
+
+@pytest.mark.parametrize(
+    ("setting", "says"),
+    [
+        (
+            "report: not a url {nope}",
+            "report: an address that begins with https:// or mailto: is expected, not 'not a url {nope}'",
+        ),
+        ("macros: {'R': '\\mathbb{R}'}", "a macro is written '\\name': LaTeX"),
+    ],
+)
+def test_a_wrong_setting_is_told_alone(project: Project, setting: str, says: str) -> None:
+    """A macro that is none does not make formulas wrong that are right."""
+    project.write("content/00-start.md", "---\ntitle: T\nslug: start\nsummary: S\n---\n\nA rotation $R$.\n")
+    project.write("content/01-second.md", "---\ntitle: T\nslug: second\nsummary: S\n---\n\nText.\n")
+    name = setting.partition(":")[0]
+    kept = "\n".join(line for line in SITE.splitlines() if not line.startswith((f"{name}:", "  ")))
+    project.write("content/site.yaml", f"{kept}\n{setting}\n")
+    found = [line for line in project.problems() if not line.endswith("ladder")]
+    assert len([line for line in found if line.endswith(says)]) == 1
+    assert all(line.startswith("content/site.yaml:") for line in found)
+
+
+def test_settings_that_are_missing_are_told_once(project: Project) -> None:
+    (project.root / "content/site.yaml").unlink()
+    told = [line for line in project.problems() if line.startswith("content/site.yaml")]
+    assert told == ["content/site.yaml:0:0: the site's settings are missing"]
