@@ -153,6 +153,18 @@ def test_a_worker_killed_at_its_start_or_at_work_is_replaced(reader: Callable[..
     solve.becomes("live")
 
 
+def test_a_fault_beside_the_answers_is_told_at_once(reader: Callable[..., Reader]) -> None:
+    """Where even an error cannot be told any more, as after Python's own end, the figure says why at once."""
+    page = reader(alone=True, reduced_motion="reduce").open("kabsch.html")
+    solve = Figure(page, "fig-solve").live()
+    page.evaluate("Ladder.limits.frame = 60000")
+    (worker,) = page.workers
+    worker.evaluate("() => { String.prototype.lastIndexOf = () => { throw new Error('Python has gone') }; }")
+    page.evaluate("name => Ladder.figures.get(name).ask({...Ladder.figures.get(name).record, seed: -1})", solve.name)
+    solve.becomes("failed")
+    expect(solve.root.locator(".status-words")).to_contain_text("Python has gone")
+
+
 def test_a_worker_killed_in_a_job_ends_the_job(reader: Callable[..., Reader]) -> None:
     """The job says so, its table stays, and the button that began it begins it anew."""
     race = Figure(reader(reduced_motion="reduce").open("race.html"), "fig-race").live()

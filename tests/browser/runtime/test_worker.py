@@ -110,12 +110,6 @@ def test_it_starts_draws_and_says_what_went_wrong(served: Served) -> None:
     assert by_type["heap"][0]["bytes"] > 10_000_000
 
 
-def test_a_fault_beside_the_answers_is_told(served: Served) -> None:
-    """What no answer tells of, Python's own end among it, does not leave the questions after it waiting in silence."""
-    heard = served.talk(({"type": "forget", "key": {"no": "key"}}, "failed"))
-    assert heard[-1]["message"]
-
-
 def asked(widget: str, number: int) -> dict[str, Any]:
     request = json.dumps({"figure": "f", "record": preset(WIDGETS[widget]).plain()})
     return {"type": "frame", "id": number, "request": request}
