@@ -57,7 +57,7 @@ class Content:
 
 def site_files(context: BuildContext, content: Content, problems: Problems) -> dict[str, bytes]:
     """Every file of the site by name, without the runtime and what is packed."""
-    parts, kept, cache, progress = context.parts, context.kept, context.cache, context.progress
+    parts, kept, cache = context.parts, context.kept, context.cache
     templates, started = content.templates, content.started
     scripts = {tape.name: tape.script for tape in content.tapes.values()}
     # What the pages say decides which letters the fonts have and what is searched, and their frames name both.
@@ -66,6 +66,33 @@ def site_files(context: BuildContext, content: Content, problems: Problems) -> d
         templates, content.site, content.chapters, kept, bool(content.docs), parts.search is not None, zipped
     )
     insides = _insides(content, writer)
+    assets = _assets(context, content, insides, scripts, problems)
+    found = [*(body for _, body in [*content.bodies, *content.docs]), *(each.found for each in content.decks)]
+    images = {image.name: image.data for body in found for image in body.images}
+    rest = {**scripts, **images, **assets.files}
+    pages = partial(_pages, content, writer, insides)
+    if context.pack:
+        alone = _unpacked(context.root, content, {**pages(assets.from_disk()), **rest})
+        assets.download = Download(zipped, archive(zipped.removesuffix(".zip"), alone, cache))
+    files = {**pages(assets), **rest}
+    if content.site.url:
+        files["sitemap.xml"] = writer.sitemap(_public(content)).encode()
+    files |= _for_hosts(context.root, templates, files, started)
+    if assets.download:
+        files[assets.download.name] = assets.download.data
+    files |= content.notebooks  # to be taken away, so not among what is kept for offline use
+    return files
+
+
+def _assets(
+    context: BuildContext,
+    content: Content,
+    insides: Mapping[str, Inside],
+    scripts: Mapping[str, bytes],
+    problems: Problems,
+) -> Assets:
+    """Styles, scripts, typefaces and icons, and what the search looks through."""
+    parts, kept, cache = context.parts, context.kept, context.cache
     fontset = _fonts(context, insides, scripts)
     if fontset and fontset.missing:
         problems.note(Place("content"), f"no typeface of the site has {' '.join(fontset.missing)}")
@@ -78,9 +105,9 @@ def site_files(context: BuildContext, content: Content, problems: Problems) -> d
         fontset.preload if fontset else (),
         problems,
         cache,
-        progress,
+        context.progress,
     )
-    if started:
+    if started := content.started:
         assets.runtime = {"folder": "runtime/", "files": json.dumps(started.start_files()), "bytes": started.size}
     if parts.search is not None:
         library = kept.answer("search", (), partial(parts.search, cache))
@@ -88,29 +115,19 @@ def site_files(context: BuildContext, content: Content, problems: Problems) -> d
         hidden = {doc.page for doc, _ in content.docs if doc.hidden}
         seen = {name: str(one.html) for name, one in insides.items() if name not in hidden}
         assets.search_data = assets.add("search.js", search_index.search_data(seen, cache, kept))
-    found = [*(body for _, body in [*content.bodies, *content.docs]), *(each.found for each in content.decks)]
-    images = {image.name: image.data for body in found for image in body.images}
     if webmanifest.ICONS.keys() <= assets.pictures.keys():
         site, assets.ground = content.site, colours()["paper"]
         made = webmanifest.web_manifest(site.title, site.description, site.language, assets.ground[0], assets.pictures)
         assets.manifest = assets.add("site.webmanifest", made)
-    rest = {**scripts, **images, **assets.files}
-    pages = partial(_pages, content, writer, insides)
-    if context.pack:
-        alone = _unpacked(context.root, content, {**pages(assets.from_disk()), **rest})
-        assets.download = Download(zipped, archive(zipped.removesuffix(".zip"), alone, cache))
-    files = {**pages(assets), **rest}
-    if content.site.url:
-        own = [fixed.page for fixed in FIXED_PAGES if fixed.public]
-        own += [doc.page for doc, _ in content.docs if not doc.hidden]
-        slides = [*(each.chapter.deck for each in content.decks), *(["slides.html"] if content.decks else [])]
-        public = [*(chapter.page for chapter in content.chapters), *own, *slides]
-        files["sitemap.xml"] = writer.sitemap(public).encode()
-    files |= _for_hosts(context.root, templates, files, started)
-    if assets.download:
-        files[assets.download.name] = assets.download.data
-    files |= content.notebooks  # to be taken away, so not among what is kept for offline use
-    return files
+    return assets
+
+
+def _public(content: Content) -> list[str]:
+    """The pages that the site map lists."""
+    own = [fixed.page for fixed in FIXED_PAGES if fixed.public]
+    own += [doc.page for doc, _ in content.docs if not doc.hidden]
+    slides = [*(each.chapter.deck for each in content.decks), *(["slides.html"] if content.decks else [])]
+    return [*(chapter.page for chapter in content.chapters), *own, *slides]
 
 
 def _fonts(context: BuildContext, insides: Mapping[str, Inside], scripts: Mapping[str, bytes]) -> FontSet | None:

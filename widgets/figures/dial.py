@@ -268,33 +268,39 @@ def _description(state: State, count: int | None, some: int | None) -> str:
 
 def python(state: State) -> str:
     """The same numbers from the solvers package alone."""
-    rung, c = state.dial.rung, state.controls
-    options = "".join(f", {name}={value!r}" for name, value in rung.options(c.length).items())
-    seed = state.dial.seed
+    return "\n".join([*_clouds_in_python(state), *_run_in_python(state), *_printed_in_python(state)]) + "\n"
+
+
+def _clouds_in_python(state: State) -> list[str]:
+    seed, noise = state.dial.seed, state.controls.noise
     lines = [
         "import numpy as np",
         "from solvers import Pose, register",
         "from solvers.metrics import rre, rte",
         "from solvers.scenes import room",
         "",
-        f'scene = room("clean", seed={seed}, noise={c.noise!r})',
+        f'scene = room("clean", seed={seed}, noise={noise!r})',
         f"source, target = scene.source[::{EVERY}], scene.target[::{EVERY}]",
     ]
-    if rung.paired:
+    if state.dial.rung.paired:
         lines += [
             "# The source's own spots, measured a second time.",
             f"rng = np.random.default_rng({seed})",
             f'spots = room("clean", seed={seed}, noise=0.0).source[::{EVERY}]',
-            f"target = spots + {c.noise!r} * rng.standard_normal(spots.shape)",
+            f"target = spots + {noise!r} * rng.standard_normal(spots.shape)",
         ]
     if state.dial.clouds.wrong.any():
         lines += [
             f"mixed = rng.permutation(len(source))[:{int(state.dial.clouds.wrong.sum())}]",
             "target[mixed] = target[np.roll(mixed, 1)]",
         ]
-    lines += [
-        "",
-        "",
+    return [*lines, "", ""]
+
+
+def _run_in_python(state: State) -> list[str]:
+    rung, seed = state.dial.rung, state.dial.seed
+    options = "".join(f", {name}={value!r}" for name, value in rung.options(state.controls.length).items())
+    return [
         "def run(turns, **more):",
         "    turns = np.atleast_1d(turns)",
         "    R = np.stack([Pose.from_angle(turn).R for turn in turns])",
@@ -309,11 +315,16 @@ def python(state: State) -> str:
         "moved = pose.apply(source).reshape(-1, 2)",
         "squares = ((moved[:, None] - target) ** 2).sum(axis=2).min(axis=1)",
         "",
+    ]
+
+
+def _printed_in_python(state: State) -> list[str]:
+    lines = [
         'print("rotation_start", abs(np.degrees(heading)))',
         'print("objective_start", run(heading, max_steps=0).objective[0])',
         'print("apart", np.sqrt(squares.mean()))',
     ]
-    if not rung.flat:
+    if not state.dial.rung.flat:
         lines += [
             f"ring = run(np.radians(np.arange({HEADINGS}) * {360.0 / HEADINGS!r} - 180.0), max_steps=0).objective",
             "steps = np.round((ring - ring.min()) / np.ptp(ring), 6)",
@@ -332,7 +343,7 @@ def python(state: State) -> str:
             "turned, shifted = np.degrees(rre(ends, Pose.identity())), rte(ends, Pose.identity())",
             f'print("arrive", np.sum((turned < {CLOSE_DEGREES!r}) & (shifted < {CLOSE_DISTANCE!r})))',
         ]
-    return "\n".join(lines) + "\n"
+    return lines
 
 
 WIDGET = Widget(

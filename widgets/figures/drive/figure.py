@@ -254,24 +254,7 @@ def python(state: State) -> str:
         "chain = scan_to_scan(scans, drive.motion)",
         "loops = verified(scans, chain.poses, *candidates(chain.poses))",
     ]
-    if c.poses == "odometry":
-        lines.append("poses = chained(drive.motion)")
-    elif c.poses == "matched":
-        lines.append("poses = chain.poses")
-    else:
-        lines.append(f'poses = plain = close(chain, loops, kernel="{c.kernel}").poses')
-        if c.wrong:
-            lines += [
-                "edges, robust = edges_of(chain, loops)",
-                "R = np.concatenate([edges.relative.R, np.eye(2)[None]])",
-                "t = np.concatenate([edges.relative.t, np.zeros((1, 2))])",
-                "usual = np.median(loops.information, axis=0)",
-                "information = np.concatenate([edges.information, usual[None]])",
-                f"i, j = np.append(edges.i, {WRONG[1]}), np.append(edges.j, {WRONG[0]})",
-                "edges, robust = Edges(i, j, Pose(R, t), information), np.append(robust, True)",
-                f'found = optimise(chain.poses, edges, kernel="{c.kernel}", robust=robust)',
-                "poses = found.poses",
-            ]
+    lines += _poses_in_python(c)
     lines += [
         f"used = loops.believed & (loops.source < {n})",
         "shift, turn = missed(poses, loops)",
@@ -291,6 +274,28 @@ def python(state: State) -> str:
     if closed and c.wrong:
         lines.append('print("weight", found.weights[-1])')
     return "\n".join(line for k, line in enumerate(lines) if line or k > 4) + "\n"
+
+
+def _poses_in_python(c: Controls) -> list[str]:
+    if c.poses == "odometry":
+        return ["poses = chained(drive.motion)"]
+    if c.poses == "matched":
+        return ["poses = chain.poses"]
+    closed = f'poses = plain = close(chain, loops, kernel="{c.kernel}").poses'
+    if not c.wrong:
+        return [closed]
+    return [
+        closed,
+        "edges, robust = edges_of(chain, loops)",
+        "R = np.concatenate([edges.relative.R, np.eye(2)[None]])",
+        "t = np.concatenate([edges.relative.t, np.zeros((1, 2))])",
+        "usual = np.median(loops.information, axis=0)",
+        "information = np.concatenate([edges.information, usual[None]])",
+        f"i, j = np.append(edges.i, {WRONG[1]}), np.append(edges.j, {WRONG[0]})",
+        "edges, robust = Edges(i, j, Pose(R, t), information), np.append(robust, True)",
+        f'found = optimise(chain.poses, edges, kernel="{c.kernel}", robust=robust)',
+        "poses = found.poses",
+    ]
 
 
 PRESETS: dict[str, dict[str, Value]] = {
