@@ -39,7 +39,7 @@ def _raster_size(path: Path) -> tuple[int, int]:
         with PIL.Image.open(path) as image:
             image.load()  # a file cut short has its size all the same
             return image.width, image.height
-    except (OSError, SyntaxError) as error:  # a damaged PNG is no syntax to it
+    except (OSError, SyntaxError) as error:  # which it says of a damaged PNG
         raise ValueError(f"{path.name} cannot be read as an image") from error
 
 

@@ -11,7 +11,7 @@ from sitegen.problems import hint
 CONTAINERS = ("example", "anatomy", "try-this", "opening", "evidence", "answer", "in-short")
 CONTAINER = re.compile(r"^:::\s*([\w-]*)", re.MULTILINE)
 CLOSING = re.compile(r":{3,}")
-# What is printed as written is no slip: code, formulas, and the directives that are read.
+# What is printed as written cannot be one: code, formulas, and the directives that are read.
 LITERAL = re.compile(r"(?<!`)(`+)(?!`).*?(?<!`)\1(?!`)|(?<![\\$])\$[^$]+\$", re.DOTALL)
 NAMES = "|".join((*BLOCK, *INLINE))
 NEARLY = re.compile(rf"(?<![\w:\\])(:{{1,2}})( ?)({NAMES})(?=[\[{{(])", re.IGNORECASE)
@@ -32,7 +32,7 @@ BRACES = re.compile(r"\{\s*#?[\w-]+\s*\}\.?\s*$")
 
 def slips(text: str) -> Iterator[tuple[int, str]]:
     """Offsets in a paragraph's or a heading's text, and what is wrong there."""
-    opened = 0  # blocks that were meant, and whose ends are no mistakes of their own
+    opened = 0  # blocks that were meant: their ends are not told again
     for match in CONTAINER.finditer(text):
         name = match[1]
         if name in CONTAINERS:

@@ -16,7 +16,8 @@ from solvers.core.arrays import FloatArray
 from solvers.core.numbers import finite, numbers
 from solvers.core.pose import Pose
 
-_ROUNDING = 1e-9  # of the points' spread: what lies nearer to the line is on it
+_NEAR = 1e-7  # of the points' spread: what lies nearer to the line is on it, as for the fit of pairs
+_EPS = float(np.finfo(np.float64).eps)
 
 
 def poses_about_line(source: ArrayLike, target: ArrayLike, angle: ArrayLike = 0.0) -> Pose:
@@ -72,13 +73,16 @@ def poses_about_line(source: ArrayLike, target: ArrayLike, angle: ArrayLike = 0.
     middle, centre = p.mean(axis=0), q.mean(axis=0)
     along, apart = _of_size_one(p - middle), _of_size_one(q - centre)
     _, spread, axes = np.linalg.svd(along)
-    if spread[0] <= 0.0 or (len(spread) > 1 and spread[1] > _ROUNDING * spread[0]):
+    # Far from the origin the points themselves are rounded.
+    unit = np.ldexp(1.0, np.frexp(np.abs(p - middle).max(initial=0.0))[1])
+    rounding = 8.0 * _EPS * np.sqrt(len(p)) * float(np.abs(p).max(initial=0.0) / unit)
+    if spread[0] <= rounding or (len(spread) > 1 and spread[1] > max(_NEAR * spread[0], rounding)):
         raise ValueError("source: expected different points in a line")
     ahead = along[np.argmax(np.linalg.norm(along - along[0], axis=1))] - along[0]
     u = axes[0] * np.sign(axes[0] @ ahead)  # a singular vector's own sign depends on the machine
     h = (along @ u) @ apart
     length = float(np.linalg.norm(h))
-    if length <= _ROUNDING * spread[0] * float(np.linalg.norm(apart)):
+    if length <= 1e-9 * spread[0] * float(np.linalg.norm(apart)):
         raise ValueError("target: the partners say nothing of the line's direction")
     v = h / length
     least = Pose.from_rotvec(_least_turn(u, v)).R

@@ -104,7 +104,7 @@ def thinned(points: ArrayLike, most: int) -> FloatArray:
 
 
 def spacing(points: ArrayLike) -> float:
-    """The median distance of a cloud's points to their nearest other place.
+    """The median, over the different places of a cloud's points, of the distance to the nearest other place.
 
     Parameters
     ----------

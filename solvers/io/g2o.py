@@ -126,6 +126,8 @@ def read(data: bytes) -> GraphText:
                 places.append(_numbers(fields[1:], number))
             else:
                 ends.append((_id(fields[0], number), _id(fields[1], number)))
+                if ends[-1][0] == ends[-1][1]:
+                    raise ValueError(f"line {number}: it joins node {fields[0]} to itself")
                 measured.append(_numbers(fields[2:], number))
                 edge_lines.append(number)
         else:

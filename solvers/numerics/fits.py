@@ -21,6 +21,36 @@ def rms_radius(points: FloatArray) -> FloatArray:
     return np.where(radius > 0.0, radius, 1.0)
 
 
+def weighted_centroid(points: FloatArray, weights: FloatArray) -> FloatArray:
+    """Centroid of the rows (b, m, d) that have a weight (b, m), each counted alike, (b, d): what rows without one do
+    not move, wherever they lie.
+    """
+    used = weights > 0.0
+    count = np.maximum(used.sum(axis=1), 1)[:, None]
+    with np.errstate(over="ignore", under="ignore"):
+        return np.asarray(np.where(used[..., None], points, 0.0).sum(axis=1) / count)
+
+
+def weighted_radius(points: FloatArray, weights: FloatArray) -> FloatArray:
+    """`rms_radius` of the rows that have a weight, (b,)."""
+    used = weights > 0.0
+    if used.all():
+        return rms_radius(points)
+    share = np.sqrt(points.shape[1] / np.maximum(used.sum(axis=1), 1))
+    kept = np.where(used[..., None], points, weighted_centroid(points, weights)[:, None])
+    radius: FloatArray = rms_radius(kept) * share
+    return radius
+
+
+def rms_motion(step: FloatArray, weights: FloatArray) -> FloatArray:
+    """Root mean square length of the steps (b, m, d) of the rows that have a weight (b, m), (b,)."""
+    used = weights > 0.0
+    if used.all():
+        return np.asarray(np.sqrt(np.einsum("bmd,bmd->b", step, step) / step.shape[1]))
+    step = np.where(used[..., None], step, 0.0)
+    return np.asarray(np.sqrt(np.einsum("bmd,bmd->b", step, step) / np.maximum(used.sum(axis=1), 1)))
+
+
 def spread_volume(points: FloatArray) -> FloatArray:
     """The area of the square, or volume of the cube, in which evenly spread points have
     the RMS radius r of the points (b, n, d): `(√(12/d) r)ᵈ`, (b,), uᵈ. No rotation

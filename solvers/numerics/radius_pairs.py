@@ -270,16 +270,17 @@ def initial(problem: Problem, options: Any) -> dict[str, Any]:
     """The fields of a schedule's state before the first association."""
     b, m, _ = problem.source.shape
     size = rms_radius(problem.target)
+    first, last = _lengths(options.first, 0.3, size), _lengths(options.last, 0.03, size)
     return {
         "problem": problem,
         "options": options,
         "radius": rms_radius(problem.source),
-        "last": _lengths(options.last, 0.03, size),
+        "last": np.minimum(last, first) if options.last is None else last,
         "pose": Pose.trusted(problem.start.R, problem.start.t),
         "objective": np.zeros(b),
         "status": statuses((b,)),
         "reason": reasons((b,)),
-        "sigma": _lengths(options.first, 0.3, size),
+        "sigma": first,
         "soft": problem.source,
         "support": np.zeros((b, m)),
         "used": np.zeros((b, m), dtype=np.bool_),

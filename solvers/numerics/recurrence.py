@@ -16,10 +16,13 @@ AGAIN = "the same few poses come round again and again"
 """Why such a run has stalled."""
 
 
-def motion(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Root mean square distance between rows of (b, m, d), (b,)."""
-    squares = np.square(b - a).reshape(len(a), -1).sum(axis=1)
-    return np.asarray(np.sqrt(squares / a.shape[1]))
+def motion(a: FloatArray, b: FloatArray, weights: FloatArray | None = None) -> FloatArray:
+    """Root mean square distance between rows of (b, m, d), (b,); with weights (b, m), of those that have one."""
+    if weights is None or (used := weights > 0.0).all():
+        squares = np.square(b - a).reshape(len(a), -1).sum(axis=1)
+        return np.asarray(np.sqrt(squares / a.shape[1]))
+    squares = np.square(np.where(used[..., None], b - a, 0.0)).reshape(len(a), -1).sum(axis=1)
+    return np.asarray(np.sqrt(squares / np.maximum(used.sum(axis=1), 1)))
 
 
 def anchor(taken: IntArray, moved: FloatArray, before: FloatArray) -> FloatArray:

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from solvers.core import validate
-from solvers.core.arrays import FloatArray
+from solvers.core.arrays import FloatArray, IntArray
 from solvers.core.edges import Edges, row_numbers, within
 from solvers.core.pose import Pose
 from solvers.posegraph import checks, linear
 from solvers.posegraph.errors import derivatives
+from solvers.posegraph.linear import Solve
+
+TOGETHER = 64  # nodes that are solved for at once: all together take memory as the square of their number
 
 
 def marginals(
@@ -81,15 +85,20 @@ def marginals(
         raise ValueError("weights: expected one positive weight an edge")
     by_i, by_j = derivatives(poses, edges)
     parts = linear.blocks(by_i, by_j, share[:, None, None] * edges.information, np.zeros((len(edges), 3)))
-    unit = np.zeros((n, 3, k, 3))
-    unit[asked, :, np.arange(k)] = np.eye(3)
-    with np.errstate(over="ignore", invalid="ignore", under="ignore", divide="ignore"):
-        try:
-            solve = linear.factor(plan, edges.i, edges.j, *parts[:3], np.zeros((n, 3)))
-            columns = solve(unit.reshape(n, 3, 3 * k))
-        except np.linalg.LinAlgError:
-            columns = np.full((n, 3, 3 * k), np.nan)
-    if not np.isfinite(columns).all():
+    found = np.full((k, 3, 3), np.nan)
+    with np.errstate(over="ignore", invalid="ignore", under="ignore", divide="ignore"), suppress(np.linalg.LinAlgError):
+        solve = linear.factor(plan, edges.i, edges.j, *parts[:3], np.zeros((n, 3)))
+        for first in range(0, k, TOGETHER):
+            found[first : first + TOGETHER] = _blocks(solve, asked[first : first + TOGETHER], n)
+    if not np.isfinite(found).all():
         raise ValueError("edges: their information differs by more than numbers can tell: the sum is singular")
-    found = columns.reshape(n, 3, k, 3)[asked, :, np.arange(k)]
-    return 0.5 * (found + found.swapaxes(1, 2))
+    return np.asarray(0.5 * (found + found.swapaxes(1, 2)))
+
+
+def _blocks(solve: Solve, nodes: IntArray, n: int) -> FloatArray:
+    """Of the inverse, these nodes' own blocks (k, 3, 3)."""
+    k = len(nodes)
+    unit = np.zeros((n, 3, k, 3))
+    unit[nodes, :, np.arange(k)] = np.eye(3)
+    columns = solve(unit.reshape(n, 3, 3 * k)).reshape(n, 3, k, 3)
+    return np.asarray(columns[nodes, :, np.arange(k)])

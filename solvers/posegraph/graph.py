@@ -30,6 +30,7 @@ from solvers.posegraph.errors import derivatives, moved, offsets, squares
 from solvers.posegraph.linear import Plan
 
 _FIRST, _LEAST, _SLIGHT, _MOST, _ROUNDING = 1e-6, 1e-12, 1e-3, 1e12, 1e-14
+_NEAR = 1e-6  # a step of at most this, as `tolerance` has it, is at rest where rounding hides what it gains
 _WHY = {Status.STALLED: "no step lowers the objective", Status.DEGENERATE: "a step is beyond floating point"}
 
 
@@ -285,7 +286,8 @@ def _advanced(run: GraphRun) -> GraphRun:
             damping, status = 10.0 * damping, Status.DEGENERATE
             continue
         gain = -float((gradient * step).sum())
-        small = bool((np.abs(step) <= run.setting.tolerance * size).all()) or gain <= _ROUNDING * run.objective
+        enough = max(run.setting.tolerance, _NEAR if gain <= _ROUNDING * run.objective else 0.0)
+        small = bool((np.abs(step) <= enough * size).all())
         if small and damping <= _SLIGHT:  # else it may be the damping that makes it small
             return replace(run, status=Status.CONVERGED, damping=damping)
         after = _judged(run.setting, edges, moved(run.poses, step))
@@ -328,7 +330,7 @@ def optimise(
         The most steps.
     tolerance : float, default 1e-9
         It has converged where no node moves by more than this fraction of the longest measured translation, nor turns
-        by more than this many radians.
+        by more than this many radians; or 1e-6 of either, where rounding hides what the step gains.
     sparse : bool, optional
         Whether scipy solves the normal equations. None is scipy from 300 free nodes on,
         where it is installed. Without it, 3000 free nodes are the most.

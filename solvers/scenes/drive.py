@@ -288,7 +288,7 @@ def packed(seconds: FloatArray, motion: FloatArray, centimetres: FloatArray) -> 
     motion : ndarray of shape (n, 3)
         dx, dy in metres and dφ in radians.
     centimetres : ndarray of shape (n, k)
-        Whole numbers below 65536.
+        Whole numbers below 65536, of which neighbours differ by less than 32768.
 
     Returns
     -------

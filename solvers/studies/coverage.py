@@ -154,10 +154,10 @@ def runs(
     >>> str(runs("hall", "icp", 3, heading=0.0, shift=0.0).start)
     'Pose(batch=(3,), dim=2)'
     """
-    rigid_method_of(method)
+    asked = rigid_method_of(method)
     scans = redrawn(place, count, seed=seed, end=end, noise=noise)
     start = starts(scans.truth, count, heading=heading, shift=shift, seed=seed)
-    if method in METHODS:
+    if asked.name in METHODS and not {"gate", "max_distance"} & options.keys():
         options = {"gate": GATE, **options}
     weights = None if scans.weights.all() else scans.weights
     result = register(scans.source, scans.target, method, start=start, weights=weights, **options)

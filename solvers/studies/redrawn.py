@@ -30,7 +30,8 @@ _ASIDE = Pose.from_angle(np.radians([8.0, -6.0]), np.array([(-1.5, -0.6), (-0.6,
 STANDS = {"room": _MIDDLE, "corridor": _MIDDLE, "hall": _ASIDE}
 """Where the two scans are made, source and target, in room coordinates; in the hall away from its middle."""
 NO_ECHO = 1e3
-"""Where a target ray without echo is put: beyond any gate, in u."""
+"""Where a target ray without echo is put, in u: beyond any gate, so a length that a method would take from the target's
+size has to be given."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import erf, exp, pi, sqrt
+from math import erf, exp, log1p, pi, sqrt
 
 from solvers.core import validate
 
@@ -11,8 +11,8 @@ def quantile(level: float, freedom: int = 3) -> float:
     """The χ² quantile for 1, 2 or 3 degrees of freedom.
 
     The distribution functions are closed forms, erf(√(x/2)), 1 − e^(−x/2) and
-    erf(√(x/2)) − √(2x/π) e^(−x/2) (Abramowitz & Stegun 1964, 26.4.4 and 26.4.5); they
-    are inverted by bisection.
+    erf(√(x/2)) − √(2x/π) e^(−x/2) (Abramowitz & Stegun 1964, 26.4.4 and 26.4.5). The
+    second has an inverse; the others are inverted by bisection.
 
     Parameters
     ----------
@@ -42,15 +42,15 @@ def quantile(level: float, freedom: int = 3) -> float:
     if freedom not in (1, 2, 3):
         raise ValueError(f"freedom: expected 1, 2 or 3 degrees of freedom, got {freedom!r}")
 
+    if freedom == 2:
+        return -2.0 * log1p(-level)
+
     def below(x: float) -> float:
-        if freedom == 2:
-            return 1.0 - exp(-0.5 * x)
         return erf(sqrt(0.5 * x)) - (sqrt(2.0 * x / pi) * exp(-0.5 * x) if freedom == 3 else 0.0)
 
     low, high = 0.0, 1.0
     while below(high) < level and high < 1e3:
         high *= 2.0
-    for _ in range(80):
-        middle = 0.5 * (low + high)
+    while low < (middle := 0.5 * (low + high)) < high:
         low, high = (middle, high) if below(middle) < level else (low, middle)
     return 0.5 * (low + high)

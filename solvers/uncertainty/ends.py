@@ -284,21 +284,16 @@ def _middle(points: FloatArray, weights: ArrayLike | None) -> tuple[FloatArray, 
 
 def _moved(spread: Covariance, centre: FloatArray, radius: float) -> Covariance:
     """The same covariance told about another centre and in units of another radius."""
-    if np.allclose(spread.centre, centre) and np.isclose(spread.radius, radius):
-        return spread
-    before, out = _scaled_about(spread.centre, float(spread.radius)), _scaled_about(centre, radius)
-    lost = out @ np.linalg.inv(before) @ spread.directions[:, spread.free]
+    # From centre to centre, not by way of the origin, which may be far.
+    anew = np.array([radius, 1.0, 1.0])[:, None] * se2.shifted(centre - spread.centre)
+    anew = anew / np.array([float(spread.radius), 1.0, 1.0])
+    lost = anew @ spread.directions[:, spread.free]
     free = np.zeros((3, 3))
     free[:, : lost.shape[1]] = np.linalg.qr(lost)[0]
     keep = np.eye(3) - free @ free.T
-    scaled = keep @ out @ spread.matrix @ out.T @ keep
+    half = keep @ anew @ (spread.directions * np.where(spread.free, 0.0, spread.deviations))
+    scaled = half @ half.T
     return from_scaled(scaled, spread.mean, centre, np.asarray(radius), "target", spread.made_by, free)
-
-
-def _scaled_about(centre: FloatArray, radius: float) -> FloatArray:
-    """The matrix (3, 3) that makes (radius · angle, x, y) about the centre of a twist about the origin."""
-    out: FloatArray = np.array([radius, 1.0, 1.0])[:, None] * se2.shifted(centre)
-    return out
 
 
 def _unscented(start: Covariance) -> Pose:
@@ -339,10 +334,10 @@ def _modes(poses: Pose, middle: FloatArray, radius: float, apart: float) -> IntA
     """Labels of the connected groups, the largest 0."""
     at = poses.apply(middle[None])[:, 0]
     angle = np.asarray(poses.angle)
-    squares = np.square(at[:, None] - at).sum(axis=-1)
-    squares += np.square(2.0 * radius * np.sin(0.5 * (angle[:, None] - angle)))
-    near = squares < apart * apart
-    np.fill_diagonal(near, True)
+    near = np.eye(len(at), dtype=np.bool_)
+    for k in range(len(at)):  # a row at a time: the distances of all are eight times as large as what is kept of them
+        squares = np.square(at - at[k]).sum(axis=-1) + np.square(2.0 * radius * np.sin(0.5 * (angle - angle[k])))
+        near[k] |= squares < apart * apart
     label = np.arange(len(at), dtype=np.int64)
     while True:
         # Each takes the least label in its reach; a group has settled when none changes.

@@ -13,6 +13,7 @@ from solvers.uncertainty import se2
 from solvers.uncertainty.region import Covariance
 
 _FAR = 1e4
+_EPS = float(np.finfo(np.float64).eps)
 
 
 def from_matrix(
@@ -111,7 +112,9 @@ def from_scaled(
         raise ValueError("matrix: it is not positive semidefinite")
     values, vectors = values[..., ::-1], vectors[..., ::-1]
     lost = values > 0.5 * _FAR if free is not None else np.zeros(values.shape, dtype=np.bool_)
-    deviations = np.where(lost, np.inf, np.sqrt(np.maximum(values, 0.0) * unit[..., 0]))
+    # What is left of a deviation of zero is rounding.
+    values = np.where(values > 8.0 * _EPS * values.max(axis=-1, keepdims=True), values, 0.0)
+    deviations = np.where(lost, np.inf, np.sqrt(values * unit[..., 0]))
     # The sign of a direction is a choice: its largest component is positive.
     at = np.abs(vectors).argmax(axis=-2)[..., None, :]
     vectors = vectors * np.where(np.take_along_axis(vectors, at, axis=-2) < 0.0, -1.0, 1.0)

@@ -19,6 +19,7 @@ from solvers.uncertainty.chi_square import quantile
 from solvers.uncertainty.words import said
 
 FRAMES = ("target", "source")
+_EPS = float(np.finfo(np.float64).eps)
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,9 +133,7 @@ class Covariance:
         return self.to("source").information[..., [1, 2, 0], :][..., [1, 2, 0]]
 
     def to(self, frame: str) -> Covariance:
-        """The same spread with its small motion on the other side of the pose.
-
-        The matrix goes by the adjoint, `Ad(T) Σ Ad(T)ᵀ` from source to target.
+        """The same spread with its small motion on the other side of the pose: `Ad(T) Σ Ad(T)ᵀ` from source to target.
 
         Parameters
         ----------
@@ -174,9 +173,12 @@ class Covariance:
         ndarray of shape (...)
             Without unit; χ² distributed where the model is right, of as many degrees as directions are determined.
         """
-        along = self.along(pose)
+        along = np.abs(self.along(pose))
+        size = np.abs(self.centre).sum(axis=-1) + np.abs(self.mean.t).sum(axis=-1) + self.radius
+        # Without spread, what is zero up to rounding is zero.
+        rest = (along == 0.0) | ((self.deviations == 0.0) & (along <= 64.0 * _EPS * np.asarray(size)[..., None]))
         with np.errstate(divide="ignore", invalid="ignore"):
-            ratio = np.where(along == 0.0, 0.0, np.abs(along) / self.deviations)
+            ratio = np.where(rest, 0.0, along / self.deviations)
         square: FloatArray = np.square(ratio).sum(axis=-1)
         return square[()]
 
@@ -374,8 +376,7 @@ class Covariance:
         return self.deviations
 
     def _scale(self) -> FloatArray:
-        ones = np.ones_like(self.radius)
-        return np.stack([self.radius, ones, ones], axis=-1)
+        return np.stack([self.radius, *(np.ones_like(self.radius) for _ in "xy")], axis=-1)
 
     def _towards(self) -> FloatArray:
         """From a twist about the origin to scaled coordinates about the centre."""
@@ -395,6 +396,5 @@ class Covariance:
 
     def _motions(self, along: FloatArray) -> Pose:
         """The motions that go so far along each direction, (n, 3)."""
-        twist = (along @ self.directions.T) / self._scale()
         shift = Pose.trusted(np.eye(2), self.centre)
-        return shift.compose(se2.exp(twist)).compose(shift.inverse())
+        return shift.compose(se2.exp((along @ self.directions.T) / self._scale())).compose(shift.inverse())

@@ -49,7 +49,7 @@ from solvers.geometry import nearest
 from solvers.geometry.nearest import Index
 from solvers.methods.icp.icp import partners
 from solvers.numerics import robust
-from solvers.numerics.fits import fit_pairs, rms_radius
+from solvers.numerics.fits import fit_pairs, rms_motion, weighted_centroid, weighted_radius
 from solvers.numerics.gauss_newton import rotation
 
 NO_WEIGHT = "every pair's weight is zero"
@@ -180,6 +180,7 @@ def _start(problem: Problem, options: FastRobustOptions) -> FastRobustState:
         median = robust.mad_scale(np.sqrt(squares), counted, 0.0) / 1.4826
         first = 3.0 * median if options.first is None else np.full(b, options.first)
         least = spacing(index, problem.target) / (3.0 * np.sqrt(3.0)) if options.last is None else options.last
+        least = np.minimum(least, first) if options.first is not None and options.last is None else least
         # Repeated points have no spacing, perfect pairs no distance: a threshold stays
         # above zero.
         last = np.maximum(least, np.maximum(1e-6 * first, 1e-100))
@@ -189,8 +190,8 @@ def _start(problem: Problem, options: FastRobustOptions) -> FastRobustState:
     status, reason = mark(statuses((b,)), reasons((b,)), lost, Status.DEGENERATE, NO_WEIGHT)
     many = Pose.trusted(*(np.repeat(np.asarray(x)[:, None], depth, axis=1) for x in (problem.start.R, problem.start.t)))
     return FastRobustState(
-        problem=problem, index=index, radius=rms_radius(problem.source),
-        centre=problem.source.mean(axis=1), last=last, options=options,
+        problem=problem, index=index, radius=weighted_radius(problem.source, problem.weights),
+        centre=weighted_centroid(problem.source, problem.weights), last=last, options=options,
         pose=problem.start, objective=pairing.energy, status=status, reason=reason, pairing=pairing, nu=nu,
         accelerated=np.zeros(b, dtype=np.bool_), past_x=many, past_g=many, depth=np.zeros(b, dtype=np.int64),
         change=np.full(b, np.inf), condition=np.full(b, np.inf),
@@ -219,8 +220,7 @@ def _step(state: FastRobustState) -> FastRobustState:
             pairing, worse, _pair(take(problem, worse), take(state.index, worse), state.nu[worse], pose[worse])
         )
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-        step = pairing.moved - at.moved
-        change = np.sqrt(np.einsum("bmd,bmd->b", step, step) / step.shape[1]) / state.radius
+        change = rms_motion(pairing.moved - at.moved, problem.weights) / state.radius
 
     final = state.nu <= state.last
     at_rest = change <= np.where(final, options.tolerance, max(options.rough, options.tolerance))

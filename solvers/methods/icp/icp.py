@@ -50,7 +50,7 @@ from solvers.core.tree import CONSTANT, SHARED, changed
 from solvers.geometry import nearest
 from solvers.geometry.nearest import Index, Known
 from solvers.numerics import robust
-from solvers.numerics.fits import fit_pairs, rms_radius
+from solvers.numerics.fits import fit_pairs, rms_motion, rms_radius, weighted_radius
 
 
 @dataclass(frozen=True)
@@ -258,8 +258,7 @@ def finish(
     """
     options, old = state.options, state.pairing
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-        step = pairing.moved - old.moved
-        change = np.sqrt(np.einsum("bmd,bmd->b", step, step) / step.shape[1]) / state.radius
+        change = rms_motion(pairing.moved - old.moved, state.problem.weights) / state.radius
         still = np.abs(pairing.rms - old.rms) <= options.rms_tolerance * old.rms
     at_rest = change <= options.tolerance
     steady = still & (pairing.count == old.count) & (options.rms_tolerance > 0.0)
@@ -332,9 +331,9 @@ def start_with(problem: Problem, options: AnyOptions, reach: FloatArray, scale: 
     pairing = pair(problem, index, reach, scale, options, problem.start)
     status, reason = mark(statuses((b,)), reasons((b,)), pairing.count == 0, Status.DEGENERATE, _no_pairs(options))
     return IcpState(
-        problem=problem, index=index, radius=rms_radius(problem.source), reach=reach, scale=scale, options=options,
-        pose=problem.start, objective=pairing.objective, status=status, reason=reason, pairing=pairing,
-        change=np.full(b, np.inf), condition=np.full(b, np.inf),
+        problem=problem, index=index, radius=weighted_radius(problem.source, problem.weights), reach=reach,
+        scale=scale, options=options, pose=problem.start, objective=pairing.objective, status=status,
+        reason=reason, pairing=pairing, change=np.full(b, np.inf), condition=np.full(b, np.inf),
     )  # fmt: skip
 
 

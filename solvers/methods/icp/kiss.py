@@ -85,10 +85,10 @@ class KissOptions:
 
 
 def deviation(problem: Problem, options: KissOptions) -> FloatArray:
-    """δ, (b,), in world units; r_max is the distance of the source's farthest point
-    from the origin.
+    """δ, (b,), in world units; r_max is the distance from the origin of the source's
+    farthest point with a weight.
     """
-    farthest = np.linalg.norm(problem.source, axis=2).max(axis=1)
+    farthest = np.where(problem.weights > 0.0, np.linalg.norm(problem.source, axis=2), 0.0).max(axis=1)
     # ‖R − I‖_F = 2√2 sin(θ/2) in the plane and in space.
     half = np.linalg.norm(problem.start.R - np.eye(problem.dim), axis=(1, 2)) / np.sqrt(8.0)
     if options.angle is not None:

@@ -37,7 +37,7 @@ from solvers.geometry.normals import Normals
 from solvers.methods.icp import icp
 from solvers.methods.icp.icp import IcpOptions, Pairing
 from solvers.numerics import gauss_newton, recurrence, robust
-from solvers.numerics.fits import rms_radius
+from solvers.numerics.fits import weighted_centroid, weighted_radius
 from solvers.numerics.gauss_newton import System
 
 
@@ -121,8 +121,8 @@ class SurfaceState:
     solves.
 
     normals: of the target. covariances: of source (b, m, d, d) and target (b, n, d, d)
-    points, where the method has any. radius: (b,) RMS radius of the source at the
-    start. scale: (b,) the fixed s of the robust weight, or None. pairing: `rms` and
+    points, where the method has any. radius: (b,) RMS radius, at the start, of the
+    source points that have a weight. scale: (b,) the fixed s of the robust weight, or None. pairing: `rms` and
     `objective` there are those of the residuals here; pairs whose target point has no
     normal are not used, where the method needs one. precision: (b, m, d, d) of the
     pairs, at `pose`. system: the normal equations of these pairs at `pose`, with the
@@ -163,7 +163,7 @@ def start(
     b = problem.size
     scale = None if options.scale is None else np.full(b, options.scale)
     with np.errstate(over="ignore", under="ignore"):
-        radius = rms_radius(problem.source) * np.asarray(problem.start.scale)
+        radius = weighted_radius(problem.source, problem.weights) * np.asarray(problem.start.scale)
     radius = np.where((radius > 0.0) & np.isfinite(radius), radius, 1.0)
     surfaces = _Surfaces(index, surface, covariances)
     pairing, precision, system = _at(problem, options, surfaces, scale, radius, problem.start)
@@ -188,8 +188,9 @@ def step(state: SurfaceState) -> SurfaceState:
     surfaces = _Surfaces(state.index, state.normals, state.covariances)
     pairing, precision, system = _at(state.problem, options, surfaces, state.scale, state.radius, pose, old.known)
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-        change = recurrence.motion(old.moved, pairing.moved) / state.radius
-        again = recurrence.motion(state.anchor, pairing.moved) / state.radius <= options.tolerance
+        counted = state.problem.weights
+        change = recurrence.motion(old.moved, pairing.moved, counted) / state.radius
+        again = recurrence.motion(state.anchor, pairing.moved, counted) / state.radius <= options.tolerance
         still = np.abs(pairing.rms - old.rms) <= options.rms_tolerance * old.rms
     at_rest = change <= options.tolerance
     steady = still & (pairing.count == old.count) & (options.rms_tolerance > 0.0)
@@ -261,7 +262,7 @@ def _at(
         objective = np.where(used, weights * squares, 0.0).sum(axis=1)
         total = weights.sum(axis=1)
         rms = np.sqrt(objective / np.where(total > 0.0, total, 1.0))
-        middle = problem.source.mean(axis=1) * np.asarray(pose.scale)[:, None]
+        middle = weighted_centroid(problem.source, problem.weights) * np.asarray(pose.scale)[:, None]
         centre = gauss_newton.turned(pose.R, middle) + pose.t
     pairing = changed(
         pairing, used=used, weights=weights, count=used.sum(axis=1), rms=rms, objective=objective

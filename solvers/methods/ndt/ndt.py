@@ -29,6 +29,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any, cast
 
 import numpy as np
 
@@ -99,14 +100,15 @@ class NdtOptions:
     outliers: float | None = None
 
     def __post_init__(self) -> None:
-        sizes(self.cells)
+        # Tuples, for an array of the caller's could change later.
+        cells = sizes(self.cells)
+        object.__setattr__(self, "cells", cells[0] if cells and not np.ndim(cast(Any, self.cells)) else cells)
         if validate.count(self.grids, "grids") not in (1, 4):
             raise ValueError(f"grids: expected 1 or 4, got {self.grids!r}")
         corner = validate.one_or_several(self.offset, "offset")
         if len(corner) != 2:
             raise ValueError(f"offset: expected two numbers, got {shown(self.offset)}")
-        for value in corner:
-            validate.number(value, "offset", -1e100, 1e100)
+        object.__setattr__(self, "offset", tuple(validate.number(value, "offset", -1e100, 1e100) for value in corner))
         if self.max_shift is not None:
             validate.number(self.max_shift, "max_shift", 1e-100, 1e100)
         validate.number(self.max_turn, "max_turn", 1e-100, 1e100)

@@ -169,6 +169,8 @@ def _start(problem: Problem, options: FilterRegOptions) -> FilterRegState:
         else:
             first = 0.3 * size if scheduled else _spread_of_all(moved, problem.target)
         last = (0.03 if scheduled else 1e-3) * size if options.last is None else np.full(b, options.last)
+        if options.first is not None and options.last is None:
+            last = np.minimum(last, first)
         last = np.maximum(last, kernel_filters.least_sigma(problem.target))
     volume = spread_volume(problem.target) if options.volume is None else np.full(b, options.volume)
     nothing = np.zeros((b, m))

@@ -129,6 +129,8 @@ def _start(problem: Problem, options: GmmRegOptions) -> GmmRegState:
         np.clip(share * size if given is None else np.full(b, given), least, 1e149)
         for given, share in ((options.first, 0.4), (options.last, 0.05))
     )
+    if options.last is None:
+        last = np.minimum(last, first)
     nothing = np.zeros(b)
     state = GmmRegState(
         problem=problem, radius=radius, last=last, options=options, pose=pose, objective=nothing,

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from solvers import Pose, fit_rigid
+from solvers import Pose, fit_rigid, register
 from solvers.collinear import poses_about_line
 from solvers.metrics import residuals
 
@@ -100,3 +100,15 @@ def test_what_is_no_angle_is_refused_by_name():
     for wrong, said in ((np.nan, "nan is not finite"), (None, "expected real numbers"), ("a", "expected real numbers")):
         with pytest.raises(ValueError, match=f"^angle: {said}"):
             poses_about_line(line, line, wrong)
+
+
+@pytest.mark.parametrize("origin", [0.0, 5e6])
+def test_what_the_fit_calls_collinear_has_its_poses(origin):
+    """Also where the coordinates are rounded: far from the origin, or as numbers of single precision."""
+    line = np.linspace([0.0, 0.0, 0.0], [1.0, 0.7, 0.3], 10) + origin
+    if not origin:
+        line = line.astype(np.float32).astype(float)
+    found = register(line, line + 1.0, "kabsch")
+    assert "collinear" in found.reason
+    poses = poses_about_line(line, line + 1.0, [0.0, 1.0])
+    assert np.abs(poses.apply(line) - (line + 1.0)).max() < 1e-6 * max(origin, 1.0)

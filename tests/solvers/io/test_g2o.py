@@ -81,6 +81,7 @@ def test_order_comments_and_ends_of_lines_do_not_matter():
         (VERTICES + "FIX 0 7\n", "line 3: node 7 has no VERTEX_SE2"),
         (VERTICES + "\n" + EDGE.replace(" 1 ", " 2 ", 1), "line 4: node 2 has no VERTEX_SE2"),
         (VERTICES + EDGE + "\n" + EDGE.replace("2 0 1", "2 1 1"), "line 4: it joins node 1 to itself"),
+        ("VERTEX_SE2 7 0 0 0\n" + EDGE.replace("2 0 1", "2 7 7"), "line 2: it joins node 7 to itself"),
         (VERTICES + EDGE + "\n" + EDGE.replace("9", "-9"), "line 4: information: the matrix is not positive definite"),
         (VERTICES + EDGE + " 1", "line 3: EDGE_SE2 has 12 fields; expected 11"),
         ("\0\xff", "line 1: "),

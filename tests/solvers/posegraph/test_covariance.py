@@ -169,3 +169,15 @@ def test_who_has_scipy_is_told_to_let_it_solve_too_large_a_graph():
     with pytest.raises(ValueError, match=r"^poses: 3001 free nodes are more than 3000, .*; pass sparse=None"):
         optimise(poses, edges, sparse=False)
     assert optimise(poses, edges).status is Status.CONVERGED
+
+
+def test_nodes_asked_for_together_have_the_covariances_of_each_alone():
+    """More than are solved for at once, in a loop of 150 nodes."""
+    n = 150
+    turn = np.full(n, 2.0 * np.pi / n)
+    poses = Pose.from_angle(np.arange(n) * turn, np.zeros((n, 2)))
+    steps = Pose.from_angle(turn, (1.0, 0.0))
+    ring = Edges(np.arange(n), np.roll(np.arange(n), -1), steps, np.diag([100.0, 100.0, 400.0]))
+    together = marginals(poses, ring, np.arange(n))
+    for k in (0, 1, 63, 64, 65, 128, 149):
+        np.testing.assert_allclose(together[k], marginals(poses, ring, [k])[0], rtol=1e-9, atol=1e-15)

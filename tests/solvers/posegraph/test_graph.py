@@ -358,3 +358,13 @@ def test_disturbed_edges_have_the_residual_they_are_given():
     noise = np.full((len(edges), 3), 0.1)
     expected = np.einsum("ea,ab,eb->e", noise, INFORMATION, noise)
     np.testing.assert_allclose(chi_squared(truth, disturbed(edges, noise)), expected)
+
+
+def test_a_conflict_elsewhere_does_not_end_the_run_before_a_node_is_at_rest():
+    """Two edges differ by 200 u and cannot be satisfied; node 2, of another edge, begins 0.9 u off."""
+    relative = Pose.from_angle(np.zeros(3), [[0.0, 0.0], [200.0, 0.0], [1.0, 0.0]])
+    edges = Edges([0, 0, 1], [1, 1, 2], relative, np.stack([1e10 * np.eye(3), 1e10 * np.eye(3), np.eye(3)]))
+    start = Pose.from_angle(np.zeros(3), [[0.0, 0.0], [100.0, 0.0], [101.9, 0.0]])
+    result = optimise(start, edges)
+    assert result.status
+    np.testing.assert_allclose(result.poses.t[:, 0], [0.0, 100.0, 101.0], atol=1e-5)

@@ -133,6 +133,8 @@ def test_options_are_the_method_s_own():
     needs no weights."""
     assert runs("room", "icp", 2).options == {"gate": 2.0}
     assert runs("room", "icp", 2, gate=0.5).options == {"gate": 0.5}
+    assert runs("room", "icp", 2, max_distance=0.5).options == {"max_distance": 0.5}
+    assert runs("room", "generalized-icp", 2).options == {"gate": 2.0}
     assert runs("room", "trimmed-icp", 2, keep=0.7).options == {"keep": 0.7}
     (line,) = coverage("room", "trimmed-icp", ("hessian",), count=3, keep=0.7)
     assert line.count == 3

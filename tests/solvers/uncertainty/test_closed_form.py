@@ -271,3 +271,10 @@ def test_weights_next_to_nothing_leave_all_free():
     for method in ("kabsch", "icp", "point-to-plane"):
         spread = register(source, source + 0.1, method, weights=np.full(30, 5e-324)).covariance
         assert spread.free.all()
+
+
+def test_of_a_list_of_one_cloud_a_noise_is_an_entry_for_it():
+    scene = kabsch_scene("noisy")
+    listed = covariance(register([scene.source], [scene.target], "icp"), "censi", source_noise=[0.1])
+    alone = covariance(register(scene.source, scene.target, "icp"), "censi", source_noise=0.1)
+    np.testing.assert_allclose(listed.deviations, alone.deviations[None])

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from solvers import Pose, register
 from solvers.scenes.rooms import BIRD, KABSCH_TRUTH
 from solvers.scenes.walls import corridor, hall
-from solvers.uncertainty import covariance, from_matrix, from_starts, monte_carlo, quantile, spread_of
+from solvers.uncertainty import Covariance, covariance, from_matrix, from_starts, monte_carlo, quantile, spread_of
 
 START = from_matrix(np.diag([0.03, 0.2, 0.2]) ** 2, Pose.identity())
 
@@ -156,3 +156,20 @@ def test_what_is_no_seed_is_refused_whether_it_is_used_or_not(draws: int, seed: 
     scene = hall(seed=1)
     with pytest.raises(ValueError, match=r"^seed: "):
         from_starts(scene.source, scene.target, start=START, draws=draws, seed=seed)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("unit", "origin"), [(1.0, (0.0, 0.0)), (1.0, (5e5, 5e6)), (1e-9, (0.0, 0.0))])
+def test_a_noise_about_another_centre_is_carried_there_in_any_unit(unit, origin):
+    """A turn of 0.01 rad about a point 2 u away is a deviation of 0.02 u here, wherever the origin is."""
+    rng = np.random.default_rng(1)
+    p = unit * (rng.normal(size=(60, 2)) + origin)
+    centre = p.mean(axis=0)
+    radius = float(np.sqrt(np.square(p - centre).sum(axis=1).mean()))
+    mean = Pose.identity()
+    start = from_matrix(np.zeros((3, 3)), mean, centre=centre, radius=radius)
+    noise = Covariance(
+        mean, np.array([0.01 * radius, 0.0, 0.0]), np.eye(3), centre + np.array([2.0 * unit, 0.0]), np.array(radius),
+        "target", "given",
+    )  # fmt: skip
+    found = from_starts(p, p, "icp", start=start, noise=noise)
+    assert found.point_covariance(centre)[1, 1] ** 0.5 == pytest.approx(0.02 * unit, rel=1e-3)

@@ -248,3 +248,26 @@ def test_an_edge_s_information_of_a_batch_is_that_of_its_poses():
         np.testing.assert_allclose(both.edge_information()[i], both[i].edge_information(), rtol=1e-9)
     with pytest.raises(ValueError, match="information: the matrix of edge 0 is not positive definite"):
         Edges([0], [1], Pose.identity(batch=(1,)), slid().edge_information())
+
+
+@pytest.mark.parametrize("centre", [(0.0, 0.0), (1.3, 2.7), (5e5, -5e6)])
+def test_a_pose_without_spread_covers_itself_and_nothing_else(centre):
+    """Of directions without a deviation rounding makes none, however far the origin is."""
+    mean = Pose.from_angle(0.7, (3.3, -1.7))
+    sure = from_matrix(np.diag([0.05, 0.0, 0.0]) ** 2, mean, centre=centre, radius=1.7)
+    assert sure.covers(mean)
+    assert sure.distance(mean) < 1e-6
+
+
+def test_a_deviation_of_zero_stays_zero():
+    flat = from_matrix(np.diag([0.05, 0.2, 0.0]) ** 2, Pose.from_angle(0.7, (3.3, -1.7)), centre=(1.3, 2.7), radius=1.7)
+    assert flat.deviations[-1] == 0.0
+    with pytest.raises(ValueError, match="a deviation is zero"):
+        assert flat.information is None
+
+
+def test_small_quantiles_are_those_of_the_distributions_beginnings():
+    """A probability p near zero has the quantiles π p² / 2 and 2 p, for one and two degrees of freedom."""
+    p = 1e-17
+    assert quantile(p, 1) == pytest.approx(0.5 * np.pi * p * p, rel=1e-6)
+    assert quantile(p, 2) == pytest.approx(2.0 * p, rel=1e-12)
