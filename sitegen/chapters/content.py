@@ -258,7 +258,7 @@ def _markdown(folder: Path, root: Path, problems: Problems) -> Iterator[Path]:
         if path.is_file():
             yield path
         else:
-            problems.add(Place(path.relative_to(root).as_posix()), "is not a file, or a link to none")
+            problems.add(Place(path.relative_to(root).as_posix()), "is a folder, or a link that leads nowhere")
 
 
 def is_draft(what: str, file: str) -> str:
@@ -345,14 +345,14 @@ def _parsed(name: str, text: str, first: bool, problems: Problems) -> Chapter:
 
 def _split(text: str, name: str, problems: Problems) -> tuple[str, str]:
     """Front matter and the rest, with blank lines in the front matter's place so that line numbers hold."""
-    opened = re.match(r"---[ \t]*\n", text)
-    if opened is None:
+    start = re.match(r"---[ \t]*\n", text)
+    if start is None:
         here = "the file is empty" if not text.strip() else "front matter is missing"
         problems.add(Place(name, 1, 1), f"{here}: it begins with lines between --- and --- with at least a title")
         return "", text
-    closed = re.compile(r"^---[ \t]*(?:\n|\Z)", re.MULTILINE).search(text, opened.end())
+    closed = re.compile(r"^---[ \t]*(?:\n|\Z)", re.MULTILINE).search(text, start.end())
     if closed is not None:
-        front = text[opened.end() : closed.start()]
+        front = text[start.end() : closed.start()]
         return front or "\n", "\n" * (front.count("\n") + 2) + text[closed.end() :]
     problems.add(Place(name, 1, 1), "the front matter that begins here is never closed by a line ---")
     lines = list(takewhile(FRONT_LINE.match, text.split("\n")[1:]))

@@ -31,7 +31,7 @@ def _heading(place: Place, children: Sequence[Token], problems: Problems) -> Non
         problems.add(place, "a heading has no text")
     for child in children:
         if child.type in REFERENCES:
-            problems.add(place_of(child) or place, "a heading holds no references, citations or footnotes")
+            problems.add(place_of(child) or place, "a heading cannot contain references, citations or footnotes")
 
 
 def _nested(children: Iterable[Token], problems: Problems) -> None:
@@ -44,11 +44,11 @@ def _nested(children: Iterable[Token], problems: Problems) -> None:
             claim = claim and child.type != "claim_close"
             continue
         if child.type in (*REFERENCES, "term") and link:
-            problems.add(place, "a link holds no other: put it beside")
+            problems.add(place, "a link cannot contain another: put it beside")
         if child.type == "claim_open" and claim:
-            problems.add(place, "a claim holds no other: put it beside")
+            problems.add(place, "a claim cannot contain another: put it beside")
         if child.type == "image" and any(inner.type in MADE for inner in child.children or []):
-            problems.add(place, "an image's alternative text is plain: without directives and citations")
+            problems.add(place, "an image's alternative text is plain: no directives or citations")
         if child.type in ("term", "claim_open") and not located(child, Directive).thing.text.strip():
             problems.add(place, f":{child.type.removesuffix('_open')} has no text")
         link = link or child.type == "link_open"

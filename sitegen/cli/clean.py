@@ -41,7 +41,7 @@ def clean(root: Path, *, everything: bool = False) -> int:
         else:
             gone.append(cache)
         gone.append(environment.folder(root))
-    removed = []
+    told = []
     for path in gone:
         shown = path.relative_to(root) if path.is_relative_to(root) else path
         try:
@@ -55,10 +55,10 @@ def clean(root: Path, *, everything: bool = False) -> int:
             print(f"clean: {shown} cannot be removed: {error.strerror or error}", file=sys.stderr)
             code = 1
             continue
-        removed.append(f"removed {shown}")
-    if removed:  # told at the end, so that a reader who goes away stops nothing
+        told.append(f"removed {shown}")
+    if told:  # at the end, so that a reader who goes away stops nothing
         with suppress(BrokenPipeError):
-            print(*removed, sep="\n", flush=True)
+            print(*told, sep="\n", flush=True)
     return code
 
 

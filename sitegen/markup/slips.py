@@ -11,7 +11,7 @@ from sitegen.problems import hint
 CONTAINERS = ("example", "anatomy", "try-this", "opening", "evidence", "answer", "in-short")
 CONTAINER = re.compile(r"^:::\s*([\w-]*)", re.MULTILINE)
 CLOSING = re.compile(r":{3,}")
-# What is printed as written cannot be one: code, formulas, and the directives that are read.
+# What is printed as written cannot be one: code and formulas.
 LITERAL = re.compile(r"(?<!`)(`+)(?!`).*?(?<!`)\1(?!`)|(?<![\\$])\$[^$]+\$", re.DOTALL)
 NAMES = "|".join((*BLOCK, *INLINE))
 NEARLY = re.compile(rf"(?<![\w:\\])(:{{1,2}})( ?)({NAMES})(?=[\[{{(])", re.IGNORECASE)
@@ -19,11 +19,11 @@ TAGS = "a|b|br|center|dd|del|details|div|dl|dt|em|h[1-6]|hr|i|iframe|img|ins|kbd
 TAGS += "sub|summary|sup|table|tbody|td|th|thead|tr|u|ul|video"
 SLIPS = (
     (r"^#{2,6}(?=\w)", "a heading has a blank after its {0}"),
-    (r"^#{2,6}(?=\u00a0)", "the blank after {0} is one that does not break, and a heading has a plain one"),
+    (r"^#{2,6}(?=\u00a0)", "a non-breaking blank follows {0}, and a heading needs a plain one"),
     (rf"(?<!\\)<!--|(?<!\\)</?(?:{TAGS})(?:\s[^<>]*)?/?>", "{0}: HTML is not read here, and would be printed"),
     (r"\]\((?=[^()\s\"'<>]+ [^()\"'<>]*\))", "a blank in an address is written %20"),
-    (r"(?<!\\)\\\((?=.*?\\\))", "a formula stands between dollars: $a$"),
-    (r"(?<!\\)\\begin(?=\{)", "an equation stands between two lines of $$"),
+    (r"(?<!\\)\\\((?=.*?\\\))", "a formula is written between dollars: $a$"),
+    (r"(?<!\\)\\begin(?=\{)", "an equation is written between two lines of $$"),
     (r"(?<![\\\w])\^\[(?=[^\]]*\])", "a footnote is a mark, [^name], and a line that begins with [^name]:"),
 )
 UNPARTED = re.compile(r"\|.*\|\s*")
@@ -32,16 +32,16 @@ BRACES = re.compile(r"\{\s*#?[\w-]+\s*\}\.?\s*$")
 
 def slips(text: str) -> Iterator[tuple[int, str]]:
     """Offsets in a paragraph's or a heading's text, and what is wrong there."""
-    opened = 0  # blocks that were meant: their ends are not told again
+    depth = 0  # of blocks that were meant: their ends are not told again
     for match in CONTAINER.finditer(text):
         name = match[1]
         if name in CONTAINERS:
             yield match.start(), f"nothing may follow :::{name} on its line"
         elif name:
             yield match.start(), f"no block :::{name}{hint(name, CONTAINERS)}"
-        elif not opened:
+        elif not depth:
             yield match.start(), "':::' closes nothing here: no block is open"
-        opened += 1 if name else -1 if opened else 0
+        depth += 1 if name else -1 if depth else 0
     plain = LITERAL.sub(lambda match: " " * len(match[0]), text)
     for pattern, says in SLIPS:
         for match in re.finditer(pattern, plain, re.MULTILINE):
@@ -53,7 +53,7 @@ def slips(text: str) -> Iterator[tuple[int, str]]:
             yield match.start(), f"a directive is written {colons}{name}[text]{{…}}"
     lines = plain.split("\n")
     if UNPARTED.fullmatch(lines[0]):
-        yield 0, "a table has a second line | --- | --- |, with as many parts as its first"
+        yield 0, "a table's second line is | --- | --- |, with as many cells as its first"
 
 
 def unread_anchor(heading: str) -> int | None:

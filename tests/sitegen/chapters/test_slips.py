@@ -14,7 +14,7 @@ SLIPS = {
     "a title for a block": (":::answer[Yes]\nA\n:::\n", ["7:1: nothing may follow :::answer on its line"]),
     "a heading with a blank that does not break": (
         "##\u00a0Head\n",
-        ["7:1: the blank after ## is one that does not break, and a heading has a plain one"],
+        ["7:1: a non-breaking blank follows ##, and a heading needs a plain one"],
     ),
     "a comment": ("A <!-- todo --> b\n", ["7:3: <!--: HTML is not read here, and would be printed"]),
     "a tag": (
@@ -22,15 +22,15 @@ SLIPS = {
         [f"7:{n}: {tag}: HTML is not read here, and would be printed" for n, tag in ((3, "<b>"), (7, "</b>"))],
     ),
     "a blank in an address": ("A [b](c d.html) e\n", ["7:5: a blank in an address is written %20"]),
-    "LaTeX's parentheses": ("A \\(a\\) b\n", ["7:3: a formula stands between dollars: $a$"]),
-    "LaTeX's environment": ("\\begin{equation}\nx\n", ["7:1: an equation stands between two lines of $$"]),
+    "LaTeX's parentheses": ("A \\(a\\) b\n", ["7:3: a formula is written between dollars: $a$"]),
+    "LaTeX's environment": ("\\begin{equation}\nx\n", ["7:1: an equation is written between two lines of $$"]),
     "a note in its place": (
         "A^[b] ^[c]\n",
         ["7:7: a footnote is a mark, [^name], and a line that begins with [^name]:"],
     ),
     "a table of one line": (
         "| a | b |\n| 1 | 2 |\n",
-        ["7:1: a table has a second line | --- | --- |, with as many parts as its first"],
+        ["7:1: a table's second line is | --- | --- |, with as many cells as its first"],
     ),
     "a cell too many": (
         "| a | b |\n| - | - |\n| 1 | 2 | 3 |\n",
@@ -43,10 +43,10 @@ SLIPS = {
     "an anchor and a full stop": ("## Head {#part}.\n", ["7:9: an anchor is written {#name}, and ends the heading"]),
     "a reference in a heading": (
         "## See :ref[second] {#a}\n",
-        ["7:8: a heading holds no references, citations or footnotes"],
+        ["7:8: a heading cannot contain references, citations or footnotes"],
     ),
     "a heading of nothing": ("## {#a}\n", ["7:1: a heading has no text"]),
-    "a link in a link": ("[a :ref[second]](second.html)\n", ["7:4: a link holds no other: put it beside"]),
+    "a link in a link": ("[a :ref[second]](second.html)\n", ["7:4: a link cannot contain another: put it beside"]),
 }  # fmt: skip
 
 FINE = (
@@ -89,8 +89,8 @@ def test_a_claim_in_a_claim_and_directives_in_alternative_text_are_told(project:
     body = ":claim[A :claim[B]{x} c]{y}\n\n![A :value[1]](a.png)\n"
     project.write("content/00-start.md", START.partition("Read")[0] + body)
     said = [line.partition("content/00-start.md:")[2] for line in project.problems()]
-    assert "7:10: a claim holds no other: put it beside" in said
-    assert any("an image's alternative text is plain: without directives and citations" in line for line in said)
+    assert "7:10: a claim cannot contain another: put it beside" in said
+    assert any("an image's alternative text is plain: no directives or citations" in line for line in said)
 
 
 def test_an_editor_s_own_files_are_passed_over(project: Project) -> None:
@@ -98,7 +98,7 @@ def test_an_editor_s_own_files_are_passed_over(project: Project) -> None:
     (project.root / "content/.#00-start.md").symlink_to("someone@host.1")
     project.build()
     (project.root / "content/30-gone.md").symlink_to("nowhere")
-    assert project.problems() == ["content/30-gone.md:0:0: is not a file, or a link to none"]
+    assert project.problems() == ["content/30-gone.md:0:0: is a folder, or a link that leads nowhere"]
 
 
 @pytest.mark.parametrize("name", ["glossary", "references"])

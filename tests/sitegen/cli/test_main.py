@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import errno
 import importlib.util
+import io
 import json
 import os
 import shutil
@@ -199,6 +200,24 @@ def test_clean_tells_what_cannot_be_removed_and_removes_the_rest(
     assert told.err == "clean: .mypy_cache cannot be removed: Read-only file system\n"
     assert "removed .ruff_cache" in told.out
     assert not (checkout / "site" / "index.html").exists()
+
+
+def test_clean_removes_everything_though_nobody_reads_what_it_says(
+    checkout: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As behind `| head`, which goes away after its lines."""
+
+    class Gone(io.StringIO):
+        def write(self, text: str) -> int:
+            raise BrokenPipeError
+
+    for name in (".mypy_cache/x", ".ruff_cache/x"):
+        (checkout / name).parent.mkdir(parents=True, exist_ok=True)
+        (checkout / name).touch()
+    monkeypatch.setattr(sys, "stdout", Gone())
+    assert clean(checkout) == 0
+    assert not (checkout / ".mypy_cache").exists()
+    assert not (checkout / ".ruff_cache").exists()
 
 
 def test_clean_leaves_the_site_folder_and_the_sources(checkout: Path, monkeypatch: pytest.MonkeyPatch) -> None:
