@@ -58,8 +58,20 @@ def test_a_page_is_painted_before_its_figures_come_alive(reader: Callable[..., R
     assert seen["alive"] == page.locator("figure.figure:has(> script.figure-record)").count() > 0
     assert seen["without"] > 20
     assert seen["left"] == 0
-    page.evaluate("document.fonts.ready")
-    assert page.evaluate("shifts") == []
+
+
+@pytest.mark.parametrize("path", ["kabsch.html", "race.html"])
+def test_nothing_moves_as_blocks_are_laid_out_and_figures_come_alive(reader: Callable[..., Reader], path: str) -> None:
+    """On a busy machine the first frame may come before a typeface, and moves once it is there. What one visit has
+    fetched is at hand for the next; a page that moves its own blocks does so every time."""
+    one = reader()
+    moved = []
+    while [] not in moved and len(moved) < 5:
+        page = watched(one, path)
+        came(page)
+        page.evaluate("document.fonts.ready")
+        moved.append(page.evaluate("shifts"))
+    assert [] in moved
 
 
 def test_a_way_back_and_a_link_into_the_page_find_all_of_it_laid_out(reader: Callable[..., Reader]) -> None:
