@@ -65,7 +65,7 @@ def test_nothing_moves_as_blocks_are_laid_out_and_figures_come_alive(reader: Cal
     """On a busy machine the first frame may come before a typeface, and moves once it is there. What one visit has
     fetched is at hand for the next; a page that moves its own blocks does so every time."""
     one = reader()
-    moved = []
+    moved: list[list[float]] = []
     while [] not in moved and len(moved) < 5:
         page = watched(one, path)
         came(page)
