@@ -16,6 +16,8 @@ from sitegen.problems import Place, Problems, hint
 
 Path = tuple[str | int, ...]
 KEY = re.compile(r"[a-z][a-z0-9-]*")
+CUT = re.compile(r" +#(?=[^\s#])")  # comments of ours have a blank after their sign
+CUT_OFF = "YAML reads a # after a blank as the start of a comment: a text that holds one stands in quotes"
 
 
 @dataclass(frozen=True)
@@ -85,9 +87,14 @@ def read(source: str, path: str, problems: Problems, first_line: int = 1) -> Yam
             node = loader.get_single_node()
             if node is not None:
                 _collect(node, (), places, path, first_line, problems)
+                lines = source.split("\n")
                 for at, scalar in _scalars(node, ()):
-                    texts[at] = _text_place(scalar, source.split("\n"), Place(path, first_line, 1))
+                    texts[at] = _text_place(scalar, lines, Place(path, first_line, 1))
                     written[at] = scalar.value
+                    end = scalar.end_mark
+                    cut = CUT.match(lines[end.line], end.column)
+                    if cut and not scalar.style:  # in quotes, or below a |, a text is whole
+                        problems.add(Place(path, first_line + end.line, cut.end()), CUT_OFF)
             data = None if node is None else loader.construct_document(node)
             return Yaml(data, places, Place(path, first_line, 1), texts, written)
         finally:

@@ -19,11 +19,21 @@ from tests.sitegen.conftest import SITE, Project
         ("title T\nslug: t\nsummary: S", "2:1: not YAML: a line is a name, a colon, a blank and a value"),
         ("title:T\n\nslug: t\nsummary: S", "2:1: not YAML: a line is a name, a colon, a blank and a value"),
         ("title: a: b\nslug: t", "2:9: not YAML: a text that holds a colon and a blank stands in quotes"),
+        ("title: T\nsummary: Step #2 of 3", "3:15: YAML reads a # after a blank as the start of a comment"),
+        ("title: T #2\nsummary: S", "2:10: YAML reads a # after a blank as the start of a comment"),
     ],
 )
 def test_front_matter_is_told_as_it_was_written(project: Project, front: str, says: str) -> None:
     project.write("content/01-second.md", f"---\n{front}\n---\n\nText.\n")
     assert any(line.startswith(f"content/01-second.md:{says}") for line in project.problems())
+
+
+def test_comments_and_signs_of_a_text_are_no_fault(project: Project) -> None:
+    """A comment has a blank after its sign, a text its sign in quotes, on a line of its own or within a word."""
+    front = 'title: "T #2"  #\nslug: second  # as in the address\nsummary: C#1, as it is'
+    project.write("content/01-second.md", f"---\n{front}\n---\n\nText.\n")
+    project.write("content/00-start.md", "---\ntitle: T\nslug: start\nsummary: |\n  Step #1.\n---\n\nText.\n")
+    project.build()
 
 
 def test_blanks_after_the_first_line_do_not_matter(project: Project) -> None:
