@@ -47,7 +47,8 @@ PLACED = ("link", "image", "math_inline", "footnote_ref", "autolink")
 HEADING_ID = re.compile(r"\s*\{#([^}]*)\}\s*$")
 ANCHOR = re.compile(r"[a-z][a-z0-9-]*")
 INDENTED = re.compile(r"^\s*::[a-z]+\[", re.MULTILINE)
-UNIT = re.compile(r"(?:(?<=\d)|^) (?=(?:%|u²?|rad)(?!\w))")  # a text that begins with a unit follows a computed number
+UNIT = re.compile(r"(?:(?<=\d)|^) (?=(?:%|u²?|rad|k?m|m?s|[kM]B)(?!\w))")  # at a text's start: of a computed number
+EQUALS = re.compile(r"(?<=\w) = (?=[−\d])")
 
 
 @dataclass
@@ -150,8 +151,8 @@ def text_of(tokens: Sequence[Token]) -> str:
 
 
 def unbroken(text: str) -> str:
-    """The text with each unit held to its number, so that no line begins with one."""
-    return UNIT.sub("\u00a0", text)
+    """The text with each unit held to its number, and a symbol to its value, so that no line begins with one."""
+    return EQUALS.sub("\u00a0=\u00a0", UNIT.sub("\u00a0", text))
 
 
 def ascii_slug(text: str) -> str:

@@ -180,9 +180,9 @@ def environment(root: Path, cache: Path) -> Environment:
 
 
 def shown(spec: Spec, value: float) -> str:
-    """A slider's value as its output says it."""
+    """A slider's value as its output says it; degrees have no space before their sign."""
     text = number(value, spec.decimals)
-    return f"{text}\u00a0{spec.unit}" if spec.unit else text
+    return f"{text}\u00a0{spec.unit}" if spec.unit not in ("", "°") else f"{text}{spec.unit}"
 
 
 def plain(value: float) -> str:

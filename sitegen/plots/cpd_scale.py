@@ -19,6 +19,7 @@ SIZES = sizes(330, 330)
 
 ANGLES = (60, 85, 90, 180)
 ROLES = ("accent", "source", "target", "weak")
+SPOTS = ((3.2, 0.38), (8.3, 0.3), (15.5, 0.145), (17.5, 0.69))  # step and scale, beside each line
 SHOWN = 40  # steps
 
 
@@ -76,19 +77,17 @@ def table(result: Result) -> tuple[list[str], list[list[str]]]:
 def draw(result: Result, figure: Any, narrow: bool) -> None:
     """A line for each start; dashed where the end is wrong."""
     from sitegen.figures.matplotlib_svg import COLOURS
-    from sitegen.plots._look import axes_in, label
+    from sitegen.plots._look import axes_in, label, titled
 
     (axes,) = axes_in(figure, narrow, [(50, 30, 640, 240)], [(46, 30, 290, 240)])
     axes.axhline(1.0, color=COLOURS["truth"], linewidth=1.25, alpha=0.6)
-    axes.grid(axis="y")
-    axes.spines["left"].set_visible(False)
+    titled(axes, "", "step", "scale")
     axes.set_yscale("log")
-    axes.set(xlim=(0, SHOWN), ylim=(0.015, 1.3), xlabel="step")
+    axes.set(xlim=(0, SHOWN), ylim=(0.015, 1.3))
     axes.set_yticks([0.02, 0.05, 0.1, 0.2, 0.5, 1.0], ["0.02", "0.05", "0.1", "0.2", "0.5", "1"])
     axes.set_yticks([], minor=True)
-    for angle, row, off, role in zip(result.angles, result.scales, result.off, ROLES, strict=True):
+    for angle, row, off, role, spot in zip(result.angles, result.scales, result.off, ROLES, SPOTS, strict=True):
         shown = row[: SHOWN + 1]
         axes.plot(range(len(shown)), shown, "--" if off > 90 else "-", color=COLOURS[role], linewidth=1.75)
-        spot = int(np.argmin(shown)) if angle < 180 else 6
-        label(axes, spot, shown[spot], f"{angle}°", role, dy=-11, ha="center")
+        label(axes, *spot, f"{angle}°", role, dx=8 if angle < 180 else 0)
     label(axes, SHOWN, 0.03, "dashed: ends half a turn off", "soft", ha="right")

@@ -87,8 +87,9 @@ def draw(result: Result, figure: Any, narrow: bool) -> None:
             axes.plot(*np.transpose(corner), color=COLOURS["source"], linewidth=1.5, alpha=(k + 2) / (len(corners) + 1))
         axes.set(xlim=(6.1, 8.16), ylim=(-0.12, 2.15))
     x, y = result.corners[0][0][2]
-    label(rooms[0], x, y, "start", "source", dy=9, ha="center")
-    label(rooms[0], 8.0, 2.0, "end wall", "target", dy=9, ha="right" if narrow else "center")
+    place, aside = ("right", 6) if narrow else ("center", 0)  # narrow: start to the left of its wall
+    label(rooms[0], x, y, "start", "source", dx=aside, dy=9, ha=place)
+    label(rooms[0], 8.0, 2.0, "end wall", "target", dx=2 * aside, dy=9, ha=place)
 
     steps = np.arange(STEPS + 1)
     titled(chart, "The gap", "step", "gap to the end wall, u")

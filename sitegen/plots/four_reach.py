@@ -24,7 +24,7 @@ SECONDS = 35
 
 SETTINGS = {"clean": "Clean", "smaller": "15 % smaller", "clutter": "A fifth clutter"}
 METHODS = {"cpd": "CPD", "filterreg": "FilterReg", "mmd": "MMD", "flow": "flow"}
-LOOKS = {"cpd": ("source", "o-"), "filterreg": ("target", "s-"), "mmd": ("accent", "^-"), "flow": ("ink", "D-")}
+LOOKS = {"cpd": ("source", "o-"), "filterreg": ("target", "s-"), "mmd": ("ink", "^-"), "flow": ("accent", "D-")}
 CERTAIN = ("cpd", "filterreg")  # draw nothing: the same clouds give the same end
 ANGLES = tuple(range(0, 181, 15))
 RUNS = 16

@@ -27,8 +27,8 @@ Piece = tuple[tuple[float, ...], tuple[float, ...]]
 
 @dataclass(frozen=True)
 class Result:
-    """By number of grids: `line` (x, score for each grid), the pieces between jumps near the truth (`zoom`), the jumps'
-    number, largest and mean size, and the highest score; scores are divided by the number of grids."""
+    """By number of grids: `line` (x, score), the pieces between jumps near the truth (`zoom`), the jumps' number,
+    largest and mean size, and the highest score; scores are divided by the number of points and grids."""
 
     line: tuple[Piece, ...]
     zoom: tuple[tuple[Piece, ...], ...]
@@ -49,11 +49,11 @@ def compute() -> Result:
         borders = _borders(cells, scene.source, REACH)
         before, after = (_scores(cells, scene.source, borders + aside, grids) for aside in (-BESIDE, BESIDE))
         steps = after - before
-        size = np.abs(steps[np.abs(steps) > 1e-6])
+        size = np.abs(steps[np.abs(steps) > 1e-6 / len(scene.source)])
         jumps.append(len(size))
-        largest.append(round(float(size.max()), 6))
-        mean.append(round(float(size.mean()), 6))
-        highest.append(round(float(_scores(cells, scene.source, np.linspace(-REACH, REACH, 4801), grids).max()), 6))
+        largest.append(round(float(size.max()), 8))
+        mean.append(round(float(size.mean()), 8))
+        highest.append(round(float(_scores(cells, scene.source, np.linspace(-REACH, REACH, 4801), grids).max()), 8))
         near = borders[np.abs(borders) < ZOOM]
         ends = np.concatenate([[-ZOOM], near, [ZOOM]])
         pieces = []
@@ -66,7 +66,7 @@ def compute() -> Result:
 
 
 def _scores(cells: NdtMap, points: FloatArray, x: FloatArray, grids: int) -> FloatArray:
-    score: FloatArray = score_map(cells, points, x, np.zeros(1))[0] / grids
+    score: FloatArray = score_map(cells, points, x, np.zeros(1))[0] / (grids * len(points))
     return score
 
 
@@ -110,10 +110,10 @@ def words(result: Result) -> str:
         for grids in GRIDS
     ]
     return (
-        f"The score of one scan of the NDT room, at the true rotation, moved along x by up to {REACH:g} u, cells of "
-        f"{CELL:g} u; for four grids the mean of the four. Both curves rise to a peak near the truth, with ragged "
-        f"flanks. Enlarged, within {ZOOM:g} u of the truth, both are pieces of smooth curves with jumps between them: "
-        f"{'; '.join(said)}. Four grids jump more often and less far; neither score is continuous."
+        f"The score of one scan of the NDT room, per point, at the true rotation, moved along x by up to {REACH:g} u, "
+        f"cells of {CELL:g} u; for four grids the mean of the four. Both curves rise to a peak near the truth, with "
+        f"ragged flanks. Enlarged, within {ZOOM:g} u of the truth, both are pieces of smooth curves with jumps between "
+        f"them: {'; '.join(said)}. Four grids jump more often and less far; neither score is continuous."
     )
 
 
@@ -141,8 +141,8 @@ def draw(result: Result, figure: Any, narrow: bool) -> None:
     roles = dict(zip(GRIDS, ("ink", "accent"), strict=True))
     names = {1: "one grid", 4: "four grids"}
 
-    titled(whole, "Along a line through the truth", "translation in x, u", "score for each grid")
-    titled(close, "Its middle, enlarged", "translation in x, u", "score for each grid")
+    titled(whole, "Along a line through the truth", "translation in x, u", "score per point and grid")
+    titled(close, "Its middle, enlarged", "translation in x, u", "score per point and grid")
     for axes in (whole, close):
         axes.axvline(0.0, color=COLOURS["truth"], linewidth=3.0, alpha=0.4)
     for i, grids in enumerate(GRIDS):
@@ -151,13 +151,13 @@ def draw(result: Result, figure: Any, narrow: bool) -> None:
         for x, y in result.zoom[i]:
             close.plot(x, y, color=colour, linewidth=2.0, solid_capstyle="butt")
     label(close, 0.055, _at(result.zoom[0], 0.055), names[1], "ink", dx=10, dy=8)
-    label(close, 0.045, _at(result.zoom[1], 0.045), names[4], "accent", dx=-10, dy=-8, ha="right")
+    label(close, 0.045, _at(result.zoom[1], 0.045), names[4], "accent", dx=-9, ha="right")
     peak = max(result.highest)
-    whole.set(xlim=(-REACH, REACH), ylim=(0.0, 1.06 * peak), xticks=[-1.0, -0.5, 0.0, 0.5, 1.0])
+    whole.set(xlim=(-REACH, REACH), ylim=(0.0, 1.06 * peak), yticks=[0.0, 0.1, 0.2, 0.3])
     whole.set_xticks([-1.0, -0.5, 0.0, 0.5, 1.0], ["−1", "−0.5", "0", "0.5", "1"])
     label(whole, 0.0, 0.04 * peak, "truth", "truth", dx=6)
     middle = [v for pieces in result.zoom for _, ys in pieces for v in ys]
     spread = max(middle) - min(middle)
     close.set(xlim=(-ZOOM, ZOOM), ylim=(min(middle) - 0.12 * spread, max(middle) + 0.12 * spread))
-    close.set_yticks([v for v in (44, 48, 52, 56, 60) if min(middle) - 0.12 * spread <= v])
+    close.set_yticks([v for v in (0.28, 0.3, 0.32, 0.34, 0.36) if min(middle) - 0.12 * spread <= v])
     close.set_xticks([-0.1, -0.05, 0.0, 0.05, 0.1], ["−0.1", "", "0", "", "0.1"])

@@ -64,9 +64,7 @@ def words(result: Result) -> str:
     said = []
     for k, (control, (name, unit, factor)) in enumerate(CONTROLS.items()):
         worst = result.values[k][-1] if control != "density" else result.values[k][0]
-        rates = [
-            f"{LABELS[method]} {success(result, method, control, worst):.0f} %" for method in result.methods
-        ]
+        rates = [f"{LABELS[method]} {success(result, method, control, worst):.0f} %" for method in result.methods]
         said.append(f"{name} at {factor * worst:g} {unit}: {', '.join(rates)}")
     return (
         f"A row of four small charts for each of nine methods: the share of {result.seeds} seeds that ended within 5° "
@@ -105,10 +103,10 @@ def draw(result: Result, figure: Any, narrow: bool) -> None:
             axes.set_xlim(max(values), min(values))
         axes.spines["left"].set_visible(False)
         axes.grid(axis="y")
-        axes.set_yticks([0.0, 1.0], ["0", "100 %"] if k == 0 else ["", ""])
+        axes.set_yticks([0.0, 1.0], ["0 %", "100 %"] if k == 0 else ["", ""])
         ends = [axes.get_xlim()[0], axes.get_xlim()[1]]
         last = i == len(LABELS) - 1
-        axes.set_xticks(ends, [f"{ends[0]:g}", f"{ends[1]:g} {unit}"] if last else ["", ""])
+        axes.set_xticks(ends, [f"{end:g} {unit}" for end in ends] if last else ["", ""])
         axes.tick_params(axis="x", length=3 if last else 0)
         if last:
             for text, side in zip(axes.get_xticklabels(), ("left", "right"), strict=True):

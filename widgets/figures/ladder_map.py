@@ -225,7 +225,7 @@ WIDGET = Widget(
         Key("source", "ended elsewhere", "ring"),
         Key("target", "target", "square"),
         Key("truth", "truth", "line"),
-        Key("pair", "what links them", "line"),
+        Key("pair", "pair", "line"),
         Key("outlier", "wrong pair", "dashed"),
         Key("normal", "normal of a surface", "line"),
         Key("ghost", "where it started", "ring"),

@@ -52,7 +52,7 @@ class Controls:
         "Coarse → fine goes 2.4, 1.2, 0.6, 0.3 u",
         "pose",
     )
-    length: float = slider(1.2, "ℓ", 0.2, 4.0, 0.1, "u", "Unused by coarse → fine", "pose")
+    length: float = slider(1.2, "Length scale ℓ", 0.2, 4.0, 0.1, "u", "Unused by coarse → fine", "pose")
     count: float = slider(32.0, "D, waves used", 2.0, float(MOST), 2.0, keeps="pose")
     wave: float = slider(1.0, "Wave shown", 1.0, 32.0, 1.0, "", "In drawing order")
     turn: float = slider(30.0, "Start: turn", -180.0, 180.0, 1.0, "°", keeps="nothing")

@@ -209,7 +209,8 @@ def _note(state: State, said: _Numbers) -> str:
     if not state.climbed:
         return ""
     where = f"{number(said.away, 2)} u from the truth"
-    return f"{said.steps} steps, {said.rejected} tries rejected; it {ENDS[state.path.status]}, {where}."
+    tries = f"{said.rejected} {'try' if said.rejected == 1 else 'tries'} rejected"
+    return f"{said.steps} steps, {tries}; it {ENDS[state.path.status]}, {where}."
 
 
 def _description(state: State, said: _Numbers) -> str:

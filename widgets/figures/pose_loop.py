@@ -37,7 +37,7 @@ SIGMA = np.array([0.2, 0.2, np.radians(4.0)])  # of every edge: u, u, radians
 INFORMATION = np.diag(SIGMA**-2.0)
 JOINS = ((0, 1), (1, 2), (2, 3), (3, 0), (0, 2))
 LOOP, FALSE = 3, 4
-OFF = np.array([-3.4, -2.0])  # u, by which the false edge is wrong
+OFF = np.array([-3.4, -2.0])  # u, by which the wrong loop is wrong
 BESIDE, BELOW = 42.0, 50.0  # px from a handle to words by it: on a phone it covers 25 px about its middle
 CLEAR = 35.0  # px from a handle's middle to that of a number
 GLYPH = 0.34  # u, from the middle of a robot to its nose
@@ -50,7 +50,7 @@ class Controls:
     """How far the odometry has drifted, whether an edge is false, and what becomes of large errors."""
 
     kernel: str = choice("none", "Kernel on the loops", {name: KERNEL_NAMES[name] for name in KERNELS})
-    false: bool = toggle(False, "A false loop", "An edge from pose 1 to pose 3 that is wrong by 3.9\u00a0u")
+    false: bool = toggle(False, "A wrong loop", "An edge from pose 1 to pose 3 that is wrong by 3.9\u00a0u")
     drift: float = slider(1.0, "Drift", 0.0, 2.0, 0.1, "σ", "Scales the same draw; 1 is as stated")
 
 
@@ -233,7 +233,7 @@ def _readouts(state: State, said: _Numbers) -> tuple[Readout, ...]:
         Readout("largest", "Largest χ² of an edge", number(float(run.chi2.max()), 1)),
         Readout("weight_loop", "Weight of the loop’s edge", number(float(run.weights[LOOP]), 2), "", "accent"),
         Readout(
-            "weight_false", "Weight of the false edge", number(float(run.weights[FALSE]), 3) if false else "–", "",
+            "weight_false", "Weight of the wrong loop", number(float(run.weights[FALSE]), 3) if false else "–", "",
             "outlier",
         ),
         Readout("steps", "Steps", str(run.steps)),
@@ -248,7 +248,7 @@ def _note(state: State, said: _Numbers) -> str:
     steps = "1 step" if run.steps == 1 else f"{run.steps} steps"
     words = f"After {steps} the sum is {number(run.objective, 1)}, from {number(said.before, 1)}."
     if len(run.weights) > FALSE and run.weights[FALSE] < 0.5:
-        words += f" The false edge has a weight of {number(float(run.weights[FALSE]), 3)}."
+        words += f" The wrong loop has a weight of {number(float(run.weights[FALSE]), 3)}."
     return words
 
 
@@ -262,7 +262,7 @@ def _description(state: State, said: _Numbers) -> str:
     ]
     if c.false:
         words.append(
-            f"A false edge from pose 1 to pose 3 is wrong by {number(float(np.hypot(*OFF)), 1)} u; its χ² is"
+            f"A wrong loop from pose 1 to pose 3 is off by {number(float(np.hypot(*OFF)), 1)} u; its χ² is"
             f" {number(float(run.chi2[FALSE]), 1)}, its weight {number(float(run.weights[FALSE]), 3)}."
         )
     if c.kernel != "none":
@@ -326,7 +326,7 @@ WIDGET = Widget(
         Key("source", "poses, and the walls they saw"),
         Key("pair", "odometry", "line"),
         Key("accent", "the loop’s edge", "line"),
-        Key("outlier", "a false edge", "line"),
+        Key("outlier", "wrong loop", "line"),
         Key("ghost", "where an edge puts a pose", "dotted"),
         Key("truth", "the room", "line"),
     ),

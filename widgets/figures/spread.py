@@ -62,8 +62,8 @@ class Controls:
     )
     wall: float = slider(ENDS["room"], "End walls at", 2.0, 6.0, 0.2, "u", "From the middle; the scanner sees 5\u00a0u")
     method: str = choice("plane", "Residual", METHODS, keeps="log")
-    heading: float = slider(3.0, "Start: σ of the heading", 0.0, 90.0, 1.0, "°")
-    shift: float = slider(0.15, "Start: σ of the position", 0.0, 0.3, 0.05, "u")
+    heading: float = slider(3.0, "Start: heading σ", 0.0, 90.0, 1.0, "°")
+    shift: float = slider(0.15, "Start: position σ", 0.0, 0.3, 0.05, "u")
     noise: float = slider(0.04, "Noise σ", 0.01, 0.1, 0.01, "u", "Of the measured range, along the ray")
 
 

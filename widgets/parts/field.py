@@ -20,7 +20,7 @@ from widgets.drawing.picture import Array, Heat, Label, Mark, Path, View, number
 from widgets.drawing.svg import HEAT_LEVELS
 
 STRIDE = 3
-PAD = (54.0, 26.0, 80.0, 50.0)  # px about a field's window for its numbers and, at the right, the scale
+PAD = (54.0, 32.0, 80.0, 50.0)  # px about a field's window for its numbers and, at the right, the scale
 BAR = (12.0, 26.0, 46.0)  # px from the window to the scale's left and right side, and from there to its name's end
 Index = NDArray[np.int64]
 Strong = Literal["high", "low"]

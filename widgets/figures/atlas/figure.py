@@ -34,7 +34,7 @@ from widgets.figures.atlas.basins import Ask, Atlas, Count, Ends, Track
 from widgets.parts.room import ANCHOR, BRINGS, PLACING, SETTINGS, errors, outline, still
 
 OPEN = 3.0  # u: a gate that is as wide as its slider goes stands open
-MAP = View(basins.LOW, basins.HIGH, 0.0, basins.FARTHEST, width=640.0, height=440.0, pad=(40.0, 34.0, 24.0, 48.0))
+MAP = View(basins.LOW, basins.HIGH, 0.0, basins.FARTHEST, width=640.0, height=440.0, pad=(40.0, 36.0, 24.0, 58.0))
 ROOM = View(-7.5, 7.5, -5.9, 6.3, width=320.0)
 FIRST = basins.tile_at(-50.0, 2.2)  # lost without a gate, saved by one of 1 u, lost again by one of 0.5 u
 TRACED = np.array([(-4.4, -2.5), (4.4, -2.5), (2.5, 2.5)])  # corners of the room whose way is drawn
@@ -148,12 +148,12 @@ def _axes() -> tuple[Mark, ...]:
     x0, x1, y0, y1 = WINDOW
     marks: list[Mark] = [Path([[x0, y0], [x1, y0], [x1, y1], [x0, y1]], "guide", closed=True)]
     for x in (-180.0, -90.0, 0.0, 90.0, 180.0):  # below the truth's ring
-        marks.append(Label([x, y0], f"{number(x, 0)}°", "guide", "end" if x == x1 else "middle", dy=22))
-    for y in (0.0, 1.0, 2.0, 3.0):
+        marks.append(Label([x, y0], f"{number(x, 0)}°", "guide", "end" if x == x1 else "middle", dy=26))
+    for y in (1.0, 2.0, 3.0):  # a 0 would stand on −180°
         marks.append(Label([x0, y], number(y, 0), "guide", "end", dx=-6, dy=4))
     return (
         *marks,
-        Label([x1, y0], "turn of the start", "guide", "end", dy=40),
+        Label([x1, y0], "turn of the start", "guide", "end", dy=50),
         Label([x0, y1], "offset of the start, up and to the right, u", "guide", dx=-30, dy=-16),
         Ring([0.0, 0.0], "truth", radius=7.0),
     )

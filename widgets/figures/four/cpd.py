@@ -57,7 +57,7 @@ def _centring(look: Look, step: cpd.Stages) -> Shown:
         cloud(step.centred_moving, weight / max(float(weight.max()), 1e-300)),
         *_cross(),
     )
-    words = f"Weighted means at the cross: fixed {_place(step.mean_fixed)}, moving {_place(step.mean_moving)} u."
+    words = f"Weighted means at the cross: fixed {_place(step.mean_fixed)}, moving {_place(step.mean_moving)}\u00a0u."
     return Shown(marks, words)
 
 
@@ -100,4 +100,4 @@ def _cross() -> tuple[Mark, ...]:
 
 
 def _place(xy: Array) -> str:
-    return f"({number(float(xy[0]))}, {number(float(xy[1]))})"
+    return f"({number(float(xy[0]))},\u00a0{number(float(xy[1]))})"

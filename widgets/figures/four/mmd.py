@@ -51,7 +51,7 @@ def _average(look: Look) -> Shown:
     )
     marks: list[Mark] = [*_names(), _beside(look, "target", ROW), _beside(look, "source", -ROW)]
     for role, name, mean, base in rows:
-        marks += [*_bars(look, mean, base, role), Label([BESIDE, base], name, role, "middle", dy=52)]
+        marks += [*_bars(look, mean, base, role), Label([BESIDE, base], name, role, "middle", dy=60)]
     words = f"{len(state.fixed_mean[0])} means of each cloud, long waves first: all that is kept of it."
     return Shown(tuple(marks), words, grid=False)
 

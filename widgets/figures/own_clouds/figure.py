@@ -48,9 +48,9 @@ class Controls:
     clouds: str = choice("room", "Clouds", {**EXAMPLES, "own": "Your own"}, "", "nothing", _CLOUDS)
     method: str = choice("icp", "Method", {name: own.label for name, own in OWN.items()}, "", "pose", _METHODS)
     scan: float = slider(
-        100.0, "Real scans: source", 0.0, SCANS - 1.0, 1.0, "", f"Which of the drive’s {SCANS} scans moves", "nothing"
+        100.0, "Source scan", 0.0, SCANS - 1.0, 1.0, "", f"Which of the real drive’s {SCANS} moves", "nothing"
     )
-    onto: float = slider(96.0, "Real scans: target", 0.0, SCANS - 1.0, 1.0, "", "Which one stays", "nothing")
+    onto: float = slider(96.0, "Target scan", 0.0, SCANS - 1.0, 1.0, "", "Which of them stays", "nothing")
     start: str = choice(
         "as",
         "Start",
@@ -60,7 +60,7 @@ class Controls:
         places=True,
     )
     length: float = slider(
-        OPEN, "Length scale", 0.5, OPEN, 0.5, "spacings", "Of the target’s points; at 40 no gate applies", "pose"
+        OPEN, "Length scale", 0.5, OPEN, 0.5, "×", "The spacing of the target; at 40\u00a0× no gate applies", "pose"
     )
     share: float = slider(0.0, "Without a partner", 0.0, 60.0, 5.0, "%", "Expected share of points", "pose")
     points: float = slider(400.0, "Points at most", 100.0, 1000.0, 50.0, "", "Per cloud; more are thinned", "pose")

@@ -24,8 +24,8 @@ from widgets.parts.room import SETTINGS
 COLUMNS = (
     Column("rre", "Median rotation error", "°", 2),
     Column("rte", "Median translation error", "u", 3),
-    Column("turned", f"Rotation error <\u00a0{CLOSE_DEGREES:g}°"),
-    Column("close", f"And translation error <\u00a0{CLOSE_DISTANCE:g}\u00a0u"),
+    Column("turned", f"Within {CLOSE_DEGREES:g}°, of\u00a0{len(SEEDS)}"),
+    Column("close", f"Within {CLOSE_DEGREES:g}° and {CLOSE_DISTANCE:g}\u00a0u"),
     Column("steps", "Median steps"),
     Column("time", "Wall time", "ms", timed=True),
 )

@@ -126,8 +126,8 @@ def _readouts(state: State) -> tuple[Readout, ...]:
     return (
         Readout("steps", f"Steps, {MAX_STEPS} at most", str(state.steps)),
         Readout("running", "Still running, of\u00a09", _running(state)),
-        Readout("turned", f"Rotation error <\u00a0{CLOSE_DEGREES:g}°, of\u00a09", str(turned)),
-        Readout("close", f"And translation error <\u00a0{CLOSE_DISTANCE:g}\u00a0u", str(close)),
+        Readout("turned", f"Within {CLOSE_DEGREES:g}°, of\u00a09", str(turned)),
+        Readout("close", f"Within {CLOSE_DEGREES:g}° and {CLOSE_DISTANCE:g}\u00a0u", str(close)),
         Readout("median", "Median rotation error", number(rotation[4], 1), "°"),
         Readout("largest", "Largest rotation error", number(rotation[8], 1), "°"),
     )

@@ -128,7 +128,8 @@ def chart(runs: Sequence[Run], followed: str = "") -> Panel:
     ends = np.stack([line[-1] for line in lines])
     heights = apart(CHART.px(ends)[:, 1].tolist())
     sides = [(NAMES - 1.0, _world_y(height)) for height in heights]
-    marks.append(Segments(ends, sides, "guide", weight=[0.3] * len(lines)))
+    if any(len(line) > 1 for line in lines):  # from one start to nine names, leaders would look like courses
+        marks.append(Segments(ends, sides, "guide", weight=[0.3] * len(lines)))
     for run, line, side in zip(runs, lines, sides, strict=True):
         one, faint = run.entry, bool(followed) and followed != run.method
         marks.append(

@@ -55,6 +55,7 @@ def match_panel(shown: Shown) -> Panel:
     scene, q = shown.scene, shown.target + RIGHT
     p = scene.source + LEFT
     front, known = scene.outline[0], shown.pose is not None
+    faint = min(1.0, 0.3 / shown.epsilon)  # wide rings lie over one another, and leave the façade to be seen
     chosen, left = shown.inliers & known, ~shown.inliers & known
     marks: list[Mark] = [Path(front + LEFT, "source"), _panes(scene, LEFT)]
     if known:
@@ -65,7 +66,7 @@ def match_panel(shown: Shown) -> Panel:
     else:
         marks.append(Segments(p, q, "pair", weight=np.full(len(p), 0.5)))
     marks += [
-        Points(q, "ghost", "ring", radius=shown.epsilon * VIEW.scale),
+        Points(q, "ghost", "ring", radius=shown.epsilon * VIEW.scale, weight=np.full(len(q), faint)),
         Path(scene.truth.apply(front) + RIGHT, "truth", thick=True),
         Path(shown.ghost.apply(front) + RIGHT, "ghost", thick=True),
     ]

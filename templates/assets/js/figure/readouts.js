@@ -26,6 +26,7 @@ function readouts(list, frame) {
     text(list.children[i].querySelector("dt"), label);
     text(list.children[i].querySelector(".value"), value);
     text(list.children[i].querySelector(".unit"), unit);
+    list.children[i].querySelector(".unit")?.classList.toggle("degrees", unit === "°"); // which stands close
   });
 }
 
