@@ -136,11 +136,15 @@ def test_the_sixth_partner_pulls_the_other_way(why):
 
 
 def test_taking_the_source_for_exact_makes_the_scales_disagree(why):
-    """Least squares one way and the other, with noise: the scales multiply to less than 0.96. The ratio of the two
-    clouds' spreads takes neither for exact, and the ratios of both ways multiply to one."""
+    """Least squares one way and the other, with noise: the scales multiply to less than 0.96. In the mean of 4,000
+    draws a fit whose target alone is noisy has the right scale, one whose source alone is noisy a smaller one. The
+    ratio of the two clouds' spreads takes neither for exact, and the ratios of both ways multiply to one."""
     rng = np.random.default_rng(7)
     source = rng.standard_normal((15, 2)) * [1.0, 2.0]
-    target = Pose.from_angle(2.0, (0.5, -2.0)).apply(source) + 0.3 * rng.standard_normal((15, 2))
+    exact = Pose.from_angle(2.0, (0.5, -2.0)).apply(source)
+    target = exact + 0.3 * rng.standard_normal((15, 2))
+    noisy = exact + 0.3 * rng.standard_normal((4000, 15, 2))
+    onto, off = (float(fit_rigid(a, b, scale=True).pose.scale.mean()) for a, b in ((source, noisy), (noisy, source)))
     least = [fit_rigid(a, b, scale=True).pose.scale for a, b in ((source, target), (target, source))]
     spread = [np.sqrt(np.square(cloud - cloud.mean(axis=0)).sum()) for cloud in (source, target)]
     ratios = [spread[1] / spread[0], spread[0] / spread[1]]
@@ -148,10 +152,14 @@ def test_taking_the_source_for_exact_makes_the_scales_disagree(why):
         "which cloud a fit takes for exact",
         {
             "its own source": f"the scales multiply to {float(np.prod(least)):.2f}",
+            "an exact source, onto noise": f"a scale of {onto:.3f} in the mean",
+            "a noisy source, onto exact points": f"a scale of {off:.3f} in the mean",
             "neither: the ratio of the spreads": f"to {np.prod(ratios):.2f}",
         },
     )
     assert np.prod(least) < 0.96
+    assert abs(onto - 1.0) < 0.004
+    assert off < 0.96
     assert abs(np.prod(ratios) - 1.0) < 1e-12
 
 

@@ -60,8 +60,7 @@ def test_the_race_ends_the_same_in_the_page(courses: tuple[dict[str, Any], dict[
     ends = apart(here["course"][method][-1], there["course"][method][-1])
     parted = {SEEDS[i]: first_apart(here, there, method, i) for i in np.flatnonzero(ends > AGREE)}
     print(f"{method}, seed and first step apart: {parted}")
-    if method not in CHOOSING:
-        assert not parted, f"seed: first step apart {parted}"
+    assert len(parted) <= (2 if method in CHOOSING else 0), f"seed: first step apart {parted}"
     for mine, theirs in zip(here["counts"][method], there["counts"][method], strict=True):
         assert abs(mine - theirs) <= 1, f"{method}: {mine} natively, {theirs} in the page"
 

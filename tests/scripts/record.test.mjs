@@ -125,3 +125,21 @@ test("of a stranger's record what is sound is taken, and the rest is named", () 
   });
   assert.deepEqual(ignored, ["noise", "“constructor”", "the seed", "everything from action 2 on", "“target”"]);
 });
+
+test("another draw forgets what was pressed and keeps where things were put", () => {
+  const record = records.drag(records.press(INITIAL, "go"), "start", [1, 1]);
+  assert.deepEqual(records.reseed(record).log, [["drag", "start", 1, 1]]);
+  assert.notEqual(records.reseed(record).seed, record.seed);
+});
+
+test("of a stranger's record nothing is taken that the figure does not know", () => {
+  const spec = { ...SPEC, buttons: [...SPEC.buttons, { name: "run", label: "Run", does: "run", repeats: "go" }] };
+  const plain = { controls: {}, seed: 0, log: [] };
+  const ignored = (/** @type {object} */ given) => sound({ ...plain, ...given }, INITIAL, spec).ignored;
+  assert.deepEqual(ignored({ controls: { scene: "toString" } }), ["scene"]);
+  assert.deepEqual(ignored({ log: [["press", "go", 1, 2]] }), ["everything from action 1 on"]);
+  assert.deepEqual(ignored({ log: [["press", "run"]] }), ["everything from action 1 on"]);
+  assert.deepEqual(ignored({ given: { source: "x" } }), ["the source"]);
+  assert.deepEqual(ignored({ log: Array(2001).fill(["press", "go"]) }), ["everything from action 2001 on"]);
+  assert.deepEqual(ignored({ log: Array(2000).fill(["press", "go"]) }), []);
+});

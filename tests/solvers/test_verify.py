@@ -156,3 +156,11 @@ def test_what_is_refused():
         halves(scene.source[:1], scene.target, Pose.identity())
     with pytest.raises(ValueError, match="gaet"):
         halves(scene.source, scene.target, Pose.identity(), gaet=1.0)
+
+
+def test_the_rms_is_that_of_explained_points_alone():
+    target = np.column_stack([np.arange(6.0), np.zeros(6)])
+    source = np.array([[0.0, 0.25], [1.0, 0.25], [2.0, 0.25], [2.0, 50.0]])
+    found = evidence(source, target, Pose.identity(), 0.5)
+    assert found.share == 0.75
+    assert found.rms == pytest.approx(0.25)

@@ -133,6 +133,7 @@ def test_what_is_promised_of_a_figure_with_a_fault_is_one_problem(desk: Project)
         ("22,500", "x > 22499", True),
         ("22 of 40", "x < 23", True),
         ("1\u202f840", "x > 1839", True),
+        ("7", "x stays", True),
         ("–", "x < 5", False),
         ("–", "x > 5", False),
         ("converged, step 12", "x is converged", True),
@@ -148,11 +149,11 @@ def test_what_a_readout_says(desk: Project, value: str, expected: str, holds: bo
 
     desk.widgets["toy"] = replace(TOY, draw=draw)  # type: ignore[arg-type]
     desk.cache = fresh_cache(desk.root / "cache")
-    desk.chapter(f'\n::figure[C]{{toy id=demo}}\n\n:promise[A]{{demo expect="{expected}"}}\n')
+    desk.chapter(f'\n::figure[C]{{toy id=demo}}\n\n:promise[A]{{demo press=go expect="{expected}"}}\n')
     if holds:
         desk.build()
     else:
-        assert desk.problems() == [f"content/01-second.md:10:26: promised {expected}; it is {value}"]
+        assert desk.problems() == [f"content/01-second.md:10:35: promised {expected}; it is {value}"]
 
 
 @pytest.mark.parametrize(

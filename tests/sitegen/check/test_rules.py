@@ -81,6 +81,9 @@ FAULTS = [
     ('src="assets/a.png"', 'src="a.png"', "a.png: loaded from outside assets/, images/, runtime/, tapes/"),
     ('data-tape="tapes/t.js"', 'data-tape="two.html"', "two.html: loaded from outside"),
     ('id="words"', 'id="wörds"', "the id 'wörds' is not plain ASCII"),
+    ('<p id="words">', '<label for="wordz">x</label><p id="words">', "for: no id 'wordz'"),
+    ('href="#words"', 'href="javascript:x()"', "the policy blocks it"),
+    ('<p id="words">', '<video poster="gone.png"></video><p id="words">', "there is no gone.png"),
 ]
 
 

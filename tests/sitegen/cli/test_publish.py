@@ -39,7 +39,8 @@ def git(folder: Path, *words: str) -> str:
 
 def test_pages_go_last(site: Path) -> None:
     """A page that is there names only files that are there."""
-    assert files_of(site) == ["_headers", "assets/a.1.css", "index.html", "sw.js"]
+    write(site, {"tapes/t.js": "t"})  # behind them by its name
+    assert files_of(site) == ["_headers", "assets/a.1.css", "tapes/t.js", "index.html", "sw.js"]
 
 
 def test_a_folder_gets_what_changed_and_keeps_what_is_its_own(site: Path, tmp_path: Path) -> None:
@@ -286,3 +287,29 @@ def test_a_folder_that_will_not_do_is_refused_before_anything_is_built(
 def test_git_says_why_it_cannot(site: Path, tmp_path: Path) -> None:
     with pytest.raises(PublishError, match="git ls-remote: "):
         to_branch(site, Branch(str(tmp_path / "nowhere.git"), "gh-pages"))
+
+
+def test_the_same_file_on_both_sides_is_no_stranger_s(site: Path, tmp_path: Path) -> None:
+    host = tmp_path / "host"
+    to_folder(site, host)
+    for folder in (site, host):
+        write(folder, {"robots.txt": "r"})
+    assert "0 files written" in to_folder(site, host)
+
+
+def test_publishing_goes_on_where_it_was_cut_short(
+    site: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What was written before is known to be ours."""
+    host, put = tmp_path / "host", publish.write
+
+    def cut(path: Path, data: bytes) -> None:
+        if path.name == "index.html":
+            raise OSError("cut short")
+        put(path, data)
+
+    monkeypatch.setattr(publish, "write", cut)
+    with pytest.raises(OSError, match="cut short"):
+        to_folder(site, host)
+    monkeypatch.undo()
+    assert "2 files written, 2 unchanged" in to_folder(site, host)

@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from sitegen.cli.run_tests import PROCESSES, imports, is_part, processes
+from sitegen.cli.run_tests import PROCESSES, Ledger, imports, is_part, processes
 
 ROOT = Path(__file__).resolve().parents[3]
 SPREAD = ["--dist=loadfile", "--no-loadscope-reorder"]
@@ -251,3 +251,11 @@ def test_an_import_against_the_direction_of_the_rooms_fails(
     told = capfd.readouterr().out
     for broken in ("The rooms of solvers", "No family of methods knows another", "The rooms of the generator"):
         assert re.search(rf"{broken}.* BROKEN", told)
+
+
+def test_a_skipped_test_is_not_recorded_as_passed() -> None:
+    ledger = Ledger([])
+    stages: tuple[tuple[Any, Any], ...] = (("setup", "passed"), ("call", "skipped"), ("teardown", "passed"))
+    for when, outcome in stages:
+        ledger.pytest_runtest_logreport(pytest.TestReport("a::b", ("a", 0, "b"), {}, outcome, None, when))
+    assert ledger.reports == []

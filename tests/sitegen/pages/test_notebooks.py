@@ -13,13 +13,14 @@ import pytest
 from nbclient import NotebookClient
 
 from sitegen.check.rules import check_site
+from sitegen.markup.inline import BLOCK, INLINE
 from sitegen.pages.notebooks import written
 from tests.sitegen.conftest import Project
 
 ROOT = Path(__file__).resolve().parents[3]
 LARGEST = 400_000  # bytes
 IMAGE = re.compile(r'<img alt="([^"]+)" width="[\d.]+" src="data:image/svg\+xml;base64,([^"]+)">')
-OURS = re.compile(r"::?(?:figure|plot|try|aside|value|readout|claim|ref|term)\[|\[@|\[\^|^#.*\{#|\$\$ \(", re.MULTILINE)
+OURS = re.compile(rf"::?(?:{'|'.join((*BLOCK, *INLINE))})\[|\[@|\[\^|^#.*\{{#|\$\$ \(", re.MULTILINE)
 
 
 def read(path: Path) -> nbformat.NotebookNode:

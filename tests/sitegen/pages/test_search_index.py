@@ -35,3 +35,8 @@ def test_the_script_holds_every_section_and_ends_no_element(tmp_path: Path) -> N
     entries = json.loads(script.removeprefix("Ladder.searchable(").removesuffix(");\n"))
     assert [at for at, *_ in entries] == ["p.html", "p.html#one", "p.html#two", "p.html#term-gate"]
     assert "<" not in script
+
+
+def test_what_is_hidden_is_not_found() -> None:
+    page = "<main><h1>T</h1><p>Seen.</p><p hidden>Unseen.</p></main>"
+    assert [one.text for one in sections("p.html", page)] == ["Seen."]

@@ -228,3 +228,17 @@ def test_gate_trim_and_count(rng):
     ten = rng.random((1, 10))
     for trim, left in ((0.1, 9), (0.3, 7), (0.7, 3), (0.99, 1)):
         assert nearest.trimmed(ten, trim, np.ones((1, 10), dtype=bool)).sum() == left
+
+
+def test_neighbours_are_right_where_products_lose_their_digits():
+    """A cloud of 1e-4 u a million u away: what rounding hides is asked again, point by point."""
+    rng = np.random.default_rng(1)
+    target = np.vstack([[-1e6, 0.0], np.column_stack([1e6 + 1e-4 * rng.random(200), 1e-4 * rng.random(200)])])
+    points = np.column_stack([1e6 + 1e-4 * rng.random(50), 1e-4 * rng.random(50)])
+    rows, _ = nearest.build(target[None], tree_from=10**9).nearest(points[None])
+    assert np.array_equal(rows[0], np.square(points[:, None] - target).sum(axis=2).argmin(axis=1))
+
+
+def test_a_trimmed_share_is_not_rounded_down_by_a_digit():
+    """29 of 100, though 100 times 0.29 is a little less in floating point."""
+    assert nearest.trimmed(np.arange(100.0)[None], 0.29, np.ones((1, 100), dtype=bool)).sum() == 71

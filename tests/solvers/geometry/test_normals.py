@@ -80,3 +80,9 @@ def test_normals_do_not_depend_on_units_or_place(rng):
     np.testing.assert_allclose(other.eigenvalues, 2.0**80 * one.eigenvalues, rtol=1e-14)
     with pytest.raises(ValueError, match="roundness"):
         normals(nearest.build(cloud[None]), 6, 0.0)
+
+
+def test_points_closer_than_their_rounding_have_no_normal():
+    """Far from the origin a cloud of 1e-7 u is rounding alone: its directions are accidents, and told so."""
+    cloud = 2.0**30 + 1e-7 * np.random.default_rng(1).standard_normal((20, 2))
+    assert normals(nearest.build(cloud[None])).flagged.all()

@@ -13,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from solvers.io.clouds import MOST_POINTS, read
+from solvers.io.pcd import points
 
 numbers = st.floats(-1e12, 1e12, allow_nan=False).map(lambda v: v + 0.0)
 clouds = st.integers(2, 3).flatmap(lambda d: st.lists(st.tuples(*[numbers] * d), min_size=1, max_size=12)).map(np.array)
@@ -238,3 +239,9 @@ def test_a_name_in_place_of_bytes_is_refused(name):
     told = f"data: expected the file's bytes, e.g. Path(name).read_bytes(), got {type(name).__name__}"
     with pytest.raises(ValueError, match=f"^{re.escape(told)}$"):
         read(name)
+
+
+def test_a_field_of_several_numbers_moves_the_columns_of_a_pcd():
+    head = "VERSION 0.7\nFIELDS normal x y\nSIZE 4 4 4\nTYPE F F F\nCOUNT 3 1 1\nWIDTH 2\nHEIGHT 1\nPOINTS 2\n"
+    text = f"# .PCD v0.7\n{head}DATA ascii\n9 9 9 1 2\n8 8 8 3 4\n"
+    assert points(text.encode(), 10)[0].tolist() == [[1.0, 2.0], [3.0, 4.0]]

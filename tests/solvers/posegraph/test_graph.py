@@ -368,3 +368,14 @@ def test_a_conflict_elsewhere_does_not_end_the_run_before_a_node_is_at_rest():
     result = optimise(start, edges)
     assert result.status
     np.testing.assert_allclose(result.poses.t[:, 0], [0.0, 100.0, 101.0], atol=1e-5)
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1e6])
+def test_the_stop_does_not_depend_on_the_unit(unit):
+    _, walked, edges, _ = noisy_streets(3)
+    plain = optimise(walked, edges, tolerance=1e-2)
+    scale = np.diag([1.0 / unit, 1.0 / unit, 1.0])
+    other = Edges(edges.i, edges.j, Pose(edges.relative.R, unit * edges.relative.t), scale @ edges.information @ scale)
+    found = optimise(Pose(walked.R, unit * walked.t), other, tolerance=1e-2)
+    assert found.steps == plain.steps
+    np.testing.assert_allclose(found.poses.t / unit, plain.poses.t, atol=1e-6)

@@ -173,3 +173,27 @@ def test_a_noise_about_another_centre_is_carried_there_in_any_unit(unit, origin)
     )  # fmt: skip
     found = from_starts(p, p, "icp", start=start, noise=noise)
     assert found.point_covariance(centre)[1, 1] ** 0.5 == pytest.approx(0.02 * unit, rel=1e-3)
+
+
+def test_the_mean_of_all_does_not_depend_on_their_order():
+    """Two clusters half a turn apart."""
+    angle = np.concatenate([np.linspace(-0.3, 0.3, 12), np.pi + np.linspace(-0.3, 0.3, 5)])
+    t = np.column_stack([np.linspace(0.0, 0.3, 17), np.zeros(17)])
+    one, other = (
+        spread_of(Pose.from_angle(angle[order], t[order]), centre=(1.0, 0.0), radius=3.0)
+        for order in (np.arange(17), np.arange(17)[::-1])
+    )
+    assert len(one.modes) == 2
+    np.testing.assert_allclose(one.whole.mean.matrix, other.whole.mean.matrix, atol=1e-6)
+
+
+def test_a_point_without_weight_moves_no_centre():
+    """Wherever it lies."""
+    rng = np.random.default_rng(4)
+    source = rng.standard_normal((30, 2))
+    target = source + 0.01 * rng.standard_normal((40, 30, 2))
+    weights, far = np.ones(30), source.copy()
+    weights[0], far[0] = 0.0, (500.0, 300.0)
+    one, other = (monte_carlo(cloud, target, "kabsch", weights=weights) for cloud in (source, far))
+    np.testing.assert_allclose(other.whole.centre, one.whole.centre, atol=1e-9)
+    assert other.whole.radius == pytest.approx(float(one.whole.radius))

@@ -196,6 +196,7 @@ def test_the_frame_is_plain_and_its_numbers_are_short() -> None:
 
 def test_ties_and_zero_are_rounded_one_way() -> None:
     """What two processors compute on either side of a tie, or of zero, is one number."""
+    assert str(_rounded(-2e-5, 4)) == "0.0"
     assert [str(_rounded(v, 4)) for v in (-1e-12, 0.00005 - 1e-14, 0.00005 + 1e-14)] == ["0.0", "0.0001", "0.0001"]
 
 

@@ -130,3 +130,29 @@ def test_a_long_action_is_answered_in_slices() -> None:
     assert done == ["source 0", "solve 0"]
     assert host.render("f", record(SOLVE, SOLVE)) == Host().render("f", record(SOLVE, SOLVE))
     assert done == ["source 0", "solve 0", "solve 1", "solve 2"]
+
+
+def test_pieces_of_another_past_are_not_taken_up() -> None:
+    """The same press under way after other actions begins anew."""
+    clock = _Clock()
+
+    def pieces(state: Any, action: Action) -> Pieces:
+        for _ in range(3):
+            clock.time += 0.5
+            yield
+        return WIDGET.act(state, action)
+
+    host = Host({"kabsch": replace(WIDGET, pieces=pieces)}, clock)
+    host.render("f", record(SOLVE))
+    assert sliced(host, record(SOLVE, SOLVE)) == {"replayed": 1, "of": 2}
+    drag = ["drag", "source", 1.0, 0.0]
+    assert sliced(host, record(drag, SOLVE)) == {"replayed": 0, "of": 2}
+    assert host.render("f", record(drag, SOLVE)) == Host().render("f", record(drag, SOLVE))
+
+
+def test_a_long_replay_ends_though_another_was_under_way() -> None:
+    host = _Clock().host()
+    for _ in range(2):
+        sliced(host, record(*LONG[:1]))
+    answers = [sliced(host, record(["drag", "turn", 1.0, 2.0], *LONG)) for _ in range(7)]
+    assert "panels" in answers[-1]

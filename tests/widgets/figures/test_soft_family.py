@@ -141,12 +141,14 @@ def test_estimated_sigma_need_not_fall(why: Why) -> None:
 
 
 def test_similarity_collapses_where_the_rigid_form_keeps_its_size(why: Why) -> None:
-    """From a turn of 60° with a wide σ the similarity shrinks below 0.3 of its size; the rigid form stays at 1."""
+    """From a turn of 60° with a wide σ the similarity shrinks below 0.3 of its size; the rigid form, lost
+    as well, stays at 1."""
     shrunk = run(FINISH, name="similarity").run.course[-1]
     rigid = run(FINISH, name="similarity", method="cpd-rigid").run.course[-1]
     why("the scale", {"free": f"{shrunk.scale:.2f} of its size", "fixed": f"{rigid.scale:.2f}"})
     assert shrunk.scale < 0.3
     assert rigid.scale == 1.0
+    assert rigid.rotation > 60.0
     assert "scaled by 0." in frame([["press", "finish"]], name="similarity")["description"]
 
 

@@ -364,3 +364,12 @@ def test_a_grid_finer_than_the_coordinates_rounding_holds_every_point():
     inlier = float(rng.uniform(0.1, 8) * last)
     result = register(source, target, "ransac-congruent", inlier=inlier, tolerance=inlier, separation=0.1, most=1)
     assert result.status == Status.DEGENERATE
+
+
+def test_a_tolerance_beyond_the_separation_tries_pairs_all_the_same():
+    """The ring of partners then has no inner edge."""
+    source = np.random.default_rng(1).uniform(-1.0, 1.0, (30, 2))
+    target = Pose.from_angle(0.4, (0.2, 0.1)).apply(source)
+    found = register(source, target, "ransac-congruent", separation=0.5, tolerance=10.0, inlier=0.1)
+    assert found.detail("tried") > 0
+    assert found.status != Status.DEGENERATE

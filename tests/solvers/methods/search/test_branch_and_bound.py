@@ -263,3 +263,24 @@ def test_the_objective_is_that_of_the_cap_that_is_told():
         assert cap == pytest.approx(own.get("cap", usual), rel=1e-12)
         apart = np.linalg.norm(result.transform(scene.source)[:, None] - scene.target, axis=2).min(axis=1)
         assert result.objective == pytest.approx(np.square(np.minimum(apart, cap)).mean(), rel=1e-9)
+
+
+def test_a_searched_turn_may_pass_half_a_turn():
+    """A start at 174° and a truth at −174° are 11° apart: a search within 23° proves the truth."""
+    target = np.random.default_rng(2).uniform(-2.0, 2.0, (25, 2))
+    truth = Pose.from_angle(-np.pi + 0.1, (0.1, -0.2))
+    start = Pose.from_angle(np.pi - 0.1, (0.0, 0.0))
+    found = register(
+        truth.inverse().apply(target), target, "branch-and-bound", start=start, turn=0.4, shift=0.5, cap=0.4, gap=1e-3
+    )
+    assert found.status == Status.PROVED
+    assert np.degrees(rre(found.pose, truth)) < 1.0
+    assert found.objective < 1e-3
+
+
+def test_the_fine_bound_allows_for_the_bend_of_the_arc():
+    """A box of turns carries a point along an arc, nearer to what lies within it than the chord's ends say."""
+    target, arms = np.array([[-0.5, 0.0]]), np.array([[0.3, 0.0], [-0.15, 3.0], [-0.15, -3.0]])
+    bound = bounds.fine(build(target, 0.05, 2.0), arms, np.zeros((1, 3)), np.array([[0.5, 0.0]]))[0]
+    moved = Pose.from_angle(0.5).apply(arms)
+    assert bound <= np.minimum(np.square(moved - target).sum(axis=1), 1.0).mean()

@@ -175,7 +175,7 @@ def test_the_trace_form_of_the_variance_falls_below_zero(rng):
         Xh, Yh = X - X.mean(axis=0), Y - Y.mean(axis=0)
         U, _, Vt = np.linalg.svd(Xh.T @ Yh)
         values.append(np.square(Xh).sum() - 2.0 * np.trace((Xh.T @ Yh).T @ (U @ Vt)) + np.square(Yh).sum())
-    assert min(values) < 0.0
+    assert -1e-12 < min(values) < 0.0 < max(values) < 1e-12
     found = register(Y, X, "cpd-rigid", start=Pose.from_angle(0.95, (0.5, -2.0)), sigma=0.1, clutter=0.0)
     assert found.detail("sigma") > 0.0
     np.testing.assert_allclose(found.transform(Y), X, atol=1e-6)
