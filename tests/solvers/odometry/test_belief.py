@@ -1,0 +1,85 @@
+"""When a match of two scans is believed, and which pairs are candidates for a loop: small drives made for one sign."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from solvers import Pose
+from solvers.odometry import LoopOptions, MatchOptions, candidates, prepare, scan_to_map, scan_to_scan
+from solvers.scenes.drive import Drive
+
+BEARINGS = np.linspace(-np.pi, np.pi, 360, endpoint=False) + 1e-3
+
+
+def drive_along(step: float, count: int = 4, ends: tuple[float, float] | None = None) -> Drive:
+    """A corridor 3 m wide, its scanner in the middle; `ends`: walls across it, metres behind and ahead of the first."""
+    across = 1.5 / np.abs(np.sin(BEARINGS))
+    ranges = []
+    for k in range(count):
+        along = np.full(len(BEARINGS), np.inf)
+        if ends is not None:
+            behind, ahead = ends[0] + k * step, ends[1] - k * step
+            along = np.where(np.cos(BEARINGS) > 0.0, ahead, behind) / np.abs(np.cos(BEARINGS))
+        nearest = np.minimum(across, along)
+        ranges.append(np.where(nearest < 12.0, nearest, np.inf))
+    motion = Pose.from_angle(np.zeros(count), (step, 0.0))
+    return Drive(np.arange(float(count)), motion, ranges, BEARINGS, Pose.identity())
+
+
+@pytest.mark.parametrize("chain", [scan_to_scan, scan_to_map])
+def test_a_match_that_is_free_along_the_walls_is_not_believed(chain):
+    """Two walls explain the echoes and leave the way along them open; end walls, nothing else, close it. A far one
+    closes it a little: whether that will do is asked by the smallest eigenvalue."""
+    open_ended, closed, nearly = (drive_along(0.2, ends=ends) for ends in (None, (6.0, 6.0), (50.0, 11.0)))
+    found = chain(prepare(open_ended), open_ended.motion)
+    assert (found.share[1:] > 0.8).all()
+    assert not found.believed[1:].any()
+    assert chain(prepare(closed), closed.motion).believed.all()
+    for least, believed in ((0.0, True), (0.3, False)):
+        one = chain(prepare(nearly), nearly.motion, MatchOptions(least_weakest=least))
+        assert (one.believed[1:] == believed).all()
+
+
+@pytest.mark.parametrize("chain", [scan_to_scan, scan_to_map])
+def test_a_degenerate_match_is_not_believed_whatever_is_asked_of_it(chain):
+    """A scan beyond the gate of the other, with no fraction and no eigenvalue required."""
+    drive = drive_along(0.2, count=2, ends=(6.0, 6.0))
+    ranges = np.array(drive.ranges)
+    ranges[1] *= 8.0
+    far = Drive(drive.seconds, drive.motion, ranges, drive.bearings, drive.mount)
+    found = chain(prepare(far), far.motion, MatchOptions(gate=0.01, least_weakest=0.0, least_share=0.0))
+    assert not found.believed[1]
+
+
+def test_a_chain_by_its_velocity_goes_on_as_before_where_a_match_is_not_believed():
+    """Here none is, for want of an eigenvalue, though they move: the first guess, to stand still, stays."""
+    drive = drive_along(0.2, ends=(50.0, 11.0))
+    found = scan_to_scan(prepare(drive), drive.motion, MatchOptions(least_weakest=0.3), prediction="velocity")
+    assert not found.believed[1:].any()
+    np.testing.assert_allclose(found.poses.t[:, 0], 0.0, atol=1e-9)
+
+
+def test_candidates_are_near_alike_in_heading_and_the_nearest_of_all():
+    """Out along a line and back beside it, turned half round or with the heading kept; 15 m of the way lie between."""
+    x = np.append(np.arange(0.0, 20.5, 0.5), np.arange(19.5, -0.5, -0.5))
+    y = np.append(np.zeros(41), np.full(40, 0.7))
+    out_and_back = np.stack([x, y], axis=1)
+    turned = Pose.from_angle(np.append(np.zeros(41), np.full(40, np.pi)), out_and_back)
+    assert candidates(turned)[0].size == 0
+    assert candidates(turned, LoopOptions(turn=np.pi))[0].size > 0
+    kept = Pose.from_angle(np.zeros(81), out_and_back)
+    later, earlier = candidates(kept, LoopOptions(most=1))
+    assert later.size > 5
+    driven = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(out_and_back, axis=0), axis=1)))
+    for b, a in zip(later, earlier, strict=True):
+        gaps = np.linalg.norm(out_and_back - out_and_back[b], axis=1)
+        assert gaps[a] == gaps[driven[b] - driven >= 15.0].min()
+
+
+def test_a_scan_is_no_candidate_of_itself():
+    """Also where nothing need have been driven in between."""
+    line = Pose.from_angle(np.zeros(6), np.stack([np.arange(6.0), np.zeros(6)], axis=1))
+    later, earlier = candidates(line, LoopOptions(apart=0.0, most=9))
+    assert later.size > 0
+    assert (later > earlier).all()
