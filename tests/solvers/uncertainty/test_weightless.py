@@ -1,0 +1,20 @@
+"""Source points without weight say nothing of how surely a pose is known."""
+
+import numpy as np
+import pytest
+
+from solvers import register
+from solvers.scenes.rooms import room
+from solvers.uncertainty import covariance
+
+
+@pytest.mark.parametrize("method", ["icp", "point-to-plane"])
+def test_rows_without_weight_leave_the_hessian_s_region_as_it_is(method):
+    """Neither their number nor their places: noise is judged by what the weighted residuals leave over."""
+    scene = room("noise", seed=40)
+    p, q = scene.source, scene.target
+    rows = np.vstack([p, p[:60] + 0.3])
+    weights = np.append(np.ones(len(p)), np.zeros(60))
+    plain = covariance(register(p, q, method, weights=np.ones(len(p))))
+    padded = covariance(register(rows, q, method, weights=weights))
+    np.testing.assert_allclose(padded.deviations, plain.deviations, rtol=1e-9)
