@@ -106,13 +106,13 @@ def objective_chart(run: Run) -> Panel:
     y = (np.array(run.objective) - low) / span
     flat = len(values) > 0 and high == low
     lowest = (0.0, plain(low, 3))
-    ticks = ((lowest,) if flat else (lowest, (1.0, plain(high, 3)))) if len(values) else ()
+    ticks = (lowest,) if flat else (lowest, (1.0, plain(high, 3)))
     return chart(
         "objective",
         "The method’s objective over the steps",
         [Series(k, np.where(np.isfinite(y), y, np.nan), "accent", dots=len(k) <= 40)] if len(values) else [],
         Axis("step", 0.0, 1.0, ((0.0, "0"), (1.0, str(last)))),
-        Axis("Objective", 0.0, 1.0, ticks),
+        Axis("Objective", 0.0, 1.0, ticks if len(values) else ((0.0, "–"),)),
         now=run.steps / last,
         size=(WIDTH, 190.0),
     )
