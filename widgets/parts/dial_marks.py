@@ -214,7 +214,7 @@ def _flow(dial: Dial, moved: Array, course: Course | None) -> tuple[Mark, ...]:
         return ()
     ends = course.pose.apply(dial.clouds.source)
     began = Pose.from_angle(float(course.headings[0])).apply(dial.clouds.source)
-    return tuple(Arrow(a, b, "pair", head=6.0) for a, b in zip(began[::THREADED], ends[::THREADED], strict=True))
+    return tuple(Arrow(a, b, "guide", head=6.0) for a, b in zip(began[::THREADED], ends[::THREADED], strict=True))
 
 
 def rim() -> Mark:

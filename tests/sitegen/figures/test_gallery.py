@@ -260,6 +260,10 @@ def test_coarse_to_fine_reaches_farther_and_not_everywhere() -> None:
         assert all(a <= b for a, b in zip(one, fine, strict=True))
         assert sum(one) < sum(fine)
         assert fine[-1] == 0
+    # Outwards from the truth, either way and by offset, the one cell size comes to zero first.
+    middle = found.angles.index(0)
+    ways = [*(tuple(row[middle::way] for row in found.by_angle) for way in (1, -1)), found.by_offset]
+    assert all(one.index(0) < fine.index(0) for one, fine in ways)
 
 
 def test_the_basins_are_as_the_chapter_says() -> None:
