@@ -91,8 +91,10 @@ def widget_faults(widget: Widget) -> Iterator[tuple[str, str, str]]:
     for key in widget.legend:
         if key.role not in ROLES:
             yield "legend", key.label, f"no role {key.role!r}{hint(key.role, ROLES)}"
-        if said := _refusal(lambda key=key: validated(widget.controls, dict([key.under] if key.under else []))):
-            yield "legend", key.label, f"it is drawn under {said}"
+        choice, *options = key.under or ("",)
+        for option in options:
+            if said := _refusal(lambda choice=choice, option=option: validated(widget.controls, {choice: option})):
+                yield "legend", key.label, f"it is drawn under {said}"
     for i, (changes, pressed) in enumerate(widget.tape):
         log = [["press", press] for press in pressed]
         plain = {"preset": next(iter(widget.presets), "default"), "controls": dict(changes), "log": log}

@@ -122,9 +122,9 @@ class FigureView:
 
     def _may_lead(self, key: Key) -> bool:
         """Whether such a mark may be in the pictures while nothing else is used."""
-        choice, option = key.under or ("", "")
+        choice, *options = key.under or ("",)
         fixed = choice and not self._leads("controls", choice)
-        return key.role in self.roles and not (fixed and self.frame["controls"][choice] != option)
+        return key.role in self.roles and not (fixed and self.frame["controls"][choice] not in options)
 
     def _part(self, has: Callable[[str, str], bool], keyed: Callable[[Key], bool]) -> Part:
         return Part(

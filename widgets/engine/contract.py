@@ -102,12 +102,12 @@ ITERATED = (
 
 @dataclass(frozen=True)
 class Key:
-    """One entry of the legend. under: the choice and its option under which alone such a mark is drawn."""
+    """One entry of the legend. under: the choice and those of its options under which alone such a mark is drawn."""
 
     role: Role
     label: str
     shape: Shape | Literal["line", "dashed", "dotted", "area"] = "dot"
-    under: tuple[str, str] | None = None
+    under: tuple[str, *tuple[str, ...]] | None = None
 
 
 @dataclass(frozen=True)

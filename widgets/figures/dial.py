@@ -368,7 +368,7 @@ WIDGET = Widget(
         Key("truth", "a start that ends there", "square"),
         Key("weak", "a start that ends elsewhere", "cross"),
         Key("ghost", "where it started", "ring"),
-        Key("pair", "link to the target", "line"),
+        Key("pair", "link to the target", "line", under=("rung", *marks.LINKED)),
         Key("guide", "crest of a wave", "line", under=("rung", "means")),
         Key("guide", "how a point moved", "line", under=("rung", "flow")),
         Key("normal", "normal of the target", "line"),

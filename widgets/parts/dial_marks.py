@@ -37,6 +37,7 @@ TICK = (0.12, 0.42)  # u from the ring's surface to the ends of a valley's tick
 BALL = 8.0  # px from the ball's middle to its edge
 NOSE = 0.9  # u, from the middle of the robot to its nose
 THREADED = 9  # of whose source points one has its soft threads drawn
+LINKED = ("pairs", "corrupted", "nearest", "surface", "soft")  # rungs that join points of the source to the target
 
 
 def heights(dial: Dial, full: bool) -> Array:

@@ -288,3 +288,9 @@ def test_the_first_heading_and_the_lowest_place_are_written_apart() -> None:
         mark.text: float(panel.view.px(mark.xy)[0, 1]) + mark.dy for mark in panel.marks if isinstance(mark, Label)
     }
     assert heights["−180"] - heights["low"] > 16.0
+
+
+@pytest.mark.parametrize("name", RUNGS)
+def test_the_legend_says_which_rungs_link_the_clouds(name: str) -> None:
+    pairs = [mark for mark in marks.links(of(name), Pose.from_angle(0.3)) if getattr(mark, "role", None) == "pair"]
+    assert bool(pairs) == (name in marks.LINKED)
