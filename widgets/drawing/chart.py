@@ -221,7 +221,7 @@ def decades(low: float, high: float) -> list[float]:
 
 def powers(exponents: Sequence[float]) -> list[str]:
     """Powers of ten written out, or all as powers where one of them would be too long."""
-    if all(-3 <= e <= 4 for e in exponents):
+    if all(-3 <= e <= 3 for e in exponents):
         return [_tick(10.0**e) for e in exponents]
     return ["1" if e == 0 else "10" + str(round(e)).translate(SUPERSCRIPT) for e in exponents]
 

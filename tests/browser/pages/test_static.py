@@ -242,3 +242,17 @@ def test_figure_numbers_and_anchors_agree(reader: Callable[..., Reader]) -> None
     for link in links:
         target = (link.get_attribute("href") or "#")[1:]
         assert Figure(page, target).root.locator(".figure-number").text_content() == link.text_content()
+
+
+def test_a_low_window_shows_the_whole_ladder(reader: Callable[..., Reader]) -> None:
+    """At the page's top, where the header moves it down, from the lowest rung to the topmost; a lower window at least
+    the page's own."""
+    seen = """nodes => nodes.map(node => node.getBoundingClientRect())
+      .every(box => box.top >= 0 && box.bottom <= innerHeight && box.height >= 24)"""
+    page = reader(width=1280, height=800).open("index.html")
+    assert page.locator(".ladder a").evaluate_all(seen)
+    page.set_viewport_size({"width": 1280, "height": 600})
+    page.reload()
+    page.evaluate("Ladder.alive")
+    assert not page.locator(".ladder a").evaluate_all(seen)
+    assert page.locator(".ladder [aria-current]").evaluate_all(seen)

@@ -14,7 +14,7 @@ from solvers.core.stepper import advance
 from solvers.studies import race as racing
 from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE, Line, line
 from solvers.studies.race import SEEDS, race_problem
-from widgets.drawing.chart import axes, axis_names
+from widgets.drawing.chart import ABOVE, axes, axis_names
 from widgets.drawing.picture import Label, Mark, Panel, Path, Points, Segments, View
 from widgets.engine.jobs import Column, Job, Progress, Result, Row
 from widgets.engine.script import called, named
@@ -79,12 +79,8 @@ def result(controls: Settings, race: racing.Controls, entries: Sequence[Entry], 
         for one, x in zip(entries, lines, strict=True)
     )  # fmt: skip
     panels = (
-        strips(
-            "rre", "Rotation error of every seed, °", entries, [x.rre for x in lines], (0.001, 180.0), CLOSE_DEGREES
-        ),
-        strips(
-            "rte", "Translation error of every seed, u", entries, [x.rte for x in lines], (0.001, 10.0), CLOSE_DISTANCE
-        ),
+        strips("rre", "Rotation", "°", entries, [x.rre for x in lines], (0.001, 180.0), CLOSE_DEGREES),
+        strips("rte", "Translation", "\u00a0u", entries, [x.rte for x in lines], (0.001, 10.0), CLOSE_DISTANCE),
     )
     return Result(caption(race), "Solver", COLUMNS, rows, panels, python(race, controls.ninth))
 
@@ -100,8 +96,8 @@ def caption(race: racing.Controls) -> str:
 
 
 def strips(
-    name: str, label: str, entries: Sequence[Entry], errors: Sequence[np.ndarray[tuple[int], np.dtype[np.float64]]],
-    span: tuple[float, float], close: float,
+    name: str, what: str, unit: str, entries: Sequence[Entry],
+    errors: Sequence[np.ndarray[tuple[int], np.dtype[np.float64]]], span: tuple[float, float], close: float,
 ) -> Panel:  # fmt: skip
     """A strip a solver with a dot for every seed, on an axis of decades; a bar at the median, a line at the threshold.
 
@@ -115,7 +111,9 @@ def strips(
         Segments([[x, 0.0] for x in exponents], [[x, -9.0] for x in exponents], "guide", weight=[0.3] * len(exponents))
     )
     marks += [Label([x, -9.0], f"{10.0**x:g}", "guide", "middle", dy=15) for x in exponents]
+    label = f"{what} error of every seed, {unit.strip()}"
     marks += axis_names(view, "", label)
+    marks.append(Label([high, 0.0], f"bar: median; dashed: {close:g}{unit}", "guide", "end", dy=-ABOVE))
     marks.append(Segments([np.log10(close), 0.0], [np.log10(close), -9.0], "truth", dashed=True))
     for k, (entry, error) in enumerate(zip(entries, errors, strict=True)):
         middle = -0.5 - k
