@@ -18,7 +18,8 @@ from solvers.core.tree import CONSTANT, SHARED, put, take
 @dataclass(frozen=True)
 class HalvingOptions:
     tolerance: float = 1e-3
-    breaks_beyond: float = np.inf
+    breaks_beyond: float = np.inf  # of the pose
+    worth_beyond: float = np.inf  # of the objective
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +54,7 @@ def halving_step(state):
     status, reason = mark(state.status, state.reason, size < state.options.tolerance, Status.CONVERGED)
     with np.errstate(invalid="ignore"):
         t = np.where((size > state.options.breaks_beyond)[:, None], np.nan, state.pose.t + gap)
+        size = np.where(size > state.options.worth_beyond, np.inf, size)
     return replace(
         state, pose=Pose.trusted(state.pose.R, t), objective=size, status=status, reason=reason, offsets=(gap, size)
     )
@@ -111,9 +113,10 @@ def test_a_problem_hopeless_from_the_start_takes_no_step():
     assert batch.steps.tolist() == [0, 10]
 
 
-def test_a_step_that_is_not_finite_is_undone():
-    """A step that leaves the numbers is taken back and called degenerate; the other problems go on."""
-    batch, course = run(begin(HALVING, problems(1.0, 100.0), HalvingOptions(breaks_beyond=20.0)))
+@pytest.mark.parametrize("breaks", ["breaks_beyond", "worth_beyond"])
+def test_a_step_that_is_not_finite_is_undone(breaks):
+    """A step whose pose or objective leaves the numbers is taken back and called degenerate; others go on."""
+    batch, course = run(begin(HALVING, problems(1.0, 100.0), HalvingOptions(**{breaks: 20.0})))
     state = batch.state()
     assert state.status.tolist() == [Status.CONVERGED, Status.DEGENERATE]
     assert "range of numbers" in state.reason[1]

@@ -4,18 +4,7 @@
 
 import { on, text } from "../base/dom.js";
 import * as records from "../base/record.js";
-
-/**
- * A control's value as text: fixed decimals, a true minus, a space before the unit that no line ends at; 60° has none.
- * @type {(spec: Control, value: Value) => string}
- */
-export function shownValue(spec, value) {
-  if (spec.kind === "toggle") return value ? "on" : "off";
-  if (spec.kind === "choice") return spec.options[String(value)] ?? String(value);
-  const digits = Number(value).toFixed(spec.decimals).replace(/^-(?=0\.?0*$)/, "").replace("-", "−");
-  const apart = spec.unit && spec.unit !== "°";
-  return apart ? `${digits}\u00a0${spec.unit}` : `${digits}${spec.unit}`;
-}
+import { shownValue } from "./shown_value.js";
 
 /**
  * @param {HTMLFormElement[]} forms

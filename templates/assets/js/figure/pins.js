@@ -6,7 +6,7 @@ import { sound } from "../base/checked_record.js";
 import { around, copy, fileName, make, on, save } from "../base/dom.js";
 import { withUnit } from "../base/format.js";
 import { store } from "../base/store.js";
-import { shownValue } from "./controls.js";
+import { shownValue } from "./shown_value.js";
 
 const MOST = 50;
 

@@ -43,4 +43,5 @@ def test_a_match_does_not_depend_on_the_other_scans_of_its_drive() -> None:
     two, three = found
     np.testing.assert_allclose(two.pose.matrix, three.pose.matrix, atol=1e-9)
     np.testing.assert_allclose(two.weakest, three.weakest, rtol=1e-6)
+    np.testing.assert_array_equal(two.share, three.share)
     assert two.believed == three.believed

@@ -290,6 +290,29 @@ def test_what_does_not_determine_a_rotation_is_said(method):
     np.testing.assert_allclose(two.transform(TWO), Pose.from_angle(0.6, (2.0, 1.0)).apply(TWO), atol=1e-5)
 
 
+@pytest.mark.parametrize("far", [0.0, 1e3, 1e7])
+def test_a_rotation_that_rounding_alone_decides_is_undefined(rng, far):
+    """Two points across two others: each is as near to both. Far from the origin their digits make a difference."""
+    for turn, x, y in rng.uniform(0.1, 1.5, (20, 3)):
+        along = np.array([np.cos(turn), np.sin(turn)])
+        across = np.array([-along[1], along[0]])
+        corner = far * np.array([x, y])
+        found = register(corner + np.outer([x, -x], along), corner + np.outer([y, -y], across), "cpd-rigid")
+        assert found.status == Status.DEGENERATE
+        assert "several rotations" in found.reason
+
+
+def test_a_pose_at_rest_does_not_end_a_run_whose_width_still_shrinks():
+    """A grid on itself is where it belongs from the first step on: by its symmetry, whatever the width."""
+    cloud = np.stack(np.meshgrid(np.linspace(-1.0, 1.0, 6), np.linspace(-1.0, 1.0, 6)), axis=-1).reshape(-1, 2)
+    states = []
+    found = register(cloud, cloud, "cpd-rigid", callback=lambda k, state: states.append(state))
+    first, last = states[0], states[-1]
+    assert found.status == Status.CONVERGED
+    np.testing.assert_allclose(first.pose.matrix, last.pose.matrix, atol=1e-9)
+    assert last.sigma < 0.01 * first.sigma
+
+
 def test_in_space_a_line_leaves_its_own_turn_free(rng, random_pose):
     line = np.linspace(-1.0, 2.0, 9)[:, None] * [1.0, 2.0, -0.5]
     found = register(line, random_pose(rng, 3).apply(line), "cpd-rigid", max_steps=300)

@@ -1,0 +1,50 @@
+"""A slider's value reads the same as the build writes it and as the page's script does when it is moved."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from dataclasses import replace
+
+import numpy as np
+
+from sitegen.external.node import environment, node_command
+from sitegen.pages.views import shown
+from tests.scripts.test_node import HERE
+from widgets.engine.controls import Spec, specs
+from widgets.engine.registry import WIDGETS
+
+SCRIPT = HERE.parents[1] / "templates/assets/js/figure/shown_value.js"
+ASKED = """
+import { readFileSync } from "node:fs";
+import { shownValue } from %s;
+const asked = JSON.parse(readFileSync(0, "utf8"));
+console.log(JSON.stringify(asked.map(([spec, value]) => shownValue(spec, value))));
+"""
+
+
+def sliders() -> list[tuple[Spec, float]]:
+    """Where the sliders of all figures may stand, and for each what rounds to nothing from below."""
+    every = [spec for widget in WIDGETS.values() for spec in specs(widget.controls).values() if spec.kind == "slider"]
+    return [
+        (spec, value)
+        for spec in every
+        for value in (*np.arange(spec.low, spec.high + spec.step / 2, spec.step).round(6).tolist(), -1e-9)
+    ]
+
+
+def test_a_value_reads_the_same_in_the_build_and_in_the_page() -> None:
+    asked = sliders()
+    plain = [[{"kind": spec.kind, "decimals": spec.decimals, "unit": spec.unit}, value] for spec, value in asked]
+    command = node_command("--input-type=module", "--eval", ASKED % json.dumps(SCRIPT.as_uri()))
+    done = subprocess.run(
+        command, input=json.dumps(plain), capture_output=True, encoding="utf-8", env=environment(), check=True
+    )
+    assert json.loads(done.stdout) == [shown(spec, value) for spec, value in asked]
+
+
+def test_a_unit_stands_apart_but_a_degree_does_not() -> None:
+    spec = sliders()[0][0]
+    assert shown(replace(spec, step=5.0, unit="°"), -60.0) == "−60°"
+    assert shown(replace(spec, step=0.1, unit="u"), 1.5) == "1.5\u00a0u"
+    assert shown(replace(spec, step=1.0, unit=""), 3.0) == "3"

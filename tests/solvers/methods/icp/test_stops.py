@@ -1,0 +1,71 @@
+"""When a run of nearest points stops: not at what only looks like rest, and not before what can be fitted is."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from solvers import METHODS, Pose, Status, register
+from solvers.core.method import Problem
+from solvers.core.stepper import advance, begin
+
+START = Pose.from_angle(np.radians(25.0), (0.6, -0.4))
+
+
+def clouds(count: int = 25, m: int = 60) -> tuple[np.ndarray, np.ndarray]:
+    """As many noisy corners, each seen twice: (count, m, 2) both."""
+    rng = np.random.default_rng(5)
+    side = rng.uniform(0.0, 4.0, (2, count, m // 2))
+    corner = np.concatenate([np.stack([side[0], 0 * side[0]], -1), np.stack([0 * side[1], side[1]], -1)], axis=1)
+    return corner + 0.05 * rng.normal(size=corner.shape), corner + 0.05 * rng.normal(size=corner.shape)
+
+
+def posed(source: np.ndarray, target: np.ndarray, start: Pose) -> Problem:
+    b = len(source)
+    starts = Pose.trusted(np.broadcast_to(start.R, (b, 2, 2)), np.broadcast_to(start.t, (b, 2)), np.ones(b))
+    return Problem(source, target, np.ones(source.shape[:2]), starts, np.zeros(b, dtype=np.int64))
+
+
+@pytest.mark.parametrize("method", ["icp", "point-to-plane"])
+def test_an_rms_has_come_to_rest_only_over_as_many_pairs(method: str) -> None:
+    """While pairs come and go under a gate, an equal RMS is that of other pairs."""
+    source, target = clouds()
+    problem = posed(source, target, START)
+    options = METHODS[method].options(gate=0.5, rms_tolerance=0.2)
+    batch = begin(METHODS[method], problem, options)
+    counts = [batch.state().pairing.count]
+    while not batch.done:
+        batch = advance(batch)
+        counts.append(batch.state().pairing.count)
+    ended = np.flatnonzero(batch.state().reason == "the RMS has come to rest")
+    assert len(ended) > 10
+    for i in ended:
+        k = int(batch.steps[i])
+        assert counts[k][i] == counts[k - 1][i]
+
+
+def test_a_fit_without_a_rotation_does_not_come_to_rest_by_its_rms() -> None:
+    """Of two points about the one that both are paired with, only the middle can be fitted: its RMS hardly changes."""
+    ends = np.array([[-50.0, 0.0], [50.0, 0.0]])
+    lone = np.array([[0.0, 1.0], [0.0, 1e4]])
+    found = register(ends, lone, "icp", rms_tolerance=0.5)
+    assert found.status == Status.DEGENERATE
+    assert "rotation" in found.reason
+
+
+def test_the_smallest_share_kept_is_one_pair() -> None:
+    source, target = (cloud[0] for cloud in clouds(1))
+    problem = posed(source[None], target[None], Pose.identity())
+    state = begin(METHODS["trimmed-icp"], problem, METHODS["trimmed-icp"].options(keep=0.001)).state()
+    assert state.pairing.count.tolist() == [1]
+
+
+def test_along_a_corridor_the_other_directions_are_fitted_first() -> None:
+    """Nothing holds the scan along two parallel walls, which is told once turn and distance are right."""
+    along = np.linspace(-4.0, 4.0, 41)
+    walls = np.concatenate([np.stack([along, np.full(41, y)], axis=1) for y in (-1.0, 1.0)])
+    found = register(walls, walls, "point-to-plane", start=Pose.from_angle(np.radians(12.0), (0.0, 0.3)))
+    assert found.status == Status.DEGENERATE
+    assert found.steps > 1
+    assert abs(np.degrees(found.pose.angle)) < 1e-3
+    assert abs(found.pose.t[1]) < 1e-3
