@@ -334,18 +334,20 @@ def _modes(poses: Pose, middle: FloatArray, radius: float, apart: float) -> IntA
     """Labels of the connected groups, the largest 0."""
     at = poses.apply(middle[None])[:, 0]
     angle = np.asarray(poses.angle)
-    near = np.eye(len(at), dtype=np.bool_)
-    for k in range(len(at)):  # a row at a time: the distances of all are eight times as large as what is kept of them
-        squares = np.square(at - at[k]).sum(axis=-1) + np.square(2.0 * radius * np.sin(0.5 * (angle - angle[k])))
-        near[k] |= squares < apart * apart
-    label = np.arange(len(at), dtype=np.int64)
-    while True:
-        # Each takes the least label in its reach; a group has settled when none changes.
-        least = np.where(near, label, len(at)).min(axis=1)
-        least = least[least]
-        if (least == label).all():
-            break
-        label = least
+    label = np.full(len(at), -1, dtype=np.int64)
+    for first in range(len(at)):
+        if label[first] >= 0:
+            continue
+        label[first] = first
+        reached = [first]  # of this group, those whose neighbours have not been looked for
+        while reached:
+            k = reached.pop()
+            rest = np.flatnonzero(label < 0)
+            gap = np.square(at[rest] - at[k]).sum(axis=-1)
+            gap += np.square(2.0 * radius * np.sin(0.5 * (angle[rest] - angle[k])))
+            near = rest[gap < apart * apart]
+            label[near] = first
+            reached += near.tolist()
     _, label, count = np.unique(label, return_inverse=True, return_counts=True)
     rank = np.empty(len(count), dtype=np.int64)
     rank[np.argsort(-count, kind="stable")] = np.arange(len(count))

@@ -10,6 +10,7 @@ from solvers.core.method import Problem
 from solvers.methods.flow import flow
 from solvers.numerics import radius_pairs
 from solvers.thinning import thinned
+from solvers.uncertainty import spread_of
 
 PAIRED = ("association-bp", "hypothesis-mixture")
 FLOWS = ("flow", "flow-from-source")
@@ -92,3 +93,13 @@ def test_a_flow_that_ends_says_by_what(method):
     assert result.steps == METHODS[method].options().steps
     assert result.reason == "the flow is at its end time, and it has no test of rest"
     assert np.sqrt(np.square(seen[-1] - seen[-2]).sum(axis=1).mean()) > 1e-4
+
+
+@pytest.mark.native
+def test_the_modes_of_many_ends_take_no_matrix(rng):
+    """Four times as many ends take some four times as much, not sixteen."""
+    most = {}
+    for count in (500, 2000):
+        poses = Pose.from_angle(rng.standard_normal(count), rng.standard_normal((count, 2)))
+        most[count] = peak(lambda p=poses: spread_of(p, centre=(0.0, 0.0), radius=1.0, apart=0.1))
+    assert most[2000] < 6.0 * most[500]
