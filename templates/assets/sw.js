@@ -114,6 +114,7 @@ async function keep(name, files) {
         await cache.put(url, known ?? (await load(url, integrity, fixed ? "default" : "no-cache")));
       }),
     );
+    if (!(await caches.has(name))) throw new Error(`${name} was taken away meanwhile`);
   } catch (error) {
     if (!begun) await caches.delete(name);
     throw error;

@@ -82,7 +82,7 @@ def bird_error(**options):
 
 
 def test_from_minus_80_degrees_all_three_fail_in_most_draws():
-    """The bird of the figure, from −80° over 25 draws: rigid CPD, FilterReg and GMMReg all end more than 5° off in 17."""
+    """The figure's bird, from −80° over 25 draws: rigid CPD, FilterReg and GMMReg all end more than 5° off in 17."""
     told = {"volume": AREA, "clutter": 0.1, "tolerance": 1e-3}
     options = {
         "cpd-rigid": {"sigma": 1.1, **told},

@@ -92,6 +92,25 @@ def test_a_pin_that_is_not_stored_or_that_drops_another_says_so(reader: Callable
     expect(rows).to_have_count(50)
 
 
+def test_a_further_pin_leaves_the_table_where_it_was_scrolled(reader: Callable[..., Reader]) -> None:
+    """On a narrow screen, and the focus stays on its button, also when another tab pins."""
+    one = reader(420, 900, reduced_motion="reduce")
+    solve, other = (Figure(one.open("kabsch.html"), "fig-solve").seen() for _ in range(2))
+    solve.reached("[data-pin]").click()
+    rows = solve.root.locator(".runs tbody tr")
+    expect(rows).to_have_count(1)
+    scrolled = "() => document.querySelector('#fig-solve .runs-scroll').scrollLeft"
+    solve.page.evaluate("document.querySelector('#fig-solve .runs-scroll').scrollLeft = 120")
+    restore = solve.root.get_by_role("button", name="Restore run 1")
+    restore.focus()
+    left = solve.page.evaluate(scrolled)
+    assert left > 0
+    other.reached("[data-pin]").click()
+    expect(rows).to_have_count(2)
+    expect(restore).to_be_focused()
+    assert solve.page.evaluate(scrolled) == left
+
+
 def test_a_link_restores_the_state(reader: Callable[..., Reader]) -> None:
     """The copied link opened in a new page shows the same frame."""
     one = reader(reduced_motion="reduce")

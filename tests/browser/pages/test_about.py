@@ -60,6 +60,7 @@ def test_the_site_lives_under_a_path(browser: Browser, site: Path, tmp_path: Pat
             page.get_by_role("button", name="Forget all of it").click()
             expect(page.locator(".stored")).to_contain_text("Forgotten")
             assert page.evaluate("caches.keys()") == []
+            expect(page.locator(".site-kept")).to_be_empty()
     finally:
         server.stop()
     assert asked

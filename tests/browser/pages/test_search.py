@@ -89,3 +89,17 @@ def test_a_very_long_question_is_answered_at_once(reader: Callable[..., Reader],
     expect(page.locator(".search-told")).not_to_be_empty()
     assert len(field.input_value()) == 200
     assert took < 1000
+
+
+def test_enter_that_ends_a_composition_opens_nothing(reader: Callable[..., Reader]) -> None:
+    """Where words are composed of several keys, the first Enter takes the word, the second the result."""
+    page = reader(alone=True).open("icp.html")
+    page.evaluate("Ladder.alive")
+    page.keyboard.press("/")
+    page.keyboard.type("hub")
+    expect(page.locator('[role="option"]').first).to_be_visible()
+    field = page.locator("dialog input")
+    field.dispatch_event("keydown", {"key": "Enter", "isComposing": True})
+    expect(page.locator("dialog[open]")).to_be_visible()
+    field.dispatch_event("keydown", {"key": "Enter"})
+    expect(page.locator("dialog[open]")).to_be_hidden()

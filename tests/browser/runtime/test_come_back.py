@@ -49,6 +49,8 @@ def test_a_page_from_the_history_is_alive(playwright: Playwright, server: SiteSe
         solve.drag("source", 50, 40)
         moved = solve.changes("rms", before)
         page.evaluate("addEventListener('pageshow', ({ persisted }) => { window.persisted = persisted; })")
+        page.locator("main a[data-card]").first.focus()
+        expect(page.locator(".card:not([hidden])")).to_have_count(1)
         page.goto(f"{server.origin}/references.html")
         other = context.new_page()
         other.goto(f"{server.origin}/kabsch.html")
@@ -59,6 +61,7 @@ def test_a_page_from_the_history_is_alive(playwright: Playwright, server: SiteSe
             "JSON.stringify(performance.getEntriesByType('navigation')[0].notRestoredReasons)"
         )
         assert solve.readout("rms") == moved
+        expect(page.locator(".card:not([hidden])")).to_have_count(0)
         expect(solve.root.locator(".runs tbody tr")).to_have_count(1)
         expect(page.locator("html")).to_have_attribute("data-runtime", "live")
         ask(page, "fig-solve")

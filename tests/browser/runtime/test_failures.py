@@ -11,7 +11,7 @@ import pytest
 from playwright.sync_api import Route, expect
 
 from tests.browser.conftest import Reader
-from tests.browser.figure import Figure
+from tests.browser.figure import LIVE, Figure
 from tests.browser.server import SiteServer
 
 FRUGAL = "Object.defineProperty(navigator, 'connection', { value: { saveData: true } });"
@@ -52,9 +52,13 @@ def test_the_size_of_a_memory_that_has_gone_is_refused(reader: Callable[..., Rea
 
 
 def test_a_missing_runtime_file_is_named_and_retry_works(reader: Callable[..., Reader], server: SiteServer) -> None:
-    """A file of the runtime is not there: the figure names it; once it is there, Retry succeeds."""
-    one = reader(reduced_motion="reduce")
+    """A file of the runtime is not there: the figure names it; once it is there, Retry succeeds. An extension of the
+    browser that marks the page does not make it one that was published anew."""
+    one = reader(alone=True, reduced_motion="reduce")
     one.expect("404")
+    one.context.add_init_script(
+        "document.addEventListener('DOMContentLoaded', () => { document.body.dataset.grExtInstalled = ''; });"
+    )
     server.forbid(r"/runtime/.*numpy")
     page = one.open("kabsch.html")
     solve = Figure(page, "fig-solve").seen()
@@ -80,10 +84,42 @@ def test_a_slow_start_says_so_and_offers_retry(reader: Callable[..., Reader], se
     retry = solve.root.get_by_role("button", name=re.compile("retry", re.I))
     expect(retry).to_be_visible(timeout=30_000)
     page.evaluate("window.LADDER_PATIENCE = 60000")
-    server.release()
     retry.click()
+    server.release()
     solve.changes("rms", before)
     solve.becomes("live")
+
+
+def test_a_start_given_up_on_goes_on_when_bytes_come(reader: Callable[..., Reader], server: SiteServer) -> None:
+    """Retry would throw away what has come by then: it is offered no longer, and no second worker is started."""
+    one = reader(alone=True, reduced_motion="reduce")
+    one.context.add_init_script("window.LADDER_PATIENCE = 300;")
+    server.hold("/runtime/.*wasm")
+    page = one.open("kabsch.html")
+    solve = Figure(page, "fig-solve").seen()
+    before = solve.readout("rms")
+    solve.drag("source", 50, 50)
+    retry = solve.root.get_by_role("button", name=re.compile("retry", re.I))
+    expect(retry).to_be_visible(timeout=30_000)
+    page.evaluate("window.LADDER_PATIENCE = 60000")
+    workers = len(page.workers)
+    server.release()
+    expect(retry).to_be_hidden(timeout=30_000)
+    solve.changes("rms", before)
+    solve.becomes("live")
+    assert len(page.workers) == workers == 1
+
+
+def test_why_python_failed_is_not_hidden_by_what_was_said_in_passing(reader: Callable[..., Reader]) -> None:
+    page = reader(reduced_motion="reduce").open("kabsch.html")
+    solve = Figure(page, "fig-solve").live().settled()
+    solve.reached("[data-pin]").click()
+    words = solve.root.locator(".status-words")
+    expect(words).to_have_text("Run 1 pinned.")
+    page.evaluate("""() => { const { limits, runtime } = Ladder; limits.frame = 1500; runtime.kill();
+      runtime.frame({ figure: "fig-wrong", record: {} }).catch(() => {}); }""")
+    expect(page.locator("html")).to_have_attribute("data-runtime", "failed", timeout=LIVE)
+    expect(words).to_contain_text("Python has not answered")
 
 
 WRONG = {

@@ -326,8 +326,8 @@ def test_files_chosen_before_python_is_up_outlive_retry(reader: Callable[..., Re
     retry = own.root.get_by_role("button", name="Retry")
     expect(retry).to_be_visible(timeout=60_000)
     own.page.evaluate("window.LADDER_PATIENCE = 60000")
-    server.release()
     retry.click()
+    server.release()
     for place in ("source", "target"):
         told(own, place, f"{place}.csv: ")
     own.settled().live()

@@ -39,12 +39,12 @@ export const drag = (record, handle, place) => latest(record, "drag", handle, pl
 export const hover = (record, panel, place) => latest(record, "hover", panel, place);
 
 /**
- * Nothing of the panel is pointed at any more. The record itself where nothing was.
- * @type {(record: FigureRecord, panel: string) => FigureRecord}
+ * Nothing of these panels is pointed at any more. The record itself where nothing was.
+ * @type {(record: FigureRecord, ...panels: string[]) => FigureRecord}
  */
-export function left(record, panel) {
+export function left(record, ...panels) {
   const last = record.log.at(-1);
-  return last && last[0] === "hover" && last[1] === panel ? back(record) : record;
+  return last && last[0] === "hover" && panels.includes(last[1]) ? back(record) : record;
 }
 
 /** @type {(record: FigureRecord, kind: "drag" | "hover", name: string, place: Point) => FigureRecord} */

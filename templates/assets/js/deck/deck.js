@@ -150,9 +150,29 @@ export function runDeck(root) {
   function linked() {
     const index = addressed();
     if (index < 0) return;
+    const another = index !== now;
     overview(false);
     show(index);
     shown(slides[index]);
+    if (another) tell(index);
+  }
+
+  /** Another window: a slide that is no longer in its middle is brought back there, before anybody takes it for left. */
+  function resized() {
+    if (page.dataset.slides === "grid") return;
+    const { top, bottom } = slides[now].getBoundingClientRect();
+    const middle = innerHeight / 2;
+    if (top > middle || bottom <= middle) shown(slides[now]);
+  }
+
+  /**
+   * Whether more of a slide that is taller than the screen follows, downwards or upwards.
+   * @param {number} by
+   */
+  function goesOn(by) {
+    if (page.dataset.slides === "grid") return false;
+    const { top, bottom } = slides[now].getBoundingClientRect();
+    return by > 0 ? bottom > innerHeight + 1 : top < -1;
   }
 
   /**
@@ -167,7 +187,7 @@ export function runDeck(root) {
   }
 
   const tell = shared(go);
-  addKeys(does);
+  addKeys(does, goesOn);
   addSwipes(root, does);
   on(bar, "click", (event) => does[around(event, "[data-slides]")?.dataset.slides ?? ""]?.({}));
   on(root, "click", (event) => {
@@ -181,6 +201,7 @@ export function runDeck(root) {
     if (page.dataset.slides !== "grid" && index >= 0 && index !== now) go(index);
   });
   on(document, "scroll", () => (ahead ||= requestAnimationFrame(look)), { passive: true });
+  on(globalThis, "resize", resized);
   on(globalThis, "hashchange", linked);
   on(document, "fullscreenchange", () => {
     button("full").setAttribute("aria-pressed", String(Boolean(document.fullscreenElement)));

@@ -49,19 +49,27 @@ const KEYS = {
   n: "notes",
 };
 
+/** Keys that scroll first, where there is more of a slide that way. @type {Record<string, number>} */
+const SCROLLS = { ArrowDown: 1, PageDown: 1, " ": 1, ArrowUp: -1, PageUp: -1, "Shift+ ": -1 };
+const TOGGLES = ["grid", "notes", "full"];
+
 /**
- * does: what keys and swipes set off.
+ * does: what keys and swipes set off. goesOn: whether the slide has more, downwards (1) or upwards (-1).
  * @param {Steps} does
+ * @param {(by: number) => boolean} goesOn
  */
-export function addKeys(does) {
+export function addKeys(does, goesOn) {
   on(document, "keydown", (/** @type {KeyboardEvent} */ event) => {
     const { key } = event;
     const target = /** @type {Element} */ (event.target);
     if (event.defaultPrevented || event.altKey || event.ctrlKey || event.metaKey || event.isComposing) return;
-    const what = KEYS[event.shiftKey && key === " " ? "Shift+ " : key.length === 1 ? key.toLowerCase() : key];
+    const name = event.shiftKey && key === " " ? "Shift+ " : key.length === 1 ? key.toLowerCase() : key;
+    const what = KEYS[name];
     if (!what || taken(target, key)) return;
     if (key === "Escape" && document.querySelector(".card:not([hidden])")) return; // which that closes
+    if (SCROLLS[name] && goesOn(SCROLLS[name])) return;
     event.preventDefault();
+    if (event.repeat && TOGGLES.includes(what)) return;
     does[what]({ focus: true, jump: what === "first" || what === "last" });
   });
 }

@@ -6,10 +6,13 @@
 import { around, on, text } from "../base/dom.js";
 import { limits } from "../base/limits.js";
 import * as records from "../base/record.js";
+import { END } from "./play.js";
 
 /** @param {Figure} figure */
 export function addButtons(figure) {
   const { root, spec } = figure;
+  const { clicks = [], hovers = [] } = spec;
+  const passing = hovers.filter((name) => clicks.includes(name)); // what is pointed at there goes with the pointer
   const boxes = /** @type {HTMLElement[]} */ ([...root.querySelectorAll(".buttons")]);
   const specs = new Map(spec.buttons.map((each) => [each.name, each]));
   const nodes = /** @type {HTMLElement[]} */ ([...root.querySelectorAll("[data-button]")]);
@@ -37,6 +40,9 @@ export function addButtons(figure) {
     }
   }
 
+  /** @param {string} name */
+  const pressed = (name) => records.press(records.left(figure.record, ...passing), name);
+
   function stop() {
     clearTimeout(run?.due);
     run = null;
@@ -54,7 +60,7 @@ export function addButtons(figure) {
     }
     clearTimeout(run.due);
     run.at = performance.now();
-    figure.ask(records.press(figure.record, run.button.repeats), { merge: "run", by: "run" });
+    figure.ask(pressed(run.button.repeats), { merge: "run", by: "run" });
   }
 
   function again() {
@@ -65,8 +71,13 @@ export function addButtons(figure) {
 
   /** @type {Record<Button["does"], (button: Button, at: number) => void>} */
   const does = {
-    press: ({ name }, at) => figure.ask(records.press(figure.record, name), { at }),
-    back: (_, at) => figure.ask(records.back(figure.record), { at }),
+    press({ name }, at) {
+      const [kind, last] = figure.record.log.at(-1) ?? [];
+      if (figure.pending && name === END && kind === "press" && last === END) return; // asked for already
+      figure.ask(pressed(name), { at });
+    },
+    /** A doing; what is pointed at since is none. */
+    back: (_, at) => figure.ask(records.back(records.left(figure.record, ...hovers)), { at }),
     reset: () => figure.reset(),
     reseed: (_, at) => figure.ask(records.reseed(figure.record), { at }),
     run(each) {
@@ -88,6 +99,16 @@ export function addButtons(figure) {
     else does[each.does](each, event.timeStamp);
   }
 
+  /**
+   * A key that is held presses no faster than pictures come, and runs or pauses once.
+   * @param {KeyboardEvent} event
+   */
+  function hold(event) {
+    const node = around(event, "[data-button]");
+    if (!node || !event.repeat || event.key !== "Enter") return;
+    if (figure.pending || buttonOf(node).does === "run") event.preventDefault();
+  }
+
   on(document, "visibilitychange", again);
   figure.on("seen", again);
   figure.on("frame", () => {
@@ -100,6 +121,7 @@ export function addButtons(figure) {
   figure.on("state", show);
   for (const box of boxes) {
     on(box, "click", press);
+    on(box, "keydown", hold);
     box.hidden = false;
   }
   show();

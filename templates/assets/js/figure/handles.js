@@ -91,7 +91,8 @@ export function addHandles(figure, overlay) {
     const which = (event.shiftKey ? "Shift+" : "") + event.key;
     if (!of(name)?.keys[which]) return;
     event.preventDefault();
-    if (!drags.held && keys.length < MOST_KEYS) keys.push([name, which]);
+    const room = event.repeat ? 1 : MOST_KEYS; // a key that is held moves no longer than it is
+    if (!drags.held && keys.length < room) keys.push([name, which]);
     next(event.timeStamp);
   }
 

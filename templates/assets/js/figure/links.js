@@ -50,7 +50,8 @@ function tried(event) {
 }
 
 function linked() {
-  const [id, given] = location.hash.slice(1).split("?s=");
+  const address = location.hash.slice(1).replace(/%3F/i, "?").replace(/%3D/i, "="); // as some programs pass it on
+  const [id, given] = address.split("?s=");
   const figure = figures.get(id);
   if (!figure || given === undefined) return;
   const [data, more] = given.split(MORE);
@@ -93,8 +94,19 @@ export function addLinkButton(figure) {
   });
 }
 
+/**
+ * A link to the address that the page already has: nothing changes, and yet the reader wants to go there.
+ * @param {MouseEvent} event
+ */
+function again(event) {
+  const link = around(event, "a[href]");
+  const elsewhere = event.defaultPrevented || event.button || event.ctrlKey || event.metaKey || event.shiftKey;
+  if (!elsewhere && link instanceof HTMLAnchorElement && link.href === location.href) linked();
+}
+
 export function followLinks() {
   linked();
   on(document, "click", tried);
+  on(document, "click", again);
   on(globalThis, "hashchange", linked);
 }

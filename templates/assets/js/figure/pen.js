@@ -79,7 +79,11 @@ export function addPen(figure, overlay, bring) {
     for (const button of /** @type {NodeListOf<HTMLElement>} */ (box.querySelectorAll("[data-pen]"))) {
       button.setAttribute("aria-pressed", String(button.dataset.pen === place));
     }
-    for (const what of ["undo", "clear"]) findButton(box, `[data-own=${what}]`).disabled = !strokes.length;
+    for (const what of ["undo", "clear"]) {
+      const button = findButton(box, `[data-own=${what}]`);
+      if (!strokes.length && button === document.activeElement) findButton(box, `[data-pen=${place || source}]`).focus();
+      button.disabled = !strokes.length;
+    }
     findButton(box, "[data-own=copy]").disabled = !of(source).length;
     figure.stage.classList.toggle("drawing", Boolean(place));
     cross.button.hidden = !place;
@@ -160,7 +164,10 @@ export function addPen(figure, overlay, bring) {
   on(panel, "pointermove", follow);
   on(panel, "pointerup", end);
   on(panel, "pointercancel", end);
-  figure.on("frame", () => dry.splice(0).forEach((ink) => ink.remove()));
+  figure.on("frame", () => {
+    dry.splice(0).forEach((ink) => ink.remove());
+    if (line) find(panel, "svg.plot").append(line.ink); // the drawing may be another, and the pen is still down
+  });
   show();
   return { put };
 }

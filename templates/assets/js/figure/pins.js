@@ -123,11 +123,18 @@ export function addPins(figure) {
       box.replaceChildren();
       return;
     }
+    const focused = document.activeElement;
+    const focus = focused instanceof HTMLElement && box.contains(focused) ? { ...focused.dataset } : {};
+    const left = box.querySelector(".runs-scroll")?.scrollLeft ?? 0;
     const scroll = make("div", { class: "runs-scroll", tabindex: "0", role: "group", "aria-label": "Pinned runs" });
     scroll.append(table(specs, pins));
     /** @type {(what: string, words: string) => HTMLButtonElement} */
     const tool = (what, words) => make("button", { type: "button", "data-do": what }, words);
     box.replaceChildren(scroll, tool("Copy", "Copy as CSV"), " ", tool("Save", "Save as CSV"));
+    scroll.scrollLeft = left;
+    const row = focus.row ? `[data-row="${focus.row}"]` : "";
+    const again = focus.do ? box.querySelector(`[data-do="${focus.do}"]${row}`) : null;
+    if (again instanceof HTMLElement) again.focus({ preventScroll: true });
   }
 
   /** Another tab may have pinned or removed runs; where nothing is stored, the page's own are all there are. */

@@ -9,7 +9,7 @@ import { runtime } from "../runtime/runtime.js";
 import { taped } from "../runtime/tape.js";
 
 const MOST = 32; // presses that are played, four seconds; the end follows then
-const END = "finish"; // the press that is all those of Run at once
+export const END = "finish"; // the press that is all those of Run at once
 
 /** @typedef {{ counted: boolean, within: (record: FigureRecord) => boolean, ended: () => boolean, go: () => void }} Play */
 
@@ -48,8 +48,7 @@ export function createPlay(figure, wanted) {
 
   function press() {
     if (!figure.visible || document.hidden) return; // it goes on once it is seen
-    const pointed = figure.record.log.at(-1)?.[0] === "hover";
-    const here = pointed ? records.back(figure.record) : figure.record;
+    const here = records.left(figure.record, ...(figure.spec.hovers ?? []));
     const further = records.press(here, /** @type {string} */ (repeats));
     const drawn = runtime.state === "live" || taped(figure.id, further);
     ask(drawn && further.log.length <= most ? further : wanted);

@@ -132,6 +132,9 @@ export function addPrediction(figure, overlay) {
   }
 
   function stop() {
+    const before = moved;
+    compareSettings();
+    moved ||= before;
     ghost?.fix();
     run(() => {
       const far = ghost?.compare() ?? 0;

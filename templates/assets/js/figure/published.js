@@ -7,16 +7,18 @@ import { figures } from "./registry.js";
 import { runtime } from "../runtime/runtime.js";
 
 /**
- * What a page would load later, by names that hold the content's hash.
+ * Whether a page would load something else later, by names that hold the content's hash. What a browser's extensions
+ * have written beside them plays no part.
  * @param {Document} page
  */
-const later = (page) => JSON.stringify({ ...page.body.dataset });
+const differs = ({ body }) =>
+  Object.entries(body.dataset).some(([name, value]) => value !== document.body.dataset[name]);
 
 async function look() {
   const answer = await fetch(location.pathname + location.search, { cache: "no-cache" });
   if (!answer.ok) return;
   const now = new DOMParser().parseFromString(await answer.text(), "text/html");
-  published.anew = later(now) !== later(document);
+  published.anew = differs(now);
   for (const figure of figures.values()) figure.tell();
 }
 

@@ -108,7 +108,7 @@ export function addStatus(figure) {
   function show() {
     watch();
     const now = told(figure, late);
-    text(words, short(passing || now.words));
+    text(words, short((now.ways.length ? "" : passing) || now.words)); // what leads on comes first
     text(bytes, now.progress ?? "");
     if (offered !== now.ways.join()) {
       offered = now.ways.join();
@@ -136,7 +136,8 @@ export function addStatus(figure) {
   });
   figure.on("state", show);
   figure.on("seen", show);
-  figure.on("asked", () => {
+  figure.on("asked", (by) => {
+    if (offer.hasChildNodes() && ["run", "play", "hover"].includes(by)) return; // the reader is copying a link
     passing = "";
     offer.replaceChildren();
   });

@@ -118,4 +118,5 @@ export function addCards() {
   });
   on(globalThis, "scroll", follow, { passive: true });
   on(globalThis, "resize", follow);
+  on(globalThis, "pagehide", close); // the history may bring the page back as it was left
 }

@@ -164,6 +164,7 @@ function dialog() {
 
   /** @param {KeyboardEvent} event */
   function key(event) {
+    if (event.isComposing) return;
     const count = list.children.length;
     /** @type {Record<string, number>} */
     const moves = { ArrowDown: 1, ArrowUp: -1 };

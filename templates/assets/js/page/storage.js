@@ -1,5 +1,6 @@
 // The page about the site: a button that forgets what the browser keeps of it, and one that copies its citation.
 import { copy, make, on, text } from "../base/dom.js";
+import { offline } from "../runtime/offline.js";
 
 /** The worker that keeps the pages, and all that it has kept of this site. */
 async function unkeep() {
@@ -26,6 +27,8 @@ export function addForgetButton(place) {
   place.replaceChildren(button, " ", told);
   on(button, "click", async () => {
     await forget();
+    offline.ready = false;
+    text(document.querySelector(".site-kept"), "");
     text(told, "Forgotten. Whatever you visit next is stored again.");
   });
 }

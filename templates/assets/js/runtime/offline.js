@@ -1,5 +1,6 @@
 // Keeps the site for offline use once the browser is idle, and says at the page's foot when all of it is kept.
 import { idle, text } from "../base/dom.js";
+import { megabytes } from "../base/format.js";
 import { runtime } from "./runtime.js";
 import { frugal } from "./start.js";
 
@@ -48,7 +49,7 @@ async function keep() {
     const { kept, bytes } = await ask(/** @type {ServiceWorker} */ (active));
     if (!kept) return;
     offline.ready = true;
-    text(document.querySelector(".site-kept"), `Works offline: stored on this device (${(bytes / 1e6).toFixed(1)} MB)`);
+    text(document.querySelector(".site-kept"), `Works offline: stored on this device (${megabytes(bytes)} MB)`);
   } catch {
     // a browser may refuse, or have no such thing; the site works all the same
   }

@@ -157,6 +157,7 @@ function wait() {
 }
 
 function told() {
+  if (runtime.state === "failed" && worker) become("loading"); // it was only given up on
   if (runtime.state !== "loading") return;
   wait();
   emit("change");

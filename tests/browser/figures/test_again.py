@@ -1,0 +1,137 @@
+"""What is done twice, held down, or done while something is pointed at, is done as often as a reader means."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+from playwright.sync_api import expect
+
+from sitegen.bench.pages import until
+from tests.browser.conftest import Reader
+from tests.browser.figure import Figure
+from tests.browser.widgets.test_atlas import log, place
+
+# A device on which each answer takes 200 ms.
+SLOW = """
+const { postMessage } = Worker.prototype;
+Worker.prototype.postMessage = function (message, ...more) {
+  if (message.type !== "frame") return postMessage.call(this, message, ...more);
+  setTimeout(() => postMessage.call(this, message, ...more), 200);
+};
+"""
+
+
+@pytest.fixture
+def slow(reader: Callable[..., Reader]) -> Figure:
+    """ICP's figure, with Python up."""
+    one = reader(alone=True, reduced_motion="reduce")
+    one.context.add_init_script(SLOW)
+    page = one.open("icp.html")
+    name = page.locator("figure.figure:has([data-button=finish])").first.get_attribute("id")
+    return Figure(page, name or "").live().settled()
+
+
+def test_to_the_end_is_pressed_once_by_a_double_click(slow: Figure) -> None:
+    """One Back takes it back, then."""
+    before = slow.readout("rms")
+    slow.button("finish").dblclick()
+    slow.changes("rms", before)
+    assert slow.record()["log"] == [["press", "finish"]]
+    slow.button("back").click()
+    slow.shows("rms", before)
+
+
+def test_a_key_that_is_held_does_no_more_than_is_seen(slow: Figure) -> None:
+    """While Enter repeats, no press waits behind the one that is being drawn; Run is not paused by it."""
+    slow.button("step").focus()
+    for _ in range(12):
+        slow.page.keyboard.down("Enter")
+    slow.page.keyboard.up("Enter")
+    slow.settled()
+    assert slow.record()["log"] == [["press", "step"]]
+    run = slow.button("run")
+    run.focus()
+    for _ in range(3):
+        slow.page.keyboard.down("Enter")
+    slow.page.keyboard.up("Enter")
+    expect(run).to_have_text("Pause")
+
+
+def test_a_handle_stops_with_the_key(slow: Figure) -> None:
+    """A key held for twelve repeats moves it twice: by what is drawn, and by the one that waits."""
+    handle = slow.handle("source")
+    x = slow.frame()["handles"][0]["slider"][2]
+    handle.focus()
+    for _ in range(12):
+        slow.page.keyboard.down("ArrowRight")
+    slow.page.keyboard.up("ArrowRight")
+    slow.settled()
+    (_, _, at, _) = slow.record()["log"][-1]
+    assert 0.04 < at - x < 0.11
+
+
+def test_a_link_to_a_state_works_again(reader: Callable[..., Reader]) -> None:
+    """Also after a reset, when the address has that state already; and where a program has encoded the address."""
+    page = reader(reduced_motion="reduce").open("index.html")
+    link = page.locator('main a[href^="#fig-"][href*="?s="]').first
+    name, _, state = (link.get_attribute("href") or "").split("#")[1].partition("?s=")
+    figure = Figure(page, name).live()
+    link.click()
+    until(page, f"Ladder.figures.get({name!r}).record.log.length > 0")
+    wanted = figure.settled().record()
+    figure.button("reset").click()
+    assert figure.settled().record() != wanted
+    link.click()
+    figure.settled()
+    assert figure.record() == wanted
+    other = reader(reduced_motion="reduce").open(f"index.html#{name}%3Fs%3D{state}")
+    assert Figure(other, name).settled().record() == wanted
+
+
+@pytest.fixture
+def atlas(reader: Callable[..., Reader]) -> Figure:
+    return Figure(reader(reduced_motion="reduce").open("icp.html"), "fig-atlas").live().settled()
+
+
+def test_pressing_while_pointing_leaves_nothing_of_the_pointing(atlas: Figure) -> None:
+    """The pointer rests on another start: Step is one of the run that was there, and Back takes back the step."""
+    atlas.button("step").focus()
+    atlas.page.mouse.move(*place(atlas, 170.0, 1.0))
+    until(atlas.page, "Ladder.figures.get('fig-atlas').record.log.length === 1")
+    atlas.settled()
+    for count in (1, 2):
+        atlas.page.keyboard.press("Enter")
+        until(atlas.page, f"Ladder.figures.get('fig-atlas').record.log.length === {count}")
+        atlas.settled()
+    assert log(atlas) == [["press", "step"], ["press", "step"]]
+
+
+def test_a_run_goes_on_where_it_was_after_pointing(atlas: Figure) -> None:
+    mouse = atlas.page.mouse
+    atlas.button("run").focus()
+    atlas.page.keyboard.press("Enter")
+    for x in (170.0, -90.0, 60.0):
+        mouse.move(*place(atlas, x, 1.0))
+        until(atlas.page, "!Ladder.figures.get('fig-atlas').pending")
+    until(atlas.page, "Ladder.figures.get('fig-atlas').record.log.filter(([kind]) => kind === 'press').length > 4")
+    kinds = [kind for kind, *_ in log(atlas)]
+    assert "hover" not in kinds[:-1]
+
+
+def test_back_takes_back_a_doing_not_a_pointing(reader: Callable[..., Reader]) -> None:
+    """In a figure where what was pointed at last stays."""
+    cells = Figure(reader(reduced_motion="reduce").open("ndt-map.html"), "fig-cells").live().settled()
+    button = cells.root.locator('.buttons [data-button]:not([aria-disabled="true"])').first
+    name = button.get_attribute("data-button")
+    button.click()
+    until(cells.page, "Ladder.figures.get('fig-cells').record.log.length === 1")
+    box = cells.root.locator('.figure-panel[data-panel="main"] svg').bounding_box()
+    assert box
+    cells.page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    until(cells.page, "Ladder.figures.get('fig-cells').record.log.at(-1)[0] === 'hover'")
+    assert cells.record()["log"][0] == ["press", name]
+    cells.settled().button("back").focus()
+    cells.page.keyboard.press("Enter")
+    cells.settled()
+    assert [kind for kind, *_ in cells.record()["log"]] in ([], ["hover"])

@@ -1,0 +1,72 @@
+"""Drawing two clouds by hand: the line under the pen, and the keyboard's place."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from playwright.sync_api import Page, expect
+
+from sitegen.bench.pages import until
+from tests.browser.conftest import Reader
+from tests.browser.figure import Figure
+
+# Python's answers wait until they are let go.
+HELD = """
+const { postMessage } = Worker.prototype;
+window.waiting = [];
+Worker.prototype.postMessage = function (message, ...more) {
+  const go = () => postMessage.call(this, message, ...more);
+  if (window.holding && ["frame", "give"].includes(message.type)) window.waiting.push(go);
+  else go();
+};
+window.letGo = () => { window.holding = false; window.waiting.splice(0).forEach((go) => go()); };
+"""
+
+
+def pen(reader: Callable[..., Reader]) -> tuple[Page, Figure]:
+    one = reader(alone=True, reduced_motion="reduce")
+    one.context.add_init_script(HELD)
+    page = one.open("clouds.html")
+    own = Figure(page, "fig-own").live().settled()
+    own.root.locator('[data-pen="source"]').click()
+    return page, own.settled()
+
+
+def test_a_frame_leaves_the_line_that_is_being_drawn(reader: Callable[..., Reader]) -> None:
+    """The answer to the first stroke comes while the second one is under the pen."""
+    page, own = pen(reader)
+    page.evaluate("window.holding = true")
+    panel = own.root.locator('.figure-panel[data-panel="main"]')
+    box = panel.bounding_box()
+    assert box
+    x, y = box["x"] + 80, box["y"] + 80
+    lines = panel.locator("svg.plot > path.line.thick.source")
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 90, y + 10, steps=4)
+    page.mouse.up()
+    page.mouse.move(x, y + 60)
+    page.mouse.down()
+    page.mouse.move(x + 60, y + 70, steps=4)
+    expect(lines).to_have_count(2)
+    frames = own.frames()
+    page.evaluate("window.letGo()")
+    until(page, f"Number(document.getElementById('fig-own').dataset.frame) > {frames}")
+    expect(lines).to_have_count(1)
+    page.mouse.move(x + 120, y + 80, steps=4)
+    page.mouse.up()
+    own.settled()
+    expect(lines).to_have_count(0)
+
+
+def test_the_last_undo_leaves_the_keyboard_somewhere(reader: Callable[..., Reader]) -> None:
+    page, own = pen(reader)
+    cross = own.root.locator('[data-pick="main"]')
+    cross.focus()
+    page.keyboard.press("Enter")
+    undo = own.root.locator("[data-own=undo]")
+    expect(undo).to_be_enabled()
+    undo.focus()
+    page.keyboard.press("Enter")
+    expect(undo).to_be_disabled()
+    expect(own.root.locator('[data-pen="source"]')).to_be_focused()
