@@ -12,8 +12,9 @@ from tests.browser.conftest import Reader
 from tests.browser.figure import Figure
 from tests.browser.server import SiteServer
 
-# Where a script is cut decides what is unexpected.
-COMPLAINTS = ("Failed to load", "Unexpected", "Invalid or unexpected token", "missing ", "MIME type", "ERR_")
+# Where a script is cut decides what the parser misses: the end of a call, a template, an expression, a string.
+CUT = ("Unexpected", "Invalid ", "missing ", "Missing ", "Unterminated ")
+COMPLAINTS = ("Failed to load", *CUT, "MIME type", "ERR_")
 # Where everything stands that is seen, in the page's own letters; what is told of the script lies over it.
 PLACES = """() => document.fonts.ready.then(() => [...document.querySelectorAll('header *, main *, footer *')]
   .filter(node => node.checkVisibility({ visibilityProperty: true }) && !node.closest('svg, math'))
