@@ -153,7 +153,7 @@ class Widget:
     of the preset's) and button presses; every prefix of the presses is recorded.
     clicks, hovers: the panels that take a pick at a place, and those that answer to what is pointed at: by mouse,
     touch or keys. A hover replaces the log's last entry if that is a hover of the same panel. In a panel that does both
-    a hover lasts for as long as the pointer is there, then it leaves the log.
+    a hover lasts for as long as the pointer is there and nothing is pressed, then it leaves the log.
     details: of how many levels a drawing is, where a whole one takes too long for a live answer; `draw` then has a
     second argument, the level, from 0, the coarsest, to details − 1, which it must take for its default. The page
     shows the coarsest at once, then each finer one for as long as nothing else is asked. `known` is the finest level

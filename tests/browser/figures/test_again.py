@@ -10,32 +10,27 @@ from playwright.sync_api import expect
 from sitegen.bench.pages import until
 from tests.browser.conftest import Reader
 from tests.browser.figure import Figure
+from tests.browser.held import HELD
 from tests.browser.widgets.test_atlas import log, place
-
-# A device on which each answer takes 200 ms.
-SLOW = """
-const { postMessage } = Worker.prototype;
-Worker.prototype.postMessage = function (message, ...more) {
-  if (message.type !== "frame") return postMessage.call(this, message, ...more);
-  setTimeout(() => postMessage.call(this, message, ...more), 200);
-};
-"""
 
 
 @pytest.fixture
 def slow(reader: Callable[..., Reader]) -> Figure:
-    """ICP's figure, with Python up."""
+    """ICP's figure, with Python up, whose answers wait from now on."""
     one = reader(alone=True, reduced_motion="reduce")
-    one.context.add_init_script(SLOW)
+    one.context.add_init_script(HELD)
     page = one.open("icp.html")
     name = page.locator("figure.figure:has([data-button=finish])").first.get_attribute("id")
-    return Figure(page, name or "").live().settled()
+    figure = Figure(page, name or "").live().settled()
+    page.evaluate("window.holding = true")
+    return figure
 
 
 def test_to_the_end_is_pressed_once_by_a_double_click(slow: Figure) -> None:
     """One Back takes it back, then."""
     before = slow.readout("rms")
     slow.button("finish").dblclick()
+    slow.page.evaluate("letGo()")
     slow.changes("rms", before)
     assert slow.record()["log"] == [["press", "finish"]]
     slow.button("back").click()
@@ -48,6 +43,7 @@ def test_a_key_that_is_held_does_no_more_than_is_seen(slow: Figure) -> None:
     for _ in range(12):
         slow.page.keyboard.down("Enter")
     slow.page.keyboard.up("Enter")
+    slow.page.evaluate("letGo()")
     slow.settled()
     assert slow.record()["log"] == [["press", "step"]]
     run = slow.button("run")
@@ -66,9 +62,10 @@ def test_a_handle_stops_with_the_key(slow: Figure) -> None:
     for _ in range(12):
         slow.page.keyboard.down("ArrowRight")
     slow.page.keyboard.up("ArrowRight")
+    slow.page.evaluate("letGo()")
     slow.settled()
     (_, _, at, _) = slow.record()["log"][-1]
-    assert 0.04 < at - x < 0.11
+    assert at - x == pytest.approx(0.1, abs=0.01)
 
 
 def test_a_link_to_a_state_works_again(reader: Callable[..., Reader]) -> None:
@@ -108,11 +105,11 @@ def test_pressing_while_pointing_leaves_nothing_of_the_pointing(atlas: Figure) -
 
 
 def test_a_run_goes_on_where_it_was_after_pointing(atlas: Figure) -> None:
-    mouse = atlas.page.mouse
     atlas.button("run").focus()
+    places = [place(atlas, x, 1.0) for x in (170.0, -90.0, 60.0)]  # before drawings follow each other
     atlas.page.keyboard.press("Enter")
-    for x in (170.0, -90.0, 60.0):
-        mouse.move(*place(atlas, x, 1.0))
+    for x, y in places:
+        atlas.page.mouse.move(x, y)
         until(atlas.page, "!Ladder.figures.get('fig-atlas').pending")
     until(atlas.page, "Ladder.figures.get('fig-atlas').record.log.filter(([kind]) => kind === 'press').length > 4")
     kinds = [kind for kind, *_ in log(atlas)]

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Route, expect
+from playwright.sync_api import Locator, Route, expect
 
 from tests.browser.conftest import Reader
 from tests.browser.figure import LIVE, Figure
@@ -72,8 +72,11 @@ def test_a_missing_runtime_file_is_named_and_retry_works(reader: Callable[..., R
     solve.becomes("live")
 
 
-def test_a_slow_start_says_so_and_offers_retry(reader: Callable[..., Reader], server: SiteServer) -> None:
-    """Bytes stop coming: after the patience is over the figure says so and offers Retry, and Retry works."""
+def stalled(reader: Callable[..., Reader], server: SiteServer) -> tuple[Figure, Locator, str]:
+    """A figure that waits for a start given up on, as bytes do not come; its Retry, and the RMS before it was dragged.
+
+    From now on patience is long.
+    """
     one = reader(alone=True, reduced_motion="reduce")
     one.context.add_init_script("window.LADDER_PATIENCE = 300;")
     server.hold("/runtime/.*wasm")
@@ -84,6 +87,12 @@ def test_a_slow_start_says_so_and_offers_retry(reader: Callable[..., Reader], se
     retry = solve.root.get_by_role("button", name=re.compile("retry", re.I))
     expect(retry).to_be_visible(timeout=30_000)
     page.evaluate("window.LADDER_PATIENCE = 60000")
+    return solve, retry, before
+
+
+def test_a_slow_start_says_so_and_offers_retry(reader: Callable[..., Reader], server: SiteServer) -> None:
+    """Bytes stop coming: after the patience is over the figure says so and offers Retry, and Retry works."""
+    solve, retry, before = stalled(reader, server)
     retry.click()
     server.release()
     solve.changes("rms", before)
@@ -92,22 +101,13 @@ def test_a_slow_start_says_so_and_offers_retry(reader: Callable[..., Reader], se
 
 def test_a_start_given_up_on_goes_on_when_bytes_come(reader: Callable[..., Reader], server: SiteServer) -> None:
     """Retry would throw away what has come by then: it is offered no longer, and no second worker is started."""
-    one = reader(alone=True, reduced_motion="reduce")
-    one.context.add_init_script("window.LADDER_PATIENCE = 300;")
-    server.hold("/runtime/.*wasm")
-    page = one.open("kabsch.html")
-    solve = Figure(page, "fig-solve").seen()
-    before = solve.readout("rms")
-    solve.drag("source", 50, 50)
-    retry = solve.root.get_by_role("button", name=re.compile("retry", re.I))
-    expect(retry).to_be_visible(timeout=30_000)
-    page.evaluate("window.LADDER_PATIENCE = 60000")
-    workers = len(page.workers)
+    solve, retry, before = stalled(reader, server)
+    workers = len(solve.page.workers)
     server.release()
     expect(retry).to_be_hidden(timeout=30_000)
     solve.changes("rms", before)
     solve.becomes("live")
-    assert len(page.workers) == workers == 1
+    assert len(solve.page.workers) == workers == 1
 
 
 def test_why_python_failed_is_not_hidden_by_what_was_said_in_passing(reader: Callable[..., Reader]) -> None:

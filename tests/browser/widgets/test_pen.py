@@ -9,18 +9,7 @@ from playwright.sync_api import Page, expect
 from sitegen.bench.pages import until
 from tests.browser.conftest import Reader
 from tests.browser.figure import Figure
-
-# Python's answers wait until they are let go.
-HELD = """
-const { postMessage } = Worker.prototype;
-window.waiting = [];
-Worker.prototype.postMessage = function (message, ...more) {
-  const go = () => postMessage.call(this, message, ...more);
-  if (window.holding && ["frame", "give"].includes(message.type)) window.waiting.push(go);
-  else go();
-};
-window.letGo = () => { window.holding = false; window.waiting.splice(0).forEach((go) => go()); };
-"""
+from tests.browser.held import HELD
 
 
 def pen(reader: Callable[..., Reader]) -> tuple[Page, Figure]:

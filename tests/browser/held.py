@@ -1,0 +1,12 @@
+"""A slow device, in a test's hands: Python is asked nothing more while `holding`, and all at once when let go."""
+
+HELD = """
+const { postMessage } = Worker.prototype;
+window.waiting = [];
+Worker.prototype.postMessage = function (message, ...more) {
+  const go = () => postMessage.call(this, message, ...more);
+  if (window.holding && ["frame", "give"].includes(message.type)) window.waiting.push(go);
+  else go();
+};
+window.letGo = () => { window.holding = false; window.waiting.splice(0).forEach((go) => go()); };
+"""
