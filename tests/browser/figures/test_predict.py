@@ -189,6 +189,27 @@ def test_a_ghost_taken_where_the_run_stops_is_right(reader: Callable[..., Reader
     expect(box.get_by_role("status")).to_contain_text("1 of 1 right in this tab")
 
 
+def test_escape_puts_the_ghost_back(reader: Callable[..., Reader]) -> None:
+    """While the pointer holds it, at its middle or at its knob; what the pointer does next moves nothing."""
+    page = reader(reduced_motion="reduce").open("kabsch.html")
+    figure, box = asks(page, WRONG)
+    box.get_by_role("button", name="Place a ghost").click()
+    for name in ("Ghost, place", "Ghost, turn"):
+        slider = figure.root.get_by_role("slider", name=name)
+        before, at = slider.get_attribute("aria-valuetext") or "", slider.bounding_box()
+        assert at
+        x, y = at["x"] + at["width"] / 2, at["y"] + at["height"] / 2
+        page.mouse.move(x, y)
+        page.mouse.down()
+        page.mouse.move(x + 40, y + 30, steps=3)
+        expect(slider).not_to_have_attribute("aria-valuetext", before)
+        page.keyboard.press("Escape")
+        expect(slider).to_have_attribute("aria-valuetext", before)
+        page.mouse.move(x + 80, y + 60, steps=3)
+        page.mouse.up()
+        expect(slider).to_have_attribute("aria-valuetext", before)
+
+
 def test_a_finger_takes_the_ghost(reader: Callable[..., Reader]) -> None:
     page = reader(width=390, height=844, has_touch=True, is_mobile=True, reduced_motion="reduce").open("kabsch.html")
     figure, box = asks(page, WRONG)

@@ -59,3 +59,27 @@ def test_the_last_undo_leaves_the_keyboard_somewhere(reader: Callable[..., Reade
     page.keyboard.press("Enter")
     expect(undo).to_be_disabled()
     expect(own.root.locator('[data-pen="source"]')).to_be_focused()
+
+
+def test_escape_takes_back_the_line_under_the_pen(reader: Callable[..., Reader]) -> None:
+    """No point of it is placed, and the pen is ready for another line."""
+    page, own = pen(reader)
+    panel = own.root.locator('.figure-panel[data-panel="main"]')
+    box = panel.bounding_box()
+    assert box
+    x, y = box["x"] + 80, box["y"] + 80
+    lines = panel.locator("svg.plot > path.line.thick.source")
+    undo = own.root.locator("[data-own=undo]")
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 90, y + 10, steps=4)
+    expect(lines).to_have_count(1)
+    page.keyboard.press("Escape")
+    expect(lines).to_have_count(0)
+    page.mouse.move(x + 120, y + 40, steps=2)
+    page.mouse.up()
+    expect(undo).to_be_disabled()
+    page.mouse.down()
+    page.mouse.move(x + 60, y + 90, steps=4)
+    page.mouse.up()
+    expect(undo).to_be_enabled()

@@ -3,6 +3,7 @@
 
 /** @import { Dispose, FigureEvents, FigureRecord, Frame, Panel, Progress, Spec } from "../base/types.js" */
 
+import { fragmentOf } from "../base/address.js";
 import { find, messageOf } from "../base/dom.js";
 import { emitter } from "../base/emitter.js";
 import { limits, mark } from "../base/limits.js";
@@ -370,6 +371,6 @@ export class Figure {
   /** The address of the figure in the state that is seen. */
   link() {
     const more = moreOf(this.root)?.open ? MORE : "";
-    return `${location.href.split("#")[0]}#${this.id}?s=${records.encode(this.shown)}${more}`;
+    return location.href.split("#")[0] + fragmentOf(this.id, records.encode(this.shown)) + more;
   }
 }

@@ -5,6 +5,7 @@
 
 import { around, make, on, SVG } from "../base/dom.js";
 import { ARROWS, percent, world } from "./coordinates.js";
+import { hold } from "./hold.js";
 import { drawing, panelOf } from "./panels.js";
 import { away, mean, placed, points } from "./rigid.js";
 
@@ -93,9 +94,6 @@ export function createGhost(figure, overlay) {
     shift = [kept[0] - middle[0], kept[1] - middle[1]];
   }
 
-  /** @type {{ pointer: number, kind: string, grip: Point } | null} */
-  let held = null;
-
   /** The pointer's place in the drawing. @param {PointerEvent} event @returns {Point} */
   function where(event) {
     const rect = overlay.rect(PANEL);
@@ -105,31 +103,37 @@ export function createGhost(figure, overlay) {
     ];
   }
 
-  /** @param {PointerEvent} event */
-  function take(event) {
+  /**
+   * What is held of it, and where it was before. grip: from its middle to the pointer.
+   * @typedef {{ kind: string, grip: Point, before: { turn: number, shift: Point } }} Held
+   */
+
+  /** @param {PointerEvent} event @returns {Held | null} */
+  function begin(event) {
     const button = around(event, ".ghost-handle");
-    if (!button || held || compared || event.button !== 0) return;
+    if (!button || compared) return null;
     overlay.measure();
     const [x, y] = where(event);
     const [a, b] = now();
-    held = { pointer: event.pointerId, kind: button.dataset.ghost ?? "", grip: [x - a, y - b] };
-    button.setPointerCapture(event.pointerId);
     button.focus({ preventScroll: true });
+    return { kind: button.dataset.ghost ?? "", grip: [x - a, y - b], before: { turn, shift } };
   }
 
-  /** @param {PointerEvent} event */
-  function follow(event) {
-    if (!held || event.pointerId !== held.pointer) return;
+  /** @param {Held} held @param {PointerEvent} event */
+  function follow({ kind, grip }, event) {
+    if (compared) return; // by key, while the pointer holds it
     const [x, y] = where(event);
     const [a, b] = now();
-    if (held.kind === "move") move([x - held.grip[0], y - held.grip[1]]);
+    if (kind === "move") move([x - grip[0], y - grip[1]]);
     else turn = turned((Math.atan2(y - b, x - a) * 180) / Math.PI + 60);
     show();
   }
 
-  /** @param {PointerEvent} event */
-  function release(event) {
-    if (held?.pointer === event.pointerId) held = null;
+  /** @param {Held} held */
+  function cancel({ before }) {
+    if (compared) return;
+    ({ turn, shift } = before);
+    show();
   }
 
   /** @param {KeyboardEvent} event */
@@ -147,13 +151,8 @@ export function createGhost(figure, overlay) {
     show();
   }
 
-  const ends = [
-    on(overlay.layer, "pointerdown", take),
-    on(overlay.layer, "pointermove", follow),
-    on(overlay.layer, "pointerup", release),
-    on(overlay.layer, "pointercancel", release),
-    on(overlay.layer, "keydown", key),
-  ];
+  const pointer = hold(overlay.layer, overlay.layer, { begin, follow, end: () => {}, cancel });
+  const keys = on(overlay.layer, "keydown", key);
 
   function letGo() {
     for (const each of Object.values(handles)) overlay.remove(each);
@@ -162,7 +161,8 @@ export function createGhost(figure, overlay) {
   show();
   return {
     dispose() {
-      for (const end of ends) end();
+      pointer.dispose();
+      keys();
       letGo();
       svg.remove();
     },

@@ -2,6 +2,7 @@
 /** @import { FigureRecord } from "../base/types.js" */
 /** @import { Figure } from "./figure.js" */
 
+import { fragment } from "../base/address.js";
 import { sound } from "../base/checked_record.js";
 import { around, calm, copy, messageOf, on } from "../base/dom.js";
 import * as records from "../base/record.js";
@@ -50,11 +51,10 @@ function tried(event) {
 }
 
 function linked() {
-  const address = location.hash.slice(1).replace(/%3F/i, "?").replace(/%3D/i, "="); // as some programs pass it on
-  const [id, given] = address.split("?s=");
-  const figure = figures.get(id);
-  if (!figure || given === undefined) return;
-  const [data, more] = given.split(MORE);
+  const { name, state } = fragment();
+  const figure = figures.get(name);
+  if (!figure || state === null) return;
+  const [data, more] = state.split(MORE);
   const rest = moreOf(figure.root);
   if (rest && more !== undefined) rest.open = true;
   visit(figure);

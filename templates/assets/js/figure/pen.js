@@ -9,6 +9,7 @@ import { around, find, findButton, on, SVG } from "../base/dom.js";
 import { four } from "../base/format.js";
 import { crosshair } from "./crosshairs.js";
 import { percent } from "./coordinates.js";
+import { hold } from "./hold.js";
 
 const PANEL = "main";
 const APART = 0.12; // of the window's units, along a stroke
@@ -55,8 +56,7 @@ export function addPen(figure, overlay, bring) {
   /** @type {Stroke[]} in the order they were drawn */
   let strokes = [];
   let place = ""; // which cloud is drawn, or none
-  /** @type {{ pointer: number, corners: Point[], ink: SVGPathElement } | null} */
-  let line = null; // { pointer, corners, ink } under way
+  /** @typedef {{ corners: Point[], ink: SVGPathElement }} Line */
   /** @type {SVGPathElement[]} of lines that are whole, until a picture has their points, or none will */
   const dry = [];
 
@@ -102,36 +102,31 @@ export function addPen(figure, overlay, bring) {
     hand();
   }
 
-  /** @param {PointerEvent} event */
+  /** @param {PointerEvent} event @returns {Line | null} */
   function begin(event) {
-    if (!place || line || event.button !== 0 || around(event, "button")) return;
+    if (!place || around(event, "button")) return null;
     overlay.measure();
     const at = cross.where(event);
-    if (!at) return;
+    if (!at) return null;
     event.preventDefault();
     const ink = document.createElementNS(SVG, "path");
     ink.setAttribute("class", `line thick ${place}`);
     find(panel, "svg.plot").append(ink);
-    line = { pointer: event.pointerId, corners: [at], ink };
-    panel.setPointerCapture(event.pointerId);
+    return { corners: [at], ink };
   }
 
-  /** @param {PointerEvent} event */
-  function follow(event) {
-    if (!line || event.pointerId !== line.pointer) return;
+  /** @param {Line} line @param {PointerEvent} event */
+  function follow({ corners, ink }, event) {
     const at = cross.where(event);
     if (!at) return;
-    line.corners.push(at);
+    corners.push(at);
     const view = figure.viewOf(PANEL);
-    const px = line.corners.map((each) => percent(view, each).map((part, i) => Math.round((part / 10) * view[4 + i])));
-    line.ink.setAttribute("d", `M${px.map((each) => each.join(" ")).join("L")}`);
+    const px = corners.map((each) => percent(view, each).map((part, i) => Math.round((part / 10) * view[4 + i])));
+    ink.setAttribute("d", `M${px.map((each) => each.join(" ")).join("L")}`);
   }
 
-  /** @param {PointerEvent} event */
-  function end(event) {
-    if (!line || event.pointerId !== line.pointer) return;
-    const { corners, ink } = line;
-    line = null;
+  /** @param {Line} line @param {PointerEvent} event */
+  function end({ corners, ink }, event) {
     if (event.type === "pointercancel") {
       ink.remove();
       return;
@@ -139,6 +134,9 @@ export function addPen(figure, overlay, bring) {
     dry.push(ink);
     add(spread(corners));
   }
+
+  /** @param {Line} line */
+  const cancel = ({ ink }) => ink.remove();
 
   /** @param {MouseEvent} event */
   function press(event) {
@@ -160,13 +158,10 @@ export function addPen(figure, overlay, bring) {
     if (event.detail === 0) add([cross.at]);
   });
   on(box, "click", press);
-  on(panel, "pointerdown", begin);
-  on(panel, "pointermove", follow);
-  on(panel, "pointerup", end);
-  on(panel, "pointercancel", end);
+  const pointer = hold(panel, panel, { begin, follow, end, cancel });
   figure.on("frame", () => {
     dry.splice(0).forEach((ink) => ink.remove());
-    if (line) find(panel, "svg.plot").append(line.ink); // the drawing may be another, and the pen is still down
+    if (pointer.held) find(panel, "svg.plot").append(pointer.held.ink); // the drawing may be another, and the pen is still down
   });
   show();
   return { put };

@@ -2,6 +2,7 @@
 // looks whether that is why: then a reload helps, and nothing else does.
 /** @import { Figure } from "./figure.js" */
 
+import { fragmentOf } from "../base/address.js";
 import * as records from "../base/record.js";
 import { figures } from "./registry.js";
 import { runtime } from "../runtime/runtime.js";
@@ -29,7 +30,7 @@ export const published = {
    * @param {Figure} figure
    */
   reload(figure) {
-    if (figure.waiting) history.replaceState(null, "", `#${figure.id}?s=${records.encode(figure.record)}`);
+    if (figure.waiting) history.replaceState(null, "", fragmentOf(figure.id, records.encode(figure.record)));
     location.reload();
   },
 };
