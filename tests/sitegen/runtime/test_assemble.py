@@ -15,6 +15,7 @@ import tomllib
 import zipfile
 from email import message_from_bytes
 from pathlib import Path
+from types import CodeType
 from typing import Any
 
 import pytest
@@ -25,7 +26,7 @@ from sitegen.external.fetch import gather
 from sitegen.external.node import NodeError, run_node
 from sitegen.runtime import wheel
 from sitegen.runtime.assemble import RUNNER, RuntimeInfo, assemble, kept_modules, module_name
-from sitegen.runtime.compile_in_pyodide import Bare, change
+from sitegen.runtime.compile_in_pyodide import Bare, change, on_one_line
 from sitegen.runtime.wheel import build_wheel
 from tests.pyodide.inside import run_python_in_shipped_runtime
 from widgets.engine.registry import WIDGETS
@@ -236,6 +237,24 @@ def test_a_failing_script_shows_what_python_said() -> None:
     folder = gather(["pyodide"])["pyodide/pyodide.mjs"].parent
     with pytest.raises(NodeError, match="ZeroDivisionError: division by zero"):
         run_node(RUNNER, {"folder": str(folder), "python": "def main(text):\n    return 1 / 0\n"})
+
+
+def test_others_bytecode_stands_on_one_line_and_does_the_same() -> None:
+    """Functions of any length, and those within them: every instruction is on the line that its code begins on."""
+    body = "".join(f"    total += {k} * n\n" for k in range(300))
+    inner = "    def inner(d):\n        return 1 / d\n"
+    source = f"def outer(n):\n{inner}    total = 0\n{body}    return total + inner(n)\n"
+    code = on_one_line(compile(source, "given", "exec"))
+    (outer,) = [each for each in code.co_consts if isinstance(each, CodeType)]
+    (within,) = [each for each in outer.co_consts if isinstance(each, CodeType)]
+    for each, first in ((code, 1), (outer, 1), (within, 2)):
+        assert {line for *_, line in each.co_lines()} == {first}
+    given: dict[str, Any] = {}
+    exec(code, given)
+    assert given["outer"](2) == 2 * sum(range(300)) + 0.5
+    with pytest.raises(ZeroDivisionError) as raised:
+        given["outer"](0)
+    assert [entry.lineno for entry in raised.traceback[1:]] == [0, 1]  # pytest counts from 0
 
 
 def test_our_bytecode_is_bare_of_docstrings_and_of_functions_annotations_and_does_the_same() -> None:
