@@ -87,7 +87,8 @@ def register(
     callback : callable, optional
         Called as `callback(k, state)` after every step k = 1, 2, … with the states of
         all problems (with one leading axis even for a single problem). Returning a true
-        value ends the run.
+        value ends the run. Each cloud of a list is a run of its own: the states are of
+        that cloud, k begins again at 1, and a true value ends that run alone.
     **keywords
         The same options one by one: the fields of `METHODS[method].options`.
         `max_distance` is accepted for `gate`, and for the `cap` of `capped-icp`.
@@ -178,7 +179,7 @@ def _options(method: Method[Any], whole: Any, given: dict[str, Any]) -> Any:
         if name not in known:
             raise ValueError(f"{name}: no option of method {method.name!r}{_hint(name, method, known)}")
     if method.weighted and "weight" in known and isinstance(given.get("weight"), np.ndarray | list | tuple):
-        raise ValueError("weight: expected the name of a kernel; did you mean 'weights', a number a row?")
+        raise ValueError("weight: expected the name of a kernel; did you mean 'weights', one number per row?")
     return method.options(**_plain(given))
 
 
@@ -275,6 +276,12 @@ def _one_by_one(
     given = {"source": source, "target": target, "start": start, "pairs": pairs, "weights": weights, "seed": seeds}
     lists = {name: given[name] for name in ("source", "target") if _is_list(given[name], name)}
     n = len(next(iter(lists.values())))
+    if "source" in lists:
+        dims = one_by_one(n, lambda k: validate.cloud(source[k], "source").shape[-1])
+        other = next((k for k in range(n) if dims[k] != dims[0]), 0)
+        if other:
+            said = f"number 0 of the list has {dims[0]} and number {other} has {dims[other]}"
+            raise ValueError(f"source: expected clouds of one dimension, but {said}")
     # All but the lists may be one for all, or one each: a list, or an array with one
     # leading axis.
     axes = {"source": 2, "target": 2, "pairs": 2, "weights": 1, "seed": 0}
@@ -284,7 +291,7 @@ def _one_by_one(
         x = given[name]
         rows = isinstance(x, list | tuple) and (further[name] < 0 or any(row is None for row in x))
         if rows or further[name] == 1:
-            lists[name] = [x[i] for i in range(len(x.t))] if isinstance(x, Pose) else x
+            lists[name] = x
         elif further[name] > 1:
             shape = x.batch if isinstance(x, Pose) else np.shape(x)
             raise ValueError(f"{name}: expected one for all {n} clouds or one for each, got the shape {shape}")

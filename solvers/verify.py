@@ -28,7 +28,7 @@ from solvers.core.registry import method_of
 from solvers.geometry import downsample, nearest
 from solvers.geometry.normals import normals
 from solvers.numerics import gauss_newton
-from solvers.numerics.fits import rms_radius
+from solvers.numerics.fits import weighted_centroid, weighted_radius
 
 SPACINGS = 3.0
 """The usual reach, in spacings of the target: beyond noise and the gap between two of its points."""
@@ -168,11 +168,9 @@ def evidence(
     known = explained & ~np.take_along_axis(surface.flagged, rows, axis=1)
     n = np.take_along_axis(surface.vectors, rows[..., None], axis=1)
     partners = np.take_along_axis(index.points, rows[..., None], axis=1)
-    radius = rms_radius(moved)
-    radius = np.where(radius > 0.0, radius, 1.0)
-    system = gauss_newton.system(
-        moved, partners, n[..., :, None] * n[..., None, :], known.astype(np.float64), moved.mean(axis=1), radius
-    )
+    used = known.astype(np.float64)
+    centre, radius = weighted_centroid(moved, used), weighted_radius(moved, used)
+    system = gauss_newton.system(moved, partners, n[..., :, None] * n[..., None, :], used, centre, radius)
     largest = system.eigenvalues[:, -1]
     weakest = np.where(largest > 0.0, system.eigenvalues[:, 0] / np.where(largest > 0.0, largest, 1.0), 0.0)
     return Evidence(
@@ -205,7 +203,7 @@ def _one_by_one(source: Any, target: Any, pose: Pose, reach: float | None) -> Ev
 
 
 def _flat(points: FloatArray, axes: tuple[int, ...]) -> FloatArray:
-    """The clouds (..., n, 2) of leading axes that broadcast to `axes`, one a problem, (b, n, 2)."""
+    """The clouds (..., n, 2) of leading axes that broadcast to `axes`, one per problem, (b, n, 2)."""
     return np.broadcast_to(points, (*axes, *points.shape[-2:])).reshape(-1, *points.shape[-2:])
 
 

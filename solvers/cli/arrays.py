@@ -44,9 +44,9 @@ def _from_archive(data: bytes) -> CloudText:
         held = ", ".join(told(each[:-4]) for each in names[:9]) or "none"
         raise ValueError(f"expected one array or one called points, got: {held}")
     if archive.getinfo(name).compress_type not in PACKED:
-        raise ValueError(f"{told(name)} is packed as NumPy packs none; numpy.savez_compressed writes what is read")
+        raise ValueError(f"{told(name)} has a compression that NumPy never writes; save it with numpy.savez_compressed")
     if archive.getinfo(name).file_size > clouds.MOST_BYTES:
-        raise ValueError(f"{told(name)} unpacks to more than the {clouds.MOST_BYTES / 1e6:.0f} MB that are read")
+        raise ValueError(f"{told(name)} unpacks to more than the limit of {clouds.MOST_BYTES / 1e6:.0f} MB")
     try:
         unpacked = archive.read(name)
     except BROKEN as error:
@@ -87,7 +87,7 @@ def _cloud(data: bytes, what: str) -> CloudText:
     """The rows that are finite, with a notice on the others."""
     values = _array(data, what)
     if len(values) > clouds.MOST_POINTS:
-        raise ValueError(f"{len(values)} points are more than the {clouds.MOST_POINTS} that are read")
+        raise ValueError(f"{len(values)} points are more than the limit of {clouds.MOST_POINTS}")
     with np.errstate(over="ignore", invalid="ignore"):  # what float64 cannot hold is left out below
         points = values.astype(np.float64)
     whole = np.isfinite(points).all(axis=1)

@@ -47,7 +47,7 @@ def race(arguments: Sequence[str]) -> int:
         cases.append(("combo", 15.0))
     chosen = contestants(given.only and [racing(name, "--only").method for name in given.only])
     if validate.count(given.seeds, "--seeds", 1) > MOST_SEEDS:
-        raise ValueError(f"--seeds: {given.seeds} are more than the {MOST_SEEDS} that are run")
+        raise ValueError(f"--seeds: {given.seeds} is more than the limit of {MOST_SEEDS}")
     validate.count(given.max_steps, "--max-steps")
     found = []
     for name, degrees in cases:

@@ -24,8 +24,8 @@ _NAMED = ", ".join(COMMANDS)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line; the exit code: 0; 1 where nobody reads on; 2 where an argument
-    or a file is wrong, or memory runs out; 3 where an answer is not to be trusted.
+    """Run the command line and return the exit code: 0; 1 if the reader of the output has gone;
+    2 if an argument or a file is wrong, or memory runs out; 3 if an answer is not to be trusted.
     """
     given = list(sys.argv[1:] if arguments is None else arguments)
     if isinstance(sys.stdout, io.TextIOWrapper):

@@ -1,4 +1,4 @@
-"""What the commands share: exit codes, how help is set, whole numbers, a progress bar, files to write, and JSON."""
+"""What the commands share: exit codes, how help is wrapped, whole numbers, a progress bar, files to write, and JSON."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def whole(text: str) -> int:
 
 
 def printed(told: Any) -> None:
-    """One JSON document on stdout; what is not finite is null, as JSON has no word for it."""
+    """One JSON document on stdout; numbers that are not finite become null, as JSON has no word for them."""
     print(json.dumps(_plain(told), indent=2, allow_nan=False))
 
 

@@ -114,7 +114,7 @@ def _driven(given: argparse.Namespace) -> tuple[int, dict[str, Any]]:
 
 
 def _recording(file: str, recorded: Drive) -> dict[str, Any]:
-    """What there is to say of a drive as it was recorded."""
+    """The facts of a drive as it was recorded."""
     n, k = recorded.ranges.shape
     echoes = recorded.ranges[np.isfinite(recorded.ranges)]
     farthest = float(echoes.max(initial=0.0))  # a file in metres, read as centimetres, is known by it
@@ -175,7 +175,7 @@ def _length(poses: Pose) -> float:
 
 
 def _included(given: argparse.Namespace) -> Drive:
-    """The recorded drive. Raises ValueError where an option says of its laser what the recording itself says."""
+    """The recorded drive. Raises ValueError if an option describes its laser, as the recording itself does."""
     usual = parser()
     for name in LASER:
         if getattr(given, name) != usual.get_default(name):

@@ -1,4 +1,4 @@
-"""`register SOURCE TARGET`: two files, the pose between them, and what speaks for it."""
+"""`register SOURCE TARGET`: two files, the pose between them, and the evidence for it."""
 
 from __future__ import annotations
 
@@ -84,12 +84,12 @@ def _opened(path: Path, given: argparse.Namespace) -> tuple[FloatArray, str]:
 
 
 def _bytes(path: Path) -> bytes:
-    """What a file holds; of one that is too large, or has no end, nothing is kept.
+    """The bytes of a file; nothing is kept of one that is too large or has no end.
     Raises ValueError with its size.
     """
     size, most = path.stat().st_size, clouds.MOST_BYTES
     if size > most:
-        raise ValueError(f"{size / 1e6:.1f} MB are more than the {most / 1e6:.0f} MB that are read")
+        raise ValueError(f"{size / 1e6:.1f} MB are more than the limit of {most / 1e6:.0f} MB")
     with path.open("rb") as file:
         return file.read(most + 1)
 
@@ -163,7 +163,7 @@ def _signs(source: FloatArray, target: FloatArray, pose: Pose, reach: float) -> 
 
 
 def _told(result: Result, source: FloatArray, target: FloatArray, given: float | None) -> dict[str, Any]:
-    """What there is to say of a result, by name; lengths in the files' unit, among them the reach that was given."""
+    """The facts of a result by name; lengths in the files' unit, among them the reach that was given."""
     reach = float(verify.usual_reach(target)) if given is None else given
     pose, (share, rms) = result.pose, _signs(source, target, result.pose, reach)
     planar = pose.dim == 2

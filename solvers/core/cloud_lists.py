@@ -9,7 +9,7 @@ _Found = TypeVar("_Found")
 
 
 def one_by_one(count: int, solve: Callable[[int], _Found]) -> list[_Found]:
-    """`solve(k)` of every cloud k of a list; a ValueError that it raises is told with k."""
+    """`solve(k)` of every cloud k of a list; a ValueError that it raises names k."""
     found = []
     for k in range(count):
         try:

@@ -77,7 +77,7 @@ class Edges:
             raise ValueError(f"j: edge {same[0]} joins node {ends[0][same[0]]} to itself")
         relative = rigid(self.relative, "relative")
         if relative.batch != (count,):
-            raise ValueError(f"relative: expected poses of shape ({count},), one an edge, got {relative.batch}")
+            raise ValueError(f"relative: expected poses of shape ({count},), one per edge, got {relative.batch}")
         object.__setattr__(self, "i", ends[0])
         object.__setattr__(self, "j", ends[1])
         object.__setattr__(self, "relative", relative)
@@ -113,6 +113,16 @@ class Edges:
         ------
         ValueError
             If a node does not exist, and whatever the class objects to.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from solvers import Pose
+        >>> from solvers.posegraph import Edges
+        >>> poses = Pose.from_angle(np.zeros(3), [[0.0, 0.0], [1.0, 0.0], [1.0, 2.0]])
+        >>> Edges.between(poses, [0, 1], [1, 2], np.eye(3)).relative.t
+        array([[1., 0.],
+               [0., 2.]])
         """
         n = pose_count(poses)
         ends = [row_numbers(values, name) for values, name in ((i, "i"), (j, "j"))]
@@ -141,6 +151,16 @@ class Edges:
         ------
         ValueError
             If there is none, or one is not Edges.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from solvers import Pose
+        >>> from solvers.posegraph import Edges
+        >>> poses = Pose.from_angle(np.zeros(3), [[0.0, 0.0], [1.0, 0.0], [1.0, 2.0]])
+        >>> path, loop = Edges.between(poses, [0, 1], [1, 2], np.eye(3)), Edges.between(poses, [2], [0], np.eye(3))
+        >>> Edges.joined([path, loop]).j
+        array([1, 2, 0])
         """
         parts = [of_kind(part, Edges, f"parts[{k}]") for k, part in enumerate(several(parts, "parts", "Edges"))]
         if not parts:
@@ -175,7 +195,7 @@ def graph(poses: Pose, edges: Edges) -> int:
 
 
 def within(nodes: IntArray, count: int, name: str, what: str = "node") -> None:
-    """A ValueError when a node is none of 0 … count − 1."""
+    """A ValueError when a node is not one of 0 … count − 1."""
     wrong = np.flatnonzero((nodes < 0) | (nodes >= count))
     if wrong.size:
         k = wrong[0]

@@ -1,6 +1,6 @@
 """What the package says to Python's `logging`, at level DEBUG, under the name "solvers".
 
-`logging` itself is not imported: who has not, listens to nothing, and a page would pay for it.
+`logging` itself is not imported: whoever has not imported it listens to nothing, and a page would pay for it.
 """
 
 from __future__ import annotations

@@ -74,7 +74,17 @@ class Problem:
 
 
 class State(Protocol):
-    """The fields of every method's state, all with leading axis b."""
+    """The fields of every method's state, all with leading axis b.
+
+    Examples
+    --------
+    >>> from solvers import register
+    >>> (state,) = register([[0.0, 0.0], [2.0, 0.0]], [[1.0, 1.0], [1.0, 3.0]], "kabsch").states
+    >>> state.problem.size, state.pose.batch, state.objective.round(6), state.status
+    (1, (1,), array([0.]), array([1], dtype=int8))
+    >>> state.reason[0]
+    ''
+    """
 
     @property
     def problem(self) -> Problem:
@@ -102,7 +112,14 @@ S = TypeVar("S", bound=State)
 
 @dataclass(frozen=True)
 class NoOptions:
-    """The options of a method that has none."""
+    """The options of a method that has none.
+
+    Examples
+    --------
+    >>> from solvers import METHODS, options
+    >>> METHODS["kabsch"].options is options.NoOptions
+    True
+    """
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -19,8 +19,8 @@ _Given = TypeVar("_Given")
 
 
 def unmasked(values: _Given, name: str) -> _Given | AnyArray:
-    """`values`, of a masked array that hides nothing the plain one: a mask would be lost, and what it hides be used."""
-    ma = sys.modules.get("numpy.ma")  # who has a masked array has imported it; the page's numpy is without
+    """`values`; for a masked array that hides nothing, the plain one. A mask would be lost, and what it hides used."""
+    ma = sys.modules.get("numpy.ma")  # whoever has a masked array has imported it; the page's numpy lacks it
     if ma is None or not isinstance(values, ma.MaskedArray):
         return values
     if ma.is_masked(values):
@@ -37,7 +37,8 @@ def array(values: ArrayLike, name: str) -> AnyArray:
     try:
         return np.asarray(values)
     except ValueError:
-        raise ValueError(f"{name}: rows of unequal length do not make an array") from None
+        way = "; pass clouds of unequal size one by one" if unequal(values) else ""
+        raise ValueError(f"{name}: rows of unequal length do not make an array{way}") from None
 
 
 def numbers(values: ArrayLike, name: str, text: str = "") -> FloatArray:

@@ -1,4 +1,4 @@
-"""Which target row each source row is held against."""
+"""Which target row each source row is paired with."""
 
 from __future__ import annotations
 

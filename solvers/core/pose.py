@@ -49,17 +49,21 @@ class Pose:
     >>> np.degrees(pose.inverse().angle).round(6)
     np.float64(-90.0)
 
-    `a @ b` is `a.compose(b)`, `pose(points)` is `pose.apply(points)`, and numpy converts a pose to its matrix:
+    `a @ b` is `a.compose(b)`, `pose(points)` is `pose.apply(points)`, and `np.asarray(pose)` is `pose.matrix`:
 
-    >>> np.asarray(pose @ pose).round(6)
+    >>> pose.compose(pose).matrix.round(6)
     array([[-1., -0.,  2.],
            [ 0., -1.,  2.],
            [ 0.,  0.,  1.]])
 
-    Two poses are equal if all their numbers are, and a batch is iterated along its first axis:
+    Two poses are equal if all their numbers are. A batch has a length and is iterated along its first axis:
 
     >>> [p == pose for p in Pose.from_angle(np.radians([90.0, 80.0]), (2.0, 0.0))]
     [True, False]
+    >>> Pose.identity(3, batch=(5,)).batch, Pose.trusted(np.eye(3), np.zeros(3)).dim
+    ((5,), 3)
+    >>> Pose.from_rotvec([0.0, 0.0, 0.5]).rotvec.round(6)
+    array([0. , 0. , 0.5])
     """
 
     R: FloatArray
@@ -73,18 +77,16 @@ class Pose:
         def __init__(self, R: ArrayLike, t: ArrayLike, scale: ArrayLike = 1.0) -> None: ...
 
     def __post_init__(self) -> None:
-        for name in ("R", "t", "scale"):
-            object.__setattr__(self, name, numbers(getattr(self, name), name))
-        self._fill()
+        self._fill(*(numbers(getattr(self, name), name) for name in ("R", "t", "scale")))
         check(self.t, np.asarray(self.scale))
         check_rotation(self.R)
 
     @classmethod
     def trusted(cls, R: ArrayLike, t: ArrayLike, scale: ArrayLike = 1.0) -> Pose:
-        """The pose of what is known to be one: shapes are made to fit, values not looked at.
+        """The pose of parts known to be valid: shapes are broadcast, values not checked.
 
-        For what a computation has made. `fit_rigid(..., proper=False)` may answer with a
-        reflection, and a step that left the range of numbers with NaN.
+        For the results of computations. `fit_rigid(..., proper=False)` may return a
+        reflection, and a step that overflows may return NaN.
 
         Parameters
         ----------
@@ -102,14 +104,12 @@ class Pose:
             If the shapes do not fit together.
         """
         pose = object.__new__(cls)
-        for name, value in (("R", R), ("t", t), ("scale", scale)):
-            object.__setattr__(pose, name, value)
-        pose._fill()
+        pose._fill(R, t, scale)
         return pose
 
-    def _fill(self) -> None:
+    def _fill(self, R: ArrayLike, t: ArrayLike, scale: ArrayLike) -> None:
         """Bring the three to one batch shape, as arrays that cannot be written to."""
-        for name, value in zip(("R", "t", "scale"), of_one_batch(self.R, self.t, self.scale), strict=True):
+        for name, value in zip(("R", "t", "scale"), of_one_batch(R, t, scale), strict=True):
             object.__setattr__(self, name, value)
 
     @classmethod
@@ -180,8 +180,7 @@ class Pose:
 
         Notes
         -----
-        Rodrigues' formula, `R = I + sin θ [u]× + (1 − cos θ) [u]×²`, with its
-        coefficients written so that they are accurate at θ = 0.
+        Rodrigues' formula, `R = I + sin θ [u]× + (1 − cos θ) [u]×²`, its coefficients accurate at θ = 0.
 
         Examples
         --------
@@ -350,9 +349,8 @@ class Pose:
         return Pose.trusted(Rt, -(Rt @ self.t[..., None])[..., 0] / s[..., None], 1.0 / s)
 
     def __matmul__(self, first: object) -> Pose:
-        """`self ∘ first`, as `compose`; anything but a pose is refused."""
+        """`self ∘ first`, as `compose`. Three points would pass for the rows of a matrix: only a pose is taken."""
         if not isinstance(first, Pose):
-            # Three points would pass for the rows of a matrix, and come out wrong.
             raise TypeError("@: joins two poses; pose(points) moves points, pose.matrix is the matrix")
         return self.compose(first)
 
@@ -361,7 +359,7 @@ class Pose:
         return self.apply(points)
 
     def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> FloatArray:
-        """The homogeneous matrices, made anew."""
+        """The homogeneous matrices, as a new array."""
         if copy is False:
             raise ValueError("copy: a pose's matrix is made when it is asked for, which takes a copy")
         return self.matrix if dtype is None else self.matrix.astype(dtype)
@@ -376,6 +374,13 @@ class Pose:
     def __iter__(self) -> Iterator[Pose]:
         """The poses along a batch's first axis."""
         return map(self[:].__getitem__, range(self.batch[0]))
+
+    def __len__(self) -> int:
+        """The size of a batch's first axis."""
+        return len(self[:].t)
+
+    def __bool__(self) -> bool:
+        return True  # else Python would ask for the length, and a single pose has none
 
     def __eq__(self, other: object) -> bool:
         """Whether both are poses of one shape with equal numbers, none of them NaN; metrics say how near two are."""

@@ -92,7 +92,7 @@ METHODS: Mapping[str, Method[Any]] = _Methods()
 
 def method_of(name: object, argument: str = "method") -> Method[Any]:
     """The method of a name that somebody gave, or the method itself, theirs or one listed. Raises ValueError with the
-    nearest right names, or where a method of theirs has the name of another: what is told of a result goes by the name.
+    nearest right names, or where a method of theirs has the name of another: messages about a result go by the name.
     """
     if isinstance(name, str) and name in METHODS:
         return METHODS[name]
@@ -105,7 +105,7 @@ def method_of(name: object, argument: str = "method") -> Method[Any]:
 
 
 def rigid_method_of(name: object) -> Method[Any]:
-    """The same, of one that finds no scale: for what is told of rigid motions."""
+    """The same for a method that finds no scale, where only rigid motions make sense."""
     method = method_of(name)
     if method.scaled:
         raise ValueError(f"method: {method.name!r} finds a scale, and a spread is of rigid motions")
@@ -113,7 +113,7 @@ def rigid_method_of(name: object) -> Method[Any]:
 
 
 def _unknown(name: object) -> str:
-    """What is said of a name that is none: lower-case letters and hyphens may be all it lacks."""
+    """The message for an unknown name: lower-case letters and hyphens may be all it lacks."""
     plain = str(name).lower().replace("_", "-")
     near = f", did you mean {plain!r}?" if plain in METHODS else validate.nearest(plain, [*METHODS, *ALIASES])
     return f"{name!r} is unknown{near}; known: {', '.join(sorted(METHODS))}"

@@ -61,8 +61,18 @@ class Result:
     >>> result = register(scene.source, scene.target, "kabsch")
     >>> result
     Result(kabsch: converged, steps=1, pose=Pose(angle=50°, t=(2.6, 0.9), scale=1))
-    >>> result.detail("determinant")
-    np.int8(1)
+    >>> result.detail("determinant"), result.converged, result.ended
+    (np.int8(1), True, True)
+    >>> result.matrix.shape, result.covariance.made_by
+    ((3, 3), 'hessian')
+    >>> result.correspondences[:3], result.fitness, result.rmse.round(6)
+    (array([0, 1, 2]), np.float64(1.0), np.float64(0.0))
+
+    A search also proves how low the objective can be:
+
+    >>> found = register(scene.source, scene.target, "branch-and-bound")
+    >>> bool(found.lower <= found.objective), bool(found.gap == found.objective - found.lower)
+    (True, True)
 
     A batch can be indexed, and gone through:
 
@@ -178,8 +188,8 @@ class Result:
         return METHODS[self.method].partners if self.partners is None and self.method in METHODS else self.partners
 
     def _of_partners(self, read: Callable[[FloatArray, BoolArray], FloatArray]) -> FloatArray | None:
-        """What `read` makes of squared distances, zero where there is no partner, and of
-        where there is one, both (b, m) a state.
+        """What `read` computes from the squared distances, zero where there is no partner,
+        and from where there is one: both (b, m), state by state.
         """
         partners = self._pairing()
         if partners is None:
@@ -211,7 +221,14 @@ class Result:
         ------
         ValueError
             If the points are not of the pose's dimension or do not broadcast with it, or there is
-            not one cloud a problem.
+            not one cloud per problem.
+
+        Examples
+        --------
+        >>> from solvers import register
+        >>> result = register([[0.0, 0.0], [2.0, 0.0]], [[1.0, 1.0], [1.0, 3.0]], "kabsch")
+        >>> result.transform([[1.0, 3.0]]).round(6)
+        array([[-2.,  2.]])
         """
         if not unequal(points):
             return self.pose.apply(cast(ArrayLike, points))
@@ -231,6 +248,13 @@ class Result:
         ------
         ValueError
             If the pose has a scale of zero.
+
+        Examples
+        --------
+        >>> from solvers import register
+        >>> result = register([[0.0, 0.0], [2.0, 0.0]], [[1.0, 1.0], [1.0, 3.0]], "kabsch")
+        >>> result.inverse()
+        Pose(angle=-90°, t=(-1, 1), scale=1)
         """
         return self.pose.inverse()
 

@@ -22,7 +22,7 @@ class Status(IntEnum):
     >>> result = register([[0.0, 0.0], [0.0, 0.0]], [[1.0, 0.0], [2.0, 0.0]], "kabsch")
     >>> result.status is Status.DEGENERATE
     True
-    >>> print(result.status, "-", result.reason)
+    >>> print(result.status.label, "-", result.reason)
     degenerate - all source points with weight are equal: the rotation is undefined
     """
 
@@ -30,7 +30,7 @@ class Status(IntEnum):
     CONVERGED = 1
     """The method's own stopping rule was met (a closed form meets it in one step)."""
     STALLED = 2
-    """No further step helps: none that was tried improves the objective, or the same poses come round again."""
+    """No further step helps: none that was tried improves the objective, or the run cycles through a few poses."""
     CAPPED = 3
     """The allowed number of steps was used up, or of boxes in a search."""
     DEGENERATE = 4
@@ -85,7 +85,7 @@ def mark(
 ) -> tuple[StatusArray, ReasonArray]:
     """`status` and `reason` with `new` and `words`, one for all or one for each, at the problems
     where `where` is true, copies where that changes anything; the first mark stays: a problem that is no
-    longer running keeps what was said of it.
+    longer running keeps its status and reason.
     """
     where = where & (status == Status.RUNNING)
     if not where.any():

@@ -58,6 +58,8 @@ class Batch(Generic[S]):
     >>> batch = CONTESTANTS[0].begin(problem)
     >>> batch.done, batch.steps, batch.pose().batch
     (False, array([0, 0]), (2,))
+    >>> bool((batch.state().objective == batch.objective()).all())
+    True
     """
 
     method: Method[S]

@@ -123,7 +123,7 @@ def _take(value: Any, rows: Any) -> Any:
 def _put(whole: Any, rows: Any, part: Any, name: str) -> Any:
     if isinstance(whole, np.ndarray):
         if not isinstance(part, np.ndarray) or part.dtype != whole.dtype or part.shape[1:] != whole.shape[1:]:
-            raise TypeError(f"{name}: was {_kind(whole)} a problem and has become {_kind(part)}")
+            raise TypeError(f"{name}: was {_kind(whole)} per problem and has become {_kind(part)}")
         out = whole.copy()
         out[rows] = part
         return out

@@ -43,10 +43,10 @@ def cloud(points: ArrayLike, name: str, dim: int | None = None) -> FloatArray:
     if n <= TRANSPOSED < d != dim:
         way = f"{name}.T" if p.ndim == 2 else f"numpy.swapaxes({name}, -1, -2)"
         raise ValueError(
-            f"{name}: shape {p.shape} is {n} points in {d} dimensions; a cloud has one point a row (pass {way})"
+            f"{name}: shape {p.shape} is {n} points in {d} dimensions; a cloud has one point per row (pass {way})"
         )
     if d < 2 or (dim is not None and d != dim):
-        raise ValueError(f"{name}: expected {wanted if dim else 'at least 2'} coordinates a point, got {d}")
+        raise ValueError(f"{name}: expected {wanted if dim else 'at least 2'} coordinates per point, got {d}")
     return moderate(p, name)
 
 
@@ -71,7 +71,7 @@ def weights(values: ArrayLike | None, count: int, name: str = "weights", text: s
         return np.ones(count)
     w = moderate(numbers(values, name, text), name)
     if w.ndim < 1 or w.shape[-1] != count:
-        raise ValueError(f"{name}: expected shape (..., {count}), one weight a row, got {w.shape}")
+        raise ValueError(f"{name}: expected shape (..., {count}), one weight per row, got {w.shape}")
     if np.any(w < 0.0):
         raise ValueError(f"{name}: must not be negative, but the smallest is {w.min():.6g}")
     return w
@@ -97,10 +97,10 @@ def pairs(values: ArrayLike, source_count: int, target_count: int, name: str = "
 
 
 def row(values: ArrayLike, name: str, count: int, each: str) -> FloatArray:
-    """Finite numbers (count,), one `each`, as a copy that cannot be written to."""
+    """Finite numbers (count,), one per `each`, as a copy that cannot be written to."""
     given = moderate(copied(values, name), name)
     if given.shape != (count,):
-        raise ValueError(f"{name}: expected shape ({count},), one {each}, got {given.shape}")
+        raise ValueError(f"{name}: expected shape ({count},), one per {each}, got {given.shape}")
     return given
 
 

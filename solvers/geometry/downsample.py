@@ -82,7 +82,7 @@ def thinned(points: ArrayLike, most: int) -> FloatArray:
     """
     p = _one(points)
     if p.shape[1] > 3:
-        raise ValueError(f"points: expected 2 or 3 coordinates a point, got {p.shape[1]}")
+        raise ValueError(f"points: expected 2 or 3 coordinates per point, got {p.shape[1]}")
     validate.count(most, "most", 1)
     if len(p) <= most:
         return p

@@ -39,7 +39,7 @@ class Moments:
 def checked(
     source: ArrayLike, target: ArrayLike, weights: ArrayLike | None, dim: int | None = None
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The clouds and weights of one batch shape; a ValueError for what is none."""
+    """The clouds and weights of one batch shape; ValueErrors where they are not."""
     p, q = validate.matched(source, target)
     if dim is not None and p.shape[-1] != dim:
         raise ValueError(f"source: expected {dim} coordinates a point, got {p.shape[-1]}")

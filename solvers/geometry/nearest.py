@@ -1,4 +1,4 @@
-"""Exact nearest neighbours, one index per problem built once and asked at every step;
+"""Exact nearest neighbours, one index per problem, built once and queried at every step;
 gate and trim.
 
 The nearest neighbour of a point p is the row j with the smallest
@@ -12,7 +12,7 @@ the lowest row. Both ways of finding it give this row, bit for bit:
   installed); neighbours whose distances agree to twelve digits are decided by the
   definition.
 
-`Index.follow` asks a tree anew only for points that may have another neighbour by now. A
+`Index.follow` queries a tree again only for points whose neighbour may have changed. A
 point whose nearest place was d₁ away and the next one d₂ keeps it while it has moved less
 than (d₂ − d₁)/2: no other place can have come as near.
 """
@@ -58,9 +58,8 @@ class Known:
 
 @dataclass(frozen=True, eq=False)
 class Index:
-    """The target clouds (b, n, d) of b problems, made ready to be asked. Make it by
-    `build`; it may lie in a state as a constant field. The other fields are its own
-    business.
+    """The target clouds (b, n, d) of b problems, prepared for queries. Make it by
+    `build`; it may lie in a state as a constant field. The other fields are private.
     """
 
     points: FloatArray  # (b, n, d)
@@ -226,7 +225,7 @@ def _by_products(index: Index, points: FloatArray) -> IntArray:
             best = score.argmin(axis=-1)
             limit = np.take_along_axis(score, best[..., None], axis=-1) + bound[some, part, None]
             near = np.less_equal(score, limit, out=flags[:size].reshape(shape))
-            # Fewer than one a row happens where a score is not a number; the definition
+            # Fewer than one per row happens where a score is not a number; the definition
             # decides there, too.
             if np.count_nonzero(near) != best.size:
                 unsure = near.sum(axis=-1) != 1
@@ -303,7 +302,7 @@ class _Tree:
 
 
 def _in_order(points: FloatArray) -> IntArray:
-    """An order of the points (m, d) in which a tree is asked of them: those that lie near
+    """An order of the points (m, d) in which to query a tree: those that lie near
     each other find its nodes still in the cache. For few points any order will do.
     """
     return _by_cells(points) if len(points) >= _SORTED else np.arange(len(points))

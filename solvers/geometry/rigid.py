@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from solvers.core import validate
 from solvers.core.arrays import AnyArray, BoolArray, FloatArray, ReasonArray, StatusArray
 from solvers.core.pose import Pose
 from solvers.core.status import Status, ended, reasons, statuses
@@ -27,7 +28,7 @@ from solvers.geometry.moments import Moments, checked, moments, why
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """The answer of a closed-form fit, one a problem of the batch.
+    """The answer of a closed-form fit, one per problem of the batch.
 
     A single problem gives numpy scalars and a `Status`. Here Λ, U and V are of `H = U Λ Vᵀ`, the
     weighted correlation of the centred clouds (`fit_rigid`).
@@ -112,8 +113,8 @@ def fit_rigid(
     Raises
     ------
     ValueError
-        If the clouds are not finite, not matched row by row, or do not broadcast, or if
-        a weight is negative.
+        If the clouds are not finite, not matched row by row, or do not broadcast, if a
+        weight is negative, or if `scale` or `proper` is neither True nor False.
 
     Notes
     -----
@@ -143,6 +144,7 @@ def fit_rigid(
     >>> fit.pose.t.round(6)
     array([ 1., -2.])
     """
+    scale, proper = validate.flag(scale, "scale"), validate.flag(proper, "proper")
     pairs = checked(source, target, weights)
     m = moments(*pairs)
     return _fit(pairs, m, _spatial(m, proper), scale)
@@ -178,7 +180,7 @@ def fit_planar(
     ------
     ValueError
         If the clouds are not planar, not finite, not matched row by row, or do not
-        broadcast, or if a weight is negative.
+        broadcast, if a weight is negative, or if `scale` is neither True nor False.
 
     References
     ----------
@@ -195,6 +197,7 @@ def fit_planar(
     >>> fit.condition.round(6)
     np.float64(1.0)
     """
+    scale = validate.flag(scale, "scale")
     pairs = checked(source, target, weights, dim=2)
     m = moments(*pairs)
     return _fit(pairs, m, _planar(m), scale)

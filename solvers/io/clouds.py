@@ -81,7 +81,7 @@ def read(data: bytes) -> CloudText:
     """
     data = file_bytes(data)
     if len(data) > MOST_BYTES:
-        raise ValueError(f"{len(data) / 1e6:.1f} MB are more than the {MOST_BYTES / 1e6:.0f} MB that are read")
+        raise ValueError(f"{len(data) / 1e6:.1f} MB are more than the limit of {MOST_BYTES / 1e6:.0f} MB")
     notices: list[str] = []
     if data.startswith((b"ply\n", b"ply\r", b"ply ")):
         points, how = ply.points(data, MOST_POINTS)
@@ -92,7 +92,7 @@ def read(data: bytes) -> CloudText:
     else:
         lines = lines_of(_decoded(data))
         if len(lines) > 2 * MOST_POINTS:
-            raise ValueError(f"{len(lines)} lines are more than the {2 * MOST_POINTS} that are read")
+            raise ValueError(f"{len(lines)} lines are more than the limit of {2 * MOST_POINTS}")
         points, separated, notices = delimited(lines)
         kind = f"text separated by {separated}"
     finite = np.isfinite(points).all(axis=1)
@@ -103,7 +103,7 @@ def read(data: bytes) -> CloudText:
     if not len(points):
         raise ValueError("no point is left; expected at least one row of finite numbers")
     if len(points) > MOST_POINTS:
-        raise ValueError(f"{len(points)} points are more than the {MOST_POINTS} that are read")
+        raise ValueError(f"{len(points)} points are more than the limit of {MOST_POINTS}")
     if np.abs(points).max() > LARGEST:
         raise ValueError(f"a coordinate is {np.abs(points).max():.3g}; expected none beyond {LARGEST:g}")
     return CloudText(points, kind, tuple(notices))

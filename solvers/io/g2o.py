@@ -97,7 +97,7 @@ def read(data: bytes) -> GraphText:
     """
     data = file_bytes(data)
     if len(data) > MOST_BYTES:
-        raise ValueError(f"{len(data) / 1e6:.1f} MB are more than the {MOST_BYTES / 1e6:.0f} MB that are read")
+        raise ValueError(f"{len(data) / 1e6:.1f} MB are more than the limit of {MOST_BYTES / 1e6:.0f} MB")
     rows: dict[int, int] = {}
     places: list[list[float]] = []
     ends: list[tuple[int, int]] = []
@@ -121,7 +121,7 @@ def read(data: bytes) -> GraphText:
             if tag == "VERTEX_SE2":
                 node = _id(fields[0], number)
                 if node in rows:
-                    raise ValueError(f"line {number}: node {node} was there before")
+                    raise ValueError(f"line {number}: node {node} is defined twice")
                 rows[node] = len(rows)
                 places.append(_numbers(fields[1:], number))
             else:

@@ -99,5 +99,5 @@ def _count(named: dict[str, tuple[int, list[str]]], line: int, most: int) -> int
             raise ValueError(f"line {at}: {key} {told(' '.join(value))}; expected a whole number")
         product *= int(value[0])
     if product > most:
-        raise ValueError(f"line {line}: {product} points are more than the {most} that are read")
+        raise ValueError(f"line {line}: {product} points are more than the limit of {most}")
     return product

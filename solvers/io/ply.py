@@ -96,7 +96,7 @@ def _vertices(elements: Sequence[_Element], line: int, most: int) -> tuple[Seque
     if not all(kind for _, kind in vertex.properties):
         raise ValueError(f"line {line}: a property of the vertices is a list; expected numbers")
     if vertex.count > most:
-        raise ValueError(f"line {line}: {vertex.count} vertices are more than the {most} that are read")
+        raise ValueError(f"line {line}: {vertex.count} vertices are more than the limit of {most}")
     return before, vertex
 
 

@@ -8,6 +8,9 @@ from solvers.core.arrays import FloatArray, ReasonArray
 from solvers.core.pose import Pose
 from solvers.geometry.rigid import closed_form_step
 
+STRAY = 20.0
+"""How many times as far out as the median point a point lies that no default length follows from."""
+
 
 def rms_radius(points: FloatArray) -> FloatArray:
     """Root mean square distance of the points (b, n, d) from their centroid, (b,); 1
@@ -21,34 +24,78 @@ def rms_radius(points: FloatArray) -> FloatArray:
     return np.where(radius > 0.0, radius, 1.0)
 
 
-def weighted_centroid(points: FloatArray, weights: FloatArray) -> FloatArray:
-    """Centroid of the rows (b, m, d) that have a weight (b, m), each counted alike, (b, d): what rows without one do
-    not move, wherever they lie.
+def typical_radius(points: FloatArray) -> FloatArray:
+    """`rms_radius` of the points without strays, (b,): what default lengths are shares of, so that one wrong return of
+    a laser does not decide them. A stray is `STRAY` times as far from the coordinates' medians as the median point.
     """
-    used = weights > 0.0
-    count = np.maximum(used.sum(axis=1), 1)[:, None]
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        step = points - np.median(points, axis=1, keepdims=True)
+        far = np.sqrt(np.square(step).sum(axis=2))
+        most = np.median(far, axis=1, keepdims=True)
+        near = ~((far > STRAY * most) & (most > 0.0))
+    return weighted_radius(points, near.astype(np.float64))
+
+
+def about(moved: FloatArray, target: FloatArray) -> FloatArray:
+    """(b, m) 1 for the moved points (b, m, d) about the target (b, n, d), 0 for strays: those farther from the target's
+    box than that is wide or high. Where all are, none is a stray.
+    """
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        low, high = (of(target, axis=1)[:, None] for of in (np.min, np.max))
+        near = np.maximum(low - moved, moved - high).max(axis=2) <= (high - low).max(axis=2)
+    return np.where(near.any(axis=1, keepdims=True), near, True).astype(np.float64)
+
+
+def weighted_centroid(points: FloatArray, weights: FloatArray) -> FloatArray:
+    """`Σ w x / Σ w` of the rows (b, m, d) with weights (b, m), (b, d). Rows without one may lie anywhere."""
+    share = _relative(weights)
     with np.errstate(over="ignore", under="ignore"):
-        return np.asarray(np.where(used[..., None], points, 0.0).sum(axis=1) / count)
+        return _summed(share, points) / _count(share)
 
 
 def weighted_radius(points: FloatArray, weights: FloatArray) -> FloatArray:
-    """`rms_radius` of the rows that have a weight, (b,)."""
-    used = weights > 0.0
-    if used.all():
+    """`√(Σ w ‖x − c‖² / Σ w)` about that centroid c, (b,); 1 where it is zero. With weights that are all alike this is
+    `rms_radius`.
+    """
+    share = _relative(weights)
+    if (share == 1.0).all():
         return rms_radius(points)
-    share = np.sqrt(points.shape[1] / np.maximum(used.sum(axis=1), 1))
-    kept = np.where(used[..., None], points, weighted_centroid(points, weights)[:, None])
-    radius: FloatArray = rms_radius(kept) * share
-    return radius
+    with np.errstate(over="ignore", under="ignore"):
+        step = points - (_summed(share, points) / _count(share))[:, None]
+        radius = np.sqrt(_squares(share, step) / _count(share)[:, 0])
+    return np.where(radius > 0.0, radius, 1.0)
 
 
-def rms_motion(step: FloatArray, weights: FloatArray) -> FloatArray:
-    """Root mean square length of the steps (b, m, d) of the rows that have a weight (b, m), (b,)."""
-    used = weights > 0.0
-    if used.all():
-        return np.asarray(np.sqrt(np.einsum("bmd,bmd->b", step, step) / step.shape[1]))
-    step = np.where(used[..., None], step, 0.0)
-    return np.asarray(np.sqrt(np.einsum("bmd,bmd->b", step, step) / np.maximum(used.sum(axis=1), 1)))
+def rms_motion(step: FloatArray, weights: FloatArray | None = None) -> FloatArray:
+    """Root mean square length `√(Σ w ‖step‖² / Σ w)` of the steps (b, m, d) with weights (b, m), (b,); without any,
+    of all alike.
+    """
+    share = None if weights is None else _relative(weights)
+    if share is None or (share == 1.0).all():
+        return np.asarray(np.sqrt(np.square(step).reshape(len(step), -1).sum(axis=1) / step.shape[1]))
+    return np.asarray(np.sqrt(_squares(share, step) / _count(share)[:, 0]))
+
+
+def _relative(weights: FloatArray) -> FloatArray:
+    """The weights (b, m) over the largest: 1 where all are alike, so that sums round as without any."""
+    most = weights.max(axis=1, keepdims=True)
+    return np.asarray(weights / np.where(most > 0.0, most, 1.0))
+
+
+def _count(share: FloatArray) -> FloatArray:
+    """`Σ w`, (b, 1): at least 1, but for problems without any weight, whose sums are zero."""
+    return np.asarray(np.maximum(share.sum(axis=1, keepdims=True), 1.0))
+
+
+def _summed(share: FloatArray, points: FloatArray) -> FloatArray:
+    """`Σ w x`, (b, d)."""
+    return np.asarray((share[..., None] * np.where(share[..., None] > 0.0, points, 0.0)).sum(axis=1))
+
+
+def _squares(share: FloatArray, step: FloatArray) -> FloatArray:
+    """`Σ w ‖step‖²`, (b,)."""
+    kept = share[..., None] * np.square(np.where(share[..., None] > 0.0, step, 0.0))
+    return np.asarray(kept.reshape(len(step), -1).sum(axis=1))
 
 
 def spread_volume(points: FloatArray) -> FloatArray:
@@ -65,11 +112,11 @@ def spread_volume(points: FloatArray) -> FloatArray:
 
 def lengths(given: float | None, share: float, points: FloatArray) -> FloatArray:
     """A length for each cloud of points (b, n, d), (b,), u: the one given, or else a
-    share of the cloud's RMS radius, within what has a square.
+    share of the cloud's `typical_radius`, within what has a square.
     """
     if given is not None:
         return np.full(len(points), given, dtype=np.float64)
-    return np.clip(share * rms_radius(points), 1e-150, 1e149)
+    return np.clip(share * typical_radius(points), 1e-150, 1e149)
 
 
 def fit_pairs(

@@ -38,6 +38,8 @@ from numpy.typing import ArrayLike
 
 from solvers.core import validate
 from solvers.core.arrays import FloatArray, IntArray
+from solvers.core.kinds import shown
+from solvers.core.numbers import numbers
 
 BLOCK = 2**14
 """Points times frequencies handled at a time: four buffers of this size stay in the processor's cache."""
@@ -64,7 +66,7 @@ def unit_frequencies(
     seed : ndarray of int, shape (b,)
         What the random numbers are drawn from.
     count : int
-        D, the frequencies a seed.
+        D, the frequencies per seed.
     dim : int
         d, the dimension of the points.
     kernel : str, default "gaussian"
@@ -81,7 +83,7 @@ def unit_frequencies(
     Raises
     ------
     ValueError
-        If the kernel is unknown.
+        If the kernel is unknown, `seed` is not a row of seeds, or another argument is not a count.
 
     References
     ----------
@@ -98,8 +100,13 @@ def unit_frequencies(
     (2, 16, 2)
     """
     validate.one_of(kernel, KERNELS, "kernel")
+    seeds = validate.seeds(seed)
+    if seeds.ndim != 1:
+        raise ValueError(f"seed: expected a row of seeds, shape (b,), got {seeds.shape}")
+    for name, value, least in (("count", count, 1), ("dim", dim, 1), ("draw", draw, 0)):
+        validate.count(value, name, least)
     drawn = []
-    for s in seed:
+    for s in seeds:
         random = np.random.default_rng(s if draw == 0 else (int(s), draw))
         if kernel == "cauchy":
             drawn.append(random.laplace(scale=np.sqrt(0.5), size=(count, dim)))
@@ -272,16 +279,17 @@ def exact_squared_mmd(
     >>> exact_squared_mmd([[0.0, 0.0]], [[1.0, 0.0]], [0.5, 2.0]).round(3)
     array([1.729, 0.235])
     """
+    validate.one_of(kernel, KERNELS, "kernel")
     p = validate.cloud(source, "source")
     q = validate.cloud(target, "target", p.shape[-1])
-    ell = np.asarray(length, dtype=np.float64)
+    ell = numbers(length, "length")
     if not (np.isfinite(ell).all() and (ell > 0.0).all()):
-        raise ValueError(f"length: expected positive finite numbers, got {length!r}")
+        raise ValueError(f"length: expected positive finite numbers, got {shown(length)}")
     axes = validate.batch_shape(source=p.shape[:-2], target=q.shape[:-2], length=ell.shape)
     p, q = (np.broadcast_to(x, (*axes, *x.shape[-2:])).reshape(-1, *x.shape[-2:]) for x in (p, q))
     ells = np.broadcast_to(ell, axes).reshape(-1)
     value = [
-        mean_kernel(x, x, e, kernel) - 2.0 * mean_kernel(x, y, e, kernel) + mean_kernel(y, y, e, kernel)
+        _mean_kernel(x, x, e, kernel) - 2.0 * _mean_kernel(x, y, e, kernel) + _mean_kernel(y, y, e, kernel)
         for x, y, e in zip(p, q, ells, strict=True)
     ]
     mmd: FloatArray = np.array(value).reshape(axes)
@@ -311,7 +319,8 @@ def mean_kernel(x: FloatArray, y: FloatArray, length: float, kernel: str = "gaus
     Raises
     ------
     ValueError
-        If the kernel is unknown, or the length is not a positive number.
+        If `x` or `y` is not one cloud, or their dimensions differ, if the kernel is unknown, or if the length is not a
+        positive number.
 
     Examples
     --------
@@ -324,6 +333,15 @@ def mean_kernel(x: FloatArray, y: FloatArray, length: float, kernel: str = "gaus
     validate.one_of(kernel, KERNELS, "kernel")
     if not validate.number(length, "length") > 0.0:
         raise ValueError(f"length: expected a positive number, got {length!r}")
+    p = validate.cloud(x, "x")
+    q = validate.cloud(y, "y", p.shape[-1])
+    for name, points in (("x", p), ("y", q)):
+        if points.ndim != 2:
+            raise ValueError(f"{name}: expected one cloud of shape (n, d), got {points.shape}")
+    return _mean_kernel(p, q, length, kernel)
+
+
+def _mean_kernel(x: FloatArray, y: FloatArray, length: float, kernel: str) -> float:
     total = 0.0
     with np.errstate(over="ignore", under="ignore"):
         for _, part in _blocks(1, len(x), len(y)):

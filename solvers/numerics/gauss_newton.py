@@ -43,7 +43,7 @@ class System:
     space: v, then ρω.
 
     information: (b, p, p) H. gradient: (b, p) g. eigenvalues: (b, p) of H, smallest
-    first, and directions: (b, p, p) its unit eigenvectors, one a column: the first is
+    first, and directions: (b, p, p) its unit eigenvectors, one per column: the first is
     the weak direction. condition: (b,) the largest eigenvalue over the smallest,
     infinite where that is not positive. free: (b, p) which directions the pairs do not
     determine. centre: (b, d), radius: (b,) what ξ is relative to: a point x moves by

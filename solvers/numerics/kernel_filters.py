@@ -1,7 +1,7 @@
 """Gaussian sums over a fixed cloud, filtered on a lattice once and then read off
 anywhere, in the plane.
 
-Wanted are, at any query point x, the moments of the cloud's points y_j under
+At any query point x they give the moments of the cloud's points y_j under
 `K_j = exp(−‖x − y_j‖² / 2σ²)`:
 
     m⁰ = Σ K_j,   m¹ = Σ K_j y_j,   m² = Σ K_j ‖y_j‖².

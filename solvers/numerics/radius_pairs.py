@@ -8,7 +8,7 @@ numpy call whatever the batch.
 
 Both methods run alike: associate at the present pose and σ; fit the source points, each
 weighted by its support `s_i`, to their soft targets (the mean of the target points
-associated with them), dropping rows of little support; shrink σ; associate anew. What
+associated with them), dropping rows of little support; shrink σ; associate again. What
 differs is the association, a function from a state to soft targets and support.
 
 A listed pair takes up to 68 bytes while it is weighed, and at a large σ all pairs are listed:
@@ -30,10 +30,10 @@ from solvers.core.method import Problem
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
 from solvers.core.tree import changed
-from solvers.numerics.fits import fit_pairs, rms_radius
+from solvers.numerics.fits import fit_pairs, rms_motion, rms_radius, typical_radius
 
 MOST = 14_000_000
-"""Pairs of a problem, m n, at most."""
+"""The most pairs, m n, that a problem may have."""
 
 _TINY = float(np.finfo(np.float64).tiny)
 
@@ -195,7 +195,7 @@ class _Cells:
 
 
 def scores(found: Candidates, m: int, sigma: FloatArray) -> FloatArray:
-    """ψ of the listed pairs, (e,); m source points a problem, sigma (b,)."""
+    """ψ of the listed pairs, (e,); m source points per problem, sigma (b,)."""
     with np.errstate(over="ignore", under="ignore"):
         # A width below 1e-154 has no square: the factor stays finite, and a distance of
         # 0 keeps a weight of 1.
@@ -224,8 +224,8 @@ class Scheduled(Protocol):
     sigma: (b,) σ, world units, and last: (b,) where it ends. soft: (b, m, d) the soft
     target of each source point (its own place where it has none). support: (b, m) s_i,
     0 to 1. used: (b, m) whose support is at least `least_support`. The objective is
-    `Σ s_i ‖T p_i − soft_i‖²` over these: what the next fit minimises. It is anew
-    another function with every association, and may rise. change: (b,) how far the last
+    `Σ s_i ‖T p_i − soft_i‖²` over these: what the next fit minimises. It becomes
+    a different function with every association, and may rise. change: (b,) how far the last
     step moved the points, root mean square, as a fraction of `radius` (b,), the
     source's RMS radius. condition: (b,) of the last fit.
     """
@@ -269,7 +269,7 @@ def few_enough(problem: Problem, method: str) -> None:
 def initial(problem: Problem, options: Any) -> dict[str, Any]:
     """The fields of a schedule's state before the first association."""
     b, m, _ = problem.source.shape
-    size = rms_radius(problem.target)
+    size = typical_radius(problem.target)
     first, last = _lengths(options.first, 0.3, size), _lengths(options.last, 0.03, size)
     return {
         "problem": problem,
@@ -317,7 +317,7 @@ def associated(state: S, mass: FloatArray, moment: FloatArray) -> S:
 
 
 def step(state: S, associate: Associate[S]) -> S:
-    """Fit to the soft targets, shrink σ, associate anew. It converges when σ has
+    """Fit to the soft targets, shrink σ, associate again. It converges when σ has
     reached its end and a step moves the points by at most `tolerance` of their RMS
     radius.
     """
@@ -326,7 +326,7 @@ def step(state: S, associate: Associate[S]) -> S:
     pose, free, condition = fit_pairs(state.pose, state.problem.source, state.soft, weights)
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         gap = pose.apply(state.problem.source) - state.pose.apply(state.problem.source)
-        change = np.sqrt(np.einsum("bmd,bmd->b", gap, gap) / gap.shape[1]) / state.radius
+        change = rms_motion(gap) / state.radius
     ended = state.sigma <= state.last
     sigma = np.where(ended, state.sigma, np.maximum(options.shrink * state.sigma, state.last))
     after = associate(

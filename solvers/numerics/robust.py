@@ -30,7 +30,9 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray
-from solvers.numerics.fits import rms_radius
+from solvers.core.kinds import shown
+from solvers.core.numbers import numbers
+from solvers.numerics.fits import typical_radius
 
 KERNELS = ("none", "huber", "tukey", "welsch", "geman-mcclure")
 TUNING: Mapping[str, float] = MappingProxyType(
@@ -66,7 +68,7 @@ def least_scale(target: FloatArray) -> FloatArray:
     >>> least_scale(np.array([[[20.0, 0.0], [-20.0, 0.0]]])).round(6)
     array([0.006])
     """
-    return FLOOR * rms_radius(target)
+    return FLOOR * typical_radius(target)
 
 
 def mad_scale(
@@ -93,6 +95,11 @@ def mad_scale(
     ndarray of shape (b,)
         World units.
 
+    Raises
+    ------
+    ValueError
+        If `distances` is not an array of numbers, one per pair.
+
     Examples
     --------
     >>> import numpy as np
@@ -100,6 +107,7 @@ def mad_scale(
     >>> mad_scale(np.array([[0.1, 0.1, 0.2, 9.0]])).round(4)
     array([0.2224])
     """
+    distances = _rows(distances)
     m = distances.shape[-1]
     if among is None:
         among = np.ones(distances.shape, dtype=np.bool_)
@@ -134,7 +142,7 @@ def weights(kernel: str, distances: FloatArray, threshold: FloatArray | float) -
     Raises
     ------
     ValueError
-        If there is no such kernel.
+        If there is no such kernel, or a threshold is not positive.
 
     References
     ----------
@@ -149,6 +157,7 @@ def weights(kernel: str, distances: FloatArray, threshold: FloatArray | float) -
     array([1. , 1. , 1. , 0.5, 0. ])
     """
     validate.one_of(kernel, KERNELS, "kernel")
+    distances = numbers(distances, "distances")
     if kernel == "none":
         return np.ones_like(distances)
     x, _ = _ratio(distances, threshold)
@@ -182,7 +191,7 @@ def loss(kernel: str, distances: FloatArray, threshold: FloatArray | float) -> F
     Raises
     ------
     ValueError
-        If there is no such kernel.
+        If there is no such kernel, or a threshold is not positive.
 
     Examples
     --------
@@ -192,6 +201,7 @@ def loss(kernel: str, distances: FloatArray, threshold: FloatArray | float) -> F
     array([0. , 0.5, 1.5])
     """
     validate.one_of(kernel, KERNELS, "kernel")
+    distances = numbers(distances, "distances")
     with np.errstate(under="ignore", over="ignore", invalid="ignore"):
         if kernel == "none":
             return 0.5 * np.square(distances)
@@ -239,7 +249,7 @@ def threshold(
     Raises
     ------
     ValueError
-        If there is no such kernel.
+        If there is no such kernel, or `tuning` or a scale is not positive.
 
     Examples
     --------
@@ -249,11 +259,13 @@ def threshold(
     array([0.4685])
     """
     validate.one_of(kernel, KERNELS, "kernel")
+    distances = _rows(distances)
     if kernel == "none":
         return np.full(distances.shape[:-1], np.inf)
-    c = TUNING[kernel] if tuning is None else tuning
-    s = mad_scale(distances, among, floor) if scale is None else np.broadcast_to(scale, distances.shape[:-1])
-    return c * s
+    c = TUNING[kernel] if tuning is None else validate.number(tuning, "tuning", 1e-100, 1e100)
+    if scale is None:
+        return c * mad_scale(distances, among, floor)
+    return c * np.broadcast_to(_positive(scale, "scale"), distances.shape[:-1])
 
 
 def check_options(weight: str, tuning: float | None, scale: float | None) -> None:
@@ -285,6 +297,21 @@ def check_options(weight: str, tuning: float | None, scale: float | None) -> Non
 
 
 def _ratio(distances: FloatArray, threshold: FloatArray | float) -> tuple[FloatArray, FloatArray]:
-    k = np.asarray(threshold, dtype=np.float64)[..., None]
+    k = _positive(threshold, "threshold")[..., None]
     with np.errstate(over="ignore", under="ignore"):
         return distances / k, k
+
+
+def _rows(distances: FloatArray) -> FloatArray:
+    r = numbers(distances, "distances")
+    if not r.ndim or not r.shape[-1]:
+        raise ValueError(f"distances: expected shape (..., m), at least one per row, got {r.shape}")
+    return r
+
+
+def _positive(values: FloatArray | float, name: str) -> FloatArray:
+    k = numbers(values, name)
+    # NaN passes: a run's step may leave the range of numbers, and its problem alone is stopped for that.
+    if k.size and k.min() <= 0.0:
+        raise ValueError(f"{name}: expected a positive number, got {shown(values)}")
+    return k

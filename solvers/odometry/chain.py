@@ -27,7 +27,7 @@ from solvers.odometry.matching import (
     information,
     match_pairs,
     matched,
-    one_a_scan,
+    one_per_scan,
     signs,
     together,
 )
@@ -38,7 +38,7 @@ PREDICTIONS = ("odometry", "velocity", "rest")
 
 @dataclass(frozen=True, eq=False)
 class Chain:
-    """n poses, one a scan, and the links that they were made of.
+    """n poses, one per scan, and the links that they were made of.
 
     Attributes
     ----------
@@ -116,7 +116,7 @@ def scan_to_scan(
     >>> bool(chain.believed.all())
     True
     """
-    n = one_a_scan(scans, motion, "motion")
+    n = one_per_scan(scans, motion, "motion")
     validate.one_of(prediction, PREDICTIONS, "prediction")
     options = or_usual(options, MatchOptions, "options")
     function(progress, "progress")
@@ -226,7 +226,7 @@ def scan_to_map(
     >>> bool(abs(chain.poses.t[-1] - truth.t[-1]).max() < 0.1)
     True
     """
-    n = one_a_scan(scans, motion, "motion")
+    n = one_per_scan(scans, motion, "motion")
     validate.count(length, "length", 1)
     shift, turn = validate.reach(shift, "shift", 0.0), validate.reach(turn, "turn", 0.0)
     options = or_usual(options, MatchOptions, "options")

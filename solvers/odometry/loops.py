@@ -1,8 +1,8 @@
 """Places that a drive comes back to, and the poses that agree with all of it.
 
-A loop edge is a claim that two scans far apart in the drive see one place. A wrong one bends the whole map, so each is
-asked four things: how much of the scan is explained, whether a motion is free, whether the match the other way round
-agrees, and how far it is from where the chain has the two. What passes goes to the graph under a robust kernel.
+A loop edge is a claim that two scans far apart in the drive see one place. A wrong one bends the whole map, so four
+signs are checked: how much of the scan is explained, whether a motion is free, whether the match the other way round
+agrees, and how far it is from where the chain puts the two. What passes goes to the graph under a robust kernel.
 
 The first two are those of `solvers.verify.evidence`, read off the match's last state instead of computed again, and
 without the echoes that only pad an array. The third stands for `solvers.verify.halves`: two halves of one scan see the
@@ -34,7 +34,7 @@ from solvers.odometry.matching import (
     Progress,
     Scans,
     match_pairs,
-    one_a_scan,
+    one_per_scan,
     scan_numbers,
     together,
 )
@@ -67,14 +67,14 @@ class LoopOptions:
     agree_turn : float, default 0.02
         By how much they may be turned against each other, radians.
     farthest : float, default 1.5
-        How far a match may lie from where the chain has it, metres; infinite where the chain has no say.
+        How far a match may lie from where the chain puts it, metres; infinite to ignore the chain.
     around : int, default 3
         How many scans before and after a scan make the map that its partner is matched to; with 0 it is matched to the
         scan alone.
     search : {"none", "correlative", "branch-and-bound"}, default "none"
         Where matches start. "none" is where the chain has the two scans; the others are methods of `solvers.register`
-        that look everywhere and ask no chain: "correlative" takes half a second a pair, "branch-and-bound" proves its
-        pose and takes up to a minute where the two have little in common.
+        that look everywhere and ignore the chain: "correlative" takes half a second per pair, "branch-and-bound" proves
+        its pose and takes up to a minute where the two have little in common.
 
     Raises
     ------
@@ -110,7 +110,7 @@ class LoopOptions:
 
 
 def candidates(poses: Pose, options: LoopOptions | None = None) -> tuple[IntArray, IntArray]:
-    """Pairs of keyframes that may see one place, by where a chain has them.
+    """Pairs of keyframes that may see one place, by where a chain puts them.
 
     Parameters
     ----------
@@ -209,10 +209,10 @@ def verified(
     """
     options, matching = or_usual(options, LoopOptions, "options"), or_usual(matching, MatchOptions, "matching")
     function(progress, "progress")
-    one_a_scan(scans, poses, "poses")
+    one_per_scan(scans, poses, "poses")
     later, earlier = scan_numbers(scans, later, "later"), scan_numbers(scans, earlier, "earlier")
     if len(later) != len(earlier):
-        raise ValueError(f"later, earlier: expected one of each a candidate, got {len(later)} and {len(earlier)}")
+        raise ValueError(f"later, earlier: expected one of each per candidate, got {len(later)} and {len(earlier)}")
     parts = []
     for k in range(len(later)):
         parts.append(_verified(scans, poses, later[k : k + 1], earlier[k : k + 1], options, matching))

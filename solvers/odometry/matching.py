@@ -2,7 +2,7 @@
 
 Point to plane (`solvers.methods.icp.point_to_plane`) with a gate and a redescending weight. Scans differ in their
 number of echoes, so they lie in one array, padded by repeats of the last echo: a repeat has no weight as a source, and
-as a target it is never the lowest row of its distance, so that no pair changes. Normals are computed once a scan,
+as a target it is never the lowest row of its distance, so that no pair changes. Normals are computed once per scan,
 without the padding.
 """
 
@@ -69,7 +69,7 @@ class MatchOptions:
     Examples
     --------
     >>> from solvers.odometry import MatchOptions
-    >>> MatchOptions(gate=1.0).gate
+    >>> MatchOptions(gate=1.0).surface().gate
     1.0
     """
 
@@ -90,7 +90,7 @@ class MatchOptions:
         validate.count(self.max_steps, "max_steps", 1)
 
     def surface(self) -> SurfaceOptions:
-        """Those that the method itself takes."""
+        """The options of the method itself."""
         return SurfaceOptions(gate=self.gate, weight=self.weight, tolerance=1e-5, rms_tolerance=1e-5)
 
 
@@ -299,7 +299,7 @@ def match(
     i, j = scan_numbers(scans, source, "source"), scan_numbers(scans, target, "target")
     batch = rigid(start, "start").batch
     if not i.shape == j.shape == batch:
-        raise ValueError(f"source, target, start: expected one of each a pair, got {i.shape}, {j.shape}, {batch}")
+        raise ValueError(f"source, target, start: expected one of each per pair, got {i.shape}, {j.shape}, {batch}")
     return match_pairs(scans, i, j, start, options, progress)
 
 
@@ -310,12 +310,12 @@ def scan_numbers(scans: Scans, values: Any, name: str) -> IntArray:
     return rows
 
 
-def one_a_scan(scans: Scans, poses: Pose, name: str) -> int:
+def one_per_scan(scans: Scans, poses: Pose, name: str) -> int:
     """The number n of scans, when `poses` are as many rigid motions of the plane; else a ValueError."""
     of_kind(scans, Scans, "scans")
     batch = rigid(poses, name).batch
     if batch != (len(scans),):
-        raise ValueError(f"{name}: expected one a scan, shape ({len(scans)},), got {batch}")
+        raise ValueError(f"{name}: expected one per scan, shape ({len(scans)},), got {batch}")
     return len(scans)
 
 

@@ -1,6 +1,6 @@
 """Drives from files: a CSV of ranges with the odometry beside them, or a CARMEN log.
 
-CSV: a first line that names the columns `seconds, dx_m, dy_m, dphi_rad, r0, r1, …`, then a line a scan: when, the
+CSV: a first line that names the columns `seconds, dx_m, dy_m, dphi_rad, r0, r1, …`, then one line per scan: when, the
 odometry's motion since the scan before in the frame of the pose before, and the ranges in centimetres, 0 for no echo.
 The first scan's motion is not used. The beams are spread evenly over the field of view, the first to the right.
 
@@ -69,7 +69,7 @@ def read_drive(data: bytes, *, view: float = 180.0, ahead: float = 0.0, turns: i
     """
     data = file_bytes(data)
     if len(data) > MOST_BYTES:
-        raise ValueError(f"{len(data) / 1e6:.1f} MB are more than the {MOST_BYTES / 1e6:.0f} MB that are read")
+        raise ValueError(f"{len(data) / 1e6:.1f} MB are more than the limit of {MOST_BYTES / 1e6:.0f} MB")
     if not 0.0 < validate.number(view, "view") <= 360.0:
         raise ValueError(f"view: expected degrees above 0, up to 360, got {view!r}")
     validate.count(turns, "turns")
@@ -86,7 +86,7 @@ def read_drive(data: bytes, *, view: float = 180.0, ahead: float = 0.0, turns: i
     if len(seconds) < 2:
         raise ValueError(f"line {rows[-1] + 1}: the drive ends after {len(seconds)} scan; two are the least")
     if len(seconds) > MOST_SCANS:
-        raise ValueError(f"{len(seconds)} scans are more than the {MOST_SCANS} that are read")
+        raise ValueError(f"{len(seconds)} scans are more than the limit of {MOST_SCANS}")
     bearings = np.radians(np.linspace(-view / 2, view / 2, ranges.shape[1]))
     step = float(bearings[1] - bearings[0])
     delays = interlaced(len(bearings), step, turns, 1.0 / hertz) if turns else None

@@ -82,7 +82,7 @@ def marginals(
     within(asked, n, "nodes")
     share = validate.weights(weights, len(edges))
     if share.ndim != 1 or not (share > 0.0).all():
-        raise ValueError("weights: expected one positive weight an edge")
+        raise ValueError("weights: expected one positive weight per edge")
     by_i, by_j = derivatives(poses, edges)
     parts = linear.blocks(by_i, by_j, share[:, None, None] * edges.information, np.zeros((len(edges), 3)))
     found = np.full((k, 3, 3), np.nan)
@@ -91,7 +91,7 @@ def marginals(
         for first in range(0, k, TOGETHER):
             found[first : first + TOGETHER] = _blocks(solve, asked[first : first + TOGETHER], n)
     if not np.isfinite(found).all():
-        raise ValueError("edges: their information differs by more than numbers can tell: the sum is singular")
+        raise ValueError("edges: their information differs beyond double precision: the sum is singular")
     return np.asarray(0.5 * (found + found.swapaxes(1, 2)))
 
 

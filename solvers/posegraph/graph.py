@@ -1,6 +1,6 @@
 """The poses that agree best with all that was measured between them.
 
-Minimised is `F = Σ ρ(χ²)` over the edges, with χ² = eᵀ Ω e and the residuals of `solvers.posegraph.errors`, by
+`F = Σ ρ(χ²)` over the edges, with χ² = eᵀ Ω e and the residuals of `solvers.posegraph.errors`, is minimised by
 Levenberg–Marquardt on reweighted squares: damping in proportion to the diagonal, so that lengths and angles may have
 any units. A step is taken only where it lowers F. Measurements are relative, so one node at least is held where it is.
 
@@ -134,8 +134,9 @@ class GraphResult:
     >>> from solvers.posegraph import Edges, optimise
     >>> poses = Pose.from_angle([0.0, 0.0], [[0.0, 0.0], [2.0, 0.0]])
     >>> edges = Edges([0, 0], [1, 1], Pose.from_angle([0.0, 0.0], [[1.0, 0.0], [3.0, 0.0]]), np.eye(3))
-    >>> optimise(poses, edges)
-    GraphResult(converged, steps=0, nodes=2, edges=2, total=2)
+    >>> result = optimise(poses, edges)
+    >>> result, result.total
+    (GraphResult(converged, steps=0, nodes=2, edges=2, total=2), 2.0)
     """
 
     poses: Pose

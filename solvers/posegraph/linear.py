@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, IntArray
 
 SPARSE = 300
@@ -41,11 +42,13 @@ class Plan:
 
 def plan(count: int, i: IntArray, j: IntArray, fixed: BoolArray, sparse: bool | None = None) -> Plan:
     """The order in which the free nodes of a graph are eliminated; sparse None asks
-    whether the graph is large and scipy is there.
+    whether the graph is large and scipy is there, and True without scipy is refused.
     """
     free = np.flatnonzero(~fixed)
     if sparse is None:
         sparse = free.size >= SPARSE and _has_scipy()
+    elif validate.flag(sparse, "sparse") and not _has_scipy():
+        raise ValueError("sparse: True takes scipy; install it, or pass sparse=None")
     place = np.full(count, -1, dtype=np.int64)
     if sparse:
         place[free] = np.arange(free.size)

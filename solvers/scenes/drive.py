@@ -62,8 +62,8 @@ class Drive:
     --------
     >>> from solvers.drives import telecom_loop
     >>> drive = telecom_loop()
-    >>> drive.ranges.shape, drive.points(0).shape
-    ((225, 361), (309, 2))
+    >>> drive.ranges.shape, drive.heard(0).sum(), drive.points(0).shape
+    ((225, 361), np.int64(309), (309, 2))
     """
 
     seconds: FloatArray
@@ -85,24 +85,24 @@ class Drive:
     def __post_init__(self) -> None:
         ranges = copied(self.ranges, "ranges")
         if ranges.ndim != 2 or not ranges.size:
-            raise ValueError(f"ranges: expected shape (n, k), a row a scan, got {ranges.shape}")
+            raise ValueError(f"ranges: expected shape (n, k), one row per scan, got {ranges.shape}")
         if (ranges < 0.0).any():
             raise ValueError(f"ranges: must not be negative, but the smallest is {np.nanmin(ranges):.6g}")
         moderate(ranges[np.isfinite(ranges)], "ranges")
         n, k = ranges.shape
-        seconds = validate.row(self.seconds, "seconds", n, "a scan")
+        seconds = validate.row(self.seconds, "seconds", n, "scan")
         for later in np.flatnonzero(np.diff(seconds) < 0.0)[:1] + 1:
             before, now = seconds[later - 1], seconds[later]
             raise ValueError(f"seconds: scan {later} is at {now:g}, before the scan before it, at {before:g}")
-        bearings = validate.row(self.bearings, "bearings", k, "a beam")
+        bearings = validate.row(self.bearings, "bearings", k, "beam")
         widest = np.abs(bearings).max()
         if widest > 2.0 * np.pi:
             way = "; numpy.radians makes radians of degrees"
             raise ValueError(f"bearings: expected radians from −2π to 2π, but there is one of {widest:.6g}{way}")
-        delays = None if self.delays is None else validate.row(self.delays, "delays", k, "a beam")
+        delays = None if self.delays is None else validate.row(self.delays, "delays", k, "beam")
         motion, mount = (_rigid(getattr(self, name), name) for name in ("motion", "mount"))
         if motion.batch != (n,):
-            raise ValueError(f"motion: expected motions of shape ({n},), one a scan, got {motion.batch}")
+            raise ValueError(f"motion: expected motions of shape ({n},), one per scan, got {motion.batch}")
         motion = concatenated([Pose.identity(batch=(1,)), motion[1:]])
         if mount.batch:
             raise ValueError(f"mount: expected a single pose, got {mount.batch}")
@@ -124,7 +124,7 @@ class Drive:
         Returns
         -------
         ndarray of bool
-            One a beam.
+            One per beam.
 
         Raises
         ------
@@ -305,7 +305,7 @@ def packed(seconds: FloatArray, motion: FloatArray, centimetres: FloatArray) -> 
 
 
 def unpacked(data: bytes, n: int, k: int) -> FloatArray:
-    """The centimetres (n, k) of `packed`'s last part. Raises ValueError where its length is another one's."""
+    """The centimetres (n, k) of `packed`'s last part. Raises ValueError if its length is wrong."""
     raw = np.frombuffer(data, np.uint8)
     # Where an escape stands, the two bytes after it are not beams of their own.
     begins = np.ones(len(raw), dtype=np.bool_)

@@ -32,6 +32,13 @@ class Hall:
         The cloud that stays.
     truth : Pose
         The pose that takes source to target coordinates.
+
+    Examples
+    --------
+    >>> from solvers.hall import hall
+    >>> scans = hall(floor=100)
+    >>> scans.source.shape[1], scans.truth.dim
+    (3, 3)
     """
 
     source: FloatArray

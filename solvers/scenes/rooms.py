@@ -2,7 +2,7 @@
 
 Each scene draws all its random numbers from its own seed, in a fixed order and in units
 of one, before anything is scaled or chosen. So a noise slider stretches one draw
-instead of drawing anew, and one outlier more leaves the others.
+instead of drawing a new one, and one more outlier leaves the others unchanged.
 """
 
 from __future__ import annotations

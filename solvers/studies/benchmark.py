@@ -55,8 +55,10 @@ class Line:
     >>> from solvers.race import Controls, contestants
     >>> easy = Controls(degrees=10.0, distance=0.2, setting="clean")
     >>> (line,) = benchmark(easy, seeds=[40, 53], contestants=contestants(["gicp"]))
-    >>> line.close, line.rre.shape
-    (2, (2,))
+    >>> line.close, line.turned, line.rre.shape
+    (2, 2, (2,))
+    >>> line.median_rre < 5.0, line.median_rte < 0.2, line.median_steps > 1.0, sum(line.stops.values())
+    (True, True, True, 2)
     """
 
     contestant: Contestant
@@ -260,7 +262,7 @@ def _run(contestant: Contestant, controls: Controls) -> Line:
 
 
 def table(lines: Sequence[Line]) -> str:
-    """The benchmark's table as text, one row a contestant.
+    """The benchmark's table as text, one row per contestant.
 
     Parameters
     ----------

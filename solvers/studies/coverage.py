@@ -1,7 +1,7 @@
 """How often a 95 % region holds the truth, counted over redrawn scans.
 
-Each draw is registered from a start of its own, asked for its region, and compared with
-the truth. A region that is right holds it in 95 of 100 draws, but for chance.
+Each draw is registered from a start of its own, and its region is compared with the truth.
+A correct region holds the truth in 95 of 100 draws, chance aside.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ LEVEL = 0.95
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """What one way of telling the spread did on k draws.
+    """How one way of estimating the spread did on k draws.
 
     Attributes
     ----------
@@ -199,7 +199,7 @@ def ends_of(made: Runs) -> Spread:
 
 
 def regions(made: Runs, way: str) -> Covariance:
-    """Each draw's own covariance, told in one way.
+    """Each draw's own covariance, estimated in one way.
 
     Parameters
     ----------
@@ -230,7 +230,7 @@ def regions(made: Runs, way: str) -> Covariance:
         return covariance(result, "hessian")
     if way == "censi":
         return _censi(made)
-    k = len(result.pose.t)
+    k = len(result.pose)
     if way == "sampled":
         one = ends_of(made).whole
         middle = one.mean.inverse().apply(one.centre[None])[0]
@@ -267,7 +267,7 @@ def coverage(
     method : str, default "point-to-plane"
         What registers the scans.
     ways : tuple of str, optional
-        How the spread is told. None is all that the method has: all four where it has
+        How the spread is estimated. None is every way that the method has: all four where it has
         Censi's formula, as "icp" and "point-to-plane" do; "hessian" and "sampled" for
         "gicp"; "sampled" for methods without a closed form.
     count : int, default 1000
@@ -317,7 +317,7 @@ def coverage(
 
 
 def _censi(made: Runs) -> Covariance:
-    # A ray without echo is in no pair: what its noise is said to be plays no part.
+    # A ray without an echo is in no pair: its noise plays no part.
     p, q = (np.where(np.abs(cloud) < NO_ECHO, cloud, 0.0) for cloud in (made.scans.source, made.scans.target))
     noises = range_bearing(p, made.noise), range_bearing(q, made.noise)
     return covariance(made.result, "censi", source_noise=noises[0], target_noise=noises[1])

@@ -63,8 +63,11 @@ class Controls:
     Examples
     --------
     >>> from solvers.race import Controls
-    >>> Controls(degrees=90.0, setting="clean").start
+    >>> controls = Controls(degrees=90.0, setting="clean")
+    >>> controls.start
     Pose(angle=90°, t=(1.14991, 0.849935), scale=1)
+    >>> controls.scene(40).source.shape
+    (132, 2)
     """
 
     degrees: float = 45.0
@@ -130,9 +133,11 @@ class Contestant:
 
     Examples
     --------
-    >>> from solvers.race import Contestant
-    >>> Contestant("icp", "ICP, no gate").options
-    {}
+    >>> from solvers.race import Contestant, Controls, race_problem
+    >>> problem, truth = race_problem(Controls(), seeds=[40, 53])
+    >>> batch = Contestant("icp", "ICP, gated", {"gate": 2.6}).begin(problem)
+    >>> batch.pose().batch
+    (2,)
     """
 
     method: str

@@ -1,4 +1,4 @@
-"""Scans of one place made again and again: the same two stands, other rays, other noise.
+"""Repeated scans of one place: the same two stands, other rays, other noise.
 
 Three places with a known truth. In the room both end walls are within the scanner's
 reach; in the corridor neither is; the hall looks the same after half a turn. `room` with
@@ -104,7 +104,7 @@ def redrawn(
     place: str = "room", count: int = 200, *, seed: int = 40, end: float | None = None, noise: float = 0.04,
     rays: int = 90,
 ) -> Redrawn:  # fmt: skip
-    """Scan a place again and again from the same two stands.
+    """Scan a place repeatedly from the same two stands.
 
     Each draw turns both fans of rays by an angle of its own and measures ranges with
     noise of its own. The first draws are the same however many there are.

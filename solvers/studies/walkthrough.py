@@ -1,8 +1,8 @@
 """The four methods of the walkthrough as it runs them: a similarity CPD, a FilterReg,
 an MMD-Reg and a learned flow.
 
-All four are handed the moving cloud as it lies at the start, and no starting pose
-beside it. What a run finds is therefore the motion from there, and the pose of the
+All four are given the moving cloud as it lies at the start, and no starting pose of
+their own. What a run finds is therefore the motion from there, and the pose of the
 scene is that motion after the start.
 """
 
@@ -97,9 +97,9 @@ def begin_walk(
 
 
 def found(batch: Batch[Any], starts: Sequence[Pose]) -> Pose:
-    """The poses of the scenes, as the runs have them so far.
+    """The poses of the scenes, as far as the runs have come.
 
-    Each is the motion found after the start, and the start before it.
+    Each composes the start with the motion found from there.
 
     Parameters
     ----------

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,7 +16,7 @@ from solvers.core.brief import brief
 from solvers.core.edges import rigid
 from solvers.core.kinds import of_kind
 from solvers.core.method import Method
-from solvers.core.numbers import finite, numbers
+from solvers.core.numbers import finite, numbers, unequal
 from solvers.core.pose import Pose
 from solvers.core.poses import concatenated, stacked
 from solvers.core.registry import rigid_method_of
@@ -63,7 +64,17 @@ class Spread:
 
     @property
     def shares(self) -> FloatArray:
-        """The fraction of the poses in each mode, largest first."""
+        """The fraction of the poses in each mode, largest first.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from solvers import Pose
+        >>> from solvers.uncertainty import spread_of
+        >>> poses = Pose.from_angle(np.array([0.0, 0.01, 0.02, 3.0]))
+        >>> spread_of(poses, centre=(0.0, 0.0), radius=1.0).shares
+        array([0.75, 0.25])
+        """
         return np.bincount(self.mode) / self.mode.size
 
 
@@ -126,8 +137,9 @@ def spread_of(
 
 
 def monte_carlo(
-    source: ArrayLike, target: ArrayLike, method: str | Method[Any] = "icp", *, start: Pose | None = None,
-    weights: ArrayLike | None = None, apart: float | None = None, **options: Any,
+    source: ArrayLike | Sequence[ArrayLike], target: ArrayLike | Sequence[ArrayLike],
+    method: str | Method[Any] = "icp", *, start: Pose | None = None,
+    weights: ArrayLike | Sequence[ArrayLike | None] | None = None, apart: float | None = None, **options: Any,
 ) -> Spread:  # fmt: skip
     """Register redrawn scans, each as if it were the one, and keep all end poses.
 
@@ -136,9 +148,9 @@ def monte_carlo(
 
     Parameters
     ----------
-    source : array_like of shape (k, m, 2) or (m, 2)
-        The clouds that are moved, one a draw, or one for all.
-    target : array_like of shape (k, n, 2) or (n, 2)
+    source : array_like of shape (k, m, 2) or (m, 2), or list of k (m, 2) arrays
+        The clouds that are moved, one per draw, or one for all.
+    target : array_like of shape (k, n, 2) or (n, 2), or list of k (n, 2) arrays
         The clouds that stay.
     method : str or Method, default "icp"
         As for `solvers.register`.
@@ -175,8 +187,12 @@ def monte_carlo(
     ((40,), True)
     """
     rigid_method_of(method)
-    p = validate.cloud(source, "source", 2)
-    found = register(p, target, method, start=start, weights=weights, **options)
+    p = validate.cloud(source[0] if unequal(source) else cast(ArrayLike, source), "source", 2)
+    found = register(source if unequal(source) else p, target, method, start=start, weights=weights, **options)
+    if len(found.pose.batch) != 1 or len(found.pose) < 2:
+        raise ValueError(
+            f"source, target: expected two or more draws of either, in one row, got the shape {found.pose.batch}"
+        )
     middle, radius = _middle(p, weights)
     return spread_of(found.pose, centre=middle, radius=radius, apart=apart)
 
@@ -270,9 +286,11 @@ def from_starts(
     return from_scaled(scaled, end, centre, np.asarray(radius), "target", "starts", free)
 
 
-def _middle(points: FloatArray, weights: ArrayLike | None) -> tuple[FloatArray, float]:
+def _middle(points: FloatArray, weights: Any) -> tuple[FloatArray, float]:
     """Centre and RMS radius of the first cloud's points with weight."""
     first = points.reshape(-1, *points.shape[-2:])[0]
+    if isinstance(weights, list | tuple) and (weights[0] is None or np.ndim(weights[0])):
+        weights = weights[0]
     if weights is not None:
         w = np.asarray(weights, dtype=np.float64)
         first = first[w.reshape(-1, w.shape[-1])[0] > 0.0]

@@ -39,7 +39,7 @@ class Covariance:
     deviations : ndarray of shape (..., 3)
         Standard deviations along the directions, largest first, world units; infinite where a direction is free.
     directions : ndarray of shape (..., 3, 3)
-        Unit vectors (radius · angle, x, y) of the motions, one a column.
+        Unit vectors (radius · angle, x, y) of the motions, one per column.
     centre : ndarray of shape (..., 2)
         What the motions turn about, in the frame's coordinates.
     radius : ndarray of shape (...)
@@ -59,6 +59,16 @@ class Covariance:
     array([0.04, 0.03, 0.01])
     >>> spread.covers(Pose.from_angle(0.02)), spread.covers(Pose.from_angle(0.04))
     (np.True_, np.False_)
+    >>> spread.matrix.diagonal().round(6), spread.information.diagonal().round(3), spread.free.any()
+    (array([0.0001, 0.0016, 0.0001]), array([10000.,   625., 10000.]), np.False_)
+    >>> far = spread.to("source").poses([[0.08, 0.0, 0.0]])  # two deviations along the widest direction
+    >>> spread.distance(far).round(6), np.abs(spread.along(far)).round(6)
+    (array([4.]), array([[0.08, 0.  , 0.  ]]))
+    >>> spread.point_covariance((3.0, 0.0)).diagonal().round(6), "σ = 0.04 u" in spread.words()
+    (array([0.0016, 0.001 ]), True)
+    >>> turning = from_matrix(np.diag([0.5, 0.0, 0.0]) ** 2, Pose.from_angle(0.0, (2.0, 0.0)))
+    >>> np.linalg.norm(np.concatenate([turning.sample(200).t, turning.ellipse()]), axis=1).round(9).max()  # a circle
+    np.float64(2.0)
     """
 
     mean: Pose
@@ -316,16 +326,6 @@ class Covariance:
         ------
         ValueError
             If this is a batch, or if a direction is free and there is no reach.
-
-        Examples
-        --------
-        >>> import numpy as np
-        >>> from solvers import Pose
-        >>> from solvers.uncertainty import from_matrix
-        >>> spread = from_matrix(np.diag([0.5, 0.0, 0.0]) ** 2, Pose.from_angle(0.0, (2.0, 0.0)))
-        >>> reached = spread.sample(200, seed=1).t
-        >>> np.linalg.norm(reached, axis=1).round(9).max()  # all on a circle: the banana
-        np.float64(2.0)
         """
         self._single("sample")
         rng = np.random.default_rng(validate.count(seed, "seed"))
@@ -383,7 +383,7 @@ class Covariance:
         return self._scale()[..., :, None] * se2.shifted(self.centre)
 
     def _basis(self) -> FloatArray:
-        """The directions as twists (angle, x, y) about the frame's origin, one a column."""
+        """The directions as twists (angle, x, y) about the frame's origin, one per column."""
         return se2.shifted(-self.centre) @ (self.directions / self._scale()[..., :, None])
 
     def _lever(self, point: ArrayLike) -> FloatArray:

@@ -79,7 +79,7 @@ def test_tilted_normals_lower_the_condition_number(why):
         float(
             gauss_newton.system(
                 pairing.moved, scene.target[pairing.rows], (n[:, :, None] * n[:, None, :])[None], pairing.weights,
-                pairing.moved.mean(axis=1), state.radius,
+                pairing.moved.mean(axis=1), state.system.radius,
             ).condition[0]
         )
         for n in (measured, own)

@@ -12,6 +12,7 @@ from solvers import METHODS, Pose, register
 from solvers.core.method import Problem
 from solvers.core.stepper import begin, run
 from solvers.metrics import rre, rte
+from solvers.numerics import fourier_features
 from solvers.numerics.fourier_features import exact_squared_mmd, mean_features, mean_kernel, unit_frequencies
 from solvers.scenes.rooms import room, room_start
 from solvers.studies.benchmark import benchmark
@@ -35,6 +36,24 @@ def estimate(x, y, length, seed, count):
     frequencies = unit_frequencies(np.array([seed]), count, 2) / length
     gap = mean_features(x[None], frequencies) - mean_features(y[None], frequencies)
     return float(np.square(gap).sum())
+
+
+def test_waves_cost_as_much_a_point_however_many(monkeypatch):
+    """The gap of two clouds by 64 waves takes one angle a wave and point: twice the points, twice the angles."""
+    counts = []
+
+    def counting(turns, cos_sin=fourier_features.cos_sin):
+        counts.append(turns.size)
+        return cos_sin(turns)
+
+    monkeypatch.setattr(fourier_features, "cos_sin", counting)
+    taken = []
+    for n in (50, 100, 200):
+        counts.clear()
+        x, y = np.random.default_rng(n).standard_normal((2, n, 2))
+        estimate(x, y, 1.0, 0, 64)
+        taken.append(sum(counts))
+    assert taken == [64 * 2 * n for n in (50, 100, 200)]
 
 
 @cache

@@ -5,10 +5,10 @@ from functools import partial
 import numpy as np
 import pytest
 
-from solvers import Pose, Status, register
+from solvers import Pose, Status, fit_rigid, register
 from solvers.scenes.rooms import kabsch_scene, room
 from solvers.uncertainty import covariance
-from solvers.verify import evidence
+from solvers.verify import evidence, halves, usual_reach
 
 SPACE = np.random.default_rng(4).standard_normal((7, 3))
 
@@ -162,3 +162,33 @@ def test_what_is_no_cloud_beside_a_list_is_refused_by_name(wrong: object) -> Non
     clouds = [np.zeros((3, 2)), np.zeros((4, 2))]
     with pytest.raises(ValueError, match=r"^target: "):
         evidence(clouds, wrong, Pose.identity())  # type: ignore[arg-type]
+
+
+def test_a_list_is_of_clouds_of_one_dimension():
+    """Said of the list, and of a cloud that is transposed as of any other."""
+    plane = SPACE[:, :2]
+    with pytest.raises(ValueError, match=r"^source: .* of one dimension, but number 0 .* has 2 and number 1 has 3$"):
+        register([plane, SPACE], [plane, SPACE])
+    with pytest.raises(ValueError, match=r"^cloud 1 of the list: source: .*pass source.T"):
+        register([plane, plane.T], plane)
+
+
+def test_who_takes_no_list_says_how_to_go_on(rooms):
+    sources, target, result = rooms
+    one_by_one = "rows of unequal length do not make an array; pass clouds of unequal size one by one$"
+    for call, name in (
+        (lambda: usual_reach(sources), "target"),
+        (lambda: halves(sources, target, result.pose), "source"),
+        (lambda: fit_rigid(sources, sources), "source"),
+    ):
+        with pytest.raises(ValueError, match=f"^{name}: {one_by_one}"):
+            call()
+
+
+def test_a_true_value_of_the_callback_ends_the_run_of_one_cloud(rooms):
+    """Each cloud of a list is a run of its own, whose steps are counted from 1; a batch is one."""
+    sources, target, _ = rooms
+    seen = []
+    result = register(sources, target, gate=0.5, callback=lambda k, state: seen.append((k, len(state.status))) or True)
+    assert seen == [(1, 1)] * 3
+    assert result.steps.tolist() == [1] * 3

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import doctest
 import importlib
+import inspect
 import pkgutil
+import re
+from collections.abc import Iterator
+from functools import cached_property
 
 import pytest
 
@@ -38,3 +42,38 @@ def test_there_are_examples_to_run() -> None:
     """The front door's among them."""
     names = {each.name for name in MODULES for each in examples(name)}
     assert {"solvers", "solvers.api.register", "solvers.core.pose.Pose", "solvers.geometry.rigid.fit_rigid"} <= names
+
+
+def public_classes() -> Iterator[type]:
+    """The classes of `solvers` and of the modules that it hands on: what they list, or else define."""
+    for module in ("solvers", *(f"solvers.{name}" for name in solvers._MODULES.values())):
+        room = importlib.import_module(module)
+        own = [name for name, made in vars(room).items() if getattr(made, "__module__", None) == module]
+        for name in getattr(room, "__all__", own):
+            if inspect.isclass(getattr(room, name)) and not name.startswith("_"):
+                yield getattr(room, name)
+
+
+def own_members(each: type) -> Iterator[tuple[str, object]]:
+    """The public methods and properties that a class itself defines: their names, and what has their docstrings."""
+    for name, member in vars(each).items():
+        if isinstance(member, classmethod | staticmethod):
+            member = member.__func__
+        if not name.startswith("_") and (inspect.isfunction(member) or isinstance(member, property | cached_property)):
+            yield name, member
+
+
+def code(thing: object) -> str:
+    """What the examples of a docstring run."""
+    return "".join(example.source for example in doctest.DocTestParser().get_examples(inspect.getdoc(thing) or ""))
+
+
+@pytest.mark.parametrize("each", dict.fromkeys(public_classes()), ids=lambda each: f"{each.__module__}.{each.__name__}")
+def test_a_public_class_and_its_methods_have_examples(each: type) -> None:
+    """A class has one of its own. A method or a property has one, or is used by name in those of its class."""
+    example = code(each)
+    without = [] if example else [each.__name__]
+    for name, member in own_members(each):
+        if not code(member) and not re.search(rf"\.{name}\b", example):
+            without.append(f"{each.__name__}.{name}")
+    assert without == []

@@ -159,7 +159,7 @@ def test_a_callback_is_called_after_every_step(scene):
         ({"source": np.zeros((13, 1))}, "source: expected at least 2 coordinates"),
         ({"source": np.zeros((0, 2))}, "source: is empty"),
         ({"source": [[1.0, 2.0], [3.0]]}, "source: rows of unequal length"),
-        ({"target": np.zeros((13, 3))}, "target: expected 2 coordinates a point, got 3"),
+        ({"target": np.zeros((13, 3))}, "target: expected 2 coordinates per point, got 3"),
         ({"target": np.zeros((12, 2))}, r"target: .*pass pairs=\(k, 2\)"),
         ({"target": np.full((13, 2), "x")}, r"target: expected real numbers, got dtype <U1; \.astype\(float\)"),
         ({"target": np.zeros((13, 2), dtype=object)}, r"target: .* got dtype object; \.astype\(float\)"),

@@ -11,7 +11,7 @@ cloud as it was given), and the coordinates are noised again by the same draw,
 projected endpoint. Of several samples the one with the smallest rigidity residual is
 kept, and the pose is read out as `A_target⁻¹ ∘ A_source`, A_v the fit of view v.
 
-`flow-from-source` is the simpler one beside it: it starts at the source's own
+`flow-from-source` is its simpler variant: it starts at the source's own
 coordinates, which the target's join as they are, moves the source alone, and reads its
 pose off a rigid fit between its first and last coordinates.
 
@@ -77,6 +77,13 @@ class FlowOptions:
     ValueError
         If an option is out of its range. A run raises it, too, for clouds of more than
         3000 points together.
+
+    Examples
+    --------
+    >>> from solvers import options, register, scenes
+    >>> scene = scenes.room("clean")
+    >>> register(scene.source, scene.target, "flow", options=options.FlowOptions(steps=4)).steps
+    4
     """
 
     steps: int = 10

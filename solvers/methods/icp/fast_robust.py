@@ -47,7 +47,7 @@ from solvers.core.status import Status, mark, reasons, statuses
 from solvers.core.tree import CONSTANT, SHARED, changed, put, take
 from solvers.geometry import nearest
 from solvers.geometry.nearest import Index
-from solvers.methods.icp.icp import partners
+from solvers.methods.icp.icp import one_partner, partners
 from solvers.numerics import robust
 from solvers.numerics.fits import fit_pairs, rms_motion, weighted_centroid, weighted_radius
 from solvers.numerics.gauss_newton import rotation
@@ -81,6 +81,15 @@ class FastRobustOptions:
     ------
     ValueError
         If an option is out of its range.
+
+    Examples
+    --------
+    >>> from solvers import options, register
+    >>> from solvers.scenes import room
+    >>> scene = room("clean")
+    >>> coarse = options.FastRobustOptions(last=0.1)
+    >>> register(scene.source, scene.target, "fast-robust-icp", options=coarse).detail("nu")
+    np.float64(0.1)
     """
 
     first: float | None = None
@@ -201,7 +210,8 @@ def _start(problem: Problem, options: FastRobustOptions) -> FastRobustState:
 def _step(state: FastRobustState) -> FastRobustState:
     problem, at, options = state.problem, state.pairing, state.options
     partners = nearest.picked(state.index.points, at.rows)
-    plain, free, condition = fit_pairs(state.pose, problem.source, partners, at.weights)
+    plain, reason, condition = fit_pairs(state.pose, problem.source, partners, at.weights)
+    free = one_partner(reason, state.index, at.rows, at.weights)
     past_x, past_g = _push(state.past_x, state.pose), _push(state.past_g, plain)
     depth = np.minimum(state.depth + 1, options.history + 1)
 

@@ -46,8 +46,8 @@ from solvers.methods.icp.surface_icp import SurfaceOptions, SurfaceState
 class GicpOptions(SurfaceOptions):
     """Options of `gicp`.
 
-    The common scale of the two variances changes the objective and not the steps. Where
-    poses come round again, to `tolerance`, a run has stalled.
+    The common scale of the two variances changes the objective and not the steps. A run
+    that cycles through the same poses, to `tolerance`, has stalled.
 
     Parameters
     ----------
@@ -75,8 +75,8 @@ class GicpOptions(SurfaceOptions):
         The fraction of the system's largest eigenvalue below which a direction of
         motion counts as free.
     tolerance : float, default 1e-6
-        It stops when a step moves the source points, root mean square, by at most this
-        fraction of their RMS radius.
+        It stops when a step moves the source points in use, root mean square, by at most
+        this fraction of their RMS radius.
     rms_tolerance : float, default 1e-6
         It stops, too, when as many pairs as before are used and the RMS of their
         residuals has changed by at most this fraction.
@@ -89,6 +89,15 @@ class GicpOptions(SurfaceOptions):
     ------
     ValueError
         If an option is out of its range.
+
+    Examples
+    --------
+    >>> from solvers import options, register
+    >>> from solvers.scenes import room
+    >>> scene = room("clean")
+    >>> flat = options.GicpOptions(gate=2.6, normal=0.01)
+    >>> register(scene.source, scene.target, "gicp", options=flat).status.name
+    'CONVERGED'
     """
 
     tangent: float = 1.0

@@ -2,35 +2,30 @@
 
 Pair every point with its nearest, fit, repeat.
 
-One step fits the pairs in closed form, then pairs anew at the new pose, so a state's
-pose, pairs and objective belong together. With r_i the distance of moved point i to its
-nearest target point and w_i its weight:
+One step fits the pairs in closed form, then pairs anew at the new pose, so a state's pose, pairs and objective belong
+together. With r_i the distance of moved point i to its nearest target point and w_i its weight:
 
-- `icp` uses the pairs within `gate`, less the fraction `trim` of the farthest of them.
-  Its objective is the sum over the pairs used. Without gate and trim it never rises,
-  `E(T) = Σ w_i min_j ‖T p_i − q_j‖²`; with them the set that it sums over changes, and
-  both the sum and the RMS may rise.
-- `trimmed-icp` uses always the same number of pairs, the nearest: the sum of the
-  `count` smallest r² never rises.
-- `capped-icp` uses the pairs within `cap` and counts every other one as if it were
-  there: `Σ w_i min(r_i², cap²)` never rises.
+- `icp` uses the pairs within `gate`, less the fraction `trim` of the farthest of them. Its objective is the sum over
+  the pairs used. Without gate and trim it never rises, `E(T) = Σ w_i min_j ‖T p_i − q_j‖²`; with them the set that it
+  sums over changes, and both the sum and the RMS may rise.
+- `trimmed-icp` uses always the same number of pairs, the nearest: the sum of the `count` smallest r² never rises.
+- `capped-icp` uses the pairs within `cap` and counts every other one as if it were there: `Σ w_i min(r_i², cap²)` never
+  rises.
 
-With a robust weight (`solvers.numerics.robust`) the fit is reweighted and 2ρ(r) takes the place
-of r². The descent then holds for a fixed `scale`; a scale taken from the distances anew
-at every step changes the objective as it goes.
+With a robust weight (`solvers.numerics.robust`) the fit is reweighted and 2ρ(r) takes the place of r². The descent then
+holds for a fixed `scale`; a scale taken from the distances anew at every step changes the objective as it goes.
 
-What converges is the objective's value; the fixed point is a local optimum at best, and
-a step that has come to rest says nothing about the truth.
+What converges is the objective's value; the fixed point is a local optimum at best, and a step that has come to rest
+says nothing about the truth.
 
 References
 ----------
-.. [1] P. J. Besl, N. D. McKay, "A method for registration of 3-D shapes", 1992, sec. IV
-   (the descent, with exact neighbours and fits). doi:10.1109/34.121791
-.. [2] D. Chetverikov, D. Svirko, D. Stepanov, P. Krsek, "The trimmed iterative closest
-   point algorithm", 2002, sec. 2 (left out: the search for the overlap).
-   doi:10.1109/ICPR.2002.1047997
-.. [3] S. Rusinkiewicz, M. Levoy, "Efficient variants of the ICP algorithm", 2001 (gate
-   and trim as stages). doi:10.1109/IM.2001.924423
+.. [1] P. J. Besl, N. D. McKay, "A method for registration of 3-D shapes", 1992, sec. IV (the descent, with exact
+   neighbours and fits). doi:10.1109/34.121791
+.. [2] D. Chetverikov, D. Svirko, D. Stepanov, P. Krsek, "The trimmed iterative closest point algorithm", 2002, sec. 2
+   (left out: the search for the overlap). doi:10.1109/ICPR.2002.1047997
+.. [3] S. Rusinkiewicz, M. Levoy, "Efficient variants of the ICP algorithm", 2001 (gate and trim as stages).
+   doi:10.1109/IM.2001.924423
 """
 
 from __future__ import annotations
@@ -50,7 +45,10 @@ from solvers.core.tree import CONSTANT, SHARED, changed
 from solvers.geometry import nearest
 from solvers.geometry.nearest import Index, Known
 from solvers.numerics import robust
-from solvers.numerics.fits import fit_pairs, rms_motion, rms_radius, weighted_radius
+from solvers.numerics.fits import fit_pairs, rms_motion, typical_radius, weighted_radius
+
+ONE_PARTNER = "every source point has the same partner: the rotation is undefined; are both clouds in one unit?"
+"""Why a fit of such pairs has no rotation."""
 
 
 @dataclass(frozen=True)
@@ -64,24 +62,31 @@ class IcpOptions:
     trim : float, default 0.0
         The fraction of the gated pairs, the farthest, that is not used, 0 to below 1.
     weight : str, default "none"
-        A kernel of `solvers.numerics.robust`: "none", "huber", "tukey", "welsch" or
-        "geman-mcclure".
+        A kernel of `solvers.numerics.robust`: "none", "huber", "tukey", "welsch" or "geman-mcclure".
     tuning : float, optional
         The kernel's constant. None is the usual one.
     scale : float, optional
-        The kernel's scale s, world units. None takes it from the median distance of the
-        pairs used, anew at every step, and never below 3e-4 of the target's RMS radius.
+        The kernel's scale s, world units. None takes it from the median distance of the pairs used, anew at every step,
+        and never below 3e-4 of the target's RMS radius.
     tolerance : float, default 1e-6
-        It stops when a step moves the source points, root mean square, by at most this
-        fraction of their RMS radius.
+        It stops when a step moves the source points in use, root mean square, by at most this fraction of their RMS
+        radius.
     rms_tolerance : float, default 1e-6
-        It stops, too, when as many pairs as before are used and their RMS has changed
-        by at most this fraction.
+        It stops, too, when as many pairs as before are used and their RMS has changed by at most this fraction.
 
     Raises
     ------
     ValueError
         If an option is out of its range.
+
+    Examples
+    --------
+    >>> from solvers import options, register
+    >>> from solvers.scenes import room
+    >>> scene = room("clean")
+    >>> gated = options.IcpOptions(gate=0.5, trim=0.1)
+    >>> register(scene.source, scene.target, "icp", options=gated).correspondences.shape
+    (132,)
     """
 
     gate: float = np.inf
@@ -106,27 +111,33 @@ class TrimmedOptions:
     Parameters
     ----------
     keep : float, default 0.8
-        The fraction of the source points, above 0 to 1, whose pairs are used: the
-        nearest, always `max(1, round(keep · m))` of them.
+        The fraction of the source points, above 0 to 1, whose pairs are used: the nearest, always `max(1, round(keep ·
+        m))` of them.
     weight : str, default "none"
-        A kernel of `solvers.numerics.robust`: "none", "huber", "tukey", "welsch" or
-        "geman-mcclure".
+        A kernel of `solvers.numerics.robust`: "none", "huber", "tukey", "welsch" or "geman-mcclure".
     tuning : float, optional
         The kernel's constant. None is the usual one.
     scale : float, optional
-        The kernel's scale s, world units. None takes it from the median distance of the
-        pairs used, anew at every step, and never below 3e-4 of the target's RMS radius.
+        The kernel's scale s, world units. None takes it from the median distance of the pairs used, anew at every step,
+        and never below 3e-4 of the target's RMS radius.
     tolerance : float, default 1e-6
-        It stops when a step moves the source points, root mean square, by at most this
-        fraction of their RMS radius.
+        It stops when a step moves the source points in use, root mean square, by at most this fraction of their RMS
+        radius.
     rms_tolerance : float, default 0.0
-        It stops, too, when the RMS of the pairs used has changed by at most this
-        fraction.
+        It stops, too, when the RMS of the pairs used has changed by at most this fraction.
 
     Raises
     ------
     ValueError
         If an option is out of its range.
+
+    Examples
+    --------
+    >>> from solvers import options, register
+    >>> source = [[0.0, 0.0], [1.0, 0.0], [9.0, 0.0], [1.0, 1.0]]
+    >>> half = options.TrimmedOptions(keep=0.5)
+    >>> register(source, [[0.0, 0.1], [1.0, 0.1]], "trimmed-icp", options=half).correspondences
+    array([ 0,  1, -1, -1])
     """
 
     keep: float = 0.8
@@ -149,27 +160,31 @@ class CappedOptions:
     Parameters
     ----------
     cap : float, optional
-        The distance at which a pair's loss stops growing, world units. None is half the
-        target's RMS radius.
+        The distance at which a pair's loss stops growing, world units. None is half the target's RMS radius.
     weight : str, default "none"
-        A kernel of `solvers.numerics.robust`: "none", "huber", "tukey", "welsch" or
-        "geman-mcclure".
+        A kernel of `solvers.numerics.robust`: "none", "huber", "tukey", "welsch" or "geman-mcclure".
     tuning : float, optional
         The kernel's constant. None is the usual one.
     scale : float, optional
-        The kernel's scale s, world units. None takes it from the median distance of the
-        pairs used, anew at every step, and never below 3e-4 of the target's RMS radius.
+        The kernel's scale s, world units. None takes it from the median distance of the pairs used, anew at every step,
+        and never below 3e-4 of the target's RMS radius.
     tolerance : float, default 1e-6
-        It stops when a step moves the source points, root mean square, by at most this
-        fraction of their RMS radius.
+        It stops when a step moves the source points in use, root mean square, by at most this fraction of their RMS
+        radius.
     rms_tolerance : float, default 0.0
-        It stops, too, when as many pairs as before are used and their RMS has changed
-        by at most this fraction.
+        It stops, too, when as many pairs as before are used and their RMS has changed by at most this fraction.
 
     Raises
     ------
     ValueError
         If an option is out of its range.
+
+    Examples
+    --------
+    >>> from solvers import options, register
+    >>> near = options.CappedOptions(cap=0.4)
+    >>> register([[0.0, 0.0], [1.0, 0.0]], [[0.0, 0.1], [1.0, 0.1]], "capped-icp", options=near).detail("reach")
+    np.float64(0.4)
     """
 
     cap: float | None = None
@@ -228,15 +243,14 @@ class IcpState:
     """A pose and the pairs at it; the objective and the fields of `pairing` are at
     `pose`.
 
-    radius: (b,) RMS radius of the source. reach: (b,) the gate or the cap, world units.
-    scale: (b,) the fixed s of the robust weight, or None. change: (b,) how far the last
-    step moved the points, root mean square, as a fraction of `radius`, infinite before
-    the first. condition: (b,) that of the last fit (`rigid.Fit`).
+    reach: (b,) the gate or the cap, world units. scale: (b,) the fixed s of the robust
+    weight, or None. radius: (b,) RMS radius of the source points in use. change: (b,) how
+    far the last step moved them, root mean square, as a fraction of `radius`, infinite
+    before the first. condition: (b,) that of the last fit (`rigid.Fit`).
     """
 
     problem: Problem = field(metadata=CONSTANT)
     index: Index = field(metadata=CONSTANT)
-    radius: FloatArray = field(metadata=CONSTANT)
     reach: FloatArray = field(metadata=CONSTANT)
     scale: FloatArray | None = field(metadata=CONSTANT)
     options: AnyOptions = field(metadata=SHARED)
@@ -245,6 +259,7 @@ class IcpState:
     status: StatusArray
     reason: ReasonArray
     pairing: Pairing
+    radius: FloatArray
     change: FloatArray
     condition: FloatArray
 
@@ -258,7 +273,8 @@ def finish(
     """
     options, old = state.options, state.pairing
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-        change = rms_motion(pairing.moved - old.moved, state.problem.weights) / state.radius
+        radius = weighted_radius(state.problem.source, pairing.weights)
+        change = rms_motion(pairing.moved - old.moved, pairing.weights) / radius
         still = np.abs(pairing.rms - old.rms) <= options.rms_tolerance * old.rms
     at_rest = change <= options.tolerance
     steady = still & (pairing.count == old.count) & (options.rms_tolerance > 0.0)
@@ -268,8 +284,8 @@ def finish(
     status, said = mark(status, said, at_rest, Status.CONVERGED, "the pose has come to rest")
     status, said = mark(status, said, steady & ~free, Status.CONVERGED, "the RMS has come to rest")
     return changed(
-        state, pose=pose, objective=pairing.objective, status=status, reason=said, pairing=pairing, change=change,
-        condition=condition,
+        state, pose=pose, objective=pairing.objective, status=status, reason=said, pairing=pairing, radius=radius,
+        change=change, condition=condition,
     )  # fmt: skip
 
 
@@ -319,7 +335,7 @@ def start(problem: Problem, options: AnyOptions) -> IcpState:
     if isinstance(options, IcpOptions):
         reach[:] = options.gate
     elif isinstance(options, CappedOptions):
-        reach[:] = 0.5 * rms_radius(problem.target) if options.cap is None else options.cap
+        reach[:] = 0.5 * typical_radius(problem.target) if options.cap is None else options.cap
     scale = None if options.scale is None else np.full(problem.size, options.scale)
     return start_with(problem, options, reach, scale)
 
@@ -331,19 +347,35 @@ def start_with(problem: Problem, options: AnyOptions, reach: FloatArray, scale: 
     pairing = pair(problem, index, reach, scale, options, problem.start)
     status, reason = mark(statuses((b,)), reasons((b,)), pairing.count == 0, Status.DEGENERATE, _no_pairs(options))
     return IcpState(
-        problem=problem, index=index, radius=weighted_radius(problem.source, problem.weights), reach=reach,
-        scale=scale, options=options, pose=problem.start, objective=pairing.objective, status=status,
-        reason=reason, pairing=pairing, change=np.full(b, np.inf), condition=np.full(b, np.inf),
+        problem=problem, index=index, reach=reach, scale=scale, options=options, pose=problem.start,
+        objective=pairing.objective, status=status, reason=reason, pairing=pairing,
+        radius=weighted_radius(problem.source, pairing.weights), change=np.full(b, np.inf),
+        condition=np.full(b, np.inf),
     )  # fmt: skip
 
 
 def step(state: IcpState) -> IcpState:
-    """Fit the pairs, then pair anew."""
+    """Fit the pairs, then pair again."""
     at = state.pairing
     partners = nearest.picked(state.index.points, at.rows)
     pose, reason, condition = fit_pairs(state.pose, state.problem.source, partners, at.weights)
     pairing = pair(state.problem, state.index, state.reach, state.scale, state.options, pose, at.known)
-    return finish(state, pose, pairing, reason, condition)
+    return finish(state, pose, pairing, one_partner(reason, state.index, at.rows, at.weights), condition)
+
+
+def one_partner(reason: ReasonArray, index: Index, rows: IntArray, weights: FloatArray) -> ReasonArray:
+    """Why fits are degenerate, (b,), in words of pairs: where it is that all partners are one, though the target has
+    other points.
+    """
+    bad = np.flatnonzero(reason != "")
+    if not bad.size:
+        return reason
+    said = reason.copy()
+    for i in bad:
+        one = np.unique(rows[i][weights[i] > 0.0]).size == 1
+        if one and reason[i].startswith("all target") and np.ptp(index.points[i], axis=0).max() > 0.0:
+            said[i] = ONE_PARTNER
+    return said
 
 
 def partners(state: Any) -> IntArray:

@@ -65,6 +65,15 @@ class KissOptions:
     ------
     ValueError
         If an option is out of its range.
+
+    Examples
+    --------
+    >>> from solvers import options, register
+    >>> from solvers.scenes import room
+    >>> scene = room("clean")
+    >>> sure = options.KissOptions(angle=0.1, shift=0.2)
+    >>> register(scene.source, scene.target, "kiss-threshold-icp", options=sure).status.name
+    'CONVERGED'
     """
 
     angle: float | None = None

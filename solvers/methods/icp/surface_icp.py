@@ -37,7 +37,7 @@ from solvers.geometry.normals import Normals
 from solvers.methods.icp import icp
 from solvers.methods.icp.icp import IcpOptions, Pairing
 from solvers.numerics import gauss_newton, recurrence, robust
-from solvers.numerics.fits import weighted_centroid, weighted_radius
+from solvers.numerics.fits import rms_motion, weighted_centroid, weighted_radius
 from solvers.numerics.gauss_newton import System
 
 
@@ -45,7 +45,7 @@ from solvers.numerics.gauss_newton import System
 class SurfaceOptions:
     """Options of `point-to-plane`.
 
-    Where poses come round again, to `tolerance`, a run has stalled.
+    A run that cycles through the same poses, to `tolerance`, has stalled.
 
     Parameters
     ----------
@@ -73,8 +73,8 @@ class SurfaceOptions:
         The fraction of the system's largest eigenvalue below which a direction of
         motion counts as free.
     tolerance : float, default 1e-6
-        It stops when a step moves the source points, root mean square, by at most this
-        fraction of their RMS radius.
+        It stops when a step moves the source points in use, root mean square, by at most
+        this fraction of their RMS radius.
     rms_tolerance : float, default 1e-6
         It stops, too, when as many pairs as before are used and the RMS of their
         residuals has changed by at most this fraction.
@@ -83,6 +83,17 @@ class SurfaceOptions:
     ------
     ValueError
         If an option is out of its range.
+
+    Examples
+    --------
+    >>> from solvers import options, register
+    >>> from solvers.scenes import room
+    >>> scene = room("clean")
+    >>> gated = options.SurfaceOptions(gate=2.6, neighbours=8)
+    >>> gated.pairing().gate
+    2.6
+    >>> register(scene.source, scene.target, "point-to-plane", options=gated).status.name
+    'CONVERGED'
     """
 
     gate: float = np.inf
@@ -121,8 +132,7 @@ class SurfaceState:
     solves.
 
     normals: of the target. covariances: of source (b, m, d, d) and target (b, n, d, d)
-    points, where the method has any. radius: (b,) RMS radius, at the start, of the
-    source points that have a weight. scale: (b,) the fixed s of the robust weight, or None. pairing: `rms` and
+    points, where the method has any. scale: (b,) the fixed s of the robust weight, or None. pairing: `rms` and
     `objective` there are those of the residuals here; pairs whose target point has no
     normal are not used, where the method needs one. precision: (b, m, d, d) of the
     pairs, at `pose`. system: the normal equations of these pairs at `pose`, with the
@@ -135,7 +145,6 @@ class SurfaceState:
     index: Index = field(metadata=CONSTANT)
     normals: Normals = field(metadata=CONSTANT)
     covariances: tuple[FloatArray, FloatArray] | None = field(metadata=CONSTANT)
-    radius: FloatArray = field(metadata=CONSTANT)
     scale: FloatArray | None = field(metadata=CONSTANT)
     options: SurfaceOptions = field(metadata=SHARED)
     pose: Pose
@@ -162,35 +171,31 @@ def start(
     """
     b = problem.size
     scale = None if options.scale is None else np.full(b, options.scale)
-    with np.errstate(over="ignore", under="ignore"):
-        radius = weighted_radius(problem.source, problem.weights) * np.asarray(problem.start.scale)
-    radius = np.where((radius > 0.0) & np.isfinite(radius), radius, 1.0)
     surfaces = _Surfaces(index, surface, covariances)
-    pairing, precision, system = _at(problem, options, surfaces, scale, radius, problem.start)
+    pairing, precision, system = _at(problem, options, surfaces, scale, problem.start)
     status, reason = statuses((b,)), reasons((b,))
     if covariances is None:
         none = np.asarray(surface.flagged.all(axis=1))
         status, reason = mark(status, reason, none, Status.DEGENERATE, "no target point has a normal")
     status, reason = mark(status, reason, pairing.count == 0, Status.DEGENERATE, _no_pairs(options))
     return SurfaceState(
-        problem=problem, index=index, normals=surface, covariances=covariances, radius=radius, scale=scale,
-        options=options, pose=problem.start, objective=pairing.objective, status=status, reason=reason,
+        problem=problem, index=index, normals=surface, covariances=covariances, scale=scale, options=options,
+         pose=problem.start, objective=pairing.objective, status=status, reason=reason,
         pairing=pairing, precision=precision, system=system, change=np.full(b, np.inf),
         taken=np.zeros(b, dtype=np.int64), anchor=pairing.moved,
     )  # fmt: skip
 
 
 def step(state: SurfaceState) -> SurfaceState:
-    """Solve the system of the present pairs, then pair anew."""
+    """Solve the system of the present pairs, then pair again."""
     options, old = state.options, state.pairing
     xi = gauss_newton.solve(state.system, options.max_shift, options.max_turn)
     pose = gauss_newton.apply(xi, state.system, state.pose)
     surfaces = _Surfaces(state.index, state.normals, state.covariances)
-    pairing, precision, system = _at(state.problem, options, surfaces, state.scale, state.radius, pose, old.known)
+    pairing, precision, system = _at(state.problem, options, surfaces, state.scale, pose, old.known)
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-        counted = state.problem.weights
-        change = recurrence.motion(old.moved, pairing.moved, counted) / state.radius
-        again = recurrence.motion(state.anchor, pairing.moved, counted) / state.radius <= options.tolerance
+        change = rms_motion(pairing.moved - old.moved, pairing.weights) / system.radius
+        again = rms_motion(pairing.moved - state.anchor, pairing.weights) / system.radius <= options.tolerance
         still = np.abs(pairing.rms - old.rms) <= options.rms_tolerance * old.rms
     at_rest = change <= options.tolerance
     steady = still & (pairing.count == old.count) & (options.rms_tolerance > 0.0)
@@ -245,7 +250,6 @@ def _at(
     options: SurfaceOptions,
     surfaces: _Surfaces,
     scale: FloatArray | None,
-    radius: FloatArray,
     pose: Pose,
     known: Known | None = None,
 ) -> tuple[Pairing, FloatArray, System]:
@@ -262,8 +266,11 @@ def _at(
         objective = np.where(used, weights * squares, 0.0).sum(axis=1)
         total = weights.sum(axis=1)
         rms = np.sqrt(objective / np.where(total > 0.0, total, 1.0))
-        middle = weighted_centroid(problem.source, problem.weights) * np.asarray(pose.scale)[:, None]
-        centre = gauss_newton.turned(pose.R, middle) + pose.t
+        # Of the pairs in use: a point without one does not matter, wherever it lies.
+        size = np.asarray(pose.scale)
+        centre = gauss_newton.turned(pose.R, weighted_centroid(problem.source, weights) * size[:, None]) + pose.t
+        radius = weighted_radius(problem.source, weights) * size
+    radius = np.where((radius > 0.0) & np.isfinite(radius), radius, 1.0)
     pairing = changed(
         pairing, used=used, weights=weights, count=used.sum(axis=1), rms=rms, objective=objective
     )

@@ -8,7 +8,7 @@ a small square is found once; a query looks only at those.
 The paths are gated ICP without its rotation. They move by the mean offset of the pairs
 within τ, which is a descent step for the capped objective itself: with the pairs and
 the set fixed the mean is the best translation for the sum over the set, and pairing
-anew, each point taking the smaller of its distance and τ, lowers it again. The surface
+again, each point taking the smaller of its distance and τ, lowers it further. The surface
 is not convex.
 """
 
@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 from solvers.core import validate
 from solvers.core.arrays import FloatArray, IntArray
 from solvers.core.status import Status, statuses
-from solvers.methods.mmd.landscape import Path, axis, course_of, one_cloud, starts
+from solvers.methods.mmd.landscape import Path, axis, course_of, one_cloud, translations
 
 _BLOCK = 2**15
 
@@ -53,6 +53,19 @@ class CappedField:
         Square by square, the target rows that can be nearest to a point of it and
         within the cap, padded by n. The last row stands for the outside, which the cap
         keeps away from all.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers.landscape import capped_field
+    >>> corners = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0]])
+    >>> field = capped_field(corners, corners + 0.25, 1.0)
+    >>> field.nearest(np.array([0.25, 9.0]), np.array([0.25, 9.0]))  # a point on a corner, one far away
+    (array([0, 3]), array([0., 1.]))
+    >>> field.values([0.25, 0.25]).round(6), field.grid([-0.5, 0.25, 1.0], [0.25]).argmin()
+    (np.float64(0.0), np.int64(1))
+    >>> field.path([0.0, 0.0]).points[-1].round(6)
+    array([0.25, 0.25])
     """
 
     turned: FloatArray
@@ -118,8 +131,13 @@ class CappedField:
         -------
         ndarray of shape (...)
             u².
+
+        Raises
+        ------
+        ValueError
+            If `t` is not finite or not of that shape.
         """
-        moves = np.asarray(t, dtype=np.float64)
+        moves = translations(t, "t")
         flat = moves.reshape(-1, 2)
         total = np.empty(len(flat))
         size = max(1, _BLOCK // len(self.turned))
@@ -147,7 +165,7 @@ class CappedField:
         Raises
         ------
         ValueError
-            If `xs` or `ys` is empty or not finite.
+            If `xs` or `ys` is not a row, is empty or not finite.
         """
         x, y = axis(xs, "xs"), axis(ys, "ys")
         return self.values(np.stack(np.broadcast_arrays(x[None, :], y[:, None]), axis=-1))
@@ -170,14 +188,16 @@ class CappedField:
         Returns
         -------
         Path
-            The courses, one a start.
+            The courses, one per start.
 
         Raises
         ------
         ValueError
-            If `start` is not finite or not of that shape.
+            If `start` is not finite or not of that shape, or another argument is negative or not finite.
         """
-        t = starts(start)
+        t = translations(start, "start")
+        validate.count(max_steps, "max_steps")
+        validate.number(tolerance, "tolerance", 0.0)
         shape, t = t.shape[:-1], t.reshape(-1, 2)
         n, s = len(self.target), len(t)
         status, steps = statuses((s,)), np.zeros(s, dtype=np.int64)

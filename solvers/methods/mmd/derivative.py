@@ -92,7 +92,7 @@ def derivatives(pose: Pose, source: ArrayLike, target: ArrayLike, frequencies: A
     """F and its derivatives at a planar pose.
 
     source: (m, 2), target: (n, 2), frequencies: (D, 2) in radians per unit
-    (`MmdState.frequencies / ℓ`). Raises ValueError for what is not a planar cloud or pose.
+    (`MmdState.frequencies / ℓ`). Raises ValueError for anything but planar clouds and a planar pose.
     """
     p, q, w = _checked(pose, source, target, frequencies)
     return _derivatives(_parts(pose, p, q, w))

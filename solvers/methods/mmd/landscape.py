@@ -20,6 +20,8 @@ from numpy.typing import ArrayLike
 
 from solvers.core import validate
 from solvers.core.arrays import FloatArray, IntArray, StatusArray
+from solvers.core.kinds import shown
+from solvers.core.numbers import moderate, numbers
 from solvers.core.status import Status, statuses
 from solvers.numerics.fourier_features import mean_features
 
@@ -40,6 +42,16 @@ class Path:
     status : ndarray of int8, shape (...)
         Converged, stalled (no step lowers the objective), capped, or degenerate (no
         point within reach).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers.landscape import capped_field
+    >>> corners = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0]])
+    >>> path = capped_field(corners, corners + 0.25, 1.0).path([[0.0, 0.0], [9.0, 9.0]])
+    >>> path.points[-1].round(6), path.steps
+    (array([[0.25, 0.25],
+           [9.  , 9.  ]]), array([2, 0]))
     """
 
     points: FloatArray
@@ -58,7 +70,10 @@ def one_cloud(points: ArrayLike, name: str) -> FloatArray:
 
 def axis(values: ArrayLike, name: str) -> FloatArray:
     """The coordinates (k,) of a grid's columns or rows, at least one and all finite."""
-    return validate.cloud(np.asarray(values, dtype=np.float64)[..., None] * np.ones(2), name)[:, 0]
+    a = moderate(numbers(values, name), name)
+    if a.ndim != 1 or not a.size:
+        raise ValueError(f"{name}: expected a row of at least one number, got shape {a.shape}")
+    return a
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +90,17 @@ class MmdField:
         a_k, the source's mean features at t = 0, with 1/√D in them.
     fixed : ndarray of complex, shape (D,)
         b_k, the target's.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers.landscape import mmd_field
+    >>> corners = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0]])
+    >>> field = mmd_field(corners, corners + 0.25, [[1.0, 0.0], [0.0, 1.0]])
+    >>> field.values([0.25, 0.25]).round(6), field.grid([-0.5, 0.25, 1.0], [0.25]).argmin()
+    (np.float64(0.0), np.int64(1))
+    >>> field.path([0.0, 0.0]).points[-1].round(4)
+    array([0.25, 0.25])
     """
 
     frequencies: FloatArray
@@ -93,9 +119,13 @@ class MmdField:
         -------
         ndarray of shape (...)
             Without unit.
+
+        Raises
+        ------
+        ValueError
+            If `t` is not finite or not of that shape.
         """
-        value: FloatArray = np.square(np.abs(self._residual(np.asarray(t, dtype=np.float64)))).sum(axis=-1)
-        return value[()]
+        return self._values(translations(t, "t"))[()]
 
     def grid(self, xs: ArrayLike, ys: ArrayLike) -> FloatArray:
         """The objective at all (xs[i], ys[j]).
@@ -115,7 +145,7 @@ class MmdField:
         Raises
         ------
         ValueError
-            If `xs` or `ys` is empty or not finite.
+            If `xs` or `ys` is not a row, is empty or not finite.
         """
         x, y = axis(xs, "xs"), axis(ys, "ys")
         across, up = (np.exp(1j * np.outer(v, w)) for v, w in zip((x, y), self.frequencies.T, strict=True))
@@ -150,20 +180,23 @@ class MmdField:
         Returns
         -------
         Path
-            The courses, one a start.
+            The courses, one per start.
 
         Raises
         ------
         ValueError
-            If `start` is not finite or not of that shape.
+            If `start` is not finite or not of that shape, or another argument is negative or not finite.
         """
-        t = starts(start)
+        t = translations(start, "start")
+        validate.count(max_steps, "max_steps")
+        for name, number in (("tolerance", tolerance), ("damping", damping)):
+            validate.number(number, name, 0.0)
         shape, t = t.shape[:-1], t.reshape(-1, 2)
         # In units of one over the largest frequency, so that nothing overflows.
         unit = 1.0 / max(float(np.abs(self.frequencies).max()), 1e-300)
         w = self.frequencies * unit
         reach = 1.0 / max(float(np.sqrt(np.square(w).mean())), 1e-300)
-        value, lam = self.values(t), np.full(len(t), damping)
+        value, lam = self._values(t), np.full(len(t), damping)
         status, refused = statuses((len(t),)), np.zeros(len(t), dtype=np.int64)
         steps = np.zeros(len(t), dtype=np.int64)
         course, level = [t], [value]
@@ -178,7 +211,7 @@ class MmdField:
             running = status == Status.RUNNING
             length = np.minimum(length, reach) * unit
             trial = t + unit * move
-            new = self.values(trial)
+            new = self._values(trial)
             won = running & (new < value)
             t, value = np.where(won[:, None], trial, t), np.where(won, new, value)
             lam = np.where(won, np.maximum(0.2 * lam, 1e-9), 8.0 * lam)
@@ -189,6 +222,10 @@ class MmdField:
             course.append(t)
             level.append(value)
         return course_of(course, level, steps, status, shape)
+
+    def _values(self, t: FloatArray) -> FloatArray:
+        value: FloatArray = np.square(np.abs(self._residual(t))).sum(axis=-1)
+        return value
 
     def _residual(self, t: FloatArray) -> FloatArray:
         residual: FloatArray = self.moving * np.exp(1j * (t @ self.frequencies.T)) - self.fixed
@@ -239,11 +276,11 @@ def mmd_field(turned: ArrayLike, target: ArrayLike, frequencies: ArrayLike) -> M
     return MmdField(w, moving, fixed)
 
 
-def starts(start: ArrayLike) -> FloatArray:
-    """Translations (..., 2) that a path may begin at, else a ValueError."""
-    t = np.asarray(start, dtype=np.float64)
+def translations(values: ArrayLike, name: str) -> FloatArray:
+    """Finite translations (..., 2), else a ValueError that names them."""
+    t = numbers(values, name)
     if t.ndim < 1 or t.shape[-1] != 2 or not np.isfinite(t).all():
-        raise ValueError(f"start: expected finite translations of shape (..., 2), got {start!r}")
+        raise ValueError(f"{name}: expected finite translations of shape (..., 2), got {shown(values)}")
     return t
 
 

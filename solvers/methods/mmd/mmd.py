@@ -18,11 +18,11 @@ Nothing is discounted: density, partial overlap and clutter move the minimum, an
 features add minima of their own. Left out of [1]_: learned starts, scales and overlap
 weights.
 
-Different by default, and to be had by an option. The frequencies are Gaussian; the
-authors' code also offers "Laplace", and takes it outdoors. The word may mean the
-kernel, `kernel="laplace"`, or the law of the frequencies, whose kernel is then
+These differ by default; an option gives the authors' choice. The frequencies are
+Gaussian; the authors' code also offers "Laplace", and takes it outdoors. The word may
+mean the kernel, `kernel="laplace"`, or the law of the frequencies, whose kernel is then
 `kernel="cauchy"`: both are here. One draw is rescaled through all stages; the authors
-draw anew for each (`redraw=True`), with another number of waves (`count`, one for each
+draw again for each (`redraw=True`), with another number of waves (`count`, one for each
 stage).
 
 References
@@ -50,7 +50,7 @@ from solvers.core.pose import Pose
 from solvers.core.rotations import planar
 from solvers.core.status import Status, mark, reasons, statuses
 from solvers.core.tree import CONSTANT, SHARED, changed, put, take
-from solvers.numerics.fits import rms_radius
+from solvers.numerics.fits import rms_radius, typical_radius
 from solvers.numerics.fourier_features import KERNELS, feature_sums, mean_features, unit_frequencies
 
 _FRACTIONS = (0.6, 0.3, 0.15, 0.075)
@@ -94,6 +94,13 @@ class MmdOptions:
     ------
     ValueError
         If an option is out of its range.
+
+    Examples
+    --------
+    >>> from solvers import options, register, scenes
+    >>> scene = scenes.room("clean")
+    >>> register(scene.source, scene.target, "mmd", options=options.MmdOptions(count=64)).detail("frequencies").shape
+    (64, 2)
     """
 
     lengths: float | Sequence[float] | None = None
@@ -127,9 +134,9 @@ class MmdState:
     """A pose and the two mean features at it; all are of the present length scale.
 
     lengths: (b, L) the schedule. draws: (b, S, D, d) frequencies in units of 1/ℓ, S = L
-    sets, one a stage, or one for all. counts: (b, L) how many of them a stage takes;
+    sets, one per stage, or one for all. counts: (b, L) how many of them a stage takes;
     where that is less than D, the rest of `frequencies` and the entries that belong to
-    it are zero. fixed_means: (b, L, 2D) of the target, one a stage. centred: (b, m, d)
+    it are zero. fixed_means: (b, L, 2D) of the target, one per stage. centred: (b, m, d)
     the source about its centroid (b, d) `centroid`, `radius` (b,) its RMS radius.
     stage: (b,) counted from 0. frequencies: (b, D, d) and length: (b,) ℓ, world units,
     of the stage. moving_mean, fixed_mean: (b, 2D), cosines first, and residual, their
@@ -202,15 +209,17 @@ def _evaluate(state: MmdState, pose: Pose) -> tuple[FloatArray, FloatArray]:
     R = pose.R
     # About the centroid the points only turn; where the centroid lies is one phase for
     # each frequency.
-    with np.errstate(under="ignore"):
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         unit = (state.centred @ R.swapaxes(-1, -2)) / radius[:, None, None]
         c, s = feature_sums(unit, z * (radius / ell)[:, None, None])
-    turning = (c + 1j * s) / (m * np.sqrt(count))[:, None, None]
-    if (count < D).any():
-        turning[np.arange(D) >= count[:, None]] = 0.0
-    centre = (R @ state.centroid[..., None])[..., 0] + pose.t
-    phase = (z @ (centre / ell[:, None])[..., None])[..., 0]
-    turning *= np.exp(1j * phase)[..., None]
+        turning = (c + 1j * s) / (m * np.sqrt(count))[:, None, None]
+        if (count < D).any():
+            turning[np.arange(D) >= count[:, None]] = 0.0
+        centre = (R @ state.centroid[..., None])[..., 0] + pose.t
+        phase = (z @ (centre / ell[:, None])[..., None])[..., 0]
+        turning *= np.exp(1j * phase)[..., None]
+    if not np.isfinite(turning).all():  # the cloud is too many wavelengths wide for a phase to be a number
+        turning = np.where(np.isfinite(turning), turning, 0.0)
     mean, first = turning[..., 0], turning[..., 1:]
     planes = _planes(d)
     J = np.empty((b, D, d + len(planes)), dtype=np.complex128)
@@ -222,7 +231,7 @@ def _evaluate(state: MmdState, pose: Pose) -> tuple[FloatArray, FloatArray]:
 
 
 def _at(state: MmdState, pose: Pose) -> MmdState:
-    """The state with everything evaluated anew at `pose`."""
+    """The state with everything re-evaluated at `pose`."""
     mean, J = _evaluate(state, pose)
     residual = mean - state.fixed_mean
     return changed(
@@ -255,7 +264,7 @@ def _start(problem: Problem, options: MmdOptions) -> MmdState:
     b, _, d = problem.source.shape
     p = d + len(_planes(d))
     if options.lengths is None:
-        lengths = rms_radius(problem.target)[:, None] * np.array(_FRACTIONS)
+        lengths = typical_radius(problem.target)[:, None] * np.array(_FRACTIONS)
     else:
         lengths = np.tile(np.array(options.lengths, dtype=np.float64), (b, 1))
     draws, counts = _draws(problem, options, lengths.shape[1])
@@ -301,7 +310,8 @@ def _step(state: MmdState) -> MmdState:
         step = (V[rows] @ step[..., None])[..., 0]
         size = np.linalg.norm(step, axis=1)
         trial = take(state, rows)
-        per_radius = trial.length / trial.radius
+        with np.errstate(over="ignore"):
+            per_radius = np.minimum(trial.length / trial.radius, 1e300)
         # No farther than the length scale reaches, and about no axis by more than a
         # radian.
         cap = 1.0 / np.maximum(np.maximum(1.0, size), np.abs(step[:, d:]).max(axis=1) * per_radius)
@@ -322,9 +332,9 @@ def _step(state: MmdState) -> MmdState:
             break
 
     little = state.objective - after.objective <= options.decrease * state.objective
-    after = changed(
-        after, damping=damping, change=change, condition=top / np.maximum(values[:, 0], 1e-16 * top), weak=V[:, :, 0]
-    )
+    least = np.maximum(values[:, 0], 1e-16 * top)
+    condition = np.where(least > 0.0, top / np.where(least > 0.0, least, 1.0), np.inf)
+    after = changed(after, damping=damping, change=change, condition=condition, weak=V[:, :, 0])
     return _end_of_stage(after, small | little, pending, values[:, 0] <= _WEAK * top)
 
 

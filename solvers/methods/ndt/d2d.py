@@ -55,6 +55,14 @@ class D2dOptions(NdtOptions):
     ------
     ValueError
         If an option is out of its range.
+
+    Examples
+    --------
+    >>> from solvers import options, register, scenes
+    >>> scene = scenes.room("clean")
+    >>> result = register(scene.source, scene.target, "ndt-d2d", options=options.D2dOptions(cells=[1.6, 0.8]))
+    >>> result.detail("level")  # the last of the two
+    np.int64(1)
     """
 
     grids: int = 1

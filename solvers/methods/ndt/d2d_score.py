@@ -60,7 +60,7 @@ def evaluate(
     source's own (None). outliers: the share of the uniform part, None for none.
     """
     gain, sharpness = constants(outliers)
-    k = len(pose.t)
+    k = len(pose)
     which = np.arange(k) if which is None else which
     width = source.mean.shape[1] if width is None else width
     S, Q = floored(source.covariance)[which], floored(target.covariance)[which]

@@ -45,7 +45,7 @@ from solvers.methods.ndt import d2d_score, mixture, ndt_map
 from solvers.methods.ndt.ndt_map import NdtMap
 from solvers.methods.ndt.score import Score, evaluate
 from solvers.numerics import newton
-from solvers.numerics.fits import rms_radius
+from solvers.numerics.fits import about, weighted_centroid, weighted_radius
 from solvers.numerics.gauss_newton import rotation, turned
 
 OUTSIDE = "no moved point lies in a cell of the map"
@@ -88,6 +88,15 @@ class NdtOptions:
     ------
     ValueError
         If an option is out of its range.
+
+    Examples
+    --------
+    >>> from solvers import options, register
+    >>> from solvers.scenes import room
+    >>> scene = room("clean")
+    >>> fine = options.NdtOptions(cells=[1.6, 0.8])
+    >>> register(scene.source, scene.target, "ndt", options=fine).detail("level")
+    np.int64(1)
     """
 
     cells: float | Sequence[float] | None = None
@@ -131,8 +140,8 @@ class NdtState:
     """A pose and its score on the map of the present level; `objective` is −score.
 
     maps: one for each level; sources: of the moving cloud likewise, where cells stand
-    for its points. level: (b,) the present one. centre: (b, 2) of the source, radius:
-    (b,) its RMS radius. at: the score with cells, values, gradient and Hessian by (tx,
+    for its points. level: (b,) the present one. centre: (b, 2) of the source without
+    strays (`fits.about`), radius: (b,) its RMS radius. at: the score with cells, values, gradient and Hessian by (tx,
     ty, φ) about the moved centroid, at `pose`. Of the last step: damping (b,) λ; step
     (b, 3) as accepted, or as last tried; halved (b,) how often; accepted (b,). Of the
     Hessian at `pose`, with the angle scaled by the radius: condition (b,), its largest
@@ -184,12 +193,13 @@ def start(problem: Problem, options: NdtOptions, sources: tuple[NdtMap, ...] | N
     b, steps = problem.size, levels(problem, options)
     offset = np.asarray(options.offset, dtype=np.float64)
     maps = tuple(ndt_map.build(problem.target, h, offset=offset, grids=options.grids) for h in steps)
+    near = about(problem.start.apply(problem.source), problem.target)
     with np.errstate(over="ignore", under="ignore"):
-        radius = rms_radius(problem.source) * np.asarray(problem.start.scale)
+        radius = weighted_radius(problem.source, near) * np.asarray(problem.start.scale)
     radius = np.where((radius > 0.0) & np.isfinite(radius), radius, 1.0)
     shift = 0.5 * steps[0] if options.max_shift is None else np.full(b, options.max_shift)
     level = np.zeros(b, dtype=np.int64)
-    centre = problem.source.mean(axis=1)
+    centre = weighted_centroid(problem.source, near)
     at = _score(problem, maps, sources, level, centre, problem.start, np.arange(b), options.outliers)
     status, reason = statuses((b,)), reasons((b,))
     for name, several in (("target", maps), ("source", sources or ())):

@@ -1,21 +1,17 @@
-"""The normal distributions transform's map: a grid over the target, and in each of its
-cells one Gaussian.
+"""The normal distributions transform's map: a grid over the target, and in each of its cells one Gaussian.
 
-A cell of side h with at least three points keeps their mean μ and their
-maximum-likelihood covariance Σ (divided by the count). It is dropped when the points
-lie at one place, `λ_max < 1e-9 h²`; else the small eigenvalue is raised to `0.001 λ_max`
-and Σ is inverted. One Gaussian forgets what else it saw: a corner is blurred into an
-ellipse, a cell that two walls share into one wall across.
+A cell of side h with at least three points keeps their mean μ and their maximum-likelihood covariance Σ (divided by
+the count). It is dropped when the points lie at one place, `λ_max < 1e-9 h²`; else the small eigenvalue is raised to
+`0.001 λ_max` and Σ is inverted. One Gaussian forgets what else it saw: a corner is blurred into an ellipse, a cell that
+two walls share into one wall across.
 
-Points near a border see half a wall. With four grids, the first and those moved by h/2
-in x, in y and in both, every point is in four cells; that softens the borders and does
-not remove them.
+Points near a border see half a wall. With four grids, the first and those moved by h/2 in x, in y and in both, every
+point is in four cells; that softens the borders and does not remove them.
 
-A point's cell is found by a table over the bounding box of the kept cells, at the same
-cost however many there are.
+A point's cell is found by a table over the bounding box of the kept cells, at the same cost however many there are.
 
-Source: Biber & Straßer 2003, The normal distributions transform: a new approach to
-laser scan matching (the cells, the four grids, the floor of the eigenvalue).
+Source: Biber & Straßer 2003, The normal distributions transform: a new approach to laser scan matching (the cells, the
+four grids, the floor of the eigenvalue).
 """
 
 from __future__ import annotations
@@ -27,8 +23,10 @@ import numpy as np
 from solvers.core import validate
 from solvers.core.arrays import AnyArray, BoolArray, FloatArray, IntArray, ReasonArray
 from solvers.core.kinds import shown
+from solvers.core.numbers import finite, numbers
 from solvers.core.tree import distinct, once
 from solvers.geometry.spectral import symmetric_eigen
+from solvers.numerics.fits import typical_radius
 
 LEAST_POINTS = 3
 LEAST_VARIANCE = 1e-9
@@ -45,18 +43,15 @@ LARGEST_TABLE = 2**18
 SHIFTS = np.array([(0.0, 0.0), (0.5, 0.0), (0.0, 0.5), (0.5, 0.5)])
 SHIFTS.flags.writeable = False
 
-TOO_FEW = f"fewer than {LEAST_POINTS} points"
-ONE_PLACE = "all points at one place"
-NO_CELLS = "no cell keeps a Gaussian"
-TOO_SMALL = "the cells are too small for the extent"
+TOO_FEW, ONE_PLACE = f"fewer than {LEAST_POINTS} points", "all points at one place"
+NO_CELLS, TOO_SMALL = "no cell keeps a Gaussian", "the cells are too small for the extent"
 
 
 @dataclass(frozen=True, eq=False)
 class NdtMap:
     """The cells of b target clouds on G grids (1 or 4).
 
-    Make it by `build`. The cells that hold a point of a cloud stand grid by grid,
-    padded to C, the most that a cloud has.
+    Made by `build`. The cells that hold a point of a cloud stand grid by grid, padded to C, the most that a cloud has.
 
     Attributes
     ----------
@@ -88,6 +83,14 @@ class NdtMap:
         Its columns and rows.
     table : ndarray of int32, shape (b, G, L)
         The box's places, y running fastest: the number of the cell there, or −1.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers.ndt_map import build
+    >>> cells = build(np.array([[[0.1, 0.1], [0.5, 0.2], [0.9, 0.4], [3.5, 0.5]]]), 1.0)
+    >>> cells.lookup(np.array([[[0.3, 0.9], [3.4, 0.4]]]), np.array([0])).tolist()
+    [[[0, -1]]]
     """
 
     size: FloatArray
@@ -156,12 +159,11 @@ def build(points: FloatArray, size: FloatArray | float, *, offset: FloatArray | 
     Raises
     ------
     ValueError
-        If the number of grids is another, or a size is not positive.
+        If `points` are not planar clouds, a size is not positive, or `offset` or `grids` is another.
 
     References
     ----------
-    .. [1] P. Biber, W. Straßer, "The normal distributions transform: a new approach to
-       laser scan matching", 2003.
+    .. [1] P. Biber, W. Straßer, "The normal distributions transform: a new approach to laser scan matching", 2003.
 
     Examples
     --------
@@ -171,15 +173,23 @@ def build(points: FloatArray, size: FloatArray | float, *, offset: FloatArray | 
     >>> cells.mean.shape, cells.kept.sum()
     ((1, 32, 2), np.int64(31))
     """
-    if grids not in (1, 4):
+    if validate.count(grids, "grids") not in (1, 4):
         raise ValueError(f"grids: expected 1 or 4, got {grids!r}")
-    h = np.broadcast_to(np.asarray(size, dtype=np.float64), (len(points),))
+    points = validate.cloud(points, "points", 2)
+    if points.ndim != 3:
+        raise ValueError(f"points: expected shape (b, n, 2), got {points.shape}; pass points[None] for one cloud")
+    h = numbers(size, "size")
+    if h.shape not in ((), (len(points),)):
+        raise ValueError(f"size: expected one number, or one for each of {len(points)} clouds, got shape {h.shape}")
+    h = np.broadcast_to(h, (len(points),))
     if not (h > 0.0).all():
         raise ValueError(f"size: expected a positive number, got {shown(size)}")
-    shift = np.zeros(2) if offset is None else np.asarray(offset, dtype=np.float64)
-    if (h != h[:1]).any():
-        return _built(points, h, shift, grids)
-    return once(lambda clouds: _built(clouds, h[: len(clouds)], shift, grids), points)
+    shift = np.zeros(2) if offset is None else finite(numbers(offset, "offset"), "offset")
+    if shift.shape != (2,):
+        raise ValueError(f"offset: expected shape (2,), got {shift.shape}")
+    if (h == h[:1]).all():
+        return once(lambda clouds: _built(clouds, h[: len(clouds)], shift, grids), points)
+    return _built(points, h, shift, grids)
 
 
 def _built(points: FloatArray, size: FloatArray, shift: FloatArray, grids: int) -> NdtMap:
@@ -196,8 +206,7 @@ def _built(points: FloatArray, size: FloatArray, shift: FloatArray, grids: int) 
         starts = np.flatnonzero(new)
         count = np.diff(np.append(starts, len(flat)))
         q = np.broadcast_to(points[:, None], (b, grids, n, 2)).reshape(-1, 2)[order]
-        # The mean is taken about a point of the cell: far from the origin no digits are
-        # lost.
+        # The mean is taken about a point of the cell: far from the origin no digits are lost.
         about = q[starts]
         centred = q - np.repeat(about, count, axis=0)
         mean = np.add.reduceat(centred, starts) / count[:, None]
@@ -237,8 +246,8 @@ def _built(points: FloatArray, size: FloatArray, shift: FloatArray, grids: int) 
 def default_size(points: FloatArray) -> FloatArray:
     """Cell sizes that go with the extent and the density of clouds.
 
-    0.3 of the RMS radius ρ, or, for sparse clouds, what holds three points of n spread
-    over a circle of that radius: `3 · 2πρ/n`.
+    0.3 of the RMS radius ρ without strays, or, for sparse clouds, what holds three points of n spread over a circle of
+    that radius: `3 · 2πρ/n`.
 
     Parameters
     ----------
@@ -258,10 +267,9 @@ def default_size(points: FloatArray) -> FloatArray:
     array([1.])
     """
     with np.errstate(over="ignore", under="ignore"):
-        b, n, _ = points.shape
-        squares = np.square(points - points.mean(axis=1, keepdims=True)).reshape(b, -1).sum(axis=1)
         least = LEAST_SIZE * np.abs(points).max(axis=(1, 2))
-        size = np.maximum(np.sqrt(squares / n) * max(0.3, 6.0 * np.pi / n), least)
+        radius = np.where(np.ptp(points, axis=1).max(axis=1) > 0.0, typical_radius(points), 0.0)
+        size = np.maximum(radius * max(0.3, 6.0 * np.pi / points.shape[1]), least)
         return np.asarray(np.where(size > 0.0, size, 1.0))
 
 

@@ -29,8 +29,9 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from solvers.core.arrays import FloatArray, IntArray
+from solvers.core.numbers import numbers
 from solvers.core.tree import distinct
-from solvers.methods.ndt.mixture import constants
+from solvers.methods.ndt.mixture import check_share, constants
 from solvers.methods.ndt.ndt_map import NdtMap
 
 BLOCK = 2**18
@@ -56,6 +57,16 @@ class Score:
         The number of each point's cell on each grid, −1 for none.
     values : ndarray of shape (b, G, m)
         s_k, 0 for none.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers.ndt_map import build
+    >>> from solvers.ndt_score import evaluate
+    >>> cells = build(np.array([[[0.1, 0.1], [0.5, 0.2], [0.9, 0.4]]]), 1.0)
+    >>> score = evaluate(cells, cells.mean, np.zeros((1, 2)))
+    >>> score.values.round(6).tolist()
+    [[[1.0]]]
     """
 
     score: FloatArray
@@ -96,6 +107,11 @@ def evaluate(
     Score
         Of the k sets.
 
+    Raises
+    ------
+    ValueError
+        If `moved`, `pivot` or `which` has another shape, or `outliers` is not a share between 0 and 1.
+
     References
     ----------
     .. [1] P. Biber, W. Straßer, "The normal distributions transform: a new approach to
@@ -115,8 +131,16 @@ def evaluate(
     >>> score.score.round(2), score.hessian.shape
     (array([46.82]), (1, 3, 3))
     """
+    check_share(outliers)
+    moved, pivot = numbers(moved, "moved"), numbers(pivot, "pivot")
+    if moved.ndim != 3 or moved.shape[2] != 2 or not moved.size:
+        raise ValueError(f"moved: expected shape (k, m, 2), got {moved.shape}")
     b, m = moved.shape[:2]
-    which = np.arange(b) if which is None else which
+    if pivot.shape != (b, 2):
+        raise ValueError(f"pivot: expected shape ({b}, 2), got {pivot.shape}")
+    which = np.arange(b) if which is None else np.asarray(which)
+    if which.shape != (b,):
+        raise ValueError(f"which: expected shape ({b},), got {which.shape}")
     size = max(1, TOGETHER // (m * cells.table.shape[1]))
     if b <= size:
         return _evaluate(cells, moved, pivot, which, derivatives, outliers)
@@ -201,7 +225,8 @@ def score_map(
     Raises
     ------
     ValueError
-        If the map is of more than one cloud.
+        If the map is of more than one cloud, `points` is of another shape, `x` or `y` not a row of numbers, or
+        `outliers` not a share between 0 and 1.
 
     Examples
     --------
@@ -218,7 +243,14 @@ def score_map(
     """
     if len(cells.size) != 1:
         raise ValueError(f"cells: expected the map of one cloud, got {len(cells.size)}")
-    x, y = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
+    check_share(outliers)
+    points = numbers(points, "points")
+    if points.ndim != 2 or points.shape[1] != 2 or not points.size:
+        raise ValueError(f"points: expected shape (m, 2), got {points.shape}")
+    x, y = numbers(x, "x"), numbers(y, "y")
+    for name, row in (("x", x), ("y", y)):
+        if row.ndim != 1 or not row.size:
+            raise ValueError(f"{name}: expected a row of at least one number, got shape {row.shape}")
     m, nx, ny = len(points), len(x), len(y)
     gain, sharpness = constants(outliers)
     h, mean, P = cells.size[0], cells.mean[0], cells.precision[0] * sharpness

@@ -38,6 +38,17 @@ class Path:
         Converged, stalled, capped or degenerate.
     reason : str
         The same in words.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solvers.ndt_map import build
+    >>> from solvers.ndt_translation import climb
+    >>> from solvers.scenes import room
+    >>> scene = room("clean")
+    >>> path = climb(build(scene.target[None], 0.8, grids=4), scene.source, np.array([0.2, 0.1]))
+    >>> path.places[0], path.places.shape == (path.accepted.sum(), 2)
+    (array([0.2, 0.1]), True)
     """
 
     tried: FloatArray

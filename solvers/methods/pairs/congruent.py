@@ -1,17 +1,15 @@
 """RANSAC without pairs: two source points are laid on two target points equally far apart.
 
-A draw takes two source points at least `separation` apart, a target point, and a second
-one whose distance from it is the same up to `tolerance`, and lays the one segment on
-the other, middle on middle, in both directions: two hypotheses. A pose is judged by the
-capped sum `C(T) = Σ_i min(r_i², ε²)` over the source points, r_i the distance of moved
-point i to its nearest target point. The starting pose plays no part.
+A draw takes two source points at least `separation` apart, a target point, and a second one whose distance from it is
+the same up to `tolerance`, and lays the one segment on the other, middle on middle, in both directions: two hypotheses.
+A pose is judged by the capped sum `C(T) = Σ_i min(r_i², ε²)` over the source points, r_i the distance of moved point i
+to its nearest target point. The starting pose plays no part.
 
-Hypotheses are screened before they are scored. A grid over the target holds in each
-cell the least r² of any point in it, which bounds C from below. All of a step's
-hypotheses are looked up with `screen` of the source points, the lowest few with all of
-them, and the lowest is scored exactly if its bound lies below the best score so far. A
-hypothesis that becomes the best is refitted to the pairs within ε while that lowers C.
-After `patience` steps without a better one the run is at rest, which proves nothing.
+Hypotheses are screened before they are scored. A grid over the target holds in each cell the least r² of any point in
+it, which bounds C from below. All of a step's hypotheses are looked up with `screen` of the source points, the lowest
+few with all of them, and the lowest is scored exactly if its bound lies below the best score so far. A hypothesis that
+becomes the best is refitted to the pairs within ε while that lowers C. After `patience` steps without a better one the
+run is at rest, which proves nothing.
 
 Left out: the search structures of [3]_.
 
@@ -53,14 +51,12 @@ class CongruentOptions:
     Parameters
     ----------
     separation : float, optional
-        The least distance of two drawn source points, u; by default 0.6 of the source's
-        RMS radius.
+        The least distance of two drawn source points, u; by default 0.6 of the source's RMS radius.
     tolerance : float, optional
-        By how much the two target points' distance may differ, u; by default 0.1 of
-        the target's RMS radius.
+        By how much the two target points' distance may differ, u; by default 0.1 of the target's RMS radius.
     inlier : float, optional
-        ε, the distance at which a point's share of the objective is capped, u; by
-        default 0.1 of the target's RMS radius, too large with a point far away.
+        ε, the distance at which a point's share of the objective is capped, u; by default 0.1 of the target's RMS
+        radius, too large with a point far away.
     per_step : int, default 32
         Hypotheses in a step, even.
     most : int, default 70
@@ -74,6 +70,14 @@ class CongruentOptions:
     ------
     ValueError
         If an option is out of its range.
+
+    Examples
+    --------
+    >>> from solvers import options, register, scenes
+    >>> scene = scenes.room("clean")
+    >>> hasty = options.CongruentOptions(patience=5)
+    >>> register(scene.source, scene.target, "ransac-congruent", options=hasty).detail("idle")
+    np.int64(5)
     """
 
     separation: float | None = None
@@ -98,8 +102,7 @@ class CongruentOptions:
 
 @dataclass(frozen=True, eq=False)
 class Field:
-    """For each problem a grid over the target: the least that min(r²/ε², 1) can be for
-    a point in a cell.
+    """For each problem a grid over the target: the least that min(r²/ε², 1) can be for a point in a cell.
 
     values: (b, cells), row by row, padded; the outermost hold 1. width: (b,) cells in a
     row. top: (b, 2) the numbers of the last column and row. origin: (b, 2) and cell:
@@ -141,9 +144,7 @@ class Field:
         return cls(values, shape[:, 0], (shape - 1).astype(np.float64), origin, cell)
 
     def total(self, R: FloatArray, t: FloatArray, points: FloatArray) -> FloatArray:
-        """The sum over points (b, m, 2) at each of the poses R (b, k, 2, 2), t (b, k,
-        2): (b, k).
-        """
+        """The sum over points (b, m, 2) at each of the poses R (b, k, 2, 2), t (b, k, 2): (b, k)."""
         b, k = t.shape[:2]
         size = self.cell[:, None, None]
         # Columns first, then rows, so that each is one contiguous block.
@@ -165,14 +166,12 @@ class Field:
 class CongruentState:
     """The best pose so far; objective, rows, distances, used and count are at `pose`.
 
-    separation, tolerance, inlier: (b,) world units. draws: (b, most · per_step/2, 2)
-    source rows and first: (b, …) target row of each draw, choice: (b, …) in [0, 1)
-    which of the congruent ones is taken. screen: (b, screen) source rows. drawn: (b,)
-    steps so far. best: (b,) the best C of a hypothesis, before it is refitted, infinite
-    before there is one. idle: (b,) steps without a better pose. rows: (b, m) nearest
-    target rows, distances: (b, m), used: (b, m) those within ε, count: (b,).
-    source_pair, target_pair: (b, 2) rows of the best hypothesis, −1 before there is
-    one. scored: (b,) hypotheses that passed the screening, tried: (b,) all of them.
+    separation, tolerance, inlier: (b,) world units. draws: (b, most · per_step/2, 2) source rows and first: (b, …)
+    target row of each draw, choice: (b, …) in [0, 1) which of the congruent ones is taken. screen: (b, screen) source
+    rows. drawn: (b,) steps so far. best: (b,) the best C of a hypothesis, before it is refitted, infinite before there
+    is one. idle: (b,) steps without a better pose. rows: (b, m) nearest target rows, distances: (b, m), used: (b, m)
+    those within ε, count: (b,). source_pair, target_pair: (b, 2) rows of the best hypothesis, −1 before there is one.
+    scored: (b,) hypotheses that passed the screening, tried: (b,) all of them.
     """
 
     problem: Problem = field(metadata=CONSTANT)

@@ -66,6 +66,14 @@ class GraduatedOptions:
     ------
     ValueError
         If an option is out of its range.
+
+    Examples
+    --------
+    >>> from solvers import options, register, scenes
+    >>> scene = scenes.kabsch_scene("outliers")
+    >>> bounded = options.GraduatedOptions(inlier=0.3)
+    >>> register(scene.source, scene.target, "graduated-nonconvexity", options=bounded).detail("count")
+    np.int64(10)
     """
 
     inlier: float | None = None
@@ -165,7 +173,7 @@ def _start(problem: Problem, options: GraduatedOptions) -> GraduatedState:
 
 
 def _step(state: GraduatedState) -> GraduatedState:
-    """A fit with the weights of now, then μ and the weights anew."""
+    """A fit with the present weights, then μ and the weights again."""
     problem = state.problem
     fit = (fit_planar if problem.dim == 2 else fit_rigid)(
         problem.source, problem.target, problem.weights * state.shares

@@ -7,7 +7,7 @@ form (by least squares, as their lengths disagree), and is judged by its capped 
 squares `C(T) = Σ_i min(r_i², ε²)`, r_i the distance that it leaves of pair i. The pairs
 within ε are its consensus. When the trials are done, the best pose is refitted to its
 consensus until that stays the same. A refit never raises C: it lowers the sum over the
-consensus, and counting anew lowers it again. It may *lower the count*, which is why the
+consensus, and counting again lowers it further. It may *lower the count*, which is why the
 best is kept by C and not by the count.
 
 How many trials: `solvers.consensus.trials`, with the best consensus so far for the share
@@ -76,6 +76,13 @@ class RansacOptions:
     ------
     ValueError
         If an option is out of its range.
+
+    Examples
+    --------
+    >>> from solvers import options, register, scenes
+    >>> scene = scenes.kabsch_scene("outliers")
+    >>> register(scene.source, scene.target, "ransac", options=options.RansacOptions(inlier=0.3)).detail("count")
+    np.int64(10)
     """
 
     inlier: float | None = None
@@ -144,6 +151,14 @@ class RansacState:
         Its pose.
     last_count : ndarray of int, shape (b,)
         Its consensus.
+
+    Examples
+    --------
+    >>> from solvers import register, scenes
+    >>> scene = scenes.kabsch_scene("outliers")
+    >>> (state,) = register(scene.source, scene.target, "ransac", inlier=0.3).states
+    >>> state.count, state.inliers.shape
+    (array([10]), (1, 13))
     """
 
     problem: Problem = field(metadata=CONSTANT)

@@ -40,7 +40,7 @@ from solvers.geometry import nearest
 from solvers.geometry.nearest import Index
 from solvers.methods.search.bounds import Boxes, coarse, fine, joined, split
 from solvers.methods.search.distance_grid import DistanceGrid, build
-from solvers.numerics.fits import fit_pairs, rms_radius
+from solvers.numerics.fits import fit_pairs, typical_radius
 
 CELLS_PER_CAP = 20
 """The grid's cells to a cap."""
@@ -84,6 +84,14 @@ class BranchAndBoundOptions:
     ------
     ValueError
         If an option is out of its range.
+
+    Examples
+    --------
+    >>> from solvers import options, register, scenes
+    >>> scene = scenes.room("clean")
+    >>> coarse = options.BranchAndBoundOptions(gap=0.01)
+    >>> bool(register(scene.source, scene.target, "branch-and-bound", options=coarse).gap <= 0.01)
+    True
     """
 
     cap: float | None = None
@@ -178,7 +186,7 @@ def start(problem: Problem, options: BranchAndBoundOptions) -> BranchAndBoundSta
     one = {name: np.array([_one_place(x) for x in getattr(problem, name)]) for name in ("source", "target")}
     for name, hopeless in one.items():
         status, reason = mark(status, reason, hopeless, Status.DEGENERATE, f"all {name} points coincide")
-    radius, index = rms_radius(problem.target), nearest.build(problem.target)
+    radius, index = typical_radius(problem.target), nearest.build(problem.target)
     cap = radius / 8.0 if options.cap is None else np.full(b, options.cap)
     with np.errstate(over="ignore"):
         span = np.abs(problem.source - problem.source[:, :1]).max(axis=(1, 2)) / cap

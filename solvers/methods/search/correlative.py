@@ -77,6 +77,14 @@ class CorrelativeOptions:
     ------
     ValueError
         If an option is out of its range.
+
+    Examples
+    --------
+    >>> from solvers import options, register, scenes
+    >>> scene = scenes.room("clean")
+    >>> result = register(scene.source, scene.target, "correlative", options=options.CorrelativeOptions(turn=0.2))
+    >>> bool(abs(result.pose.angle) <= 0.2)
+    True
     """
 
     cell: float | None = None

@@ -1,6 +1,6 @@
 """A grid of the distances to a cloud, and in coarser cells the points that may be nearest.
 
-The distance to a cloud changes by no more than the point that is asked about moves. One number a cell, the distance
+The distance to a cloud changes by no more than the query point moves. One number per cell, the distance
 from its middle, is therefore right anywhere in the cell to within half the cell's diagonal, and that number less this
 error is a lower bound. It costs one look-up, whatever the cloud's size.
 

@@ -63,6 +63,13 @@ class SoftOptions:
     ------
     ValueError
         If an option is out of its range.
+
+    Examples
+    --------
+    >>> from solvers import options, register, scenes
+    >>> scene = scenes.room("clean")
+    >>> register(scene.source, scene.target, "soft-annealed", options=options.SoftOptions(last=0.2)).detail("sigma")
+    np.float64(0.2)
     """
 
     first: float | None = None

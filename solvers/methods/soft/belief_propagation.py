@@ -70,6 +70,13 @@ class BpOptions:
     ValueError
         If an option is out of its range. A run raises it, too, for clouds of more than 14
         million pairs of points (`solvers.numerics.radius_pairs`).
+
+    Examples
+    --------
+    >>> from solvers import options, register, scenes
+    >>> scene = scenes.room("clean")
+    >>> register(scene.source, scene.target, "association-bp", options=options.BpOptions(last=0.2)).detail("sigma")
+    np.float64(0.2)
     """
 
     first: float | None = None
@@ -132,8 +139,7 @@ def bp_marginals(scores: ArrayLike, miss: float = 0.12, sweeps: int = 6) -> Floa
     """P(a_i = j) by belief propagation, (m, n), for the scores ψ (m, n), not negative;
     ψ₀ is `miss`.
 
-    Raises ValueError for what is not a matrix of scores, and for a miss score that is not
-    positive.
+    Raises ValueError unless the scores are a matrix and the miss score is positive.
     """
     psi = _matrix(scores, miss)
     row, column = np.nonzero(psi)

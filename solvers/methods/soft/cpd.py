@@ -1,21 +1,19 @@
 """Coherent point drift, rigid and similarity: the moved points are the centres of a
 Gaussian mixture that explains the fixed cloud, fitted by expectation and maximisation.
 
-Here Y, of M points, moves and X, of N points, stays: the observations are the fixed
-points, the components the moving. With one standard deviation σ for all, and a uniform
-part of weight w for clutter, the responsibility of component m for observation n is
+Here Y, of M points, moves and X, of N points, stays: the observations are the fixed points, the components the moving.
+With one standard deviation σ for all, and a uniform part of weight w for clutter, the responsibility of component m for
+observation n is
 
     P_mn = exp(−‖x_n − T(y_m)‖² / 2σ²) / (Σ_k exp(−‖x_n − T(y_k)‖² / 2σ²) + c),
     c = (2πσ²)^{d/2} w M / ((1 − w) V),
 
-V the volume over which the clutter is spread, uᵈ: `volume`, or else that of the square
-(the cube) in which evenly spread points have the fixed cloud's RMS radius r, `V =
-(√(12/d) r)ᵈ`: a choice of this package, so that the answer has no unit. The paper
-writes 1/N for the density, which is `volume=len(target)` for clouds of unit variance.
+V the volume over which the clutter is spread, uᵈ: `volume`, or else that of the square (the cube) in which evenly
+spread points have the fixed cloud's RMS radius r, `V = (√(12/d) r)ᵈ`: a choice of this package, so that the answer has
+no unit. The paper writes 1/N for the density, which is `volume=len(target)` for clouds of unit variance.
 
-One step maximises for the responsibilities at hand, then finds those at the new pose,
-so a state's pose, σ, responsibilities and objective belong together. With
-`N_P = Σ P_mn`, the stages of a step (`STAGES`) are
+One step maximises for the responsibilities at hand, then finds those at the new pose, so a state's pose, σ,
+responsibilities and objective belong together. With `N_P = Σ P_mn`, the stages of a step (`STAGES`) are
 
 1. responsibilities: P as above, at the state's pose and σ
 2. centring: μ_x = Σ P_mn x_n / N_P, μ_y = Σ P_mn y_m / N_P
@@ -23,11 +21,10 @@ so a state's pose, σ, responsibilities and objective belong together. With
 4. translation and scale: s = tr(ΛD) / Σ P_mn ‖ỹ_m‖² (or 1), t = μ_x − s R μ_y
 5. variance: σ² = Σ P_mn ‖x_n − T(y_m)‖² / (N_P d), floored
 
-The objective is the negative log-likelihood of the fixed cloud under mixture and
-clutter. It never rises: each step is an exact EM step; σ need not fall at every step.
-The variance is summed from residuals, never from the difference of traces
-`tr(X̃ᵀ d(Pᵀ1) X̃) − …`, which falls below zero on clean data. The sums run over blocks
-of the fixed points: P is stored only where `responsibilities` is called, for a figure.
+The objective is the negative log-likelihood of the fixed cloud under mixture and clutter. It never rises: each step is
+an exact EM step; σ need not fall at every step. The variance is summed from residuals, never from the difference of
+traces `tr(X̃ᵀ d(Pᵀ1) X̃) − …`, which falls below zero on clean data. The sums run over blocks of the fixed points: P is
+stored only where `responsibilities` is called, for a figure.
 
 Left out: the affine and non-rigid forms and the fast Gauss transform.
 
@@ -74,9 +71,8 @@ class CpdOptions:
     clutter : float, default 0.1
         The weight w of the uniform part, 0 ≤ w < 1.
     volume : float, optional
-        Over what it is spread, V in uᵈ. None is `(√(12/d) r)ᵈ`, r the target's RMS
-        radius: the square or cube that evenly spread points of that radius fill. The
-        paper's convention is the number of target points.
+        Over what it is spread, V in uᵈ. None is `(√(12/d) r)ᵈ`, r the target's RMS radius: the square or cube that
+        evenly spread points of that radius fill. The paper's convention is the number of target points.
     sigma : float, optional
         The first σ, world units. None takes it from all distances,
         `√(Σ_mn ‖x_n − T y_m‖² / M N d)`.
@@ -88,6 +84,13 @@ class CpdOptions:
     ------
     ValueError
         If an option is out of its range.
+
+    Examples
+    --------
+    >>> from solvers import options, register, scenes
+    >>> scene = scenes.room("clean")
+    >>> print(register(scene.source, scene.target, "cpd-rigid", options=options.CpdOptions(clutter=0.3)).status)
+    converged
     """
 
     clutter: float = 0.1
@@ -110,10 +113,9 @@ class Frame:
     number at the start exceeds one: so that neither huge nor tiny clouds leave the
     range of numbers.
 
-    moving (b, m, d), fixed (b, n, d), centre_moving and centre_fixed (b, d), unit (b,).
-    lifted (b, m, 1 + d): 1 and the moving points, so that one product takes all moments.
-    radius (b,): RMS radius of the moving cloud, in the unit. blur (b,): rounding of the
-    coordinates as they came, in the unit. floor (b,): of σ.
+    moving (b, m, d), fixed (b, n, d), centre_moving and centre_fixed (b, d), unit (b,). lifted (b, m, 1 + d): 1 and the
+    moving points, so that one product takes all moments. radius (b,): RMS radius of the moving cloud, in the unit. blur
+    (b,): rounding of the coordinates as they came, in the unit. floor (b,): of σ.
     """
 
     moving: FloatArray
@@ -132,11 +134,10 @@ class CpdState:
     """A pose, σ, and what the responsibilities at them add up to; the objective is the
     negative log-likelihood there.
 
-    sigma: (b,) world units. mass: (b,) N_P. row: (b, n) Σ_m P_mn, how much of each
-    fixed point is explained rather than clutter. change: (b,) how far the last step
-    moved the points, root mean square, over their RMS radius. The rest is in the units
-    of `frame`: t of the pose, σ, the moved points, `moments` (b, 1 + d, m) Σ_n P_mn and
-    Σ_n P_mn x_n, and `scatter` (b,) Σ P_mn ‖x_n − T y_m‖².
+    sigma: (b,) world units. mass: (b,) N_P. row: (b, n) Σ_m P_mn, how much of each fixed point is explained rather than
+    clutter. change: (b,) how far the last step moved the points, root mean square, over their RMS radius. The rest is
+    in the units of `frame`: t of the pose, σ, the moved points, `moments` (b, 1 + d, m) Σ_n P_mn and Σ_n P_mn x_n, and
+    `scatter` (b,) Σ P_mn ‖x_n − T y_m‖².
     """
 
     problem: Problem = field(metadata=CONSTANT)

@@ -1,6 +1,6 @@
-"""FilterReg: a mixture on the fixed cloud, asked by way of a filter.
+"""FilterReg: a Gaussian mixture on the fixed cloud, queried through a filter.
 
-The moving points ask it where they belong, the filter answers.
+The query of a moving point returns where it belongs.
 
 The roles are swapped against CPD: the N fixed points y_j are the components, the M
 moving points x_i = T p_i the observations. With the moments at a query,
@@ -17,7 +17,7 @@ that the answer does not depend on the unit of length. The stages of a step (`ST
 
 1. density: the fixed points' values 1, y, ‖y‖² are put where the filter can reach them
    (`solvers.numerics.kernel_filters`)
-2. filter: blurred with width σ; both are done anew only when σ has changed
+2. filter: blurred with width σ; both are repeated only when σ has changed
 3. query: m⁰, m¹, m² at the moving points, hence μ and W
 4. twist: one Gauss-Newton step of `Σ W_i ‖x_i − μ_i‖²` in (v, ω), turned by ω exactly;
    and σ: by a schedule, or as `σ² = Σ W_i (‖x_i‖² − 2 x_i·m¹/m⁰ + m²/m⁰) / (d Σ W_i)`
@@ -49,7 +49,7 @@ from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
 from solvers.core.tree import CONSTANT, SHARED, changed
 from solvers.numerics import gauss_newton, kernel_filters
-from solvers.numerics.fits import rms_radius, spread_volume
+from solvers.numerics.fits import rms_motion, rms_radius, spread_volume, typical_radius
 
 STAGES = ("density", "filter", "query", "twist")
 """What one step does, in order, by the names that a walkthrough shows."""
@@ -57,7 +57,7 @@ STAGES = ("density", "filter", "query", "twist")
 VARIANCES = ("estimated", "scheduled")
 
 _RESOLVED = {"lattice": 0.01}
-"""The fraction of σ that a filter's estimate does not resolve: the lattice is laid anew at every σ, and the estimate
+"""The fraction of σ that a filter's estimate does not resolve: the lattice is rebuilt at every σ, and the estimate
 differs by half a hundredth, root mean square, though the pose is the same."""
 
 _NOTHING = "the clutter explains every moving point: no weight is left"
@@ -74,7 +74,7 @@ class FilterRegOptions:
     filter : str, default "lattice"
         "grid", "lattice" or "exact" (`solvers.numerics.kernel_filters`).
     variance : str, default "estimated"
-        "estimated" anew at every step, or "scheduled".
+        "estimated" at every step, or "scheduled".
     first : float, optional
         The first σ, world units. None is, where it is estimated, √ of the mean squared
         difference in a coordinate over all pairs; where it is scheduled, 0.3 of the
@@ -94,12 +94,20 @@ class FilterRegOptions:
         It stops when a step moves the source points, root mean square, by at most this
         fraction of their RMS radius, and σ is at its last or has changed by at most
         this fraction. With the lattice, an estimated σ that differs by at most 1 % from
-        the one before is not told from it, and that one is kept.
+        the one before counts as equal to it, and that one is kept.
 
     Raises
     ------
     ValueError
         If an option is out of its range.
+
+    Examples
+    --------
+    >>> from solvers import options, register, scenes
+    >>> scene = scenes.room("clean")
+    >>> wide = options.FilterRegOptions(variance="scheduled", last=0.2)
+    >>> register(scene.source, scene.target, "filterreg", options=wide).detail("sigma")
+    np.float64(0.2)
     """
 
     filter: str = "lattice"
@@ -160,7 +168,7 @@ class FilterRegState:
 
 def _start(problem: Problem, options: FilterRegOptions) -> FilterRegState:
     b, m, _ = problem.source.shape
-    size, pose = rms_radius(problem.target), Pose.trusted(problem.start.R, problem.start.t)
+    size, pose = typical_radius(problem.target), Pose.trusted(problem.start.R, problem.start.t)
     scheduled = options.variance == "scheduled"
     with np.errstate(over="ignore", under="ignore"):
         moved = pose.apply(problem.source)
@@ -195,7 +203,7 @@ def _within(sigma: FloatArray, last: FloatArray) -> FloatArray:
 
 
 def _ask(state: FilterRegState, pose: Pose, sigma: FloatArray) -> FilterRegState:
-    """The state at another pose and σ: filters made anew where σ has changed, and
+    """The state at another pose and σ: filters rebuilt where σ has changed, and
     asked; degenerate without weight.
     """
     problem, options = state.problem, state.options
@@ -240,7 +248,7 @@ def _step(state: FilterRegState) -> FilterRegState:
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         moved = pose.apply(state.problem.source)
         step = moved - state.moved
-        change = np.sqrt(np.einsum("bmd,bmd->b", step, step) / m) / state.radius
+        change = rms_motion(step) / state.radius
         if options.variance == "scheduled":
             sigma = _within(state.sigma * options.shrink, state.last)
         else:
@@ -264,7 +272,7 @@ def _step(state: FilterRegState) -> FilterRegState:
 
 FILTERREG = Method(
     name="filterreg",
-    summary="the fixed points as a Gaussian mixture, filtered once; the moving ones ask it and take a twist step",
+    summary="the fixed points as a Gaussian mixture, queried through a filter; the moving ones take twist steps",
     source="Gao & Tedrake 2019",
     start=_start,
     step=_step,

@@ -1,6 +1,6 @@
 """GMMReg: the L2 distance between two Gaussian mixtures.
 
-One component a point; minimised while the width shrinks.
+One component per point; minimised while the width shrinks.
 
 With every point a Gaussian of covariance σ² I and uniform weights, the squared L2
 distance of the two densities is, in closed form,
@@ -16,8 +16,8 @@ q_j, `J_i = [I, K/ρ]` (`solvers.numerics.gauss_newton`), with k = K_ij: the gra
 `Σ k J_iᵀ u_ij`, its Hessian `Σ k (J_iᵀ J_i − J_iᵀ u_ij u_ijᵀ J_i)`, and in the angle's
 place also `−Σ k u_ij·(x_i − c)/ρ²`.
 
-When a stage has come to rest σ shrinks, and E is anew another function: it never rises
-within a stage. Left out: unequal weights and covariances, and the non-rigid forms.
+When a stage has come to rest σ shrinks, and E becomes a different function: within a
+stage it never rises. Left out: unequal weights and covariances, and the non-rigid forms.
 Planar.
 
 References
@@ -42,7 +42,7 @@ from solvers.core.rotations import planar
 from solvers.core.status import Status, mark, reasons, statuses
 from solvers.core.tree import CONSTANT, SHARED, changed, put, take
 from solvers.numerics import gauss_newton, gaussians, newton
-from solvers.numerics.fits import rms_radius
+from solvers.numerics.fits import rms_motion, rms_radius, typical_radius
 
 _HALVINGS = 12
 _FINEST = 1e-6  # of the clouds' extent: below it no two points of a fit see each other
@@ -73,6 +73,13 @@ class GmmRegOptions:
     ------
     ValueError
         If an option is out of its range.
+
+    Examples
+    --------
+    >>> from solvers import options, register, scenes
+    >>> scene = scenes.room("clean")
+    >>> register(scene.source, scene.target, "gmmreg", options=options.GmmRegOptions(last=0.2)).detail("sigma")
+    np.float64(0.2)
     """
 
     first: float | None = None
@@ -122,7 +129,7 @@ class GmmRegState:
 def _start(problem: Problem, options: GmmRegOptions) -> GmmRegState:
     b, m, _ = problem.source.shape
     radius, pose = rms_radius(problem.source), Pose.trusted(problem.start.R, problem.start.t)
-    size = np.where(at_one_place(problem.target), radius, rms_radius(problem.target))
+    size = np.where(at_one_place(problem.target), radius, typical_radius(problem.target))
     extent = np.maximum(*(np.ptp(c, axis=1).max(axis=1) for c in (problem.source, problem.target)))
     least = np.clip(_FINEST * extent, 1e-140, 1e140)
     first, last = (
@@ -162,8 +169,8 @@ def _at(state: GmmRegState, pose: Pose) -> GmmRegState:
     q = state.problem.target
     b, n, d = q.shape
     m = state.moved.shape[1]
-    # A source that is a point beside ℓ has no curvature by the turn that is a number,
-    # and no step by it is taken.
+    # Where the source is a point compared with ℓ, its curvature by the turn is not a number,
+    # and no step is taken along it.
     with np.errstate(all="ignore"):
         ell = np.sqrt(2.0) * state.sigma
         moved = pose.apply(state.problem.source)
@@ -224,7 +231,7 @@ def _step(state: GmmRegState) -> GmmRegState:
         xi = 0.5 * xi
     with np.errstate(over="ignore", under="ignore"):
         step = after.moved - state.moved
-        change = np.sqrt(np.einsum("bmd,bmd->b", step, step) / step.shape[1]) / state.radius
+        change = rms_motion(step) / state.radius
     final = state.sigma <= state.last
     limit = np.where(final, options.tolerance, max(options.coarse, options.tolerance))
     rest = change <= limit

@@ -6,12 +6,12 @@ At a pose and a width σ each hypothesis assigns every source point to one targe
 or to none, no target point twice. The greedy one takes the pair of the best score
 `ψ_ij = exp(−‖T p_i − q_j‖² / 2σ²)`, then the best among what is left, as long as the
 score exceeds the miss score ψ₀. A drawn one lets every source point draw a target point
-with probability `ψ_ij / (ψ₀ + Σ_k ψ_ik)`, or none with the rest. Who draws a taken
-point draws again, which is a draw among the free ones; of those that draw one point at
-once the first in a random order gets it. After `draws` turns in vain a point is missed.
+with probability `ψ_ij / (ψ₀ + Σ_k ψ_ik)`, or none with the rest. A point that
+draws a taken partner draws again, which is a draw among the free ones; of those that draw
+the same partner at once the first in a random order gets it. After `draws` turns in vain a point is missed.
 A source point's soft target is the mean over the hypotheses that assign it, its support
 their share; a weighted rigid fit follows, then σ shrinks. At the last σ a step is a
-function of the pose alone: a run comes to rest, or its poses come round again.
+function of the pose alone: a run comes to rest, or cycles through the same few poses.
 
 It is not PMBM: no Poisson part for what has not been seen, no Bernoulli existence, no
 posterior handed on from step to step, all hypotheses of one weight. The random numbers
@@ -38,6 +38,7 @@ from solvers.core.pose import Pose
 from solvers.core.status import Status, mark
 from solvers.core.tree import CONSTANT, SHARED, changed
 from solvers.numerics import radius_pairs, recurrence
+from solvers.numerics.fits import rms_motion
 from solvers.numerics.radius_pairs import Candidates
 
 _UNIT = 2.0**32  # scores are drawn from as whole multiples of 2⁻³²: sums are exact, whatever stands beside in a batch
@@ -67,14 +68,22 @@ class HypothesisOptions:
         Source points that a smaller share of the hypotheses assigns are not fitted.
     tolerance : float, default 1e-4
         It stops when σ has reached its end and a step moves the source points, root
-        mean square, by at most this fraction of their RMS radius. Where poses come
-        round again, to `tolerance`, a run has stalled.
+        mean square, by at most this fraction of their RMS radius. A run that
+        cycles through the same few poses, to `tolerance`, has stalled.
 
     Raises
     ------
     ValueError
         If an option is out of its range. A run raises it, too, for clouds of more than 14
         million pairs of points (`solvers.numerics.radius_pairs`).
+
+    Examples
+    --------
+    >>> from solvers import options, register, scenes
+    >>> scene = scenes.room("clean")
+    >>> result = register(scene.source, scene.target, "hypothesis-mixture", options=options.HypothesisOptions(count=4))
+    >>> result.detail("assignments").shape == (4, len(scene.source))
+    True
     """
 
     first: float | None = None
@@ -238,7 +247,7 @@ def _step(state: HypothesisState) -> HypothesisState:
     taken = np.where(state.sigma <= state.last, state.taken + 1, 0)
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         moved = after.pose.apply(state.problem.source)
-        again = recurrence.motion(state.anchor, moved) / state.radius <= state.options.tolerance
+        again = rms_motion(moved - state.anchor) / state.radius <= state.options.tolerance
     status, reason = mark(after.status, after.reason, again & (taken > 1), Status.STALLED, recurrence.AGAIN)
     kept = recurrence.anchor(taken, moved, state.anchor)
     return changed(after, status=status, reason=reason, taken=taken, anchor=kept)

@@ -112,7 +112,7 @@ def clutter_weight(offset: float, sigma: float, count: int, volume: float, dim: 
     Raises
     ------
     ValueError
-        If one of the first four is not a positive number; the message names it.
+        If one of the first four is not a positive number, or `dim` not a positive integer; the message names it.
 
     Examples
     --------
@@ -123,5 +123,11 @@ def clutter_weight(offset: float, sigma: float, count: int, volume: float, dim: 
     for name, value in (("offset", offset), ("sigma", sigma), ("count", count), ("volume", volume)):
         if not validate.number(value, name, 0.0) > 0.0:
             raise ValueError(f"{name}: expected a positive number, got {value!r}")
-    share = offset * volume / ((2.0 * np.pi * sigma**2) ** (0.5 * dim) * count)
-    return float(share / (1.0 + share))
+    validate.count(dim, "dim", 1)
+    with np.errstate(all="ignore"):
+        share = np.float64(offset) * volume / ((2.0 * np.pi * np.float64(sigma) ** 2) ** (0.5 * dim) * count)
+    if np.finfo(np.float64).tiny < share < np.inf:
+        return float(share / (1.0 + share))
+    # A factor has left the range of numbers; its logarithm has not.
+    rise = np.log(offset) + np.log(volume) - np.log(count) - dim * (0.5 * np.log(2.0 * np.pi) + np.log(sigma))
+    return float(np.exp(-np.logaddexp(0.0, -rise)))

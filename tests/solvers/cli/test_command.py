@@ -167,7 +167,7 @@ def test_a_file_is_not_read_before_its_size_is_known(files, capsys):
     tracemalloc.start()
     try:
         code, _, err = said(capsys, files / "large.csv", files / "b.xyz")
-        assert (code, err.partition("large.csv: ")[2]) == (2, "100000.0 MB are more than the 24 MB that are read\n")
+        assert (code, err.partition("large.csv: ")[2]) == (2, "100000.0 MB are more than the limit of 24 MB\n")
         code, _, err = said(capsys, "/dev/zero", files / "b.xyz")
         assert code == 2
         assert tracemalloc.get_traced_memory()[1] < 3 * clouds.MOST_BYTES
@@ -206,7 +206,7 @@ def test_counts_of_400_digits_are_refused(files, capsys, option):
     assert end.value.code == 2
     assert f"argument {option}: a number of 400 digits; expected 18 at most" in capsys.readouterr().err
     code, _, err = said(capsys, "benchmark", "--seeds", "100001")
-    assert (code, err) == (2, "python -m solvers: --seeds: 100001 are more than the 100000 that are run\n")
+    assert (code, err) == (2, "python -m solvers: --seeds: 100001 is more than the limit of 100000\n")
 
 
 def test_a_reader_that_goes_away_is_no_fault(files):

@@ -300,3 +300,14 @@ def test_equal_poses_count_as_one_whatever_the_sign_of_zero():
     minus = Pose(np.eye(2), [-0.0, 0.0])
     assert minus == Pose.identity()
     assert hash(minus) == hash(Pose.identity())
+
+
+def test_a_batch_has_the_length_of_its_first_axis_and_a_single_pose_none():
+    """Nor is a pose false, of whatever length."""
+    for batch in ((3,), (2, 5), (0,)):
+        poses = Pose.identity(2, batch)
+        assert len(poses) == len(list(poses)) == batch[0]
+        assert bool(poses)
+    with pytest.raises(TypeError, match="a single pose has no rows"):
+        len(Pose.identity())
+    assert bool(Pose.identity())

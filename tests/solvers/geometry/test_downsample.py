@@ -71,7 +71,7 @@ def test_a_batch_is_refused(reads):
 
 def test_cells_of_four_dimensions_are_refused():
     """Their numbers are beyond 63 bits."""
-    with pytest.raises(ValueError, match=r"^points: expected 2 or 3 coordinates a point, got 4"):
+    with pytest.raises(ValueError, match=r"^points: expected 2 or 3 coordinates per point, got 4"):
         thinned(np.random.default_rng(3).standard_normal((9, 4)), 2)
 
 

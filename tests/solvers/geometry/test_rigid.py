@@ -347,3 +347,10 @@ def test_the_best_rotation_in_space_is_never_a_reflection() -> None:
     np.testing.assert_allclose(np.trace(R @ H, axis1=1, axis2=2), trace, atol=1e-12)
     np.testing.assert_allclose(trace, values[:, 0] + values[:, 1] + sign * values[:, 2], atol=1e-12)
     np.testing.assert_allclose(gap, values[:, 1] + sign * values[:, 2], atol=1e-12)
+
+
+@pytest.mark.parametrize("wrong", ["no", 2.0, 1, None])
+def test_what_is_neither_true_nor_false_chooses_nothing(wrong):
+    for fit, name in ((fit_rigid, "scale"), (fit_rigid, "proper"), (fit_planar, "scale")):
+        with pytest.raises(ValueError, match=f"^{name}: expected True or False"):
+            fit(np.eye(2), np.eye(2), **{name: wrong})

@@ -228,7 +228,7 @@ def test_what_is_too_large_is_refused_before_it_is_read():
     """A header's promise is not believed: nothing is allotted for it."""
     for data in (ply(np.eye(3)), pcd(np.eye(3))):
         huge = re.sub(rb"(vertex|WIDTH|POINTS) 3", rb"\1 %d" % (MOST_POINTS + 1), data)
-        with pytest.raises(ValueError, match="more than the 1000000"):
+        with pytest.raises(ValueError, match="more than the limit of 1000000"):
             read(huge)
     with pytest.raises(ValueError, match="MB are more"):
         read(bytes(30_000_000))

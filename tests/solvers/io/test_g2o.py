@@ -71,7 +71,7 @@ def test_order_comments_and_ends_of_lines_do_not_matter():
     [
         ("", "no node was found"),
         ("VERTEX_SE2 0 0 0\n", "line 1: VERTEX_SE2 has 3 fields; expected 4"),
-        ("VERTEX_SE2 0 0 0 0\n" * 2, "line 2: node 0 was there before"),
+        ("VERTEX_SE2 0 0 0 0\n" * 2, "line 2: node 0 is defined twice"),
         ("VERTEX_SE2 0 0 zero 0\n", "line 1: 'zero' is not a number"),
         ("VERTEX_SE2 0 0 nan 0\n", "line 1: 'nan' is not a number"),
         ("VERTEX_SE2 -1 0 0 0\n", "line 1: '-1' is not a node"),

@@ -6,7 +6,16 @@ import numpy as np
 import pytest
 
 from solvers import Pose, fit_planar, fit_rigid
-from solvers.numerics.fits import fit_pairs, lengths, rms_radius, spread_volume
+from solvers.numerics.fits import (
+    fit_pairs,
+    lengths,
+    rms_motion,
+    rms_radius,
+    spread_volume,
+    typical_radius,
+    weighted_centroid,
+    weighted_radius,
+)
 
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
 
@@ -42,6 +51,54 @@ def test_a_length_is_the_one_given_or_a_share_of_the_radius(rng):
     cloud = rng.standard_normal((3, 20, 2)) * np.array([1.0, 5.0, 1e-4])[:, None, None]
     assert lengths(0.7, 0.1, cloud).tolist() == [0.7, 0.7, 0.7]
     np.testing.assert_allclose(lengths(None, 0.1, cloud), 0.1 * rms_radius(cloud), rtol=1e-15)
+
+
+@pytest.mark.parametrize("unit", [1e-9, 1.0, 1e9])
+def test_no_stray_decides_the_typical_radius(unit, rng):
+    """One point in forty, fifty or more median distances away, leaves the radius that of the others; a cloud without
+    strays, and one of which most points are at one place, have their RMS radius, bit for bit."""
+    cloud = unit * (rng.standard_normal((3, 40, 2)) + 7.0)
+    assert np.array_equal(typical_radius(cloud), rms_radius(cloud))
+    for far in (50.0, 1e6):
+        stray = np.concatenate([cloud, cloud[:, :1] + far * unit], axis=1)
+        np.testing.assert_allclose(typical_radius(stray), rms_radius(cloud), rtol=1e-12)
+        assert (rms_radius(stray) > 3.0 * rms_radius(cloud)).all()
+    heap = np.where(np.arange(40)[:, None] < 30, cloud[:, :1], cloud)
+    assert np.array_equal(typical_radius(heap), rms_radius(heap))
+
+
+def test_weighted_sizes_are_the_weighted_means(rng):
+    """Centroid, radius and motion against numpy's averages; with weights alike, whatever they are, the very bits of the
+    sizes without weights, also beside a problem whose weights differ."""
+    points, steps = rng.standard_normal((2, 3, 20, 2))
+    w = rng.random((3, 20))
+    centroid, radius, motion = weighted_centroid(points, w), weighted_radius(points, w), rms_motion(steps, w)
+    for i in range(3):
+        mean = np.average(points[i], axis=0, weights=w[i])
+        np.testing.assert_allclose(centroid[i], mean, rtol=1e-12)
+        squares = np.average(np.square(points[i] - mean).sum(axis=1), weights=w[i])
+        np.testing.assert_allclose(radius[i], np.sqrt(squares), rtol=1e-12)
+        squares = np.average(np.square(steps[i]).sum(axis=1), weights=w[i])
+        np.testing.assert_allclose(motion[i], np.sqrt(squares), rtol=1e-12)
+    w[:2] = 0.7
+    assert np.array_equal(weighted_centroid(points, w)[:2], points.mean(axis=1)[:2])
+    assert np.array_equal(weighted_radius(points, w)[:2], rms_radius(points)[:2])
+    assert np.array_equal(rms_motion(steps, w)[:2], rms_motion(steps)[:2])
+
+
+@pytest.mark.parametrize("far", [1e3, 1e9, np.inf])
+def test_a_row_counts_as_little_as_its_weight(far, rng):
+    """Without weight it may lie anywhere; with one of 1e-30 it moves nothing that can be seen."""
+    points = rng.standard_normal((1, 20, 2))
+    padded = np.concatenate([points, np.full((1, 1, 2), far)], axis=1)
+    for weight in (0.0, 1e-30) if np.isfinite(far) else (0.0,):
+        w = np.r_[np.ones(20), weight][None]
+        np.testing.assert_allclose(weighted_centroid(padded, w), points.mean(axis=1), rtol=1e-9)
+        np.testing.assert_allclose(weighted_radius(padded, w), rms_radius(points), rtol=1e-9)
+        np.testing.assert_allclose(rms_motion(padded, w), rms_motion(points), rtol=1e-9)
+    nothing = np.zeros((1, 21))
+    assert weighted_radius(padded, nothing).tolist() == [1.0]
+    assert rms_motion(padded, nothing).tolist() == [0.0]
 
 
 @pytest.mark.parametrize("d", [2, 3])

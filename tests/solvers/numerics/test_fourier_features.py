@@ -83,3 +83,28 @@ def test_a_kernel_has_a_positive_length(length):
     cloud = np.zeros((3, 2))
     with pytest.raises(ValueError, match=r"^length: expected a"):
         mean_kernel(cloud, cloud, length)
+
+
+@pytest.mark.parametrize("length", [0.0, np.nan, "a", [1.0, -1.0]])
+def test_an_exact_discrepancy_has_positive_lengths(length):
+    cloud = np.zeros((3, 2))
+    with pytest.raises(ValueError, match=r"^length: expected "):
+        exact_squared_mmd(cloud, cloud, length)
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "name"),
+    [((4, 2), (4, 3), "y"), ((1, 4, 2), (4, 2), "x"), ((4, 2), (1, 4, 2), "y"), ((4,), (4, 2), "x")],
+)
+def test_a_mean_kernel_is_of_two_clouds_of_one_dimension(x, y, name):
+    with pytest.raises(ValueError, match=f"^{name}: expected "):
+        mean_kernel(np.zeros(x), np.zeros(y), 1.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "wrong"),
+    [("seed", 1), ("seed", [-1]), ("seed", [0.5]), ("count", 0), ("count", 2.5), ("dim", 0), ("draw", -1)],
+)
+def test_what_draws_no_frequencies_is_refused_by_name(name, wrong):
+    with pytest.raises(ValueError, match=f"^{name}: "):
+        unit_frequencies(**{"seed": SEED, "count": 4, "dim": 2, name: wrong})

@@ -1,9 +1,10 @@
-"""Poses that come round again: a round of any length after any way in is found, and soon."""
+"""Cycles of poses: one of any length after any way in is found, and soon."""
 
 import numpy as np
 import pytest
 
-from solvers.numerics.recurrence import anchor, motion
+from solvers.numerics.fits import rms_motion
+from solvers.numerics.recurrence import anchor
 
 
 @pytest.mark.parametrize("way", [0, 1, 5, 20])
@@ -18,13 +19,7 @@ def test_a_round_is_found_once_gone_round(way, length):
 
     before = place(0)
     for step in range(1, 200):
-        if motion(before, place(step))[0] == 0.0:
+        if rms_motion(place(step) - before)[0] == 0.0:
             break
         before = anchor(np.array([step]), place(step), before)
     assert way + length <= step <= 2 * max(way, length) + length
-
-
-def test_motion_is_the_root_mean_square_distance(rng):
-    a, b = rng.standard_normal((2, 3, 5, 2))
-    squares = [[np.dot(p - q, p - q) for p, q in zip(x, y, strict=True)] for x, y in zip(a, b, strict=True)]
-    np.testing.assert_allclose(motion(a, b), [np.sqrt(np.mean(each)) for each in squares], rtol=1e-14)

@@ -150,3 +150,29 @@ def test_what_is_no_kernel_is_refused(call, kernel, hint):
     """Its numbers would be Welsch's."""
     with pytest.raises(ValueError, match=f"^kernel: {kernel!r} is unknown{hint}"):
         call(kernel, np.array([[0.5, 1.0]]), 1.0)
+
+
+@pytest.mark.parametrize("kernel", ROBUST)
+@pytest.mark.parametrize("wrong", [0.0, -1.0, np.array([1.0, 0.0]), "a"])
+def test_a_threshold_is_positive(kernel, wrong):
+    for call in (robust.weights, robust.loss):
+        with pytest.raises(ValueError, match=r"^threshold: expected "):
+            call(kernel, np.array([[0.0, 1.0], [2.0, 3.0]]), wrong)
+
+
+@pytest.mark.parametrize("given", [{"scale": -1.0}, {"scale": np.array([0.0])}, {"tuning": 0.0}, {"tuning": "a"}])
+def test_a_threshold_is_made_of_positive_numbers(given):
+    (name,) = given
+    with pytest.raises(ValueError, match=f"^{name}: expected a "):
+        robust.threshold("tukey", np.array([[0.1, 0.2]]), **given)
+
+
+def test_distances_may_be_a_list():
+    """Of rows of numbers: what is none is refused by name."""
+    rows = [[0.1, 0.1, 0.2, 9.0]]
+    assert robust.mad_scale(rows) == robust.mad_scale(np.array(rows))
+    assert robust.threshold("huber", rows) == robust.threshold("huber", np.array(rows))
+    for call in (robust.mad_scale, lambda r: robust.threshold("huber", r)):
+        for wrong in ("far", 1.0, np.zeros((2, 0))):
+            with pytest.raises(ValueError, match=r"^distances: expected "):
+                call(wrong)

@@ -28,11 +28,11 @@ from tests.solvers.odometry.drives import claimed, simulated
 
 def test_what_cannot_be_matched_is_refused() -> None:
     drive, _, scans, _ = simulated()
-    with pytest.raises(ValueError, match="expected one of each a pair"):
+    with pytest.raises(ValueError, match="expected one of each per pair"):
         match(scans, [1, 2], [0], drive.motion[:1])
     with pytest.raises(ValueError, match="source: entry 0 names scan 90, but the scans go from 0 to 89"):
         match(scans, [90], [0], drive.motion[:1])
-    with pytest.raises(ValueError, match="expected one a scan"):
+    with pytest.raises(ValueError, match="expected one per scan"):
         scan_to_scan(scans, drive.motion[:5])
     with pytest.raises(ValueError, match="prediction"):
         scan_to_scan(scans, drive.motion, prediction="luck")
@@ -74,7 +74,7 @@ def test_a_motion_is_rigid_and_in_the_plane() -> None:
         ):
             with pytest.raises(ValueError, match=f"^{name}{said}"):
                 call(wrong)
-    with pytest.raises(ValueError, match=r"^poses: expected one a scan, shape \(90,\), got \(5,\)"):
+    with pytest.raises(ValueError, match=r"^poses: expected one per scan, shape \(90,\), got \(5,\)"):
         verified(scans, chain.poses[:5], [1], [0])
     with pytest.raises(ValueError, match=r"^loops\.source: entry 0 names scan 50, but the scans go from 0 to 19"):
         missed(chain.poses[:20], claimed([(50, 10)]))
@@ -155,7 +155,7 @@ def test_a_scan_is_called_by_its_number(rows: object, said: str) -> None:
 
 def test_loops_are_paired_and_chosen_one_by_one() -> None:
     _, _, scans, chain = simulated()
-    with pytest.raises(ValueError, match=r"^later, earlier: expected one of each a candidate, got 2 and 1"):
+    with pytest.raises(ValueError, match=r"^later, earlier: expected one of each per candidate, got 2 and 1"):
         verified(scans, chain.poses, [50, 51], [10])
     loops = claimed([(50, 10), (60, 20), (70, 30)])
     for used in ([0, 2], [True, False], [1, 0, 1], True):

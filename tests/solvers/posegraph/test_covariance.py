@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import builtins
 import re
+import sys
 
 import numpy as np
 import pytest
@@ -67,7 +68,7 @@ def test_information_that_numbers_cannot_tell_apart_is_refused():
     """Of 10⁻³⁰ beside 10¹⁰⁰ nothing is left in the sum, which is singular; optimising damps it and ends in numbers."""
     poses = Pose.from_angle(np.zeros(3), [[0.0, 0.0], [1.0, 0.0], [1.0, 0.0]])
     edges = Edges.between(poses, [0, 1], [1, 2], np.array([1e-30 * np.eye(3), 1e100 * np.eye(3)]))
-    with pytest.raises(ValueError, match="information differs by more than numbers can tell"):
+    with pytest.raises(ValueError, match="information differs beyond double precision"):
         marginals(poses, edges, [2])
     pulled = Pose(poses.R, poses.t + np.array([[0.0, 0.0], [0.5, 0.0], [0.0, 0.0]]))
     result = optimise(pulled, edges)
@@ -181,3 +182,18 @@ def test_nodes_asked_for_together_have_the_covariances_of_each_alone():
     together = marginals(poses, ring, np.arange(n))
     for k in (0, 1, 63, 64, 65, 128, 149):
         np.testing.assert_allclose(together[k], marginals(poses, ring, [k])[0], rtol=1e-9, atol=1e-15)
+
+
+def test_whether_scipy_solves_is_yes_or_no(monkeypatch):
+    """And a yes takes scipy."""
+    poses = Pose.from_angle(np.zeros(2), [[0.0, 0.0], [1.0, 0.0]])
+    edges = Edges.between(poses, [0], [1], np.eye(3))
+    for call in (optimise, lambda *graph, sparse: marginals(*graph, [1], sparse=sparse)):
+        for wrong in ("no", 1):
+            with pytest.raises(ValueError, match=r"^sparse: expected True or False"):
+                call(poses, edges, sparse=wrong)
+    for name in ("scipy", "scipy.sparse", "scipy.sparse.linalg"):
+        monkeypatch.setitem(sys.modules, name, None)
+    with pytest.raises(ValueError, match=r"^sparse: True takes scipy; install it, or pass sparse=None"):
+        optimise(poses, edges, sparse=True)
+    assert optimise(poses, edges, sparse=False).status == Status.CONVERGED

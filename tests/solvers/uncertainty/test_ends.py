@@ -197,3 +197,27 @@ def test_a_point_without_weight_moves_no_centre():
     one, other = (monte_carlo(cloud, target, "kabsch", weights=weights) for cloud in (source, far))
     np.testing.assert_allclose(other.whole.centre, one.whole.centre, atol=1e-9)
     assert other.whole.radius == pytest.approx(float(one.whole.radius))
+
+
+def test_a_spread_takes_two_draws_and_the_message_says_of_what():
+    scene = hall()
+    for source, start in ((scene.source, None), (scene.source[None], None), (scene.source, Pose.identity(2, (2, 2)))):
+        with pytest.raises(ValueError, match=r"^source, target: expected two or more draws of either, in one row"):
+            monte_carlo(source, scene.target, start=start)
+
+
+def test_draws_of_unequal_size_are_a_list():
+    """The spread is about the centre of the first source, of its points with weight."""
+    scenes = [hall(seed=seed) for seed in range(4)]
+    source, target = [s.source[: 90 - k] for k, s in enumerate(scenes)], [s.target[k:] for k, s in enumerate(scenes)]
+    found = monte_carlo(source, target, gate=0.8)
+    for k in range(4):
+        assert found.poses[k] == register(source[k], target[k], gate=0.8).pose
+    middle = found.whole.mean.apply(source[0].mean(axis=0)[None])[0]
+    np.testing.assert_allclose(found.whole.centre, middle, atol=1e-12)
+    half = np.arange(90) % 2
+    weighted = monte_carlo(source, target, gate=0.8, weights=[half, None, None, None]).whole
+    middle = weighted.mean.apply(source[0][1::2].mean(axis=0)[None])[0]
+    np.testing.assert_allclose(weighted.centre, middle, atol=1e-12)
+    assert monte_carlo(source, scenes[0].target, gate=0.8, weights=[None] * 4).poses.batch == (4,)
+    assert monte_carlo(scenes[0].source, target, gate=0.8).poses.batch == (4,)

@@ -8,6 +8,8 @@ import pytest
 from solvers import METHODS, Pose, Status, register
 from solvers.core.method import Problem
 from solvers.core.stepper import advance, begin
+from solvers.methods.icp.icp import ONE_PARTNER
+from solvers.scenes import room
 
 START = Pose.from_angle(np.radians(25.0), (0.6, -0.4))
 
@@ -69,3 +71,14 @@ def test_along_a_corridor_the_other_directions_are_fitted_first() -> None:
     assert found.steps > 1
     assert abs(np.degrees(found.pose.angle)) < 1e-3
     assert abs(found.pose.t[1]) < 1e-3
+
+
+@pytest.mark.parametrize("method", ["icp", "trimmed-icp", "capped-icp", "fast-robust-icp"])
+def test_clouds_in_other_units_are_told_so(method):
+    """A source in millimetres, read as metres too small, has one nearest point for all; a target whose points are
+    equal is told as before."""
+    scene = room("clean")
+    found = register(1e-3 * scene.source, scene.target, method)
+    assert (found.status, found.reason) == (Status.DEGENERATE, ONE_PARTNER)
+    equal = register(scene.source, np.full((9, 2), 0.7), "icp")
+    assert "all target points with weight are equal" in equal.reason

@@ -5,9 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from solvers import Pose, register
+from solvers import Pose, Status, register
 from solvers.drives import Drive, telecom_loop
+from solvers.metrics import rre, rte
 from solvers.odometry import match, prepare
+from solvers.scenes import room, room_start
+from solvers.verify import evidence
 
 METHODS = ("icp", "capped-icp", "kiss-threshold-icp", "fast-robust-icp", "point-to-plane", "gicp")
 START = Pose.from_angle(0.05)
@@ -25,6 +28,55 @@ def test_rows_without_weight_change_nothing(method: str, far: float) -> None:
         padded = np.vstack([p, np.full((count, 2), far)])
         weights = np.repeat([1.0, 0.0], [80, count])
         found = register(padded, q, method, start=START, weights=weights)
+        assert (found.status, found.steps) == (alone.status, alone.steps)
+        np.testing.assert_allclose(found.pose.matrix, alone.pose.matrix, atol=1e-7)
+
+
+@pytest.mark.parametrize("far", [1e2, 1e4, 1e6])
+@pytest.mark.parametrize("method", ["icp", "point-to-plane", "gicp"])
+def test_a_point_beyond_the_gate_changes_nothing(method: str, far: float) -> None:
+    """It is in no pair: neither the pose, nor the steps, nor what the condition says depend on how far away it lies."""
+    scene = room("clean")
+    alone = register(scene.source, scene.target, method, start=room_start(20.0, 0.8), gate=2.6)
+    stray = np.vstack([scene.source, [[far, -far]]])
+    found = register(stray, scene.target, method, start=room_start(20.0, 0.8), gate=2.6)
+    assert alone.status is Status.CONVERGED
+    assert (found.status, found.steps) == (alone.status, alone.steps)
+    np.testing.assert_allclose(found.pose.matrix, alone.pose.matrix, atol=1e-7)
+    conditions = [getattr(run.states[0], "system", run.states[0]).condition for run in (alone, found)]
+    np.testing.assert_allclose(conditions[1], conditions[0], rtol=1e-6)
+
+
+@pytest.mark.parametrize("far", [1e2, 1e4])
+@pytest.mark.parametrize("method", ["ndt", "ndt-d2d", "mmd", "gmmreg", "soft-annealed", "capped-icp"])
+def test_a_stray_target_point_decides_no_default_length(method: str, far: float) -> None:
+    """The defaults follow from the rest of the target, and so does where the run ends: to noise, since the stray has a
+    share in the soft methods' sums."""
+    scene, start = room("clean"), room_start(10.0, 0.3)
+    alone = register(scene.source, scene.target, method, start=start).pose
+    found = register(scene.source, np.vstack([scene.target, [[far, 0.0]]]), method, start=start).pose
+    assert np.degrees(rre(found, alone)) < 0.3
+    assert rte(found, alone) < 0.03
+
+
+def test_evidence_takes_no_part_in_what_it_does_not_explain() -> None:
+    """A source point far from every target point leaves `weakest` as it is; the share falls by that point."""
+    scene = room("clean")
+    alone = evidence(scene.source, scene.target, scene.truth)
+    for far in (1e2, 1e6):
+        found = evidence(np.vstack([scene.source, [[far, 0.0]]]), scene.target, scene.truth)
+        np.testing.assert_allclose(found.weakest, alone.weakest, rtol=1e-6)
+        m = len(scene.source)
+        np.testing.assert_allclose(found.share, alone.share * m / (m + 1))
+
+
+def test_a_weight_near_zero_is_nearly_none() -> None:
+    """The same run to rounding as without the row, for a row far away with a weight of 1e-30."""
+    scene = room("clean")
+    padded, weights = np.vstack([scene.source, [[1e4, 0.0]]]), np.r_[np.ones(len(scene.source)), 1e-30]
+    for method in ("point-to-plane", "gicp"):
+        alone = register(scene.source, scene.target, method, start=room_start(20.0, 0.8))
+        found = register(padded, scene.target, method, start=room_start(20.0, 0.8), weights=weights)
         assert (found.status, found.steps) == (alone.status, alone.steps)
         np.testing.assert_allclose(found.pose.matrix, alone.pose.matrix, atol=1e-7)
 

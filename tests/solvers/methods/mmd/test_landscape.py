@@ -177,3 +177,40 @@ def test_what_is_no_input_is_named():
         capped_field(cloud, cloud, 1.0).path([1.0])
     with pytest.raises(ValueError, match="xs"):
         capped_field(cloud, cloud, 1.0).grid([np.nan], [0.0])
+
+
+FIELDS = {
+    "mmd": mmd_field(SCENE.source, SCENE.target, np.eye(2)),
+    "capped": capped_field(SCENE.source, SCENE.target, 0.5),
+}
+
+
+@pytest.mark.parametrize("field", list(FIELDS))
+@pytest.mark.parametrize("wrong", [[np.nan, 1.0], [np.inf, 0.0], [0.0, 0.0, 0.0], 1.0, "ab"])
+def test_a_field_has_values_and_paths_at_finite_translations(field, wrong):
+    with pytest.raises(ValueError, match=r"^t: expected "):
+        FIELDS[field].values(wrong)
+    with pytest.raises(ValueError, match=r"^start: expected "):
+        FIELDS[field].path(wrong)
+
+
+@pytest.mark.parametrize("field", list(FIELDS))
+@pytest.mark.parametrize("wrong", [np.zeros((2, 3)), 0.0, [], "ab", [0.0, np.nan]])
+def test_a_map_has_a_row_of_columns_and_one_of_rows(field, wrong):
+    with pytest.raises(ValueError, match=r"^xs: "):
+        FIELDS[field].grid(wrong, [0.0])
+    with pytest.raises(ValueError, match=r"^ys: "):
+        FIELDS[field].grid([0.0], wrong)
+
+
+@pytest.mark.parametrize(
+    ("field", "name", "wrong"),
+    [
+        *((field, name, -1) for field in FIELDS for name in ("max_steps", "tolerance")),
+        *((field, "max_steps", 1.5) for field in FIELDS),
+        *(("mmd", "damping", wrong) for wrong in (np.nan, -1.0, "a")),
+    ],
+)
+def test_a_path_takes_numbers_that_are_not_negative(field, name, wrong):
+    with pytest.raises(ValueError, match=f"^{name}: "):
+        FIELDS[field].path([0.0, 0.0], **{name: wrong})

@@ -136,3 +136,23 @@ def test_a_step_that_no_cell_follows_is_taken_back():
         result = register(source, source + np.array(shift), "ndt-d2d")
         assert result.status in (Status.DEGENERATE, Status.STALLED, Status.CONVERGED)
         assert np.isfinite(result.pose.matrix).all()
+
+
+@pytest.mark.parametrize("far", [1e2, 1e4, 1e6])
+@pytest.mark.parametrize("method", ["ndt", "ndt-d2d"])
+def test_a_stray_point_sets_no_unit(method, far):
+    """A source point far beyond the map meets no cell; centre and radius, by which steps are judged small, leave it
+    out, so the run is the one without it."""
+    scene, start = room("clean"), room_start(5.0, 0.3)
+    alone = register(scene.source, scene.target, method, start=start)
+    found = register(np.vstack([scene.source, [[far, -far]]]), scene.target, method, start=start)
+    assert alone.status is Status.CONVERGED
+    assert (found.status, found.steps) == (alone.status, alone.steps)
+    np.testing.assert_allclose(found.pose.matrix, alone.pose.matrix, atol=1e-9)
+
+
+def test_a_cloud_that_starts_far_off_is_no_stray():
+    """Where every point starts beyond the target's surroundings, all of them make centre and radius."""
+    scene, away = room("clean"), Pose.from_angle(0.0, (1e3, 0.0))
+    state = register(scene.source, scene.target, "ndt", start=away).states[0]
+    np.testing.assert_allclose(state.centre[0], scene.source.mean(axis=0))

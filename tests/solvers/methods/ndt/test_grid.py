@@ -5,7 +5,10 @@ import pytest
 
 from solvers import Pose, register
 from solvers.methods.ndt import ndt_map
+from solvers.methods.ndt.score import evaluate, score_map
 from solvers.scenes.rooms import room, room_start
+
+CLOUD = np.random.default_rng(2).standard_normal((1, 9, 2))
 
 
 @pytest.mark.parametrize("method", ["ndt", "ndt-d2d"])
@@ -40,3 +43,50 @@ def test_at_a_border_two_of_the_four_cells_change(axis):
     changed = (before != after).sum(axis=1)
     assert set(np.unique(changed).tolist()) == {0, 2}
     assert 100 < (changed == 2).sum() < 300
+
+
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        ({"points": CLOUD[0]}, r"points: expected shape \(b, n, 2\), got \(9, 2\); pass points\[None\] for one cloud"),
+        ({"points": np.zeros((1, 9, 3))}, "points: expected 2 coordinates"),
+        ({"points": np.where(CLOUD.max() == CLOUD, np.nan, CLOUD)}, "points: 1 of 18 numbers is not finite"),
+        ({"points": "cloud"}, "points: expected real numbers, got str"),
+        ({"grids": True}, "grids: expected an integer, got True"),
+        ({"grids": 2}, "grids: expected 1 or 4, got 2"),
+        ({"size": "a"}, "size: expected real numbers"),
+        ({"size": np.ones(3)}, r"size: expected one number, or one for each of 1 clouds, got shape \(3,\)"),
+        ({"offset": np.zeros(3)}, r"offset: expected shape \(2,\), got \(3,\)"),
+        ({"offset": [np.nan, 0.0]}, "offset: 1 of 2 numbers is not finite"),
+    ],
+)
+def test_what_makes_no_map_is_refused_by_name(given, says):
+    with pytest.raises(ValueError, match=f"^{says}"):
+        ndt_map.build(**{"points": CLOUD, "size": 1.0, **given})
+
+
+def test_a_list_of_clouds_of_one_size_makes_their_map():
+    assert np.array_equal(ndt_map.build(CLOUD.tolist(), 1.0).mean, ndt_map.build(CLOUD, 1.0).mean)
+
+
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        ({"pivot": np.zeros(2)}, r"pivot: expected shape \(1, 2\), got \(2,\)"),
+        ({"moved": CLOUD[0]}, r"moved: expected shape \(k, m, 2\), got \(9, 2\)"),
+        ({"which": np.zeros(2, dtype=np.int64)}, r"which: expected shape \(1,\), got \(2,\)"),
+    ],
+)
+def test_what_has_no_score_is_refused_by_name(given, says):
+    cells = ndt_map.build(CLOUD, 1.0)
+    with pytest.raises(ValueError, match=f"^{says}"):
+        evaluate(cells, **{"moved": CLOUD, "pivot": np.zeros((1, 2)), **given})
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("points", CLOUD), ("points", np.zeros((9, 3))), ("x", 0.0), ("y", np.zeros((2, 2)))]
+)
+def test_what_has_no_map_of_scores_is_refused_by_name(name, value):
+    cells = ndt_map.build(CLOUD, 1.0)
+    with pytest.raises(ValueError, match=f"^{name}: expected "):
+        score_map(cells, **{"points": CLOUD[0], "x": np.zeros(1), "y": np.zeros(1), name: value})

@@ -139,3 +139,13 @@ def test_a_share_is_between_nothing_and_all(share):
     for method in ("ndt", "ndt-d2d"):
         with pytest.raises(ValueError, match=r"^outliers: "):
             METHODS[method].options(outliers=share)
+
+
+@pytest.mark.parametrize("share", [0.0, 1.0, 2.0, -1.0, "half"])
+def test_the_score_takes_a_share_between_nothing_and_all(share):
+    scene = room("clean")
+    cells = ndt_map.build(scene.target[None], 0.8)
+    with pytest.raises(ValueError, match=r"^outliers: expected a "):
+        evaluate(cells, scene.source[None], np.zeros((1, 2)), outliers=share)
+    with pytest.raises(ValueError, match=r"^outliers: expected a "):
+        score_map(cells, scene.source, np.zeros(1), np.zeros(1), outliers=share)

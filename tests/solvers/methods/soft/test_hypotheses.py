@@ -10,8 +10,8 @@ from solvers.core.method import Problem
 from solvers.core.stepper import begin, run
 from solvers.methods.soft.hypotheses import HYPOTHESIS_MIXTURE, HypothesisOptions, drawn, greedy
 from solvers.metrics import rre, rte
+from solvers.numerics.fits import rms_motion
 from solvers.numerics.radius_pairs import listed
-from solvers.numerics.recurrence import motion
 from solvers.scenes.rooms import room, room_start
 
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
@@ -184,6 +184,6 @@ def test_poses_that_come_round_again_have_stalled():
     first, back = state.pose.apply(source), []
     for _ in range(12):
         state = HYPOTHESIS_MIXTURE.step(state)
-        back.append((motion(first, state.pose.apply(source)) / state.radius)[stalled])
+        back.append((rms_motion(state.pose.apply(source) - first) / state.radius)[stalled])
     assert (back[0] > state.options.tolerance).all()
     assert (np.min(back, axis=0) <= state.options.tolerance).all()

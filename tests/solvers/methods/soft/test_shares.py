@@ -68,3 +68,26 @@ def test_the_bird():
 def test_what_is_refused(name, value):
     with pytest.raises(ValueError, match=f"^{name}: "):
         bird(**{name: value})
+
+
+@pytest.mark.parametrize(
+    ("given", "wanted"),
+    [
+        ((1e300, 1e-100, 1, 1e300), 1.0),
+        ((1e-300, 1e100, 1, 1e-300), 0.0),
+        ((1.0, 1e-200, 1, 1.0), 1.0),
+        ((1.0, 1e200, 1, 1.0), 0.0),
+        ((1e200, 1e200, 1, 1e200), 1.0 / (1.0 + 2.0 * np.pi)),
+        ((1.0, 1e-200, 1, 1e-200, 1), 1.0 / (1.0 + np.sqrt(2.0 * np.pi))),
+    ],
+)
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_clutter_weight_of_any_size_is_a_weight(given, wanted):
+    """Also where the product or the power in it is no number."""
+    assert clutter_weight(*given) == pytest.approx(wanted, rel=1e-12)
+
+
+@pytest.mark.parametrize("dim", [0, -3, 1.5])
+def test_clutter_weight_has_a_dimension(dim):
+    with pytest.raises(ValueError, match=r"^dim: "):
+        clutter_weight(1.0, 0.1, 100, 64.0, dim)
