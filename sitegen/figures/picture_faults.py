@@ -16,6 +16,7 @@ from sitegen.figures.widget_faults import def_line, line_of
 from sitegen.problems import Place, Problems, hint
 from widgets.drawing.picture import ROLES, Anchor, Group, Handle, Mark, Panel, Picture, Readout, Shape
 from widgets.engine.contract import Animation, Widget, motions
+from widgets.engine.controls import specs
 from widgets.engine.jobs import Job, Progress, Result
 
 PAIRS = ("xy", "a", "b", "centre", "direction")
@@ -224,7 +225,11 @@ def _readout(readout: Readout) -> Iterator[str]:
 def _handle(widget: Widget, handle: Handle, panels: list[str]) -> Iterator[str]:
     where = f"handle {handle.name!r}"
     yield from _texts(handle, where, "label", "value")
-    if handle.name not in widget.handles:
+    if handle.sets:
+        sliders = [name for name, spec in specs(widget.controls).items() if spec.kind == "slider"]
+        if handle.sets not in sliders:
+            yield f"{where}: sets no slider {handle.sets!r}{hint(handle.sets, sliders)}"
+    elif handle.name not in widget.handles:
         yield f"{where}: not among the WIDGET's handles{hint(handle.name, widget.handles)}"
     for name in (handle.panel, *handle.also):
         if name not in panels:

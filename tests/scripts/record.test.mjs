@@ -49,6 +49,18 @@ test("a drag and what is pointed at replace the last of their kind, and a click 
   assert.equal(records.click(records.click(INITIAL, "main", [1, 1]), "main", [2, 2]).log.length, 2);
 });
 
+test("a handle that sets a slider is that slider, by its steps and within its ends", () => {
+  const handle = { name: "grip", sets: "noise", world: [0.1, 2] };
+  const at = (/** @type {number} */ x) => records.put(INITIAL, handle, [x, 7], SPEC.controls);
+  assert.deepEqual(records.reached(handle, [0.33, 7], SPEC.controls), [0.35, 2]);
+  assert.deepEqual(at(0.33), records.control(INITIAL, "noise", 0.35, SPEC.controls.noise));
+  assert.equal(at(-3).controls.noise, 0);
+  assert.equal(at(3).controls.noise, 1);
+  assert.equal(at(0.11), INITIAL);
+  const free = { name: "start", world: [0, 0] };
+  assert.deepEqual(records.put(INITIAL, free, [1, 2], SPEC.controls), records.drag(INITIAL, "start", [1, 2]));
+});
+
 test("what is pointed at no longer leaves the log, and nothing else does", () => {
   const picked = records.click(INITIAL, "main", [1, 1]);
   assert.deepEqual(records.left(records.hover(picked, "main", [2, 2]), "main"), picked);

@@ -89,7 +89,8 @@ def check_handles(name: str, frame: dict[str, Any]) -> None:
     panels = {panel["name"] for panel in frame["panels"]}
     for handle in frame["handles"]:
         what = f"{name}, {handle}"
-        assert handle["name"] in WIDGETS[name].handles, f"{what}: WIDGET.handles does not name it"
+        named = handle["name"] in WIDGETS[name].handles
+        assert named or "sets" in handle, f"{what}: WIDGET.handles does not name it"
         assert handle["panel"] in panels, f"{what}: the picture has no such panel"
         assert set(handle["also"]) <= panels, f"{what}: `also` names a panel that the picture does not have"
         assert 0 <= handle["left"] <= 100, f"{what}: outside its panel's window; limit where it can be put"

@@ -259,8 +259,10 @@ class Handle:
     keys maps a key ("ArrowLeft", "Shift+ArrowLeft" …) to the world position that a drag would have to reach for the
     same effect: the keyboard is a drag by other means, so nothing a pointer does is out of its reach.
     also: other panels, of the same view, in which a pointer may take hold of the same thing at the same place.
-    kind: it moves a thing in the plane, turns one, or turns the view and leaves the scene alone.
+    kind: it moves a thing in the plane, turns one, turns the view and leaves the scene alone, or slides along x.
     angle: where a turning handle stands, in degrees from −180 to 180.
+    sets: the slider whose value is the handle's x, "" for none. To drag such a handle is to move that slider: both
+    always agree, and the log holds nothing of it.
     """
 
     name: str
@@ -268,11 +270,12 @@ class Handle:
     xy: tuple[float, float]
     value: str
     keys: Mapping[str, tuple[float, float]]
-    kind: Literal["move", "turn", "orbit"] = "move"
+    kind: Literal["move", "turn", "orbit", "push"] = "move"
     panel: str = "main"
     radius: float = 22.0
     also: tuple[str, ...] = ()
     angle: float = 0.0
+    sets: str = ""
 
 
 @dataclass(frozen=True)
@@ -327,6 +330,16 @@ def move_keys(x: float, y: float, step: float = 0.05, leap: float = 0.5) -> dict
         prefix + key: (x + size * dx, y + size * dy)
         for prefix, size in (("", step), ("Shift+", leap))
         for key, (dx, dy) in ways.items()
+    }
+
+
+def slide_keys(x: float, y: float, low: float, high: float, step: float) -> dict[str, tuple[float, float]]:
+    """Arrow keys for a handle that slides along x from `low` to `high`: right and up add, with Shift five steps."""
+    ways = {"ArrowLeft": -1, "ArrowRight": 1, "ArrowUp": 1, "ArrowDown": -1}
+    return {
+        prefix + key: (min(max(x + sign * size, low), high), y)
+        for prefix, size in (("", step), ("Shift+", 5 * step))
+        for key, sign in ways.items()
     }
 
 

@@ -18,9 +18,10 @@ By tests that go over all figures; `python3 build.py test -k NAME` runs them for
 - A panel's label is two words or more, and no other's.
 - Each `Motion` names a `Group` that `draw` puts into its panel of the state after it. The group "source" holds the
   source's points as dots, and nothing of the target.
-- A handle's `keys` are those of `move_keys` or `turn_keys`; each takes it elsewhere, one that moves to where the key
-  says. However far a cloud is flung, its handles stay in their panel's window and, in one panel, 40 px apart at a width
-  of 358 px (`widgets.parts.placing` sees to both). Handles of one panel have different labels, and values in words.
+- A handle's `keys` are those of `move_keys`, `turn_keys` or `slide_keys`; each takes it elsewhere, one that moves to
+  where the key says. A handle that `sets` a slider stands at its value along x. However far a cloud is flung, its
+  handles stay in their panel's window and, in one panel, 40 px apart at a width of 358 px (`widgets.parts.placing` sees
+  to both). Handles of one panel have different labels, and values in words.
 - Readouts are text as `picture.number` writes it: a true minus sign, no exponent. A name promises its label, unit and
   role: `rotation…` is in °, `translation…` in u, `…truth…` has the role "truth"; a label with RMS is in u
   (tests/widgets/test_readouts.py has the list).
@@ -151,6 +152,7 @@ class Widget:
     presets: name → control values that differ from the defaults ("default" should be there).
     tape: what is recorded at build time, so that the page answers before Python is up: pairs of control values (on top
     of the preset's) and button presses; every prefix of the presses is recorded.
+    handles: those whose drags the log holds; one that `sets` a slider is not among them.
     clicks, hovers: the panels that take a pick at a place, and those that answer to what is pointed at: by mouse,
     touch or keys. A hover replaces the log's last entry if that is a hover of the same panel. In a panel that does both
     a hover lasts for as long as the pointer is there and nothing is pressed, then it leaves the log.

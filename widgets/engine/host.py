@@ -24,7 +24,7 @@ import numpy as np
 from widgets.drawing.picture import Group, Handle, Mark, Panel, Picture, View
 from widgets.drawing.svg import UNIT, group_svg, mark_svg, panel_svg
 from widgets.engine.contract import Action, Animation, Pieces, Record, Trace, Widget, motions, parsed
-from widgets.engine.controls import clip, nearest, values
+from widgets.engine.controls import clip, nearest, specs, values
 from widgets.engine.jobs import Running
 from widgets.engine.registry import WIDGETS
 from widgets.engine.script import headed
@@ -273,7 +273,7 @@ def _frame(
             {"name": r.name, "label": r.label, "value": r.value, "unit": r.unit, "role": r.role or ""}
             for r in picture.readouts
         ],
-        "handles": [_handle(h, panels[h.panel]) for h in picture.handles],
+        "handles": [_handle(h, panels[h.panel], type(record.controls)) for h in picture.handles],
         "description": picture.description,
         "note": picture.note,
         "disabled": sorted(picture.disabled),
@@ -293,15 +293,17 @@ def _view(panel: Panel) -> list[float]:
     return [v.x0, v.x1, v.y0, v.y1, *(round(side, 4) for side in v.size), *v.pad]
 
 
-def _handle(handle: Handle, panel: Panel) -> dict[str, Any]:
+def _handle(handle: Handle, panel: Panel, controls: type) -> dict[str, Any]:
     """The handle with its place in percent of the panel, which is how the page's overlay puts it there.
 
     slider: least, greatest and present value of the one number that a slider is bound to have: an angle, or x.
     """
     (place,) = panel.view.px([handle.xy])
     left, top = (_rounded(100 * v / size, 3) for v, size in zip(place, panel.view.size, strict=True))
-    turns = handle.kind == "turn"
-    slider = (-180.0, 180.0, handle.angle) if turns else (panel.view.x0, panel.view.x1, handle.xy[0])
+    turns, spec = handle.kind == "turn", specs(controls)[handle.sets] if handle.sets else None
+    least, most = (spec.low, spec.high) if spec else (panel.view.x0, panel.view.x1)
+    slider = (-180.0, 180.0, handle.angle) if turns else (least, most, handle.xy[0])
+    sets = {"sets": handle.sets} if handle.sets else {}
     return {
         "name": handle.name,
         "panel": handle.panel,
@@ -315,6 +317,7 @@ def _handle(handle: Handle, panel: Panel) -> dict[str, Any]:
         "world": _place(handle.xy),
         "slider": [_rounded(v, 2) for v in slider],
         "keys": {key: _place(xy) for key, xy in handle.keys.items()},
+        **sets,
     }
 
 

@@ -16,6 +16,7 @@ from solvers.uncertainty import Covariance, Spread, quantile
 from widgets.drawing.picture import (
     Array,
     Ellipses,
+    Handle,
     Label,
     Mark,
     Panel,
@@ -27,6 +28,7 @@ from widgets.drawing.picture import (
     Segments,
     View,
     number,
+    slide_keys,
 )
 from widgets.engine.contract import UNDONE, Action, Button, Key, Lead, Widget
 from widgets.engine.controls import choice, slider
@@ -40,6 +42,7 @@ BARS = (0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5)  # u
 SEEN = 4.2  # u: end walls farther out are beyond the reach of one scan or both
 DRAWS, PRESS = 200, 40
 NOSE = 0.34
+WALLS = (2.0, 6.0, 0.2)  # u, between which the end walls may be, by steps of which
 FAR_OUT = 5.0  # u, how far a direction that is free is drawn
 PLACES = {"room": "Room", "corridor": "Corridor", "hall": "Hall, any heading"}
 METHODS = {"plane": "Point to plane", "point": "Point to point"}
@@ -51,16 +54,16 @@ class Controls:
     """Where the robot stands, how it measures, and how well it knows its start."""
 
     scene: str = choice(
-        "room",
-        "Place",
-        PLACES,
+        "room", "Place", PLACES,
         sets={
             "room": {"wall": ENDS["room"], "heading": 3.0},
             "corridor": {"wall": ENDS["corridor"], "heading": 3.0},
             "hall": {"wall": ENDS["hall"], "heading": 90.0},
         },
     )
-    wall: float = slider(ENDS["room"], "End walls at", 2.0, 6.0, 0.2, "u", "From the middle; the scanner sees 5\u00a0u")
+    wall: float = slider(
+        ENDS["room"], "End walls at", *WALLS, "u", "From the middle; the scanner sees 5\u00a0u", "nothing"
+    )
     method: str = choice("plane", "Residual", METHODS, keeps="log")
     heading: float = slider(3.0, "Start: heading σ", 0.0, 90.0, 1.0, "°")
     shift: float = slider(0.15, "Start: position σ", 0.0, 0.3, 0.05, "u")
@@ -157,9 +160,16 @@ def draw(state: State) -> Picture:
         (_plan(state), _close(state)),
         _readouts(state, said),
         _description(state, said),
+        (_handle(state.controls.wall),),
         note=_note(state, said),
         disabled=frozenset({"more", "finish"} if state.drawn == DRAWS else ()),
     )
+
+
+def _handle(wall: float) -> Handle:
+    """The end wall on the right, which takes the other one along."""
+    keys, where = slide_keys(wall, 0.0, *WALLS), f"{number(wall, 1)} u from the middle"
+    return Handle("wall", "Move the end walls", (wall, 0.0), where, keys, "push", "plan", sets="wall")
 
 
 def _places(pose: Pose, stand: Pose) -> Array:
@@ -202,7 +212,7 @@ def _true_mode(spread: Spread, truth: Pose) -> int:
 
 
 def _close(state: State) -> Panel:
-    """As much about the true place as the closed forms' ellipses need; a needle at a smaller scale along it."""
+    """As much about the true position as the closed forms' ellipses need; a needle at a smaller scale along it."""
     true, stand = (STANDS[state.ask.place][k] for k in (0, 1))
     expected = [stand.apply(one.ellipse(reach=FAR_OUT)) for one in _expected(state.ask)]
     needle, reach = state.controls.wall > SEEN, np.abs(np.concatenate(expected) - true.t).max(axis=0)
@@ -231,8 +241,8 @@ def _close(state: State) -> Panel:
     marks.append(Points([(0.0, 0.0)], "truth", "cross", radius=6.0))
     times = [number(PLAN.x1 / each, 0) for each in half]
     scale = f"{times[1]} times" + (f" upwards and {times[0]} times sideways" if needle else "")
-    label = "The ends about the true place, enlarged"
-    return Panel("close", label, CLOSE, tuple(marks), grid=False, caption=f"About the true place, enlarged {scale}")
+    label = "The ends about the true position, enlarged"
+    return Panel("close", label, CLOSE, tuple(marks), grid=False, caption=f"About the true position, enlarged {scale}")
 
 
 @dataclass(frozen=True)
@@ -349,6 +359,7 @@ def python(state: State) -> str:
 
 
 PRESSES = ("more",) * (DRAWS // PRESS)
+SCENES: tuple[dict[str, str], ...] = ({}, {"scene": "corridor"}, {"scene": "hall"})
 
 WIDGET = Widget(
     name="spread",
@@ -373,25 +384,16 @@ WIDGET = Widget(
         Key("source", "where redrawn scans end, and their ellipse"),
         Key("accent", "expected by the Hessian, 95 %", "line"),
         Key("inlier", "expected by Censi’s formula, 95 %", "dashed"),
-        Key("truth", "the true place", "cross"),
+        Key("truth", "the true position", "cross"),
         Key("target", "target scan, and its robot", "square"),
         Key("outlier", "ends of another cluster"),
         Key("ghost", "one ellipse for all ends", "dashed"),
         Key("ink", "walls", "line"),
     ),
     tape=(
-        ({}, PRESSES),
-        ({}, ("finish",)),
-        ({"scene": "corridor"}, PRESSES),
-        ({"scene": "corridor"}, ("finish",)),
-        ({"scene": "hall"}, PRESSES),
-        ({"scene": "hall"}, ("finish",)),
+        *((scene, presses) for scene in SCENES for presses in (PRESSES, ("finish",))),
         ({"method": "point"}, ("finish",)),
     ),
     python=python,
-    lead=Lead(
-        readouts=("hessian", "censi", "widest"),
-        controls=("wall",),
-        buttons=("more", "finish", "reset", "new"),
-    ),
+    lead=Lead(None, ("hessian", "censi", "widest"), ("wall",), ("more", "finish", "reset", "new")),
 )

@@ -134,6 +134,11 @@ MISTAKES = {
         'readouts, "A point.", (Handle("grip", "Grip", (0.0, 0.0), "0", {}),)',
         "draw: handle 'grip': not among the WIDGET's handles; there are none",
     ),
+    "what a handle sets": (
+        'readouts, "A point."',
+        'readouts, "A point.", (Handle("grip", "Grip", (0.0, 0.0), "0", {}, sets="noize"),)',
+        "draw: handle 'grip': sets no slider 'noize'; did you mean 'noise'?",
+    ),
     "what is disabled": (
         'readouts, "A point."',
         'readouts, "A point.", disabled=frozenset({"gone"})',

@@ -71,7 +71,7 @@ def any_action(name: str, frame: Mapping[str, Any], random: Random) -> list[Any]
     presses = [b.name for b in widget.buttons if b.does == "press" and b.name not in frame["disabled"]]
     doable: list[list[Any]] = [["press", name] for name in presses]
     views = {panel["name"]: panel["view"] for panel in frame["panels"]}
-    placed = [("drag", handle["name"], handle["panel"]) for handle in frame["handles"]]
+    placed = [("drag", handle["name"], handle["panel"]) for handle in frame["handles"] if "sets" not in handle]
     placed += [("click", panel, panel) for panel in widget.clicks]
     placed += [("hover", panel, panel) for panel in widget.hovers]
     for kind, what, panel in placed:

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from solvers.studies.coverage import coverage
-from solvers.studies.redrawn import STANDS
+from solvers.studies.redrawn import STANDS, walls_of
 from widgets.drawing.picture import Label, Path, Points, Segments
 from widgets.engine.contract import SEED, Action, preset
+from widgets.engine.controls import specs
 from widgets.engine.host import Host
 from widgets.figures.spread import (
     CLOSE,
@@ -63,7 +64,29 @@ def test_the_hall_has_clusters_and_the_room_has_one() -> None:
     assert shown("hall", "finish", heading=3.0)["modes"] == "1"
 
 
-def test_what_is_expected_lies_about_the_true_place() -> None:
+@pytest.mark.parametrize("name", ["default", "corridor", "hall"])
+def test_the_end_wall_is_pulled_by_a_handle_that_sets_the_slider(name: str) -> None:
+    """The handle lies on the end wall on the right, whatever was drawn. An arrow is a step of the slider, none leads
+    beyond its ends, and all draws are kept."""
+    slider, host = specs(Controls)["wall"], Host()
+    low, high = slider.low, slider.high
+    for wall in (low, 3.0, high):
+        plain = {**preset(WIDGET, name, {"wall": wall}).plain(), "log": [["press", "more"]]}
+        frame = host.render("f", plain)
+        (handle,) = frame["handles"]
+        assert (handle["sets"], handle["world"]) == ("wall", [wall, 0.0])
+        assert handle["slider"] == [low, high, wall]
+        (walls,) = walls_of(frame["controls"]["scene"], wall)
+        assert walls[:, 0].max() == wall
+        keys = {key: place[0] for key, place in handle["keys"].items()}
+        assert keys["ArrowRight"] == keys["ArrowUp"] == pytest.approx(min(wall + slider.step, high))
+        assert keys["ArrowLeft"] == keys["ArrowDown"] == pytest.approx(max(wall - slider.step, low))
+        pulled = host.render("f", {**plain, "controls": {**plain["controls"], "wall": keys["ArrowRight"]}})
+        assert pulled["handles"][0]["world"] == [keys["ArrowRight"], 0.0]
+        assert {r["name"]: r["value"] for r in pulled["readouts"]}["drawn"] == str(PRESS)
+
+
+def test_what_is_expected_lies_about_the_true_position() -> None:
     ask = start(Controls(), SEED).ask
     for one in _expected(ask):
         middle = STANDS["room"][1].apply(one.ellipse(reach=1.0)[:-1]).mean(axis=0)
@@ -92,9 +115,9 @@ def test_the_close_view_is_to_the_scale_that_its_bar_tells(wall: float) -> None:
     assert wall > SEEN or max(size[1] for size in ellipses) > 0.7 * (CLOSE.y1 - CLOSE.y0)
 
 
-def test_the_scale_about_the_true_place_is_told() -> None:
+def test_the_scale_about_the_true_position_is_told() -> None:
     """The same both ways for a wall that is seen, less along the corridor whose end is not."""
     for wall, said in ((2.6, "enlarged 107 times"), (6.0, "enlarged 46 times upwards and 3 times sideways")):
         frame = draw(start(Controls(wall=wall), SEED))
         (caption,) = (panel.caption for panel in frame.panels if panel.name == "close")
-        assert caption == f"About the true place, {said}"
+        assert caption == f"About the true position, {said}"

@@ -1,6 +1,6 @@
 // A figure's whole state is a record, plain data. Every action makes a new record; none is ever changed in place.
 
-/** @import { Action, Control, FigureRecord, Point, Value, Values } from "./types.js" */
+/** @import { Action, Control, FigureRecord, Handle, Point, Value, Values } from "./types.js" */
 
 import { four } from "./format.js";
 
@@ -88,6 +88,29 @@ export const adjusted = ({ controls, log }, name, spec) =>
 export function control(record, name, value, spec) {
   const brought = brings(spec, value);
   return { ...record, controls: { ...record.controls, [name]: value, ...brought }, log: KEPT[spec.keeps](record.log) };
+}
+
+/**
+ * Where a handle comes to stand that is put at a place: there, or at the nearest value of the slider that it sets.
+ * @type {(handle: Pick<Handle, "sets" | "world">, place: Point, controls: Record<string, Control>) => Point}
+ */
+export function reached({ sets, world }, place, controls) {
+  const spec = controls[sets ?? ""];
+  if (spec?.kind !== "slider") return place;
+  const { low, high, step, decimals } = spec;
+  const value = low + step * Math.round((place[0] - low) / step);
+  return [Number(Math.min(Math.max(value, low), high).toFixed(decimals)), world[1]];
+}
+
+/**
+ * A handle is put at a place: a drag, or another value of the slider that it sets. The record itself where that has it.
+ * @type {(record: FigureRecord, handle: Handle, place: Point, controls: Record<string, Control>) => FigureRecord}
+ */
+export function put(record, handle, place, controls) {
+  const { name, sets } = handle;
+  if (!sets) return drag(record, name, place);
+  const [value] = reached(handle, place, controls);
+  return record.controls[sets] === value ? record : control(record, sets, value, controls[sets]);
 }
 
 /**

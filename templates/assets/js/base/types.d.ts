@@ -93,6 +93,8 @@ export interface Handle {
   top: number;
   value: string;
   world: Point;
+  /** the slider whose value is the handle's x */
+  sets?: string;
   slider: [least: number, most: number, now: number];
   keys: Record<string, Point>;
 }

@@ -41,9 +41,11 @@ export function addDrags(figure, overlay, handles) {
   /** @param {Drag} drag @param {PointerEvent} event */
   function follow(drag, event) {
     const { name, panel, grip } = drag;
-    if (!handles.of(name)) return;
+    const handle = handles.of(name);
+    if (!handle) return;
     const view = figure.viewOf(panel);
-    drag.to = world(overlay.rect(panel), view, event.clientX - grip[0], event.clientY - grip[1]);
+    const to = world(overlay.rect(panel), view, event.clientX - grip[0], event.clientY - grip[1]);
+    drag.to = records.reached(handle, to, figure.spec.controls);
     overlay.put(drag.button, panel, ...percent(view, drag.to));
     drag.at = event.timeStamp;
     if (!drag.ahead) ahead(drag);
@@ -51,7 +53,10 @@ export function addDrags(figure, overlay, handles) {
 
   /** @param {Drag} drag */
   function ask({ name, to, at }) {
-    if (to) figure.ask(records.drag(figure.record, name, to), { merge: `drag:${name}`, at });
+    const handle = handles.of(name);
+    if (!handle || !to) return;
+    const wanted = records.put(figure.record, handle, to, figure.spec.controls);
+    if (wanted !== figure.record) figure.ask(wanted, { merge: `drag:${name}`, at });
   }
 
   /**

@@ -104,8 +104,11 @@ export function addHandles(figure, overlay) {
     const pressed = figure.pending ? undefined : keys.shift();
     if (!pressed) return;
     const [name, which] = pressed;
-    const to = of(name)?.keys[which];
-    if (to) figure.ask(records.drag(figure.record, name, to), { merge: `drag:${name}`, by: "key", at });
+    const handle = of(name);
+    const to = handle?.keys[which];
+    if (!handle || !to) return;
+    const wanted = records.put(figure.record, handle, to, figure.spec.controls);
+    figure.ask(wanted, { merge: `drag:${name}`, by: "key", at });
   }
 
   figure.on("frame", () => {

@@ -25,11 +25,11 @@ const onCircle = ([x, y], radius, turn) => [
 ];
 
 /** @type {(figure: Figure) => Moves} its handles in turn, each about its own place */
-function* drags({ shown, frame: { handles, panels } }) {
+function* drags({ shown, spec, frame: { handles, panels } }) {
   for (let i = 0; handles.length && i < DRAGS; i++) {
-    const { name, panel, world } = handles[i % handles.length];
-    const [x0, x1] = panels.find((each) => each.name === panel)?.view ?? [0, 1];
-    yield records.drag(shown, name, onCircle(world, SWAY * (x1 - x0), i / DRAGS));
+    const handle = handles[i % handles.length];
+    const [x0, x1] = panels.find((each) => each.name === handle.panel)?.view ?? [0, 1];
+    yield records.put(shown, handle, onCircle(handle.world, SWAY * (x1 - x0), i / DRAGS), spec.controls);
   }
 }
 
