@@ -108,7 +108,7 @@ class State:
 
 
 def start(controls: Controls, seed: int) -> State:
-    """The robot in its true place, facing elsewhere; nothing run."""
+    """The robot at its true position, facing elsewhere; nothing run."""
     dial = made(controls.rung, seed, controls.noise, controls.length)
     return State(controls, dial, float(np.radians(controls.turn)))
 

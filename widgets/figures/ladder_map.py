@@ -128,7 +128,7 @@ def _readouts(state: State, courses: tuple[Course, ...] | None, rings: Mapping[s
         Readout("rotation_nearest", "Rotation error at the end, rung 3", *off("nearest")),
         Readout("valleys_pairs", "Valleys of the ring, rung 1", str(rings["pairs"]) if rings else "…"),
         Readout("valleys_nearest", "Valleys of the ring, rung 3", str(rings["nearest"]) if rings else "…"),
-        Readout("valleys_soft", "Valleys of the ring, rung 5, weights", str(rings["soft"]) if rings else "…"),
+        Readout("valleys_soft", "Valleys of the ring, rung 5a", str(rings["soft"]) if rings else "…"),
     )  # fmt: skip
 
 
@@ -147,8 +147,8 @@ def _description(state: State, courses: tuple[Course, ...] | None, rings: Mappin
         f" {number(state.controls.turn, 0)}° off its true heading at the top. Around each is the rung’s objective for"
         " every heading, higher farther out; marks in the room link the scan to the target. One: lines between true"
         " partners. Two: the same, many of them wrong. Three: lines to the nearest points. Three and a half: lines to"
-        " the tangents there. Four: the Gaussians of cells. Five: threads to all points, weighted;"
-        " then the crests of a wave. Nine: a flow, which has no objective."
+        " the tangents there. Four: the Gaussians of cells. Five a: threads to all points,"
+        " weighted. Five b: the crests of a wave. Nine: a flow, which has no objective."
     ]
     if rings:
         words.append(f"The ring of rung 1 has {rings['pairs']} valley, that of rung 3 has {rings['nearest']}.")

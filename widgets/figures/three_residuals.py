@@ -140,7 +140,7 @@ def _key() -> list[Mark]:
 def _chart(state: State) -> Panel:
     panel = chart(
         "errors",
-        "Distance of the points from their true places, over the steps, for each of the three",
+        "Distance of the points from their true positions, over the steps, for each of the three",
         [
             Series(
                 np.arange(len(run.course)),
@@ -152,7 +152,7 @@ def _chart(state: State) -> Panel:
             for name, run in state.runs.items()
         ],
         Axis("step", 0.0, float(STEPS)),
-        Axis("Points off their true places, RMS, u", LOWEST, HIGHEST, log=True),
+        Axis("Points off their true positions, RMS, u", LOWEST, HIGHEST, log=True),
         now=float(state.steps),
         size=(480.0, 345.0),
         caption="All three over the steps",

@@ -1,12 +1,13 @@
-"""Chapter 0: one room, two poses. The reader is the optimiser and the eye finds the pairs."""
+"""Chapter 0: one room, two poses. The reader is the optimiser and the eye finds the pairs; ICP goes on from there."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 
-from solvers import Pose
+from solvers import Pose, register
 from solvers.metrics import rre, rte
 from solvers.scenes.scans import Scans, two_scans
 from widgets.drawing.picture import (
@@ -34,6 +35,8 @@ ROBOT = View(-7.8, 7.8, -5.25, 5.25, width=480.0)
 PLACING = Placing(ROBOT, limit=(4.5, 3.0), reach=3.2, least=2.0, panel="robot")
 ROBOT_ITSELF = np.zeros(2)  # the origin of its own coordinates: a scan is taken hold of by the robot in it
 GLYPH = 0.42  # u, from the middle of the robot to its nose
+ICP: Final = "capped-icp"  # each scan sees walls that the other does not: what has no partner nearby must not pull
+FOUND = 3.0, 0.1  # degrees and u from the truth within which the scans are aligned
 
 
 @dataclass(frozen=True)
@@ -47,8 +50,8 @@ class Controls:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """world: the panel that no action changes. pose: where the reader has put the source scan. by_hand: where it was
-    when the answer was asked for."""
+    """world: the panel that no action changes. pose: where the source scan lies. by_hand: where the reader had put it
+    when `shown` was asked for: "answer", or "icp" for where that stops."""
 
     controls: Controls
     seed: int
@@ -56,6 +59,7 @@ class State:
     world: Panel
     pose: Pose
     by_hand: Pose | None = None
+    shown: str = ""
 
 
 def start(controls: Controls, seed: int) -> State:
@@ -65,15 +69,29 @@ def start(controls: Controls, seed: int) -> State:
 
 
 def act(state: State, action: Action) -> State:
-    """Move the source scan, or show where it belongs."""
+    """Move the source scan, let ICP go on from there, or show where it belongs."""
     if action.kind == "drag":
-        return replace(state, pose=PLACING.act(state.pose, ROBOT_ITSELF, action), by_hand=None)
-    return state if state.by_hand else replace(state, pose=state.scans.truth, by_hand=state.pose)
+        return replace(state, pose=PLACING.act(state.pose, ROBOT_ITSELF, action), by_hand=None, shown="")
+    if action.name in _idle(state):
+        return state
+    scans, by_hand = state.scans, state.by_hand or state.pose
+    if action.name == "answer":
+        return replace(state, pose=scans.truth, by_hand=by_hand, shown="answer")
+    return replace(state, pose=_icp(state.scans, state.pose), by_hand=by_hand, shown="icp")
+
+
+def _icp(scans: Scans, start: Pose) -> Pose:
+    return register(scans.source, scans.target, ICP, start=start).pose
+
+
+def _idle(state: State) -> frozenset[str]:
+    """The buttons that would change nothing."""
+    return frozenset({"": (), "icp": ("icp",), "answer": ("icp", "answer")}[state.shown])
 
 
 def motion(before: State, after: State) -> Motion | None:
-    """From the reader's place to the answer, about the source's robot."""
-    if before.by_hand or not after.by_hand:
+    """From the reader's place to where ICP stops or to the answer, about the source's robot."""
+    if before.shown == after.shown or not after.shown:
         return None
     return PLACING.motion(before.pose, after.pose, ROBOT_ITSELF)
 
@@ -94,11 +112,6 @@ def draw(state: State) -> Picture:
         Readout("rotation_error", "Rotation error", number(turn, 1), "°"),
         Readout("translation_error", "Translation error", number(shift), "u"),
     )
-    note = ""
-    if state.by_hand:
-        off, away = np.degrees(rre(state.by_hand, scans.truth)), rte(state.by_hand, scans.truth)
-        was = "The start was" if np.array_equal(state.by_hand.matrix, np.eye(3)) else "By hand it was"
-        note = f"The answer. {was} {number(float(off), 1)}° and {number(float(away))} u from here."
     return Picture(
         (
             state.world,
@@ -109,9 +122,28 @@ def draw(state: State) -> Picture:
         readouts,
         _description(state, near, turn, shift),
         PLACING.handles(state.pose, ROBOT_ITSELF),
-        note,
-        frozenset({"answer"} if state.by_hand else ()),
+        _note(state),
+        _idle(state),
     )
+
+
+def _note(state: State) -> str:
+    here, truth = state.pose, state.scans.truth
+    if state.by_hand is None:
+        return f"Aligned: {_off(here, truth)} from the truth." if _aligned(here, truth) else ""
+    if state.shown == "icp":
+        end = "stopped" if _aligned(here, truth) else "stopped in the wrong place,"
+        return f"ICP began {_off(state.by_hand, truth)} from the truth and {end} {_off(here, truth)} from it."
+    was = "The start was" if np.array_equal(state.by_hand.matrix, np.eye(3)) else "By hand it was"
+    return f"The answer. {was} {_off(state.by_hand, truth)} from here."
+
+
+def _off(pose: Pose, truth: Pose) -> str:
+    return f"{number(float(np.degrees(rre(pose, truth))), 1)}° and {number(float(rte(pose, truth)))} u"
+
+
+def _aligned(pose: Pose, truth: Pose) -> bool:
+    return bool(np.degrees(rre(pose, truth)) <= FOUND[0] and rte(pose, truth) <= FOUND[1])
 
 
 def _world(scans: Scans) -> Panel:
@@ -173,19 +205,25 @@ def _description(state: State, near: float, turn: float, shift: float) -> str:
         f" faces {degrees(heading)}°; its points are {number(near, 3)} u RMS from the nearest target points, and its"
         f" pose {number(turn, 1)}° and {number(shift)} u from the true one."
     )
-    return words + (" This is the answer: the walls of the two scans coincide." if state.by_hand else "")
+    ends = {"": "", "icp": " ICP has stopped here.", "answer": " This is the answer: the walls of the scans coincide."}
+    return words + ends[state.shown]
 
 
 def python(state: State) -> str:
     """The same numbers from the solvers package alone."""
     c = state.controls
+    names, lines = "Pose", f"pose = {written(state.pose)}  # where the cloud has been put"
+    if state.shown == "icp" and state.by_hand:
+        names = "Pose, register"
+        lines = f"""start = {written(state.by_hand)}  # where the cloud had been put
+pose = register(scans.source, scans.target, "{ICP}", start=start).pose"""
     return f"""import numpy as np
-from solvers import Pose
+from solvers import {names}
 from solvers.metrics import rre, rte
 from solvers.scans import two_scans
 
 scans = two_scans(seed={state.seed}, noise={c.noise!r}, turn={c.turn!r}, distance={c.distance!r})
-pose = {written(state.pose)}  # where the cloud has been put
+{lines}
 apart = np.linalg.norm(pose.apply(scans.source)[:, None] - scans.target, axis=2)
 
 print("nearest", np.sqrt((apart.min(axis=1) ** 2).mean()))
@@ -204,6 +242,7 @@ WIDGET = Widget(
     draw=draw,
     buttons=(
         Button("answer", "Show the answer", primary=True),
+        Button("icp", "Let ICP finish"),
         *UNDONE,
     ),
     legend=(
@@ -213,8 +252,8 @@ WIDGET = Widget(
         Key("guide", "how the robot drove", "line"),
     ),
     handles=HANDLES,
-    tape=(({}, ("answer",)),),
+    tape=(({}, ("answer",)), ({}, ("icp",))),
     motion=motion,
     python=python,
-    lead=Lead(controls=("turn",), buttons=("answer", "reset", "new")),
+    lead=Lead(controls=("turn",), buttons=("answer", "icp", "reset")),
 )

@@ -77,11 +77,11 @@ RUNGS: Mapping[str, Rung] = {
             lambda u: {"cells": (u, u / 2)},
         ),
         Rung(
-            "soft", "5", "Weights over all points", "cpd-rigid", "CPD’s negative log-likelihood at its first σ", "",
+            "soft", "5a", "Weights over all points", "cpd-rigid", "CPD’s negative log-likelihood at its first σ", "",
             2.0, "First σ", lambda u: {"sigma": u},
         ),
         Rung(
-            "means", "5", "Means of waves", "mmd",
+            "means", "5b", "Means of waves", "mmd",
             "the mean squared distance between the waves’ means at the first ℓ", "",
             2.4, "First ℓ", lambda u: {"lengths": (u, u / 2, u / 4, u / 8)},
         ),
@@ -164,7 +164,7 @@ class Dial:
 
     @cached_property
     def ring(self) -> Array:
-        """The objective at all headings, (180,), the robot held in its true place."""
+        """The objective at all headings, (180,), the robot held at its true position."""
         values = np.empty(HEADINGS)
         rest = np.arange(HEADINGS) % COARSE != 0
         values[~rest] = self.coarse
@@ -210,7 +210,7 @@ class Dial:
         return []
 
     def begun(self, turns: Array) -> Batch[Any]:
-        """The rung's method at these headings (k,), the robot in its true place, no step taken."""
+        """The rung's method at these headings (k,), the robot at its true position, no step taken."""
         k, source, target = len(turns), self.clouds.source, self.clouds.target
         x, y = np.cos(turns), np.sin(turns)
         poses = Pose(np.stack([np.stack([x, -y], axis=-1), np.stack([y, x], axis=-1)], axis=-2), np.zeros((k, 2)))

@@ -231,7 +231,7 @@ def wall_direction(scene: Scene) -> Array:
 
 
 def along_across(run: Run) -> tuple[float, float]:
-    """How far the source's centroid is from its true place along the first wall, and across it; u, signed."""
+    """How far the source's centroid is from its true position along the first wall, and across it; u, signed."""
     truth = run.scene.truth.apply(run.scene.source)
     off = (run.moved - truth).mean(axis=0)
     x, y = wall_direction(run.scene)

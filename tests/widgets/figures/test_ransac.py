@@ -149,6 +149,13 @@ def test_what_the_threshold_gets_wrong_is_ringed() -> None:
     assert int(shown(frame(["press", "finish"], epsilon=0.04))["lost"]) >= 11
 
 
+def test_a_trial_is_seen_without_the_errors_of_the_pose() -> None:
+    """While its two lines are lit, no ring tells right from wrong: what the best pose gets wrong is told at the end."""
+    marks = draw(run(STEP)).panels[0].marks
+    rings = {m.role for m in marks if isinstance(m, Points) and m.shape == "ring"}
+    assert rings == {"ghost", "target", "accent"}
+
+
 @settings(max_examples=25, deadline=None)
 @given(st.floats(-8, 8), st.floats(-4, 4))
 def test_pulling_one_partner_moves_the_ghost_by_its_fortieth(x: float, y: float) -> None:

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from solvers import register
 from widgets.engine.contract import SEED, Action, preset
 from widgets.engine.host import Host
 from widgets.figures.two_poses import PLACING, WIDGET, Controls, act, motion, nearest, start
@@ -80,6 +81,41 @@ def test_only_what_was_moved_was_moved_by_hand() -> None:
     ]
     assert notes[0] == "The answer. The start was 50.0° and 2.00 u from here."
     assert notes[1].startswith("The answer. By hand it was 50.0°")
+
+
+def near(degrees: float, x: float, y: float) -> list[list[object]]:
+    """The drags that put the source so far from the truth."""
+    truth = start(Controls(), SEED).scans.truth
+    (a, b), angle = np.add(truth.t, (x, y)), float(truth.angle) + np.radians(degrees)
+    return [["drag", "source", a, b], ["drag", "turn", a + 3.2 * np.cos(angle), b + 3.2 * np.sin(angle)]]
+
+
+def test_a_hand_that_has_found_it_is_told_so() -> None:
+    """Within 3° and 0.1 u, and not outside."""
+    places = (2.5, 0.0, 0.05), (3.5, 0.0, 0.0), (0.0, 0.2, 0.0)
+    notes = [Host().render("f", {**PLAIN, "log": near(*off)})["note"] for off in places]
+    assert notes == ["Aligned: 2.5° and 0.05 u from the truth.", "", ""]
+
+
+def test_icp_goes_on_from_the_hand_s_place() -> None:
+    """Where the same method of the package stops from there: at the truth from 20° and 0.5 u off, elsewhere from the
+    start. It can be asked once, and the answer afterwards."""
+    truth = start(Controls(), SEED).scans.truth
+    for log, note in ((near(20.0, 0.5, 0.0), "began 20.0° and 0.50 u from the truth and stopped 0."),
+                      ([], "stopped in the wrong place, 4")):  # fmt: skip
+        frame = Host().render("f", {**PLAIN, "log": [*log, ["press", "icp"]]})
+        assert note in frame["note"]
+        again = Host().render("f", {**PLAIN, "log": [*log, ["press", "icp"], ["press", "icp"]]})
+        assert again["panels"] == frame["panels"]
+        answered = Host().render("f", {**PLAIN, "log": [*log, ["press", "icp"], ["press", "answer"]]})
+        assert answered["note"].startswith("The answer.")
+    state = start(Controls(), SEED)
+    for action in (Action("drag", "source", *np.add(truth.t, (0.4, 0.0))), Action("press", "icp")):
+        state = act(state, action)
+    assert state.by_hand is not None
+    stopped = register(state.scans.source, state.scans.target, "capped-icp", start=state.by_hand)
+    np.testing.assert_array_equal(state.pose.matrix, stopped.pose.matrix)
+    assert act(state, Action("drag", "source", 0.0, 0.0)).shown == ""
 
 
 def test_the_turning_handle_stays_apart_where_the_border_leaves_no_room() -> None:

@@ -323,7 +323,7 @@ WIDGET = Widget(
         Key("source", "source, as the stage leaves it"),
         Key("outlier", "unexplained source point", "cross"),
         Key("target", "target", "square"),
-        Key("truth", "true place, unknown to every stage", "line"),
+        Key("truth", "true pose, unknown to every stage", "line"),
         Key("ghost", "prediction, where it began", "dotted"),
         Key("inlier", "accepted range, and a sign within it", "line"),
     ),

@@ -322,7 +322,7 @@ WIDGET = Widget(
     legend=(
         Key("inlier", "match within ε of the best pose", "line"),
         Key("outlier", "match outside", "dashed"),
-        Key("source", "source; its front at the best pose", "line"),
+        Key("source", "source; its façade at the best pose", "line"),
         Key("target", "target", "square"),
         Key("target", "partner outside ε", "ring"),
         Key("outlier", "wrong, yet within ε", "ring"),

@@ -76,13 +76,13 @@ def match_panel(shown: Shown) -> Panel:
         Points(p, "source", radius=4.0),
     ]
     if shown.pose is not None:
-        admitted, lost = chosen & shown.wrong, left & ~shown.wrong
         marks += [
             Path(shown.pose.apply(front) + RIGHT, "source", thick=True),
             Points(shown.pose.apply(scene.source) + RIGHT, "source", radius=2.5),
-            Points(q[admitted], "outlier", "ring", radius=8.0),
-            Points(q[lost], "truth", "ring", radius=8.0),
         ]
+    if shown.pose is not None and shown.trial is None:  # a trial is judged by its count; its pose, by what it took
+        admitted, lost = chosen & shown.wrong, left & ~shown.wrong
+        marks += [Points(q[admitted], "outlier", "ring", radius=8.0), Points(q[lost], "truth", "ring", radius=8.0)]
     if shown.trial is not None:
         drawn, pose = shown.trial
         marks += [

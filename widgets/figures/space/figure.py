@@ -71,7 +71,7 @@ def draw(state: State) -> Picture:
     readouts = (
         Readout("rms", "RMS residual, pairs used", number(run.residual, 3), "u", "source"),
         Readout("rotation_error", "Rotation error", number(run.rotation, 1), "°"),
-        Readout("away", "Mug off its true place, RMS", number(run.away, 2), "u"),
+        Readout("away", "Mug off its true pose, RMS", number(run.away, 2), "u"),
         Readout("free", "Directions left free", free),
         Readout("used", "Pairs used", f"{run.used} of {len(run.scene.source)}"),
         Readout("stop", "Stopped", f"{_stop(run)}, step {run.steps}" if run.done else "no"),

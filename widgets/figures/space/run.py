@@ -55,7 +55,7 @@ class Run:
 
     @property
     def away(self) -> float:
-        """RMS distance of the mug's lines from their true place, u."""
+        """RMS distance of the mug's lines from their true positions, u."""
         return float(point_error(self.pose, self.scene.truth, np.concatenate(self.scene.outline)))
 
     def step(self, spin: float) -> Run:

@@ -157,7 +157,7 @@ def _readouts(state: State, made: Sequence[Run]) -> tuple[Readout, ...]:
     lacks = waits if len(state.runs) > 1 and not others else "–"
     off = STARTS[state.answers.start][0]
     return (
-        Readout("found", f"The path ends right, of\u00a0{OF}", str(made[0].found) if made else waits, "", "accent"),
+        Readout("found", f"The path succeeds, of\u00a0{OF}", str(made[0].found) if made else waits, "", "accent"),
         Readout("rotation_error", "Its median rotation error", *turned),
         Readout("unfit", f"Best crossed-out rung, of\u00a0{OF}", str(max(unfit)) if unfit else lacks),
         Readout("points_source", "Points of the source", str(source.shape[1])),
