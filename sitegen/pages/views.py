@@ -103,11 +103,17 @@ class FigureView:
         return Layout("row", panels, ())
 
     @property
-    def outcome(self) -> Sequence[Markup]:
-        """The drawings of the figure's picture in the end, without ids, which stand in the page once."""
+    def outcome(self) -> Sequence[Plain]:
+        """The panels of the figure's picture in the end, drawn without ids, which stand in the page once. Of many each
+        has its caption; in a row they stand as above."""
+        captions = self.layout.name == "many"
         names = [panel["name"] for panel in self.layout.stage]
         panels = self.after["panels"] if self.after else ()
-        return [Markup(IDS.sub("", panel["svg"])) for panel in panels if panel["name"] in names]
+        drawn = [panel for panel in panels if panel["name"] in names]
+        return [
+            {"svg": Markup(IDS.sub("", panel["svg"])), "caption": panel["caption"] if captions else ""}
+            for panel in drawn
+        ]
 
     @property
     def rest(self) -> Part | None:
