@@ -10,8 +10,7 @@ point is in four cells; that softens the borders and does not remove them.
 
 A point's cell is found by a table over the bounding box of the kept cells, at the same cost however many there are.
 
-Source: Biber & Straßer 2003, The normal distributions transform: a new approach to laser scan matching (the cells, the
-four grids, the floor of the eigenvalue).
+Source: Biber & Straßer 2003, The normal distributions transform (the cells, the four grids, the eigenvalue's floor).
 """
 
 from __future__ import annotations
@@ -43,8 +42,10 @@ LARGEST_TABLE = 2**18
 SHIFTS = np.array([(0.0, 0.0), (0.5, 0.0), (0.0, 0.5), (0.5, 0.5)])
 SHIFTS.flags.writeable = False
 
-TOO_FEW, ONE_PLACE = f"fewer than {LEAST_POINTS} points", "all points at one place"
-NO_CELLS, TOO_SMALL = "no cell keeps a Gaussian", "the cells are too small for the extent"
+TOO_FEW = f"fewer than {LEAST_POINTS} points"
+ONE_PLACE = "all points at one place"
+NO_CELLS = "no cell keeps a Gaussian"
+TOO_SMALL = "the cells are too small for the extent"
 
 
 @dataclass(frozen=True, eq=False)
