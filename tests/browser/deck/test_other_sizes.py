@@ -36,11 +36,12 @@ def test_keys_scroll_through_a_slide_taller_than_the_screen(reader: Callable[...
 
     def pressed(key: str) -> float:
         """How far the column has gone, px, once the scroll, which the browser draws out, has come to its end."""
-        before = page.evaluate("scrollY")
+        before = page.evaluate("""() => {
+          window.ended = new Promise(end => addEventListener("scrollend", end, { once: true }));
+          return scrollY;
+        }""")
         page.keyboard.press(key)
-        until(page, f"scrollY !== {before}")
-        until(page, "(now => now === (window.stood ?? -1) || (window.stood = now, false))(scrollY)")
-        return float(page.evaluate("scrollY") - before)
+        return float(page.evaluate("window.ended.then(() => scrollY)") - before)
 
     for key in ("PageDown", " ", "ArrowDown"):
         assert 0 < pressed(key) < 500

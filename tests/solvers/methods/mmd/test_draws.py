@@ -141,3 +141,12 @@ def test_the_options_register_a_cloud_with_itself(degrees, shift, options, rng):
 def test_wrong_options_are_named(name, options):
     with pytest.raises(ValueError, match=rf"^{name}: "):
         MmdOptions(**options)
+
+
+@pytest.mark.parametrize("units", [(1e149, 1e-160), (1e-160, 1e149), (1e140, 1.0), (1.0, 1e-160)])
+def test_a_phase_that_is_no_number_says_nothing(units):
+    """A source so many wavelengths wide that float64 has no phase for it: degenerate, without an error or a warning."""
+    cloud = np.random.default_rng(0).standard_normal((20, 2))
+    result = register(units[0] * cloud, units[1] * cloud, "mmd")
+    assert result.status is Status.DEGENERATE
+    assert np.isfinite(result.pose.matrix).all()
