@@ -6,7 +6,6 @@ from collections.abc import Callable
 
 from playwright.sync_api import expect
 
-from sitegen.bench.pages import until
 from tests.browser.conftest import Reader
 from tests.browser.deck.test_slides import opened, stands_at
 
