@@ -1,4 +1,7 @@
-"""Options of the methods as classes: `register(source, target, options=IcpOptions(gate=0.5))`."""
+"""Options of the methods as classes: `register(source, target, options=IcpOptions(gate=0.5))`.
+
+Where a default is a share of a cloud's RMS radius, points 20 times as far out as the median point are left out of it.
+"""
 
 from solvers.core.method import NoOptions
 from solvers.methods.flow.flow import FlowOptions

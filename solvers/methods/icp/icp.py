@@ -111,8 +111,8 @@ class TrimmedOptions:
     Parameters
     ----------
     keep : float, default 0.8
-        The fraction of the source points, above 0 to 1, whose pairs are used: the nearest, always `max(1, round(keep ·
-        m))` of them.
+        The fraction of the source points, above 0 to 1, whose pairs are used: the nearest, always
+        `max(1, round(keep · m))` of them.
     weight : str, default "none"
         A kernel of `solvers.numerics.robust`: "none", "huber", "tukey", "welsch" or "geman-mcclure".
     tuning : float, optional

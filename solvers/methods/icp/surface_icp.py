@@ -180,7 +180,7 @@ def start(
     status, reason = mark(status, reason, pairing.count == 0, Status.DEGENERATE, _no_pairs(options))
     return SurfaceState(
         problem=problem, index=index, normals=surface, covariances=covariances, scale=scale, options=options,
-         pose=problem.start, objective=pairing.objective, status=status, reason=reason,
+        pose=problem.start, objective=pairing.objective, status=status, reason=reason,
         pairing=pairing, precision=precision, system=system, change=np.full(b, np.inf),
         taken=np.zeros(b, dtype=np.int64), anchor=pairing.moved,
     )  # fmt: skip
