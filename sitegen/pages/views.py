@@ -23,6 +23,7 @@ from widgets.engine.contract import Button, Key, Lead, Widget
 from widgets.engine.controls import Spec, specs
 
 IDS = re.compile(r' id="[^"]*"')
+ROWS = (3, 8)  # pictures that fill one row or two of the whole width, with the desk beneath them
 FLAT = 2  # a picture more than so many times as wide as it is tall leaves room beneath it, while charts fill its desk
 _BOLD = re.compile(r"<strong>(.*?)</strong>")
 
@@ -96,7 +97,7 @@ class FigureView:
         if len(panels) > 2 and not wide:
             alike = [panel for panel in panels if panel["view"][4] == width]
             others = [panel for panel in panels if panel["view"][4] != width]
-            return Layout("many row" if len(alike) == 3 else "many", alike, others)
+            return Layout("many row" if len(alike) in ROWS else "many", alike, others)
         if len(panels) == 1 or wide:
             flat = width > FLAT * height and len(panels) > 1
             return Layout("beside flat" if flat else "beside", panels[:1], panels[1:])

@@ -82,9 +82,11 @@ def test_on_a_phone_the_large_panel_has_the_handles_for_keys(reader: Callable[..
     assert four.settled().record()["log"][0][:2] == ["drag", "source"]
 
 
-def test_wide_a_panel_is_enlarged_and_let_go(reader: Callable[..., Reader]) -> None:
-    race = Figure(reader().open("race.html"), "fig-race").seen()
-    panel = race.root.locator('.figure-panel[data-panel="gicp"]')
+@pytest.mark.parametrize(("page", "id_", "name"), [("race", "fig-race", "gicp"), ("index", "fig-map", "nearest"),
+                                                   ("surfaces", "fig-three", "plane")])  # fmt: skip
+def test_wide_a_panel_is_enlarged_and_let_go(reader: Callable[..., Reader], page: str, id_: str, name: str) -> None:
+    figure = Figure(reader().open(f"{page}.html"), id_).seen()
+    panel = figure.root.locator(f'.figure-panel[data-panel="{name}"]')
     small = width(panel)
     panel.locator(".enlarge").click()
     assert width(panel) > 1.8 * small
