@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import pytest
 from playwright.sync_api import expect
 
 from tests.browser.conftest import Reader
@@ -25,6 +26,22 @@ def test_a_window_of_another_size_keeps_the_slide(reader: Callable[..., Reader])
         ), (width, height)
     assert page.url.endswith("#4")
     expect(second.locator(".deck-at")).to_have_text("4 of 8")
+
+
+@pytest.mark.parametrize("deck", ["icp", "race", "four", "landscape"])
+def test_a_finger_reaches_every_button_of_a_slide(reader: Callable[..., Reader], deck: str) -> None:
+    """On a phone a slide is taller than the screen: wherever a button is scrolled to, no picture lies over it."""
+    page = reader(390, 844, has_touch=True, is_mobile=True, reduced_motion="reduce").open(f"slides-{deck}.html")
+    page.evaluate("Ladder.alive")
+    buttons = page.locator(".slide .figure-desk > .buttons button:visible").all()
+    assert buttons
+    for button in buttons:
+        at = button.evaluate("""button => {
+          button.scrollIntoView({ block: "center", behavior: "instant" });
+          const { left, top, width, height } = button.getBoundingClientRect();
+          return document.elementFromPoint(left + width / 2, top + height / 2)?.closest("button") === button;
+        }""")
+        assert at, button.inner_text()
 
 
 def test_keys_scroll_through_a_slide_taller_than_the_screen(reader: Callable[..., Reader]) -> None:

@@ -223,6 +223,7 @@ def test_notes_and_overview(reader: Callable[..., Reader]) -> None:
     page.keyboard.press("Escape")
     page.keyboard.press("Escape")
     stands_at(page, 2)
+    expect(page.locator("[id='2']")).to_be_focused()
 
 
 def test_a_second_window_goes_along(reader: Callable[..., Reader]) -> None:

@@ -107,7 +107,8 @@ export function runDeck(root) {
       find(slide, ".slide-open").tabIndex = wanted ? 0 : -1;
     }
     rescaled();
-    if (wanted) find(slides[now], ".slide-open").focus({ preventScroll: true });
+    const reached = wanted ? find(slides[now], ".slide-open") : slides[now];
+    if (wanted || document.activeElement?.matches("body, .slide-open")) reached.focus({ preventScroll: true });
   }
 
   /** @param {boolean} wanted */
