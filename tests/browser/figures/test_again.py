@@ -87,7 +87,7 @@ def test_a_link_to_a_state_works_again(reader: Callable[..., Reader]) -> None:
         link.click()
         until(page, f"Ladder.figures.get({name!r}).record.log.length > 0")
         assert figure.settled().record() == wanted
-    encoded = address.replace("?", "%3F").replace("=", "%3D")
+    encoded = address.replace("?", "%3F").replace("=", "%3D") + "%26more"
     other = reader(reduced_motion="reduce").open(f"kabsch.html#{encoded}")
     until(other, f"Ladder.figures.get({name!r}).record.log.length > 0")
     assert Figure(other, name).settled().record() == wanted

@@ -10,7 +10,8 @@ export const fragmentOf = (name, state) => `#${name}?${STATE}${state}`;
  * @returns {{ name: string, state: string | null }}
  */
 export function fragment() {
-  const [name, query = ""] = location.hash.slice(1).replace(/%3F/i, "?").replace(/%3D/i, "=").split("?");
+  const marks = location.hash.slice(1).replace(/%3F/i, "?").replace(/%3D/i, "=").replace(/%26/i, "&");
+  const [name, query = ""] = marks.split("?");
   return { name, state: query.startsWith(STATE) ? query.slice(STATE.length) : null };
 }
 

@@ -45,9 +45,9 @@ function tried(event) {
   const figure = figures.get(id);
   if (!button || !figure) return;
   const given = JSON.parse(record);
-  const { initial } = figure;
+  const { fresh } = figure;
   if (visit(figure)) offerWayBack(button);
-  approach(figure, { ...initial, ...given, controls: { ...initial.controls, ...given.controls } });
+  approach(figure, { ...fresh, ...given, controls: { ...fresh.controls, ...given.controls } });
 }
 
 function linked() {

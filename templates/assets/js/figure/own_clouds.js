@@ -4,7 +4,7 @@
 /** @import { Overlay } from "./overlay.js" */
 
 import { around, findButton, messageOf, on, save, text } from "../base/dom.js";
-import { megabytes } from "../base/format.js";
+import { called, megabytes } from "../base/format.js";
 import { addPen } from "./pen.js";
 import { runtime } from "../runtime/runtime.js";
 
@@ -98,7 +98,7 @@ export function addOwnClouds(figure, overlay) {
         for (const turn of Object.values(begun)) turn.over = true;
         show();
         const why = messageOf(error).replace(/^ValueError: /, "");
-        if (mine([place])) figure.refuse(`${thing.name || "The drawing"}: ${why}.`);
+        if (mine([place])) figure.refuse(`${called(thing.name) || "The drawing"}: ${why}.`);
         return;
       }
     }
@@ -120,6 +120,10 @@ export function addOwnClouds(figure, overlay) {
    * @param {string} [place]
    */
   async function open(files, place) {
+    if (files.length > places.length) {
+      figure.refuse(`${files.length} files at once: open ${places.length}, the ${places.join(" and the ")}.`);
+      return;
+    }
     const [one, other] = files;
     const coming = (/** @type {string} */ each) => turns.get(each)?.over === false;
     const free = places.find((each) => !figure.record.given?.[each] && !coming(each)) ?? places[0];
@@ -127,7 +131,7 @@ export function addOwnClouds(figure, overlay) {
     const chosen = other ? { [places[0]]: one, [places[1]]: other } : { [place ?? free]: one };
     const large = Object.values(chosen).find(({ size }) => size > LARGEST);
     if (large) {
-      figure.refuse(`${large.name}: ${megabytes(large.size)} MB exceed the limit of ${LARGEST / 1e6} MB.`);
+      figure.refuse(`${called(large.name)}: ${megabytes(large.size)} MB exceed the limit of ${LARGEST / 1e6} MB.`);
       return;
     }
     pen.put();
@@ -141,7 +145,7 @@ export function addOwnClouds(figure, overlay) {
         const last = Object.entries(begun).some(([place, turn]) => turns.get(place) === turn);
         for (const turn of Object.values(begun)) turn.over = true;
         show();
-        if (last) figure.refuse(`${file.name} cannot be read: ${messageOf(error)}.`);
+        if (last) figure.refuse(`${called(file.name)} cannot be read: ${messageOf(error)}.`);
         return;
       }
     }
@@ -204,7 +208,7 @@ export function addOwnClouds(figure, overlay) {
   const missed = (event) => carries(event) && event.preventDefault(); // beside the figure: the page stays
   const shown = () => {
     for (const button of files) button.disabled = !figure.frame.files;
-    swapping.disabled = !figure.record.given;
+    swapping.disabled = !figure.record.given || figure.record.controls.clouds !== "own";
   };
   on(box, "change", chosen);
   on(box, "click", take);

@@ -17,16 +17,16 @@ export const END = "finish"; // the press that is all those of Run at once
  * The way to a record that presses what Run repeats, so many times or to the end; null for any other. within: whether a
  * record lies on that way. ended: whether the figure shows the end of a run on it.
  * @param {Figure} figure
- * @param {FigureRecord} wanted
+ * @param {() => FigureRecord} wanted  the same but for the clouds that the reader has brought
  * @returns {Play | null}
  */
 export function createPlay(figure, wanted) {
   const repeats = figure.spec.buttons.find(({ does }) => does === "run")?.repeats;
-  const counted = wanted.log.every(([kind, name]) => kind === "press" && name === repeats);
-  const whole = wanted.log.length === 1 && wanted.log[0][1] === END;
-  if (!repeats || !wanted.log.length || !(counted || whole)) return null;
-  const settings = records.key(records.reset(wanted));
-  const most = counted ? wanted.log.length : MOST;
+  const { log } = wanted();
+  const counted = log.every(([kind, name]) => kind === "press" && name === repeats);
+  const whole = log.length === 1 && log[0][1] === END;
+  if (!repeats || !log.length || !(counted || whole)) return null;
+  const most = counted ? log.length : MOST;
   let playing = false;
   let asked = 0; // when the last press was
   /** @type {ReturnType<typeof setTimeout> | undefined} */
@@ -34,7 +34,7 @@ export function createPlay(figure, wanted) {
 
   /** @param {FigureRecord} record */
   const within = (record) =>
-    records.key(records.reset(record)) === settings &&
+    records.key(records.reset(record)) === records.key(records.reset(wanted())) &&
     record.log.every(([kind, name]) => kind === "press" && [repeats, END].includes(name));
 
   const ended = () =>
@@ -51,7 +51,7 @@ export function createPlay(figure, wanted) {
     const here = records.left(figure.record, ...(figure.spec.hovers ?? []));
     const further = records.press(here, /** @type {string} */ (repeats));
     const drawn = runtime.state === "live" || taped(figure.id, further);
-    ask(drawn && further.log.length <= most ? further : wanted);
+    ask(drawn && further.log.length <= most ? further : wanted());
   }
 
   /** @param {boolean} [handedOn]  to a run of the reader's own */
@@ -64,13 +64,13 @@ export function createPlay(figure, wanted) {
   function frame() {
     clearTimeout(due);
     if (!playing || figure.pending) return;
-    if (ended() || records.key(figure.shown) === records.key(wanted)) stop();
+    if (ended() || records.key(figure.shown) === records.key(wanted())) stop();
     else due = setTimeout(press, Math.max(0, asked + limits.run - performance.now()));
   }
 
   function go() {
     playing = true;
-    ask(records.reset(wanted)); // which stops a run of the reader's own
+    ask(records.reset(wanted())); // which stops a run of the reader's own
     if (playing) figure.run(true);
   }
 

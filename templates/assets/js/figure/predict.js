@@ -38,7 +38,8 @@ export function addPrediction(figure, overlay) {
   if (!box) return;
   const answers = /** @type {HTMLElement[]} */ ([...box.querySelectorAll("[data-right]")]);
   const says = find(box, ".predict-says");
-  const wanted = { ...figure.initial, ...JSON.parse(box.dataset.record ?? "{}") };
+  const asks = JSON.parse(box.dataset.record ?? "{}");
+  const wanted = () => ({ ...figure.fresh, ...asks });
   const within = Number(box.dataset.within ?? 0);
   const play = createPlay(figure, wanted);
   let moved = false; // whether the answer puts the reader's settings back
@@ -72,12 +73,12 @@ export function addPrediction(figure, overlay) {
   function run(then) {
     compare = then;
     if (play && !calm()) play.go();
-    else approach(figure, wanted, "predict");
+    else approach(figure, wanted(), "predict");
     look();
   }
 
   function look() {
-    if (!seen(wanted) && !play?.ended()) {
+    if (!seen(wanted()) && !play?.ended()) {
       if (ghost?.compared && !compare) clear(); // what it is compared with has gone
       return;
     }
@@ -89,7 +90,7 @@ export function addPrediction(figure, overlay) {
 
   /** Looks whether the settings are neither the figure's nor those of the question. */
   function compareSettings() {
-    const [now, ...known] = [figure.record, figure.initial, wanted].map((record) => records.key(records.reset(record)));
+    const [now, ...known] = [figure.record, figure.fresh, wanted()].map((record) => records.key(records.reset(record)));
     moved = !known.includes(now);
   }
 
@@ -111,9 +112,9 @@ export function addPrediction(figure, overlay) {
   /** A ghost where the source stands, to be taken where it will stop. */
   function place() {
     compareSettings();
-    if (!seen(figure.initial)) figure.ask(figure.initial);
+    if (!seen(figure.fresh)) figure.ask(figure.fresh);
     const begin = () => {
-      if (!seen(figure.initial)) return;
+      if (!seen(figure.fresh)) return;
       unwait();
       ghost = createGhost(figure, overlay);
       findButton(/** @type {HTMLElement} */ (box), "[data-do=place]").hidden = true;
@@ -171,7 +172,7 @@ export function addPrediction(figure, overlay) {
     else if (button.dataset.do === "run") stop();
     else {
       clear();
-      figure.ask(figure.initial);
+      figure.ask(figure.fresh);
       findButton(/** @type {HTMLElement} */ (box), ".predict-answers button").focus();
     }
   }

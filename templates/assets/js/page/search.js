@@ -21,7 +21,7 @@ const plainLetter = (letter) => letter.normalize("NFKD").replace(COMBINING, "").
 const plain = (words) => Array.from(words, plainLetter).join("");
 
 /** @param {string} words */
-const tokens = (words) => plain(words).match(WORD) ?? [];
+const tokens = (words) => plain(words.normalize("NFC")).match(WORD) ?? []; // pasted, an accent may come apart
 
 const OPTIONS = {
   fields: ["heading", "page", "text"],

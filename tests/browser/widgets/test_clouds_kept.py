@@ -1,0 +1,66 @@
+"""What a reader has brought stays, whatever else is pressed; and what cannot be taken is said in full."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from playwright.sync_api import expect
+
+from tests.browser.conftest import Reader
+from tests.browser.layout import SIDEWAYS
+from tests.browser.widgets.test_clouds_in_turn import DROP
+from tests.browser.widgets.test_own_clouds import choose, clouds, lines, opened, told
+
+
+def test_clouds_outlive_a_prediction_and_a_button_in_the_text(reader: Callable[..., Reader]) -> None:
+    """Both show other clouds; those that were brought are at hand all the while, and shown when asked for."""
+    page, own = opened(reader)
+    source, target = clouds()
+    choose(own, "source", "source.csv", lines(source))
+    choose(own, "target", "target.csv", lines(target))
+    told(own, "target", f"target.csv: {len(target)} points")
+    own.settled()
+    given, points = own.record()["given"], own.readout("points")
+    assert len(given) == 2
+
+    own.root.locator(".predict-answers button").first.click()
+    expect(own.root.locator(".predict[data-told]")).to_be_visible(timeout=60_000)
+    own.settled()
+    assert (own.record()["given"], own.record()["controls"]["clouds"] == "own") == (given, False)
+    tries = page.locator('details:has(button.try[data-figure="fig-own"])').first
+    tries.locator("summary").click()
+    tries.locator("button.try").first.click()
+    own.settled()
+    assert own.record()["given"] == given
+    own.root.locator(".predict [data-do=again]").click()
+    own.settled()
+    assert own.record()["given"] == given
+    told(own, "source", f"source.csv: {len(source)} points")
+
+    swap = own.root.locator('[data-own="swap"]')
+    expect(swap).to_be_disabled()  # what is shown are not the reader's clouds
+    own.set("clouds", "own")
+    own.settled()
+    assert own.readout("points") == points
+    expect(swap).to_be_enabled()
+
+
+def test_more_files_than_places_are_refused(reader: Callable[..., Reader]) -> None:
+    """None of them is taken: which two were meant nobody knows."""
+    _, own = opened(reader)
+    source, _ = clouds()
+    text = lines(source).decode()
+    own.root.evaluate(DROP, [["a.csv", "b.csv", "c.csv"], [text] * 3])
+    expect(own.root.locator(".figure-status")).to_contain_text("3 files at once: open 2, the source and the target.")
+    assert not own.record().get("given")
+
+
+def test_a_long_name_leaves_room_for_the_reason(reader: Callable[..., Reader]) -> None:
+    """A name without a space, as scanners write them: the page keeps its width and the reason is read to its end."""
+    page, own = opened(reader, width=390, height=844)
+    name = f"2026-05-17_{'building-A_' * 20}final.csv"
+    choose(own, "source", name, b"1,2\n3,four\n")
+    status = own.root.locator(".figure-status")
+    expect(status).to_contain_text("line 2: 'four' is not a number", timeout=60_000)
+    expect(status).to_contain_text("final.csv")
+    assert page.evaluate(SIDEWAYS) == []
