@@ -102,6 +102,7 @@ BOTTOMS = """() => [...document.querySelectorAll('figure.figure')].map(figure =>
     controls: bottom('.figure-desk .control'),
     first: bottom('.figure-desk .control:first-child'),
     readouts: bottom('.figure-desk .readouts'),
+    asked: bottom('.figure-desk > .predict'),
   };
 })"""
 # What of a slide is cut off, lies under the bar, or is too small to be read from afar.

@@ -88,6 +88,7 @@ STRAYS = """() => [...document.querySelectorAll('math')].flatMap(formula => {
   return below ? [`after ${formula.textContent} a line begins with ${next.data.slice(0, 9)}`] : [];
 })"""
 WIDTHS = (1280, 390)
+NARROWEST = 320
 PERCENTS = (100, 130)
 
 
@@ -105,6 +106,9 @@ def bare(visit: Callable[..., Found], site: Path, alike: list[str]) -> Found:
         yield from (f"{name}: {each}" for name, wrong in lacks for each in wrong)
         for script in (SIDEWAYS, TORN, CUT_RUNGS, ROOTS):
             yield from page.evaluate(script)
+        page.set_viewport_size({"width": NARROWEST, "height": 1000})
+        page.evaluate("document.querySelectorAll('details').forEach(each => { each.open = true; })")
+        yield from (f"at {NARROWEST} px, all unfolded: {each}" for each in page.evaluate(SIDEWAYS))
 
     checks = {str(width): lambda page, path, width=width: complete(page, path, width) for width in WIDTHS}
     return visit(checks, left_out=alike, java_script_enabled=False)
@@ -224,7 +228,7 @@ def test_mathematics_is_rendered_at_build_time(reader: Callable[..., Reader]) ->
 
 def test_a_formula_that_scrolls_fades_where_more_of_it_follows(reader: Callable[..., Reader]) -> None:
     """At the right until it is scrolled to its end, then at the left; one that fits does not fade."""
-    page = reader(width=390, height=844).open("uncertainty.html")
+    page = reader(width=320, height=640).open("uncertainty.html")
     formulas = "[...document.querySelectorAll('.formula')]"
     wide, fitting = (f"{formulas}.filter(e => e.scrollWidth {sign} e.clientWidth)" for sign in (">", "<="))
     fades = "(e => ['--before', '--beyond'].map(name => parseFloat(getComputedStyle(e).getPropertyValue(name)) > 0))"
