@@ -101,6 +101,32 @@ def test_a_wide_first_sigma_makes_cpd_forget(why):
         assert (turns < 0.1 and shifts < 0.01) if sigma is None else shifts > 4.0, (method, sigma)
 
 
+def test_a_wide_first_sigma_spreads_cpds_shares(why):
+    """At the first step from 60° in the clean scene: by the entropy of its shares a fixed point belongs to over 120
+    moving ones, with a first σ of 0.05 u to fewer than three. The wide σ puts the soft targets at less than half of the
+    fixed points' RMS distance from the middle."""
+    scene, moved = fish(), fish_start().apply(fish().source)
+    usual = float(begin_walk("cpd", [scene], [fish_start()]).state().sigma[0])
+    squares = np.square(scene.target[:, None] - moved).sum(axis=-1)
+    partners, reach = {}, {}
+    for sigma in (usual, 0.05):
+        exponents = -squares / (2.0 * sigma**2)
+        kernels = np.exp(exponents - exponents.max(axis=1, keepdims=True))
+        shares = kernels / kernels.sum(axis=1, keepdims=True)
+        partners[sigma] = np.exp(-np.sum(shares * np.log(np.maximum(shares, 1e-300)), axis=1)).mean()
+        targets = (shares.T @ scene.target) / np.maximum(shares.sum(axis=0), 1e-300)[:, None]
+        reach[sigma] = rms(targets - scene.target.mean(axis=0)) / rms(scene.target - scene.target.mean(axis=0))
+    why("the first σ", {f"{sigma:.2f} u": f"shared among {among:.0f} points" for sigma, among in partners.items()})
+    assert partners[usual] > 120.0
+    assert partners[0.05] < 3.0
+    assert reach[usual] < 0.5
+
+
+def rms(offsets):
+    """The root mean square length."""
+    return np.sqrt(np.square(offsets).sum(axis=-1).mean())
+
+
 def test_clutter_is_sought_among_the_observations():
     """Junk in the fixed cloud goes to CPD's clutter, junk in the moving cloud to FilterReg's: more than 85 % of it, and
     less than 5 % of the rest. CPD names no moving junk; such a component just gets little responsibility."""

@@ -285,6 +285,32 @@ def test_the_residual_decides_whether_halves_agree_in_a_corridor(why):
     assert apart["icp"] < 0.05
 
 
+def with_end_wall(cloud, kept):
+    """A scan of the hall with all but so many of the points on its end wall, at x = 4.2 u, left out."""
+    end = np.flatnonzero(cloud[:, 0] > 4.1)
+    chosen = end[np.linspace(0, len(end) - 1, min(kept, len(end))).round().astype(int)]
+    return np.delete(cloud, np.setdiff1d(end, chosen), axis=0)
+
+
+def test_halves_part_where_few_points_hold_the_pose(why):
+    """Scans of the hall at the true pose, with none, two or all of the points on their end wall: refined by point to
+    plane, halves end 0.12, 0.05 and less than 0.02 u apart in the median; by point pairs less than 0.02 u each time."""
+    source, target, truth = clouds(hall)
+    apart = {}
+    for method in ("point-to-plane", "icp"):
+        for kept in (0, 2, 99):
+            fewer = [with_end_wall(cloud, kept) for cloud in source]
+            apart[method, kept] = float(np.median(halves(fewer, list(target), truth, method, gate=0.5)))
+    plane, pairs = ([apart[method, kept] for kept in (0, 2, 99)] for method in ("point-to-plane", "icp"))
+    why(
+        "the points of the end wall, with point to plane",
+        {name: f"{far:.2f} u apart in the median" for name, far in zip(("none", "two", "all"), plane, strict=True)},
+    )
+    assert plane[:2] == pytest.approx([0.12, 0.05], abs=0.01)
+    assert plane[2] < 0.02
+    assert max(pairs) < 0.02
+
+
 def test_a_prediction_tells_them_apart():
     """A predicted turn that is 20° off, trusted to 60°, refuses the 17 wrong poses of the hall and accepts the 8 right
     ones; and ICP from such a prediction, 0.5 u away, is right on all 25 without any proposal."""
