@@ -117,37 +117,46 @@ class Holding(StaticHandler):
 
 
 def tape(bench: Bench) -> list[Row]:
-    """From the click on a figure's main button to the swapped picture, with Python not up and the figure in sight: once
-    on every page."""
+    """From the click on a figure's main button to the swapped picture, with Python not up and the figure in sight: the
+    first click of a page, on every page, in several cold loads."""
     Holding.let_go = Event()
-    delays: dict[str, float] = {}
+    delays: dict[str, list[float]] = {}
     kept: list[str] = []
     with serving(bench.site, Holding) as server, browser_of(bench) as browser:
         try:
             for name in pages_with(bench.site, 'class="primary"'):
-                found = _first_answer(browser, f"{server.origin}/{name}")
-                if found:
-                    delays[name] = found[0]
-                elif found is not None:
+                loads = [_first_answer(browser, f"{server.origin}/{name}") for _ in range(LOADS)]
+                if answers := [delay for load in loads for delay in load or ()]:
+                    delays[name] = answers
+                elif loads[0] is not None:
                     kept.append(name)
         finally:
             Holding.let_go.set()
-    worst = max(delays, key=delays.__getitem__)
-    note = f"first click of a page, runtime held back; worst of {len(delays)} pages, {worst}"
-    note += f"; median {number_ms(median(delays.values()))}"
+    middle = {name: median(answers) for name, answers in delays.items()}
+    worst = max(middle, key=middle.__getitem__)
+    note = f"first click of a page, runtime held back: {worst}, median of {LOADS} cold loads, worst of {len(delays)}"
+    note += f" pages; median of pages {number_ms(median(middle.values()))}"
+    note += f", longest of all loads {number_ms(max(map(max, delays.values())))}"
     note += f"; kept until Python is up: {', '.join(kept)}" if kept else ""
-    return [Row("first answer from the tape", delays[worst], "ms", 16, note)]
+    return [Row("first answer from the tape", middle[worst], "ms", 16, note)]
 
 
 def _first_answer(browser: Browser, address: str) -> list[float] | None:
-    """How long the page's first main button takes to answer, ms; empty where it waits for Python, None without one."""
+    """How long the page's first main button takes to answer, ms; empty where it waits for Python, None without one.
+
+    The hand rests on the button. A locator's click looks first at what it would hit, in the page and on its time.
+    """
     with visit(browser, address) as page:
         main = page.locator(_MAIN)
         if not main.count():  # nothing to press before a choice is made
             return None
         main.first.scroll_into_view_if_needed()
         until(page, _TAPED)
-        main.first.click()
+        box = main.first.bounding_box()
+        assert box is not None, "the button has been scrolled into sight"
+        page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+        page.mouse.down()
+        page.mouse.up()
         until(page, _HEARD)
         return answered(page.evaluate(MARKS))
 
