@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from solvers.core import validate
 from solvers.core.arrays import FloatArray, IntArray
-from solvers.core.cloud_lists import one_by_one
+from solvers.core.cloud_lists import ndim, one_by_one
 from solvers.core.kinds import function, shown
 from solvers.core.log import debug
 from solvers.core.method import Method, Problem
@@ -254,19 +254,12 @@ def _is_list(clouds: Any, name: str) -> bool:
     """
     if not isinstance(clouds, list | tuple) or not clouds:
         return False
-    axes = [_ndim(c) for c in clouds]
+    axes = [ndim(c) for c in clouds]
     if 2 in axes and set(axes) != {2}:
         k = next(k for k, n in enumerate(axes) if n != 2)
         got = "of unequal rows" if axes[k] < 0 else f"of shape {np.shape(clouds[k])}" if axes[k] else "no array"
         raise ValueError(f"{name}: expected clouds of shape (m, d), but number {k} of the list is {got}")
     return set(axes) == {2}
-
-
-def _ndim(value: Any) -> int:
-    try:
-        return np.ndim(value)
-    except ValueError:
-        return -1
 
 
 def _one_by_one(
@@ -285,7 +278,7 @@ def _one_by_one(
     # All but the lists may be one for all, or one each: a list, or an array with one
     # leading axis.
     axes = {"source": 2, "target": 2, "pairs": 2, "weights": 1, "seed": 0}
-    further = {name: _ndim(x) - axes[name] for name, x in given.items() if name in axes and name not in lists}
+    further = {name: ndim(x) - axes[name] for name, x in given.items() if name in axes and name not in lists}
     further["start"] = len(start.batch) if isinstance(start, Pose) else 0
     for name in further:
         x = given[name]

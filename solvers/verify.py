@@ -8,9 +8,9 @@ and `rte` against the predicted pose). The thresholds are the caller's.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,7 +19,7 @@ from solvers.api import register
 from solvers.core import validate
 from solvers.core.arrays import FloatArray
 from solvers.core.brief import brief
-from solvers.core.cloud_lists import one_by_one
+from solvers.core.cloud_lists import ndim, one_by_one
 from solvers.core.kinds import of_kind
 from solvers.core.method import Method
 from solvers.core.numbers import array, unequal
@@ -30,6 +30,9 @@ from solvers.geometry.normals import normals
 from solvers.numerics import gauss_newton
 from solvers.numerics.fits import weighted_centroid, weighted_radius
 
+_Said = TypeVar("_Said")
+_AXES = {"source": 2, "target": 2, "weights": 1, "seed": 0}
+"""Of what goes with one cloud."""
 SPACINGS = 3.0
 """The usual reach, in spacings of the target: beyond noise and the gap between two of its points."""
 
@@ -72,13 +75,13 @@ class Evidence:
     __repr__ = brief
 
 
-def usual_reach(target: ArrayLike) -> FloatArray:
+def usual_reach(target: ArrayLike | Sequence[ArrayLike]) -> FloatArray:
     """How near a target point must be to explain a source point, if nothing else is said.
 
     Parameters
     ----------
-    target : array_like of shape (..., n, d)
-        The points that stay, in world units.
+    target : array_like of shape (..., n, d), or list of (n, d) arrays
+        The points that stay, in world units. Clouds of unequal size are a list.
 
     Returns
     -------
@@ -97,7 +100,9 @@ def usual_reach(target: ArrayLike) -> FloatArray:
     >>> usual_reach([[0.0, 0.0], [2.0, 0.0], [4.0, 0.0]])
     np.float64(6.0)
     """
-    q = validate.cloud(target, "target")
+    if unequal(target):
+        return np.array(one_by_one(len(target), lambda k: usual_reach(target[k])))
+    q = validate.cloud(cast(ArrayLike, target), "target")
     each = [SPACINGS * downsample.spacing(one) or 1.0 for one in q.reshape(-1, *q.shape[-2:])]
     return np.array(each).reshape(q.shape[:-2])[()]
 
@@ -150,7 +155,8 @@ def evidence(
     np.float64(1.0)
     """
     if unequal(source) or unequal(target):
-        return _one_by_one(source, target, of_kind(pose, Pose, "pose"), reach)
+        given = {"source": source, "target": target, "pose": of_kind(pose, Pose, "pose")}
+        return _side_by_side(_one_by_one(given, lambda **own: evidence(**own, reach=reach)))
     p, q = validate.cloud(cast(ArrayLike, source), "source"), validate.cloud(cast(ArrayLike, target), "target")
     of_kind(pose, Pose, "pose")
     for name, d in (("source", p.shape[-1]), ("target", q.shape[-1]), ("pose", pose.dim)):
@@ -181,21 +187,26 @@ def evidence(
     )
 
 
-def _one_by_one(source: Any, target: Any, pose: Pose, reach: float | None) -> Evidence:
-    """`evidence` of lists of clouds: each its own, and side by side."""
-    n = len(source if unequal(source) else target)
-    given = {"source": source, "target": target, "pose": pose}
-    axes = {name: 1 if unequal(x) else array(x, name).ndim - 2 for name, x in given.items() if x is not pose}
-    axes["pose"] = len(pose.batch)
+def _one_by_one(given: dict[str, Any], judge: Callable[..., _Said]) -> list[_Said]:
+    """`judge` of each cloud of a list, with what is given for it or for all, by name."""
+    n = len(given["source"] if unequal(given["source"]) else given["target"])
+    axes = {name: _further(x, name) for name, x in given.items()}
     for name, x in given.items():
-        if axes[name] not in (0, 1) or (axes[name] == 1 and len(x.t if x is pose else x) != n):
+        if axes[name] not in (0, 1) or (axes[name] == 1 and len(x) != n):
             raise ValueError(f"{name}: expected one for all {n} clouds, or one for each")
+    return one_by_one(n, lambda k: judge(**{name: x[k] if axes[name] else x for name, x in given.items()}))
 
-    def judged(k: int) -> Evidence:
-        own: Any = {name: x[k] if axes[name] else x for name, x in given.items()}
-        return evidence(**own, reach=reach)
 
-    each = one_by_one(n, judged)
+def _further(x: Any, name: str) -> int:
+    """The leading axes of an argument beside lists of clouds: 1 where there is an entry for each, 0 for one for all."""
+    if isinstance(x, Pose):
+        return len(x.batch)
+    if isinstance(x, list | tuple) and any(row is None or 0 < _AXES[name] == ndim(row) for row in x):
+        return 1
+    return 0 if x is None and name == "weights" else array(x, name).ndim - _AXES[name]
+
+
+def _side_by_side(each: list[Evidence]) -> Evidence:
     return Evidence(
         [one.explained for one in each], *(np.array([getattr(one, name) for one in each]) for name in
                                            ("share", "rms", "weakest")),
@@ -208,27 +219,28 @@ def _flat(points: FloatArray, axes: tuple[int, ...]) -> FloatArray:
 
 
 def halves(
-    source: ArrayLike, target: ArrayLike, pose: Pose, method: str | Method[Any] = "icp", *,
-    weights: ArrayLike | None = None, **options: Any,
+    source: ArrayLike | Sequence[ArrayLike], target: ArrayLike | Sequence[ArrayLike], pose: Pose,
+    method: str | Method[Any] = "icp", *, weights: ArrayLike | Sequence[ArrayLike | None] | None = None, **options: Any,
 ) -> FloatArray:  # fmt: skip
     """How far apart two runs end, each on half of the source points.
 
     One sees every second point from the first on, the other the rest; both see the
     whole target, or of matched rows the partners, and begin at `pose`. Points of one scan agree on a wrong pose as well
-    as on a right one where both runs come to rest there.
+    as on a right one where both runs come to rest there. Clouds of unequal size are lists, as for `solvers.register`.
 
     Parameters
     ----------
-    source : array_like of shape (..., m, d)
+    source : array_like of shape (..., m, d), or list of (m, d) arrays
         The points that are moved, in world units, m ≥ 2.
-    target : array_like of shape (..., n, d)
+    target : array_like of shape (..., n, d), or list of (n, d) arrays
         The points that stay.
     pose : Pose
         Where both runs start, of shape (...).
     method : str or Method, default "icp"
         As for `solvers.register`.
-    weights : array_like of shape (..., m), optional
-        Of all source points; each run has those of its half.
+    weights : array_like of shape (..., m), or list, optional
+        Of all source points; each run has those of its half. Beside a list of clouds a list has an entry for each, None
+        for none.
     **options
         As for `solvers.register`, but for `start` and `pairs`.
 
@@ -252,7 +264,12 @@ def halves(
     >>> bool(apart < 0.1)
     True
     """
-    p = validate.cloud(source, "source")
+    if unequal(source) or unequal(target):
+        given = {"source": source, "target": target, "pose": of_kind(pose, Pose, "pose"), "weights": weights}
+        if "seed" in options:
+            given["seed"] = validate.seeds(options.pop("seed"))
+        return np.array(_one_by_one(given, lambda **own: halves(**own, method=method, **options)))
+    p = validate.cloud(cast(ArrayLike, source), "source")
     of_kind(pose, Pose, "pose")
     if p.shape[-2] < 2:
         raise ValueError("source: one point has no two halves")
@@ -260,8 +277,8 @@ def halves(
         raise ValueError("start: both runs begin at the pose that is judged; leave it out")
     if "pairs" in options:
         raise ValueError("pairs: they name rows of the whole source, and each run sees half of it")
-    q = validate.matched(p, target)[1] if method_of(method).paired else None
-    w = None if weights is None else validate.weights(weights, p.shape[-2])
+    q = validate.matched(p, cast(ArrayLike, target))[1] if method_of(method).paired else None
+    w = None if weights is None else validate.weights(cast(ArrayLike, weights), p.shape[-2])
     ends = []
     for part in (0, 1):
         half = None if w is None else w[..., part::2]

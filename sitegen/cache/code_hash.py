@@ -16,6 +16,9 @@ from solvers.core.registry import METHODS
 
 IMPORT = re.compile(r"^\s*(?:from\s+([\w.]+)\s+import\s+(\([^)]*\)|[^\n(]+)|import\s+([\w., ]+))", re.MULTILINE)
 
+TYPES = re.compile(r"^if TYPE_CHECKING:\n(?:(?:[ \t].*)?\n)*", re.MULTILINE)
+"""What a type checker reads and nothing runs."""
+
 
 def code_text(source: str) -> str:
     """The source without comments, docstrings, blank lines and spaces at the ends of lines."""
@@ -58,6 +61,7 @@ def closure(modules: Iterable[str], root: Path, skip: Iterable[str] = ()) -> dic
 def imports(source: str, root: Path) -> list[str]:
     """The modules that a source imports, by their full names; one that gives a name of its own stands for that."""
     found: list[str] = []
+    source = TYPES.sub("", source)
     for module, names, plain in IMPORT.findall(source):
         if plain:
             found += [name.split()[0] for name in plain.split(",")]

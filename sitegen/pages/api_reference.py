@@ -47,7 +47,7 @@ GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
             *(f"solvers.uncertainty.{name}" for name in ("covariance", "Covariance", "from_matrix", "range_bearing")),
             *(f"solvers.uncertainty.{name}" for name in ("monte_carlo", "spread_of", "Spread", "from_starts")),
             *(f"solvers.uncertainty.{name}" for name in ("quantile", "exp", "log", "adjoint")),
-            *(f"solvers.uncertainty_study.{name}" for name in ("coverage", "Line", "runs", "redrawn")),
+            *(f"solvers.uncertainty_study.{name}" for name in ("coverage", "CoverageLine", "runs", "redrawn")),
         ),
     ),
     (
@@ -66,7 +66,7 @@ GROUPS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
             *("solvers.scenes.kabsch_scene", "solvers.bird_scene.bird", "solvers.bird_scene.bird_start"),
             *(f"solvers.wall_scenes.{name}" for name in ("single_wall", "corridor", "hall", "ndt_room")),
             *("solvers.match_scenes.facade_scene", "solvers.walk_scenes.fish", "solvers.walk_scenes.fish_start"),
-            *("solvers.scans.two_scans", "solvers.scans.Scans"),
+            *("solvers.scans.two_scans", "solvers.scans.TwoScans"),
             *(f"solvers.mug_scene.{name}" for name in ("mug", "mug_pairs", "mug_start", "Mug")),
         ),
     ),

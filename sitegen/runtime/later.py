@@ -16,7 +16,8 @@ ROOMS: Mapping[str, tuple[str, ...]] = {
     "search": ("solvers.methods.search",),
     "uncertainty": ("solvers.uncertainty", "solvers.studies.coverage", "solvers.studies.redrawn"),
     "drive": (
-        *("solvers.odometry", "solvers.posegraph", "solvers.io.g2o", "solvers.scenes.drive", "solvers.scenes.recorded"),
+        *("solvers.odometry", "solvers.posegraph", "solvers.io.g2o", "solvers.scenes.drive"),
+        *("solvers.scenes.drive_packing", "solvers.scenes.recorded"),
         *("widgets.parts.drive_table", "widgets.parts.drive_solved", "widgets.parts.drive_poses"),
     ),
     "files": ("solvers.io",),  # the rest of it

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TypeVar
+from typing import Any, TypeVar
+
+import numpy as np
 
 _Found = TypeVar("_Found")
 
@@ -17,3 +19,11 @@ def one_by_one(count: int, solve: Callable[[int], _Found]) -> list[_Found]:
         except ValueError as error:
             raise ValueError(f"cloud {k} of the list: {error}") from None
     return found
+
+
+def ndim(value: Any) -> int:
+    """The number of axes; −1 where rows of unequal length make no array."""
+    try:
+        return np.ndim(value)
+    except ValueError:
+        return -1

@@ -12,7 +12,10 @@ from solvers.core.tree import changed
 LEAST_EXTENT = 1e-130
 """World units, along an axis. Where both clouds are narrower, squares of their distances lose digits, then vanish."""
 TOO_NARROW = f"both clouds are less than {LEAST_EXTENT:g} u wide: multiply their points, and all lengths, by one number"
-_BLUR = 8.0 * float(np.finfo(np.float64).eps)
+ROUNDING = 8.0 * float(np.finfo(np.float64).eps)
+"""The fraction of a cloud's largest coordinate that rounding can account for."""
+EQUAL = "all {} points are equal: the rotation is undefined"
+"""The reason of a run whose source or target lies at one place."""
 
 
 def mark_narrow(state: S, problem: Problem) -> S:
@@ -34,18 +37,18 @@ def mark_points(state: S) -> S:
         over = (state.status != Status.RUNNING) & (state.status != Status.DEGENERATE)
         # Two points tell most clouds from a place, at no cost.
         ends = points[:, [0, -1]]
-        over &= np.ptp(ends, axis=1).max(axis=-1) <= 2.0 * _BLUR * np.abs(ends).max(axis=(1, 2))
+        over &= np.ptp(ends, axis=1).max(axis=-1) <= 2.0 * ROUNDING * np.abs(ends).max(axis=(1, 2))
         if over.any():
             over[over] = at_one_place(points[over])
             begun = np.where(over, np.int8(Status.RUNNING), state.status)
-            words = f"all {name} points are equal: the rotation is undefined"
-            status, reason = mark(begun, state.reason, over, Status.DEGENERATE, words)
+            status, reason = mark(begun, state.reason, over, Status.DEGENERATE, EQUAL.format(name))
             state = changed(state, status=status, reason=reason)
     return state
 
 
 def at_one_place(points: FloatArray) -> BoolArray:
-    """Whether all points (b, n, d) of a cloud lie at one place, to rounding, (b,)."""
-    blur = _BLUR * np.abs(points).max(axis=(1, 2))
-    found: BoolArray = np.ptp(points, axis=1).max(axis=1) <= blur
-    return found
+    """Whether all points (..., n, d) of a cloud lie at one place, (...): along no axis are they farther apart than
+    rounding of the largest coordinate can put them, so that neither a unit nor an origin decides.
+    """
+    blur = ROUNDING * np.abs(points).max(axis=(-2, -1))
+    return np.asarray(np.ptp(points, axis=-2).max(axis=-1) <= blur)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from importlib import import_module
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,6 +21,9 @@ from solvers.core.registry import METHODS
 from solvers.core.status import RULED, Status, ended
 from solvers.core.stepper import Batch, History
 from solvers.core.tree import take
+
+if TYPE_CHECKING:
+    from solvers.uncertainty.region import Covariance
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,16 +176,15 @@ class Result:
         )
 
     @property
-    def covariance(self) -> Any:
-        """A `solvers.uncertainty.Covariance` of the pose, in closed form from the last pairs.
+    def covariance(self) -> Covariance | None:
+        """The covariance of the pose, in closed form from the last pairs.
 
         Its `made_by` names the form, "hessian", and the noise is estimated from the residuals.
-        None from a method that has none, in space and with a scale.
-        It takes each partner as given, which makes it overconfident with every method that
-        finds its own pairs, far more so with point to point and GICP than with point to
-        plane: `solvers.uncertainty` has other ways, and says what was counted.
+        None from a method that has none, in space and with a scale. It takes each partner as given, which makes it
+        overconfident with every method that finds its own pairs, far more so with point to point and GICP than with
+        point to plane: `solvers.uncertainty` has other ways, and says what was counted.
         """
-        return import_module("solvers.uncertainty.closed_form").offered(self)
+        return cast("Covariance | None", import_module("solvers.uncertainty.closed_form").offered(self))
 
     def _pairing(self) -> Callable[[Any], IntArray] | None:
         return METHODS[self.method].partners if self.partners is None and self.method in METHODS else self.partners

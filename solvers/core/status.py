@@ -14,7 +14,8 @@ class Status(IntEnum):
 
     No stop is called a success: only the error against a known truth can show that.
     `RUNNING` is a problem that has not stopped, including one whose run was ended by a
-    callback.
+    callback. A status is a number: compared with a text it raises a TypeError, since the
+    answer could only be False.
 
     Examples
     --------
@@ -24,6 +25,8 @@ class Status(IntEnum):
     True
     >>> print(result.status.label, "-", result.reason)
     degenerate - all source points with weight are equal: the rotation is undefined
+    >>> result.status.label == "degenerate"
+    True
     """
 
     RUNNING = 0
@@ -55,6 +58,26 @@ class Status(IntEnum):
 
     def __str__(self) -> str:
         return self.label
+
+    # To equal its label as well would be no help: no batch's array of numbers does, and nothing would say so there.
+    def __eq__(self, other: object) -> bool:
+        _refuse_text(other)
+        return super().__eq__(other)
+
+    def __ne__(self, other: object) -> bool:
+        _refuse_text(other)
+        return super().__ne__(other)
+
+    __hash__ = int.__hash__
+
+
+def _refuse_text(other: object) -> None:
+    if isinstance(other, str):
+        name = other.upper() if other.upper() in Status.__members__ else Status.CONVERGED.name
+        raise TypeError(
+            f"a status is never equal to a text, here {str(other)!r}: compare it with Status.{name}, or its label with"
+            f" {name.lower()!r}"
+        )
 
 
 RULED = (Status.CONVERGED, Status.PROVED)

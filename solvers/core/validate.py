@@ -50,8 +50,8 @@ def cloud(points: ArrayLike, name: str, dim: int | None = None) -> FloatArray:
     return moderate(p, name)
 
 
-def matched(source: ArrayLike, target: ArrayLike, way: str = "") -> tuple[FloatArray, FloatArray]:
-    """Two clouds whose rows correspond: equal n and d, leading axes that broadcast. `way`: what to do where the
+def matched(source: ArrayLike, target: ArrayLike, hint: str = "") -> tuple[FloatArray, FloatArray]:
+    """Two clouds whose rows correspond: equal n and d, leading axes that broadcast. `hint`: what to do where the
     numbers of rows differ.
     """
     p = cloud(source, "source")
@@ -59,7 +59,7 @@ def matched(source: ArrayLike, target: ArrayLike, way: str = "") -> tuple[FloatA
     if p.shape[-2] != q.shape[-2]:
         raise ValueError(
             f"target: row i must be the partner of source row i, but source has {p.shape[-2]} rows and target "
-            f"{q.shape[-2]}{way}"
+            f"{q.shape[-2]}{hint}"
         )
     batch_shape(source=p.shape[:-2], target=q.shape[:-2])
     return p, q

@@ -13,11 +13,11 @@ from numpy.typing import ArrayLike
 
 from solvers.core import validate
 from solvers.core.arrays import FloatArray
+from solvers.core.extent import ROUNDING
 from solvers.core.numbers import finite, numbers
 from solvers.core.pose import Pose
 
 _NEAR = 1e-7  # of the points' spread: what lies nearer to the line is on it, as for the fit of pairs
-_EPS = float(np.finfo(np.float64).eps)
 
 
 def poses_about_line(source: ArrayLike, target: ArrayLike, angle: ArrayLike = 0.0) -> Pose:
@@ -75,7 +75,7 @@ def poses_about_line(source: ArrayLike, target: ArrayLike, angle: ArrayLike = 0.
     _, spread, axes = np.linalg.svd(along)
     # Far from the origin the points themselves are rounded.
     unit = np.ldexp(1.0, np.frexp(np.abs(p - middle).max(initial=0.0))[1])
-    rounding = 8.0 * _EPS * np.sqrt(len(p)) * float(np.abs(p).max(initial=0.0) / unit)
+    rounding = ROUNDING * np.sqrt(len(p)) * float(np.abs(p).max(initial=0.0) / unit)
     if spread[0] <= rounding or (len(spread) > 1 and spread[1] > max(_NEAR * spread[0], rounding)):
         raise ValueError("source: expected different points in a line")
     ahead = along[np.argmax(np.linalg.norm(along - along[0], axis=1))] - along[0]

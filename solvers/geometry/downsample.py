@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from solvers.core import validate
 from solvers.core.arrays import FloatArray, IntArray
+from solvers.core.extent import at_one_place
 from solvers.geometry import nearest
 
 FINEST = 2**15  # cells along the longest side, so that three numbers of cells fit one of 63 bits
@@ -114,7 +115,7 @@ def spacing(points: ArrayLike) -> float:
     Returns
     -------
     float
-        World units; 0 where there is but one place.
+        World units; 0 where there is but one place, to rounding.
 
     Raises
     ------
@@ -128,7 +129,7 @@ def spacing(points: ArrayLike) -> float:
     1.0
     """
     places = np.unique(_one(points), axis=0)
-    if len(places) < 2:
+    if at_one_place(places):
         return 0.0
     _, squares = nearest.build(places[None]).nearest_k(places[None], 2)
     return float(np.median(np.sqrt(squares[0, :, 1])))

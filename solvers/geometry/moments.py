@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike
 
 from solvers.core import validate
 from solvers.core.arrays import AnyArray, BoolArray, FloatArray
+from solvers.core.extent import ROUNDING
 
-_EPS = float(np.finfo(np.float64).eps)
 _FAR = 2.0**400
 _LEAST = -1000  # of exponents: 2¹⁰⁰⁰ is still a number
 
@@ -71,7 +71,7 @@ def moments(p: FloatArray, q: FloatArray, w: FloatArray) -> Moments:
     # spread below a few of these is none; the same rounding, relative to the spread, is
     # what H cannot resolve.
     spread_p, spread_q = np.sqrt(square_p / safe), np.sqrt(square_q / safe)
-    blur_p, blur_q = 8.0 * _EPS * big_p, 8.0 * _EPS * big_q
+    blur_p, blur_q = ROUNDING * big_p, ROUNDING * big_q
     still_p, still_q = spread_p <= blur_p, spread_q <= blur_q
     blur = blur_p / np.where(still_p, 1.0, spread_p) + blur_q / np.where(still_q, 1.0, spread_q)
     tolerance = blur * np.sqrt(square_p * square_q)
@@ -119,7 +119,7 @@ def why(m: Moments, i: tuple[int, ...]) -> str:
         return "all weights are zero"
     for name, still, x in (("source", m.still_p[i], m.p[i]), ("target", m.still_q[i], m.q[i])):
         # Of many equal points the mean is rounded, and they lie apart from it, though not from each other.
-        if still or np.ptp(x[m.w[i] > 0.0], axis=0).max() <= 8.0 * _EPS:
+        if still or np.ptp(x[m.w[i] > 0.0], axis=0).max() <= ROUNDING:
             return f"all {name} points with weight are equal: the rotation is undefined"
     if d > 2:
         for name, x in (("source", m.p[i]), ("target", m.q[i])):

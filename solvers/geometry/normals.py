@@ -24,6 +24,7 @@ import numpy as np
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray
 from solvers.core.brief import brief
+from solvers.core.extent import ROUNDING
 from solvers.core.tree import once
 from solvers.geometry.nearest import Index
 from solvers.geometry.spectral import symmetric_eigen
@@ -34,7 +35,6 @@ NEIGHBOURS = 6
 ROUNDNESS = 0.9
 """The usual λ₁/λ₂ from which a neighbourhood has no normal: its direction is then the noise's, not the surface's."""
 
-_EPS = float(np.finfo(np.float64).eps)
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,8 +83,8 @@ def _found(index: Index, k: int, roundness: float) -> Normals:
         values, vectors = symmetric_eigen(covariance)
         # Coordinates are known to half a unit in the last place of the largest: a
         # spread below a few of these is none.
-        blur = np.square(8.0 * _EPS * np.abs(near).max(axis=(2, 3)))
-        none = (values[..., 1] <= np.maximum(blur, 8.0 * _EPS * values[..., -1])) | (
+        blur = np.square(ROUNDING * np.abs(near).max(axis=(2, 3)))
+        none = (values[..., 1] <= np.maximum(blur, ROUNDING * values[..., -1])) | (
             values[..., 0] >= roundness * values[..., 1]
         )
         values = np.ldexp(np.maximum(values, 0.0), 2 * unit)

@@ -347,10 +347,10 @@ def _reasons(m: Moments, bad: BoolArray) -> ReasonArray:
 
 
 def _fit(
-    pairs: tuple[FloatArray, FloatArray, FloatArray], m: Moments, found: Turned, scale: bool
+    pairs: tuple[FloatArray, FloatArray, FloatArray], m: Moments, rotation: Turned, scale: bool
 ) -> Fit:
     """All of the answer."""
-    R, turned, values, sign, gap = found
+    R, turned, values, sign, gap = rotation
     pose, bad = _posed(m, R, turned, gap, scale)
     with np.errstate(over="ignore", under="ignore"):
         cost = pair_cost(pose, *pairs)

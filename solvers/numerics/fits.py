@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from solvers.core.arrays import FloatArray, ReasonArray
+from solvers.core.arrays import BoolArray, FloatArray, ReasonArray
 from solvers.core.pose import Pose
 from solvers.geometry.rigid import closed_form_step
 
@@ -26,14 +26,35 @@ def rms_radius(points: FloatArray) -> FloatArray:
 
 def typical_radius(points: FloatArray) -> FloatArray:
     """`rms_radius` of the points without strays, (b,): what default lengths are shares of, so that one wrong return of
-    a laser does not decide them. A stray is `STRAY` times as far from the coordinates' medians as the median point.
+    a laser does not decide them.
+    """
+    return weighted_radius(points, _typical(points))
+
+
+def strays(points: FloatArray) -> BoolArray:
+    """Which of the points (b, n, d) are strays, (b, n): `STRAY` times as far from the coordinates' medians as the
+    median point.
     """
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         step = points - np.median(points, axis=1, keepdims=True)
         far = np.sqrt(np.square(step).sum(axis=2))
         most = np.median(far, axis=1, keepdims=True)
-        near = ~((far > STRAY * most) & (most > 0.0))
-    return weighted_radius(points, near.astype(np.float64))
+        return np.asarray((far > STRAY * most) & (most > 0.0))
+
+
+def _typical(points: FloatArray) -> FloatArray:
+    """(b, n) 1, and 0 for strays."""
+    return (~strays(points)).astype(np.float64)
+
+
+def pair_width(moved: FloatArray, fixed: FloatArray) -> FloatArray:
+    """√ of the mean squared difference in a coordinate over all pairs of points (b, m, d) and (b, n, d), without
+    strays, (b,): from the clouds' means and radii.
+    """
+    p, q = _typical(moved), _typical(fixed)
+    gap = np.linalg.norm(weighted_centroid(moved, p) - weighted_centroid(fixed, q), axis=1)
+    size = np.hypot(np.hypot(gap, weighted_radius(moved, p)), weighted_radius(fixed, q))
+    return np.asarray(size / np.sqrt(moved.shape[2]))
 
 
 def about(moved: FloatArray, target: FloatArray) -> FloatArray:
@@ -100,14 +121,24 @@ def _squares(share: FloatArray, step: FloatArray) -> FloatArray:
 
 def spread_volume(points: FloatArray) -> FloatArray:
     """The area of the square, or volume of the cube, in which evenly spread points have
-    the RMS radius r of the points (b, n, d): `(√(12/d) r)ᵈ`, (b,), uᵈ. No rotation
-    changes it, and points on a line have one too.
+    the RMS radius r of the points (b, n, d) without strays: `(√(12/d) r)ᵈ`, (b,), uᵈ. No
+    rotation changes it, and points on a line have one too.
     """
     d = points.shape[2]
     with np.errstate(over="ignore", under="ignore"):
-        volume: FloatArray = (np.sqrt(12.0 / d) * rms_radius(points)) ** d
+        volume: FloatArray = (np.sqrt(12.0 / d) * typical_radius(points)) ** d
     # So that neither it nor what is divided by it leaves the range of numbers.
     return np.clip(volume, 1e-300, 1e300)
+
+
+def clutter_constant(
+    weight: float, count: int, volume: FloatArray, dim: int, sigma: FloatArray | float = 1.0
+) -> FloatArray:
+    """`c = (2πσ²)^{d/2} w N / ((1 − w) V)`, (b,): what clutter of weight w in the volumes V (b,) adds to the sum of
+    `exp(−r² / 2σ²)` over the N components of a mixture.
+    """
+    c = (2.0 * np.pi) ** (0.5 * dim) * sigma**dim * weight * count / ((1.0 - weight) * volume)
+    return np.asarray(c)
 
 
 def lengths(given: float | None, share: float, points: FloatArray) -> FloatArray:

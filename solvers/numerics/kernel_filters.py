@@ -52,7 +52,7 @@ _HEX = np.array([[1.0, -1.0 / np.sqrt(3.0)], [0.0, 2.0 / np.sqrt(3.0)]])  # plac
 
 
 @dataclass(frozen=True, eq=False)
-class Moments:
+class FilterMoments:
     """m⁰ (m,), m¹ (m, 2) and m² (m,) at m queries, of the points y − centre: see
     `Filter.centre`.
     """
@@ -71,7 +71,7 @@ class Filter(Protocol):
     def sigma(self) -> float: ...
     @property
     def centre(self) -> FloatArray: ...
-    def query(self, points: FloatArray) -> Moments:
+    def query(self, points: FloatArray) -> FilterMoments:
         """The filtered moments at `points` (m, 2)."""
 
 
@@ -123,7 +123,7 @@ class Exact:
     points: FloatArray
     values: FloatArray
 
-    def query(self, points: FloatArray) -> Moments:
+    def query(self, points: FloatArray) -> FilterMoments:
         """The moments at `points` (m, 2)."""
         with np.errstate(over="ignore"):
             rows = (points - self.centre)[None]
@@ -150,7 +150,7 @@ class Sparse:
     codes: IntArray
     values: FloatArray
 
-    def query(self, points: FloatArray) -> Moments:
+    def query(self, points: FloatArray) -> FilterMoments:
         """The moments at `points` (m, 2), interpolated between vertices."""
         with np.errstate(over="ignore"):
             placed = (points - self.centre) / self.side
@@ -178,8 +178,8 @@ class Sparse:
         return code
 
 
-def _moments(columns: FloatArray) -> Moments:
-    return Moments(columns[:, 0], columns[:, 1:3], columns[:, 3])
+def _moments(columns: FloatArray) -> FilterMoments:
+    return FilterMoments(columns[:, 0], columns[:, 1:3], columns[:, 3])
 
 
 def _vertices(kind: str, placed: FloatArray) -> tuple[IntArray, FloatArray]:

@@ -142,7 +142,7 @@ def weights(kernel: str, distances: FloatArray, threshold: FloatArray | float) -
     Raises
     ------
     ValueError
-        If there is no such kernel, or a threshold is not positive.
+        If there is no such kernel, or a threshold is not positive and finite.
 
     References
     ----------
@@ -158,10 +158,15 @@ def weights(kernel: str, distances: FloatArray, threshold: FloatArray | float) -
     """
     validate.one_of(kernel, KERNELS, "kernel")
     distances = numbers(distances, "distances")
+    return run_weights(kernel, distances, _own(kernel, threshold))
+
+
+def run_weights(kernel: str, distances: FloatArray, threshold: FloatArray) -> FloatArray:
+    """`weights` within a run, unchecked: a step may leave the range of numbers, and its problem alone is stopped."""
     if kernel == "none":
         return np.ones_like(distances)
-    x, _ = _ratio(distances, threshold)
     with np.errstate(under="ignore", over="ignore"):
+        x = distances / threshold[..., None]
         if kernel == "huber":
             return 1.0 / np.maximum(x, 1.0)
         if kernel == "tukey":
@@ -191,7 +196,7 @@ def loss(kernel: str, distances: FloatArray, threshold: FloatArray | float) -> F
     Raises
     ------
     ValueError
-        If there is no such kernel, or a threshold is not positive.
+        If there is no such kernel, or a threshold is not positive and finite.
 
     Examples
     --------
@@ -202,10 +207,16 @@ def loss(kernel: str, distances: FloatArray, threshold: FloatArray | float) -> F
     """
     validate.one_of(kernel, KERNELS, "kernel")
     distances = numbers(distances, "distances")
+    return run_loss(kernel, distances, _own(kernel, threshold))
+
+
+def run_loss(kernel: str, distances: FloatArray, threshold: FloatArray) -> FloatArray:
+    """`loss` within a run, unchecked like `run_weights`."""
     with np.errstate(under="ignore", over="ignore", invalid="ignore"):
         if kernel == "none":
             return 0.5 * np.square(distances)
-        x, k = _ratio(distances, threshold)
+        k = threshold[..., None]
+        x = distances / k
         if kernel == "huber":
             inner = np.minimum(x, 1.0)
             return np.square(k) * (0.5 * np.square(inner) + (x - inner))
@@ -249,7 +260,7 @@ def threshold(
     Raises
     ------
     ValueError
-        If there is no such kernel, or `tuning` or a scale is not positive.
+        If there is no such kernel, or `tuning` or a scale is not positive and finite.
 
     Examples
     --------
@@ -296,10 +307,9 @@ def check_options(weight: str, tuning: float | None, scale: float | None) -> Non
             validate.number(value, name, 1e-100, 1e100)
 
 
-def _ratio(distances: FloatArray, threshold: FloatArray | float) -> tuple[FloatArray, FloatArray]:
-    k = _positive(threshold, "threshold")[..., None]
-    with np.errstate(over="ignore", under="ignore"):
-        return distances / k, k
+def _own(kernel: str, threshold: FloatArray | float) -> FloatArray:
+    """The threshold that a kernel uses: "none" has infinity, whatever is given."""
+    return np.array(np.inf) if kernel == "none" else _positive(threshold, "threshold")
 
 
 def _rows(distances: FloatArray) -> FloatArray:
@@ -311,7 +321,6 @@ def _rows(distances: FloatArray) -> FloatArray:
 
 def _positive(values: FloatArray | float, name: str) -> FloatArray:
     k = numbers(values, name)
-    # NaN passes: a run's step may leave the range of numbers, and its problem alone is stopped for that.
-    if k.size and k.min() <= 0.0:
-        raise ValueError(f"{name}: expected a positive number, got {shown(values)}")
+    if not (np.isfinite(k) & (k > 0.0)).all():
+        raise ValueError(f"{name}: expected a positive, finite number, got {shown(values)}")
     return k

@@ -270,11 +270,14 @@ def _apart(a: Pose, b: Pose, shift: float, turn: float) -> bool:
     return bool(np.hypot(*between.t) >= shift or abs(float(between.angle)) >= turn)
 
 
-def _chain(found: Matches, predicted: Pose) -> Chain:
-    ok = found.believed
+def _chain(matches: Matches, predicted: Pose) -> Chain:
+    ok = matches.believed
     links = concatenated([
         Pose.identity(batch=(1,)),
-        Pose(np.where(ok[:, None, None], found.pose.R, predicted.R), np.where(ok[:, None], found.pose.t, predicted.t)),
+        Pose(
+            np.where(ok[:, None, None], matches.pose.R, predicted.R),
+            np.where(ok[:, None], matches.pose.t, predicted.t),
+        ),
     ])  # fmt: skip
-    told = np.concatenate([np.zeros((1, 3, 3)), found.information])
-    return Chain(chained(links), links, told, np.append(True, ok), np.append(1.0, found.share))
+    told = np.concatenate([np.zeros((1, 3, 3)), matches.information])
+    return Chain(chained(links), links, told, np.append(True, ok), np.append(1.0, matches.share))

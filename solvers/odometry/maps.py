@@ -11,7 +11,7 @@ from solvers.core.pose import Pose
 from solvers.geometry import nearest
 from solvers.geometry.nearest import Index
 from solvers.geometry.normals import Normals
-from solvers.odometry.matching import Matches, MatchOptions, Scans, found, matched
+from solvers.odometry.matching import Matches, MatchOptions, Scans, matched, matches_of
 
 
 def local_map(scans: Scans, rows: Sequence[int], poses: Pose) -> tuple[Index, Normals]:
@@ -39,4 +39,4 @@ def match_to_map(
     j = int(target[0])
     rows = range(max(j - around, 0), min(j + around + 1, len(scans)))
     index, surface = local_map(scans, rows, poses[j].inverse().compose(poses[rows.start : rows.stop]))
-    return found(source, target, matched(scans, source, index, surface, start, options), options)
+    return matches_of(source, target, matched(scans, source, index, surface, start, options), options)

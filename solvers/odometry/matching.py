@@ -329,7 +329,7 @@ def match_pairs(
         near = j[some]
         surface = Normals(scans.surface.vectors[near], scans.surface.flagged[near], scans.surface.eigenvalues[near])
         done = matched(scans, i[some], nearest.build(scans.points[near]), surface, start[some], options)
-        parts.append(found(i[some], near, done, options))
+        parts.append(matches_of(i[some], near, done, options))
         if progress is not None:
             progress(min(first + TOGETHER, len(i)), len(i))
     return together(parts)
@@ -368,7 +368,7 @@ def matched(
     return run(batch)[0].state()
 
 
-def found(i: IntArray, j: IntArray, state: SurfaceState, options: MatchOptions) -> Matches:
+def matches_of(i: IntArray, j: IntArray, state: SurfaceState, options: MatchOptions) -> Matches:
     """What the states say of sources i and targets j, (b,) each."""
     share, weakest = signs(state, options)
     believed = (state.status != Status.DEGENERATE) & (share >= options.least_share) & (weakest >= options.least_weakest)

@@ -23,11 +23,11 @@ from solvers.core.kinds import of_kind
 from solvers.core.numbers import copied, moderate
 from solvers.core.pose import Pose
 from solvers.core.poses import concatenated
+from solvers.scenes.drive_packing import unpacked
 
 FOLDER = os.path.join(os.path.dirname(__file__), "recorded")
 MIRROR = 1.0 / 75.0
 """Seconds that the mirror of a SICK LMS 200 takes for a turn."""
-ESCAPE = 255  # in a file of ranges: a difference of two bytes follows
 
 
 @dataclass(frozen=True, eq=False)
@@ -273,50 +273,3 @@ def telecom_loop() -> Drive:
     bearings = np.radians(-90.0 + 0.5 * np.arange(k))
     delays = interlaced(k, np.radians(0.5))
     return Drive(table[:, 0] * 1e-3, motion, ranges, bearings, Pose.from_angle(0.0, (0.78, 0.0)), delays)
-
-
-def packed(seconds: FloatArray, motion: FloatArray, centimetres: FloatArray) -> bytes:
-    """A recorded drive as its file has it.
-
-    Numbers of scans n and beams k, two bytes each; n rows of milliseconds and of the motion dx, dy, dφ in 1e-6 m and
-    rad, four bytes each; then each beam's difference to the beam before, zigzag, in a byte or, after `ESCAPE`, in two.
-
-    Parameters
-    ----------
-    seconds : ndarray of shape (n,)
-        Times.
-    motion : ndarray of shape (n, 3)
-        dx, dy in metres and dφ in radians.
-    centimetres : ndarray of shape (n, k)
-        Whole numbers below 65536, of which neighbours differ by less than 32768.
-
-    Returns
-    -------
-    bytes
-        What `telecom_loop` reads.
-    """
-    n, k = centimetres.shape
-    table = np.rint(np.column_stack([seconds * 1e3, motion * 1e6])).astype("<i4")
-    step = np.diff(centimetres.astype(np.int64), axis=1, prepend=0).ravel()
-    out = bytearray(np.array([n, k], "<u2").tobytes() + table.tobytes())
-    for v in np.where(step < 0, -2 * step - 1, 2 * step).tolist():
-        out += bytes([v]) if v < ESCAPE else bytes([ESCAPE, v & 255, v >> 8])
-    return bytes(out)
-
-
-def unpacked(data: bytes, n: int, k: int) -> FloatArray:
-    """The centimetres (n, k) of `packed`'s last part. Raises ValueError if its length is wrong."""
-    raw = np.frombuffer(data, np.uint8)
-    # Where an escape stands, the two bytes after it are not beams of their own.
-    begins = np.ones(len(raw), dtype=np.bool_)
-    for at in np.flatnonzero(raw == ESCAPE).tolist():
-        if begins[at]:
-            begins[at + 1 : at + 3] = False
-    first = np.flatnonzero(begins)
-    if len(first) != n * k:
-        raise ValueError(f"scans: {len(first)} beams, and {n} scans of {k} need {n * k}")
-    long = raw[first] == ESCAPE
-    value = raw[first].astype(np.int64)
-    value[long] = raw[first[long] + 1] + 256 * raw[first[long] + 2].astype(np.int64)
-    step = np.where(value % 2, -(value + 1) // 2, value // 2)
-    return np.asarray(np.cumsum(step.reshape(n, k), axis=1), dtype=np.float64)

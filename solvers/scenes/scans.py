@@ -22,7 +22,7 @@ for _wall in (PILLARS, *WALLS):
 
 
 @dataclass(frozen=True, eq=False)
-class Scans:
+class TwoScans:
     """Two scans of one room, and where they were made.
 
     Each is in the robot's own coordinates: x ahead, y to the left. No point of one is
@@ -63,9 +63,13 @@ class Scans:
         return self.target_pose.inverse().compose(self.source_pose)
 
 
+Scans = TwoScans
+"""Its name before; the scans of a drive are `solvers.odometry.Scans`."""
+
+
 def two_scans(
     *, seed: int = 40, noise: float = 0.03, turn: float = 50.0, distance: float = 2.0, rays: int = 90
-) -> Scans:
+) -> TwoScans:
     """Two sweeps of a range scanner in one room, the robot driving in between.
 
     The seed decides where in the room it was, which way it drove, where each sweep
@@ -88,7 +92,7 @@ def two_scans(
 
     Returns
     -------
-    Scans
+    TwoScans
         Both sweeps, `rays` points each, and their poses.
 
     Raises
@@ -123,7 +127,7 @@ def two_scans(
         ahead = np.stack([np.cos(angle), np.sin(angle)], axis=1)
         measured = ranges(pose.t, ahead @ pose.R.T, a, b) + sigma * draw
         clouds.append(measured[:, None] * ahead)
-    return Scans(clouds[0], clouds[1], *poses, WALLS)
+    return TwoScans(clouds[0], clouds[1], *poses, WALLS)
 
 
 def ranges(origin: FloatArray, directions: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:

@@ -39,7 +39,7 @@ LEVEL = 0.95
 
 
 @dataclass(frozen=True, eq=False)
-class Line:
+class CoverageLine:
     """How one way of estimating the spread did on k draws.
 
     Attributes
@@ -74,6 +74,10 @@ class Line:
     covered: int
     count: int
     widest: float
+
+
+Line = CoverageLine
+"""Its name before there were lines of other tables."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,12 +168,12 @@ def runs(
     return Runs(scans, start, (heading, shift), noise, result, options)
 
 
-def ends_of(made: Runs) -> Spread:
+def ends_of(draws: Runs) -> Spread:
     """The spread of all end poses.
 
     Parameters
     ----------
-    made : Runs
+    draws : Runs
         What `runs` gave, two draws or more.
 
     Returns
@@ -191,19 +195,19 @@ def ends_of(made: Runs) -> Spread:
     >>> bool(ends.shares[1] > 0.1), bool(ends.shares[:2].sum() > 0.95)
     (True, True)
     """
-    scans = of_kind(made, Runs, "made").scans
+    scans = of_kind(draws, Runs, "draws").scans
     seen = scans.source[0][scans.weights[0] > 0.0]
     middle = seen.mean(axis=0)
     radius = float(np.sqrt(np.square(seen - middle).sum(axis=1).mean()))
-    return spread_of(made.result.pose, centre=middle, radius=radius)
+    return spread_of(draws.result.pose, centre=middle, radius=radius)
 
 
-def regions(made: Runs, way: str) -> Covariance:
+def regions(draws: Runs, way: str) -> Covariance:
     """Each draw's own covariance, estimated in one way.
 
     Parameters
     ----------
-    made : Runs
+    draws : Runs
         What `runs` gave.
     way : str
         "hessian", "censi", "starts" or "sampled". The last is one matrix for all, that
@@ -225,28 +229,28 @@ def regions(made: Runs, way: str) -> Covariance:
     >>> regions(runs("room", "icp", 4), "hessian").deviations.shape
     (4, 3)
     """
-    scans, result = of_kind(made, Runs, "made").scans, made.result
+    scans, result = of_kind(draws, Runs, "draws").scans, draws.result
     if validate.one_of(way, WAYS, "way") == "hessian":
         return covariance(result, "hessian")
     if way == "censi":
-        return _censi(made)
+        return _censi(draws)
     k = len(result.pose)
     if way == "sampled":
-        one = ends_of(made).whole
+        one = ends_of(draws).whole
         middle = one.mean.inverse().apply(one.centre[None])[0]
         return replace(
             one, mean=result.pose, centre=result.pose.apply(middle[None])[:, 0],
             deviations=np.tile(one.deviations, (k, 1)), directions=np.tile(one.directions, (k, 1, 1)),
             radius=np.tile(one.radius, k),
         )  # fmt: skip
-    closed = _censi(made)
-    heading, shift = made.spread
+    closed = _censi(draws)
+    heading, shift = draws.spread
     matrix = np.diag(np.square([np.radians(heading), shift, shift]))
     each = [
         from_starts(
             scans.source[i], scans.target[i], result.method, noise=closed[i],
             weights=None if scans.weights[i].all() else scans.weights[i],
-            start=from_matrix(matrix, made.start[i], frame="source"), **made.options,
+            start=from_matrix(matrix, draws.start[i], frame="source"), **draws.options,
         )
         for i in range(k)
     ]  # fmt: skip
@@ -257,7 +261,7 @@ def coverage(
     place: str, method: str = "point-to-plane", ways: tuple[str, ...] | None = None, *, count: int = 1000,
     seed: int = 40, level: float = LEVEL, noise: float = 0.04, heading: float = 3.0, shift: float = 0.15,
     end: float | None = None, **options: Any,
-) -> tuple[Line, ...]:  # fmt: skip
+) -> tuple[CoverageLine, ...]:  # fmt: skip
     """Count the draws whose region holds the truth.
 
     Parameters
@@ -289,7 +293,7 @@ def coverage(
 
     Returns
     -------
-    tuple of Line
+    tuple of CoverageLine
         One a way.
 
     Raises
@@ -304,23 +308,23 @@ def coverage(
     >>> line.covered < 25  # it claims far too much
     True
     """
-    made = runs(place, method, count, seed=seed, end=end, noise=noise, heading=heading, shift=shift, **options)
-    name = made.result.method
+    draws = runs(place, method, count, seed=seed, end=end, noise=noise, heading=heading, shift=shift, **options)
+    name = draws.result.method
     known = WAYS if name in CENSI else ("hessian", "sampled") if name in HESSIAN else ("sampled",)
     lines = []
     for way in known if ways is None else several(ways, "ways", "names"):
-        found = regions(made, way)
-        inside = found.covers(made.scans.truth, level)
+        found = regions(draws, way)
+        inside = found.covers(draws.scans.truth, level)
         widest = float(np.median(found.deviations[:, 0]))
-        lines.append(Line(place, method, way, int(np.count_nonzero(inside)), count, widest))
+        lines.append(CoverageLine(place, method, way, int(np.count_nonzero(inside)), count, widest))
     return tuple(lines)
 
 
-def _censi(made: Runs) -> Covariance:
+def _censi(draws: Runs) -> Covariance:
     # A ray without an echo is in no pair: its noise plays no part.
-    p, q = (np.where(np.abs(cloud) < NO_ECHO, cloud, 0.0) for cloud in (made.scans.source, made.scans.target))
-    noises = range_bearing(p, made.noise), range_bearing(q, made.noise)
-    return covariance(made.result, "censi", source_noise=noises[0], target_noise=noises[1])
+    p, q = (np.where(np.abs(cloud) < NO_ECHO, cloud, 0.0) for cloud in (draws.scans.source, draws.scans.target))
+    noises = range_bearing(p, draws.noise), range_bearing(q, draws.noise)
+    return covariance(draws.result, "censi", source_noise=noises[0], target_noise=noises[1])
 
 
 def _stacked(each: list[Covariance]) -> Covariance:

@@ -96,7 +96,7 @@ def begin_walk(
     return begin(method, problem, options, most)
 
 
-def found(batch: Batch[Any], starts: Sequence[Pose]) -> Pose:
+def scene_poses(batch: Batch[Any], starts: Sequence[Pose]) -> Pose:
     """The poses of the scenes, as far as the runs have come.
 
     Each composes the start with the motion found from there.
@@ -119,13 +119,17 @@ def found(batch: Batch[Any], starts: Sequence[Pose]) -> Pose:
     >>> from solvers.metrics import rre
     >>> from solvers.stepper import run
     >>> from solvers.walk_scenes import fish, fish_start
-    >>> from solvers.walkthrough import begin_walk, found
+    >>> from solvers.walkthrough import begin_walk, scene_poses
     >>> scene, start = fish("clean"), fish_start()
     >>> batch, history = run(begin_walk("cpd", [scene], [start]))
-    >>> np.degrees(rre(found(batch, [start]), scene.truth)) < 1.0
+    >>> np.degrees(rre(scene_poses(batch, [start]), scene.truth)) < 1.0
     array([ True])
     """
     return batch.pose().compose(stacked(starts))
+
+
+found = scene_poses
+"""Its name before."""
 
 
 def clutter(name: str) -> float:

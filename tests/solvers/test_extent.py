@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from solvers import METHODS, Pose, Status, register
-from solvers.core.extent import LEAST_EXTENT
+from solvers.core.extent import EQUAL, LEAST_EXTENT, at_one_place
 from solvers.core.validate import LARGEST
+from solvers.verify import usual_reach
 
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
 
@@ -92,6 +93,28 @@ def test_points_at_one_place_leave_the_rotation_open_whatever_the_method(method,
         assert result.reason
         assert not result
         assert np.isfinite(result.pose.matrix).all()
+
+
+@pytest.mark.parametrize("unit", [2.0**-1000, 2.0**-30, 1.0, 2.0**400])
+def test_what_lies_at_one_place_has_no_unit_and_no_origin(unit):
+    """What rounding puts apart lies at one place; a cloud that is a thousandfold wider than rounding does not, however
+    far away it lies."""
+    for far in (0.0, 1.0, 1e9):
+        rounded = unit * (far + 0.3 + 2.0**-52 * (far + 0.3) * np.array([[0.0, 1.0], [-1.0, 0.0], [1.0, 2.0]]))
+        apart = unit * (far + 1e3 * 2.0**-52 * (far + 1.0) * CLOUD)
+        assert at_one_place(rounded)
+        assert not at_one_place(apart)
+        assert at_one_place(np.stack([rounded, apart[:3]])[None]).tolist() == [[True, False]]
+        assert usual_reach(rounded) == 1.0
+
+
+@pytest.mark.parametrize("method", ["branch-and-bound", "correlative", "flow", "flow-from-source"])
+def test_who_looks_for_equal_points_at_the_start_says_so_in_the_same_words(method):
+    """A cloud of a millimetre, ten thousand kilometres from the origin, is one that has a shape."""
+    assert register(PLACE, CLOUD, method).reason == EQUAL.format("source")
+    assert register(CLOUD, PLACE, method).reason == EQUAL.format("target")
+    small = 1e7 + 1e-3 * np.stack([CLOUD, CLOUD])
+    assert register(*small, method, max_steps=1).status != Status.DEGENERATE
 
 
 @pytest.mark.parametrize("method", ["gicp", "filterreg", "mmd", "ndt", "icp", "cpd-rigid"])

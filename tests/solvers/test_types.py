@@ -44,6 +44,7 @@ solvers.umeyama(p, q, pairs=[[0, 0], [1, 1]])
 solvers.cloud_text.read(b"0 0").points
 solvers.uncertainty.covariance(register(p, q)).edge_information()
 [one.steps for one in register([p, p], [q, q])]
+(register(p, q).covariance or exit()).words()
 [one.angle for one in Pose([np.eye(2)] * 2, [[0.0, 0.0], [1.0, 0.0]])]
 solvers.posegraph.Edges([0, 1], [1, 0], Pose.identity(2, (2,)), np.eye(3))
 solvers.drives.Drive([0.0], [np.eye(3)], [[1.0, 2.0]], [0.0, 0.1], np.eye(3))
@@ -73,6 +74,8 @@ solvers.trimmed_icp(p, q, max_distance=1.0)
 solvers.kabsch(p, q, gate=1.0)
 solvers.mmd(p, q, kernel="cauchi")
 solvers.umeyama(p, q, gate=1.0)
+register(p, q).covariance.words()
+(register(p, q).covariance or exit()).wrods()
 """
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from solvers import Pose, register
 from solvers.metrics import rre, rte
-from solvers.scenes.scans import Scans, two_scans
+from solvers.scenes.scans import TwoScans, two_scans
 from widgets.drawing.picture import (
     Array,
     Arrow,
@@ -55,7 +55,7 @@ class State:
 
     controls: Controls
     seed: int
-    scans: Scans
+    scans: TwoScans
     world: Panel
     pose: Pose
     by_hand: Pose | None = None
@@ -80,7 +80,7 @@ def act(state: State, action: Action) -> State:
     return replace(state, pose=_icp(state.scans, state.pose), by_hand=by_hand, shown="icp")
 
 
-def _icp(scans: Scans, start: Pose) -> Pose:
+def _icp(scans: TwoScans, start: Pose) -> Pose:
     return register(scans.source, scans.target, ICP, start=start).pose
 
 
@@ -146,7 +146,7 @@ def _aligned(pose: Pose, truth: Pose) -> bool:
     return bool(np.degrees(rre(pose, truth)) <= FOUND[0] and rte(pose, truth) <= FOUND[1])
 
 
-def _world(scans: Scans) -> Panel:
+def _world(scans: TwoScans) -> Panel:
     seen: list[tuple[Pose, Array, Role]] = [
         (scans.target_pose, scans.target, "target"),
         (scans.source_pose, scans.source, "source"),

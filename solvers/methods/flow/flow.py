@@ -41,7 +41,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from solvers.core import validate
-from solvers.core.arrays import BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.arrays import FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.extent import EQUAL, at_one_place
 from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
@@ -143,7 +144,8 @@ def _start(problem: Problem, options: FlowOptions, weights: Params, anchored: bo
         middle, home = problem.target.mean(axis=1), source.mean(axis=1)
         about = source - home[:, None], problem.target - middle[:, None]
         width, radius = _radius(about[0]), _radius(about[1])
-        flat = _coincide(source) | _coincide(problem.target) | ~(np.minimum(width, radius) >= TINY)
+        equal = {"source": at_one_place(source), "target": at_one_place(problem.target)}
+        flat = equal["source"] | equal["target"] | ~(np.minimum(width, radius) >= TINY)
         unequal = ~(np.maximum(width, radius) / np.where(flat, 1.0, np.minimum(width, radius)) <= WIDE)
         hopeless = flat | unequal
         unit = np.where(hopeless, 1.0, radius)[:, None, None]
@@ -157,7 +159,10 @@ def _start(problem: Problem, options: FlowOptions, weights: Params, anchored: bo
     else:
         noise = np.stack([np.random.default_rng(s).standard_normal((samples, m + n, 2)) for s in problem.seed])
     blank = Pose.identity(2, (b, samples))
-    status, reason = mark(statuses((b,)), reasons((b,)), flat, Status.DEGENERATE, "all points of a cloud coincide")
+    status, reason = statuses((b,)), reasons((b,))
+    for name, hopeless in equal.items():
+        status, reason = mark(status, reason, hopeless, Status.DEGENERATE, EQUAL.format(name))
+    status, reason = mark(status, reason, flat, Status.DEGENERATE, "a cloud has no width that a number can hold")
     status, reason = mark(
         status, reason, unequal, Status.DEGENERATE, f"one cloud is more than {WIDE:g} times as wide as the other"
     )
@@ -191,13 +196,6 @@ def _radius(points: FloatArray) -> FloatArray:
     power = np.frexp(np.abs(points).max(axis=(1, 2)))[1]
     squares = np.ldexp(points, -power[:, None, None]) ** 2
     return np.asarray(np.ldexp(np.sqrt(squares.sum(axis=-1).mean(axis=-1)), power))
-
-
-def _coincide(points: FloatArray) -> BoolArray:
-    """Whether all points (b, n, 2) of a cloud lie at one place, to rounding."""
-    spread = (points.max(axis=1) - points.min(axis=1)).max(axis=-1)
-    found: BoolArray = ~(spread > 1e-9 * np.abs(points).max(axis=(1, 2)))
-    return found
 
 
 def _step(state: FlowState, weights: Params, anchored: bool) -> FlowState:

@@ -33,7 +33,7 @@ VARIANTS = {
 
 
 @dataclass(frozen=True)
-class Line:
+class StudyLine:
     """A variant on one kind of scene.
 
     degrees, length: the median errors of rotation, and of translation in RMS radii of
@@ -56,7 +56,7 @@ def study(
     count: int = 200,
     seed: int = SEED,
     folder: str = FOLDER,
-) -> list[Line]:
+) -> list[StudyLine]:
     """Every variant on `count` scenes of every kind, of unit RMS radius, with the
     weights in `folder`.
     """
@@ -96,9 +96,9 @@ def _end(batch: Batch[FlowState]) -> Pose:
     return run(batch)[0].pose()
 
 
-def _line(variant: str, kind: Kind, degrees: FloatArray, length: FloatArray) -> Line:
+def _line(variant: str, kind: Kind, degrees: FloatArray, length: FloatArray) -> StudyLine:
     turned = degrees < DEGREES
-    return Line(
+    return StudyLine(
         variant,
         kind.name,
         len(degrees),
@@ -109,7 +109,7 @@ def _line(variant: str, kind: Kind, degrees: FloatArray, length: FloatArray) -> 
     )
 
 
-def by_turn(edges: Sequence[float], variant: str, count: int = 100, seed: int = SEED) -> list[Line]:
+def by_turn(edges: Sequence[float], variant: str, count: int = 100, seed: int = SEED) -> list[StudyLine]:
     """A variant on scenes like the training's, but turned by the degrees between
     neighbouring `edges`.
     """

@@ -161,8 +161,8 @@ def _pair(problem: Problem, index: Index, nu: FloatArray, pose: Pose) -> Welsch:
 
 def _weigh(problem: Problem, moved: FloatArray, rows: IntArray, distances: FloatArray, nu: FloatArray) -> Welsch:
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-        weights = problem.weights * robust.weights("welsch", distances, nu)
-        energy = (problem.weights * 2.0 * robust.loss("welsch", distances, nu)).sum(axis=1)
+        weights = problem.weights * robust.run_weights("welsch", distances, nu)
+        energy = (problem.weights * 2.0 * robust.run_loss("welsch", distances, nu)).sum(axis=1)
         total = weights.sum(axis=1)
         squares = np.where(weights > 0.0, weights * np.square(distances), 0.0).sum(axis=1)
         rms = np.sqrt(squares / np.where(total > 0.0, total, 1.0))

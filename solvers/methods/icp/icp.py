@@ -37,6 +37,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.extent import at_one_place
 from solvers.core.method import Method, Problem
 from solvers.core.partners import chosen
 from solvers.core.pose import Pose
@@ -316,13 +317,13 @@ def pair(
         kernel = options.weight
         floor = 0.0 if kernel == "none" or scale is not None else robust.least_scale(index.points)
         k = robust.threshold(kernel, distances, among, options.tuning, scale, floor)
-        weights = np.where(among, problem.weights * robust.weights(kernel, distances, k), 0.0)
+        weights = np.where(among, problem.weights * robust.run_weights(kernel, distances, k), 0.0)
         total = weights.sum(axis=1)
         used = weights > 0.0
         rms = np.sqrt(np.where(used, weights * squares, 0.0).sum(axis=1) / np.where(total > 0.0, total, 1.0))
-        losses = squares if kernel == "none" else 2.0 * robust.loss(kernel, distances, k)
+        losses = squares if kernel == "none" else 2.0 * robust.run_loss(kernel, distances, k)
         if isinstance(options, CappedOptions):
-            top = np.square(reach) if kernel == "none" else 2.0 * robust.loss(kernel, reach[:, None], k)[:, 0]
+            top = np.square(reach) if kernel == "none" else 2.0 * robust.run_loss(kernel, reach[:, None], k)[:, 0]
             losses = np.where(among, losses, top[:, None])
             among = problem.weights > 0.0
         objective = np.where(among, problem.weights * losses, 0.0).sum(axis=1)
@@ -367,13 +368,12 @@ def one_partner(reason: ReasonArray, index: Index, rows: IntArray, weights: Floa
     """Why fits are degenerate, (b,), in words of pairs: where it is that all partners are one, though the target has
     other points.
     """
-    bad = np.flatnonzero(reason != "")
-    if not bad.size:
+    if not (reason != "").any():
         return reason
     said = reason.copy()
-    for i in bad:
+    for i in np.flatnonzero(reason != ""):
         one = np.unique(rows[i][weights[i] > 0.0]).size == 1
-        if one and reason[i].startswith("all target") and np.ptp(index.points[i], axis=0).max() > 0.0:
+        if one and reason[i].startswith("all target") and not at_one_place(index.points[i]):
             said[i] = ONE_PARTNER
     return said
 

@@ -26,7 +26,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from solvers.core import validate
-from solvers.core.arrays import FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.arrays import BoolArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.extent import at_one_place
 from solvers.core.method import Problem
 from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
@@ -39,6 +40,12 @@ from solvers.methods.icp.icp import IcpOptions, Pairing
 from solvers.numerics import gauss_newton, recurrence, robust
 from solvers.numerics.fits import rms_motion, weighted_centroid, weighted_radius
 from solvers.numerics.gauss_newton import System
+
+ONE_PARTNER = (
+    "every source point has the same partner: nothing but the directions of surfaces holds the rotation; are both "
+    "clouds in one unit?"
+)
+"""Why pairs weighed by two surfaces are at rest, and yet say nothing of the pose."""
 
 
 @dataclass(frozen=True)
@@ -204,6 +211,9 @@ def step(state: SurfaceState) -> SurfaceState:
     for i in np.flatnonzero(free):
         words = gauss_newton.freedom(system, int(i))
         status, reason = mark(status, reason, np.arange(len(free)) == i, Status.DEGENERATE, words)
+    ends: BoolArray = at_rest | steady | again
+    if ends.any():
+        status, reason = mark(status, reason, ends & _one_partner(state, pairing), Status.DEGENERATE, ONE_PARTNER)
     status, reason = mark(status, reason, at_rest, Status.CONVERGED, "the pose has come to rest")
     status, reason = mark(status, reason, steady, Status.CONVERGED, "the RMS has come to rest")
     status, reason = mark(status, reason, again, Status.STALLED, recurrence.AGAIN)
@@ -213,6 +223,17 @@ def step(state: SurfaceState) -> SurfaceState:
         precision=precision, system=system, change=change, taken=taken,
         anchor=recurrence.anchor(taken, pairing.moved, state.anchor),
     )  # fmt: skip
+
+
+def _one_partner(state: SurfaceState, pairing: Pairing) -> BoolArray:
+    """Whether the pairs in use, (b,), have one target point although the target has others. Covariances then give their
+    system full rank; without any it is that of one plane, which leaves a direction free.
+    """
+    if state.covariances is None:
+        return np.zeros(state.problem.size, dtype=np.bool_)
+    first = np.where(pairing.used, pairing.rows, state.index.points.shape[1]).min(axis=1)
+    last = np.where(pairing.used, pairing.rows, -1).max(axis=1)
+    return np.asarray((first == last) & (pairing.count > 1) & ~at_one_place(state.index.points))
 
 
 def precisions(cov_p: FloatArray, cov_q: FloatArray, R: FloatArray) -> FloatArray:

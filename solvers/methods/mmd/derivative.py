@@ -32,6 +32,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from solvers.core import validate
 from solvers.core.arrays import FloatArray
+from solvers.core.extent import at_one_place
 from solvers.core.pose import Pose
 
 ComplexArray: TypeAlias = NDArray[np.complex128]
@@ -126,7 +127,7 @@ def implicit_derivative(
     def refused(reason: str) -> ImplicitDerivative:
         return ImplicitDerivative(None, None, reason, condition, at)
 
-    if spread == 0.0:
+    if at_one_place(p):
         return refused("all source points are equal: the rotation is undefined")
     if not condition <= WORST_CONDITION:
         return refused(f"the Hessian is near singular (condition {condition:.1e}): the optimum is not isolated")

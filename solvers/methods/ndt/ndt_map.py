@@ -21,6 +21,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import AnyArray, BoolArray, FloatArray, IntArray, ReasonArray
+from solvers.core.extent import at_one_place
 from solvers.core.kinds import shown
 from solvers.core.numbers import finite, numbers
 from solvers.core.tree import distinct, once
@@ -38,7 +39,6 @@ SMALLEST = 1e-300
 """An eigenvalue below this is zero: it has no inverse in float64."""
 LARGEST_TABLE = 2**18
 """Places in the bounding box of one grid's kept cells, from which the cells are said to be too small."""
-
 SHIFTS = np.array([(0.0, 0.0), (0.5, 0.0), (0.0, 0.5), (0.5, 0.5)])
 SHIFTS.flags.writeable = False
 
@@ -269,7 +269,7 @@ def default_size(points: FloatArray) -> FloatArray:
     """
     with np.errstate(over="ignore", under="ignore"):
         least = LEAST_SIZE * np.abs(points).max(axis=(1, 2))
-        radius = np.where(np.ptp(points, axis=1).max(axis=1) > 0.0, typical_radius(points), 0.0)
+        radius = np.where(at_one_place(points), 0.0, typical_radius(points))
         size = np.maximum(radius * max(0.3, 6.0 * np.pi / points.shape[1]), least)
         return np.asarray(np.where(size > 0.0, size, 1.0))
 

@@ -21,7 +21,7 @@ from solvers.numerics import newton
 
 
 @dataclass(frozen=True, eq=False)
-class Path:
+class Climb:
     """A climb over translations, k tries in their order, the start the first of them.
 
     Attributes
@@ -64,6 +64,10 @@ class Path:
         return self.tried[self.accepted]
 
 
+Path = Climb
+"""Its name before; that of a path on a landscape is `solvers.landscape.Path`."""
+
+
 def climb(
     cells: NdtMap,
     points: FloatArray,
@@ -73,7 +77,7 @@ def climb(
     max_steps: int = 70,
     halvings: int = 8,
     tolerance: float = 1e-6,
-) -> Path:
+) -> Climb:
     """Climb the score of points turned beforehand, by translations alone.
 
     It stops when the next step would be at most `tolerance` cells; when none of the
@@ -99,7 +103,7 @@ def climb(
 
     Returns
     -------
-    Path
+    Climb
         Every translation that was tried.
 
     Raises
@@ -132,8 +136,8 @@ def climb(
     here = evaluate(cells, (points + t)[None], pivot)
     tried, score, accepted, damping = [t], [float(here.score[0])], [True], [0.0]
 
-    def ended(status: Status, reason: str) -> Path:
-        return Path(np.array(tried), np.array(score), np.array(accepted), np.array(damping), status, reason)
+    def ended(status: Status, reason: str) -> Climb:
+        return Climb(np.array(tried), np.array(score), np.array(accepted), np.array(damping), status, reason)
 
     if (here.cells < 0).all():
         return ended(Status.DEGENERATE, "no moved point lies in a cell of the map")

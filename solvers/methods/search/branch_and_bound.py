@@ -31,6 +31,7 @@ import numpy as np
 
 from solvers.core import validate
 from solvers.core.arrays import AnyArray, FloatArray, IntArray, ReasonArray, StatusArray
+from solvers.core.extent import EQUAL, at_one_place
 from solvers.core.method import Method, Problem
 from solvers.core.pose import Pose
 from solvers.core.poses import concatenated, stacked
@@ -183,9 +184,8 @@ def start(problem: Problem, options: BranchAndBoundOptions) -> BranchAndBoundSta
     b = problem.size
     ground, boxes, discarded = (np.empty(b, dtype=object) for _ in range(3))
     status, reason = statuses((b,)), reasons((b,))
-    one = {name: np.array([_one_place(x) for x in getattr(problem, name)]) for name in ("source", "target")}
-    for name, hopeless in one.items():
-        status, reason = mark(status, reason, hopeless, Status.DEGENERATE, f"all {name} points coincide")
+    for name, points in (("source", problem.source), ("target", problem.target)):
+        status, reason = mark(status, reason, at_one_place(points), Status.DEGENERATE, EQUAL.format(name))
     radius, index = typical_radius(problem.target), nearest.build(problem.target)
     cap = radius / 8.0 if options.cap is None else np.full(b, options.cap)
     with np.errstate(over="ignore"):
@@ -245,12 +245,6 @@ def step(state: BranchAndBoundState) -> BranchAndBoundState:
         state, pose=Pose.trusted(R, t, scale), objective=objective, lower=lower, dropped=dropped, boxes=boxes,
         discarded=discarded, examined=examined, left=left, status=status, reason=reason,
     )  # fmt: skip
-
-
-def _one_place(points: FloatArray) -> bool:
-    """Whether all points are equal, up to rounding or underflow."""
-    spread = np.abs(points - points[0]).max()
-    return not spread > max(1e-14 * np.abs(points).max(), 1e-150)
 
 
 def _ground(problem: Problem, options: BranchAndBoundOptions, i: int, radius: float, cap: float) -> Ground:

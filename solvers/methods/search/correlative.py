@@ -49,6 +49,9 @@ from solvers.methods.search.lattice import WORTH, Lattice, Window, build
 class CorrelativeOptions:
     """Options of `correlative`.
 
+    Points 20 times as far out as their cloud's median point are left out of the search, so that none widens the field;
+    those of the source score nothing.
+
     Parameters
     ----------
     cell : float, optional

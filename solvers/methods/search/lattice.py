@@ -13,9 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from solvers.core.arrays import AnyArray, BoolArray, FloatArray, IntArray
+from solvers.core.extent import EQUAL, at_one_place
 from solvers.core.pose import Pose
 from solvers.core.tree import changed
 from solvers.geometry.downsample import spacing
+from solvers.numerics.fits import strays
 
 WORTH = 255
 """The worth of a cell with a target point at its centre: whole numbers, so that sums are exact."""
@@ -26,7 +28,6 @@ _MOST_CELLS = 2**22  # of a table
 _MOST_SQUARES = 2**22  # to bound before the search
 _MOST_PLACES = 2**24  # cells of turned points
 _BLOCK = 2**18  # look-ups at a time
-_EPS = float(np.finfo(np.float64).eps)
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,8 +39,9 @@ class Lattice:
     point at translation (0, 0), as a place in a table. tables: of level h = 0, 1, …, each
     (height · width,), the largest worth in the 2^h × 2^h cells to the right and above.
     width: of a table. margin: its cells beside `low`, the centroid's place at translation
-    (0, 0), (2,). cell: its side. radius: of the source, root mean square. centroid: (2,)
-    of the source, middle: (2,) of the target's box, both in world units. squares: (n, 3)
+    (0, 0), (2,). cell: its side. near: (M,) which of all source points these m are: strays
+    are left out of both clouds. radius: of the source, root mean square. centroid: (2,) of
+    the source, middle: (2,) of the target's box, both in world units. squares: (n, 3)
     angle, column and row of the largest squares of translations, the one that may hold
     the highest sum first, and ceilings: (n,) what those sums cannot exceed.
     """
@@ -53,6 +55,7 @@ class Lattice:
     margin: int
     low: FloatArray
     cell: float
+    near: BoolArray
     radius: float
     centroid: FloatArray
     middle: FloatArray
@@ -92,8 +95,8 @@ class Lattice:
         return R, centre - R @ self.centroid
 
     def score(self, pose: Pose, source: FloatArray) -> float:
-        """The score, 0 to 1, of any pose of the source (m, 2), on the grid or off it."""
-        moved = np.ldexp(pose.apply(source) - self.middle, -self.exponent)
+        """The score, 0 to 1, of any pose of the source (M, 2), on the grid or off it."""
+        moved = np.ldexp(pose.apply(source[self.near]) - self.middle, -self.exponent)
         at = np.floor((moved - self.low) / self.cell) + self.margin
         height = len(self.tables[0]) // self.width
         inside = ((at >= 0.0) & (at < [self.width, height])).all(axis=1)
@@ -152,6 +155,8 @@ class Window:
 
 def build(source: FloatArray, target: FloatArray, start: Pose, window: Window) -> Lattice | str:
     """The lattice of one problem (m, 2), (n, 2), or in words why there is none."""
+    near = ~strays(source[None])[0]
+    source, target = source[near], target[~strays(target[None])[0]]
     clouds = _centred(source, target)
     if isinstance(clouds, str):
         return clouds
@@ -176,8 +181,9 @@ def build(source: FloatArray, target: FloatArray, start: Pose, window: Window) -
     return _begun(Lattice(
         angles=angles, columns=columns, rows=rows, places=at[..., 1] * np.int32(shape[1]) + at[..., 0],
         tables=_tables((clouds.target - shifts.corner) / cell + margin, shape, window.blur, levels), width=shape[1],
-        margin=margin, low=shifts.corner, cell=cell, radius=float(np.sqrt(np.square(clouds.lengths).mean())),
-        centroid=clouds.centroid, middle=clouds.middle, exponent=clouds.exponent, squares=none, ceilings=none,
+        margin=margin, low=shifts.corner, cell=cell, near=near,
+        radius=float(np.sqrt(np.square(clouds.lengths).mean())), centroid=clouds.centroid, middle=clouds.middle,
+        exponent=clouds.exponent, squares=none, ceilings=none,
     ))  # fmt: skip
 
 
@@ -209,9 +215,9 @@ def _centred(source: FloatArray, target: FloatArray) -> _Clouds | str:
     low, high = target.min(axis=0), target.max(axis=0)
     middle = low + 0.5 * (high - low)
     p, q = source - centroid, target - middle
-    for name, points, whole in (("source", p, source), ("target", q, target)):
-        if np.abs(points).max() <= 8.0 * _EPS * np.abs(whole).max():
-            return f"all {name} points are equal: the rotation is undefined"
+    for name, points in (("source", source), ("target", target)):
+        if at_one_place(points):
+            return EQUAL.format(name)
     exponent = int(np.frexp(max(np.abs(p).max(), np.abs(q).max()))[1])
     p, q = np.ldexp(p, -exponent), np.ldexp(q, -exponent)
     half = 0.5 * np.ldexp(high - low, -exponent)

@@ -50,7 +50,7 @@ from solvers.core.status import Status, mark, reasons, statuses
 from solvers.core.tree import CONSTANT, SHARED, changed
 from solvers.geometry.rigid import best_rotation
 from solvers.numerics import gaussians
-from solvers.numerics.fits import rms_radius, spread_volume
+from solvers.numerics.fits import clutter_constant, pair_width, rms_radius, spread_volume, typical_radius
 
 STAGES = ("responsibilities", "centring", "rotation", "translation and scale", "variance")
 """What one step does, in order, by the names that a walkthrough shows."""
@@ -75,7 +75,8 @@ class CpdOptions:
         evenly spread points of that radius fill. The paper's convention is the number of target points.
     sigma : float, optional
         The first σ, world units. None takes it from all distances,
-        `√(Σ_mn ‖x_n − T y_m‖² / M N d)`.
+        `√(Σ_mn ‖x_n − T y_m‖² / M N d)`, without those of strays, 20 times as far out
+        as the median point.
     tolerance : float, default 1e-5
         It stops when a step moves the moving points, root mean square, by at most this
         fraction of their RMS radius and changes σ by at most this fraction.
@@ -174,7 +175,7 @@ def _frame(problem: Problem) -> Frame:
     p, q = (np.ldexp(c, -exponent[:, None, None]) for c in (p, q))
     largest = [np.abs(c).max(axis=(1, 2)) for c in (problem.source, problem.target)]
     blur = np.ldexp(np.maximum(*largest) * 8.0 * _EPS, -exponent)
-    floor = np.maximum(FLOOR * rms_radius(q), 1e-12)
+    floor = np.maximum(FLOOR * typical_radius(q), 1e-12)
     return Frame(p, gaussians.powers(p), q, centre_p, centre_q, np.ldexp(1.0, exponent), rms_radius(p), blur, floor)
 
 
@@ -187,12 +188,12 @@ def _start(problem: Problem, options: CpdOptions, scaled: bool) -> CpdState:
         arm = (start.R @ frame.centre_moving[..., None])[..., 0] * np.asarray(start.scale)[:, None]
         shift = (arm + start.t - frame.centre_fixed) / frame.unit[:, None]
         moved = Pose.trusted(start.R, shift, start.scale).apply(frame.moving)
-        width = _first_width(moved, frame.fixed) if options.sigma is None else options.sigma / frame.unit
+        width = pair_width(moved, frame.fixed) if options.sigma is None else options.sigma / frame.unit
         # In the frame's unit too.
         given = options.volume
         with np.errstate(divide="ignore", over="ignore"):  # what no float64 holds is clipped
             volume = spread_volume(frame.fixed) if given is None else np.clip(given / frame.unit**d, 1e-300, 1e300)
-        c = (2.0 * np.pi) ** (0.5 * d) * options.clutter * m / ((1.0 - options.clutter) * volume)
+        c = clutter_constant(options.clutter, m, volume, d)
     nothing = np.zeros(b)
     state = CpdState(
         problem=problem, frame=frame, clutter=c, scaled=scaled, options=options,
@@ -203,18 +204,6 @@ def _start(problem: Problem, options: CpdOptions, scaled: bool) -> CpdState:
     state = _expect(state, start, shift, moved, np.maximum(width, frame.floor), state.change)
     status, reason = mark(state.status, state.reason, _empty(state), Status.DEGENERATE, _NOTHING)
     return changed(state, status=status, reason=reason)
-
-
-def _first_width(moved: FloatArray, fixed: FloatArray) -> FloatArray:
-    """√ of the mean squared difference in a coordinate, over all M N pairs: from the
-    clouds' means and spreads.
-    """
-    gap = moved.mean(axis=1) - fixed.mean(axis=1)
-    total = np.square(gap).sum(axis=1)
-    for c in (moved, fixed):
-        total += np.square(c - c.mean(axis=1, keepdims=True)).sum(axis=2).mean(axis=1)
-    width: FloatArray = np.sqrt(total / moved.shape[2])
-    return width
 
 
 def _expect(

@@ -49,7 +49,7 @@ from solvers.core.pose import Pose
 from solvers.core.status import Status, mark, reasons, statuses
 from solvers.core.tree import CONSTANT, SHARED, changed
 from solvers.numerics import gauss_newton, kernel_filters
-from solvers.numerics.fits import rms_motion, rms_radius, spread_volume, typical_radius
+from solvers.numerics.fits import clutter_constant, pair_width, rms_motion, rms_radius, spread_volume, typical_radius
 
 STAGES = ("density", "filter", "query", "twist")
 """What one step does, in order, by the names that a walkthrough shows."""
@@ -77,8 +77,9 @@ class FilterRegOptions:
         "estimated" at every step, or "scheduled".
     first : float, optional
         The first σ, world units. None is, where it is estimated, √ of the mean squared
-        difference in a coordinate over all pairs; where it is scheduled, 0.3 of the
-        target's RMS radius.
+        difference in a coordinate over all pairs, those of points 20 times as far out as
+        their cloud's median point left out; where it is scheduled, 0.3 of the target's RMS
+        radius.
     last : float, optional
         The least σ, world units. None is 0.001 of the target's RMS radius where it is
         estimated, 0.03 where it is scheduled.
@@ -175,7 +176,7 @@ def _start(problem: Problem, options: FilterRegOptions) -> FilterRegState:
         if options.first is not None:
             first = np.full(b, options.first)
         else:
-            first = 0.3 * size if scheduled else _spread_of_all(moved, problem.target)
+            first = 0.3 * size if scheduled else pair_width(moved, problem.target)
         last = (0.03 if scheduled else 1e-3) * size if options.last is None else np.full(b, options.last)
         if options.first is not None and options.last is None:
             last = np.minimum(last, first)
@@ -189,12 +190,6 @@ def _start(problem: Problem, options: FilterRegOptions) -> FilterRegState:
         twist=np.zeros((b, 3)), condition=np.full(b, np.inf), change=np.full(b, np.inf),
     )  # fmt: skip
     return _ask(state, pose, _within(first, last))
-
-
-def _spread_of_all(moved: FloatArray, fixed: FloatArray) -> FloatArray:
-    """√ of the mean squared difference in a coordinate over all pairs, (b,)."""
-    gap = np.linalg.norm(moved.mean(axis=1) - fixed.mean(axis=1), axis=1)
-    return np.asarray(np.hypot(np.hypot(gap, rms_radius(moved)), rms_radius(fixed)) / np.sqrt(2.0))
 
 
 def _within(sigma: FloatArray, last: FloatArray) -> FloatArray:
@@ -221,8 +216,7 @@ def _ask(state: FilterRegState, pose: Pose, sigma: FloatArray) -> FilterRegState
         centre = np.stack([f.centre for f in built])[:, None]
         spread = np.stack([q.second for q in found]) / total - np.square(mean).sum(axis=2)
         targets = np.where(some[..., None], centre + mean, moved)
-        c = 2.0 * np.pi * sigma**2 * options.clutter * n / ((1.0 - options.clutter) * state.volume)
-        c = np.clip(c, 1e-300, 1e300)[:, None]
+        c = np.clip(clutter_constant(options.clutter, n, state.volume, 2, sigma), 1e-300, 1e300)[:, None]
         weights = mass / (mass + c)
         # −Σ_i log p(x_i), p(x_i) = (1 − w)/N (2πσ²)^{−d/2} (m⁰ + c)
         scale = np.log(n / (1.0 - options.clutter)) + np.log(2.0 * np.pi) + 2.0 * np.log(sigma)

@@ -14,6 +14,7 @@ from solvers.core.arrays import FloatArray
 from solvers.methods.soft.filterreg import FilterRegState
 from solvers.methods.soft.gmmreg import GmmRegState
 from solvers.numerics import gaussians
+from solvers.numerics.fits import clutter_constant
 
 
 def filterreg_shares(state: FilterRegState, i: int = 0) -> FloatArray:
@@ -47,8 +48,8 @@ def filterreg_shares(state: FilterRegState, i: int = 0) -> FloatArray:
     """
     options, sigma = state.options, float(state.sigma[i])
     n = state.problem.target.shape[1]
-    c = 2.0 * np.pi * sigma**2 * options.clutter * n / ((1.0 - options.clutter) * state.volume[i])
-    return gaussians.share_matrix(state.moved[i], state.problem.target[i], sigma, float(np.clip(c, 1e-300, 1e300)))
+    c = np.clip(clutter_constant(options.clutter, n, state.volume[i], 2, sigma), 1e-300, 1e300)
+    return gaussians.share_matrix(state.moved[i], state.problem.target[i], sigma, float(c))
 
 
 def gmmreg_overlaps(state: GmmRegState, i: int = 0) -> FloatArray:

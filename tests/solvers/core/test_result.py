@@ -1,5 +1,7 @@
 """What a result, a single pose and a start that was rounded are in Python's own terms."""
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -39,6 +41,30 @@ def test_a_result_is_true_where_its_status_is(scene):
         with pytest.raises(TypeError, match="a single pose has no rows"):
             list(each)
     assert len(list(batch.pose)) == 2
+
+
+@pytest.mark.parametrize("text", ["converged", "CONVERGED", "done"])
+def test_a_status_is_not_compared_with_a_text_in_silence(scene, text):
+    """Neither equal nor unequal nor one of several: the message names what can be compared."""
+    status = register(scene.source, scene.target).status
+    for compare in (
+        lambda: status == text, lambda: text == status, lambda: status != text, lambda: text != status,
+        lambda: status in (text, "stalled"),
+    ):  # fmt: skip
+        with pytest.raises(TypeError, match=f"here '{text}': compare it with Status.CONVERGED, or its label"):
+            compare()
+    with pytest.raises(TypeError, match=r"Status\.STALLED, or its label with 'stalled'"):
+        assert status != "stalled"
+
+
+def test_a_status_is_a_number_beside_numbers():
+    """Equal to its own and unequal to others, in arrays, as a key, and when it has been stored."""
+    for status in Status:
+        assert status == int(status) == np.int8(status)
+        assert status != int(status) + 1
+        assert {status: 1}[int(status)] == 1
+        assert pickle.loads(pickle.dumps(status)) is status
+        assert (np.array(list(Status), dtype=np.int8) == status).sum() == 1
 
 
 @pytest.mark.parametrize("method", ["icp", "ndt", "cpd-rigid"])

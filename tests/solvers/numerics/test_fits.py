@@ -9,6 +9,7 @@ from solvers import Pose, fit_planar, fit_rigid
 from solvers.numerics.fits import (
     fit_pairs,
     lengths,
+    pair_width,
     rms_motion,
     rms_radius,
     spread_volume,
@@ -65,6 +66,22 @@ def test_no_stray_decides_the_typical_radius(unit, rng):
         assert (rms_radius(stray) > 3.0 * rms_radius(cloud)).all()
     heap = np.where(np.arange(40)[:, None] < 30, cloud[:, :1], cloud)
     assert np.array_equal(typical_radius(heap), rms_radius(heap))
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_a_width_is_that_of_all_pairs_without_strays(d, rng):
+    """Against every difference of two clouds, in any unit; a stray in either or both changes nothing, nor does what
+    else is in the batch."""
+    p, q = rng.standard_normal((1, 20, d)) + 3.0, rng.standard_normal((1, 30, d)) * np.arange(1.0, d + 1.0)
+    width = np.sqrt(np.square(p[0][:, None] - q[0]).mean())
+    far = [np.concatenate([cloud, np.full((1, 1, d), 1e3)], axis=1) for cloud in (p, q)]
+    for unit in (1e-140, 1.0, 1e140):
+        np.testing.assert_allclose(pair_width(unit * p, unit * q), unit * width, rtol=1e-12)
+        for moved, fixed in ((far[0], q), (p, far[1]), far):
+            np.testing.assert_allclose(pair_width(unit * moved, unit * fixed), unit * width, rtol=1e-12)
+    np.testing.assert_allclose(spread_volume(far[1]), spread_volume(q), rtol=1e-12)
+    both = np.concatenate([far[1], np.concatenate([q, q[:, :1]], axis=1)])
+    assert pair_width(both[:, ::-1], both)[1] == pair_width(both[1:, ::-1], both[1:])[0]
 
 
 def test_weighted_sizes_are_the_weighted_means(rng):

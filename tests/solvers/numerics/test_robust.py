@@ -153,14 +153,16 @@ def test_what_is_no_kernel_is_refused(call, kernel, hint):
 
 
 @pytest.mark.parametrize("kernel", ROBUST)
-@pytest.mark.parametrize("wrong", [0.0, -1.0, np.array([1.0, 0.0]), "a"])
+@pytest.mark.parametrize("wrong", [0.0, -1.0, np.nan, np.inf, np.array([1.0, 0.0]), np.array([1.0, np.nan]), "a"])
 def test_a_threshold_is_positive(kernel, wrong):
     for call in (robust.weights, robust.loss):
         with pytest.raises(ValueError, match=r"^threshold: expected "):
             call(kernel, np.array([[0.0, 1.0], [2.0, 3.0]]), wrong)
 
 
-@pytest.mark.parametrize("given", [{"scale": -1.0}, {"scale": np.array([0.0])}, {"tuning": 0.0}, {"tuning": "a"}])
+@pytest.mark.parametrize(
+    "given", [{"scale": -1.0}, {"scale": np.array([0.0])}, {"scale": np.nan}, {"tuning": 0.0}, {"tuning": "a"}]
+)
 def test_a_threshold_is_made_of_positive_numbers(given):
     (name,) = given
     with pytest.raises(ValueError, match=f"^{name}: expected a "):

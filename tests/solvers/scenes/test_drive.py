@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from solvers import Pose
-from solvers.scenes.drive import Drive, chained, interlaced, packed, telecom_loop, unpacked
+from solvers.scenes.drive import Drive, chained, interlaced, telecom_loop
+from solvers.scenes.drive_packing import packed, unpacked
 from solvers.scenes.simulated_drive import simulated_drive
 
 

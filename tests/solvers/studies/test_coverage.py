@@ -99,7 +99,7 @@ def test_a_sampled_region_is_the_same_about_every_pose():
 
 
 def test_what_is_no_set_of_runs_is_refused():
-    told = "made: expected Runs, got Result; solvers.uncertainty_study.runs makes them"
+    told = "draws: expected Runs, got Result; solvers.uncertainty_study.runs makes them"
     result = runs("room", "icp", 2).result
     for call in (lambda: ends_of(result), lambda: regions(result, "hessian")):
         with pytest.raises(ValueError, match=f"^{told}"):

@@ -13,7 +13,7 @@ from solvers import Pose
 from solvers.core.status import Status
 from solvers.core.stepper import Batch, advance
 from solvers.scenes.rooms import Scene
-from solvers.studies.walkthrough import FOUR, begin_walk, found
+from solvers.studies.walkthrough import FOUR, begin_walk, scene_poses
 from widgets.drawing.picture import Array, Mark, Path, Points, Role, View
 from widgets.parts.placing import Placing
 from widgets.parts.room import errors
@@ -129,7 +129,7 @@ class Look:
     def __post_init__(self) -> None:
         for name, pose, batch in (("before", "came", self.track.before), ("after", "went", self.track.last)):
             object.__setattr__(self, name, batch.state())
-            object.__setattr__(self, pose, found(batch, [self.walk.start])[0])
+            object.__setattr__(self, pose, scene_poses(batch, [self.walk.start])[0])
 
     @property
     def pose(self) -> Pose:

@@ -16,7 +16,7 @@ from solvers.core.stepper import advance, begin
 from solvers.methods.flow import network
 from solvers.methods.flow.flow import FLOW, FLOW_FROM_SOURCE, FlowOptions
 from solvers.methods.flow.scenes import HELD_OUT, TRAINING, draw
-from solvers.methods.flow.study import POINTS, Line, by_turn, study
+from solvers.methods.flow.study import POINTS, StudyLine, by_turn, study
 from solvers.methods.flow.weights import FOLDER, pack, params, unpack
 from solvers.scenes.rooms import room
 
@@ -196,7 +196,7 @@ def test_the_weights_are_those_of_the_log(name):
 def test_the_study_of_the_log_is_what_the_weights_give():
     """A sample of the held-out table, recomputed."""
     log = json.loads(Path(FOLDER, "log.json").read_text("utf-8"))
-    lines = {(line["variant"], line["kind"]): Line(**line) for line in log["held_out"]}
+    lines = {(line["variant"], line["kind"]): StudyLine(**line) for line in log["held_out"]}
     for line in study(HELD_OUT[:3], ["flow-from-source"]):
         logged = lines[line.variant, line.kind]
         assert abs(line.turned - logged.turned) <= 1

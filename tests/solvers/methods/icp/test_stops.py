@@ -8,6 +8,7 @@ import pytest
 from solvers import METHODS, Pose, Status, register
 from solvers.core.method import Problem
 from solvers.core.stepper import advance, begin
+from solvers.methods.icp import surface_icp
 from solvers.methods.icp.icp import ONE_PARTNER
 from solvers.scenes import room
 
@@ -82,3 +83,25 @@ def test_clouds_in_other_units_are_told_so(method):
     assert (found.status, found.reason) == (Status.DEGENERATE, ONE_PARTNER)
     equal = register(scene.source, np.full((9, 2), 0.7), "icp")
     assert "all target points with weight are equal" in equal.reason
+
+
+@pytest.mark.parametrize("seed", range(40, 45))
+def test_gicp_is_told_of_other_units_although_its_surfaces_hold_the_turn(seed: int) -> None:
+    """The covariances give one partner for all a system of full rank: in a batch that problem alone is degenerate, in
+    either unit, with a run that cycles too."""
+    scene = room("noise", seed=seed)
+    sources = np.stack([scene.source, 1e-3 * scene.source, scene.source])
+    targets = np.stack([scene.target, scene.target, 1e3 * scene.target])
+    found = register(sources, targets, "gicp")
+    alone = register(scene.source, scene.target, "gicp")
+    assert found.status[0] == alone.status != Status.DEGENERATE
+    assert np.array_equal(found.matrix[0], alone.matrix)
+    assert found.status[1:].tolist() == [Status.DEGENERATE] * 2
+    assert found.reason[1:].tolist() == [surface_icp.ONE_PARTNER] * 2
+
+
+def test_one_target_point_is_told_as_such_and_not_as_another_unit() -> None:
+    scene = room("clean")
+    found = register(scene.source, np.full((9, 2), 0.7), "gicp")
+    assert found.reason == "all target points are equal: the rotation is undefined"
+    assert register(scene.source[:1], scene.target, "gicp").reason != surface_icp.ONE_PARTNER

@@ -48,7 +48,7 @@ def test_a_point_beyond_the_gate_changes_nothing(method: str, far: float) -> Non
 
 
 @pytest.mark.parametrize("far", [1e2, 1e4])
-@pytest.mark.parametrize("method", ["ndt", "ndt-d2d", "mmd", "gmmreg", "soft-annealed", "capped-icp"])
+@pytest.mark.parametrize("method", ["ndt", "ndt-d2d", "mmd", "gmmreg", "soft-annealed", "capped-icp", "filterreg"])
 def test_a_stray_target_point_decides_no_default_length(method: str, far: float) -> None:
     """The defaults follow from the rest of the target, and so does where the run ends: to noise, since the stray has a
     share in the soft methods' sums."""

@@ -9,7 +9,8 @@ import pytest
 from solvers import METHODS, Pose, Status, fit_rigid, register
 from solvers.core.method import Problem
 from solvers.core.stepper import advance, begin
-from solvers.methods.pairs.congruent import CongruentOptions, Field, _hypotheses
+from solvers.methods.pairs.capped_grid import CappedGrid
+from solvers.methods.pairs.congruent import CongruentOptions, _hypotheses
 from solvers.methods.pairs.consensus import trials
 from solvers.metrics import rre, rte
 from solvers.scenes.rooms import ROOM_SETTINGS, room, room_start
@@ -265,7 +266,7 @@ def test_the_look_up_bounds_the_score_from_below(rng, random_pose):
     """The grid's sum is at most the exact capped sum, for any pose, and close to it where poses are good."""
     source, target = rooms("combo", SEEDS[:5])
     reach = 0.32
-    grid = Field.of(target, np.full(5, reach))
+    grid = CappedGrid.of(target, np.full(5, reach))
     poses = Pose(random_pose(rng, 2, (5, 40)).R, rng.uniform(-2.0, 2.0, (5, 40, 2)))
     near = Pose.from_angle(rng.normal(0.0, 0.02, (5, 40)), rng.normal(0.0, 0.1, (5, 40, 2)))
     for pose in (poses, near):
@@ -278,7 +279,7 @@ def test_the_look_up_bounds_the_score_from_below(rng, random_pose):
         assert np.all(bound <= exact * (1.0 + 1e-12))
         assert np.median(bound / exact) > 0.6
     # Points on the very corners of cells, and just beside them: one point, moved to 300 places.
-    single = Field.of(target[:1], np.array([reach]))
+    single = CappedGrid.of(target[:1], np.array([reach]))
     corners = single.origin + single.cell[0] * rng.integers(0, 60, (300, 2))
     for shift in (-1e-9, 0.0, 1e-9):
         places = corners + shift
@@ -310,7 +311,7 @@ def test_congruent_scenes_without_an_answer(rng):
     assert "no two source points were found 2 u apart" in small.reason
     one = register(cloud[:1], cloud, "ransac-congruent")
     assert one.status is Status.DEGENERATE
-    assert one.reason == "all source points are equal"
+    assert one.reason == "all source points are equal: the rotation is undefined"
     # Two points far from many equal ones: none of the pairs drawn is as far apart as the radius asks.
     heap = np.concatenate([np.zeros((60000, 2)), [[1.0, 0.0], [-1.0, 0.0]]])
     rare = register(heap, cloud, "ransac-congruent", separation=None, most=1)

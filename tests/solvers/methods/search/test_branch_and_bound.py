@@ -224,8 +224,8 @@ def test_the_answer_has_no_unit_and_no_origin(unit):
 @pytest.mark.parametrize(
     ("source", "target", "reason"),
     [
-        (np.ones((5, 2)), np.arange(10.0).reshape(5, 2), "all source points coincide"),
-        (np.arange(10.0).reshape(5, 2), np.ones((4, 2)), "all target points coincide"),
+        (np.ones((5, 2)), np.arange(10.0).reshape(5, 2), "all source points are equal"),
+        (np.arange(10.0).reshape(5, 2), np.ones((4, 2)), "all target points are equal"),
         (np.arange(10.0).reshape(5, 2) * 1e9, np.arange(10.0).reshape(5, 2), "caps wide"),
     ],
 )
