@@ -53,7 +53,7 @@ def delimited(lines: Sequence[str]) -> tuple[FloatArray, str, list[str]]:
     Comments and blank lines are skipped. A first line that is not all numbers names the
     columns, and so does a comment right before the numbers that has as many fields: x, y
     and z are taken where they are named, with a unit (x_m, x [m]) or without, the first two
-    or three columns otherwise. Where tabs separate, spaces do as well, and tabs at a line's
+    or three columns otherwise. Where tabs separate, spaces do as well; separators at a line's
     end are nothing. Raises ValueError with the line's number.
     """
     rows = [k for k, line in enumerate(lines) if (bare := line.strip()) and not bare.startswith(COMMENTS)]
@@ -64,6 +64,8 @@ def delimited(lines: Sequence[str]) -> tuple[FloatArray, str, list[str]]:
     if separator == "\t" and _spaced(first):
         separator = None
     fields = _fields(first, separator)
+    if all(map(is_number, values := _ended(fields))):
+        fields = values
     notices: list[str] = []
     comma = next((field for field in fields if not is_number(field) and is_number(field.replace(",", "."))), None)
     if comma is not None:
@@ -109,10 +111,15 @@ def _spaced(line: str) -> bool:
     return all(map(is_number, parts)) or (all(map(AXIS.fullmatch, parts)) and bool(_axes(parts, len(parts))))
 
 
-def _mended(fields: list[str], line: str, width: int) -> list[str]:
-    """A line's fields, `width` of them where the tabs at its end are too many, or where it has spaces for tabs."""
+def _ended(fields: list[str], width: int = 1) -> list[str]:
+    """The fields without empty ones at the end, but no fewer than `width`."""
     while len(fields) > width and not fields[-1]:
         fields = fields[:-1]
+    return fields
+
+
+def _mended(fields: list[str], line: str, width: int) -> list[str]:
+    """A line's fields, `width` of them where it has spaces for tabs."""
     if len(fields) >= width or "" in fields:
         return fields
     parts = _fields(_bare(line), None)
@@ -157,7 +164,7 @@ def numbers(
     found = np.empty((len(rows), len(columns)))
     left, at = iter(rows), 0
     while block := list(islice(left, BLOCK)):
-        parts = [_fields(_bare(lines[k]), separator) for k in block]
+        parts = [_ended(_fields(_bare(lines[k]), separator), width) for k in block]
         if separator == "\t":
             parts = [p if len(p) == width else _mended(p, lines[k], width) for k, p in zip(block, parts, strict=True)]
         try:

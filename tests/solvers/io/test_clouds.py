@@ -171,6 +171,14 @@ def test_tabs_at_the_end_of_a_line_are_nothing(data):
     assert found.notices == ()
 
 
+@pytest.mark.parametrize("data", [b"1,2,\n3,4,\n", b"1;2;\n3;4\n", b"1,2\n3,4,,\n", b"1,2,,\n3,4 # a note\n"])
+def test_separators_at_the_end_of_a_line_are_nothing(data):
+    """As spreadsheets and loggers write them; where the first line has them and a later one a number, that is said."""
+    assert read(data).points.tolist() == [[1, 2], [3, 4]]
+    with pytest.raises(ValueError, match="line 2: 3 fields found; expected 2"):
+        read(b"1,2,\n3,4,5\n")
+
+
 @pytest.mark.parametrize(
     "data",
     [

@@ -131,6 +131,15 @@ def test_two_scans_of_the_drive_are_registered_by_their_numbers() -> None:
     assert readouts(host.render("f", preset(WIDGET).plain()))["translation_graph"] == "–"
 
 
+@pytest.mark.parametrize("method", OWN)
+def test_a_method_begins_on_real_scans_with_what_it_brings(method: str) -> None:
+    """Scan 200 is dense: no cell or width that follows from its spacing is too small for the room around it."""
+    controls = {"scan": 200.0, "onto": 40.0, "method": method, **OWN[method].brings()}
+    plain = {**preset(WIDGET, "drive", controls).plain(), "log": [["press", "step"]]}
+    frame = Host().render("f", plain)
+    assert "degenerate" not in readouts(frame)["stop"], frame["note"]
+
+
 def test_choosing_real_scans_brings_their_start_and_their_method() -> None:
     """What a link leaves out of the settings is what the chain of the drive's scans is made with."""
     brought = preset(WIDGET, "default", {"clouds": "drive"}).plain()["controls"]

@@ -75,7 +75,7 @@ OWN: Mapping[str, Own] = MappingProxyType({
     "gicp": Own("GICP", "gate", OPEN, "trim", _gated),
     "ransac-congruent": Own("RANSAC", "inlier distance", 3.0, "",
                             lambda length, *_: {"inlier": length, "tolerance": length, "separation": 6 * length}),
-    "correlative": Own("Correlative search", "cell", 1.0, "", lambda length, *_: {"cell": length}),
+    "correlative": Own("Correlative search", "cell", 2.0, "", lambda length, *_: {"cell": length}),
     "ndt": Own("NDT", "smallest cell", 8.0, "", _cells),
     "ndt-d2d": Own("D2D-NDT", "smallest cell", 8.0, "", _cells),
     "soft-annealed": Own("Soft targets", "last width", 1.0, "", _last),
