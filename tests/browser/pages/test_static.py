@@ -106,6 +106,8 @@ def bare(visit: Callable[..., Found], site: Path, alike: list[str]) -> Found:
         yield from (f"{name}: {each}" for name, wrong in lacks for each in wrong)
         for script in (SIDEWAYS, TORN, CUT_RUNGS, ROOTS):
             yield from page.evaluate(script)
+        if width != min(WIDTHS):
+            return
         page.set_viewport_size({"width": NARROWEST, "height": 1000})
         page.evaluate("document.querySelectorAll('details').forEach(each => { each.open = true; })")
         yield from (f"at {NARROWEST} px, all unfolded: {each}" for each in page.evaluate(SIDEWAYS))
