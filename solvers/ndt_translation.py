@@ -1,5 +1,5 @@
 """NDT's score over translations, and Newton's climb on it."""
 
-from solvers.methods.ndt.translation import Climb, Path, climb
+from solvers.methods.ndt.translation import Climb, climb
 
-__all__ = ["Climb", "Path", "climb"]
+__all__ = ["Climb", "climb"]

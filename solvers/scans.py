@@ -1,5 +1,5 @@
 """Two scans of a simulated laser."""
 
-from solvers.scenes.scans import PILLARS, WALLS, Scans, TwoScans, ranges, two_scans
+from solvers.scenes.scans import PILLARS, WALLS, TwoScans, ranges, two_scans
 
-__all__ = ["PILLARS", "WALLS", "Scans", "TwoScans", "ranges", "two_scans"]
+__all__ = ["PILLARS", "WALLS", "TwoScans", "ranges", "two_scans"]

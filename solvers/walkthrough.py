@@ -1,5 +1,5 @@
 """Four kinds of state on one scene, stage by stage."""
 
-from solvers.studies.walkthrough import AREA, EVERY, FOUR, MOST, begin_walk, clutter, found, scene_poses
+from solvers.studies.walkthrough import AREA, EVERY, FOUR, MOST, begin_walk, clutter, scene_poses
 
-__all__ = ["AREA", "EVERY", "FOUR", "MOST", "begin_walk", "clutter", "found", "scene_poses"]
+__all__ = ["AREA", "EVERY", "FOUR", "MOST", "begin_walk", "clutter", "scene_poses"]

@@ -12,7 +12,7 @@ from sitegen.plots._sizes import sizes
 from solvers.core.stepper import run
 from solvers.metrics import rre
 from solvers.scenes.fish import fish, fish_start
-from solvers.studies.walkthrough import begin_walk, found
+from solvers.studies.walkthrough import begin_walk, scene_poses
 
 TITLE = "The scale that similarity CPD has after each step, from four starting angles"
 SIZES = sizes(330, 330)
@@ -39,7 +39,7 @@ def compute() -> Result:
         scene, starts = fish(), [fish_start(angle)]
         batch, course = run(begin_walk("cpd", [scene], starts))
         scales.append(tuple(round(float(s), 6) for s in np.asarray(course.poses.scale)[:, 0]))
-        off.append(round(float(np.degrees(rre(found(batch, starts), scene.truth))[0]), 3))
+        off.append(round(float(np.degrees(rre(scene_poses(batch, starts), scene.truth))[0]), 3))
     return Result(ANGLES, tuple(scales), tuple(off))
 
 

@@ -16,7 +16,7 @@ from solvers.core.stepper import run
 from solvers.metrics import rre, rte
 from solvers.scenes.fish import fish, fish_start
 from solvers.studies.benchmark import CLOSE_DEGREES, CLOSE_DISTANCE
-from solvers.studies.walkthrough import begin_walk, found
+from solvers.studies.walkthrough import begin_walk, scene_poses
 
 TITLE = "Success of the four methods against the starting angle, with and without clutter and the smaller cloud"
 SIZES = sizes(330, 790)
@@ -50,7 +50,7 @@ def part(setting: str, method: str, angle: int) -> int:
     alike = RUNS if setting != "clutter" and method in CERTAIN else 1
     scenes = [fish(name, seed=seed, smaller=setting == "smaller") for seed in seeds(RUNS // alike)]
     starts = [fish_start(angle)] * len(scenes)
-    pose, truth = found(run(begin_walk(method, scenes, starts))[0], starts), scenes[0].truth
+    pose, truth = scene_poses(run(begin_walk(method, scenes, starts))[0], starts), scenes[0].truth
     near = (np.degrees(rre(pose, truth)) < CLOSE_DEGREES) & (rte(pose, truth) < CLOSE_DISTANCE)
     return alike * int(np.count_nonzero(near))
 

@@ -63,10 +63,6 @@ class TwoScans:
         return self.target_pose.inverse().compose(self.source_pose)
 
 
-Scans = TwoScans
-"""Its name before; the scans of a drive are `solvers.odometry.Scans`."""
-
-
 def two_scans(
     *, seed: int = 40, noise: float = 0.03, turn: float = 50.0, distance: float = 2.0, rays: int = 90
 ) -> TwoScans:

@@ -76,10 +76,6 @@ class CoverageLine:
     widest: float
 
 
-Line = CoverageLine
-"""Its name before there were lines of other tables."""
-
-
 @dataclass(frozen=True, eq=False)
 class Runs:
     """k registrations of redrawn scans.

@@ -128,10 +128,6 @@ def scene_poses(batch: Batch[Any], starts: Sequence[Pose]) -> Pose:
     return batch.pose().compose(stacked(starts))
 
 
-found = scene_poses
-"""Its name before."""
-
-
 def clutter(name: str) -> float:
     """The weight w of the clutter in the mixture of "cpd" or "filterreg".
 

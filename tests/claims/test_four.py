@@ -12,7 +12,7 @@ from solvers.core.stepper import advance, run
 from solvers.methods.flow.weights import FOLDER
 from solvers.metrics import rre, rte
 from solvers.scenes.fish import SMALLER, fish, fish_start
-from solvers.studies.walkthrough import FOUR, begin_walk, found
+from solvers.studies.walkthrough import FOUR, begin_walk, scene_poses
 from widgets.engine.contract import SEED
 from widgets.figures.ladder_map import NOISE
 from widgets.parts.dial import made
@@ -29,7 +29,7 @@ def ended(method, drawn, degrees=60.0, shift=None, project=True):
     start = fish_start(degrees) if shift is None else fish_start(degrees, shift)
     starts = [start] * len(drawn)
     batch = run(begin_walk(method, drawn, starts, project))[0]
-    pose = found(batch, starts)
+    pose = scene_poses(batch, starts)
     truth = drawn[0].truth
     return batch, pose, np.degrees(rre(pose, truth)), rte(pose, truth)
 
@@ -50,7 +50,7 @@ def test_cpds_cloud_shrinks_at_first_and_comes_back():
     """CPD's first step from 60° leaves a cloud of about a third of the size; at the end it is within 2 % of the truth.
     From 90° the first steps leave less than a twentieth."""
     starts = [fish_start()]
-    first = found(advance(begin_walk("cpd", [fish()], starts)), starts)
+    first = scene_poses(advance(begin_walk("cpd", [fish()], starts)), starts)
     assert 0.3 < float(first.scale[0]) < 0.4
     assert float(ended("cpd", [fish()])[1].scale[0]) == pytest.approx(1.0, abs=0.02)
     course = run(begin_walk("cpd", [fish()], [fish_start(90.0)]))[1]
@@ -66,7 +66,7 @@ def test_the_scale_falls_deepest_near_a_right_angle():
         batch, course = run(begin_walk("cpd", [fish()], starts))
         least.append(float(course.poses.scale.min()))
         last.append(float(course.poses.scale[-1, 0]))
-        off.append(float(np.degrees(rre(found(batch, starts), fish().truth))[0]))
+        off.append(float(np.degrees(rre(scene_poses(batch, starts), fish().truth))[0]))
     assert 0.0 < least[0] < least[1] < least[2] < least[3] < 0.5
     assert max(off[1:3]) < 1.0
     assert min(off[0], off[3]) > 175.0
@@ -165,7 +165,7 @@ def test_only_cpd_finds_the_size(name):
     drawn = scenes(name, smaller=True)
     assert ended("cpd", drawn)[1].scale == pytest.approx(1.0 / SMALLER, rel=0.02)
     for method in ("filterreg", "mmd", "flow"):
-        assert (found(begin_walk(method, drawn, [fish_start()] * 5), [fish_start()] * 5).scale == 1.0).all()
+        assert (scene_poses(begin_walk(method, drawn, [fish_start()] * 5), [fish_start()] * 5).scale == 1.0).all()
 
 
 def test_a_size_that_is_not_sought_costs_the_rest(why):
@@ -219,7 +219,7 @@ def test_the_first_euler_step_does_nearly_all():
     """After one of its ten steps, from pure noise, the flow is within 3° on five clean draws; the other nine turn the
     pose by less than 2°."""
     drawn, starts = scenes(), [fish_start()] * 5
-    first = found(advance(begin_walk("flow", drawn, starts)), starts)
+    first = scene_poses(advance(begin_walk("flow", drawn, starts)), starts)
     assert np.degrees(rre(first, drawn[0].truth)).max() < 3.0
     assert np.degrees(rre(ended("flow", drawn)[1], first)).max() < 2.0
 

@@ -174,22 +174,25 @@ def test_proposed_then_refined(why):
 
 
 def test_refining_sharpens_only_with_a_gate_to_match(why):
-    """ICP with a gate of 0.5 u takes a third off RANSAC's median rotation error; with the race's 2.6 u it gains less
-    than a tenth, and its translation error is larger than before."""
+    """ICP with a gate of 0.5 u takes a quarter off RANSAC's median rotation error, and its translation error is within
+    a twentieth of what it was; with the race's 2.6 u the first falls by less than a fifth, the second grows by a
+    quarter."""
     _, truth = problem()
     before, narrow, wide = (x.pose for x in (proposal(), pipeline(), pipeline(gate=2.6)))
     turn = [np.median(rre(pose, truth)) for pose in (before, narrow, wide)]
     said = [f"{np.degrees(error):.2f}° off in the median" for error in turn]
     why("ICP's gate", {"0.5 u": said[1], "2.6 u": said[2], "no refinement": said[0]})
-    assert turn[1] < 0.67 * turn[0]
-    assert 0.9 * turn[0] < turn[2] < turn[0]
-    assert np.median(rte(wide, truth)) > np.median(rte(before, truth))
+    assert 0.73 * turn[0] < turn[1] < 0.77 * turn[0]
+    assert 0.8 * turn[0] < turn[2] < turn[0]
+    away = [np.median(rte(pose, truth)) for pose in (before, narrow, wide)]
+    assert 0.95 * away[0] < away[1] < 1.05 * away[0]
+    assert 1.23 * away[0] < away[2] < 1.29 * away[0]
 
 
 def test_a_hasty_proposal_is_not_repaired():
-    """One step of 32 hypotheses leaves 7 of 25 poses right, and refining them makes it 9, though all 25 converge."""
+    """One step of 32 hypotheses leaves 4 of 25 poses right, and refining them makes it 9, though all 25 converge."""
     _, truth = problem()
-    assert right(proposal(1).pose, truth).sum() == 7
+    assert right(proposal(1).pose, truth).sum() == 4
     refined = pipeline(1)
     assert right(refined.pose, truth).sum() == 9
     assert (refined.status == 1).all()
@@ -204,10 +207,12 @@ def test_a_third_of_what_converges_is_wrong():
 
 
 def test_from_half_a_turn_most_of_what_converges_is_wrong():
-    """From 180°, 198 of 225 runs say that they have converged; only RANSAC's 25 are right."""
+    """From 180°, 197 of 225 runs say that they have converged; only RANSAC's 25 are right, of which one has reached
+    the cap."""
     good, _, converged = race(180.0)
-    assert converged.sum() == 198
-    assert (converged & good).sum() == good.sum() == 25
+    assert converged.sum() == 197
+    assert (converged & good).sum() == 24
+    assert good.sum() == 25
 
 
 def test_overlap_tells_most_wrong_fits():
@@ -243,12 +248,12 @@ def test_no_threshold_serves_half_an_overlap(why):
 
 
 def test_a_symmetric_hall_passes_every_sign_of_the_clouds():
-    """In the hall 17 of 25 poses are half a turn off, with the whole source explained, a residual below 0.06 u, a sound
+    """In the hall 15 of 25 poses are half a turn off, with the whole source explained, a residual below 0.06 u, a sound
     system, and halves that agree to 0.02 u."""
     source, target, truth = clouds(hall)
     pose = proposed_and_refined(hall).pose
     wrong = np.degrees(rre(pose, truth)) > 179.0
-    assert wrong.sum() == 17
+    assert wrong.sum() == 15
     assert right(pose, truth)[~wrong].all()
     found = evidence(source, target, pose, REACH)
     assert (found.share == 1.0).all()
@@ -312,12 +317,13 @@ def test_halves_part_where_few_points_hold_the_pose(why):
 
 
 def test_a_prediction_tells_them_apart():
-    """A predicted turn that is 20° off, trusted to 60°, refuses the 17 wrong poses of the hall and accepts the 8 right
+    """A predicted turn that is 20° off, trusted to 60°, refuses the 15 wrong poses of the hall and accepts the 10 right
     ones; and ICP from such a prediction, 0.5 u away, is right on all 25 without any proposal."""
     source, target, truth = clouds(hall)
     pose = proposed_and_refined(hall).pose
     accepted = np.degrees(rre(pose, room_start(20.0, 0.5))) <= 60.0
     np.testing.assert_array_equal(accepted, right(pose, truth))
+    assert accepted.sum() == 10
     local = register(source, target, "icp", start=room_start(20.0, 0.5), gate=2.6)
     assert right(local.pose, truth).all()
 

@@ -33,7 +33,7 @@ NAMES = {
         "check_size default_size floored inverse"
     ),
     "ndt_score": "BLOCK Score evaluate score_map",
-    "ndt_translation": "Climb Path climb",
+    "ndt_translation": "Climb climb",
     "options": (
         "BpOptions BranchAndBoundOptions CappedOptions CongruentOptions CorrelativeOptions CpdOptions D2dOptions "
         "FastRobustOptions FilterRegOptions FlowOptions GicpOptions GmmRegOptions GraduatedOptions HypothesisOptions "
@@ -50,7 +50,7 @@ NAMES = {
     "race": "CONTESTANTS Contestant Controls EXTRAS MAX_STEPS SEEDS contestants race_problem",
     "consensus": "RANSAC RansacOptions RansacState capped_sum trials",
     "robust": "FLOOR KERNELS TUNING check_options least_scale loss mad_scale threshold weights",
-    "scans": "PILLARS Scans TwoScans WALLS ranges two_scans",
+    "scans": "PILLARS TwoScans WALLS ranges two_scans",
     "scenes": (
         "BIRD KABSCH_SCENES KABSCH_START KABSCH_TRUTH MAST ROOM ROOM_SETTINGS ROOM_START_DIRECTION Scene "
         "kabsch_scene room room_start"
@@ -63,12 +63,12 @@ NAMES = {
         "monte_carlo quantile range_bearing spread_of"
     ),
     "uncertainty_study": (
-        "CoverageLine ENDS GATE LEVEL Line METHODS NO_ECHO PLACES REACH Redrawn Runs SIDES STANDS WAYS coverage "
+        "CoverageLine ENDS GATE LEVEL METHODS NO_ECHO PLACES REACH Redrawn Runs SIDES STANDS WAYS coverage "
         "ends_of redrawn regions runs starts walls_of"
     ),
     "verify": "Evidence SPACINGS evidence halves usual_reach",
     "walk_scenes": "FISH FISH_SETTINGS POINTS SIDE SMALLER START_DEGREES START_SHIFT fish fish_start",
-    "walkthrough": "AREA EVERY FOUR MOST begin_walk clutter found scene_poses",
+    "walkthrough": "AREA EVERY FOUR MOST begin_walk clutter scene_poses",
     "wall_scenes": "CORRIDOR HALL NDT_ROOM PILLAR WALL corridor hall ndt_room sampled single_wall",
 }
 

@@ -64,10 +64,6 @@ class Climb:
         return self.tried[self.accepted]
 
 
-Path = Climb
-"""Its name before; that of a path on a landscape is `solvers.landscape.Path`."""
-
-
 def climb(
     cells: NdtMap,
     points: FloatArray,

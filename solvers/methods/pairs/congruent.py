@@ -8,8 +8,8 @@ to its nearest target point. The starting pose plays no part.
 Hypotheses are screened before they are scored. A grid over the target holds in each cell the least r² of any point in
 it, which bounds C from below. All of a step's hypotheses are looked up with `screen` of the source points, the lowest
 few with all of them, and the lowest is scored exactly if its bound lies below the best score so far. A hypothesis that
-becomes the best is refitted to the pairs within ε while that lowers C. After `patience` steps without a better one the
-run is at rest, which proves nothing.
+becomes the best is refitted to the pairs within ε, twice at most, while that lowers C. After `patience` steps without a
+better one the best pose is refitted, twice a step, until C stays: the run is at rest, which proves nothing.
 
 Left out: the search structures of [3]_.
 
@@ -43,7 +43,7 @@ from solvers.numerics.fits import fit_pairs, lengths
 
 SEPARATION, TOLERANCE, INLIER = 0.6, 0.1, 0.1
 """Where not given, as fractions of the RMS radius: the source's, then the target's twice."""
-_SHORTLIST, _REFITS = 4, 6
+_SHORTLIST, _REFITS = 4, 2  # more refits at once make a step uneven, and the last ones make up for it
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class CongruentOptions:
     screen : int, default 32
         Source points looked up first, in all hypotheses of a step.
     patience : int, default 20
-        Steps without a better pose after which it stops.
+        Steps without a better pose after which the best one is refitted for the last time.
 
     Raises
     ------
@@ -265,7 +265,9 @@ def _step(state: CongruentState) -> CongruentState:
     words = "no two target points were found as far apart as two source points, up to "
     words += _said(options.tolerance, TOLERANCE, "the target's RMS radius")
     status, reason = mark(new.status, new.reason, resting & ~found, Status.DEGENERATE, words)
-    status, reason = mark(status, reason, resting, Status.CONVERGED, f"no better pose in {options.patience} steps")
+    new, lower = _polished(new, resting & found)
+    words = f"no better pose in {options.patience} steps"
+    status, reason = mark(status, reason, resting & found & ~lower, Status.CONVERGED, words)
     return changed(new, status=status, reason=reason)
 
 
@@ -288,7 +290,24 @@ def _try(state: CongruentState, some: IntArray, pose: Pose, pairs: IntArray, end
     )
     score = _refitted(source[better], take(index, better), take(score, better), inlier[better])
     kept = np.flatnonzero(first | (score.cost < state.objective[some]))
-    some, score = some[kept], take(score, kept)
+    return changed(_at(state, some[kept], take(score, kept)), idle=_with(state.idle, some[kept], 0))
+
+
+def _polished(state: CongruentState, where: BoolArray) -> tuple[CongruentState, BoolArray]:
+    """The state after further refits of its best pose in the problems `where`; and where these lowered the cost."""
+    lower = np.zeros(where.shape, dtype=np.bool_)
+    if not where.any():
+        return state, lower
+    some = np.flatnonzero(where)
+    own = _Score(state.pose[some], state.rows[some], np.square(state.distances[some]), state.objective[some])
+    score = _refitted(state.problem.source[some], take(state.index, some), own, state.inlier[some])
+    lower[some] = score.cost < own.cost
+    kept = lower[some]
+    return _at(state, some[kept], take(score, kept)), lower
+
+
+def _at(state: CongruentState, some: IntArray, score: _Score) -> CongruentState:
+    """The state with the pose of a score in the problems `some`, and what goes with it."""
     used = score.squares <= np.square(state.inlier[some])[:, None]
     return changed(
         state,
@@ -298,7 +317,6 @@ def _try(state: CongruentState, some: IntArray, pose: Pose, pairs: IntArray, end
         distances=_with(state.distances, some, np.sqrt(score.squares)),
         used=_with(state.used, some, used),
         count=_with(state.count, some, used.sum(axis=1)),
-        idle=_with(state.idle, some, 0),
     )
 
 
